@@ -44,8 +44,8 @@ pub struct FitArgs {
     #[arg(long, value_name = "DIR", default_value = "fit", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Continue the fit in the folder from its best iteration.
-    #[arg(long, conflicts_with_all = ["starts", "overwrite"])]
+    /// Continue the fit in the folder with the same arguments; its runs are not repeated.
+    #[arg(long, conflicts_with = "overwrite")]
     pub resume: bool,
 
     /// Replace the fit in the folder.

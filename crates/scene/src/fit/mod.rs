@@ -4,6 +4,7 @@
 //! derivatives from forward sensitivities and returns a [`FitResult`], which `report` describes.
 
 mod data;
+mod evaluations;
 mod history;
 mod model;
 mod phases;
@@ -30,6 +31,7 @@ use crate::watch::{ProgressSink, Watcher};
 use crate::{Error, InputError, Scene};
 use data::read_file;
 pub use data::{DataError, DataProblem, Datum, Domain, read};
+use evaluations::{EVALUATIONS, Evaluations};
 use history::{HISTORY, History};
 use model::{Experiment, SceneModel};
 use phases::fit_in_phases;
@@ -46,7 +48,7 @@ pub struct FitOptions<'a> {
     pub experiments: Vec<(PathBuf, Vec<String>)>,
     /// Folder for the results; `history.csv` grows with each iteration.
     pub out: PathBuf,
-    /// Policy for an earlier fit in the folder. A resumed fit starts from the iteration with the smallest cost.
+    /// Policy for an earlier fit in the folder. A resumed fit repeats its iterations without runs.
     pub existing: Existing,
     /// The fit has converged when no parameter changes by more than this fraction of its value, or when the next step is
     /// below 1 % of the parameters' standard errors.
@@ -187,17 +189,18 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         progress: &progress,
     };
     let request = request(options, &reads, origin(options, &experiments));
-    let mut model = SceneModel::new(experiments, watcher);
+    let evaluations = match options.existing {
+        Existing::Resume => Evaluations::read(&request)?,
+        _ => Evaluations::default(),
+    };
+    let mut model = SceneModel::new(experiments, watcher, &evaluations);
     let wanted = Options {
         tolerance: options.tolerance,
         offset: OFFSET,
         max_iterations: options.max_iterations,
         loss: options.loss,
     };
-    let mut history = match options.existing {
-        Existing::Resume => History::resume(request, &mut parameters)?,
-        _ => History::begin(request, &parameters),
-    };
+    let mut history = History::new(request, &parameters, &evaluations);
     let mut number = 0;
     let mut observe = |part: f64, iteration: &Iteration| {
         history.add(number, part, iteration);
@@ -268,7 +271,7 @@ fn request<'a>(
     reads: &'a [PathBuf],
     origin: Value,
 ) -> FolderRequest<'a> {
-    let files = RESULTS.into_iter().chain([HISTORY]);
+    let files = RESULTS.into_iter().chain([HISTORY, EVALUATIONS]);
     FolderRequest {
         path: &options.out,
         command: "fit",
@@ -379,13 +382,14 @@ fn expect_bounds(scene: &Parameterized, start: &[f64]) -> Result<(), InputError>
     Ok(())
 }
 
-/// Returns hashes of the scenes, their input files and the measurements: costs can only be compared if all of them are
-/// equal.
+/// Returns the version, and hashes of the scenes, their input files and the measurements. Evaluations of an earlier fit
+/// are valid if all of them are equal.
 fn origin(options: &FitOptions<'_>, experiments: &[Experiment]) -> Value {
     let of_each =
         |of: &dyn Fn(&Experiment) -> Value| -> Value { experiments.iter().map(of).collect() };
     json!({
         "loss": format!("{:?}", options.loss),
+        "version": env!("CARGO_PKG_VERSION"),
         "scene": of_each(&|experiment| json!(sha256(experiment.computed().to_string().as_bytes()))),
         "files": of_each(&|experiment| json!(experiment.scene().inputs)),
         "measurements": of_each(&|experiment| {

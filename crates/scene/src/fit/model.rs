@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::Point;
 use super::data::Datum;
+use super::evaluations::{Evaluation, Evaluations, Numbers};
 use crate::sensitivity::{
     Abscissa, Output, Parameterized, Precision, Sample, equilibria, follow, respond,
 };
@@ -164,16 +165,22 @@ fn deviation(datum: &Datum) -> f64 {
 pub(super) struct SceneModel<'a> {
     experiments: Vec<Experiment>,
     watcher: Watcher<'a>,
+    evaluations: &'a Evaluations,
     effort: Effort,
     runs: [u64; 2],
     failure: Option<String>,
 }
 
 impl<'a> SceneModel<'a> {
-    pub(super) fn new(experiments: Vec<Experiment>, watcher: Watcher<'a>) -> Self {
+    pub(super) fn new(
+        experiments: Vec<Experiment>,
+        watcher: Watcher<'a>,
+        evaluations: &'a Evaluations,
+    ) -> Self {
         Self {
             experiments,
             watcher,
+            evaluations,
             effort: Effort::FULL,
             runs: [0, 0],
             failure: None,
@@ -257,23 +264,62 @@ impl<'a> SceneModel<'a> {
         }
     }
 
-    fn run(&mut self, p: &[f64], with: bool) -> Result<Vec<Vec<Sample>>, Failed> {
-        if self.is_interrupted() {
-            return Err(Failed("interrupted".into()));
-        }
+    fn run(&mut self, p: &[f64], with: bool) -> Result<Vec<Vec<Sample>>, String> {
         let mut all = Vec::with_capacity(self.experiments.len());
         for experiment in &self.experiments {
             self.runs[usize::from(with)] += 1;
-            match experiment.run(p, with, self.effort, self.watcher) {
-                Ok(samples) => all.push(samples),
-                Err(error) => {
-                    let message = error.to_string();
-                    self.failure = Some(message.clone());
-                    return Err(Failed(message));
-                }
-            }
+            let samples = experiment.run(p, with, self.effort, self.watcher);
+            all.push(samples.map_err(|error| error.to_string())?);
         }
         Ok(all)
+    }
+
+    fn numbers(&mut self, p: &[f64], with: bool) -> Result<Numbers, String> {
+        let all = self.run(p, with)?;
+        let mut residuals = vec![0.0; self.n_residuals()];
+        self.write_residuals(&all, &mut residuals);
+        let n_columns = if with { p.len() } else { 0 };
+        let mut jacobian = DMatrix::zeros(residuals.len(), n_columns);
+        if with {
+            self.write_jacobian(&all, &mut jacobian);
+        }
+        Ok(Numbers {
+            residuals,
+            jacobian: jacobian.as_slice().to_vec(),
+        })
+    }
+
+    /// Returns the residuals at `p`, with their derivatives if requested, from an earlier fit or from new runs.
+    fn evaluate(&mut self, p: &[f64], with: bool) -> Result<Numbers, Failed> {
+        if self.is_interrupted() {
+            return Err(Failed("interrupted".into()));
+        }
+        let key = Evaluations::key(p, self.effort, with);
+        let n = self.n_residuals();
+        let sizes = [n, if with { n * p.len() } else { 0 }];
+        let fits = |known: &Numbers| [known.residuals.len(), known.jacobian.len()] == sizes;
+        let known = self.evaluations.known(&key);
+        let outcome = match known.filter(|known| known.outcome.as_ref().map_or(true, fits)) {
+            Some(known) => {
+                self.runs[usize::from(with)] += known.runs;
+                known.outcome.clone()
+            }
+            None => {
+                let before = self.runs[usize::from(with)];
+                let evaluation = Evaluation {
+                    outcome: self.numbers(p, with),
+                    runs: self.runs[usize::from(with)] - before,
+                };
+                if !self.is_interrupted() {
+                    self.evaluations.add(key, &evaluation);
+                }
+                evaluation.outcome
+            }
+        };
+        outcome.map_err(|message| {
+            self.failure = Some(message.clone());
+            Failed(message)
+        })
     }
 }
 
@@ -284,15 +330,13 @@ impl Model for SceneModel<'_> {
     }
 
     fn residuals(&mut self, p: &[f64], out: &mut [f64]) -> Result<(), Failed> {
-        let all = self.run(p, false)?;
-        self.write_residuals(&all, out);
+        out.copy_from_slice(&self.evaluate(p, false)?.residuals);
         Ok(())
     }
 
     /// Uses forward sensitivities.
     fn jacobian(&mut self, p: &[f64], _: &[f64], out: &mut DMatrix<f64>) -> Result<(), Failed> {
-        let all = self.run(p, true)?;
-        self.write_jacobian(&all, out);
+        out.copy_from_slice(&self.evaluate(p, true)?.jacobian);
         Ok(())
     }
 
@@ -304,9 +348,9 @@ impl Model for SceneModel<'_> {
         out: &mut [f64],
         jacobian: &mut DMatrix<f64>,
     ) -> Result<bool, Failed> {
-        let all = self.run(p, true)?;
-        self.write_residuals(&all, out);
-        self.write_jacobian(&all, jacobian);
+        let both = self.evaluate(p, true)?;
+        out.copy_from_slice(&both.residuals);
+        jacobian.copy_from_slice(&both.jacobian);
         Ok(true)
     }
 }
