@@ -134,6 +134,20 @@ fn findings(result: &FitResult) -> Vec<String> {
         let remedy = "the model does not fit the measurements, and the intervals are invalid: check units, outliers, \
                       effects missing in the scene, and other starting points";
         lines.push(remedy.to_owned());
+        if let Some((row, point)) = result.largest_residual() {
+            lines.push(format!(
+                "largest residual: {} times the noise, {} at {} = {:e} of experiment {} (row {} of residuals.csv)",
+                significant(point.residual),
+                point.output,
+                point.abscissa.name(),
+                point.t,
+                point.experiment,
+                row + 1
+            ));
+        }
+        if result.fails_by_outliers() {
+            lines.push("most residuals are within the noise: `--loss huber` reduces the weight of outliers".to_owned());
+        }
     }
     lines.extend(idle(result));
     lines.extend(passing(result));

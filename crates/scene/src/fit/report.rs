@@ -35,10 +35,25 @@ impl FitResult {
 
     /// Returns the standard deviation of the residuals, or a robust estimate of it where a robust loss hides it.
     fn misfit(&self) -> f64 {
+        self.deviation().max(self.robust_deviation())
+    }
+
+    /// Estimates the standard deviation of the residuals by their median, on which outliers have little effect.
+    fn robust_deviation(&self) -> f64 {
         let mut sizes: Vec<f64> = self.points.iter().map(|p| p.residual.abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-        self.deviation().max(median / MEDIAN_OF_NORMAL)
+        sizes.get(sizes.len() / 2).copied().unwrap_or(0.0) / MEDIAN_OF_NORMAL
+    }
+
+    /// Returns whether the fit fails because of outliers: the median of the residuals is within the noise.
+    pub fn fails_by_outliers(&self) -> bool {
+        self.does_not_fit() && self.robust_deviation() <= FAR
+    }
+
+    /// Returns the measurement with the largest residual and its index.
+    pub fn largest_residual(&self) -> Option<(usize, &Point)> {
+        let points = self.points.iter().enumerate();
+        points.max_by(|(_, a), (_, b)| a.residual.abs().total_cmp(&b.residual.abs()))
     }
 
     /// Describes how the fit ended.

@@ -193,6 +193,7 @@ fn a_model_hundreds_of_noise_levels_off_does_not_fit() {
     let document = result.document();
     assert_eq!(document["converged"], false);
     assert_eq!(document["outcome"], "does_not_fit");
+    assert!(!result.fails_by_outliers());
 }
 
 /// Regression: fits at 28.8 times the given noise converged, with every loss. The model cannot follow a shift.
@@ -297,6 +298,11 @@ fn robust_losses_pass_over_an_outlier() {
     let off = |loss| {
         let result = fit(path.clone(), data.clone(), &more[1..], loss);
         assert!(result.fit.is_converged(), "{}", result.ending());
+        // Least squares fail because of the outlier, which is named; the other losses are the remedy.
+        let fails = loss == Loss::Squares;
+        assert_eq!(result.fails_by_outliers(), fails, "{loss:?}");
+        assert_eq!(result.outcome() == Outcome::DoesNotFit, fails, "{loss:?}");
+        assert_eq!(result.largest_residual().unwrap().0, 19, "{loss:?}");
         (result.fit.values[0] / 1.3e4 - 1.0).abs()
     };
     let [squares, huber, cauchy] =
