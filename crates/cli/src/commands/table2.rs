@@ -267,8 +267,8 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
         None => scenes?,
     };
     let shared = std::env::temp_dir();
-    // Folders of other users and of programs that start just now remain.
-    let _ = remove_temporary_files(&shared, Duration::from_secs(60));
+    // Folders of programs that start just now remain.
+    remove_temporary_files(&shared, Duration::from_secs(60));
     let temporary = atomic_file::temporary_folder(&shared);
     let temporary = temporary.context("cannot make a folder for the runs")?;
     let folder = args.out.as_deref().unwrap_or(temporary.path());

@@ -150,7 +150,7 @@ impl<'a> FolderRequest<'a> {
         self.check()?;
         let path = self.path.to_owned();
         fs::create_dir_all(&path).map_err(Error::file("make", &path))?;
-        let lock = lock(&path, Lock::Exclusive)?;
+        let lock = lock(&path, LOCK, Lock::Exclusive)?;
         self.open_locked(lock, Duration::ZERO)
     }
 
@@ -160,19 +160,23 @@ impl<'a> FolderRequest<'a> {
         self.check()?;
         let path = self.path.to_owned();
         fs::create_dir_all(&path).map_err(Error::file("make", &path))?;
-        match lock(&path, Lock::Exclusive) {
-            Ok(alone) => {
-                let folder = self.open_locked(alone, Duration::ZERO)?;
-                folder.lock.unlock().map_err(Error::file("unlock", &path))?;
-                let lock = lock_shared(&path)?;
-                Ok(ResultFolder { lock, ..folder })
+        match lock(&path, LOCK, Lock::Exclusive) {
+            Ok(alone) => drop(self.clone().open_locked(alone, Duration::ZERO)?),
+            Err(Error::Busy(_)) if self.existing != Existing::Overwrite => {}
+            Err(error) => return Err(error),
+        }
+        let shared = lock_shared(&path)?;
+        let added = Self {
+            existing: Existing::Add,
+            ..self
+        };
+        // A lock cannot be changed from exclusive to shared at once: another process may have replaced the results.
+        match added.earlier_origin()? {
+            // Others may have created temporary files just now, and not locked them yet.
+            Some(origin) if origin == added.origin => {
+                added.open_locked(shared, Duration::from_secs(60))
             }
-            Err(Error::Busy(_)) if self.existing != Existing::Overwrite => {
-                let shared = lock_shared(&path)?;
-                // Others may have created theirs just now, and not locked it yet.
-                self.open_locked(shared, Duration::from_secs(60))
-            }
-            Err(error) => Err(error),
+            _ => Err(Error::Busy(path)),
         }
     }
 
@@ -181,7 +185,7 @@ impl<'a> FolderRequest<'a> {
         let path = self.path.to_owned();
         // Check again, because another process may have written before the lock was acquired.
         let found = self.manifest()?;
-        remove_temporary_files(&path, min_age)?;
+        remove_temporary_files(&path, min_age);
         let manifest = match found {
             Some(mut found) if matches!(self.existing, Existing::Resume | Existing::Add) => {
                 if found.header.origin != self.origin || found.is_torn() {
@@ -206,7 +210,7 @@ impl<'a> FolderRequest<'a> {
         Ok(ResultFolder {
             path,
             manifest: Mutex::new(manifest),
-            lock,
+            _lock: lock,
         })
     }
 
@@ -296,7 +300,7 @@ impl<'a> FolderRequest<'a> {
 pub struct ResultFolder {
     path: PathBuf,
     manifest: Mutex<Manifest>,
-    lock: File,
+    _lock: File,
 }
 
 impl ResultFolder {
@@ -337,6 +341,15 @@ impl ResultFolder {
     pub(crate) fn create(&self, name: &str) -> Result<Growing<File>, Error> {
         let path = self.claim(name)?;
         atomic_file::create(&path).map_err(Error::file("write", &path))
+    }
+
+    /// Locks a part of a shared folder by the file `name` while the returned value exists.
+    ///
+    /// # Errors
+    /// [`Error::Busy`] if another process has locked it; errors of [`claim`](Self::claim).
+    pub(crate) fn lock_part(&self, name: &str) -> Result<File, Error> {
+        self.claim(name)?;
+        lock(&self.path, name, Lock::Exclusive)
     }
 
     /// Removes a file of the folder if it exists.
@@ -389,45 +402,43 @@ fn remove(path: &Path) -> Result<(), Error> {
     if !is_folder {
         return atomic_file::remove(path).map_err(fail());
     }
-    let held = lock(path, Lock::Exclusive)?;
+    let held = lock(path, LOCK, Lock::Exclusive)?;
     let manifest = Manifest::read(path)?;
     for name in manifest.iter().flat_map(Manifest::files) {
         remove(&path.join(name))?;
     }
-    remove_temporary_files(path, Duration::ZERO)?;
+    remove_temporary_files(path, Duration::ZERO);
     remove(&path.join(manifest::NAME))?;
-    drop(held);
     remove(&path.join(LOCK))?;
+    drop(held);
     match fs::remove_dir(path) {
         Err(error) if error.kind() != io::ErrorKind::DirectoryNotEmpty => Err(fail()(error)),
         _ => Ok(()),
     }
 }
 
-/// Removes what killed programs left while they wrote.
-pub fn remove_temporary_files(folder: &Path, min_age: Duration) -> Result<(), Error> {
+/// Removes what killed programs left while they wrote, except for files of other users, which it cannot remove.
+pub fn remove_temporary_files(folder: &Path, min_age: Duration) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let written = entry.metadata().and_then(|there| there.modified());
         let age = written.ok().and_then(|time| time.elapsed().ok());
         let is_old = age.unwrap_or_default() >= min_age;
         if is_old && name.to_str().is_some_and(atomic_file::is_temporary) {
-            atomic_file::remove_orphan(&entry.path(), LOCK)
-                .map_err(Error::file("remove", &entry.path()))?;
+            let _ = atomic_file::remove_orphan(&entry.path(), LOCK);
         }
     }
-    Ok(())
 }
 
 /// Takes the shared lock of a folder. Processes that prepare the folder hold the other lock for a moment.
 fn lock_shared(folder: &Path) -> Result<File, Error> {
     for _ in 0..25 {
-        match lock(folder, Lock::Shared) {
+        match lock(folder, LOCK, Lock::Shared) {
             Err(Error::Busy(_)) => thread::sleep(Duration::from_millis(20)),
             locked => return locked,
         }
     }
-    lock(folder, Lock::Shared)
+    lock(folder, LOCK, Lock::Shared)
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -436,9 +447,9 @@ enum Lock {
     Shared,
 }
 
-/// Acquires the lock of a folder.
-fn lock(folder: &Path, kind: Lock) -> Result<File, Error> {
-    let path = folder.join(LOCK);
+/// Locks a file of a folder.
+fn lock(folder: &Path, name: &str, kind: Lock) -> Result<File, Error> {
+    let path = folder.join(name);
     let fail = Error::file("lock", &path);
     if fs::symlink_metadata(&path).is_ok_and(|there| !there.is_file()) {
         return Err(fail(io::Error::other("it is not a regular file")));

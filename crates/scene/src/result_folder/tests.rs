@@ -300,3 +300,41 @@ fn links_are_not_followed() {
     open.write("old", "2").unwrap();
     assert!(!folder.path().join("nowhere").exists());
 }
+
+/// Regression: another process could replace a sweep between the exclusive and the shared lock of its folder.
+#[test]
+fn a_shared_folder_contains_the_results_that_its_processes_expect() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |scene, existing| FolderRequest {
+        origin: json!({ "scene": scene }),
+        ..request(folder.path(), existing, &["table"])
+    };
+    thread::scope(|scope| {
+        for scene in [1, 2] {
+            scope.spawn(move || {
+                for _ in 0..100 {
+                    if let Ok(open) = of(scene, Existing::Overwrite).open_shared() {
+                        let found = of(scene, Existing::Add).earlier_origin().unwrap();
+                        assert_eq!(found, Some(json!({ "scene": scene })));
+                        drop(open);
+                    }
+                }
+            });
+        }
+    });
+}
+
+/// Regression: clean-up stopped at a temporary file that could not be removed.
+#[test]
+fn temporary_files_that_cannot_be_removed_do_not_protect_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let names = [".myovib-a.part", ".myovib-b.part", ".myovib-c.part"];
+    for name in names {
+        fs::write(folder.path().join(name), "").unwrap();
+    }
+    let remove = || remove_temporary_files(folder.path(), Duration::ZERO);
+    let (_, changes) = with_disk_that_stops_after(0, false, remove);
+    assert_eq!(changes, 3);
+    remove();
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}

@@ -172,7 +172,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     })
 }
 
-/// Returns the folder request of a sweep, which contains one folder and one record file per case.
+/// Returns the folder request of a sweep, which contains a folder, a record and a lock per case.
 fn request<'a>(
     options: &'a SweepOptions<'_>,
     scene: &'a Scene,
@@ -180,7 +180,7 @@ fn request<'a>(
 ) -> FolderRequest<'a> {
     let of_cases = cases
         .iter()
-        .flat_map(|case| [folder_of(case), record_of(case)]);
+        .flat_map(|case| [folder_of(case), record_of(case), lock_of(case)]);
     let tables = ["sweep.csv", "sweep.json", result_folder::PAGE].map(str::to_owned);
     FolderRequest {
         path: &options.out,
@@ -224,6 +224,11 @@ fn record_of(case: &Case) -> String {
     format!("case-{:04}.json", case.number + 1)
 }
 
+/// Returns the name of the lock file, which a process locks until it has recorded the case.
+fn lock_of(case: &Case) -> String {
+    format!(".case-{:04}.lock", case.number + 1)
+}
+
 /// Data shared by all cases.
 struct Sweep<'a> {
     options: &'a SweepOptions<'a>,
@@ -264,16 +269,20 @@ impl Sweep<'_> {
         self.options.overwrite || !self.is_done(case)
     }
 
+    /// Computes the due cases. Waits for cases that another process computes, and computes them here if it fails.
     fn compute_all(&self, cases: &[Case], folder: &ResultFolder) -> Result<(), Error> {
         let done = AtomicUsize::new(0);
         let outcomes = parallel::map(cases, self.n_threads, |case| {
             if self.is_interrupted() {
                 return Ok(());
             }
-            if self.is_due(case) {
+            while self.is_due(case) && !self.is_interrupted() {
                 match self.compute(case, folder) {
-                    Err(Error::Busy(_)) => self.wait_for(case, folder)?,
-                    computed => computed?,
+                    Err(Error::Busy(_)) => thread::sleep(Duration::from_millis(200)),
+                    computed => {
+                        computed?;
+                        break;
+                    }
                 }
             }
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -284,18 +293,6 @@ impl Sweep<'_> {
         outcomes.into_iter().collect()
     }
 
-    /// Waits until another process has computed the case. Computes the case here if that process
-    /// fails.
-    fn wait_for(&self, case: &Case, folder: &ResultFolder) -> Result<(), Error> {
-        while !self.is_interrupted() && !self.is_done(case) {
-            match self.compute(case, folder) {
-                Err(Error::Busy(_)) => thread::sleep(Duration::from_millis(200)),
-                computed => return computed,
-            }
-        }
-        Ok(())
-    }
-
     /// Computes a case and records its result. A failure is recorded too, but such a case is computed again by the next
     /// run of the sweep.
     ///
@@ -303,6 +300,10 @@ impl Sweep<'_> {
     /// A case that another process computes; a record that cannot be written.
     fn compute(&self, case: &Case, folder: &ResultFolder) -> Result<(), Error> {
         let options = self.options;
+        let _lock = folder.lock_part(&lock_of(case))?;
+        if !self.is_due(case) {
+            return Ok(()); // another process has just computed it
+        }
         // The next sweep computes the case again if this sweep is killed.
         folder.remove(&record_of(case))?;
         let mut inputs = Vec::new();

@@ -143,3 +143,43 @@ fn loads_on_a_body_at_rest_are_rejected_without_searching_an_equilibrium() {
         assert!(table.contains("failed"), "{name}: {table}");
     }
 }
+
+/// Regression: a second process removed the record of a case, and computed the case again, before the first had
+/// recorded it.
+#[test]
+fn a_case_is_computed_and_recorded_by_one_process() {
+    let folder = tempfile::tempdir().unwrap();
+    let computed = AtomicUsize::new(0);
+    type Finished<'a> = &'a (dyn Fn(&Path, &Scene, &RunResult) -> Result<(), Error> + Sync);
+    let sweep = |finished: Finished<'_>| {
+        let result = compute(&SweepOptions {
+            scene: "cook-static".into(),
+            vary: vec!["solid.bulk_modulus=1e5".to_owned()],
+            results: Vec::new(),
+            set: vec!["mesh.cells=[2,2]".to_owned()],
+            out: folder.path().to_owned(),
+            cases: Cases::All,
+            overwrite: false,
+            n_threads: NonZeroUsize::MIN,
+            interrupt: None,
+            progress: &(),
+            finished,
+        });
+        assert_eq!(result.unwrap().document["rows"][0]["outcome"], "finished");
+    };
+    let count = |_: &Path, _: &Scene, _: &RunResult| {
+        computed.fetch_add(1, Ordering::Relaxed);
+        Ok(())
+    };
+    std::thread::scope(|scope| {
+        sweep(&|folder, scene, result| {
+            // Locks belong to open files, so a second sweep of this process counts as another process.
+            let second = scope.spawn(|| sweep(&count));
+            // Without the lock, the second sweep ends after about 20 ms.
+            std::thread::sleep(std::time::Duration::from_millis(300));
+            assert!(!second.is_finished());
+            count(folder, scene, result)
+        });
+    });
+    assert_eq!(computed.into_inner(), 1);
+}
