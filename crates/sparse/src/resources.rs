@@ -4,6 +4,7 @@
 //! with both numbers; otherwise the system may kill the process in the middle of a run.
 
 use std::fs;
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -64,16 +65,19 @@ pub fn peak() -> Option<usize> {
 }
 
 /// Returns the memory available to this process in bytes: the minimum of the free memory of the machine, of its control
-/// group (a container or a cluster job), of its address space (`ulimit -v`), of its data (`ulimit -d`) and of its limit.
+/// groups (a container or a cluster job), of its address space (`ulimit -v`), of its data (`ulimit -d`) and of its limit.
 /// `None` if no value is known.
 pub fn available() -> Option<usize> {
     let own = LIMIT
         .get()
         .map(|limit| limit.saturating_sub(in_use().unwrap_or(0)));
     let machine = kibibytes("/proc/meminfo", "MemAvailable:");
+    let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let group = groups.lines().find_map(|line| line.strip_prefix("0::"));
+    let group = group.and_then(|group| in_group(Path::new("/sys/fs/cgroup"), group));
     let address_space = below("Max address space", "VmSize:");
     let data = below("Max data size", "VmData:");
-    let all = [own, machine, in_group(), address_space, data];
+    let all = [own, machine, group, address_space, data];
     all.into_iter().flatten().min()
 }
 
@@ -108,15 +112,24 @@ fn below(name: &str, used: &str) -> Option<usize> {
     Some(soft.saturating_sub(kibibytes("/proc/self/status", used)?))
 }
 
-/// Returns the memory left in the control group (version 2).
-fn in_group() -> Option<usize> {
-    let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
-    let group = groups.lines().find_map(|line| line.strip_prefix("0::/"))?;
-    let number = |name| {
-        let text = fs::read_to_string(format!("/sys/fs/cgroup/{group}/{name}")).ok()?;
-        text.trim().parse::<usize>().ok() // "max" means no limit
-    };
-    Some(number("memory.max")?.saturating_sub(number("memory.current")?))
+/// Returns the memory left in the control group below `root` (version 2): the minimum over it and its ancestors.
+fn in_group(root: &Path, group: &str) -> Option<usize> {
+    let folder = root.join(group.trim_start_matches('/'));
+    let groups = folder.ancestors().take_while(|one| one.starts_with(root));
+    groups.filter_map(left_in).min()
+}
+
+/// Returns the memory below the limit of one control group. The file cache that the system would reclaim counts as free.
+fn left_in(group: &Path) -> Option<usize> {
+    let text = |name| fs::read_to_string(group.join(name)).ok();
+    let number = |text: &str| text.trim().parse::<usize>().ok(); // "max" means no limit
+    let most = number(&text("memory.max")?)?;
+    let used = number(&text("memory.current")?)?;
+    let cache = text("memory.stat").and_then(|stat| {
+        let mut lines = stat.lines();
+        number(lines.find_map(|line| line.strip_prefix("inactive_file "))?)
+    });
+    Some(most.saturating_sub(used.saturating_sub(cache.unwrap_or(0))))
 }
 
 #[cfg(test)]
@@ -134,6 +147,29 @@ mod tests {
             Err(SparseError::Memory { needed: n, .. }) => assert_eq!(n, needed),
             other => panic!("{other:?}"),
         }
+    }
+
+    /// Regression: the file cache counted as used, and limits of parent groups were ignored.
+    #[test]
+    fn memory_of_control_groups_excludes_caches_and_includes_parents() {
+        let root = tempfile::tempdir().unwrap();
+        let write = |group: &str, [max, current, stat]: [&str; 3]| {
+            let folder = root.path().join(group);
+            fs::create_dir_all(&folder).unwrap();
+            fs::write(folder.join("memory.max"), format!("{max}\n")).unwrap();
+            fs::write(folder.join("memory.current"), format!("{current}\n")).unwrap();
+            fs::write(folder.join("memory.stat"), stat).unwrap();
+        };
+        let left = |group| in_group(root.path(), group);
+        write("job/step", ["1000", "900", "anon 300\ninactive_file 600\n"]);
+        assert_eq!(left("/job/step"), Some(700));
+        write("job", ["800", "700", "inactive_file 50\n"]);
+        assert_eq!(left("/job/step"), Some(150));
+        write("job", ["max", "700", ""]);
+        assert_eq!(left("/job/step"), Some(700));
+        assert_eq!(left("/job"), None);
+        write("", ["100", "200", ""]);
+        assert_eq!([left("/job"), left("/")], [Some(0); 2]);
     }
 
     /// Regression: the error of an equilibrium mentioned BDF and Radau IIA.
