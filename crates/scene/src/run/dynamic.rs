@@ -1,5 +1,6 @@
 //! Dynamic analysis over a time interval.
 
+use std::mem;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -93,38 +94,20 @@ struct Motion<'a> {
     started: Instant,
 }
 
-impl Driver for Motion<'_> {
-    type Result = RunResult;
-
-    fn drive<P: System>(self, mut integrator: Box<dyn Integrator<P>>) -> Result<RunResult, Error> {
-        let Self {
-            scene,
-            options,
-            checkpoint,
-            ..
-        } = self;
-        if let Some(checkpoint) = checkpoint {
-            restore(&mut *integrator, checkpoint)?;
-        }
-        // All input has been checked. Files are written from here on.
-        let origin = self.request.origin.clone();
-        let folder = match self.folder {
-            Some(folder) => folder,
-            None => self.request.open().map_err(Error::before_any_output)?,
-        };
-        let (recorders, mut notes) = open(scene, self.readings, &folder, checkpoint)?;
-        let fields = fields(scene, &folder, checkpoint)?;
-        if checkpoint.is_some() {
-            for name in AT_THE_END {
-                folder.remove(name)?; // they are of the earlier end
-            }
-        }
-        let n = integrator.problem().state_len();
-        let mut outputs = Outputs {
+impl Motion<'_> {
+    /// Opens the outputs in `folder`. Returns notes on rows truncated from the tables of a resumed run.
+    fn outputs<'f>(
+        &mut self,
+        folder: &'f ResultFolder,
+        n_unknowns: usize,
+    ) -> Result<(Outputs<'f>, Vec<String>), Error> {
+        let (scene, checkpoint) = (self.scene, self.checkpoint);
+        let (recorders, notes) = open(scene, mem::take(&mut self.readings), folder, checkpoint)?;
+        let outputs = Outputs {
             recorders,
-            fields,
-            origin,
-            conditions: self.conditions,
+            fields: fields(scene, folder, checkpoint)?,
+            origin: self.request.origin.clone(),
+            conditions: mem::take(&mut self.conditions),
             checkpoints: checkpoint_times(scene, checkpoint),
             checkpointed: None,
             last_checkpoint: Instant::now(),
@@ -134,28 +117,83 @@ impl Driver for Motion<'_> {
             volumes: checkpoint.map_or(Volumes::default(), |c| c.volumes.clone()),
             allows_inverted: scene.allows_inverted(),
             indicator: checkpoint.map_or(Indicator::default(), |c| c.indicator.clone()),
-            folder: &folder,
+            folder,
             before: checkpoint.map_or(Totals::default(), |c| c.counts.resumed()),
             work: checkpoint.map_or(OutputWork::default(), |c| c.work),
             seconds: Duration::ZERO,
-            y: vec![0.0; n],
-            y_dot: vec![0.0; n],
+            y: vec![0.0; n_unknowns],
+            y_dot: vec![0.0; n_unknowns],
         };
-        let setup = self.started.elapsed();
-        let most_cpu = scene.file.integrator.max_cpu.unwrap_or(f64::INFINITY);
+        Ok((outputs, notes))
+    }
+
+    /// Integrates to the end, to a limit or to a condition of the scene.
+    fn integrate<P: System>(
+        &self,
+        integrator: &mut dyn Integrator<P>,
+        outputs: &mut Outputs<'_>,
+    ) -> Result<Statistics, Error> {
+        let Self { scene, options, .. } = self;
+        let settings = &scene.file.integrator;
+        let most_cpu = settings.max_cpu.unwrap_or(f64::INFINITY);
         let mut limits = Limits::new(most_cpu, options.interrupt);
         let mut watch = Watch::new("run".into(), scene.t_end, options.progress);
         let mut steps = StepLimit {
-            most: scene.file.integrator.max_steps,
+            most: settings.max_steps,
             t_end: scene.t_end,
         };
         let mut observers: Vec<&mut dyn Observer<P>> =
-            vec![&mut outputs, &mut watch, &mut steps, &mut limits];
+            vec![outputs, &mut watch, &mut steps, &mut limits];
+        Ok(run(integrator, &mut observers)?)
+    }
+
+    /// Adds the error estimate to the document of a finished run, if requested. Returns false if it was interrupted.
+    fn verify(&self, folder: &ResultFolder, document: &mut Value) -> Result<bool, Error> {
+        let Some(verify) = self.verify else {
+            return Ok(true);
+        };
+        let estimate = verify(self.scene, self.options)?;
+        let is_whole = estimate.is_some();
+        if let Some(estimate) = estimate {
+            document["error_estimate"] = estimate;
+            document::write(folder, document)?;
+        }
+        Ok(is_whole)
+    }
+}
+
+impl Driver for Motion<'_> {
+    type Result = RunResult;
+
+    fn drive<P: System>(
+        mut self,
+        mut integrator: Box<dyn Integrator<P>>,
+    ) -> Result<RunResult, Error> {
+        let (scene, checkpoint) = (self.scene, self.checkpoint);
+        if let Some(checkpoint) = checkpoint {
+            restore(&mut *integrator, checkpoint)?;
+        }
+        // All input has been checked. Files are written from here on.
+        let folder = match self.folder.take() {
+            Some(folder) => folder,
+            None => {
+                let opened = self.request.clone().open();
+                opened.map_err(Error::before_any_output)?
+            }
+        };
+        let n_unknowns = integrator.problem().state_len();
+        let (mut outputs, mut notes) = self.outputs(&folder, n_unknowns)?;
+        if checkpoint.is_some() {
+            for name in AT_THE_END {
+                folder.remove(name)?; // they are of the earlier end
+            }
+        }
+        let setup = self.started.elapsed();
         // If a run was killed after its last checkpoint, only the files written at the end are missing.
         let at_the_end = checkpoint.filter(|c| c.t >= scene.t_end);
         let statistics = match at_the_end {
             Some(checkpoint) => ended_at(checkpoint.t, integrator.counts()),
-            None => run(&mut *integrator, &mut observers)?,
+            None => self.integrate(&mut *integrator, &mut outputs)?,
         };
         let ended = statistics.outcome == Outcome::Finished; // and may be gone on with to a later end
         let interrupted = statistics.outcome.reason() == Some(EndReason::Interrupted);
@@ -184,18 +222,11 @@ impl Driver for Motion<'_> {
         }
         document::write(&folder, &document)?;
         let mut outcome = statistics.outcome;
-        if let Some(verify) = self.verify.filter(|_| ended) {
-            match verify(scene, options)? {
-                Some(estimate) => {
-                    document["error_estimate"] = estimate;
-                    document::write(&folder, &document)?;
-                }
-                None => {
-                    let message = "--verify was interrupted and measured no error; --resume --verify measures it";
-                    notes.push(message.to_owned());
-                    outcome = Outcome::ended(EndReason::Interrupted, message.to_owned());
-                }
-            }
+        if ended && !self.verify(&folder, &mut document)? {
+            let message =
+                "--verify was interrupted and measured no error; --resume --verify measures it";
+            notes.push(message.to_owned());
+            outcome = Outcome::ended(EndReason::Interrupted, message.to_owned());
         }
         let body = scene.body.as_ref();
         // The message of a run that ended at an inversion describes it.

@@ -22,7 +22,7 @@ use crate::probe::{Reading, StateAt};
 use crate::result_folder::{FolderRequest, ResultFolder};
 use crate::scene::{Body, Scene};
 use crate::state::State;
-use crate::vtu::{self, Grid, Series};
+use crate::vtu::{self, Grid, NotFinite, Series};
 use crate::watch::search;
 use crate::{Error, InputError};
 
@@ -71,34 +71,10 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         ),
         (outcome, _) => outcome,
     };
-    let not_finite = recording.series.as_ref().and_then(Series::not_finite);
     folder.write(State::NAME, last.state.encode()?)?;
-    let critical: Vec<Value> = end.critical_points.iter().map(described).collect();
-    let mut document = json!({
-        "scene": scene.file,
-        "analysis": "static",
-        "outcome": outcome.name(),
-        "reason": outcome.reason().map(EndReason::name),
-        "message": outcome.message(),
-        "load_reached": last.load,
-        "unknowns": last.unknowns,
-        "unknowns_paper": body.muscle.n_unknowns_paper(),
-        "mesh": document::mesh(&body.muscle),
-        "opposed_fibers": body.opposed_fibers,
-        "newton_iterations": end.newton_iterations,
-        "load_steps": end.load_steps,
-        "critical_points": critical,
-        "constraint_drift": recording.drift,
-        "results": last.results,
-        "inversion": volumes.inversion(),
-        "volume_ratios": volumes.ratios(),
-        "not_finite": not_finite,
-        "cpu_seconds": cpu.elapsed().as_secs_f64(),
-        "wall_seconds": started.elapsed().as_secs_f64(),
-    });
-    if scene.file.loading_path.is_some() {
-        document["path"] = json!(recording.states);
-    }
+    let mut document = recording.document(&end, last, &outcome);
+    document["cpu_seconds"] = json!(cpu.elapsed().as_secs_f64());
+    document["wall_seconds"] = json!(started.elapsed().as_secs_f64());
     document::write(folder, &document)?;
     let volume_note = match outcome.reason() {
         Some(EndReason::Inverted) => None, // its message says so
@@ -115,7 +91,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             .chain(unfinished)
             .chain(last.instabilities.and_then(instability))
             .chain(volume_note)
-            .chain(not_finite.map(|seen| seen.note()))
+            .chain(recording.not_finite().map(|seen| seen.note()))
             .collect(),
         modes: None,
         response: None,
@@ -265,6 +241,39 @@ impl<'a> Recording<'a> {
             state: saved,
         });
         Ok(())
+    }
+
+    /// Returns the document of the run without its times.
+    fn document(&self, end: &PathEnd, last: &Last, outcome: &Outcome) -> Value {
+        let critical: Vec<Value> = end.critical_points.iter().map(described).collect();
+        let mut document = json!({
+            "scene": self.scene.file,
+            "analysis": "static",
+            "outcome": outcome.name(),
+            "reason": outcome.reason().map(EndReason::name),
+            "message": outcome.message(),
+            "load_reached": last.load,
+            "unknowns": last.unknowns,
+            "unknowns_paper": self.body.muscle.n_unknowns_paper(),
+            "mesh": document::mesh(&self.body.muscle),
+            "opposed_fibers": self.body.opposed_fibers,
+            "newton_iterations": end.newton_iterations,
+            "load_steps": end.load_steps,
+            "critical_points": critical,
+            "constraint_drift": self.drift,
+            "results": last.results,
+            "inversion": self.volumes.inversion(),
+            "volume_ratios": self.volumes.ratios(),
+            "not_finite": self.not_finite(),
+        });
+        if self.scene.file.loading_path.is_some() {
+            document["path"] = json!(self.states);
+        }
+        document
+    }
+
+    fn not_finite(&self) -> Option<NotFinite> {
+        self.series.as_ref().and_then(Series::not_finite)
     }
 }
 
