@@ -5,8 +5,6 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread::available_parallelism;
 
-use clap::Parser;
-use myovib_cli::cli::Cli;
 use myovib_cli::commands;
 use myovib_report::page;
 use myovib_scene::builtin::{self, SCENES};
@@ -160,14 +158,7 @@ pub(crate) fn versions() -> (&'static str, String, String) {
 pub(crate) fn program(py: Python<'_>, arguments: Vec<OsString>) -> i32 {
     myovib_cli::interrupt::install();
     myovib_cli::interrupt::outlive_large_files();
-    py.detach(|| match Cli::try_parse_from(arguments) {
-        Ok(cli) => myovib_cli::ended(cli.command.run()) as i32,
-        Err(error) => {
-            // A closed stream cannot report the error either.
-            let _ = error.print();
-            error.exit_code()
-        }
-    })
+    py.detach(|| myovib_cli::command(arguments) as i32)
 }
 
 /// Returns the policy for earlier results that has this name.

@@ -1,5 +1,6 @@
 """Scenes: bitwise equality with the program, interrupts, sweeps, results."""
 
+import json
 import os
 import pickle
 import re
@@ -15,17 +16,16 @@ import pytest
 
 import myovib
 from myovib import Probe, Scene, _native
-from myovib._program import main
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 GALLERY = Path(__file__).parent.parent.parent / "examples"
+OF_PACKAGE = [sys.executable, "-c", "import sys; from myovib._program import main; sys.exit(main())"]
 
 
 def program(*arguments, cwd):
     """Run the program named by MYOVIB_PROGRAM, or the program of the package."""
-    own = [sys.executable, "-c", "import sys; from myovib._program import main; sys.exit(main())"]
     named = os.environ.get("MYOVIB_PROGRAM")
-    command = [named] if named else own
+    command = [named] if named else OF_PACKAGE
     return subprocess.run([*command, *arguments], cwd=cwd, capture_output=True, text=True)
 
 
@@ -287,15 +287,17 @@ def test_ctrl_c_ends_check_and_modes(seconds_to_an_end):
     assert seconds_to_an_end(lambda: [scene.modes(100) for _ in range(100)]) < 0.5
 
 
-def test_ctrl_c_ends_the_program_of_the_package(monkeypatch):
-    handlers = []
-    monkeypatch.setattr(_native, "program", lambda _: handlers.append(signal.getsignal(signal.SIGINT)))
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        main()
-    finally:
-        signal.signal(signal.SIGINT, before)
-    assert handlers == [signal.SIG_DFL]
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize("sent", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_signals_end_the_program_of_the_package_and_keep_its_results(tmp_path, sent):
+    arguments = ["run", "table2-1", "--quiet", "--set", "time.end=1000.0"]
+    program = subprocess.Popen([*OF_PACKAGE, *arguments], cwd=tmp_path, stdout=subprocess.DEVNULL)
+    table = tmp_path / "out/origin.csv"
+    while program.poll() is None and not (table.exists() and table.stat().st_size > 100):
+        time.sleep(0.01)
+    program.send_signal(getattr(signal, sent))
+    assert program.wait(30) == 130
+    assert json.loads((tmp_path / "out/run.json").read_text())["reason"] == "interrupted"
 
 
 def test_two_threads_run_two_scenes_while_python_goes_on(result):

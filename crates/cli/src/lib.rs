@@ -38,6 +38,8 @@ pub mod values;
 pub mod versions;
 mod watched;
 
+use std::env;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -50,19 +52,25 @@ use crate::exit::Exit;
 pub fn main() -> ExitCode {
     interrupt::install();
     interrupt::outlive_large_files();
-    ranks::main(command, scene)
+    ranks::main(|| command(env::args_os()).into(), scene)
 }
 
-fn command() -> ExitCode {
-    match Cli::try_parse() {
-        Ok(cli) => ended(cli.command.run()).into(),
+/// Runs the program with these arguments, of which the first is its name.
+pub fn command(arguments: impl IntoIterator<Item = OsString>) -> Exit {
+    match Cli::try_parse_from(arguments) {
+        Ok(cli) => ended(cli.command.run()),
         Err(error) => {
-            // Errors in printing are ignored, because nobody reads the output. The code is clap's: 2, or 0 for help.
+            // Errors in printing are ignored, because nobody reads the output.
             match error.use_stderr() && plain(&error.to_string()) != error.to_string() {
                 true => output::print_error(&plain(&error.to_string())),
                 false => drop(error.print()),
             }
-            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+            // Requests for help are errors of the parser, too.
+            if error.use_stderr() {
+                Exit::Usage
+            } else {
+                Exit::Done
+            }
         }
     }
 }
