@@ -11,9 +11,9 @@ use super::kind::{
     HarmonicMotion, HarmonicReading, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at,
 };
 use crate::InputError;
-use crate::system::{System, muscle_of};
 use crate::scene::axis_index as index;
 use crate::scene_file::solid::Axis;
+use crate::system::{System, muscle_of};
 
 /// Volume inside a connected group of the boundary, m³; a cone to the center of the rim closes an opening.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
