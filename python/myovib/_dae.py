@@ -603,8 +603,10 @@ def _advice(
         advice = singular
     elif has_wrong_velocities and not solution.success and "after 0 steps" in solution.message:
         advice = START
-    elif tested or (hidden and not solution.success):
-        advice = _index_advice(hidden, "bdf")
+    elif tested:
+        advice = _index_advice(tested, "bdf")
+    elif hidden and not solution.success:
+        advice = f"the variables {hidden} (counted from 0) have an index above 1: use a Radau method with `index`"
     elif not (solution.success or is_hidden) and (steep := _growing(solution)):
         advice = (
             f"the derivatives of the variables {steep} (counted from 0) grow without bound near this time: "

@@ -99,3 +99,14 @@ def test_times_without_digits_are_reported(method, start):
     is_named = any("t_span" in str(warning.message) for warning in caught)
     assert is_named == (start > 0.0)
     assert s.success or "t_span" in s.message
+
+
+def test_radau_is_named_if_bdf_finds_no_values_after_a_break():
+    def follow(t, y, yp):
+        return [yp[0] - y[1], y[0] - min(t, 1.0) - 0.5 * np.sin(t)]
+
+    arguments = dict(breaks=[1.0], rtol=1e-9, atol=1e-9)
+    start = (0, 2.5), [0, 1.5], [1.5, 0]
+    s = solve_dae(follow, *start, suppress=[False, True], **arguments)
+    assert not s.success and "Radau" in s.message and "suppress" not in s.message
+    assert solve_dae(follow, *start, "radau9", index=[1, 2], **arguments).success
