@@ -259,7 +259,7 @@ impl Solid {
     }
 
     /// Returns ∇u at a point as a 3D tensor; in 2D the third row and column are zero.
-    pub(crate) fn spatial_gradient_at(&self, u: &[f64], at: &ElementPoint) -> Tensor3 {
+    pub fn spatial_gradient_at(&self, u: &[f64], at: &ElementPoint) -> Tensor3 {
         if self.space().dimension() == 3 {
             return self.gradient_at(u, at);
         }

@@ -143,10 +143,8 @@ impl<'a> KrylovSpace<'a> {
         }
         let n = self.basis.len();
         self.projected.resize_mut(n, n, 0.0);
-        let images = (before..n)
-            .map(|j| self.image(&self.basis[j].clone()))
-            .collect::<Result<Vec<_>, _>>()?;
-        for (j, mut image) in (before..n).zip(images) {
+        for j in before..n {
+            let mut image = self.shifted.solve(&self.mass_basis[j])?.0.into_owned();
             let length = self.norm(&image);
             let weights = self.take_out_basis(&mut image);
             // Symmetric except for rounding.
@@ -165,15 +163,10 @@ impl<'a> KrylovSpace<'a> {
         let w = DVector::from_fn(n, |i, _| {
             ((i * i + i + 1) as f64 * irrational).fract() - 0.5
         });
-        let image = self.image(&w)?;
+        let force = self.vibration.mass_times(&w);
+        let image = self.shifted.solve(&force)?.0.into_owned();
         let length = self.norm(&image);
         Ok((image, length))
-    }
-
-    /// Computes T w.
-    fn image(&mut self, w: &DVector<f64>) -> Result<DVector<f64>, StructureError> {
-        let force = self.vibration.mass_times(w);
-        Ok(self.shifted.solve(&force)?.0.into_owned())
     }
 
     /// Returns false once a solution has overflowed; the eigenvalues are then undefined.
@@ -207,13 +200,13 @@ impl<'a> KrylovSpace<'a> {
     /// original `length`.
     fn add(&mut self, mut w: DVector<f64>, length: f64) {
         self.take_out_basis(&mut w);
-        let remaining = self.norm(&w);
+        let mass_times = self.vibration.mass_times(&w);
+        let remaining = w.dot(&mass_times).max(0.0).sqrt();
         if remaining <= EXHAUSTED * length {
             return;
         }
-        w /= remaining;
-        self.mass_basis.push(self.vibration.mass_times(&w));
-        self.basis.push(w);
+        self.mass_basis.push(mass_times / remaining);
+        self.basis.push(w / remaining);
     }
 
     /// Returns the pairs of the projected problem with the largest |θ|.
@@ -231,10 +224,9 @@ impl<'a> KrylovSpace<'a> {
         });
         order.truncate(count);
         let n_last = self.beyond.len();
-        let gram = DMatrix::from_fn(n_last, n_last, |i, j| {
-            let mass_times = self.vibration.mass_times(&self.beyond[j].0);
-            self.beyond[i].0.dot(&mass_times)
-        });
+        let beyond = self.beyond.iter();
+        let mass_times: Vec<_> = beyond.map(|(w, _)| self.vibration.mass_times(w)).collect();
+        let gram = DMatrix::from_fn(n_last, n_last, |i, j| self.beyond[i].0.dot(&mass_times[j]));
         let pair = |&i: &usize| {
             let theta = eigen.eigenvalues[i];
             let weights = eigen.eigenvectors.column(i).into_owned();

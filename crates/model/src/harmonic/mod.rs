@@ -18,7 +18,7 @@ mod operator;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use myovib_sparse::{LinearWork, Ordering, Prediction, SparseOptions, resources};
 use num_complex::Complex64;
@@ -93,6 +93,8 @@ pub struct HarmonicResponse {
     stiffness: DynamicStiffness,
     plan: Arc<Condensation>,
     elimination: Arc<Elimination>,
+    /// Matrices that no thread uses; their allocation costs as much as a factorization.
+    matrices: Mutex<Vec<Condensed<Complex64>>>,
 }
 
 impl DynamicStiffness {
@@ -198,6 +200,7 @@ impl HarmonicResponse {
             stiffness,
             plan: Arc::new(plan),
             elimination: Arc::new(elimination),
+            matrices: Mutex::default(),
         })
     }
 
@@ -248,15 +251,13 @@ impl HarmonicResponse {
         let next = AtomicUsize::new(0);
         let results = Mutex::new(Vec::new());
         let work = || {
-            let mut matrix = None;
+            let mut own = None;
             loop {
                 let k = next.fetch_add(1, Relaxed);
                 let Some(frequency) = frequencies.get(k) else {
-                    return;
+                    return locked(&self.matrices).extend(own);
                 };
-                let matrix = matrix.get_or_insert_with(|| {
-                    Condensed::new(self.plan.clone(), self.elimination.clone())
-                });
+                let matrix = own.get_or_insert_with(|| self.matrix());
                 let s = Complex64::new(0.0, std::f64::consts::TAU * frequency);
                 let result = self.solve(matrix, s).and_then(|found| {
                     let derivatives = neighbors
@@ -267,8 +268,7 @@ impl HarmonicResponse {
                 if result.is_err() {
                     next.store(frequencies.len(), Relaxed);
                 }
-                let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
-                results.push((k, result));
+                locked(&results).push((k, result));
             }
         };
         match resources::threads() {
@@ -287,6 +287,12 @@ impl HarmonicResponse {
             Err(error) => Some(Err(error)),
         });
         found.collect()
+    }
+
+    /// Returns a matrix that no other thread uses.
+    fn matrix(&self) -> Condensed<Complex64> {
+        let unused = locked(&self.matrices).pop();
+        unused.unwrap_or_else(|| Condensed::new(self.plan.clone(), self.elimination.clone()))
     }
 
     /// Solves for one s = iω.
@@ -401,6 +407,10 @@ impl DynamicStiffness {
         let parts = slope(|z| z.re).zip(slope(|z| z.im));
         parts.map(|(re, im)| Complex64::new(re, im)).collect()
     }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Real or imaginary part of a motion and of its rates.

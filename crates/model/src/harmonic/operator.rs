@@ -147,10 +147,16 @@ impl DynamicStiffness {
                 let tensions = &self.tensions[..];
                 solid.added_force(&AddedMotion { u, v, tensions }, force);
             };
-            let by_u = self.slope(u, &self.u, |u, force| added(u, &still, force));
-            add(Complex64::ONE, &by_u, &mut total.force);
-            let by_v = self.slope(u, &still, |v, force| added(&self.u, v, force));
-            add(s, &by_v, &mut total.force);
+            if self.tensions.iter().all(|tension| *tension == 0.0) {
+                // Only viscous stress, which is linear in the velocity and zero at rest.
+                added(&self.u, u, &mut force);
+                add(s, &force, &mut total.force);
+            } else {
+                let by_u = self.slope(u, &self.u, |u, force| added(u, &still, force));
+                add(Complex64::ONE, &by_u, &mut total.force);
+                let by_v = self.slope(u, &still, |v, force| added(&self.u, v, force));
+                add(s, &by_v, &mut total.force);
+            }
         }
         for load in muscle.boundary_forces() {
             let by_u = self.slope(u, &self.u, |u, force| {

@@ -36,7 +36,9 @@ struct Description {
 enum Evaluation {
     /// From the fields.
     Fields(fn(&Snapshot<'_>, &ElementPoint) -> Vec<f64>),
-    /// From det F or a strain.
+    /// From the displacement gradient.
+    Gradient(fn(Tensor3) -> Vec<f64>),
+    /// From det F.
     State(fn(&PointState) -> Vec<f64>),
     /// From the stress.
     Stress(fn(&PointState) -> Vec<f64>),
@@ -109,14 +111,14 @@ quantities! {
         names: ["strain", "strain"],
         unit: "",
         components: Components::Symmetric,
-        evaluation: Evaluation::State(|state| symmetric(green(state.gradient))),
+        evaluation: Evaluation::Gradient(|gradient| symmetric(green(gradient))),
     }
     /// Principal values of the Green–Lagrange strain in descending order.
     PrincipalStrain "principal-strain" {
         names: ["principal_strain", "principal_strain"],
         unit: "",
         components: Components::Principal,
-        evaluation: Evaluation::State(|state| principal(green(state.gradient))),
+        evaluation: Evaluation::Gradient(|gradient| principal(green(gradient))),
     }
     /// Total Cauchy stress, Pa: xx, yy, xy, zz; in space xx, yy, zz, xy, yz, xz.
     Stress "stress" {
@@ -228,6 +230,9 @@ impl Snapshot<'_> {
     pub fn at(&self, place: &ElementPoint, quantity: Quantity) -> Vec<f64> {
         let values = match quantity.description().evaluation {
             Evaluation::Fields(read) => read(self, place),
+            Evaluation::Gradient(read) => {
+                read(self.solid.spatial_gradient_at(self.displacement, place))
+            }
             Evaluation::State(read) => read(&self.state_at(place)),
             Evaluation::Stress(read) => read(&self.dynamic_state_at(place)),
         };
