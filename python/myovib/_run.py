@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ElementTree
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,8 +47,16 @@ class Probe(Mapping[str, Array]):
     def __len__(self) -> int:
         return len(self._names)
 
-    def amplitude(self, name: str) -> NDArray[np.complex128]:
-        """Return the complex amplitude of a value of a response, such as ``"u_y"``."""
+    def amplitude(self, name: str) -> Array:
+        """Return the amplitude of a value of a response, such as ``"u_y"``."""
+        return self[f"{name}_amplitude"]
+
+    def phase(self, name: str) -> Array:
+        """Return the phase of a value of a response in degrees; positive phases lead the drive."""
+        return self[f"{name}_phase"]
+
+    def complex(self, name: str) -> NDArray[np.complex128]:
+        """Return the complex amplitude of a value of a response."""
         return self[f"{name}_re"] + 1j * self[f"{name}_im"]
 
     def frame(self) -> Any:
@@ -282,6 +290,18 @@ class SweepResult:
             For an unknown case, or one that failed before its run.
         """
         return RunResult._of(self.folder / f"case-{number:04}", [], self._temporary)
+
+    @overload
+    def __getitem__(self, index: int) -> RunResult: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[RunResult]: ...
+
+    def __getitem__(self, index: int | slice) -> RunResult | list[RunResult]:
+        """Return the run of a row, counted from 0, or the runs of several rows."""
+        if isinstance(index, slice):
+            return [self.case(row["case"]) for row in self.rows[index]]
+        return self.case(self.rows[index]["case"])
 
     def frame(self) -> Any:
         """Return the rows as a `pandas.DataFrame` with the columns of sweep.csv and the messages."""

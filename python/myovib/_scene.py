@@ -275,8 +275,8 @@ class Scene:
         Returns
         -------
         RunResult
-            Its probes contain the frequency as ``"f"`` and the complex amplitudes as
-            ``probe.amplitude("u_y")``; its document contains the ``"peaks"``.
+            Its probes contain the frequency as ``"f"``, and the values as ``probe.amplitude("u_y")``,
+            ``probe.phase("u_y")`` in degrees, and ``probe.complex("u_y")``; its document contains the ``"peaks"``.
         """
         scene = self.copy().set("analysis", "response")
         if frequencies is not None:

@@ -175,8 +175,9 @@ def test_response_at_zero_is_the_equilibrium():
     found = scene.response([0.0, 5.0])
     probe = found.probes["origin"]
     assert list(probe["f"]) == [0.0, 5.0] and scene.changes.keys() == {"traction[0].response"}
-    amplitude = probe.amplitude("u_y")
-    assert amplitude[1] == pytest.approx(probe["u_y_amplitude"][1] * np.exp(1j * np.radians(probe["u_y_phase"][1])))
+    amplitude = probe.complex("u_y")
+    polar = probe.amplitude("u_y") * np.exp(1j * np.radians(probe.phase("u_y")))
+    assert amplitude == pytest.approx(polar) and (probe.amplitude("u_y") >= 0).all()
     still = scene.copy().set("analysis", "static").set("traction[0].y", 1.0).run()
     # Linear up to terms of the size of the strain, 1e-5.
     assert amplitude[0].real == pytest.approx(100 * still.probes["origin"]["u_y"][0], rel=1e-4)
@@ -194,6 +195,10 @@ def test_a_sweep_has_a_row_for_each_case():
     assert (sweep.case(2).probes["origin"]["u_y"] == origin["u_y"]).all()
     assert sweep.rows[1]["peak"] == origin["u_y"].max()
     assert repr(sweep) == "SweepResult(2 cases: 2 finished)"
+    last = [run.document["scene"]["material"][0]["c10"] for run in [sweep[1], sweep[-1], *sweep[1:], list(sweep)[1]]]
+    assert last == [5e3] * 4
+    with pytest.raises(IndexError):
+        sweep[2]
 
 
 def test_a_frame_of_a_sweep_has_the_columns_of_its_table():
