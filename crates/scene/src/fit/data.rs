@@ -276,6 +276,25 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Returns the measurement of an output in a cell, or nothing if the cell is empty.
+    fn measurement(
+        &self,
+        table: &Table,
+        row: usize,
+        column: usize,
+        output: usize,
+    ) -> Result<Option<f64>, DataError> {
+        let value = self.number(table, row, column)?;
+        let wave = self.outputs[output].shear_wave;
+        match (value, wave) {
+            (Some(value), Some(wave)) if !wave.accepts(value) => {
+                let error = self.error_at(DataProblem::NotAWave, table, row, Some(column));
+                Err(error.found(value))
+            }
+            _ => Ok(value),
+        }
+    }
+
     fn noise(
         &self,
         table: &Table,
@@ -315,7 +334,7 @@ impl<'a> Reader<'a> {
                 self.unknown_output(error, name)
             })?;
             let t = self.time(table, row, time)?;
-            if let Some(value) = self.number(table, row, measurement)? {
+            if let Some(value) = self.measurement(table, row, measurement, output)? {
                 let noise = self.noise(table, row, noise, output)?;
                 data.push(Datum {
                     t,
@@ -354,7 +373,7 @@ impl<'a> Reader<'a> {
             self.expect_whole(table, row)?;
             let t = self.time(table, row, time)?;
             for &(column, output, noise) in &columns {
-                if let Some(value) = self.number(table, row, column)? {
+                if let Some(value) = self.measurement(table, row, column, output)? {
                     let noise = self.noise(table, row, noise, output)?;
                     data.push(Datum {
                         t,

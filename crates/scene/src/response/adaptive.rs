@@ -19,7 +19,7 @@ const BETWEEN: usize = 24;
 /// Number of intervals between adjacent frequencies in plots.
 const DRAWN: usize = 8;
 /// Maximum number of frequencies.
-pub(super) const MOST: usize = 400;
+pub const MOST: usize = 400;
 /// Fraction of the size of a curve. For amplitudes below it (near zeros of the curve), the tolerance is absolute.
 const SMALL: f64 = 0.01;
 /// Smallest size of a curve relative to the largest curve of its kind. With this value, rounding errors stay below a

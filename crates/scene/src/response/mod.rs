@@ -1,6 +1,7 @@
 //! Harmonic response of scenes.
 
 mod adaptive;
+mod notes;
 mod part;
 mod peaks;
 mod rational;
@@ -22,6 +23,7 @@ use crate::watch::{Watcher, search};
 use crate::{Body, Error, InputError, Scene, vtu};
 
 use adaptive::Samples;
+pub use adaptive::{Adaptive, MOST as MOST_ADAPTIVE};
 pub(crate) use part::Part;
 use peaks::Maximum;
 pub use peaks::{NearestMode, Peak};
@@ -266,7 +268,7 @@ impl Response {
         let drawn = samples
             .drawn
             .map(|(f, rows)| (f, curves_of(&tables, &rows)));
-        let mut notes = Vec::new();
+        let mut notes = notes::resonances_outside(&curves, &frequencies);
         if let Grid::Adaptive(Adaptive { tolerance, .. }) = grid
             && !is_interrupted
             && interpolation_error.is_none_or(|error| error > *tolerance)
@@ -374,7 +376,10 @@ fn of_body(
     {
         found.fields = fields(&response, &vtu::Grid::of_body(body), &own.fields)?;
     }
+    // Releases the factors before the modes need memory.
+    drop(response);
     found.notes.extend(at.instabilities.and_then(instability));
+    found.notes.extend(notes::undamped(muscle));
     // Bodies under follower pressures without an energy have no modes here; their peaks are still valid.
     if !found.peaks.is_empty()
         && body.formulation.has(Field::Pressure)

@@ -30,7 +30,31 @@ pub struct Output {
     pub probe: String,
     /// Column of the probe's table.
     pub column: String,
+    /// Plane shear wave for which the response of the value `column`, such as `"R_x"`, is the complex shear modulus, Pa.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shear_wave: Option<ShearWave>,
     /// Standard deviation of a measurement; the data may override it.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub noise: Option<f64>,
+}
+
+/// Measured quantity of a plane shear wave.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ShearWave {
+    /// Measured quantity.
+    pub quantity: WaveQuantity,
+    /// Density of the tissue, kg/m³.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub density: f64,
+}
+
+/// Quantity of a wave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WaveQuantity {
+    /// Phase velocity, m/s.
+    Speed,
+    /// Decay of the amplitude, 1/m.
+    Attenuation,
 }

@@ -14,7 +14,7 @@ use crate::probe::{Reading, StateAt, within_half_a_turn};
 use crate::response::{Part, harmonic_probes};
 use crate::run::start::{driving, initial};
 use crate::scene::Scene;
-use crate::scene_file::identification::Output as Wanted;
+use crate::scene_file::identification::{Output as Wanted, ShearWave};
 use crate::system::System;
 use crate::watch::Watcher;
 use crate::{Error, InputError};
@@ -32,6 +32,8 @@ pub struct Output {
     pub noise: Option<f64>,
     /// A full turn if the output is an angle, which is defined up to full turns.
     turn: Option<f64>,
+    /// Wave computed from the complex value of the column, which is a shear modulus.
+    pub(crate) shear_wave: Option<ShearWave>,
 }
 
 impl Output {
@@ -60,6 +62,7 @@ impl Output {
             column: 0,
             noise,
             turn: None,
+            shear_wave: None,
         }
     }
 }
@@ -71,6 +74,15 @@ fn column_names(is_response: bool, probe: &dyn Reading) -> Vec<String> {
         (false, _) => names,
         (true, Some(_)) => names.iter().flat_map(|name| Part::columns(name)).collect(),
         (true, None) => Vec::new(),
+    }
+}
+
+/// Returns the names of a probe's columns from which an output is computed: complex values for waves.
+fn names_for(wanted: &Wanted, is_response: bool, probe: &dyn Reading) -> Vec<String> {
+    match (wanted.shear_wave, probe.harmonic()) {
+        (None, _) => column_names(is_response, probe),
+        (Some(_), Some(_)) if is_response => probe.names(),
+        (Some(_), _) => Vec::new(),
     }
 }
 
@@ -107,6 +119,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
                     column,
                     noise: None,
                     turn: turn(scene, &**what, column),
+                    shear_wave: None,
                 })
             })
             .collect();
@@ -117,19 +130,19 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
         };
     }
     // Outputs for the other analysis are skipped if the scene has both.
-    let has_column = |is_response: bool, k: usize, column: &str| {
-        let names = column_names(is_response, &*probes[k]);
-        names.iter().any(|name| name == column)
+    let has_column = |is_response: bool, k: usize, wanted: &Wanted| {
+        names_for(wanted, is_response, &*probes[k]).contains(&wanted.column)
     };
     let is_own = |wanted: &Wanted| {
         let k = file
             .probe
             .iter()
             .position(|probe| probe.name == wanted.probe);
-        k.is_some_and(|k| has_column(scene.is_response(), k, &wanted.column))
+        k.is_some_and(|k| has_column(scene.is_response(), k, wanted))
     };
     let has_own = file.output.iter().any(is_own);
-    let is_other = |k: usize, column: &str| has_own && has_column(!scene.is_response(), k, column);
+    let is_other =
+        |k: usize, wanted: &Wanted| has_own && has_column(!scene.is_response(), k, wanted);
     let named = file.output.iter().enumerate().map(|(i, wanted)| {
         let path = format!("output[{i}]");
         let k = file
@@ -153,13 +166,20 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
                 ),
             ));
         }
-        let names = column_names(scene.is_response(), &*probes[k]);
+        let names = names_for(wanted, scene.is_response(), &*probes[k]);
         let column = names.iter().position(|name| *name == wanted.column);
-        if column.is_none() && !is_other(k, &wanted.column) {
-            let error = InputError::new(format!(
-                "`{}` has no column `{}`",
-                wanted.probe, wanted.column
-            ));
+        if column.is_none() && !is_other(k, wanted) {
+            let error = match wanted.shear_wave {
+                Some(_) if names.is_empty() => {
+                    let error = InputError::new("a shear wave needs the response of a probe");
+                    let error = error.allowed("analysis = \"response\" and a reaction");
+                    return Err(scene.wrong(&format!("{path}.shear_wave"), error));
+                }
+                _ => InputError::new(format!(
+                    "`{}` has no column `{}`",
+                    wanted.probe, wanted.column
+                )),
+            };
             return Err(scene.wrong(&format!("{path}.column"), error.allowed(names.join(", "))));
         }
         if file.output[..i]
@@ -169,13 +189,25 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
             let error = InputError::new(format!("duplicate output name `{}`", wanted.name));
             return Err(scene.wrong(&format!("{path}.name"), error));
         }
-        Ok(column.map(|column| Output {
-            name: wanted.name.clone(),
-            column_name: wanted.column.clone(),
-            probe: k,
-            column,
-            noise: wanted.noise,
-            turn: turn(scene, &*probes[k], column),
+        Ok(column.map(|column| match wanted.shear_wave {
+            Some(wave) => Output {
+                name: wanted.name.clone(),
+                column_name: wave.label().to_owned(),
+                probe: k,
+                column: Part::ALL.len() * column,
+                noise: wanted.noise,
+                turn: None,
+                shear_wave: Some(wave),
+            },
+            None => Output {
+                name: wanted.name.clone(),
+                column_name: wanted.column.clone(),
+                probe: k,
+                column,
+                noise: wanted.noise,
+                turn: turn(scene, &*probes[k], column),
+                shear_wave: None,
+            },
         }))
     });
     named.filter_map(Result::transpose).collect()

@@ -1,5 +1,7 @@
 //! Outputs of harmonic responses and their derivatives.
 
+use std::f64::consts::TAU;
+
 use myovib_model::harmonic::{Amplitude, DynamicStiffness, HarmonicResponse, Neighbors};
 use myovib_model::{ModelError, statics::Equilibrium};
 use num_complex::Complex64;
@@ -76,17 +78,23 @@ pub fn respond(
     if rows.len() < frequencies.len() {
         return Err(Error::Stopped("interrupted".to_owned()));
     }
-    let part = |output: &Output| Part::of_column(output.column);
     let samples = rows.into_iter().map(|(frequency, (values, derivatives))| {
+        let omega = TAU * frequency;
         let derivative = |of_p: &Vec<Complex64>| {
             let pairs = values.iter().zip(of_p).zip(outputs);
-            let real = pairs.map(|((z, dz), output)| part(output).derivative(*z, *dz));
+            let real = pairs.map(|((z, dz), output)| match output.shear_wave {
+                Some(wave) => wave.derivative(omega, *z, *dz),
+                None => Part::of_column(output.column).derivative(*z, *dz),
+            });
             real.collect()
         };
-        let reals = values.iter().zip(outputs);
+        let value = |(z, output): (&Complex64, &Output)| match output.shear_wave {
+            Some(wave) => wave.of(omega, *z),
+            None => Part::of_column(output.column).of(*z),
+        };
         Sample {
             t: frequency,
-            values: reals.map(|(z, output)| part(output).of(*z)).collect(),
+            values: values.iter().zip(outputs).map(value).collect(),
             derivatives: derivatives.iter().map(derivative).collect(),
         }
     });

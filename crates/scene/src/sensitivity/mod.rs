@@ -14,6 +14,7 @@ mod map;
 mod parameters;
 mod start;
 mod unsupported;
+mod wave;
 
 pub use curves::{Cost, Output, Precision, Sample, follow, outputs, settings};
 pub use equilibria::equilibria;

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use myovib_model::sensitivity::Stencil;
+use myovib_scene::Error;
 use myovib_scene::fit::{FitOptions, FitResult, Loss, Outcome, compute};
 use myovib_scene::run::Existing;
 use myovib_scene::sensitivity::{
@@ -79,7 +80,7 @@ const KEYS: [&str; 15] = [
 ];
 
 /// Writes a scene with these parameters and returns its path.
-fn written(folder: &Path, text: &str, keys: &[&str]) -> PathBuf {
+pub(crate) fn written(folder: &Path, text: &str, keys: &[&str]) -> PathBuf {
     let path = folder.join("scene.toml");
     let parameters = keys.iter().map(|key| {
         // The scale of 1/κ.
@@ -188,7 +189,7 @@ fn derivatives_are_limits_of_differences_of_order_four() {
 
 /// A rheometer: a block of 1 m in simple shear without inertia. Its face is displaced by 1 m, so that the force on the
 /// face is G* per meter of depth.
-const RHEOMETER: &str = r#"analysis = "response"
+pub(crate) const RHEOMETER: &str = r#"analysis = "response"
 [mesh]
 type = "rectangle"
 width = 1.0
@@ -228,17 +229,24 @@ column = "R_x_im"
 frequencies = "1..100:adaptive"
 "#;
 
-const CONSTANTS: [&str; 3] = [
+pub(crate) const CONSTANTS: [&str; 3] = [
     "material[0].shear_modulus",
     "material[0].springpot.modulus",
     "material[0].springpot.exponent",
 ];
 
-fn fit(path: &Path, data: &Path) -> FitResult {
+pub(crate) fn fit(path: &Path, data: &Path) -> FitResult {
     fit_all(path, vec![(data.to_owned(), Vec::new())])
 }
 
 fn fit_all(path: &Path, experiments: Vec<(PathBuf, Vec<String>)>) -> FitResult {
+    attempt(path, experiments).unwrap()
+}
+
+pub(crate) fn attempt(
+    path: &Path,
+    experiments: Vec<(PathBuf, Vec<String>)>,
+) -> Result<FitResult, Error> {
     compute(&FitOptions {
         scene: path.to_owned(),
         set: Vec::new(),
@@ -254,7 +262,6 @@ fn fit_all(path: &Path, experiments: Vec<(PathBuf, Vec<String>)>) -> FitResult {
         interrupt: None,
         progress: &(),
     })
-    .unwrap()
 }
 
 /// Writes G' and G'' of a springpot at 12 frequencies, from the closed form. The stated standard deviation is 2 % of
@@ -276,7 +283,7 @@ fn rheometry([shear, modulus, exponent]: [f64; 3], noise: f64, seed: u64, file: 
     std::fs::write(file, text).unwrap();
 }
 
-const TRUE: [f64; 3] = [1.2e3, 2.5e3, 0.25];
+pub(crate) const TRUE: [f64; 3] = [1.2e3, 2.5e3, 0.25];
 
 #[test]
 fn rheometry_without_noise_gives_its_springpot() {

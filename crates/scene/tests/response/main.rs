@@ -14,6 +14,7 @@ mod continuation;
 mod fields;
 mod fits;
 mod muscle;
+mod notes;
 mod periodic;
 mod ratios;
 mod refusals;
@@ -21,6 +22,8 @@ mod rod;
 mod settled;
 mod shear;
 mod strip;
+mod unused;
+mod waves;
 
 /// Returns a reference of `data/references`.
 fn reference(name: &str) -> Value {

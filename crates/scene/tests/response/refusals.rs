@@ -6,7 +6,7 @@ use myovib_scene::Scene;
 use myovib_scene::response::Response;
 use myovib_scene::watch::Watcher;
 
-const SCENE: &str = r#"analysis = "response"
+pub(crate) const SCENE: &str = r#"analysis = "response"
 [mesh]
 type = "beam"
 length = 0.1

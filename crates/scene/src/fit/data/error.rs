@@ -31,6 +31,8 @@ pub enum DataProblem {
     LongRow,
     /// A cell without a finite number.
     NotANumber,
+    /// A wave speed of zero or less, or a negative attenuation.
+    NotAWave,
     /// A measurement without a time, frequency or load factor.
     MissingTime,
     /// A time before 0 or after the end of the run.
@@ -64,6 +66,7 @@ impl fmt::Display for DataProblem {
             Self::NotANumber => {
                 "times, measurements and standard deviations must be finite numbers"
             }
+            Self::NotAWave => "a wave speed is positive, and an attenuation is not negative",
             Self::MissingTime => "a measurement needs a time, frequency or load factor",
             Self::OutsideRun => "the time is outside the run",
             Self::OutsideFrequencies => "the frequency is outside the response",
