@@ -22,8 +22,8 @@ use crate::scene_file::response::{Adaptive, Grid};
 use crate::watch::{Watcher, search};
 use crate::{Body, Error, InputError, Scene, vtu};
 
+pub use adaptive::MOST as MOST_ADAPTIVE;
 use adaptive::Samples;
-pub use adaptive::{Adaptive, MOST as MOST_ADAPTIVE};
 pub(crate) use part::Part;
 use peaks::Maximum;
 pub use peaks::{NearestMode, Peak};
