@@ -6,7 +6,6 @@ mod adjoint;
 mod advice;
 mod column;
 mod condensation;
-mod constrained_masses;
 mod counterexample;
 mod coupled_settings;
 mod end_time;
