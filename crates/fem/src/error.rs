@@ -117,6 +117,14 @@ pub enum FemError {
         /// Index of the element.
         element: usize,
     },
+    /// Law without a choice of the volume function.
+    #[error(
+        "the law `{law}` has small strains or its own volumetric energy, which excludes another function of the volume"
+    )]
+    VolumeFunction {
+        /// Name of the law.
+        law: &'static str,
+    },
     /// Index out of range.
     #[error("{what} {index} is out of range: the index must be below {count}")]
     OutOfRange {

@@ -2,8 +2,8 @@
 //! computed on demand.
 
 use crate::element::Barycentric;
-use crate::material::Law;
 use crate::material::three::{Tensor3, add_scaled3, contract3, scaled3};
+use crate::material::{Law, VolumeFunction};
 use crate::operators::added::AtPoint;
 use crate::solid::{Fields, Pressure, Solid};
 use crate::space::{Degree, ElementPoint};
@@ -40,7 +40,7 @@ pub struct PointState {
     pub gradient: Tensor3,
     /// Volume ratio J = det F (1 + div u for small strains).
     pub jacobian: f64,
-    /// Pressure p, or −κ (J − 1) without a pressure field, or −tr σ/3 for a law whose energy
+    /// Pressure p, or −κ g(J) without a pressure field, with the [function](VolumeFunction) g; or −tr σ/3 for a law whose energy
     /// includes the volumetric part.
     pub pressure: f64,
     /// First Piola–Kirchhoff stress P.
@@ -84,14 +84,15 @@ impl Solid {
         let law = self.law_at(fields, at);
         let gradient = self.spatial_gradient_at(fields.u, at);
         let volume_change = law.volume_change3(gradient);
+        let jacobian = 1.0 + volume_change;
+        let (volume, slope) = self.volume_at(at, volume_change);
         let pressure = match fields.pressure {
             Pressure::Nodal(p) => self.space().pressure_at(p, at),
             Pressure::Penalty { kappa } => {
-                -law.penalty(kappa * self.element_scale(at.element).kappa) * volume_change
+                -law.penalty(kappa * self.element_scale(at.element).kappa) * volume
             }
         };
-        let jacobian = 1.0 + volume_change;
-        let piola = law.stress3(gradient, pressure, self.axes_at(at));
+        let piola = law.stress3(gradient, slope * pressure, self.axes_at(at));
         let state = PointState {
             gradient,
             jacobian,
@@ -150,19 +151,32 @@ impl Solid {
         at: &ElementPoint,
     ) -> Tensor3 {
         let (law, h) = (self.law_at(fields, at), state.gradient);
-        let pressures = match fields.pressure {
+        let dilation_rate = contract3(&law.volume_gradient3(h), &v);
+        let (_, slope) = self.volume_at(at, state.jacobian - 1.0);
+        let rate = match fields.pressure {
             Pressure::Nodal(_) => {
                 let rate = fields.p_rate;
-                let rate = rate.map_or(0.0, |p| self.space().pressure_at(p, at));
-                [state.pressure, rate]
+                rate.map_or(0.0, |p| self.space().pressure_at(p, at))
             }
             Pressure::Penalty { kappa } => {
                 let kappa = law.penalty(kappa * self.element_scale(at.element).kappa);
-                let rate = contract3(&law.volume_gradient3(h), &v);
-                [law.volume_change3(h), rate].map(|volume| -kappa * volume)
+                -kappa * slope * dilation_rate
             }
         };
+        let of_slope = match self.volume_function(at.element) {
+            VolumeFunction::Quadratic => 0.0,
+            VolumeFunction::Logarithmic => -state.pressure * slope * dilation_rate,
+        };
+        let pressures = [slope * state.pressure, slope * (rate + of_slope)];
         law.stress_rate3(h, v, pressures, self.axes_at(at))
+    }
+
+    /// Returns the function of the volume at a volume change J − 1, and its derivative.
+    fn volume_at(&self, at: &ElementPoint, volume_change: f64) -> (f64, f64) {
+        match self.volume_function(at.element) {
+            VolumeFunction::Quadratic => (volume_change, 1.0),
+            VolumeFunction::Logarithmic => (volume_change.ln_1p(), 1.0 / (1.0 + volume_change)),
+        }
     }
 
     /// Returns the law at a point, scaled by its factor.

@@ -41,6 +41,7 @@ pub(crate) use potential::Potential;
 pub use potential::{PlaneCurvature, PlaneSlope};
 pub use prony::{Prony, PronyTerm, Springpot};
 pub use real::Real;
+pub use tensor::VolumeFunction;
 pub use viscous::{GradientProducts, Viscous, ViscousTangents};
 
 use tensor::{Strain, Volumetric};

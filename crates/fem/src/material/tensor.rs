@@ -18,7 +18,18 @@ use super::{Dual, PlaneCurvature, PlaneSlope, Real};
 /// 2 × 2 tensor.
 pub(crate) type TensorOf<R> = [[R; 2]; 2];
 
-/// Volumetric terms added to W: a pressure, or the penalty energy κ/2 d².
+/// Function g(J) in the volumetric energy κ/2 g². The pressure is p = −κ g, so it adds −p g to the energy. κ = ∞ makes g = 0, for
+/// which all functions are equal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum VolumeFunction {
+    /// g = J − 1.
+    #[default]
+    Quadratic,
+    /// g = ln J.
+    Logarithmic,
+}
+
+/// Volumetric terms added to W: a pressure, or the penalty energy κ/2 g².
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Volumetric<R> {
     pub(crate) p: R,

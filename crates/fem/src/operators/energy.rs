@@ -35,7 +35,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for StrainEnergy<'
     }
 }
 
-/// Returns ∫ W(F) − p (J − 1) or ∫ W(F) + κ/2 (J − 1)² for each element of a part.
+/// Returns ∫ W(F) − p g(J) or ∫ W(F) + κ/2 g(J)² for each element of a part.
 #[inline(always)]
 fn element_energies<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &mut Part<'_, S, D, N, P>,
@@ -43,6 +43,7 @@ fn element_energies<S: Simd, const D: usize, const N: usize, const P: usize>(
     fields: &Fields<'_>,
 ) -> Lanes<S> {
     let law = part.law();
+    let spatial = Spatial::of(&part.batch.material);
     let u = part.gather_vector(Some(fields.u));
     let (p, kappa) = match fields.pressure {
         Pressure::Nodal(p) => (Some(p), 0.0),
@@ -68,10 +69,10 @@ fn element_energies<S: Simd, const D: usize, const N: usize, const P: usize>(
                 *entry = slope;
             }
         }
-        let strain = Spatial(law).strain(h, axes, factor);
-        let d = strain.d;
-        let volume = d * (0.5 * kappa) - part.interpolate(&p, point);
-        let density = d.mul_add(volume, Spatial(law).energy(&strain));
+        let strain = spatial.strain(h, axes, factor);
+        let g = strain.volume();
+        let volume = g * (0.5 * kappa) - part.interpolate(&p, point);
+        let density = g.mul_add(volume, spatial.energy(&strain));
         sum = part.weights(point).mul_add(density, sum);
     }
     sum

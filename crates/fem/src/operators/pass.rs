@@ -107,8 +107,8 @@ macro_rules! pass {
             fn run<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
                 let Self { elements, mut kernel } = self;
                 let mut first = 0;
-                for batches in elements.batches.chunk_by(|a, b| a.material.law == b.material.law) {
-                    $with_law!(batches[0].material.law, law => outlined(
+                for batches in elements.batches.chunk_by(|a, b| a.material.is_computed_like(&b.material)) {
+                    $with_law!(&batches[0].material, law => outlined(
                         simd,
                         Run::<_, _, $dimension, $nodes, $pressures, RATES> {
                             law,

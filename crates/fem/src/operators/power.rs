@@ -48,7 +48,7 @@ fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
     (fields, beta): (&Fields<'_>, f64),
     direction: &[f64],
 ) -> Result<Lanes<S>, Inverted> {
-    let law = Spatial(part.law());
+    let law = Spatial::new(part.law());
     let beta = beta * part.scale().beta;
     let u = part.gather_vector(Some(fields.u));
     let v = part.gather_vector(fields.v.filter(|_| beta > 0.0));

@@ -109,12 +109,13 @@ fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constituti
         }
         let mut cofactor_rate = [[part.zero(); D]; D];
         if at.has_rates() {
-            cofactor_rate = part.pull_back(point, &law.cofactor(&state.strain, Some(&state.v)));
+            cofactor_rate =
+                part.pull_back(point, &law.volume_gradient(&state.strain, Some(&state.v)));
         }
         out.push(Moduli {
             tangent,
             total,
-            cofactor: part.pull_back(point, &law.cofactor(&state.strain, None)),
+            cofactor: part.pull_back(point, &law.volume_gradient(&state.strain, None)),
             cofactor_rate,
         });
     }

@@ -194,14 +194,14 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Evaluat
                 accumulate(&mut force_rate, part, point, &flux);
             }
             if RATES && out.multiplier_force.is_some() {
-                let flux = scaled(at.mu, law.cofactor(&at.strain, None));
+                let flux = scaled(at.mu, law.volume_gradient(&at.strain, None));
                 accumulate(&mut multiplier_force, part, point, &flux);
             }
             if out.volume_residual.is_some() {
-                accumulate_scalar(&mut volume_residual, part, point, law.dilation(&at.strain));
+                accumulate_scalar(&mut volume_residual, part, point, law.volume(&at.strain));
             }
             if RATES && out.volume_residual_rate.is_some() {
-                let rate = law.dilation_rate(&at.strain, at.v);
+                let rate = law.volume_rate(&at.strain, at.v);
                 accumulate_scalar(&mut volume_residual_rate, part, point, rate);
             }
         }

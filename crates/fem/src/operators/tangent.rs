@@ -280,10 +280,15 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P>
                 add(multiplier_stiffness, part, point, &a);
             }
             if let Some(divergence) = &mut divergence {
-                accumulate_divergence(divergence, part, point, &law.cofactor(&at.strain, None));
+                accumulate_divergence(
+                    divergence,
+                    part,
+                    point,
+                    &law.volume_gradient(&at.strain, None),
+                );
             }
             if let Some(divergence_rate) = &mut divergence_rate {
-                let cofactor = law.cofactor(&at.strain, Some(&at.v));
+                let cofactor = law.volume_gradient(&at.strain, Some(&at.v));
                 accumulate_divergence(divergence_rate, part, point, &cofactor);
             }
         }

@@ -1,7 +1,7 @@
 //! Material of elements. Elements of equal material are computed together.
 
 use crate::error::FemError;
-use crate::material::{Law, Range};
+use crate::material::{Law, Range, VolumeFunction};
 
 /// Bulk modulus and damping of an element, relative to the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,4 +42,12 @@ pub(crate) struct ElementMaterial {
     /// Index of the Prony series, if any.
     pub(crate) prony: Option<usize>,
     pub(crate) scale: ElementScale,
+    pub(crate) volume_function: VolumeFunction,
+}
+
+impl ElementMaterial {
+    /// Returns whether the same code computes elements of both materials.
+    pub(crate) fn is_computed_like(&self, other: &Self) -> bool {
+        self.law == other.law && self.volume_function == other.volume_function
+    }
 }

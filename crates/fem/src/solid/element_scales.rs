@@ -1,6 +1,7 @@
 //! Bulk modulus and damping that differ between elements.
 
 use crate::error::FemError;
+use crate::material::{Law, VolumeFunction};
 use crate::operators::mass::SymmetricMatrix;
 use crate::solid::element_material::ElementScale;
 
@@ -18,6 +19,30 @@ pub(super) struct ScaledMatrices {
 }
 
 impl Solid {
+    pub(crate) fn volume_function(&self, element: usize) -> VolumeFunction {
+        self.materials[element].volume_function
+    }
+
+    /// Returns the solid with a function of the volume in the volumetric energy.
+    ///
+    /// # Errors
+    /// [`FemError::VolumeFunction`] for another function than the default with a law for small strains, or a law whose energy
+    /// includes the volumetric part.
+    pub fn with_volume_function(mut self, function: VolumeFunction) -> Result<Self, FemError> {
+        if function == VolumeFunction::default() {
+            return Ok(self);
+        }
+        let is_unfit = |law: &Law| law.is_linear() || law.description().complete;
+        if let Some(law) = self.laws.iter().find(|law| is_unfit(law)) {
+            let law = law.description().name;
+            return Err(FemError::VolumeFunction { law });
+        }
+        for material in &mut self.materials {
+            material.volume_function = function;
+        }
+        Ok(self.with_rebuilt_batches())
+    }
+
     /// Returns the solid with κ, α and β of each element, relative to the body.
     ///
     /// # Errors

@@ -34,7 +34,7 @@ use crate::element::quadrature::Rule;
 use crate::error::FemError;
 use crate::material::fibers::Fibers;
 use crate::material::three::Axes;
-use crate::material::{Law, Prony, Range};
+use crate::material::{Law, Prony, Range, VolumeFunction};
 use crate::operators::added::AddedStress;
 pub use crate::operators::fields::{
     Change, Fields, Inverted, Pressure, TangentProduct, Tangents, Vectors,
@@ -307,6 +307,7 @@ impl Solid {
             added: None,
             prony: None,
             scale: ElementScale::ONE,
+            volume_function: VolumeFunction::default(),
         };
         let materials: Vec<ElementMaterial> = laws.iter().map(material).collect();
         let elements = Elements::new(&space, &materials, rule, &dofs, patterns);

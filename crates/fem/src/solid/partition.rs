@@ -15,7 +15,7 @@ impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
         let mut kept = Vec::new();
         let batches = &self.batches.batches;
         for alike in batches.chunk_by(|a, b| {
-            a.material.law == b.material.law && a.material.added == b.material.added
+            a.material.is_computed_like(&b.material) && a.material.added == b.material.added
         }) {
             let share = |number: usize| alike.len() * number / count;
             kept.extend((0..alike.len()).map(|k| (share(number)..share(number + 1)).contains(&k)));

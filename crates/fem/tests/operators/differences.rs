@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use crate::common::{MUSCLE_LAW, SMALL_LAW, clamped, dense, random};
-use myovib_fem::material::Law;
+use myovib_fem::material::{Law, VolumeFunction};
 use myovib_fem::solid::{Change, Fields, Pressure, Solid, TangentProduct, Tangents, Vectors};
 use myovib_fem::{Fibers, Space, generate};
 use nalgebra::{DMatrix, DVector};
 
 /// Displacements are about 1 % of the element size; step ε^(1/3) of that.
-const STEP: f64 = 1e-7;
+pub(crate) const STEP: f64 = 1e-7;
 
 const GUCCIONE: Law = Law::Guccione {
     c: 2e3,
@@ -29,7 +29,7 @@ const ST_VENANT_KIRCHHOFF: Law = Law::StVenantKirchhoff {
 };
 const DEVIATORIC: Law = Law::DeviatoricStVenantKirchhoff { shear_modulus: 2e4 };
 /// Constants of Aróstica et al. (2025).
-const HEART: Law = Law::HolzapfelOgden {
+pub(crate) const HEART: Law = Law::HolzapfelOgden {
     a: 59.0,
     b: 8.023,
     a_f: 18_472.0,
@@ -220,12 +220,19 @@ fn check_products(
 }
 
 fn check_all(law: Law, space: Space, kappa: Option<f64>) {
-    check_with_factors(law, space, kappa, None);
+    check_with(law, space, kappa, None, VolumeFunction::Quadratic);
 }
 
-fn check_with_factors(law: Law, space: Space, kappa: Option<f64>, factors: Option<Vec<f64>>) {
+pub(crate) fn check_with(
+    law: Law,
+    space: Space,
+    kappa: Option<f64>,
+    factors: Option<Vec<f64>>,
+    function: VolumeFunction,
+) {
     let (n, m) = (space.n_components(), space.n_pressures());
     let mut solid = clamped(space, "left", law);
+    solid = solid.with_volume_function(function).unwrap();
     if law.has_fibers() {
         let mesh = solid.space().mesh();
         let mut fibers = Fibers::new(mesh);
@@ -430,7 +437,8 @@ fn factors_of_the_law() {
     let factors = random(3 * mesh.n_elements(), 0.4, 9);
     let factors = factors.iter().map(|change| 1.0 + change);
     let space = Space::taylor_hood(&mesh);
-    check_with_factors(MUSCLE_LAW, space, None, Some(factors.collect()));
+    let (factors, function) = (Some(factors.collect()), VolumeFunction::Quadratic);
+    check_with(MUSCLE_LAW, space, None, factors, function);
 }
 
 #[test]

@@ -20,3 +20,4 @@ mod powers;
 mod relaxation;
 mod spatial;
 mod statics;
+mod volume_functions;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use myovib_fem::material::VolumeFunction;
 use myovib_fem::{AddedStress, DofMap, FemError, Law, Mesh, Solid, Space};
 use myovib_model::harmonic::Drive;
 use myovib_model::{Field, Formulation, LinearSolverKind, Muscle, Parameters, Prescribed};
@@ -13,7 +14,7 @@ use super::contraction::act_on_own_elements;
 use super::materials::Materials;
 use super::supports::Supports;
 use crate::InputError;
-use crate::scene_file::solid;
+use crate::scene_file::solid::{self, VolumetricEnergy};
 use crate::scene_file::{Analysis, SceneFile, mesh};
 
 impl Builder<'_> {
@@ -71,11 +72,19 @@ impl Builder<'_> {
         let has_fibers = fibers.is_some();
         let (stresses, activations) = self.added(file, &regions)?;
         let (solid, opposed_fibers) = self.solid(file, (space, dofs), &stresses, materials)?;
+        let function = self.volume_function(file.solid.as_ref(), &parameters[0])?;
+        let solid = self.at(
+            "solid.volumetric_energy",
+            solid.with_volume_function(function),
+        )?;
         let relaxes = !solid.relaxation_regions().is_empty();
         let body = self.at("material", Muscle::graded(solid, &own))?;
         let (surface_loads, harmonic) = self.surface_loads(file, &body.solid)?;
         let (keys, surface_loads): (Vec<String>, _) = surface_loads.into_iter().unzip();
         load_keys.extend(keys);
+        let forces = file.contact.iter().enumerate();
+        let forces = forces.filter(|(_, contact)| contact.force.is_some());
+        load_keys.extend(forces.map(|(i, _)| format!("contact[{i}].force")));
         let component = |(node, axis): (usize, usize)| dimension * node + axis;
         let drive = Drive {
             force,
@@ -251,6 +260,23 @@ impl Builder<'_> {
             ));
         }
         Ok(space)
+    }
+
+    fn volume_function(
+        &self,
+        solid: Option<&solid::Solid>,
+        parameters: &Parameters,
+    ) -> Result<VolumeFunction, InputError> {
+        let energy = solid.map(|own| own.volumetric_energy).unwrap_or_default();
+        match energy {
+            VolumetricEnergy::Quadratic => Ok(VolumeFunction::Quadratic),
+            VolumetricEnergy::Logarithmic if parameters.is_incompressible() => {
+                let error = InputError::new("an incompressible body has no volumetric energy")
+                    .next("remove `volumetric_energy`, or use a finite bulk_modulus");
+                Err(self.wrong("solid.volumetric_energy", error))
+            }
+            VolumetricEnergy::Logarithmic => Ok(VolumeFunction::Logarithmic),
+        }
     }
 
     /// Returns κ, α and β of each material, or of the body without materials. Either all κ or no κ

@@ -40,8 +40,8 @@ use myovib_model::coupling::Feedback;
 use myovib_model::harmonic::Drive;
 use myovib_model::statics::Control;
 use myovib_model::{
-    Formulation, Load, Measurement, ModelError, Muscle, RodDae, Settings, Signal, SurfaceLoad,
-    loosening,
+    Contact, Formulation, Load, Measurement, ModelError, Muscle, RodDae, Settings, Signal,
+    SurfaceLoad, loosening,
 };
 use serde_json::Value;
 
@@ -101,7 +101,7 @@ pub struct Body {
     pub drive: Drive,
     /// Formulation of the DAE.
     pub formulation: Formulation,
-    /// Keys of the muscle's loads, then of its surface loads, in their order.
+    /// Keys of the muscle's loads, then of its surface loads and of forces on obstacles, in their order.
     pub(crate) load_keys: Vec<String>,
     /// Settings of the integrator.
     pub settings: Settings,
@@ -123,8 +123,10 @@ impl Body {
     pub(crate) fn keyed_loads(&self) -> impl Iterator<Item = (&str, &Signal)> {
         let surface_loads = self.muscle.surface_loads.iter().map(SurfaceLoad::signal);
         let signals = self.muscle.loads.iter().map(Load::signal);
+        let contacts = self.muscle.contacts.iter().filter(|own| own.is_driven());
+        let forces = contacts.flat_map(Contact::signals);
         let keys = self.load_keys.iter().map(String::as_str);
-        keys.zip(signals.chain(surface_loads))
+        keys.zip(signals.chain(surface_loads).chain(forces))
     }
 }
 

@@ -13,6 +13,9 @@ use super::response::Amplitudes;
 pub struct Solid {
     /// Bulk modulus κ, Pa; `inf`: incompressible.
     pub bulk_modulus: BulkModulus,
+    /// Volumetric energy, for laws without their own.
+    #[serde(default)]
+    pub volumetric_energy: VolumetricEnergy,
     /// Mass-proportional damping α, 1/s.
     #[serde(default)]
     #[schemars(range(min = 0))]
@@ -26,6 +29,17 @@ pub struct Solid {
     /// Accept equilibria and motions with inverted elements.
     #[serde(default)]
     pub allow_inverted: bool,
+}
+
+/// Energy of volume changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum VolumetricEnergy {
+    /// `κ/2 (J − 1)²`.
+    #[default]
+    Quadratic,
+    /// `κ/2 (ln J)²`, which resists the collapse of elements; only with a finite `bulk_modulus`.
+    Logarithmic,
 }
 
 /// A bulk modulus: a number in Pa, or `inf`.

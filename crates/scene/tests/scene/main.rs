@@ -25,3 +25,4 @@ mod separate_chains;
 mod sweep;
 mod units;
 mod ventricle;
+mod volume_functions;

@@ -12,7 +12,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::super::Real;
 use super::super::parameters::Description;
-use super::super::tensor::Volumetric;
+use super::super::tensor::{VolumeFunction, Volumetric};
 use super::law::Law3;
 use super::strain::{Axes, Strain3};
 use super::tensor::{Symmetric3, Tensor3Of};
@@ -117,6 +117,7 @@ impl CustomLaw {
                 sheet: strain.axes.sheet.map(SimdReal::to_array),
             },
             factor: factor.map(SimdReal::to_array),
+            volume_function: strain.volume_function,
             volumetric: Volumetric {
                 p: volumetric.p.to_array(),
                 p_rate: volumetric.p_rate.to_array(),
@@ -187,6 +188,7 @@ struct PointBlock {
     h: Tensor3Of<Array>,
     axes: Axes<Array>,
     factor: Option<Array>,
+    volume_function: VolumeFunction,
     volumetric: Volumetric<Array>,
     /// Velocity gradient ∇v if the rate is requested.
     velocity_gradient: Option<Tensor3Of<Array>>,
@@ -249,6 +251,7 @@ impl PointBlock {
             axes.sheet[i] = Lanes::load(simd, &self.axes.sheet[i], part);
         }
         let mut strain = Strain3::new(law, loaded(simd, &self.h, part), axes);
+        strain.volume_function = self.volume_function;
         if let Some(factor) = &self.factor {
             strain.factor = Some(Lanes::load(simd, factor, part));
         }

@@ -1,6 +1,6 @@
 //! Response of a law at a strain, including volumetric terms and factor: P, A and their rates.
 
-use super::super::tensor::Volumetric;
+use super::super::tensor::{VolumeFunction, Volumetric};
 use super::super::{Dual, Real};
 use super::law::Law3;
 use super::strain::{Axes, Strain3};
@@ -30,7 +30,46 @@ impl<R: Real> Strain3<R> {
         if let Some(factor) = self.factor {
             moving.factor = Some(Dual::constant(factor));
         }
+        moving.volume_function = self.volume_function;
         moving
+    }
+
+    /// Returns g, the function of the volume that the pressure controls.
+    #[inline(always)]
+    pub(crate) fn volume(&self) -> R {
+        match self.volume_function {
+            VolumeFunction::Quadratic => self.d,
+            VolumeFunction::Logarithmic => self.d.ln_1p(),
+        }
+    }
+
+    /// Returns ∂g/∂F = g' N.
+    #[inline(always)]
+    pub(crate) fn volume_gradient(&self) -> Tensor3Of<R> {
+        match self.volume_function {
+            VolumeFunction::Quadratic => self.cofactor,
+            VolumeFunction::Logarithmic => scaled3(self.inverse_jacobian(), &self.cofactor),
+        }
+    }
+
+    /// Returns 1/J.
+    #[inline(always)]
+    fn inverse_jacobian(&self) -> R {
+        let one = self.d.like(1.0);
+        one / (self.d + one)
+    }
+
+    /// Adds m ∂²g/∂F² = m (g' ∂N/∂F + g'' N⊗N) for finite strains.
+    #[inline(always)]
+    fn add_volume_tangent(&self, m: R, a: &mut Symmetric3<R>) {
+        match self.volume_function {
+            VolumeFunction::Quadratic => a.add_cofactor_slope(m, &self.f),
+            VolumeFunction::Logarithmic => {
+                let slope = self.inverse_jacobian();
+                a.add_cofactor_slope(m * slope, &self.f);
+                a.add_square(-(m * slope * slope), &self.cofactor);
+            }
+        }
     }
 
     /// Returns W times the factor, without the pressure term.
@@ -42,7 +81,7 @@ impl<R: Real> Strain3<R> {
         }
     }
 
-    /// Returns P = ∂W/∂F + (κ d − p) N.
+    /// Returns P = ∂W/∂F + (κ g − p) ∂g/∂F.
     #[inline(always)]
     pub(crate) fn stress<W: Law3>(&self, w: &W, volumetric: Volumetric<R>) -> Tensor3Of<R> {
         let mut stress = w.stress(self);
@@ -52,7 +91,7 @@ impl<R: Real> Strain3<R> {
         add_scaled3(
             &mut stress,
             self.volume_slope(w, volumetric),
-            &self.cofactor,
+            &self.volume_gradient(),
         );
         stress
     }
@@ -65,21 +104,21 @@ impl<R: Real> Strain3<R> {
             a.scale(factor);
         }
         if !W::COMPLETE {
-            a.add_square(self.d.like(volumetric.kappa), &self.cofactor);
+            a.add_square(self.d.like(volumetric.kappa), &self.volume_gradient());
         }
         if W::FINITE {
-            a.add_cofactor_slope(self.volume_slope(w, volumetric), &self.f);
+            self.add_volume_tangent(self.volume_slope(w, volumetric), &mut a);
         }
         a
     }
 
-    /// Returns κ d − p.
+    /// Returns κ g − p.
     #[inline(always)]
     fn volume_slope<W: Law3>(&self, _: &W, volumetric: Volumetric<R>) -> R {
         if W::COMPLETE {
             -volumetric.p
         } else {
-            self.d * volumetric.kappa - volumetric.p
+            self.volume() * volumetric.kappa - volumetric.p
         }
     }
 
@@ -117,10 +156,10 @@ impl<R: Real> Strain3<R> {
         out
     }
 
-    /// Returns Ṅ, the derivative of N along `v` = ∇v; symmetric in H and V, zero for small strains.
+    /// Returns the derivative of ∂g/∂F along `v` = ∇v; symmetric in H and V, zero for small strains.
     #[inline(always)]
     pub(crate) fn volume_gradient_rate<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Tensor3Of<R> {
-        let moving = self.moving(w, v).cofactor;
+        let moving = self.moving(w, v).volume_gradient();
         let mut out = *v;
         for (row, moving) in out.iter_mut().zip(&moving) {
             for (entry, moving) in row.iter_mut().zip(moving) {
@@ -130,12 +169,12 @@ impl<R: Real> Strain3<R> {
         out
     }
 
-    /// Returns m ∂N/∂F, the derivative of m N for constant m; zero for small strains.
+    /// Returns m ∂²g/∂F²; zero for small strains.
     #[inline(always)]
     pub(crate) fn volume_tangent<W: Law3>(&self, _: &W, m: R) -> Symmetric3<R> {
         let mut a = Symmetric3::zero(m);
         if W::FINITE {
-            a.add_cofactor_slope(m, &self.f);
+            self.add_volume_tangent(m, &mut a);
         }
         a
     }

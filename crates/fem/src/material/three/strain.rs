@@ -7,8 +7,9 @@
 //! with H = ∇u are sums of small terms near rest. For small strains `F = I`, `d = tr H`, `N = I`
 //! and `E = sym H`, so formulas in F, E, d and N apply to both.
 
+use super::super::tensor::VolumeFunction;
 use super::super::{Dual, Real};
-use super::tensor::{Tensor3Of, cofactor3, contract3, gram3, trace3};
+use super::tensor::{Tensor3Of, cofactor3, gram3, trace3};
 
 /// Undeformed fiber and sheet directions: orthogonal unit vectors. The third axis is their cross
 /// product.
@@ -81,6 +82,7 @@ pub struct Strain3<R> {
     pub axes: Axes<R>,
     /// Factor of W; `None` means one.
     pub(crate) factor: Option<R>,
+    pub(crate) volume_function: VolumeFunction,
 }
 
 impl<R: Real> Strain3<R> {
@@ -132,6 +134,7 @@ impl<R: Real> Strain3<R> {
             a,
             axes,
             factor: None,
+            volume_function: VolumeFunction::Quadratic,
         }
     }
 
@@ -166,11 +169,5 @@ impl<R: Real> Strain3<R> {
             sum = x.mul_add(along, sum);
         }
         sum
-    }
-
-    /// Returns ḋ = N : V.
-    #[inline(always)]
-    pub(crate) fn dilation_rate(&self, v: &Tensor3Of<R>) -> R {
-        contract3(&self.cofactor, v)
     }
 }

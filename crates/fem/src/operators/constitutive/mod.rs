@@ -46,14 +46,20 @@ pub(crate) trait Constitutive<const D: usize> {
         factor: Option<Lanes<S>>,
     ) -> Self::Strain<S>;
 
-    /// Returns d.
+    /// Returns d = J − 1, or div u for small strains.
     fn dilation<S: Simd>(&self, strain: &Self::Strain<S>) -> Lanes<S>;
 
-    /// Returns ḋ = N : V.
-    fn dilation_rate<S: Simd>(&self, strain: &Self::Strain<S>, v: Tensor<Lanes<S>, D>) -> Lanes<S>;
+    /// Returns the cofactor N = ∂d/∂F.
+    fn cofactor<S: Simd>(&self, strain: &Self::Strain<S>) -> Tensor<Lanes<S>, D>;
 
-    /// Returns the cofactor N = ∂d/∂F, or Ṅ along V.
-    fn cofactor<S: Simd>(
+    /// Returns the function g of the volume that the pressure controls, d by default.
+    fn volume<S: Simd>(&self, strain: &Self::Strain<S>) -> Lanes<S>;
+
+    /// Returns ġ = ∂g/∂F : V.
+    fn volume_rate<S: Simd>(&self, strain: &Self::Strain<S>, v: Tensor<Lanes<S>, D>) -> Lanes<S>;
+
+    /// Returns ∂g/∂F, or its rate along V.
+    fn volume_gradient<S: Simd>(
         &self,
         strain: &Self::Strain<S>,
         v: Option<&Tensor<Lanes<S>, D>>,
@@ -75,7 +81,7 @@ pub(crate) trait Constitutive<const D: usize> {
         v: Option<&Tensor<Lanes<S>, D>>,
     ) -> Tangent<Lanes<S>, D>;
 
-    /// Returns m ∂N/∂F.
+    /// Returns m ∂²g/∂F².
     fn volume_tangent<S: Simd>(
         &self,
         strain: &Self::Strain<S>,

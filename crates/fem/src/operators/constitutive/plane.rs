@@ -10,19 +10,25 @@ use crate::material::three::Axes;
 use crate::material::{Potential, Real};
 use crate::simd::lanes::Lanes;
 
-/// Isotropic law in plane strain, given by a potential of two invariants.
+/// Isotropic law in plane strain, given by a potential of two invariants, with the default function of the volume.
 pub(crate) struct Plane<W>(pub(crate) W);
 
 /// Evaluates an expression with `$law` bound to the law of a plane body.
 macro_rules! with_plane_law {
-    ($any:expr, $law:ident => $body:expr) => {
-        $crate::material::with_potential!($any, w => {
-            let $law = $crate::operators::constitutive::Plane(w);
-            $body
-        }, else => {
-            let $law = $crate::operators::constitutive::Sheet($any);
-            $body
-        })
+    ($material:expr, $law:ident => $body:expr) => {
+        match $material {
+            material if material.volume_function != Default::default() => {
+                let $law = $crate::operators::constitutive::Sheet::of(material);
+                $body
+            }
+            material => $crate::material::with_potential!(material.law, w => {
+                let $law = $crate::operators::constitutive::Plane(w);
+                $body
+            }, else => {
+                let $law = $crate::operators::constitutive::Sheet::of(material);
+                $body
+            }),
+        }
     };
 }
 pub(crate) use with_plane_law;
@@ -74,16 +80,22 @@ impl<W: Potential> Constitutive<2> for Plane<W> {
     }
 
     #[inline(always)]
-    fn dilation_rate<S: Simd>(
-        &self,
-        strain: &Strain<Lanes<S>>,
-        v: Tensor<Lanes<S>, 2>,
-    ) -> Lanes<S> {
+    fn cofactor<S: Simd>(&self, strain: &Strain<Lanes<S>>) -> Tensor<Lanes<S>, 2> {
+        strain.cofactor
+    }
+
+    #[inline(always)]
+    fn volume<S: Simd>(&self, strain: &Strain<Lanes<S>>) -> Lanes<S> {
+        strain.d
+    }
+
+    #[inline(always)]
+    fn volume_rate<S: Simd>(&self, strain: &Strain<Lanes<S>>, v: Tensor<Lanes<S>, 2>) -> Lanes<S> {
         strain.dilation_rate(v)
     }
 
     #[inline(always)]
-    fn cofactor<S: Simd>(
+    fn volume_gradient<S: Simd>(
         &self,
         strain: &Strain<Lanes<S>>,
         v: Option<&Tensor<Lanes<S>, 2>>,

@@ -47,13 +47,13 @@ fn strain(law: Spatial, h: Tensor3, axes: Axes<f64>) -> Strain3<Lane> {
 impl Law {
     /// Returns W at `h` = ∇u without the pressure term.
     pub fn energy3(self, h: Tensor3, axes: Axes<f64>) -> f64 {
-        let law = Spatial(self);
+        let law = Spatial::new(self);
         value(law.energy(&strain(law, h, axes)))
     }
 
     /// Returns the first Piola–Kirchhoff stress P = ∂W/∂F − p cof F.
     pub fn stress3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tensor3 {
-        let law = Spatial(self);
+        let law = Spatial::new(self);
         let stress = law.stress(&strain(law, h, axes), volumetric(p, 0.0), None);
         stress.map(|row| row.map(value))
     }
@@ -66,14 +66,14 @@ impl Law {
         [p, p_rate]: [f64; 2],
         axes: Axes<f64>,
     ) -> Tensor3 {
-        let (law, v) = (Spatial(self), tensor(v));
+        let (law, v) = (Spatial::new(self), tensor(v));
         let rate = law.stress(&strain(law, h, axes), volumetric(p, p_rate), Some(&v));
         rate.map(|row| row.map(value))
     }
 
     /// Returns ∂P/∂F at fixed p.
     pub fn tangent3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tangent3 {
-        let law = Spatial(self);
+        let law = Spatial::new(self);
         full(&law.packed_tangent(&strain(law, h, axes), volumetric(p, 0.0), None))
     }
 
@@ -96,19 +96,19 @@ impl Law {
         [p, p_rate]: [f64; 2],
         axes: Axes<f64>,
     ) -> Tangent3 {
-        let (law, v) = (Spatial(self), tensor(v));
+        let (law, v) = (Spatial::new(self), tensor(v));
         full(&law.packed_tangent(&strain(law, h, axes), volumetric(p, p_rate), Some(&v)))
     }
 
     /// Returns J − 1, or div u for small strains.
     pub fn volume_change3(self, h: Tensor3) -> f64 {
-        let law = Spatial(self);
+        let law = Spatial::new(self);
         value(strain(law, h, Axes::cartesian(0.0)).d)
     }
 
     /// Returns ∂(J − 1)/∂F = cof F, or I for small strains.
     pub fn volume_gradient3(self, h: Tensor3) -> Tensor3 {
-        let law = Spatial(self);
+        let law = Spatial::new(self);
         strain(law, h, Axes::cartesian(0.0))
             .cofactor
             .map(|row| row.map(value))

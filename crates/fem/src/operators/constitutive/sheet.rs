@@ -3,14 +3,15 @@
 use pulp::Simd;
 
 use super::{Constitutive, Spatial, Tangent, Tensor};
+use crate::material::Real;
 use crate::material::tensor::Volumetric;
 use crate::material::three::{Axes, Strain3};
-use crate::material::{Law, Real};
 use crate::simd::lanes::Lanes;
+use crate::solid::element_material::ElementMaterial;
 
 /// Law in plane strain, given by the in-plane components of the 3D law. Fibers are in the plane.
 #[derive(Clone, Copy)]
-pub(crate) struct Sheet(pub(crate) Law);
+pub(crate) struct Sheet(Spatial);
 
 /// Embeds a 2D gradient in 3D.
 #[inline(always)]
@@ -56,8 +57,8 @@ fn in_plane_tangent<R: Real>(a: &Tangent<R, 3>) -> Tangent<R, 2> {
 /// Evaluates an expression with `$law` bound to a law of linear triangles. They are only used as
 /// counterexample for inf–sup constants, so one loop handles all laws.
 macro_rules! with_sheet_law {
-    ($any:expr, $law:ident => $body:expr) => {{
-        let $law = $crate::operators::constitutive::Sheet($any);
+    ($material:expr, $law:ident => $body:expr) => {{
+        let $law = $crate::operators::constitutive::Sheet::of($material);
         $body
     }};
 }
@@ -65,15 +66,20 @@ pub(crate) use with_sheet_law;
 
 impl Sheet {
     #[inline(always)]
+    pub(crate) fn of(material: &ElementMaterial) -> Self {
+        Self(Spatial::of(material))
+    }
+
+    #[inline(always)]
     fn spatial(&self) -> Spatial {
-        Spatial(self.0)
+        self.0
     }
 }
 
 impl Constitutive<2> for Sheet {
     #[inline(always)]
     fn has_fibers(&self) -> bool {
-        self.0.has_fibers()
+        self.spatial().has_fibers()
     }
 
     type Strain<S: Simd> = Strain3<Lanes<S>>;
@@ -99,21 +105,31 @@ impl Constitutive<2> for Sheet {
     }
 
     #[inline(always)]
-    fn dilation_rate<S: Simd>(
-        &self,
-        strain: &Strain3<Lanes<S>>,
-        v: Tensor<Lanes<S>, 2>,
-    ) -> Lanes<S> {
-        self.spatial().dilation_rate(strain, embed(&v))
+    fn cofactor<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Tensor<Lanes<S>, 2> {
+        in_plane(&self.spatial().cofactor(strain))
     }
 
     #[inline(always)]
-    fn cofactor<S: Simd>(
+    fn volume<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Lanes<S> {
+        self.spatial().volume(strain)
+    }
+
+    #[inline(always)]
+    fn volume_rate<S: Simd>(&self, strain: &Strain3<Lanes<S>>, v: Tensor<Lanes<S>, 2>) -> Lanes<S> {
+        self.spatial().volume_rate(strain, embed(&v))
+    }
+
+    #[inline(always)]
+    fn volume_gradient<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
         v: Option<&Tensor<Lanes<S>, 2>>,
     ) -> Tensor<Lanes<S>, 2> {
-        in_plane(&self.spatial().cofactor(strain, embed_some(v).as_ref()))
+        in_plane(
+            &self
+                .spatial()
+                .volume_gradient(strain, embed_some(v).as_ref()),
+        )
     }
 
     #[inline(always)]

@@ -7,14 +7,18 @@
 use pulp::{Simd, WithSimd};
 
 use super::{Constitutive, Tangent, Tensor};
-use crate::material::tensor::Volumetric;
-use crate::material::three::{Axes, Law3, Strain3, Symmetric3};
+use crate::material::tensor::{VolumeFunction, Volumetric};
+use crate::material::three::{Axes, Law3, Strain3, Symmetric3, contract3};
 use crate::material::{Law, MooneyRivlin, SmallStrain, with_law};
 use crate::simd::lanes::{Lanes, outlined};
+use crate::solid::element_material::ElementMaterial;
 
 /// Three-dimensional law.
 #[derive(Clone, Copy)]
-pub(crate) struct Spatial(pub(crate) Law);
+pub(crate) struct Spatial {
+    law: Law,
+    volume_function: VolumeFunction,
+}
 
 /// Representative finite-strain law, for functions that depend only on the strain measure.
 const FINITE: MooneyRivlin = MooneyRivlin { c10: 0.0, c01: 0.0 };
@@ -109,11 +113,28 @@ impl<T: Simd, W: Law3> WithSimd for Energy<'_, T, W> {
 }
 
 impl Spatial {
+    /// Creates a law with the default function of the volume.
+    #[inline(always)]
+    pub(crate) fn new(law: Law) -> Self {
+        Self {
+            law,
+            volume_function: VolumeFunction::default(),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn of(material: &ElementMaterial) -> Self {
+        Self {
+            law: material.law,
+            volume_function: material.volume_function,
+        }
+    }
+
     /// Returns W times its factor, without the pressure term.
     #[inline(always)]
     pub(crate) fn energy<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Lanes<S> {
         with_law!(
-            self.0,
+            self.law,
             law => outlined(strain.d.simd(), Energy { law, strain }),
             custom => custom.energy(strain)
         )
@@ -128,7 +149,7 @@ impl Spatial {
         velocity_gradient: Option<&Tensor<Lanes<S>, 3>>,
     ) -> Symmetric3<Lanes<S>> {
         let volumetric = &volumetric;
-        with_law!(self.0, law => outlined(strain.d.simd(), Slope(At {
+        with_law!(self.law, law => outlined(strain.d.simd(), Slope(At {
             law,
             strain,
             volumetric,
@@ -140,14 +161,14 @@ impl Spatial {
 impl Constitutive<3> for Spatial {
     #[inline(always)]
     fn has_fibers(&self) -> bool {
-        self.0.has_fibers()
+        self.law.has_fibers()
     }
 
     type Strain<S: Simd> = Strain3<Lanes<S>>;
 
     #[inline(always)]
     fn is_finite(&self) -> bool {
-        with_law!(self.0, w => is_finite(&w), custom => custom.is_finite())
+        with_law!(self.law, w => is_finite(&w), custom => custom.is_finite())
     }
 
     #[inline(always)]
@@ -162,6 +183,7 @@ impl Constitutive<3> for Spatial {
             false => Strain3::new(&SMALL, h, axes),
         };
         strain.factor = factor;
+        strain.volume_function = self.volume_function;
         strain
     }
 
@@ -171,22 +193,28 @@ impl Constitutive<3> for Spatial {
     }
 
     #[inline(always)]
-    fn dilation_rate<S: Simd>(
-        &self,
-        strain: &Strain3<Lanes<S>>,
-        v: Tensor<Lanes<S>, 3>,
-    ) -> Lanes<S> {
-        strain.dilation_rate(&v)
+    fn cofactor<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Tensor<Lanes<S>, 3> {
+        strain.cofactor
     }
 
     #[inline(always)]
-    fn cofactor<S: Simd>(
+    fn volume<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Lanes<S> {
+        strain.volume()
+    }
+
+    #[inline(always)]
+    fn volume_rate<S: Simd>(&self, strain: &Strain3<Lanes<S>>, v: Tensor<Lanes<S>, 3>) -> Lanes<S> {
+        contract3(&strain.volume_gradient(), &v)
+    }
+
+    #[inline(always)]
+    fn volume_gradient<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
         v: Option<&Tensor<Lanes<S>, 3>>,
     ) -> Tensor<Lanes<S>, 3> {
         match v {
-            None => strain.cofactor,
+            None => strain.volume_gradient(),
             Some(v) if self.is_finite() => strain.volume_gradient_rate(&FINITE, v),
             Some(v) => strain.volume_gradient_rate(&SMALL, v),
         }
@@ -200,7 +228,7 @@ impl Constitutive<3> for Spatial {
         velocity_gradient: Option<&Tensor<Lanes<S>, 3>>,
     ) -> Tensor<Lanes<S>, 3> {
         let volumetric = &volumetric;
-        with_law!(self.0, law => outlined(strain.d.simd(), Stress(At {
+        with_law!(self.law, law => outlined(strain.d.simd(), Stress(At {
             law,
             strain,
             volumetric,
@@ -233,8 +261,8 @@ impl Constitutive<3> for Spatial {
 
 /// Evaluates an expression with `$law` bound to the law of a 3D body.
 macro_rules! with_spatial_law {
-    ($any:expr, $law:ident => $body:expr) => {{
-        let $law = $crate::operators::constitutive::Spatial($any);
+    ($material:expr, $law:ident => $body:expr) => {{
+        let $law = $crate::operators::constitutive::Spatial::of($material);
         $body
     }};
 }

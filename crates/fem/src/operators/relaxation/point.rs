@@ -36,7 +36,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         let d = law.dilation(&strain);
         let mut at = Self {
             h,
-            cofactor: law.cofactor(&strain, None),
+            cofactor: law.cofactor(&strain),
             inverse_jacobian: d.like(1.0) / (d + d.like(1.0)),
             stress: h,
             strain,
@@ -53,7 +53,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         if D != 2 {
             return None;
         }
-        let law = Spatial(law);
+        let law = Spatial::new(law);
         let h = embed(&self.h, self.inverse_jacobian.like(0.0));
         Some(OutOfPlane {
             law,

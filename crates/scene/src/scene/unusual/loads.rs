@@ -105,7 +105,7 @@ fn loads<'a>(file: &SceneFile, body: &'a Body) -> impl Iterator<Item = (&'a str,
     let mut excluded: Vec<String> = distributed
         .map(|(i, _)| format!("traction[{i}]."))
         .collect();
-    excluded.extend(["body_force", "point_force"].map(str::to_owned));
+    excluded.extend(["body_force", "point_force", "contact"].map(str::to_owned));
     let mut loads = body.keyed_loads().collect::<Vec<_>>();
     loads.retain(|(key, _)| !excluded.iter().any(|other| key.starts_with(other)));
     loads.into_iter()
