@@ -195,6 +195,57 @@ fn examples_give_the_numbers_of_the_gallery() {
     }
 }
 
+/// Root mean squares of the deviations of Ogden's constants from Treloar's three tests, N on 1 cm², as computed from the closed forms by
+/// another program. The solution is exact up to the error of Newton's method.
+#[test]
+fn rubber_deviates_from_the_three_tests_as_the_closed_forms() {
+    let folder = tempfile::tempdir().expect("a folder");
+    copy_examples(folder.path());
+    let back = "prescribed_displacement[1].group=back";
+    let [uniaxial, shear, biaxial] =
+        ["0.0661", "0.0396", "0.0344"].map(|x| format!("prescribed_displacement[0].x={x}"));
+    let pulled = "prescribed_displacement[1].y=0.0344";
+    for (test, sets, used, deviation) in [
+        ("uniaxial", &[&*uniaxial][..], 19, 5.096),
+        ("shear", &[&*shear, back], 13, 2.962),
+        ("equibiaxial", &[&*biaxial, back, pulled], 16, 4.252),
+    ] {
+        let rows = |file: &str| -> Vec<[f64; 2]> {
+            let text = fs::read_to_string(folder.path().join(file)).expect("a table");
+            let number =
+                |cell: Option<&str>| cell.and_then(|own| own.parse().ok()).expect("a number");
+            let rows = text.lines().skip(1).map(|line| {
+                let mut cells = line.split(',');
+                [number(cells.next()), number(cells.next())]
+            });
+            rows.collect()
+        };
+        let measured = rows(&format!("rubber-{test}.csv"));
+        let loads: Vec<f64> = measured.iter().map(|[load, _]| *load).collect();
+        let loads = format!("static={{ loads = {loads:?} }}");
+        let out = format!("out-{test}");
+        let mut arguments = vec![
+            "run",
+            "rubber.toml",
+            "--quiet",
+            "--out",
+            &out,
+            "--set",
+            &loads,
+        ];
+        arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+        let run = myovib_in(folder.path(), &arguments);
+        assert_eq!(run.code, 0, "{test}: {}", run.stderr);
+        // The first row is the unloaded cube.
+        let computed = rows(&format!("{out}/clamp.csv"));
+        assert_eq!(computed.len(), measured.len() + 1);
+        let errors = computed[1..].iter().zip(&measured).take(used);
+        let squares = errors.map(|([_, own], [_, exact])| (own - exact).powi(2));
+        let found = (squares.sum::<f64>() / used as f64).sqrt();
+        assert!((found - deviation).abs() < 1e-3, "{test}: {found}");
+    }
+}
+
 /// The peak of the shaken strip and, without viscosity and Prony term, its first natural frequency.
 #[test]
 fn the_shaken_muscle_has_the_resonance_of_the_gallery() {

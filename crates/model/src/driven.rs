@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use myovib_fem::DrivenSlope;
+use myovib_fem::{DofMap, DrivenSlope};
 use myovib_sparse::{Scalar, SparseError};
 use num_complex::ComplexFloat;
 
-use crate::muscle::Muscle;
+use crate::muscle::load::Contact;
 
 /// Equations F_k(u, s_k) = force of driven obstacles, linearized. With c = ∂F/∂u and the force on the body −c with respect
 /// to s, elimination of s subtracts c cᵀ/(∂F/∂s) from the matrix, one obstacle after the other (Sherman and Morrison).
@@ -30,13 +30,13 @@ struct Driven<T> {
 /// Returns the derivatives of the contact forces for the free displacement components, at the displacement `u` of all nodes under a
 /// `part` of the loads at time `t`, and the forces under the full load. Obstacles that do not press have none.
 pub(crate) fn slopes(
-    muscle: &Muscle,
+    dofs: &DofMap,
+    contacts: &[Contact],
     (t, part): (f64, f64),
     u: &[f64],
 ) -> impl Iterator<Item = (DrivenSlope, f64)> {
-    let free = muscle.solid.dofs().free_to_full();
-    let contacts = muscle.contacts.iter();
-    contacts.filter_map(move |contact| {
+    let free = dofs.free_to_full();
+    contacts.iter().filter_map(move |contact| {
         let (mut slope, force) = contact.driven_slope(t, part, u)?;
         slope.by_nodes = free.iter().map(|&i| slope.by_nodes[i]).collect();
         Some((slope, force))

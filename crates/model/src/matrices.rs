@@ -8,6 +8,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::matrix::{Matrix, Pattern, Properties, Source};
 use crate::muscle::Muscle;
+use crate::muscle::load::BoundaryForce;
 use crate::muscle::robin_support::RobinSupport;
 
 /// Values of the matrices of one formulation.
@@ -203,10 +204,15 @@ impl Matrices {
 
     /// Evaluates the stiffness of the muscle's boundary forces and its symmetric part, if used: under a `part` of the
     /// loads at time `t` and displacement `u` of all nodes.
-    pub(crate) fn update_boundary_forces(&mut self, muscle: &Muscle, t: f64, part: f64, u: &[f64]) {
+    pub(crate) fn update_boundary_forces<'a>(
+        &mut self,
+        forces: impl Iterator<Item = &'a dyn BoundaryForce>,
+        (t, part): (f64, f64),
+        u: &[f64],
+    ) {
         if let Some(values) = self.values.get_mut(&Matrix::PressureStiffness) {
             values.fill(0.0);
-            for load in muscle.boundary_forces() {
+            for load in forces {
                 load.add_stiffness(t, part, u, values);
             }
         }

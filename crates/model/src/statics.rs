@@ -178,6 +178,7 @@ pub fn approach(
         pressure: operators::no_pressure(&muscle.solid),
         instabilities: None,
         newton_iterations: 0,
+        multipliers: Vec::new(),
     };
     if !formulation.has(Field::Pressure) {
         last.pressure.clear();

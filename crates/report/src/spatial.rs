@@ -50,7 +50,7 @@ pub(crate) fn groups_plot(space: &Space, groups: &[(&str, Color)]) -> SurfacePlo
     let mut colors: BTreeMap<[usize; 3], Color> = BTreeMap::new();
     let mut named = Vec::new();
     for (name, color) in groups {
-        if let Ok(Group::Faces(faces)) = space.mesh().group(name) {
+        if let Ok(Group::Faces(faces)) = space.mesh().group_of_dimension(name, 2) {
             let keys = || faces.iter().copied().map(sorted);
             colors.extend(keys().map(|key| (key, *color)));
             let name = match keys().any(|key| in_sight.contains(&key)) {

@@ -18,6 +18,9 @@ use obstacle::{Gap, dot};
 const DEFAULT_STIFFNESS: f64 = 100.0;
 /// Penetration at which the full stiffness is reached, as a fraction of the facet size.
 const SMOOTHING: f64 = 1e-3;
+/// Mean distance from the obstacle that augmented Lagrange multipliers leave, as a fraction of the facet size: at a contact
+/// pressure of one shear modulus, the default penalty penetrates a hundred times deeper.
+const AUGMENTED: f64 = 1e-4;
 
 /// Contact of a boundary group with a rigid obstacle, with the energy ∫ φ(−g) dS over the undeformed boundary, with the
 /// gap g at the deformed point:
@@ -28,6 +31,9 @@ const SMOOTHING: f64 = 1e-3;
 ///
 /// The contact pressure φ' per undeformed area has a continuous derivative. It acts along the normal of the obstacle.
 /// [`Friction`] is added separately.
+///
+/// With augmented Lagrange multipliers, φ(d − g) − φ(d) replaces φ(−g), with a depth d ≥ 0 for each quadrature point. The
+/// pressure φ'(d) without penetration is the multiplier.
 ///
 /// # Shapes
 /// Forces and displacements have length `n_components`; displacements of the obstacle have D components.
@@ -45,6 +51,8 @@ pub struct RigidContact {
     stiffness: f64,
     /// Depth w.
     smoothing: f64,
+    /// Depth d of each point of each facet, m; empty without multipliers.
+    depths: Vec<f64>,
 }
 
 /// Sums over a contact.
@@ -63,6 +71,10 @@ pub struct ContactSums {
 /// A quadrature point in contact.
 struct Touch<'a, const D: usize> {
     facet: usize,
+    /// Index of the point among all facets.
+    index: usize,
+    /// d − g.
+    depth: f64,
     /// Values of the shape functions.
     values: &'a [f64],
     weight: f64,
@@ -124,7 +136,57 @@ impl RigidContact {
             obstacle,
             stiffness: stiffness.unwrap_or(DEFAULT_STIFFNESS * shear_modulus / size),
             smoothing: SMOOTHING * size,
+            depths: Vec::new(),
         })
+    }
+
+    /// Returns the contact with the depths d of augmented Lagrange multipliers.
+    ///
+    /// # Panics
+    /// Panics if the number of depths is not [`n_points`](Self::n_points).
+    #[must_use]
+    pub fn with_depths(self, depths: Vec<f64>) -> Self {
+        assert_eq!(depths.len(), self.n_points());
+        Self { depths, ..self }
+    }
+
+    /// Returns the depths d of the multipliers, m; empty without multipliers.
+    pub fn depths(&self) -> &[f64] {
+        &self.depths
+    }
+
+    /// Returns the number of quadrature points.
+    pub fn n_points(&self) -> usize {
+        self.weights.iter().map(Vec::len).sum()
+    }
+
+    /// Updates the multipliers to the pressures at displacement `u` (Uzawa). Returns `false` and changes nothing if the distance from
+    /// the obstacle, averaged over the contact pressure, is at most 1e-4 of the facet size. Single points penetrate deeper:
+    /// quadratic facets do not fit the obstacle where its contact ends.
+    ///
+    /// # Panics
+    /// Panics if an array is too short.
+    pub fn update_multipliers(&mut self, offset: &[f64], u: &[f64]) -> bool {
+        match self.boundary.dimension {
+            2 => self.update_multipliers_in::<2>(offset, u),
+            _ => self.update_multipliers_in::<3>(offset, u),
+        }
+    }
+
+    fn update_multipliers_in<const D: usize>(&mut self, offset: &[f64], u: &[f64]) -> bool {
+        let mut depths = vec![0.0; self.depths.len()];
+        let (mut force, mut away) = (0.0, 0.0);
+        self.for_each_touch::<D>(offset, u, |touch| {
+            let pressed = touch.weight * touch.potential[1];
+            force += pressed;
+            away += pressed * touch.gap.distance.abs();
+            depths[touch.index] = touch.depth;
+        });
+        let is_changed = away > AUGMENTED * self.facet_size() * force;
+        if is_changed {
+            self.depths = depths;
+        }
+        is_changed
     }
 
     /// Returns k, Pa/m.
@@ -135,6 +197,11 @@ impl RigidContact {
     /// Returns the penetration w at which the full stiffness is reached, m.
     pub fn smoothing(&self) -> f64 {
         self.smoothing
+    }
+
+    /// Returns the mean length of the facets, in 3D the square root of their mean area, m.
+    pub fn facet_size(&self) -> f64 {
+        self.smoothing / SMOOTHING
     }
 
     /// Returns the unit vector from the obstacle to the nearest point of the undeformed group; in 2D with a third component of zero.
@@ -176,17 +243,25 @@ impl RigidContact {
         u: &[f64],
         mut kernel: impl FnMut(&Touch<'_, D>),
     ) {
+        let mut index = 0..;
         for (facet, nodes) in self.boundary.facets.iter().enumerate() {
-            for (point, &weight) in self.boundary.points.iter().zip(&self.weights[facet]) {
+            let points = self.boundary.points.iter().zip(&self.weights[facet]);
+            for ((point, &weight), index) in points.zip(&mut index) {
                 let gap = self
                     .obstacle
                     .gap::<D>(self.boundary.sum(nodes, &point.values, u), offset);
-                if gap.distance < 0.0 {
+                let given = self.depths.get(index).copied().unwrap_or(0.0);
+                let depth = given - gap.distance;
+                if depth > 0.0 {
+                    let mut potential = self.potential(depth);
+                    potential[0] -= self.potential(given)[0];
                     kernel(&Touch {
                         facet,
+                        index,
+                        depth,
                         values: &point.values[..nodes.len()],
                         weight,
-                        potential: self.potential(-gap.distance),
+                        potential,
                         gap,
                     });
                 }

@@ -79,6 +79,15 @@ pub(crate) trait BoundaryForce {
     }
 }
 
+/// Returns the forces that depend on the displacement of the boundary.
+pub(crate) fn boundary_forces<'a>(
+    surface_loads: &'a [SurfaceLoad],
+    contacts: &'a [Contact],
+) -> impl Iterator<Item = &'a dyn BoundaryForce> {
+    let loads = surface_loads.iter().map(|own| own as &dyn BoundaryForce);
+    loads.chain(contacts.iter().map(|own| own as &dyn BoundaryForce))
+}
+
 /// A load on the deformed boundary, such as a pressure, whose size follows a function of time.
 #[derive(Debug, Clone)]
 pub struct SurfaceLoad {
@@ -200,6 +209,30 @@ impl Contact {
         }
     }
 
+    /// Adds augmented Lagrange multipliers, which loading paths adjust until the penetration vanishes. Elsewhere they are constant.
+    #[must_use]
+    pub fn augmented(self) -> Self {
+        let depths = vec![0.0; self.operator.n_points()];
+        self.with_depths(depths)
+    }
+
+    /// Returns the contact with the [`depths`](RigidContact::depths) of multipliers.
+    pub(crate) fn with_depths(self, depths: Vec<f64>) -> Self {
+        let operator = self.operator.with_depths(depths);
+        Self { operator, ..self }
+    }
+
+    /// Returns the depths of the multipliers; empty without multipliers.
+    pub(crate) fn depths(&self) -> &[f64] {
+        self.operator.depths()
+    }
+
+    /// Updates the multipliers, as [`RigidContact::update_multipliers`] does.
+    pub(crate) fn update_multipliers(&mut self, t: f64, part: f64, u: &[f64]) -> bool {
+        let offset = self.offset(t, part, u);
+        self.operator.update_multipliers(&offset, u)
+    }
+
     /// Returns the friction.
     pub fn friction(&self) -> Option<&Friction> {
         self.friction.as_ref()
@@ -213,6 +246,11 @@ impl Contact {
     /// Returns the contact stiffness, Pa/m.
     pub fn stiffness(&self) -> f64 {
         self.operator.stiffness()
+    }
+
+    /// Returns the mean size of the facets of the group, m: see [`RigidContact::facet_size`].
+    pub fn facet_size(&self) -> f64 {
+        self.operator.facet_size()
     }
 
     /// Returns the displacements of the obstacle, or its force.

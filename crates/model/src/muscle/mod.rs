@@ -12,7 +12,7 @@ use crate::error::ModelError;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
 use activation::Activation;
-use load::{BoundaryForce, Contact, Load, Prescribed, SurfaceLoad};
+use load::{BoundaryForce, Contact, Load, Prescribed, SurfaceLoad, boundary_forces};
 use parameters::Parameters;
 use robin_support::RobinSupport;
 
@@ -239,11 +239,20 @@ impl Muscle {
         }
     }
 
+    /// Returns the body with the multipliers of a state of a loading path.
+    #[must_use]
+    pub fn with_multipliers(mut self, of_contacts: &[Vec<f64>]) -> Self {
+        for (contact, depths) in self.contacts.iter_mut().zip(of_contacts) {
+            if !depths.is_empty() {
+                *contact = contact.clone().with_depths(depths.clone());
+            }
+        }
+        self
+    }
+
     /// Returns the forces that depend on the displacement of the boundary.
     pub(crate) fn boundary_forces(&self) -> impl Iterator<Item = &dyn BoundaryForce> {
-        let loads = self.surface_loads.iter();
-        let contacts = self.contacts.iter().map(|own| own as &dyn BoundaryForce);
-        loads.map(|own| own as &dyn BoundaryForce).chain(contacts)
+        boundary_forces(&self.surface_loads, &self.contacts)
     }
 
     /// Returns whether a contact has friction.

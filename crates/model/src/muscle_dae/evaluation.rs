@@ -110,8 +110,9 @@ impl MuscleDae {
         }
         self.expand(t, y, None);
         let (muscle, u) = (&self.muscle, &self.work.displacement);
-        self.matrices.update_boundary_forces(muscle, t, 1.0, u);
-        let slopes = driven::slopes(muscle, (t, 1.0), u);
+        self.matrices
+            .update_boundary_forces(muscle.boundary_forces(), (t, 1.0), u);
+        let slopes = driven::slopes(muscle.solid.dofs(), &muscle.contacts, (t, 1.0), u);
         self.driven_slopes = slopes.map(|(slope, _)| slope).collect();
         if constant {
             self.update_added(t);

@@ -50,6 +50,9 @@ impl Combination {
     }
 }
 
+/// Number of intervals at whose ends the speed of a rotation is evaluated.
+const SPEEDS: u32 = 16;
+
 /// sin(θ + `phase`) − sin(`phase`) of an angle θ.
 #[derive(Debug)]
 pub(super) struct Turn {
@@ -64,9 +67,10 @@ impl TimeFunction for Turn {
     }
 
     fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
-        let speeds = [from, to].map(|t| 1.0 / self.angle.at(t).d1.abs());
         let angle = self.angle.time_scale(from, to)?;
-        shortest([angle, speeds[0], speeds[1]])
+        let times = (0..=SPEEDS).map(|i| from + (to - from) * f64::from(i) / f64::from(SPEEDS));
+        let speeds = times.map(|t| 1.0 / self.angle.at(t).d1.abs());
+        shortest(speeds.chain([angle]))
     }
 
     fn constant_over(&self, from: f64, to: f64) -> Option<f64> {

@@ -164,6 +164,19 @@ mod tests {
         assert_eq!(Signal::paper(1.0).time_scale(0.0, 10.0), Some(0.125));
     }
 
+    /// A smooth step of 100 rad within 1 s is at rest at both ends, and fastest in between.
+    #[test]
+    fn a_rotation_has_the_time_scale_of_its_largest_speed() {
+        let angle = Signal::from(Step {
+            value: 100.0,
+            start: 0.0,
+            rise: 1.0,
+        });
+        let fastest = 1.0 / angle.at(0.5).d1;
+        let found = Signal::sine(angle).time_scale(0.0, 1.0);
+        assert_eq!(found, Some(fastest));
+    }
+
     #[test]
     fn a_table_has_the_time_scale_of_its_bends_where_they_are() {
         let times: Vec<f64> = (0..=1000).map(|i| 1e-3 * f64::from(i)).collect();

@@ -155,6 +155,28 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
                 }
             }
         }
+        let at = Search {
+            load_step: self.load_steps,
+            reached: self.reached,
+            target: end,
+            iteration: 0,
+            iterations: 0,
+        };
+        let mut interrupted = false;
+        let mut reported = |[iteration, iterations]: [usize; 2]| {
+            let flow = watch(&Search {
+                iteration,
+                iterations,
+                ..at
+            });
+            interrupted |= flow.is_break();
+            flow
+        };
+        match self.newton.augment(self.x.clone(), end, &mut reported)? {
+            Some(x) => self.x = x,
+            None if interrupted => return Ok(Some(Shortfall::Interrupted)),
+            None => return self.give_up(),
+        }
         self.observe();
         Ok(None)
     }

@@ -1,8 +1,10 @@
 //! Equations of an equilibrium, and Newton's method at one load.
 
 mod arc;
+mod multipliers;
 mod residual;
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -53,6 +55,8 @@ const FIRST_CONTACT: f64 = 1e-6;
 /// The equations of an equilibrium, and the factors of their matrix.
 pub(super) struct Newton<'a> {
     pub(super) muscle: &'a Muscle,
+    /// Contacts of the body, with the multipliers of the path.
+    contacts: Cow<'a, [Contact]>,
     pub(super) layout: Layout,
     /// Coefficients of ∂F/∂y.
     assembly: Assembly<f64>,
@@ -72,9 +76,10 @@ pub(super) struct Newton<'a> {
     /// Square of the reference force of the convergence test: the norm of all loads on the undeformed body, or of the
     /// forces that move the supports, whichever is larger.
     force_square: f64,
-    /// The prescribed components and their values, m.
+    /// The prescribed components and the derivatives of their displacement with respect to the load factor, m.
     prescribed: Vec<(usize, f64)>,
-    /// The prescribed components that the load factor does not multiply. Their values above are derivatives at the factor 0.
+    /// The prescribed components that the load factor does not multiply, last above. Their derivatives are those at the factor of the
+    /// last [`direction`](Self::direction).
     turned: Vec<(usize, Signal)>,
     displacement: Vec<f64>,
     /// Zero.
@@ -126,10 +131,7 @@ impl<'a> Newton<'a> {
         let linear = linear
             .into_iter()
             .map(|(i, signal)| (i, signal.at(t).value));
-        let rates = turned.iter().map(|(i, signal)| {
-            let value = signal.scaled(PROBING_GRADIENT).at(t).value;
-            (*i, value / PROBING_GRADIENT)
-        });
+        let rates = turned.iter().map(|(i, signal)| (*i, rate(signal, 0.0, t)));
         let prescribed = linear.chain(rates).collect();
         let whole = force_at_rest(muscle, t, &load, &tensions);
         Ok(Self {
@@ -140,6 +142,7 @@ impl<'a> Newton<'a> {
             system: SparseSystem::new(Arc::new(elimination)),
             work: LinearWork::default(),
             muscle,
+            contacts: Cow::Borrowed(&muscle.contacts),
             layout,
             assembly,
             matrices,
@@ -176,6 +179,10 @@ impl<'a> Newton<'a> {
     /// `factor` times the load, from the equations linearized at x.
     pub(super) fn direction(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, ModelError> {
         let n_free = self.muscle.solid.dofs().n_free();
+        let first = self.prescribed.len() - self.turned.len();
+        for ((_, own), (_, signal)) in self.prescribed[first..].iter_mut().zip(&self.turned) {
+            *own = rate(signal, factor, self.t);
+        }
         let mut change = self.load_derivative(x, factor)?;
         self.force_square = self.force_square.max(square(&change[..n_free]));
         self.tangent(x, factor)?;
@@ -191,7 +198,7 @@ impl<'a> Newton<'a> {
     fn load_derivative(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, Inverted> {
         let n_free = self.muscle.solid.dofs().n_free();
         let gradient = self.gradient(&vec![0.0; n_free], 1.0);
-        let contacts = self.muscle.contacts.iter();
+        let contacts = self.contacts.iter();
         let of_contacts = contacts.map(|contact| contact.smooth_part(self.t));
         let step = of_contacts.fold((PROBING_GRADIENT / gradient).min(0.5), f64::min);
         let (mut change, mut before) = (vec![0.0; x.len()], vec![0.0; x.len()]);
@@ -201,8 +208,11 @@ impl<'a> Newton<'a> {
             *change = (before - *change) / (2.0 * step);
         }
         self.place(&x[..n_free], factor);
-        let at = (self.t, self.contact_factor(factor));
-        for (slope, force) in driven::slopes(self.muscle, at, &self.displacement) {
+        let (at, dofs) = (
+            (self.t, self.contact_factor(factor)),
+            self.muscle.solid.dofs(),
+        );
+        for (slope, force) in driven::slopes(dofs, &self.contacts, at, &self.displacement) {
             let moved = force / slope.by_obstacle;
             for (change, by_node) in change.iter_mut().zip(slope.by_nodes) {
                 *change -= moved * by_node;
@@ -222,7 +232,7 @@ impl<'a> Newton<'a> {
 
     /// Returns whether a force drives an obstacle.
     pub(super) fn has_driven_obstacle(&self) -> bool {
-        self.muscle.contacts.iter().any(Contact::is_driven)
+        self.contacts.iter().any(Contact::is_driven)
     }
 
     /// Returns the size of the displacement gradient for the free components `q` and `factor` times
@@ -235,7 +245,7 @@ impl<'a> Newton<'a> {
     /// Returns the largest penetration of a contact, m.
     fn penetration(&mut self, x: &[f64], factor: f64) -> f64 {
         self.place(&x[..self.muscle.solid.dofs().n_free()], factor);
-        let contacts = self.muscle.contacts.iter();
+        let contacts = self.contacts.iter();
         let sums = contacts.map(|contact| contact.sums(self.t, factor, &self.displacement));
         sums.fold(0.0, |most, sums| most.max(sums.penetration))
     }
@@ -243,7 +253,7 @@ impl<'a> Newton<'a> {
     /// Returns whether an obstacle passes the body at the displacement of the last residual, so that no displacement
     /// of the obstacle balances its force.
     fn obstacle_passes(&self, factor: f64) -> bool {
-        let contacts = self.muscle.contacts.iter();
+        let contacts = self.contacts.iter();
         let mut distances =
             contacts.filter_map(|own| own.driven_distance(self.t, factor, &self.displacement));
         distances.any(f64::is_nan)
@@ -367,6 +377,12 @@ impl<'a> Newton<'a> {
         let volume = self.muscle.solid.volume();
         square(momentum) / self.force_square + square(constraint) / (volume * volume)
     }
+}
+
+/// Returns the derivative with respect to the load factor, at `factor`, of the value of `signal` at time `t`.
+fn rate(signal: &Signal, factor: f64, t: f64) -> f64 {
+    let at = |step: f64| signal.scaled(factor + step).at(t).value;
+    (at(PROBING_GRADIENT) - at(-PROBING_GRADIENT)) / (2.0 * PROBING_GRADIENT)
 }
 
 /// Returns the unknowns of an equilibrium and the blocks of its matrix.

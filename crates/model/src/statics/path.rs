@@ -17,6 +17,8 @@ pub struct PathState {
     pub instabilities: Option<usize>,
     /// Newton iterations up to this state.
     pub newton_iterations: usize,
+    /// Depths of the augmented Lagrange multipliers of each contact, for [`Muscle::with_multipliers`].
+    pub multipliers: Vec<Vec<f64>>,
 }
 
 /// Kind of a critical point.
@@ -62,6 +64,7 @@ impl PathState {
             pressure: pressure.to_vec(),
             instabilities: newton.instabilities(),
             newton_iterations: newton.iterations,
+            multipliers: newton.multipliers(),
         }
     }
 }

@@ -160,6 +160,7 @@ impl<'a> Recording<'a> {
                     pressure: vec![0.0; state.pressure.len()],
                     instabilities: Some(0),
                     newton_iterations: 0,
+                    multipliers: Vec::new(),
                 })?;
             }
         }
@@ -191,9 +192,12 @@ impl<'a> Recording<'a> {
     fn write(&mut self, state: &PathState) -> Result<(), Error> {
         // Outputs are computed with the loads for which this state is the equilibrium.
         let whole = &self.body.muscle;
+        let has_multipliers = !state.multipliers.iter().all(Vec::is_empty);
         let muscle = match state.load {
-            1.0 => whole,
-            load => &whole.under_part_of_loads(load),
+            1.0 if !has_multipliers => whole,
+            load => &whole
+                .under_part_of_loads(load)
+                .with_multipliers(&state.multipliers),
         };
         let mut dae = at_rest(muscle, self.body.formulation)?;
         let y = unknowns(state);

@@ -7,8 +7,9 @@ use myovib_model::{Contact, ObstacleMotion, Signal};
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene::supports::NAMES;
-use crate::scene_file::contact::Obstacle;
+use crate::scene_file::contact::{Method, Obstacle};
 use crate::scene_file::function::Function;
+use crate::scene_file::loading::PathMethod;
 use crate::scene_file::{self, Analysis, SceneFile};
 
 /// Distance, relative to the coordinates, at which an obstacle counts as touching the body. It allows for rounding
@@ -49,6 +50,10 @@ impl Builder<'_> {
                 let contact = match self.friction(file, i)? {
                     Some(friction) => contact.with_friction(friction),
                     None => contact,
+                };
+                let contact = match self.is_augmented(file, i)? {
+                    true => contact.augmented(),
+                    false => contact,
                 };
                 let rest = vec![0.0; solid.space().n_components()];
                 let distance = contact.driven_distance(self.t_end, 0.0, &rest);
@@ -93,6 +98,27 @@ impl Builder<'_> {
                 coefficient,
                 slip_velocity,
             })),
+        }
+    }
+
+    /// Returns whether contact `i` has augmented Lagrange multipliers.
+    fn is_augmented(&self, file: &SceneFile, i: usize) -> Result<bool, InputError> {
+        let path = file.loading_path.as_ref();
+        let is_by_arc = path.is_some_and(|path| path.method == PathMethod::ArcLength);
+        let wrong = |what: &str| {
+            let error =
+                InputError::new(what).next("use method = \"penalty\" and raise `stiffness`");
+            Err(self.wrong(&format!("contact[{i}].method"), error))
+        };
+        match file.contact[i].method {
+            Method::Penalty => Ok(false),
+            _ if file.analysis != Analysis::Static => {
+                wrong("augmented Lagrange multipliers require analysis = \"static\"")
+            }
+            _ if is_by_arc => wrong(
+                "augmented Lagrange multipliers require given load factors, which a path by arc length does not have",
+            ),
+            Method::AugmentedLagrange => Ok(true),
         }
     }
 

@@ -4,6 +4,7 @@ use myovib_model::{Muscle, Signal};
 
 use super::Body;
 use super::supports::NAMES;
+use crate::scene_file::contact::Obstacle;
 use crate::scene_file::material::Material;
 use crate::scene_file::solid::Traction;
 use crate::scene_file::{Analysis, SceneFile};
@@ -35,6 +36,7 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
             "material[{i}].fiber has no effect: the law is isotropic and active tension is missing"
         )
     }));
+    notes.extend(coarse(file, body));
     if matches!(
         file.analysis,
         Analysis::Dynamic | Analysis::QuasiStatic | Analysis::Static
@@ -57,6 +59,25 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         }
     }
     notes
+}
+
+/// Returns notes on obstacles whose curvature the facets of the body do not resolve.
+fn coarse(file: &SceneFile, body: &Body) -> Vec<String> {
+    let contacts = file.contact.iter().zip(&body.muscle.contacts).enumerate();
+    let notes = contacts.filter_map(|(i, (contact, own))| {
+        let (Obstacle::Sphere { radius, .. } | Obstacle::Cylinder { radius, .. }) = contact.obstacle
+        else {
+            return None;
+        };
+        let size = own.facet_size();
+        (size > radius).then(|| {
+            format!(
+                "the facets of `{}` ({size:.2e} m) are larger than the radius of contact[{i}], {radius:.2e} m: refine the mesh",
+                contact.group
+            )
+        })
+    });
+    notes.collect()
 }
 
 /// Number of intervals at which signals are sampled; prime, as a load with a round number of periods
@@ -228,13 +249,24 @@ y = { type = "step", value = 1.0, rise = 0.1 }
         assert_eq!(long, Vec::<String>::new());
 
         // A sphere above the square, which comes down by 0.1 m.
-        for (height, count) in [(1.25, 0), (1.35, 1)] {
-            let sphere = format!(
-                "[[contact]]\ngroup = \"top\"\ntype = \"sphere\"\ncenter = [0.5, {height}]\nradius = 0.2\ny = -0.1\n"
-            );
-            let missed = notes(&sphere, &["traction=[]"]);
-            assert_eq!(missed.len(), count, "{missed:?}");
+        let sphere = |height: f64, radius: f64, motion: &str| {
+            format!(
+                "[[contact]]\ngroup = \"top\"\ntype = \"sphere\"\ncenter = [0.5, {}]\nradius = {radius}\n{motion}\n",
+                height + radius
+            )
+        };
+        for (height, radius, count) in [(1.05, 0.6, 0), (1.15, 0.6, 1), (1.05, 0.4, 1)] {
+            // The last one is smaller than the facets.
+            let found = notes(&sphere(height, radius, "y = -0.1"), &["traction=[]"]);
+            assert_eq!(found.len(), count, "{found:?}");
         }
+        let late = "direction = [0.0, -1.0]\nforce = { type = \"step\", value = 1.0, start = 1.0, rise = 0.1 }";
+        let late = notes(
+            &sphere(1.0, 0.6, late),
+            &["traction=[]", "analysis=quasi-static", "time.end=0.5"],
+        );
+        let expected = "contact[0].force reaches";
+        assert!(late.len() == 1 && late[0].starts_with(expected), "{late:?}");
 
         let all = "[[region]]\nname = \"all\"\ncenter = [0.5, 0.5]\nradii = [2.0, 2.0]\n[[material]]\n\
                    group = \"all\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n";

@@ -52,7 +52,7 @@ struct Move<'f> {
     signal: Signal,
     /// Part of a rotation, if it is one.
     turn: Option<Turn>,
-    /// Largest |factor| at the nodes of the group.
+    /// Largest |factor| at the nodes of the group; for a rotation, of all its components.
     largest_factor: f64,
 }
 
@@ -144,7 +144,8 @@ impl Builder<'_> {
             let given = [&moving.x, &moving.y, &moving.z];
             let harmonic = moving.response.as_ref();
             let mut add = |mut own: Move<'f>, factors: Vec<f64>| {
-                own.largest_factor = factors.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+                let largest = own.largest_factor;
+                own.largest_factor = factors.iter().fold(largest, |m, f| m.max(f.abs()));
                 for (&node, factor) in nodes.iter().zip(factors) {
                     let groups = required.entry((node, own.component.axis)).or_default();
                     let moves_here = factor.abs() > EQUAL_FACTORS * own.largest_factor;
@@ -226,6 +227,8 @@ impl Builder<'_> {
             [0, 1, 2].map(|i| arm[i] - along * axis[i])
         });
         let arms: Vec<[f64; 3]> = arms.collect();
+        let squares = arms.iter().map(|r| r.iter().map(|x| x * x).sum::<f64>());
+        let longest = squares.fold(0.0, f64::max).sqrt();
         let mut turns = Vec::new();
         for i in 0..dimension {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -249,7 +252,7 @@ impl Builder<'_> {
                     component,
                     signal,
                     turn: Some(turn),
-                    largest_factor: 0.0,
+                    largest_factor: longest,
                 };
                 turns.push((own, factors));
             }

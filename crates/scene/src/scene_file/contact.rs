@@ -32,9 +32,24 @@ pub struct Contact {
     /// Slip velocity, m/s, at which the friction is 0.71 times `friction` times the pressure; only with `friction`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub slip_velocity: Option<f64>,
+    /// Method that keeps the body out of the obstacle.
+    #[serde(default)]
+    pub method: Method,
     /// Contact pressure per penetration, Pa/m [default: 100 shear moduli per facet size].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stiffness: Option<f64>,
+}
+
+/// Method that keeps a body out of an obstacle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// The contact pressure is `stiffness` times the penetration.
+    #[default]
+    Penalty,
+    /// Multipliers, updated after each equilibrium, reduce the penetration to 1e-4 of the facet size; only in static analyses with
+    /// given load factors.
+    AugmentedLagrange,
 }
 
 /// Shape of a rigid obstacle.

@@ -379,6 +379,9 @@ fn influence(
             Some(Influence::Break)
         }
         // The equations are not affine in prescribed displacements, because these act through the law.
+        ("prescribed_displacement", "angle") if found.is_some_and(Value::is_number) => {
+            Some(Influence::Smooth)
+        }
         ("prescribed_displacement", _) if is_affine => Some(Influence::Smooth),
         _ if is_affine => Some(Influence::Affine),
         (_, last) if role == Some(Role::Smooth) || SMOOTH.contains(&last) => {

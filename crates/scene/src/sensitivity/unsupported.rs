@@ -7,7 +7,7 @@ use crate::InputError;
 use crate::scene::{Scene, Start};
 use crate::scene_file::Analysis;
 use crate::scene_file::active::Tension;
-use crate::scene_file::contact::Contact;
+use crate::scene_file::contact::{Contact, Method};
 use crate::scene_file::loading::PathMethod;
 use crate::scene_file::material::Material;
 
@@ -30,6 +30,8 @@ pub enum Unsupported {
     Jump,
     /// Contacts with the default stiffness, which depends on the parameters.
     ContactStiffness,
+    /// Contacts with augmented Lagrange multipliers.
+    AugmentedLagrange,
     /// Contacts with friction.
     Friction,
     /// Obstacles under a force in motions.
@@ -57,6 +59,9 @@ impl fmt::Display for Unsupported {
             Self::ContactStiffness => {
                 "sensitivities require a given contact stiffness, because the default depends on the parameters"
             }
+            Self::AugmentedLagrange => {
+                "sensitivities do not support augmented Lagrange multipliers"
+            }
             Self::Friction => "sensitivities do not support friction",
             Self::ObstacleForce => "sensitivities of motions do not support obstacles under a force",
             Self::Prony => "stiffness maps do not support Prony terms",
@@ -76,6 +81,7 @@ impl Unsupported {
             Self::Stop => "remove [[stop]]",
             Self::Jump => "give the step a `rise` above 0",
             Self::ContactStiffness => "give `stiffness`; `myovib check` prints the default",
+            Self::AugmentedLagrange => "use method = \"penalty\" and raise `stiffness`",
             Self::Friction => "remove `friction`",
             Self::ObstacleForce => "give the displacement of the obstacle instead of its force",
             Self::Prony => "remove `prony`",
@@ -116,6 +122,11 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
     }
     if !file.stop.is_empty() {
         return found(Unsupported::Stop, "stop");
+    }
+    let is_augmented = |own: &Contact| own.method == Method::AugmentedLagrange;
+    if let Some(i) = file.contact.iter().position(is_augmented) {
+        let key = format!("contact[{i}].method");
+        return found(Unsupported::AugmentedLagrange, &key);
     }
     if is_static {
         // The loads are used at one time, so that jumps have no effect, and bodies at neighboring values recompute

@@ -204,6 +204,30 @@ fn contact_forces_have_the_derivatives_of_their_differences() {
     derivatives_are_limits(&scene, 1e-7, run);
 }
 
+/// Checks derivatives of a moment-free clamp and of a displacement with respect to an angle of rotation.
+#[test]
+fn equilibria_have_derivatives_with_respect_to_an_angle() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "analysis = \"static\"\n[mesh]\ntype = \"rectangle\"\nwidth = 0.03\nheight = 0.01\ncells = [3, 1]\n[solid]\n\
+         bulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n[[fixed]]\n\
+         group = \"left\"\n[[prescribed_displacement]]\ngroup = \"right\"\n\
+         rotation = { angle = 0.4, point = [0.02, 0.0] }\n[[probe]]\nname = \"clamp\"\ntype = \"reaction\"\ngroup = \"left\"\n\
+         [[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.015, 0.01]\n";
+    let key = "prescribed_displacement[0].rotation.angle";
+    let path = written(folder.path(), text, &[key]);
+    let scene = Parameterized::load(&path, &[]).unwrap();
+    let outputs = outputs(&scene.scene).unwrap();
+    let run = |values: &[f64], with| {
+        let loads = [0.5, 1.0];
+        equilibria(&scene, values, &outputs, &loads, with, Watcher::NOBODY)
+            .unwrap()
+            .0
+    };
+    // As above.
+    let nonzero = derivatives_are_limits(&scene, 1e-9, run);
+    assert_eq!(nonzero, 2 * outputs.len());
+}
+
 const PRONY: &str = "prony = [{ relative_modulus = 0.5, relaxation_time = 0.4 }]";
 
 /// Loading within half a second, and a hold: relaxation without inertia. The slope of the ramp jumps at t = 0 and 0.5 s.

@@ -66,23 +66,34 @@ pub(crate) fn pressed(head: &str, contact: &str) -> String {
 /// penetration. The state is homogeneous, so only the error of Newton's method remains.
 #[test]
 fn a_plate_compresses_a_block_by_the_exact_force() {
-    for stiffness in ["", "stiffness = 1e9"] {
-        let text = pressed(
-            "analysis = \"static\"\n",
-            &format!("y = -0.002\n{stiffness}"),
-        );
+    let force = "force = 250.0\ndirection = [0.0, -1.0]";
+    let augmented = "method = \"augmented-lagrange\"";
+    for (motion, method, deepest) in [
+        // The penetration is a hundredth of the facet size at a pressure of one shear modulus; here the pressure is 1.2
+        // shear moduli.
+        ("y = -0.002", "", 1.3e-2),
+        ("y = -0.002", "stiffness = 1e9", 1.3e-2),
+        ("y = -0.002", augmented, 1e-4),
+        (force, augmented, 1e-4),
+    ] {
+        let text = pressed("analysis = \"static\"\n", &format!("{motion}\n{method}"));
         let (plate, corner) = (table(&text, "plate"), table(&text, "corner"));
         let (top, penetration) = (last(&corner, "u_y"), last(&plate, "penetration"));
-        assert!((top - penetration + 0.002).abs() < 1e-12);
+        let down = match motion == force {
+            true => last(&plate, "displacement"),
+            false => 0.002,
+        };
+        assert!(
+            (top - penetration + down).abs() < 1e-12,
+            "{motion} {method}"
+        );
         let stretch = 1.0 + top / 0.01;
         let exact = 1e4 * (stretch - stretch.powi(-3)) * 0.02;
         assert!((last(&plate, "F_y") - exact).abs() < 1e-8 * exact.abs());
         assert!((last(&plate, "area") - 0.02).abs() < 1e-12);
-        // The penetration is a hundredth of the facet size at a pressure of one shear modulus; here the pressure is 1.2
-        // shear moduli.
         assert!(
-            (0.0..1.3e-2 * 0.02 / 6.0).contains(&penetration),
-            "{penetration}"
+            (0.0..deepest * 0.02 / 6.0).contains(&penetration),
+            "{method}: {penetration}"
         );
     }
 }
@@ -341,6 +352,29 @@ fn sensitivities_need_a_given_contact_stiffness() {
         (Unsupported::ContactStiffness, "contact[0]")
     );
     assert!(unsupported(&scene("stiffness = 1e8")).is_none());
+}
+
+/// Multipliers are constant in the linearized equations, and belong to given loads without time.
+#[test]
+fn multipliers_belong_to_equilibria_under_given_loads() {
+    let contact = "y = -0.001\nmethod = \"augmented-lagrange\"";
+    let build =
+        |head: &str| Scene::build("scene.toml", &pressed(head, contact), &[], Path::new(""));
+    let scene = build("analysis = \"static\"\n").unwrap();
+    let (feature, key) = unsupported(&scene).unwrap();
+    assert_eq!(
+        (feature, &*key),
+        (Unsupported::AugmentedLagrange, "contact[0].method")
+    );
+    for head in [
+        "[time]\nend = 1.0\n",
+        "analysis = \"quasi-static\"\n[time]\nend = 1.0\n",
+        "analysis = \"modes\"\n",
+        "analysis = \"static\"\n[static]\nmethod = \"arc-length\"\n",
+    ] {
+        let error = build(head).unwrap_err().to_string();
+        assert!(error.contains(" | method"), "{head}: {error}");
+    }
 }
 
 /// Checks that an invalid force of an obstacle gives an error with the line of the key.

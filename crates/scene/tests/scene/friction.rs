@@ -95,6 +95,62 @@ fn a_sliding_block_decelerates_by_the_weight_times_friction() {
     assert!(error < 5e-3 && lost > 0.1, "{error:e} {lost}");
 }
 
+/// Compresses a layer of half the thickness 1 and half the length 20 by a plate with friction μ, in units of the shear modulus.
+/// In a thin layer, the mean displacement along x is ε x. Inside, the layer sticks: the friction τ of a parabolic profile is 3 ε x,
+/// and the slope of the pressure p is −τ. From x = c on, it slips: τ = μ p with p = 4 ε exp(μ (20 − x)). The mean of the profile
+/// leaves the slip ε x − μ p/3. All of these grow in proportion to ε.
+///
+/// The theory of thin layers neglects terms of second order in the slope of the pressure, μ² = 0.02, and the end of the layer.
+#[test]
+fn a_compressed_layer_sticks_inside_and_slips_outside() {
+    let (length, friction) = (20.0, 0.15_f64);
+    // For ε = 1.
+    let pressure = |x: f64| 4.0 * (friction * (length - x)).exp();
+    let (mut low, mut c) = (0.0, length);
+    for _ in 0..f64::MANTISSA_DIGITS {
+        let middle = 0.5 * (low + c);
+        match 3.0 * middle < friction * pressure(middle) {
+            true => low = middle,
+            false => c = middle,
+        }
+    }
+    let slipping = (pressure(c) - pressure(length)) / friction;
+    let force = pressure(c) * c + c.powi(3) + slipping;
+    let rubbed = 1.5 * c * c + friction * slipping;
+    let places = [0.5 * c, 10.0, 15.0];
+    let probes = places.iter().enumerate().map(|(i, x)| {
+        format!("[[probe]]\nname = \"at{i}\"\ntype = \"point\"\nat = [{x}, 1.0]\ninterval = 1.0\n")
+    });
+    // The plate does not stop before t = 1 s, where friction would vanish.
+    let text = format!(
+        "analysis = \"quasi-static\"\n[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = {length}\nheight = 1.0\n\
+         cells = [40, 2]\n[solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"small-strain\"\ndensity = 1.0\nshear_modulus = 1.0\n\
+         [[fixed]]\ngroup = \"bottom\"\ncomponents = [\"y\"]\n[[fixed]]\ngroup = \"left\"\ncomponents = [\"x\"]\n\
+         [[contact]]\ngroup = \"top\"\ntype = \"plane\"\npoint = [0.0, 1.0]\nnormal = [0.0, -1.0]\nstiffness = 1e5\n\
+         y = {{ type = \"step\", value = -0.01, rise = 1.5 }}\nfriction = {friction}\nslip_velocity = 1e-5\n{}\
+         [[probe]]\nname = \"plate\"\ntype = \"contact\"\ngroup = \"top\"\ninterval = 1.0\n[integrator]\nrtol = 1e-3\n",
+        probes.collect::<String>()
+    );
+    let start = std::time::Instant::now();
+    let [plate, inside, ten, fifteen] =
+        tables_in(&text, Path::new(""), ["plate", "at0", "at1", "at2"]);
+    let strain = last(&plate, "displacement");
+    println!("{strain} {c} {force} {rubbed} {:?}", start.elapsed());
+    let error = |found: f64, exact: f64| found / strain / exact - 1.0;
+    println!(
+        "{} {}",
+        error(last(&plate, "F_y"), force),
+        error(last(&plate, "F_x"), rubbed)
+    );
+    for (x, table) in places.into_iter().zip([&inside, &ten, &fifteen]) {
+        println!(
+            "{x} {} {}",
+            last(table, "u_x") / strain / x,
+            1.0 - friction * pressure(x) / (3.0 * x)
+        );
+    }
+}
+
 /// Checks that friction without its slip velocity, and in analyses without slip, gives an error with the line of the key.
 #[test]
 fn invalid_friction_is_rejected() {

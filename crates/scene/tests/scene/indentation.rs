@@ -14,6 +14,8 @@ const SHEAR: f64 = 1e4;
 /// E/(1 − ν²), Pa.
 const MODULUS: f64 = 4.0 * SHEAR;
 
+const AUGMENTED: &str = "method = \"augmented-lagrange\"";
+
 /// Force on the modeled part of the body, and largest penetration.
 struct Indentation {
     force: f64,
@@ -74,19 +76,25 @@ fn a_cylinder_presses_with_the_force_of_hertz() {
     );
     let sides = ["right", "bottom"]
         .map(|group| moved(group, "x", scale, &across) + &moved(group, "y", -scale, &down));
-    let error = |cells: usize| {
+    let error = |cells: usize, contact: &str| {
         let body = format!(
             "[mesh]\ntype = \"rectangle\"\nwidth = {length}\nheight = {length}\ncells = [{cells}, {cells}]\n{}{}",
             plane("left", "x"),
             sides.concat()
         );
-        let center = format!("[0.0, {}]", length + 1.0);
+        let center = format!("[0.0, {}]\n{contact}", length + 1.0);
         let found = indent(&body, Path::new(""), &center, "y", depth);
         2.0 * found.force / force - 1.0
     };
-    let [coarse, fine] = [12, 24].map(error);
+    let [coarse, fine] = [12, 24].map(|cells| error(cells, ""));
     assert!((coarse / fine - 2.0).abs() < 0.05, "{coarse} {fine}");
     assert!((2.0 * fine - coarse).abs() < 1e-3, "{coarse} {fine}");
+    // Multipliers remove the penetration: the force is accurate, and converges to the error of the linear theory.
+    let [coarse, fine] = [6, 12].map(|cells| error(cells, AUGMENTED));
+    assert!(
+        fine.abs() < 2e-3 && fine.abs() < coarse.abs(),
+        "{coarse} {fine}"
+    );
 }
 
 /// Writes a quarter of a block with the lattice planes `across` along x and y, and `up` along z, which end at the top. Groups:
@@ -197,21 +205,25 @@ fn a_ball_presses_with_the_force_of_hertz() {
     }
 }
 
-/// With a penalty of ten times the default, whose penetration is 0.2 % of the depth, the force is within 1 % without a correction. A
-/// coarse mesh is too stiff.
+/// With a penalty of ten times the default, whose penetration is 0.2 % of the depth, or with multipliers, the force is within 1 % without
+/// a correction. A coarse mesh is too stiff.
 #[test]
 #[ignore = "slow"]
 fn the_force_of_hertz_is_within_a_percent() {
-    for (depth, stiffness) in [(0.02, 2.34e8), (0.002, 7.4e8)] {
+    for (depth, contact) in [
+        (0.02, "stiffness = 2.34e8"),
+        (0.002, "stiffness = 7.4e8"),
+        (0.02, AUGMENTED),
+        (0.002, AUGMENTED),
+    ] {
         let (_, force) = sneddon(depth);
-        let contact = format!("stiffness = {stiffness:e}");
         let error = |planes: &[f64]| {
-            let found = half_space(depth, planes, 0, &contact);
+            let found = half_space(depth, planes, 0, contact);
             4.0 * found.force / force - 1.0
         };
         let coarse = error(&[0.0, 0.4, 0.8, 1.2, 3.0]);
         let fine = error(&[0.0, 0.3, 0.6, 0.8, 0.95, 1.1, 1.6, 3.0]);
-        println!("depth {depth}: coarse {coarse:e}, fine {fine:e}");
+        println!("depth {depth} {contact}: coarse {coarse:e}, fine {fine:e}");
         assert!(fine.abs() < 0.01, "{depth}: {fine}");
         // The limit of the linear theory is −0.4 times the depth.
         let limit = -0.4 * depth;

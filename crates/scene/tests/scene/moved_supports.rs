@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use myovib_scene::Scene;
+use myovib_scene::run::{RunOptions, compute};
 
 use crate::contact::{column, tables_in};
 
@@ -97,6 +98,65 @@ fn a_rotation_of_all_supports_is_rigid() {
     }
 }
 
+/// Checks a body that rotates by a full turn, far from the axis. Each step has 0.2 rad, the limit of displacement gradients.
+#[test]
+fn a_full_turn_takes_steps_of_its_angle() {
+    let rectangle = "type = \"rectangle\"\nwidth = 0.03\nheight = 0.01\ncells = [3, 1]\n";
+    let head = "analysis = \"static\"\n";
+    let text = turned(
+        head,
+        rectangle,
+        "point = [0.01, -0.2]",
+        "6.283185307179586",
+        "[0.015, 0.01]",
+    );
+    let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    let run = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+    assert_eq!(run.document["outcome"], "finished");
+    let steps = run.document["load_steps"].as_u64().unwrap();
+    assert_eq!(steps, (std::f64::consts::TAU / 0.2).ceil() as u64);
+}
+
+/// Checks rotations along a path by arc length, and with inertia, whose forces vanish at the end.
+#[test]
+fn a_rotation_by_arc_length_and_with_inertia_reaches_its_angle() {
+    let rectangle = "type = \"rectangle\"\nwidth = 0.03\nheight = 0.01\ncells = [3, 1]\n";
+    let arc = "analysis = \"static\"\n[static]\nmethod = \"arc-length\"\n";
+    let smooth = "{ type = \"step\", value = 0.5, rise = 1.0 }";
+    let (at, point) = ([0.015, 0.01, 0.0], [0.01, -0.02, 0.0]);
+    for (head, angle, bound) in [(arc, "0.5", 1e-10), ("[time]\nend = 2.0\n", smooth, 1e-4)] {
+        let text = turned(
+            head,
+            rectangle,
+            "point = [0.01, -0.02]",
+            angle,
+            "[0.015, 0.01]",
+        );
+        let [middle] = tables_in(&text, Path::new(""), ["middle"]);
+        let to = rotated(at, point, [0.0, 0.0, 1.0], 0.5);
+        for (i, name) in ["u_x", "u_y"].iter().enumerate() {
+            let error = column(&middle, name).last().unwrap() - (to[i] - at[i]);
+            assert!(error.abs() < bound, "{head} {name}: {error:e}");
+        }
+    }
+}
+
+/// An axis given to rounding errors moves nodes along itself by rounding errors only, which agrees with fixed components.
+#[test]
+fn an_axis_to_rounding_agrees_with_fixed_components() {
+    let cuboid = "type = \"box\"\nsize = [0.03, 0.01, 0.01]\ncells = [2, 1, 1]\n";
+    let axis = "point = [0.0, 0.0, 0.0], axis = [6.1e-17, 0.0, 1.0]";
+    let text = turned(
+        "analysis = \"static\"\n",
+        cuboid,
+        axis,
+        "1.0",
+        "[0.0, 0.0, 0.0]",
+    ) + "[[fixed]]\ngroup = \"left\"\ncomponents = [\"z\"]\n";
+    Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+}
+
 /// Checks that an axis that does not fit the mesh gives an error with its line.
 #[test]
 fn axes_of_rotations_are_checked() {
@@ -145,8 +205,16 @@ fn a_support_follows_a_measured_acceleration() {
         probe("support", "type = \"average\"\ngroup = \"left\"\n"),
         probe("tip", tip),
         probe("relative", &format!("{tip}relative_to = \"left\"\n")),
+    ) + &probe("end", "type = \"average\"\ngroup = \"right\"\n")
+        + &probe(
+            "end_relative",
+            "type = \"average\"\ngroup = \"right\"\nrelative_to = \"left\"\n",
+        );
+    let [support, tip, relative, end, end_relative] = tables_in(
+        &text,
+        folder.path(),
+        ["support", "tip", "relative", "end", "end_relative"],
     );
-    let [support, tip, relative] = tables_in(&text, folder.path(), ["support", "tip", "relative"]);
     // A load is not given by an acceleration.
     let load = text.replace(
         "[[prescribed_displacement]]\ngroup = \"left\"\nx = 0.0\n",
@@ -173,8 +241,13 @@ fn a_support_follows_a_measured_acceleration() {
     assert_eq!(times.len(), 6);
     for (k, t) in times.into_iter().enumerate() {
         for (name, exact) in ["u_y", "a_y"].into_iter().zip(exact(t)) {
-            let [support, tip, relative] =
-                [&support, &tip, &relative].map(|table| column(table, name)[k]);
+            let [support, tip, relative, end, end_relative] =
+                [&support, &tip, &relative, &end, &end_relative]
+                    .map(|table| column(table, name)[k]);
+            assert!(
+                (end - support - end_relative).abs() < 1e-12 * (1.0 + end.abs()),
+                "{t} {name}"
+            );
             assert!(
                 (support - exact).abs() < 1e-12 * (1.0 + exact.abs()),
                 "{t} {name}: {support}"

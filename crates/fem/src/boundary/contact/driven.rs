@@ -50,7 +50,12 @@ impl RigidContact {
             let [along, slope] = self.along(direction, touching + s, u);
             [along - force, slope]
         };
-        let (mut low, mut high) = (0.0, self.smoothing);
+        // Multipliers press before the obstacle touches the body.
+        let deepest = self.depths.iter().fold(0.0_f64, |most, own| most.max(*own));
+        let (mut low, mut high) = (-deepest, self.smoothing);
+        while low < 0.0 && excess(low)[0] > 0.0 {
+            low *= 2.0;
+        }
         let mut doublings = 0..MAX_ITERATIONS;
         let falls_short = |[rest, _]: [f64; 2]| rest < 0.0 || rest.is_nan();
         while falls_short(excess(high)) {

@@ -6,6 +6,7 @@ use myovib_sparse::SparseError;
 use super::Newton;
 use crate::driven;
 use crate::field::Field;
+use crate::muscle::load::boundary_forces;
 
 impl Newton<'_> {
     /// Sets all components of the displacement: `q` for the free, `factor` times the prescribed
@@ -53,6 +54,7 @@ impl Newton<'_> {
             force,
             load,
             tensions,
+            contacts,
             t,
             ..
         } = self;
@@ -70,7 +72,7 @@ impl Newton<'_> {
         solid.evaluate(&fields, &mut vectors).inspect_err(|at| {
             self.inverted = Some(*at);
         })?;
-        for load in muscle.boundary_forces() {
+        for load in boundary_forces(&muscle.surface_loads, contacts) {
             let factor = if load.is_driven() { driven } else { factor };
             load.add_force(*t, factor, -1.0, displacement, force);
         }
@@ -111,9 +113,10 @@ impl Newton<'_> {
         let fields = Fields::new(&self.displacement, pressure);
         solid.tangents(&fields, &mut self.matrices.wanted())?;
         let (u, of_contacts) = (&self.displacement, self.contact_factor(factor));
+        let forces = boundary_forces(&muscle.surface_loads, &self.contacts);
         self.matrices
-            .update_boundary_forces(muscle, self.t, of_contacts, u);
-        let slopes = driven::slopes(muscle, (self.t, of_contacts), u);
+            .update_boundary_forces(forces, (self.t, of_contacts), u);
+        let slopes = driven::slopes(solid.dofs(), &self.contacts, (self.t, of_contacts), u);
         self.slopes = slopes.map(|(slope, _)| slope).collect();
         if !self.tensions.is_empty() {
             let motion = AddedMotion {
