@@ -540,6 +540,7 @@ def _integrate_parts(
                     "y0": y.tolist(),
                     "yp0": yp.tolist(),
                     "t_eval": due,
+                    "after_break": is_hidden and not is_first,
                     "initial": request["initial"] if is_first else "given" if is_hidden else "algebraic",
                 }
             )

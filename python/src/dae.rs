@@ -60,6 +60,8 @@ pub(crate) struct Request {
     has_default_limit: bool,
     /// `given`, `algebraic` or `states`.
     initial: String,
+    /// Whether multipliers and derivatives at the start have their values from before a break.
+    after_break: bool,
     /// Whether to store the polynomials of the steps.
     dense: bool,
 }
@@ -176,6 +178,9 @@ fn solve_with(
         builder = builder.roots(directions, events);
     }
     let mut solver = builder.build(t0, y0, y_dot0).map_err(Failure::of)?;
+    if request.after_break {
+        solver.restart();
+    }
     // The degree is the number of stages plus 1 for the slope at the start.
     let degree = stages + 1;
     let record = integrate(&mut solver, request, known.as_ref(), degree)?;

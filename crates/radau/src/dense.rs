@@ -90,6 +90,14 @@ impl Collocation {
         }
     }
 
+    /// Changes y_0 and keeps the values at the stages.
+    pub(crate) fn change_start(&mut self, component: usize, change: f64) {
+        let n = self.y0.len();
+        self.y0[component] += change;
+        let z_i = self.increments[component..].iter_mut().step_by(n);
+        z_i.for_each(|z| *z -= change);
+    }
+
     /// Writes u'(t_0), which differs from ẏ_0.
     pub(crate) fn start_slope(&self, method: &Method, out: &mut [f64]) {
         start_slope(method, self.h, &self.increments, out);
@@ -172,6 +180,13 @@ impl Collocation {
 pub(crate) fn start_slope(method: &Method, h: f64, z: &[f64], out: &mut [f64]) {
     let slope = |_, j| method.basis_derivative(j, 0.0) / h;
     write_combined(out, out.len(), slope, z);
+}
+
+/// Returns the value of component i at t_0 of the polynomial of degree s − 1 through the increments `z` alone.
+pub(crate) fn change_of_start(method: &Method, n: usize, z: &[f64], i: usize) -> f64 {
+    let z_i = z[i..].iter().step_by(n).zip(method.nodes()).enumerate();
+    z_i.map(|(j, (z, c))| c * method.basis_derivative(j, 0.0) * z)
+        .sum()
 }
 
 /// Computes y ← y + a x.

@@ -103,6 +103,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Continues from [`t`](RadauSolver::t) with a small first step, as after a start. Call it at times at which a
     /// function of the problem has a jump or a kink. Statistics continue. If the solution itself jumps, use
     /// [`reinit`](RadauSolver::reinit).
+    ///
+    /// Algebraic variables may have their values from before the jump. Call it before the first step if the initial
+    /// values do.
     pub fn restart(&mut self) {
         if let Some(pause) = self.pause.take() {
             self.t = pause.t;
@@ -119,9 +122,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         self.start_afresh();
         (self.h, self.refused) = (None, None);
-        // Algebraic variables may jump at the end of the last step.
-        let is_after_a_step = self.counters.statistics.steps > 0;
-        self.jump = is_after_a_step.then_some([self.collocation.t0, 0.0]);
+        // Algebraic variables may jump at this time.
+        self.jump = Some([self.collocation.t0, 0.0]);
+        self.start = Ok(());
     }
 
     /// Restarts the internal variables at (t, y) with their current values. If their driving quantities cannot be

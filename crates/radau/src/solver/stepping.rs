@@ -3,8 +3,9 @@
 use myovib_dae::{LinearSolver, Outcome, Problem, Stop, StopReason, WorstComponent};
 
 use super::state::{Jacobian, RadauSolver, step_of};
+use super::verification::DIFFERENT;
 use crate::control::FACTORS;
-use crate::dense::{add_scaled, write_combined};
+use crate::dense::{add_scaled, change_of_start, write_combined};
 use crate::error::{RadauError, expect};
 use crate::failure::{Failure, Failures, Rejection};
 use crate::options::StepSize;
@@ -14,6 +15,9 @@ const SHARED: f64 = 4.0;
 
 /// Fraction of a step below which a remaining time is attributed to rounding of t.
 const SLIVER: f64 = 1e-8;
+
+/// Ratio of t to the time scale above which rounding of t in a few hundred steps may exceed tight tolerances.
+const LATE: f64 = 1e4;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Takes one step toward `t_out` with the size that the error permits.
@@ -122,7 +126,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                     format!("the next step, {wanted:e}, is below {bound}, {smallest:e}{cause}");
                 return Ok(self.stop(StopReason::StepTooSmall, message));
             }
-            let mut h = self.step_size_within(wanted, limit - self.t);
+            let mut h = self.step_size_within(wanted, limit);
             let Rejection {
                 reason,
                 message,
@@ -198,10 +202,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Makes the step just computed, which ends at `t`, the last step.
     fn accept(&mut self, h: f64, t: f64) {
         self.predictor.learn(&self.newton.z, self.weights.scaled());
-        let is_behind_jump = self.last_step_jumped();
-        if is_behind_jump {
-            self.extrapolate_start();
-        }
+        let is_after_jump = self.last_step_jumped();
         self.collocation.t0 = self.t;
         self.collocation.h = h;
         self.collocation.y0.copy_from_slice(&self.y);
@@ -210,8 +211,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let step = step_of!(self, h);
         self.multipliers
             .remove(&step, &mut self.collocation.increments);
-        if is_behind_jump {
+        if is_after_jump || self.starts_far_from_multipliers() {
+            self.extrapolate_start();
             self.collocation.free_start(&self.method, 0..self.y.len());
+            self.jump = None;
         } else {
             // Then û equals u at the nodes, which satisfy the algebraic equations.
             let algebraic = self.algebraic.iter().copied();
@@ -254,18 +257,32 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         statistics.t_reached = t;
     }
 
+    /// Returns whether multipliers of index 2 at the start of the first step just computed are far from the polynomial
+    /// through the stages. The steps do not depend on these values, which may be wrong. At index 3, rounding in a short
+    /// first step may have the same effect.
+    fn starts_far_from_multipliers(&self) -> bool {
+        let mut multipliers = (self.algebraic.iter()).filter(|&&i| self.multipliers.index(i) == 2);
+        let is_far = |&i: &usize| {
+            let far = DIFFERENT * self.weights.solution_tolerance(i);
+            self.change_of_start(i).abs() > far
+        };
+        let is_adaptive = self.options.step_size == StepSize::Adaptive;
+        is_adaptive && self.fresh && multipliers.any(is_far)
+    }
+
     /// Replaces the values of algebraic variables at the start of the step just computed by the values of the
     /// polynomial through the stages, because the values at the start may be from before a jump.
     fn extrapolate_start(&mut self) {
-        let (n, z) = (self.y.len(), &mut self.newton.z);
-        for &i in &self.algebraic {
-            let nodes = self.method.nodes().iter().enumerate();
-            let change: f64 = nodes
-                .map(|(j, c)| c * self.method.basis_derivative(j, 0.0) * z[j * n + i])
-                .sum();
+        for k in 0..self.algebraic.len() {
+            let i = self.algebraic[k];
+            let change = self.change_of_start(i);
+            self.collocation.change_start(i, change);
             self.y[i] += change;
-            z[i..].iter_mut().step_by(n).for_each(|z| *z -= change);
         }
+    }
+
+    fn change_of_start(&self, i: usize) -> f64 {
+        change_of_start(&self.method, self.y.len(), &self.collocation.increments, i)
     }
 
     /// Computes the weights at y.
@@ -304,14 +321,26 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Returns the step of the wanted size, fitted to the remaining time. The last few steps share
     /// this time, so that a step is not much shorter than its predecessor: the remaining residual
     /// of a longer step would cause errors of multipliers.
-    fn step_size_within(&self, wanted: f64, left: f64) -> f64 {
+    fn step_size_within(&self, wanted: f64, limit: f64) -> f64 {
         let fixed = matches!(self.options.step_size, StepSize::Fixed(_));
+        let left = limit - self.t;
         match left / wanted {
             // Rounding of t must neither leave a tiny last step nor affect the number of steps that
             // share the time.
             ratio if ratio <= 1.0 + SLIVER => left,
-            ratio if ratio < SHARED && !fixed => left / (ratio - SLIVER).ceil(),
-            _ => wanted,
+            ratio if ratio < SHARED && !fixed => self.rounded(left / (ratio - SLIVER).ceil()),
+            // A fixed size saves matrix setups.
+            _ if fixed => wanted,
+            _ => self.rounded(wanted),
+        }
+    }
+
+    /// Returns the step size near `h` for which t + h is exact, if t is late. Otherwise the time would differ from the sum of
+    /// the steps, by far more than the tolerances after a large t0.
+    pub(super) fn rounded(&self, h: f64) -> f64 {
+        match self.t.abs() > LATE * self.options.time_scale {
+            true => (self.t + h) - self.t,
+            false => h,
         }
     }
 

@@ -18,7 +18,7 @@ const UNEXPLAINED: f64 = 30.0;
 /// Difference between the leading errors of a multiplier of index 2 within the step and from the last step, in units of
 /// its tolerance, above which a jump is assumed. The leading error of a smooth solution is removed, and may change by
 /// several hundred tolerances from step to step.
-const DIFFERENT: f64 = 300.0;
+pub(super) const DIFFERENT: f64 = 300.0;
 
 /// Growth to or from a step above which an input may act unseen between its stages.
 const FAST_GROWTH: f64 = 2.0;
@@ -61,7 +61,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 }
             } else {
                 last = of_index_2;
-                *h *= 0.5;
+                *h = self.rounded(0.5 * *h);
             }
             self.control.forget();
         }

@@ -1,6 +1,6 @@
 //! Output between the ends of steps, for inputs and characteristics with kinks.
 
-use myovib_dae::samples::{Differentiated, Pump, Sample};
+use myovib_dae::samples::{Differentiated, Pump, Sample, VanDerPol};
 use myovib_dae::{Outcome, Problem};
 use myovib_radau::{RadauOptions, RadauSolver};
 
@@ -121,6 +121,62 @@ fn output_behind_a_restart_does_not_depend_on_values_before() {
                     );
                 }
             }
+        }
+    }
+}
+
+/// Regression: t + h was rounded, and h was not. After a start at a time in seconds since 1970, the solution of an
+/// autonomous problem was wrong by thousands of tolerances.
+#[test]
+fn steps_are_exact_differences_of_times() {
+    for (stages, t0) in pairs(&[3, 5, 7], &[1.7e9, 1e12]) {
+        let problem = VanDerPol { vdp_mu: 1.0 };
+        let start = problem.start();
+        let options = RadauOptions {
+            stages,
+            ..tolerance(1e-6)
+        };
+        let builder = RadauSolver::builder(problem).options(options);
+        let mut solver = builder.build(t0, &start.y, &start.y_dot).unwrap();
+        solver.set_stop_time(t0 + 5.0).unwrap();
+        while let Outcome::StepTaken { .. } = solver.step(t0 + 5.0).unwrap() {
+            let [from, to] = solver.last_step_interval();
+            assert_eq!(solver.statistics().last_step, to - from);
+        }
+        assert_eq!(solver.t(), t0 + 5.0);
+    }
+}
+
+/// Regression: dense output of a first step used the multiplier and the derivatives given at the start, which do not
+/// affect the steps.
+#[test]
+fn output_of_first_steps_does_not_depend_on_wrong_multipliers() {
+    for (stages, (circuit, (name, wave, t_end))) in pairs(&[3, 5, 7], &pairs(&CIRCUITS, &WAVES)) {
+        let driven = Driven {
+            circuit,
+            wave,
+            units: [1.0, 1.0],
+        };
+        let [mut y, y_dot] = driven.exact(0.0);
+        let indices = driven.indices().unwrap();
+        let wrong = (0..y.len()).filter(|&i| indices[i] > 1);
+        wrong.for_each(|i| y[i] += 1.0);
+        let options = RadauOptions {
+            stages,
+            ..tolerance(1e-6)
+        };
+        let builder = RadauSolver::builder(Driven { ..driven }).options(options);
+        let mut solver = builder.build(0.0, &y, &y_dot).unwrap();
+        let Outcome::StepTaken { .. } = solver.step(t_end).unwrap() else {
+            continue;
+        };
+        let [from, to] = solver.last_step_interval();
+        for theta in [0.013, 0.1, 0.35, 0.5, 0.77, 0.95] {
+            let t = from + theta * (to - from);
+            solver.dense_output(t, 0, &mut y).unwrap();
+            let error = driven.error(&y, t, 1e-6);
+            let what = format!("{}, {name}, {stages} stages", circuit.name);
+            assert!(error < PROMISED, "{what}, {theta}: {error:.1e}");
         }
     }
 }
