@@ -11,15 +11,11 @@
 //! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: settings of an
 //!   [`Integrator`].
 //! - [`Outcome`], [`Stop`], [`Statistics`]: its results.
-//! - `conformance` and `samples` (feature `conformance`): the tests that every integrator passes, and test
-//!   problems with exact solutions.
 #![forbid(unsafe_code)]
 
 mod between;
 mod coloring;
 pub mod columns;
-#[cfg(feature = "conformance")]
-pub mod conformance;
 mod consistent;
 mod differences;
 mod direction;
@@ -36,8 +32,6 @@ mod pattern;
 mod problem;
 mod projection;
 mod remedy;
-#[cfg(any(test, feature = "conformance"))]
-pub mod samples;
 mod start;
 mod statistics;
 mod stop_reason;

@@ -287,6 +287,3 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok(moves_it.then(|| columns[0]))
     }
 }
-
-#[cfg(test)]
-mod tests;

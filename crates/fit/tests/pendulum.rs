@@ -2,7 +2,7 @@
 //! pendulum in Cartesian coordinates, which is integrated by Radau IIA with forward sensitivities.
 #![allow(clippy::unwrap_used)] // a test may panic
 
-use myovib_dae::samples::{MechanicalForm, ParametricSample, Pendulum};
+use myovib_conformance::samples::{MechanicalForm, ParametricSample, Pendulum};
 use myovib_dae::{Differenced, Outcome, Parameter as Varied, Tolerances};
 use myovib_fit::{Failed, Model, Options, Parameter, fit};
 use myovib_radau::{ForwardSensitivities, RadauOptions, RadauSolver};

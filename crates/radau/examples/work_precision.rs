@@ -9,7 +9,7 @@
 //! absolute tolerances are (1e-4, 1e-8, 1e-2) times the relative tolerance. Each entry is "digits
 //! (steps)"; "–" if 100 000 steps were not sufficient.
 
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample,
     VanDerPol,
 };

@@ -1,8 +1,8 @@
 //! Checks that a step does not allocate memory, including the search for events.
 #![allow(clippy::unwrap_used)] // a test may panic
 
-use myovib_dae::conformance::{Method, Request};
-use myovib_dae::samples::{Heat2d, Sample};
+use myovib_conformance::samples::{Heat2d, Sample};
+use myovib_conformance::{Method, Request};
 use myovib_dae::{Direction, Outcome, Problem, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver};
 
@@ -67,6 +67,6 @@ impl Method for Radau {
 fn steps_of_small_problems_allocate_nothing() {
     for stages in [3, 5, 7] {
         let count = |call: &mut dyn FnMut()| allocation_counter::measure(call).count_total;
-        myovib_dae::conformance::steps_allocate_nothing(&Radau { stages }, count);
+        myovib_conformance::steps_allocate_nothing(&Radau { stages }, count);
     }
 }

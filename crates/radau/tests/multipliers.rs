@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // a test may panic
 
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     CarAxis, Charges, Constrained, Differentiated, FourBar, MechanicalForm, Mechanism, Pendulum,
     Press, Sample, SliderCrank, SphericalPendulums,
 };

@@ -18,7 +18,7 @@
 //! # Examples
 //! Robertson's kinetics to t = 40:
 //! ```
-//! use myovib_dae::samples::{Robertson, Sample};
+//! use myovib_conformance::samples::{Robertson, Sample};
 //! use myovib_dae::{Outcome, Tolerances};
 //! use sundials_wrap::IdaSolver;
 //!

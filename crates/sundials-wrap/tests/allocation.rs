@@ -1,8 +1,8 @@
 //! Checks that a step does not allocate memory in Rust.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use myovib_conformance::{Method, Request, steps_allocate_nothing};
 use myovib_dae::Problem;
-use myovib_dae::conformance::{Method, Request, steps_allocate_nothing};
 use sundials_wrap::IdaSolver;
 
 /// Builds IDAS with its default settings.

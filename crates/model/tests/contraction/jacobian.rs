@@ -1,7 +1,7 @@
 //! Jacobians compared with differences, and reduced Newton systems with full systems.
 
+use myovib_conformance::jacobian_error;
 use myovib_dae::Problem;
-use myovib_dae::conformance::jacobian_error;
 use myovib_fem::AddedStress;
 use myovib_model::linear::{LinearWork, Reduction, Scalar};
 use myovib_model::{Field, Formulation, MuscleDae};

@@ -1,8 +1,8 @@
 //! The Jacobian of each coupled system compared with central differences of its residual.
 
 use crate::common::{chain_alone, rod_and_chain};
+use myovib_conformance::jacobian_error;
 use myovib_dae::Problem;
-use myovib_dae::conformance::jacobian_error;
 use myovib_fem::Mesh;
 use myovib_model::coupling::{CoupledDae, Effect, Feedback, FeedbackDae, Oscillators, Source};
 use myovib_model::{Formulation, MuscleDae, Probe, Signal, paper};

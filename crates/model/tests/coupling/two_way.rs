@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::common::backward_error;
-use myovib_dae::conformance::jacobian_error;
+use myovib_conformance::jacobian_error;
 use myovib_dae::{LinearSolver as _, Linearization, Problem};
 use myovib_fem::material::{ActiveStress, ForceLength, ForceVelocity, Prony, PronyTerm, Tension};
 use myovib_fem::{AddedStress, DofMap, Fibers, Mesh, Solid, Space, generate};

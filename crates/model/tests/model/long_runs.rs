@@ -5,7 +5,7 @@
 use std::fs;
 use std::ops::ControlFlow;
 
-use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
+use myovib_conformance::samples::{MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Problem, Suppressed, Tolerances};
 use myovib_fem::Mesh;
 use myovib_model::coupling::{Body, CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};

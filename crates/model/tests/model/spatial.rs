@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use myovib_conformance::jacobian_error;
 use myovib_dae::Problem;
-use myovib_dae::conformance::jacobian_error;
 use myovib_fem::{DofMap, Law, Mesh, Solid, Space, generate};
 use myovib_model::inf_sup::{Pair, levels};
 use myovib_model::statics::equilibrium;

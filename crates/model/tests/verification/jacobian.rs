@@ -1,6 +1,6 @@
 //! The Jacobian of every formulation compared with central differences of its residual.
 
-use myovib_dae::conformance::jacobian_error;
+use myovib_conformance::jacobian_error;
 use myovib_dae::{Problem, VariableKind};
 use myovib_fem::Law;
 use myovib_model::{Field, Formulation, MuscleDae, Signal, paper};

@@ -35,7 +35,7 @@ use crate::work::Counters;
 ///
 /// # Examples
 /// ```
-/// use myovib_dae::samples::{Oscillator, ParametricSample, Sample};
+/// use myovib_conformance::samples::{Oscillator, ParametricSample, Sample};
 /// use myovib_radau::{ForwardSensitivities, RadauSolver};
 ///
 /// let oscillator = Oscillator { omega: 2.0 };

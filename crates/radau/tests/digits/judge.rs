@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use myovib_dae::samples::Sample;
+use myovib_conformance::samples::Sample;
 use myovib_dae::{Integrator, Outcome, Stop, Suppressed, Tolerances, VariableKind};
 use myovib_radau::{RadauOptions, RadauSolver};
 use sundials_wrap::{IdaOptions, IdaSolver};

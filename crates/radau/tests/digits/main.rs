@@ -19,7 +19,7 @@
 mod judge;
 
 use judge::{Case, converged, copies, exact};
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     Akzo, Amplifier, Bridge, CapacitorLoop, CarAxis, Charges, Constrained, Differentiated, Doubler,
     FourBar, Heat2d, Inverters, JayIndex2, LinearIndex1, MechanicalForm, Mechanism, Oscillator,
     Pendulum, Pipes, Press, Pulses, Pump, Robertson, Skate, SliderCrank, SphericalPendulums,

@@ -1,6 +1,6 @@
 //! Compares the discrete adjoint with forward sensitivities, differences and closed forms.
 
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     MechanicalForm, Oscillator, ParametricSample, Pendulum, ScaledJay, ScaledLinear,
 };
 use myovib_dae::{Differenced, Parameter, Tolerances};

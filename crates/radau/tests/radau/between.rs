@@ -1,6 +1,6 @@
 //! Accuracy of the solution between the ends of steps, and verification of first steps.
 
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     CapacitorLoop, Differentiated, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample,
     Skate, Start, TimeScales,
 };

@@ -1,6 +1,6 @@
 //! Common functions: runs of samples, and reference values from `data/references/`.
 
-use myovib_dae::samples::{Sample, Start};
+use myovib_conformance::samples::{Sample, Start};
 use myovib_dae::{Outcome, Problem, StepError, Stop, Tolerances, VariableKind};
 use myovib_radau::{RadauOptions, RadauSolver};
 use nalgebra_sparse::pattern::SparsityPattern;

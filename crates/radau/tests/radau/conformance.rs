@@ -1,7 +1,7 @@
 //! Runs the conformance tests of integrators with Radau IIA.
 
+use myovib_conformance::{Method, Request};
 use myovib_dae::Problem;
-use myovib_dae::conformance::{Method, Request};
 use myovib_radau::{RadauOptions, RadauSolver};
 
 pub(crate) struct Radau {
@@ -46,13 +46,13 @@ impl Method for Radau {
 }
 
 mod order_5 {
-    myovib_dae::conformance_tests!(super::Radau { stages: 3 });
+    myovib_conformance::conformance_tests!(super::Radau { stages: 3 });
 }
 
 mod order_9 {
-    myovib_dae::conformance_tests!(super::Radau { stages: 5 });
+    myovib_conformance::conformance_tests!(super::Radau { stages: 5 });
 }
 
 mod order_13 {
-    myovib_dae::conformance_tests!(super::Radau { stages: 7 });
+    myovib_conformance::conformance_tests!(super::Radau { stages: 7 });
 }

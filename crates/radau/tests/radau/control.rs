@@ -1,6 +1,6 @@
 //! Changes of settings between steps, and the choice of the next step size.
 
-use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
+use myovib_conformance::samples::{MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Outcome, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver};
 

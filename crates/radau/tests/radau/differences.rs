@@ -1,6 +1,6 @@
 //! Runs with difference quotients compared with runs with exact Jacobians.
 
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     Akzo, Heat2d, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample, VanDerPol,
 };
 use myovib_dae::{Outcome, Tolerances};

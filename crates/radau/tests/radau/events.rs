@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
+use myovib_conformance::samples::{MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Direction, Outcome, StepError, StopReason};
 use myovib_radau::{RadauError, RadauOptions, RadauSolver, StepSize};
 

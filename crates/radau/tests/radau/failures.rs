@@ -11,7 +11,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
 use crate::common::stopped;
-use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
+use myovib_conformance::samples::{MechanicalForm, Pendulum, Sample};
 
 /// The equation ẏ = 1 − 2 y² with y = tanh(√2 t)/√2, whose residual can be made to fail.
 pub(crate) struct Touchy {

@@ -1,7 +1,7 @@
 //! Forms of constrained mechanical systems.
 
-use myovib_dae::conformance::jacobian_error;
-use myovib_dae::samples::{
+use myovib_conformance::jacobian_error;
+use myovib_conformance::samples::{
     CarAxis, Charges, Constrained, Differentiated, FourBar, MechanicalForm, Pendulum, Press,
     Sample, SliderCrank, SphericalPendulums,
 };

@@ -1,6 +1,6 @@
 //! Invalid settings and problems.
 
-use myovib_dae::samples::{MechanicalForm, Pendulum};
+use myovib_conformance::samples::{MechanicalForm, Pendulum};
 use myovib_dae::{Problem, StepError, Suppressed, Tolerances, VariableKind};
 use myovib_radau::{
     Fading, InternalVariables, MemoryPart, MemoryTerm, RadauError, RadauOptions, RadauSolver,

@@ -1,6 +1,6 @@
 //! Observed orders of convergence with fixed steps, including dense output (shared cases S4).
 
-use myovib_dae::samples::{JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample};
+use myovib_conformance::samples::{JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Problem, Tolerances};
 use myovib_radau::{IndexScaling, RadauError, RadauOptions, RadauSolver, StepSize};
 

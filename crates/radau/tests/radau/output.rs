@@ -1,6 +1,6 @@
 //! Output between the ends of steps, for inputs and characteristics with kinks.
 
-use myovib_dae::samples::{Differentiated, Pump, Sample, VanDerPol};
+use myovib_conformance::samples::{Differentiated, Pump, Sample, VanDerPol};
 use myovib_dae::{Outcome, Problem};
 use myovib_radau::{RadauOptions, RadauSolver};
 

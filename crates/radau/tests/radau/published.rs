@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample,
     VanDerPol,
 };

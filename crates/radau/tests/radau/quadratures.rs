@@ -1,6 +1,6 @@
 //! Quadratures along with the solution: order of convergence, and continuation from a saved state and after a root.
 
-use myovib_dae::samples::{JayIndex2, Sample};
+use myovib_conformance::samples::{JayIndex2, Sample};
 use myovib_dae::{Direction, Outcome, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver, RadauState, StepSize};
 

@@ -1,6 +1,6 @@
 //! Checks that an integration succeeds with each of the remedies suggested by a stop.
 
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     Constrained, Differentiated, MechanicalForm, Pendulum, Sample, SliderCrank,
 };
 use myovib_dae::{ConsistencyMode, Outcome, Problem, Remedy, StepError, Tolerances};

@@ -1,6 +1,6 @@
 //! A solver that continues from a saved state takes the same steps as the original solver.
 
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     CapacitorLoop, CarAxis, Differentiated, Heat2d, JayIndex2, LinearIndex1, MechanicalForm,
     Pendulum, Sample,
 };

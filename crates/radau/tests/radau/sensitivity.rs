@@ -1,6 +1,6 @@
 //! Compares forward sensitivities with closed forms and with difference quotients of runs with small tolerances.
 
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     MechanicalForm, Oscillator, ParametricSample, Pendulum, Sample, ScaledJay, ScaledLinear,
 };
 use myovib_dae::{Differenced, Parameter, Problem, StepError, Tolerances};

@@ -1,6 +1,6 @@
 //! Starts that violate constraints by less than the tolerances.
 
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     Constrained, Differentiated, MechanicalForm, Pendulum, Sample, SliderCrank,
 };
 use myovib_dae::{Outcome, Problem, StepError};
@@ -33,8 +33,8 @@ impl Problem for Driven {
 }
 
 impl Sample for Driven {
-    fn start(&self) -> myovib_dae::samples::Start {
-        myovib_dae::samples::Start {
+    fn start(&self) -> myovib_conformance::samples::Start {
+        myovib_conformance::samples::Start {
             t: 0.0,
             y: vec![0.0, 0.0, 0.0, 0.0, -900.0],
             y_dot: vec![0.0, 0.0, 900.0, 0.0, 0.0],

@@ -1,7 +1,7 @@
 //! Backward problems compared with SUNDIALS' examples and with a closed form.
 
 use crate::published_sensitivity::{Kinetics, rates};
-use myovib_dae::samples::{Akzo, Sample};
+use myovib_conformance::samples::{Akzo, Sample};
 use myovib_dae::{Differenced, Outcome, Parameter, Problem, StepError, Tolerances, VariableKind};
 use sundials_wrap::adjoint::{AdjointProblem, BackwardOptions, Checkpoints, Interpolation};
 use sundials_wrap::{IdaOptions, IdaSolver};

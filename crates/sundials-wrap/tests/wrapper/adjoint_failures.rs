@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use myovib_dae::samples::{MechanicalForm, Oscillator, Pendulum, Sample};
+use myovib_conformance::samples::{MechanicalForm, Oscillator, Pendulum, Sample};
 use myovib_dae::{Direction, Outcome, Problem, StepError, StopReason, Tolerances};
 use sundials_wrap::adjoint::{
     AdjointProblem, BackwardOptions, BackwardProblem, Checkpoints, ForwardState, Interpolation,

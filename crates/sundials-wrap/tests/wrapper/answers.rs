@@ -1,6 +1,6 @@
 //! Queries of a solver and of its problem.
 
-use myovib_dae::samples::{Heat2d, Robertson, Sample};
+use myovib_conformance::samples::{Heat2d, Robertson, Sample};
 use myovib_dae::{Problem, StepError, StopReason, Tolerances};
 
 use sundials_wrap::{Error, IdaSolver};

@@ -1,6 +1,6 @@
 //! Common functions of the tests: reference values, solvers of samples, Jacobians from differences.
 
-use myovib_dae::samples::Sample;
+use myovib_conformance::samples::Sample;
 use myovib_dae::{Problem, Tolerances};
 use serde_json::Value;
 use sundials_wrap::{IdaOptions, IdaSolver};

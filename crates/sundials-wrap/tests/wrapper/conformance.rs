@@ -1,7 +1,7 @@
 //! Runs the conformance tests of integrators with IDAS.
 
+use myovib_conformance::{Method, Request};
 use myovib_dae::Problem;
-use myovib_dae::conformance::{Method, Request};
 use sundials_wrap::{IdaOptions, IdaSolver};
 
 struct Ida;
@@ -34,4 +34,4 @@ impl Method for Ida {
     }
 }
 
-myovib_dae::conformance_tests!(Ida);
+myovib_conformance::conformance_tests!(Ida);

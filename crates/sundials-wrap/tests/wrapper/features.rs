@@ -1,6 +1,6 @@
 //! Features of the integrator in addition to stepping: events, dense output, weights, constraints.
 
-use myovib_dae::samples::{Akzo, LinearIndex1, Robertson, Sample};
+use myovib_conformance::samples::{Akzo, LinearIndex1, Robertson, Sample};
 use myovib_dae::{Direction, Outcome, Problem, StepError, Suppressed, Tolerances};
 use myovib_sparse::{Scaling, SparseOptions};
 use sundials_wrap::{IdaOptions, IdaSolver, VectorArithmetic, Versions};

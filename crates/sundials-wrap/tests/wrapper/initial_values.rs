@@ -1,6 +1,6 @@
 //! The search for consistent initial values.
 
-use myovib_dae::samples::{Heat2d, Robertson, Sample};
+use myovib_conformance::samples::{Heat2d, Robertson, Sample};
 use myovib_dae::{Outcome, Problem, Suppressed, VariableKind};
 use sundials_wrap::{ConsistencyMode, IdaOptions, IdaSolver};
 

@@ -1,7 +1,7 @@
 //! Thousands of solvers, and solvers in many threads at the same time.
 
+use myovib_conformance::samples::{Heat2d, Robertson, Sample};
 use myovib_dae::Problem;
-use myovib_dae::samples::{Heat2d, Robertson, Sample};
 
 use sundials_wrap::IdaSolver;
 

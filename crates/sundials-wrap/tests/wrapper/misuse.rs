@@ -1,6 +1,6 @@
 //! Invalid arguments, and calls in the wrong order.
 
-use myovib_dae::samples::{Robertson, Sample};
+use myovib_conformance::samples::{Robertson, Sample};
 use myovib_dae::{Outcome, Problem, StepError, Suppressed, Tolerances, VariableKind};
 use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;

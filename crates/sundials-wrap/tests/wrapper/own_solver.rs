@@ -1,6 +1,6 @@
 //! A linear solver provided by the user.
 
-use myovib_dae::samples::{Robertson, Sample};
+use myovib_conformance::samples::{Robertson, Sample};
 use myovib_dae::{
     Complex64, Jacobian, LinearSolver, Linearization, Outcome, Problem, StepError, Tolerances,
 };

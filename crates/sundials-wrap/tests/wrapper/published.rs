@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample, VanDerPol,
 };
 use myovib_dae::{Outcome, StopReason, Suppressed, Tolerances};

@@ -1,7 +1,7 @@
 //! Robertson's kinetics: IDAS with KLU compared with the published run and an accurate solution.
 
 use crate::common::{numbers, reference};
-use myovib_dae::samples::{Robertson, Sample};
+use myovib_conformance::samples::{Robertson, Sample};
 use myovib_dae::{Direction, Outcome, Tolerances};
 
 use sundials_wrap::{IdaOptions, IdaSolver};

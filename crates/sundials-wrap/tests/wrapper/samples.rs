@@ -1,10 +1,10 @@
 //! Tests of the sample problems: initial values, Jacobians, exact solutions.
 
-use myovib_dae::VariableKind;
-use myovib_dae::samples::{
+use myovib_conformance::samples::{
     Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample,
     VanDerPol,
 };
+use myovib_dae::VariableKind;
 
 use crate::common::{check_jacobian, numbers, reference};
 

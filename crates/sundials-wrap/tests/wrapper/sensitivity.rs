@@ -3,7 +3,9 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 
-use myovib_dae::samples::{MechanicalForm, Oscillator, ParametricSample, Pendulum, ScaledLinear};
+use myovib_conformance::samples::{
+    MechanicalForm, Oscillator, ParametricSample, Pendulum, ScaledLinear,
+};
 use myovib_dae::{
     Complex64, ConsistencyMode, Differenced, LinearSolver, Linearization, Parameter, Parameters,
     Problem, StepError, Suppressed, Tolerances,
@@ -79,7 +81,7 @@ fn closed_forms_are_met_by_both_methods_in_and_out_of_the_error_test() {
 fn the_stabilized_pendulum_has_its_sensitivity_to_gravity() {
     let sample = Pendulum::new(MechanicalForm::Stabilized);
     let (start, list) = (
-        myovib_dae::samples::Sample::start(&sample),
+        myovib_conformance::samples::Sample::start(&sample),
         sample.parameters(),
     );
     let starts = (0..2).map(|j| {

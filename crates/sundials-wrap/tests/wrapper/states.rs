@@ -1,7 +1,7 @@
 //! The API as a state machine: any order of calls, sensible or not, results in a value or an error,
 //! and the queries of the solver remain consistent.
 
-use myovib_dae::samples::{Robertson, Sample};
+use myovib_conformance::samples::{Robertson, Sample};
 use myovib_dae::{Outcome, Tolerances};
 use proptest::prelude::*;
 

@@ -1,0 +1,125 @@
+//! Small problems with exact solutions and optional failures.
+
+use myovib_dae::{Problem, StepError};
+
+/// Returns a perturbation of a value computed by [`Circle`], or a failure.
+pub(super) type Disturbance = Box<dyn FnMut(f64) -> Result<f64, StepError> + Send>;
+
+/// The system ẋ = v, v̇ = −x, a − x² − v² = 0 with the solution x = sin t, v = cos t, a = 1. The analytic Jacobian is
+/// optional, and calls are counted.
+pub(super) struct Circle {
+    pub(super) has_jacobian: bool,
+    /// Evaluations of the residual.
+    pub(super) residuals: u64,
+    /// Number of evaluations of the Jacobian or of its two parts.
+    pub(super) jacobians: u64,
+    /// Returns the value added to the first entry of the residual at a time.
+    pub(super) in_residual: Disturbance,
+    /// Returns the value added to the first entry of the Jacobian.
+    pub(super) in_jacobian: Disturbance,
+}
+
+impl Circle {
+    pub(super) fn new() -> Self {
+        Self {
+            has_jacobian: true,
+            residuals: 0,
+            jacobians: 0,
+            in_residual: Box::new(|_| Ok(0.0)),
+            in_jacobian: Box::new(|_| Ok(0.0)),
+        }
+    }
+
+    pub(super) fn without_jacobian() -> Self {
+        Self {
+            has_jacobian: false,
+            ..Self::new()
+        }
+    }
+
+    pub(super) fn with_residual(
+        trouble: impl FnMut(f64) -> Result<f64, StepError> + Send + 'static,
+    ) -> Self {
+        Self {
+            in_residual: Box::new(trouble),
+            ..Self::new()
+        }
+    }
+
+    pub(super) fn start() -> ([f64; 3], [f64; 3]) {
+        ([0.0, 1.0, 1.0], [1.0, 0.0, 0.0])
+    }
+
+    pub(super) fn exact(t: f64) -> [f64; 3] {
+        [t.sin(), t.cos(), 1.0]
+    }
+}
+
+impl Problem for Circle {
+    fn n_unknowns(&self) -> usize {
+        3
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.residuals += 1;
+        let &[x, v, a] = y else {
+            unreachable!("the integrator keeps the length")
+        };
+        residual[0] = y_dot[0] - v + (self.in_residual)(t)?;
+        residual[1] = y_dot[1] + x;
+        residual[2] = a - x * x - v * v;
+        Ok(())
+    }
+
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        _y_dot: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        if !self.has_jacobian {
+            return Err(StepError::NoJacobian);
+        }
+        self.jacobians += 1;
+        let (x, v) = (y[0], y[1]);
+        let trouble = (self.in_jacobian)(t)?;
+        values.copy_from_slice(&[
+            b + trouble,
+            a,
+            -2.0 * a * x,
+            -a,
+            b,
+            -2.0 * a * v,
+            0.0,
+            0.0,
+            a,
+        ]);
+        Ok(())
+    }
+
+    fn jacobian_parts(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        [of_value, of_rate]: [&mut [f64]; 2],
+    ) -> Result<(), StepError> {
+        self.jacobian(t, y, y_dot, 1.0, 0.0, of_value)?;
+        self.jacobian(t, y, y_dot, 0.0, 1.0, of_rate)?;
+        self.jacobians -= 1;
+        Ok(())
+    }
+
+    fn component_name(&self, i: usize) -> String {
+        ["x", "v", "a"][i].to_owned()
+    }
+}

@@ -1,0 +1,183 @@
+//! Initial values of an integration.
+
+use super::problems::Circle;
+use super::{Method, Request, stopped};
+use crate::samples::{MechanicalForm, Pendulum};
+use myovib_dae::{
+    ConsistencyMode, Direction, Integrator, Outcome, Problem, StepError, Suppressed, Tolerances,
+};
+
+#[track_caller]
+fn refused<P: Problem>(solver: &mut impl Integrator<P>) -> String {
+    let [step, run] = [
+        solver.step(1.0).unwrap_err(),
+        solver.integrate_to(1.0).unwrap_err(),
+    ]
+    .map(|error| error.to_string());
+    assert_eq!(step, run);
+    assert_eq!((solver.t(), solver.statistics().steps), (0.0, 0));
+    run
+}
+
+/// Checks that values that contradict an equation are rejected, whether or not they are in the error test, that the
+/// message contains the equation, its residual and a remedy, and that the remedy works.
+pub fn refuses_values_that_contradict_the_equations<M: Method>(method: &M) {
+    let (y, y_dot) = Circle::start();
+    let wrong = [y[0], y[1], 7.0];
+    let goes_on = |mut solver: M::Integrator<Circle>| {
+        let outcome = solver.integrate_to(1.0).unwrap();
+        assert_eq!(outcome, Outcome::Reached { t: 1.0 });
+        // 1e-6 per step, for several dozen steps.
+        assert!((solver.y()[0] - 1f64.sin()).abs() < 1e-4);
+    };
+    for suppressed in [Suppressed::Nothing, Suppressed::Algebraic] {
+        for problem in [Circle::new, Circle::without_jacobian] {
+            let start = |y: &[f64]| {
+                method.build(Request {
+                    suppressed: suppressed.clone(),
+                    ..Request::new(problem(), 0.0, y, &y_dot)
+                })
+            };
+            let mut solver = start(&wrong);
+            let printed = refused(&mut solver);
+            for part in [
+                "equation 2",
+                "the residual 6.00e0",
+                "correct_initial_values",
+            ] {
+                assert!(printed.contains(part), "{printed}");
+            }
+            assert_eq!((solver.y(), solver.y_dot()), (&wrong[..], &y_dot[..]));
+            let mode = ConsistencyMode::AlgebraicAndDerivatives;
+            solver.correct_initial_values(mode, 1.0).unwrap();
+            goes_on(solver);
+
+            let mut solver = start(&wrong);
+            solver.reinit(0.0, &y, &y_dot, &[]).unwrap();
+            solver.reinit(0.0, &wrong, &y_dot, &[]).unwrap();
+            refused(&mut solver);
+            solver.reinit(0.0, &y, &y_dot, &[]).unwrap();
+            goes_on(solver);
+        }
+    }
+}
+
+/// Checks that initial values with an error below the tolerance are accepted unchanged, and rejected with an error a
+/// hundred times as large. A wrong ẏ does not cause a wrong solution: the integration is correct, or stops and suggests
+/// a remedy.
+pub fn weighs_a_start_by_the_tolerances<M: Method>(method: &M) {
+    let (y, y_dot) = Circle::start();
+    // Relative plus absolute tolerance of a = 1.
+    let tolerance = 1e-6 + 1e-9;
+    for sign in [-1.0, 1.0] {
+        let started = |off: f64| {
+            let y = [y[0], y[1], y[2] + sign * off * tolerance];
+            method.build(Request::new(Circle::new(), 0.0, &y, &y_dot))
+        };
+        let outcome = started(1.0).integrate_to(1.0).unwrap();
+        assert_eq!(outcome, Outcome::Reached { t: 1.0 });
+        refused(&mut started(100.0));
+    }
+    let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &[0.0; 3]));
+    match solver.integrate_to(1.0).unwrap() {
+        // As above.
+        Outcome::Reached { .. } => assert!((solver.y()[0] - 1f64.sin()).abs() < 1e-4),
+        outcome => {
+            let printed = stopped(outcome).to_string();
+            assert!(printed.contains("correct_initial_values"), "{printed}");
+        }
+    }
+}
+
+/// Checks for ẏ³ + ẏ = 2y that the correction continues if the effect of the error of ẏ on y is small over a first step
+/// of 1e-6, but not over the time to the first output.
+pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
+    struct Cubic;
+    impl Problem for Cubic {
+        fn n_unknowns(&self) -> usize {
+            1
+        }
+
+        fn residual(
+            &mut self,
+            _: f64,
+            y: &[f64],
+            v: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            r[0] = v[0].powi(3) + v[0] - 2.0 * y[0];
+            Ok(())
+        }
+    }
+    for tolerance in [1e-3, 1e-6] {
+        let mut solver = method.build(Request {
+            tolerances: Tolerances::scalar(tolerance, tolerance),
+            ..Request::new(Cubic, 0.0, &[1.0], &[0.0])
+        });
+        let mode = ConsistencyMode::AlgebraicAndDerivatives;
+        solver.correct_initial_values(mode, 1e-3).unwrap();
+        assert_eq!(solver.y(), [1.0]);
+        // ẏ times the time to the output, 1e-3, is accurate to 0.0033 of the tolerance, which is at most 2e-6.
+        let allowed = 0.0033 * 2.0 * tolerance / 1e-3;
+        assert!(
+            (solver.y_dot()[0] - 1.0).abs() < allowed,
+            "{:?}",
+            solver.y_dot()
+        );
+    }
+}
+
+/// Checks that a position off the circle of a pendulum, or a velocity not tangential to it, is rejected if the
+/// problem states its constraints, and that the error contains the index of the constraint.
+pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
+    for (q, v, part) in [
+        ([1.0, 0.0], [0.5, 0.0], "constraint 1"),
+        ([1.1, 0.0], [0.0, 0.5], "constraint 0"),
+    ] {
+        let y = [q[0], q[1], v[0], v[1], v[0] * v[0] + v[1] * v[1]];
+        let y_dot = [v[0], v[1], -y[4] * q[0], -9.81, 0.0];
+        let request = Request {
+            suppressed: Suppressed::FromIndex(2),
+            ..Request::new(Pendulum::new(MechanicalForm::Index3), 0.0, &y, &y_dot)
+        };
+        let mut solver = method.build(request);
+        let printed = refused(&mut solver);
+        assert!(printed.contains(part), "{printed}");
+        let mode = ConsistencyMode::Constraints;
+        solver.correct_initial_values(mode, 1.0).unwrap();
+        let outcome = solver.step(1e-2).unwrap();
+        assert!(matches!(outcome, Outcome::StepTaken { .. }), "{outcome:?}");
+    }
+}
+
+/// Checks that the values at a root are accepted as initial values, although dense output is less accurate than the
+/// values at the ends of steps.
+pub fn takes_values_found_behind_an_event<M: Method>(method: &M) {
+    let (y, y_dot) = Circle::start();
+    let tolerances = [1e-2, 1e-4, 1e-6, 1e-9];
+    let levels = [-0.9, -0.3, 0.2, 0.6];
+    for (tolerance, level) in tolerances.iter().flat_map(|t| levels.map(|l| (*t, l))) {
+        let mut solver = method.build(Request {
+            tolerances: Tolerances::scalar(tolerance, tolerance),
+            roots: Some((
+                vec![Direction::Both],
+                Box::new(
+                    move |_: &mut Circle, _, y: &[f64], _: &[f64], g: &mut [f64]| {
+                        g[0] = y[0] - level;
+                        Ok(())
+                    },
+                ),
+            )),
+            ..Request::new(Circle::new(), 0.0, &y, &y_dot)
+        });
+        for _ in 0..3 {
+            let outcome = solver.integrate_to(30.0).unwrap();
+            let Outcome::Root { .. } = outcome else {
+                break;
+            };
+            let (y, y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
+            solver.reinit(solver.t(), &y, &y_dot, &[]).unwrap();
+        }
+        solver.step(30.0).unwrap();
+    }
+}

@@ -1,0 +1,87 @@
+//! Wrong entries of Jacobians.
+
+use myovib_conformance::samples::{Akzo, Robertson, Sample, VanDerPol};
+use myovib_dae::{Linearization, Problem, SparsityPattern, StepError, check_jacobian};
+
+/// A sample with one entry of its Jacobian changed.
+struct Changed<S> {
+    sample: S,
+    place: usize,
+    factor: f64,
+}
+
+impl<S: Problem> Problem for Changed<S> {
+    fn n_unknowns(&self) -> usize {
+        self.sample.n_unknowns()
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        self.sample.residual(t, y, v, r)
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        self.sample.jacobian_pattern()
+    }
+
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        v: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.sample.jacobian(t, y, v, a, b, values)?;
+        values[self.place] *= self.factor;
+        Ok(())
+    }
+}
+
+/// Checks a sample near its start (y moved by 10 %), first unchanged, then with each entry doubled or
+/// negated; returns how many of the changes were found.
+fn found<S: Sample + Clone>(sample: &S) -> (usize, usize) {
+    let start = sample.start();
+    let y: Vec<f64> = start.y.iter().map(|y| 1.1 * y + 0.1).collect();
+    let weights = vec![1e4; y.len()];
+    let at = Linearization {
+        t: start.t,
+        y: &y,
+        y_dot: &start.y_dot,
+        step: 1e-3,
+        weights: &weights,
+    };
+    let checked = |place, factor| {
+        let sample = sample.clone();
+        check_jacobian(
+            &mut Changed {
+                sample,
+                place,
+                factor,
+            },
+            &at,
+        )
+    };
+    assert_eq!(checked(0, 1.0), Ok(()));
+    let pattern = sample.jacobian_pattern();
+    let places: Vec<(usize, usize)> = pattern.entries().collect();
+    let mut count = 0;
+    for (place, (column, row)) in places.iter().enumerate() {
+        for factor in [2.0, -1.0] {
+            if let Err(wrong) = checked(place, factor) {
+                assert_eq!((wrong.row, wrong.column), (*row, *column));
+                count += 1;
+            }
+        }
+    }
+    (count, 2 * places.len())
+}
+
+/// Checks that neither entries of a correct Jacobian nor correct entries of a wrong Jacobian are reported.
+#[test]
+fn wrong_entries_are_named() {
+    // Some entries of Robertson's full pattern are zero, so doubling them has no effect.
+    assert!(found(&Robertson).0 >= 12, "{:?}", found(&Robertson));
+    assert!(found(&VanDerPol { vdp_mu: 10.0 }).0 >= 4);
+    assert!(found(&Akzo).0 >= 20, "{:?}", found(&Akzo));
+}
