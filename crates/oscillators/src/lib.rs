@@ -13,7 +13,6 @@
 //! - [`Coherence`], [`Settled`], [`SmoothCoherence`]: Ψ and χ of eq. (23) at one time, statistics over a trailing
 //!   window, and a differentiable coherence.
 //! - [`Neighborhood`]: the coherence of nearby places.
-//! - [`samples`]: systems with a known solution.
 //!
 //! # References
 //! B. Simeon, R. Serban, L. Petzold, ESAIM: M2AN 43 (2009) 805–823, sections 1.2, 1.3 and 3.1.
@@ -27,7 +26,6 @@ mod drive;
 mod error;
 mod neighborhood;
 mod network;
-pub mod samples;
 mod settled;
 mod smooth;
 mod turning;

@@ -4,6 +4,7 @@
 mod coherence;
 mod common;
 mod detuning;
+mod known;
 mod network;
 mod samples;
 mod stiff;

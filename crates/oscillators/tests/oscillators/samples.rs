@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::common::{distance, integrate, numbers, references, rhs};
-use myovib_oscillators::samples::{ChainMode, van_der_pol};
+use crate::known::{ChainMode, van_der_pol};
 use myovib_oscillators::{Coefficients, Network};
 
 /// Returns amplitude and period of the limit cycle, from one crest (w = 0, decreasing) to the next.

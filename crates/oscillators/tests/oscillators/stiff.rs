@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use nalgebra_sparse::CscMatrix;
 
 use crate::common::{numbers, references};
+use crate::known::van_der_pol;
 use myovib_oscillators::Network;
-use myovib_oscillators::samples::van_der_pol;
 
 /// Columns of the extrapolation tableau, the order of the method.
 const ORDER: usize = 8;

@@ -1,18 +1,16 @@
-//! Systems with known solutions, for tests of integrators and models.
+//! Systems with known solutions.
 
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
-use crate::chain::{Chain, Ends};
-use crate::drive::Reach;
-use crate::network::Coefficients;
+use myovib_oscillators::{Chain, Coefficients, Ends, Reach};
 
 /// Returns Van der Pol's oscillator `ÿ − μ (1 − y²) ẏ + ω² y = 0` as a chain of one.
 ///
 /// With frequency ω, its limit cycle has the amplitude A(μ/ω) and the period T(μ/ω)/ω, where A and T are the functions
 /// for ω = 1.
-pub fn van_der_pol(vdp_mu: f64, omega: f64) -> Chain {
+pub(crate) fn van_der_pol(vdp_mu: f64, omega: f64) -> Chain {
     Chain {
         omega: vec![omega],
         coefficients: Coefficients {
@@ -30,22 +28,22 @@ pub fn van_der_pol(vdp_mu: f64, omega: f64) -> Chain {
 /// For y² ≪ 1 the chain is linear, and `y_n(t) = Re(a exp(λ t + 2πi k n/N))`, n = 0 … N−1, with `λ² − μ λ + Ω² = 0`,
 /// `Ω² = ω² − D ω cos(2πk/N)`. Every wave grows like e^{μt/2}.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ChainMode {
+pub(crate) struct ChainMode {
     /// Number of oscillators N.
-    pub n_oscillators: usize,
+    pub(crate) n_oscillators: usize,
     /// Wave number k.
-    pub wave_number: usize,
+    pub(crate) wave_number: usize,
     /// Natural frequency ω of all oscillators in rad/s.
-    pub omega: f64,
+    pub(crate) omega: f64,
     /// μ and D; the Duffing term is negligible at small amplitude.
-    pub coefficients: Coefficients,
+    pub(crate) coefficients: Coefficients,
     /// Amplitude a at t = 0.
-    pub amplitude: f64,
+    pub(crate) amplitude: f64,
 }
 
 impl ChainMode {
     /// Returns the chain that carries the wave.
-    pub fn chain(&self) -> Chain {
+    pub(crate) fn chain(&self) -> Chain {
         Chain {
             omega: vec![self.omega; self.n_oscillators],
             coefficients: self.coefficients,
@@ -55,18 +53,18 @@ impl ChainMode {
     }
 
     /// Returns Ω² of the wave, in rad²/s².
-    pub fn squared_frequency(&self) -> f64 {
+    pub(crate) fn squared_frequency(&self) -> f64 {
         self.omega.powi(2) - self.coefficients.coupling * self.omega * self.phase_step().cos()
     }
 
     /// Returns λ = μ/2 + i sqrt(Ω² − μ²/4), in 1/s.
-    pub fn exponent(&self) -> Complex64 {
+    pub(crate) fn exponent(&self) -> Complex64 {
         let half_mu = self.coefficients.vdp_mu / 2.0;
         half_mu + Complex64::from(half_mu.powi(2) - self.squared_frequency()).sqrt()
     }
 
     /// Returns the states (y, w) of the chain at time t.
-    pub fn states(&self, t: f64) -> Vec<f64> {
+    pub(crate) fn states(&self, t: f64) -> Vec<f64> {
         let lambda = self.exponent();
         let wave = |n: usize| {
             self.amplitude * (lambda * t + Complex64::I * (self.phase_step() * n as f64)).exp()
