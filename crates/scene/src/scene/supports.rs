@@ -89,17 +89,6 @@ impl Builder<'_> {
             }
             constrained.insert((node, axis), support(&moves, terms));
         }
-        let mut stiffnesses = file.elastic_foundation.iter().map(|own| own.stiffness);
-        let mut springs = file.spring.iter().map(|own| own.stiffness);
-        let is_held = !constrained.is_empty()
-            || !file.contact.is_empty()
-            || stiffnesses.any(|stiffness| stiffness > 0.0)
-            || springs.any(|stiffness| stiffness > 0.0);
-        if !is_held {
-            let error = InputError::new("the body has no supports")
-                .next("add a [[fixed]] with the group of the nodes that do not move, or a [[elastic_foundation]]");
-            return Err(self.wrong("", error));
-        }
         Ok(constrained)
     }
 

@@ -3,5 +3,6 @@
 
 mod acceleration;
 mod common;
+mod free;
 mod jumps;
 mod start;
