@@ -44,8 +44,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "DIR", default_value = "out", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Change a value of the scene, for example `solid.bulk_modulus=inf` or `material[0].c10=2e4`. Without
-    /// a value, the default is restored. May be repeated.
+    /// Change a value of the scene, for example `solid.bulk_modulus=inf` or `material[0].c10=2e4`; `KEY=`
+    /// restores the default. May be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
