@@ -44,10 +44,26 @@ pub fn text(found: &Response) -> String {
     let n = found.frequencies.len();
     let [first, last] = [found.frequencies.first(), found.frequencies.last()]
         .map(|frequency| frequency.copied().unwrap_or_default());
+    let interrupted = match found.is_interrupted {
+        true => "Interrupted: the response ends early, and its peaks are provisional.\n",
+        false => "",
+    };
     format!(
-        "{peaks}Harmonic response {}, {n} frequencies from {first} to {last} Hz.\n",
+        "{peaks}{}Harmonic response {}, {n} frequencies from {first} to {last} Hz.\n{interrupted}",
+        unresolved(found),
         about(found)
     )
+}
+
+/// Explains peaks without a damping ratio at given frequencies.
+fn unresolved(found: &Response) -> &'static str {
+    let is_given = found.interpolation_error.is_none();
+    match is_given && found.peaks.iter().any(|peak| peak.damping_ratio.is_none()) {
+        true => {
+            "–: no half-power width between these frequencies; the peak may be higher between them (`adaptive` resolves it).\n"
+        }
+        false => "",
+    }
 }
 
 /// Returns the table of all values at the only frequency.

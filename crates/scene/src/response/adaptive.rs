@@ -117,7 +117,9 @@ impl Adaptive {
         loop {
             let (frequencies, rows) = compute(&wanted)?;
             let is_interrupted = frequencies.len() < wanted.len();
-            if let Some(prediction) = &earlier {
+            if let Some(prediction) = &earlier
+                && !is_interrupted
+            {
                 let sizes = samples.sizes(kinds);
                 let errors = frequencies
                     .iter()

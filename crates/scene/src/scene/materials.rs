@@ -95,8 +95,10 @@ impl Builder<'_> {
         let regions = given.into_iter().collect::<Option<Vec<usize>>>();
         let regions = regions.ok_or_else(|| {
             let plural = mesh.shape().plural;
-            let error = InputError::new(format!("{without} {plural} have no material"))
-                .next("add a [[material]] for their group, or one without `group` for all of them");
+            let error = InputError::new(format!("{without} {plural} have no material")).next(
+                "add a [[material]] for their group, or one without `group` for all of them; \
+                     leave rigid parts out of the mesh, and hold or move their surface",
+            );
             self.wrong("material", error)
         })?;
         let of = |region: &usize| &file.material[*region];
