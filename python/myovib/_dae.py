@@ -415,10 +415,11 @@ def solve_dae(
         positions &= ~structure.algebraic if structure else True
         constraints = _PositionConstraints.at(residual, first_limits, (start, rates), positions, weights)
     if constraints is not None:
+        rates = constraints.yp
         for equation in constraints.changing:
             warnings.warn(
                 f"equation {equation} (counted from 0), a constraint on positions, changes at the rate "
-                f"{constraints.rates[equation]:.2e} along yp0: the velocities are not consistent and will jump in the "
+                f"{constraints.rates[equation]:.2e}: the velocities are not consistent and will jump in the "
                 "first step. `consistent_start` computes consistent ones",
                 stacklevel=2,
             )
@@ -721,9 +722,11 @@ class _PositionConstraints(NamedTuple):
 
     # Whether the positions violate one.
     are_violated: bool
-    # Equations whose derivative along yp0 is not zero, and the derivatives of all equations.
+    # Equations whose derivative along the velocities is not zero, and the derivatives of all equations.
     changing: list[int]
     rates: Array
+    # yp0 with the rates of positions that follow from the velocities.
+    yp: Array
 
     @classmethod
     def at(
@@ -739,13 +742,18 @@ class _PositionConstraints(NamedTuple):
         The limits are the first and the last time before the next break.
         """
         (t0, t_end), (y, yp) = limits, start
+
+        def evaluate(t: float, y: Array, yp: Array) -> Array:
+            return np.array(residual(t, y, yp), dtype=float)
+
+        try:
+            yp = _with_kinematic_rates(lambda yp: evaluate(t0, y, yp), yp, positions)
+        except Exception:  # the integration reports it
+            return None
         rates = np.where(positions, yp, 0.0)
         largest = np.abs(rates).max()
         size = np.abs(y[positions]).max(initial=0.0)
         step = 1e-4 * (min(size / largest, t_end - t0) if size > 0.0 and largest > 0.0 else t_end - t0)
-
-        def evaluate(t: float, y: Array, yp: Array) -> Array:
-            return np.array(residual(t, y, yp), dtype=float)
 
         def derivative(rates: Array) -> Array:
             # Forward differences, because F may be undefined before the start.
@@ -771,7 +779,25 @@ class _PositionConstraints(NamedTuple):
         explained = np.max(changes, axis=0) + 1e-8 * terms
         is_constraint = (given == moved) & (explained > 0.0)
         changing = is_constraint & (np.abs(rate) > FAR * explained) & (largest > 0.0)
-        return cls(bool(given[is_constraint].any()), np.flatnonzero(changing).tolist(), rate)
+        return cls(bool(given[is_constraint].any()), np.flatnonzero(changing).tolist(), rate, yp)
+
+
+def _with_kinematic_rates(residual: Callable[[Array], Array], yp: Array, positions: NDArray[np.bool_]) -> Array:
+    """Return yp with the rates of positions that follow from the equations without other derivatives, if these determine all."""
+    where = np.flatnonzero(positions)
+    if len(where) > LARGE:
+        return yp
+    given = residual(yp)
+    others = residual(np.where(positions, yp, yp + 1.0 + np.abs(yp)))
+    # Kinematic equations are linear in the rates.
+    columns = [residual(yp + np.eye(len(yp))[j]) - given for j in where]
+    matrix = np.array(columns).T
+    kinematic = (others == given) & matrix.any(axis=1) if len(where) else np.zeros(len(yp), dtype=bool)
+    if np.linalg.matrix_rank(matrix[kinematic]) < len(where):
+        return yp
+    found = yp.copy()
+    found[where] -= np.linalg.lstsq(matrix[kinematic], given[kinematic], rcond=None)[0]
+    return found
 
 
 class _End(NamedTuple):

@@ -110,3 +110,22 @@ def test_radau_is_named_if_bdf_finds_no_values_after_a_break():
     s = solve_dae(follow, *start, suppress=[False, True], **arguments)
     assert not s.success and "Radau" in s.message and "suppress" not in s.message
     assert solve_dae(follow, *start, "radau9", index=[1, 2], **arguments).success
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.1])
+def test_inconsistent_velocities_are_reported_for_any_rate(rate):
+    """The rates of positions follow from the velocities, whatever yp0 says."""
+    y, yp = START.copy(), RATES.copy()
+    y[2], yp[0] = 0.1, rate
+    with pytest.warns(UserWarning, match="equation 4"):
+        solve_dae(pendulum_and_heat, (0, 0.1), y, yp, method="radau5", index=INDEX)
+
+
+def test_wrong_rates_of_positions_have_no_effect():
+    wrong = RATES.copy()
+    wrong[0] = 0.1
+    found = [
+        solve_dae(pendulum_and_heat, (0, 0.1), START, yp, method="radau5", index=INDEX).y
+        for yp in (RATES, wrong)
+    ]
+    assert (found[0] == found[1]).all()
