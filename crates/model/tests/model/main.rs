@@ -6,6 +6,7 @@ mod adjoint;
 mod advice;
 mod column;
 mod condensation;
+mod constrained_masses;
 mod counterexample;
 mod coupled_settings;
 mod end_time;
