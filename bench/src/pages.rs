@@ -60,11 +60,7 @@ pub(crate) fn run(args: &PagesArgs) -> anyhow::Result<Exit> {
             }
         }
     }
-    Ok(if differ && args.check {
-        Exit::Differs
-    } else {
-        Exit::Done
-    })
+    Ok(if differ && args.check { Exit::Differs } else { Exit::Done })
 }
 
 /// Fills the tables of a page.
@@ -101,27 +97,18 @@ impl<'a> Table<'a> {
     fn parse(order: &'a str) -> anyhow::Result<Self> {
         let mut lines = order.lines();
         let first = lines.next().unwrap_or_default();
-        let (file, list) = first
-            .trim()
-            .split_once(' ')
-            .context("file and list are missing")?;
+        let (file, list) = first.trim().split_once(' ').context("file and list are missing")?;
         let (mut columns, mut only) = (Vec::new(), Vec::new());
         for line in lines.filter(|line| !line.trim().is_empty()) {
-            let (head, source) = line
-                .split_once(" = ")
-                .with_context(|| format!("invalid column: {line}"))?;
+            let (head, source) =
+                line.split_once(" = ").with_context(|| format!("invalid column: {line}"))?;
             let (key, format) = source.trim().split_once(' ').unwrap_or((source.trim(), ""));
             match head {
                 "only" => only.push((key, format)),
                 _ => columns.push(Column { head, key, format }),
             }
         }
-        Ok(Self {
-            file,
-            list,
-            columns,
-            only,
-        })
+        Ok(Self { file, list, columns, only })
     }
 
     fn text(&self, record: &Path) -> anyhow::Result<String> {
@@ -137,11 +124,8 @@ impl<'a> Table<'a> {
         writeln!(out, "| {} |", heads.join(" | "))?;
         writeln!(out, "|{}", "---|".repeat(heads.len()))?;
         for entry in entries.iter().filter(|entry| self.keeps(entry)) {
-            let cells: anyhow::Result<Vec<_>> = self
-                .columns
-                .iter()
-                .map(|column| column.cell(entry))
-                .collect();
+            let cells: anyhow::Result<Vec<_>> =
+                self.columns.iter().map(|column| column.cell(entry)).collect();
             writeln!(out, "| {} |", cells?.join(" | "))?;
         }
         Ok(out)
@@ -160,9 +144,7 @@ impl Column<'_> {
             return Ok(plain(value));
         };
         let (kind, digits) = self.format.split_at(1);
-        let digits: usize = digits
-            .parse()
-            .with_context(|| format!("format {}", self.format))?;
+        let digits: usize = digits.parse().with_context(|| format!("format {}", self.format))?;
         Ok(match kind {
             "." => format!("{number:.digits$}"),
             "e" => format!("{number:.digits$e}"),
@@ -214,9 +196,7 @@ mod tests {
         let headings = page.lines().filter(|line| line.starts_with('#'));
         let anchor = |line: &str| {
             let words = line.trim_start_matches('#').trim().to_lowercase();
-            let kept = words
-                .chars()
-                .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+            let kept = words.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
             kept.collect::<String>().replace(' ', "-")
         };
         headings.map(anchor).collect()
@@ -245,11 +225,7 @@ mod tests {
                 assert!(target.exists(), "{}: {link}", page.display());
                 if !heading.is_empty() {
                     let there = anchors(&fs::read_to_string(&target).unwrap());
-                    assert!(
-                        there.iter().any(|a| a == heading),
-                        "{}: {link}",
-                        page.display()
-                    );
+                    assert!(there.iter().any(|a| a == heading), "{}: {link}", page.display());
                 }
                 links += 1;
             }
@@ -266,10 +242,6 @@ mod tests {
             pages: root.join("docs/src"),
             check: true,
         };
-        assert_eq!(
-            run(&args).unwrap(),
-            Exit::Done,
-            "run `myovib-bench pages` to update the guide"
-        );
+        assert_eq!(run(&args).unwrap(), Exit::Done, "run `myovib-bench pages` to update the guide");
     }
 }

@@ -29,9 +29,7 @@ mod mpi {
             return;
         };
         let mut shim = cc::Build::new();
-        shim.compiler(&mpicc)
-            .file("src/ffi/shim.c")
-            .includes(include);
+        shim.compiler(&mpicc).file("src/ffi/shim.c").includes(include);
         if let Err(error) = shim.try_compile("myovib_mpi_shim") {
             println!(
                 "cargo::error=the boundary to MPI and MUMPS does not compile ({error}): install MUMPS \

@@ -24,10 +24,7 @@ fn main() -> io::Result<()> {
     encoder.write_all(library.as_bytes())?;
     let folder = env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("OUT_DIR is not set"))?;
     let folder = Path::new(&folder);
-    fs::write(
-        folder.join("plotly.js.gz.base64"),
-        STANDARD.encode(encoder.finish()?),
-    )?;
+    fs::write(folder.join("plotly.js.gz.base64"), STANDARD.encode(encoder.finish()?))?;
     let hash = STANDARD.encode(Sha256::digest(library));
     fs::write(folder.join("plotly.js.sha256"), hash)
 }

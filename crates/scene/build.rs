@@ -35,11 +35,7 @@ fn revision() -> Option<String> {
         "../../data",
         "../../Cargo.lock",
     ])?;
-    Some(if changes.is_empty() {
-        head
-    } else {
-        format!("{head}-modified")
-    })
+    Some(if changes.is_empty() { head } else { format!("{head}-modified") })
 }
 
 fn git(arguments: &[&str]) -> Option<String> {

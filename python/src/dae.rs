@@ -140,9 +140,7 @@ fn solve_with(
                 tolerances,
                 suppressed,
                 max_order: request.max_order,
-                initial_step: request
-                    .first_step
-                    .map(|size| size.copysign(request.t_span.1 - t0)),
+                initial_step: request.first_step.map(|size| size.copysign(request.t_span.1 - t0)),
                 max_step: request.max_step,
                 max_steps: None,
                 ..IdaOptions::default()
@@ -206,19 +204,10 @@ pub(crate) fn solve(py: Python<'_>, request: Request) -> PyResult<Bound<'_, PyDi
     let problem = PythonDae {
         n,
         residual: request.residual.clone_ref(py),
-        jacobian: request
-            .jacobian
-            .as_ref()
-            .map(|function| function.clone_ref(py)),
-        events: request
-            .events
-            .as_ref()
-            .map(|function| function.clone_ref(py)),
+        jacobian: request.jacobian.as_ref().map(|function| function.clone_ref(py)),
+        events: request.events.as_ref().map(|function| function.clone_ref(py)),
         pattern,
-        kinds: request
-            .algebraic
-            .as_ref()
-            .map(|all| all.iter().map(kind).collect()),
+        kinds: request.algebraic.as_ref().map(|all| all.iter().map(kind).collect()),
         indices: request.index.clone(),
         parts: Default::default(),
         raised: Arc::clone(&raised),

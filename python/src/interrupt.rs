@@ -78,21 +78,14 @@ pub(crate) fn interruptible<T: Send>(
     compute: impl FnOnce(&'static AtomicBool, Watcher<'_>) -> T + Send,
 ) -> PyResult<T> {
     let flag = Flag::take();
-    let progress = Progress {
-        show,
-        interrupt: flag.0,
-        last: Mutex::new(None),
-        raised: Mutex::new(None),
-    };
+    let progress =
+        Progress { show, interrupt: flag.0, last: Mutex::new(None), raised: Mutex::new(None) };
     let (signal, result) = py.detach(|| {
         std::thread::scope(|scope| {
             let (done, ended) = channel::<()>();
             let worker = scope.spawn(|| {
                 let _at_the_end = done;
-                let watcher = Watcher {
-                    interrupt: Some(flag.0),
-                    progress: &progress,
-                };
+                let watcher = Watcher { interrupt: Some(flag.0), progress: &progress };
                 compute(flag.0, watcher)
             });
             let signal = wait(&ended);
@@ -103,10 +96,7 @@ pub(crate) fn interruptible<T: Send>(
         })
     });
     let raised = progress.raised.into_inner();
-    match (
-        signal.or(raised.unwrap_or_else(PoisonError::into_inner)),
-        result,
-    ) {
+    match (signal.or(raised.unwrap_or_else(PoisonError::into_inner)), result) {
         (Some(exception), _) => Err(exception),
         (None, Ok(result)) => Ok(result),
         (None, Err(panic)) => std::panic::resume_unwind(panic),
@@ -130,9 +120,7 @@ pub(crate) fn abandonable<T: Send + 'static>(
         });
         match wait(&ended) {
             Some(exception) => Err(exception),
-            None => worker
-                .join()
-                .or_else(|panic| std::panic::resume_unwind(panic)),
+            None => worker.join().or_else(|panic| std::panic::resume_unwind(panic)),
         }
     })
 }

@@ -64,10 +64,7 @@ impl PythonDae {
 
 /// Returns values as bytes, which NumPy views as an array without a copy.
 pub(crate) fn array<'py>(py: Python<'py>, values: &[f64]) -> Bound<'py, PyByteArray> {
-    let bytes: Vec<u8> = values
-        .iter()
-        .flat_map(|value| value.to_ne_bytes())
-        .collect();
+    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_ne_bytes()).collect();
     PyByteArray::new(py, &bytes)
 }
 

@@ -47,9 +47,7 @@ pub(crate) fn run(
             let result = compute(&scene, &options)?;
             page::write(&options.out, &scene, &result)?;
             let notes = scene.notes().into_iter().map(|note| plain(&note));
-            Ok(notes
-                .chain(result.notes.iter().map(|note| plain(note)))
-                .collect())
+            Ok(notes.chain(result.notes.iter().map(|note| plain(note))).collect())
         };
         match lasting {
             true => compute(),

@@ -32,11 +32,7 @@ fn explored(browser: &Path, page: &Path) -> Value {
     // Before the policy of the page, which does not permit this script.
     let (start, rest) = html.split_once("<head>").expect("a head");
     let copy = page.with_extension("explored.html");
-    fs::write(
-        &copy,
-        format!("{start}<head><script>{EXPLORE}</script>{rest}"),
-    )
-    .expect("a file");
+    fs::write(&copy, format!("{start}<head><script>{EXPLORE}</script>{rest}")).expect("a file");
     let profile = tempfile::tempdir().expect("a folder");
     let output = Command::new(browser)
         .args([
@@ -53,14 +49,9 @@ fn explored(browser: &Path, page: &Path) -> Value {
         .output()
         .expect("the browser starts");
     let dom = String::from_utf8_lossy(&output.stdout);
-    let seen = dom
-        .split_once("data-seen=\"")
-        .and_then(|(_, rest)| rest.split_once('"'));
+    let seen = dom.split_once("data-seen=\"").and_then(|(_, rest)| rest.split_once('"'));
     let (seen, _) = seen.expect("the script of the page ended");
-    let seen = seen
-        .replace("&quot;", "\"")
-        .replace("&lt;", "<")
-        .replace("&gt;", ">");
+    let seen = seen.replace("&quot;", "\"").replace("&lt;", "<").replace("&gt;", ">");
     serde_json::from_str(&seen.replace("&amp;", "&")).expect("JSON")
 }
 
@@ -92,25 +83,16 @@ fn the_report_of_a_run_can_be_explored() {
     };
     // u_x, u_y and p, and the curve and the spectrum of the analysis.
     assert_eq!(seen["charts"], 5, "{seen}");
-    assert_eq!(
-        seen["linked"], true,
-        "the charts share the range of times: {seen}"
-    );
+    assert_eq!(seen["linked"], true, "the charts share the range of times: {seen}");
     assert_eq!(seen["frames"], 7, "0 to 0.3 s in steps of 0.05 s: {seen}");
     for what in ["slider", "color", "factor", "turned", "played"] {
         assert_eq!(seen["changes"][what], true, "{what}: {seen}");
     }
-    assert!(
-        seen["rows"].as_array().is_some_and(|rows| rows.len() >= 2),
-        "{seen}"
-    );
+    assert!(seen["rows"].as_array().is_some_and(|rows| rows.len() >= 2), "{seen}");
     let analyzed = &seen["analyzed"];
     let near = |value: &Value, expected: f64, relative: f64| {
         let value = value.as_f64().expect("a number");
-        assert!(
-            (value - expected).abs() < relative * expected,
-            "{value}, {expected}"
-        );
+        assert!((value - expected).abs() < relative * expected, "{value}, {expected}");
     };
     // Parabolas through 31 samples per period miss extremes by about (π/31)⁴/24 of the amplitude.
     near(&analyzed["decrement"]["frequency"], 8.0, 1e-5);
@@ -119,10 +101,7 @@ fn the_report_of_a_run_can_be_explored() {
     near(&analyzed["width"]["frequency"], 8.0, 2e-3);
     near(&analyzed["width"]["ratio"], 0.02, 0.03);
     assert_eq!(analyzed["width"]["resolved"], true);
-    assert_eq!(
-        analyzed["short"]["resolved"], false,
-        "0.8 s cannot resolve 0.32 Hz"
-    );
+    assert_eq!(analyzed["short"]["resolved"], false, "0.8 s cannot resolve 0.32 Hz");
     // Whole periods in the window; about 50 operations with rounding errors per value.
     near(&analyzed["peak"][0], 10.0, 1e-12);
     near(&analyzed["peak"][1], 0.25, 1e-12);

@@ -8,13 +8,7 @@ use crate::harness::{Run, document, myovib_in};
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("the folder");
     let mut names: Vec<String> = entries
-        .map(|entry| {
-            entry
-                .expect("an entry")
-                .file_name()
-                .into_string()
-                .expect("UTF-8")
-        })
+        .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))
         .collect();
     names.sort();
     names
@@ -36,10 +30,7 @@ fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
         let words = line.split(',');
         words.map(|word| word.parse().expect("a number")).collect()
     };
-    (
-        header.split(',').map(String::from).collect(),
-        lines.map(numbers).collect(),
-    )
+    (header.split(',').map(String::from).collect(), lines.map(numbers).collect())
 }
 
 #[test]
@@ -48,10 +39,7 @@ fn figure_3_prints_its_numbers() {
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     let json = &document(&run.stdout, "figure")["figures"][0];
     assert_eq!(json["number"], 3);
-    assert_eq!(
-        (&json["generator"], &json["seed"]),
-        (&"matlab".into(), &5489.into())
-    );
+    assert_eq!((&json["generator"], &json["seed"]), (&"matlab".into(), &5489.into()));
     let frequencies = json["frequencies"].as_array().expect("the frequencies");
     assert_eq!(frequencies.len(), 20);
     // 16π + 0.05 (2·0.8147… − 1): the first random number of MATLAB.
@@ -66,28 +54,16 @@ fn figure_3_prints_its_numbers() {
     // The window is half of a short run, and 20 s of a long one.
     assert_eq!(json["settled"]["window"], 2.0);
     let statistics = json;
-    assert_eq!(
-        (&statistics["outcome"], &statistics["unknowns"]),
-        (&"finished".into(), &60.into())
-    );
+    assert_eq!((&statistics["outcome"], &statistics["unknowns"]), (&"finished".into(), &60.into()));
     assert!(statistics["steps"].as_u64() > Some(100));
     assert_eq!(statistics["rtol"]["chain"], 1e-7);
 
     assert_eq!(
         names(&folder.path().join("figures")),
-        [
-            ".lock",
-            "figure3.csv",
-            "figure3.png",
-            "figure3.svg",
-            "manifest.jsonl"
-        ]
+        [".lock", "figure3.csv", "figure3.png", "figure3.svg", "manifest.jsonl"]
     );
     let (header, rows) = table(&folder.path().join("figures/figure3.csv"));
-    assert_eq!(
-        (header.len(), header[0].as_str(), header[26].as_str()),
-        (27, "t", "r_20")
-    );
+    assert_eq!((header.len(), header[0].as_str(), header[26].as_str()), (27, "t", "r_20"));
     // All plotted samples have a spacing of 0.01 s, which resolves the 16 Hz ripple.
     assert_eq!((rows.len(), rows[0][0], rows[400][0]), (401, 0.0, 4.0));
 }
@@ -99,55 +75,30 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
     let json = &document(&run.stdout, "figure")["figures"][0];
     // 3034 unknowns of (29), and two unknowns for each of five oscillators.
     assert_eq!(
-        (
-            &json["unknowns"],
-            &json["oscillators"],
-            &json["frequency_spread"]
-        ),
-        (
-            &3044.into(),
-            &5.into(),
-            &(0.5 / std::f64::consts::TAU).into()
-        )
+        (&json["unknowns"], &json["oscillators"], &json["frequency_spread"]),
+        (&3044.into(), &5.into(), &(0.5 / std::f64::consts::TAU).into())
     );
-    assert_eq!(
-        (&json["ends"], &json["driven"]),
-        (&"periodic".into(), &"all".into())
-    );
-    assert_eq!(
-        (&json["body"], &json["load"]),
-        (&"muscle".into(), &"traction".into())
-    );
+    assert_eq!((&json["ends"], &json["driven"]), (&"periodic".into(), &"all".into()));
+    assert_eq!((&json["body"], &json["load"]), (&"muscle".into(), &"traction".into()));
     assert_eq!(json["point"], serde_json::json!([0.0, 0.0]));
     let tolerances = |block: &str| [&json["rtol"][block], &json["atol"][block]];
     assert_eq!(tolerances("u"), [1e-3, 1e-5]);
     assert_eq!(tolerances("chain"), [1e-7, 1e-10]);
-    assert_eq!(
-        (&json["max_order"], &json["integrator"]),
-        (&5.into(), &"bdf".into())
-    );
+    assert_eq!((&json["max_order"], &json["integrator"]), (&5.into(), &"bdf".into()));
     let (header, rows) = table(&folder.path().join("figures/figure7.csv"));
-    let chi = header
-        .iter()
-        .position(|name| name == "chi_abs")
-        .expect("|χ|");
+    let chi = header.iter().position(|name| name == "chi_abs").expect("|χ|");
     // At rest the coherence is undefined and counts as 0; five oscillators of slightly different
     // frequency separate slowly.
     assert_eq!((rows.len(), rows[0][chi]), (101, 0.0));
-    assert!(
-        rows[1..]
-            .iter()
-            .all(|row| row[chi] > 0.99 && row[chi] <= 1.0)
-    );
+    assert!(rows[1..].iter().all(|row| row[chi] > 0.99 && row[chi] <= 1.0));
 }
 
 /// Checks that two families of integrators compute the same motion.
 #[test]
 fn figure_3_by_radau_is_figure_3_by_bdf() {
     let settled = |integrator: &str| {
-        let (_folder, run) = run(&format!(
-            "figure 3 --t-end 4 --integrator {integrator} --json --quiet"
-        ));
+        let (_folder, run) =
+            run(&format!("figure 3 --t-end 4 --integrator {integrator} --json --quiet"));
         assert_eq!((run.code, run.stderr.as_str()), (0, ""));
         let json = document(&run.stdout, "figure")["figures"][0].clone();
         assert_eq!(json["integrator"], integrator);
@@ -172,9 +123,7 @@ fn synchronization_judges_every_combination() {
     let json = document(&run.stdout, "synchronization");
     let cases = json["cases"].as_array().expect("cases");
     assert_eq!(cases.len(), 4);
-    let drives = cases
-        .iter()
-        .map(|case| (&case["frequency"], &case["gamma"]));
+    let drives = cases.iter().map(|case| (&case["frequency"], &case["gamma"]));
     let number = |x: f64| serde_json::Value::from(x);
     let expected = [(8.0, 1.0), (8.0, 6000.0), (7.5, 1.0), (7.5, 6000.0)];
     for (found, (frequency, gamma)) in drives.zip(expected) {
@@ -183,12 +132,7 @@ fn synchronization_judges_every_combination() {
     assert_eq!(cases[0]["settled"]["window"], 2.0);
     assert_eq!(
         names(&folder.path().join("synchronization")),
-        [
-            ".lock",
-            "manifest.jsonl",
-            "synchronization.csv",
-            "synchronization.svg"
-        ]
+        [".lock", "manifest.jsonl", "synchronization.csv", "synchronization.svg"]
     );
 }
 
@@ -203,10 +147,7 @@ fn the_muscle_drives_chains_too() {
     assert_eq!(json["point"], serde_json::json!([0.0, 0.0]));
     for case in cases {
         // The paper's chain on the muscle: five oscillators with two states each.
-        assert_eq!(
-            (&case["body"], &case["unknowns"]),
-            (&"muscle".into(), &10.into())
-        );
+        assert_eq!((&case["body"], &case["unknowns"]), (&"muscle".into(), &10.into()));
         assert_eq!(case["integrator"], "radau9");
     }
     // A drive with an amplitude of one millimeter has a visible effect at a gain of ten thousand.
@@ -229,10 +170,7 @@ fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
         number.expect("a number")
     };
     assert_eq!(driven["settled"]["window"], 20.0);
-    assert_eq!(
-        (&driven["locked"], &free["locked"]),
-        (&true.into(), &false.into())
-    );
+    assert_eq!((&driven["locked"], &free["locked"]), (&true.into(), &false.into()));
     // The criterion is at most a tenth of a turn in 20 s, and |χ| ≥ 0.9. It is recomputed from the
     // output.
     assert!((value(driven, "frequency", "mean") - 8.0).abs() < 0.005);
@@ -266,24 +204,16 @@ fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
 fn assert_moves(film: &Path, frames: usize) {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
-    let mut film = options
-        .read_info(fs::File::open(film).expect("the film"))
-        .expect("a GIF");
+    let mut film = options.read_info(fs::File::open(film).expect("the film")).expect("a GIF");
     assert_eq!(film.width(), 120);
     let mut pictures: Vec<Vec<u8>> = Vec::new();
     while let Some(frame) = film.read_next_frame().expect("a picture") {
         pictures.push(frame.buffer.to_vec());
     }
     assert_eq!(pictures.len(), frames);
-    let still = pictures
-        .windows(2)
-        .filter(|pair| pair[0] == pair[1])
-        .count();
+    let still = pictures.windows(2).filter(|pair| pair[0] == pair[1]).count();
     // At the turning points of the motion two consecutive pictures may be equal.
-    assert!(
-        still <= frames / 10,
-        "{still} of {frames} pictures are as the one before"
-    );
+    assert!(still <= frames / 10, "{still} of {frames} pictures are as the one before");
 }
 
 #[test]
@@ -357,11 +287,7 @@ fn the_fields_of_a_run_become_a_movie() {
     ] {
         let refused = run(&format!("movie {movie}"));
         assert_eq!(refused.code, 2, "{movie}: {}", refused.stderr);
-        assert!(
-            refused.stderr.contains(place),
-            "{movie}: {}",
-            refused.stderr
-        );
+        assert!(refused.stderr.contains(place), "{movie}: {}", refused.stderr);
     }
     assert!(!folder.path().join("a.gif").exists());
 }
@@ -369,27 +295,12 @@ fn the_fields_of_a_run_become_a_movie() {
 #[test]
 fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
     for (arguments, reason) in [
-        (
-            "figure 3 --set chain[0].oscillators=0",
-            "chain[0].oscillators",
-        ),
-        (
-            "figure 3 --set chain[0].frequency_spread=-0.1",
-            "frequency_spread",
-        ),
-        (
-            "figure 3 --set chain[0].generator=rand48",
-            "matlab, chacha8",
-        ),
-        (
-            "figure 3 --set chain[0].at=0.2",
-            "x = 0.2 must be on the rod",
-        ),
+        ("figure 3 --set chain[0].oscillators=0", "chain[0].oscillators"),
+        ("figure 3 --set chain[0].frequency_spread=-0.1", "frequency_spread"),
+        ("figure 3 --set chain[0].generator=rand48", "matlab, chacha8"),
+        ("figure 3 --set chain[0].at=0.2", "x = 0.2 must be on the rod"),
         ("figure 3 --set chain[0].at=[0.01,0.02]", "chain[0].at"),
-        (
-            "figure 7 --set chain[0].at=[1.0,1.0]",
-            "the point (1, 1) is outside the mesh",
-        ),
+        ("figure 7 --set chain[0].at=[1.0,1.0]", "the point (1, 1) is outside the mesh"),
         ("figure 3 --set chain[0].gain=inf", "gain"),
         ("figure 3 --set chain[0].seed=-1", "-1"),
         ("figure 3 --set chain[0].ends=closed", "periodic, open"),
@@ -401,32 +312,19 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
         ("movie muscle3d --from 1", "--from"),
         ("movie muscle --from 1", "--from"),
         ("movie chain --mesh muscle.msh", "--mesh"),
-        (
-            "movie muscle --set chain[0].gain=2",
-            "`chain` has no entry `0`",
-        ),
+        ("movie muscle --set chain[0].gain=2", "`chain` has no entry `0`"),
         ("figure 4 --integrator radau5", "--integrator"),
         ("figure 3 --mesh muscle.msh", "--mesh"),
         ("figure 3 --integrator rk4", "`rk4` is not an integrator"),
         ("synchronization --t-end 0.01", "--t-end"),
         ("synchronization --mesh muscle.msh", "--body muscle"),
-        (
-            "synchronization --body muscle --set chain[0].at=0.05",
-            "chain[0].at",
-        ),
+        ("synchronization --body muscle --set chain[0].at=0.05", "chain[0].at"),
         ("synchronization --frequency 0", "--frequency"),
-        (
-            "synchronization --set chain[0].oscillators=0",
-            "chain[0].oscillators",
-        ),
+        ("synchronization --set chain[0].oscillators=0", "chain[0].oscillators"),
     ] {
         let (folder, run) = run(arguments);
         assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments}");
-        assert!(
-            run.stderr.starts_with("error: "),
-            "{arguments}: {}",
-            run.stderr
-        );
+        assert!(run.stderr.starts_with("error: "), "{arguments}: {}", run.stderr);
         assert!(run.stderr.contains(reason), "{arguments}: {}", run.stderr);
         assert_eq!(names(folder.path()), [""; 0], "{arguments}");
     }

@@ -12,16 +12,9 @@ fn version_names_the_linked_libraries() {
     let words: Vec<&str> = run.stdout.split_whitespace().collect();
     assert_eq!(&words[..2], ["myovib", env!("CARGO_PKG_VERSION")]);
     for library in ["SUNDIALS", "KLU"] {
-        let at = words
-            .iter()
-            .position(|&word| word == library)
-            .expect(library);
+        let at = words.iter().position(|&word| word == library).expect(library);
         let major = words[at + 1].split('.').next().expect("a first number");
-        assert!(
-            major.parse::<u32>().is_ok(),
-            "{library} version in {}",
-            run.stdout
-        );
+        assert!(major.parse::<u32>().is_ok(), "{library} version in {}", run.stdout);
     }
 }
 
@@ -63,11 +56,7 @@ fn a_file_that_cannot_be_written_is_code_2_and_named() {
     let run = myovib_in(folder.path(), &["doctor", "--json=no/such/folder/d.json"]);
     assert_eq!(run.code, 2);
     assert!(run.stderr.starts_with("error: "), "{}", run.stderr);
-    assert!(
-        run.stderr.contains("no/such/folder/d.json"),
-        "{}",
-        run.stderr
-    );
+    assert!(run.stderr.contains("no/such/folder/d.json"), "{}", run.stderr);
     assert_eq!(run.stdout, "", "no results beside an error");
     assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 0);
 }
@@ -114,11 +103,7 @@ fn a_closed_pipe_is_not_a_failure() {
         drop(child.stdout.take());
         let end = child.wait_with_output().expect("an end");
         let stderr = String::from_utf8_lossy(&end.stderr);
-        assert_eq!(
-            (end.status.code(), &*stderr),
-            (Some(0), ""),
-            "{arguments:?}"
-        );
+        assert_eq!((end.status.code(), &*stderr), (Some(0), ""), "{arguments:?}");
     }
 }
 
@@ -139,11 +124,7 @@ fn json_goes_to_standard_output_alone_or_to_a_file_beside_the_text() {
 fn help_shows_examples() {
     let run = myovib(&["doctor", "--help"]);
     assert_eq!(run.code, 0);
-    assert!(
-        run.stdout.contains("Examples:\n  myovib doctor"),
-        "{}",
-        run.stdout
-    );
+    assert!(run.stdout.contains("Examples:\n  myovib doctor"), "{}", run.stdout);
 }
 
 /// Issue 15, E8: the guide explains once how the names of unknowns correspond.

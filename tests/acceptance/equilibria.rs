@@ -30,10 +30,7 @@ fn ctrl_c_ends_the_search_for_an_equilibrium() {
 fn no_equilibrium_is_code_4_and_keeps_the_last_state() {
     let folder = tempfile::tempdir().unwrap();
     let run = |words: &[&str]| {
-        myovib_in(
-            folder.path(),
-            &[&["run", "cook-static", "--quiet"][..], words].concat(),
-        )
+        myovib_in(folder.path(), &[&["run", "cook-static", "--quiet"][..], words].concat())
     };
     let document = |out: &str| -> Value {
         let text = fs::read_to_string(folder.path().join(out).join("run.json")).unwrap();
@@ -50,10 +47,7 @@ fn no_equilibrium_is_code_4_and_keeps_the_last_state() {
     // forces are up to κ/G = 5000 times larger.
     let carried = found["results"]["support"]["R_y"].as_f64().unwrap();
     let applied = reached * load * 16.0;
-    assert!(
-        (carried + applied).abs() <= 5e-6 * applied,
-        "{carried} {applied}"
-    );
+    assert!((carried + applied).abs() <= 5e-6 * applied, "{carried} {applied}");
 }
 
 /// Regression: outputs of a partially loaded equilibrium used the full load. Supports had positions
@@ -93,31 +87,18 @@ fn a_part_of_the_load_is_read_off_as_such() {
     let expected = -part * (1e3 * acceleration + traction);
     // Newton's iteration ends at increments of 1e-9; the remaining error is about the square of
     // this value.
-    assert!(
-        (reaction / expected - 1.0).abs() < 1e-9,
-        "{reaction} {expected}"
-    );
+    assert!((reaction / expected - 1.0).abs() < 1e-9, "{reaction} {expected}");
     // A motion that starts from this equilibrium has the full load.
     let motion = square.replace(
         "analysis = \"static\"",
         "[time]\nend = 0.01\n[initial_state]\ntype = \"restart\"\nfolder = \"weighed\"",
     );
     fs::write(folder.path().join("motion.toml"), motion).unwrap();
-    let words = [
-        "run",
-        "motion.toml",
-        "--quiet",
-        "--out",
-        "weighed",
-        "--overwrite",
-    ];
+    let words = ["run", "motion.toml", "--quiet", "--out", "weighed", "--overwrite"];
     let replaced = myovib_in(folder.path(), &words);
     assert_eq!(replaced.code, 2, "{}", replaced.stderr);
     assert!(replaced.stderr.contains("weighed"), "{}", replaced.stderr);
-    let moved = myovib_in(
-        folder.path(),
-        &["run", "motion.toml", "--quiet", "--out", "motion"],
-    );
+    let moved = myovib_in(folder.path(), &["run", "motion.toml", "--quiet", "--out", "motion"]);
     assert_eq!(moved.code, 0, "{}", moved.stderr);
     let reported = format!("with {:.1} % of the loads of that run", 100.0 * part);
     assert!(moved.stderr.contains(&reported), "{}", moved.stderr);
@@ -136,17 +117,12 @@ fn a_part_of_the_load_is_read_off_as_such() {
     ];
     myovib_in(folder.path(), &sweep);
     let table = fs::read_to_string(folder.path().join("cases/sweep.csv")).unwrap();
-    let mut rows = table
-        .lines()
-        .map(|line| line.split(',').collect::<Vec<_>>());
+    let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let names = rows.next().unwrap();
     let column = names.iter().position(|name| *name == "u").unwrap();
     let values: Vec<&str> = rows.map(|row| row[column]).collect();
     assert_eq!(values.len(), 2, "{table}");
-    assert!(
-        (values[0].parse::<f64>().unwrap() + 0.01).abs() < 1e-12,
-        "{table}"
-    );
+    assert!((values[0].parse::<f64>().unwrap() + 0.01).abs() < 1e-12, "{table}");
     assert_eq!(values[1], "", "{table}");
 }
 
@@ -182,25 +158,14 @@ fn a_folder_that_holds_a_run_is_refused_before_an_equilibrium_is_sought() {
     assert_eq!(first.code, 0, "{}", first.stderr);
     // No equilibrium exists under this load.
     let load = ["--set", "traction[0].y=1e19"];
-    let second = myovib_in(
-        folder.path(),
-        &[&["run", "cook-static"][..], &load].concat(),
-    );
+    let second = myovib_in(folder.path(), &[&["run", "cook-static"][..], &load].concat());
     assert_eq!(second.code, 2, "{}", second.stderr);
     assert!(second.stderr.contains("--overwrite"), "{}", second.stderr);
     assert!(!second.stderr.contains("--resume"), "{}", second.stderr);
     // The same holds if a motion starts in equilibrium.
-    let motion = [
-        "analysis=\"dynamic\"",
-        "time.end=1.0",
-        "initial_state.type=equilibrium",
-    ];
+    let motion = ["analysis=\"dynamic\"", "time.end=1.0", "initial_state.type=equilibrium"];
     let motion = motion.iter().flat_map(|set| ["--set", set]);
-    let words: Vec<&str> = ["run", "cook-static"]
-        .into_iter()
-        .chain(load)
-        .chain(motion)
-        .collect();
+    let words: Vec<&str> = ["run", "cook-static"].into_iter().chain(load).chain(motion).collect();
     let third = myovib_in(folder.path(), &words);
     assert_eq!(third.code, 2, "{}", third.stderr);
     assert!(third.stderr.contains("--overwrite"), "{}", third.stderr);

@@ -70,9 +70,8 @@ fn columns(folder: &Path, out: &str, probe: &str) -> Vec<(String, Vec<f64>)> {
     let text = fs::read_to_string(folder.join(out).join(format!("{probe}.csv"))).unwrap();
     let mut lines = text.lines();
     let names = lines.next().unwrap().split(',');
-    let rows: Vec<Vec<f64>> = lines
-        .map(|line| line.split(',').map(|word| word.parse().unwrap()).collect())
-        .collect();
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|word| word.parse().unwrap()).collect()).collect();
     let column = |(j, name): (usize, &str)| (name.to_owned(), rows.iter().map(|r| r[j]).collect());
     names.enumerate().map(column).collect()
 }
@@ -102,20 +101,14 @@ fn the_defaults_give_three_digits_and_an_error_estimate() {
     run(folder, "tight", &TIGHT, &[]);
     for (probe, wanted) in [
         ("origin", &["u_y", "p"][..]),
-        (
-            "off",
-            &["u_x", "u_y", "stress_xx", "stress_yy", "stress_xy"],
-        ),
+        ("off", &["u_x", "u_y", "stress_xx", "stress_yy", "stress_xy"]),
     ] {
         let errors = errors(folder, probe, ["default", "tight"]);
         for (name, largest, error) in errors.iter().filter(|e| wanted.contains(&&*e.0)) {
             assert!(*error < 5e-4 * largest, "{name}: {error:e} of {largest:e}");
             let estimate = &document["error_estimate"]["probes"][probe][name]["error"];
             let estimate = estimate.as_f64().unwrap();
-            assert!(
-                *error < estimate,
-                "{name}: {error:e}, estimated {estimate:e}"
-            );
+            assert!(*error < estimate, "{name}: {error:e}, estimated {estimate:e}");
         }
         let compared = errors.iter().filter(|e| wanted.contains(&&*e.0)).count();
         assert_eq!(compared, wanted.len());
@@ -157,20 +150,12 @@ fn runs_by_bdf_report_their_errors() {
         "solid.formulation=position",
     ];
     for sets in [&[][..], &undamped] {
-        run(
-            folder,
-            "tight",
-            &[sets, &TIGHT[..]].concat(),
-            &["--overwrite"],
-        );
+        run(folder, "tight", &[sets, &TIGHT[..]].concat(), &["--overwrite"]);
         for rtol in ["integrator.rtol=1e-3", "integrator.rtol=1e-4"] {
             let method = ["integrator.method=bdf", rtol];
             let (reported, document) =
                 run(folder, "run", &[sets, &method].concat(), &["--overwrite"]);
-            assert!(
-                reported.contains("error estimates of the steps"),
-                "{reported}"
-            );
+            assert!(reported.contains("error estimates of the steps"), "{reported}");
             let indicated = &document["error_indicator"]["off"];
             let report = fs::read_to_string(folder.join("run/report.html")).unwrap();
             let of_u_y = indicated["u_y"]["error"].as_f64().unwrap();
@@ -193,10 +178,7 @@ fn runs_by_bdf_report_their_errors() {
     }
     let (reported, document) = run(folder, "radau", &[], &[]);
     assert_eq!(document["error_indicator"], serde_json::json!({}));
-    assert!(
-        !reported.contains("error estimates of the steps"),
-        "{reported}"
-    );
+    assert!(!reported.contains("error estimates of the steps"), "{reported}");
 }
 
 /// The estimate costs no residual evaluation; a probe that would need one has no estimate.
@@ -207,12 +189,7 @@ fn error_indicators_cost_no_residual() {
     scene(folder);
     let short = ["time.end=0.2", "integrator.method=bdf"];
     let (_, with) = run(folder, "with", &short, &[]);
-    let (reported, without) = run(
-        folder,
-        "without",
-        &[&short[..], &["probe=[]"]].concat(),
-        &[],
-    );
+    let (reported, without) = run(folder, "without", &[&short[..], &["probe=[]"]].concat(), &[]);
     for counter in ["residual_evaluations", "steps"] {
         assert_eq!(with[counter], without[counter], "{counter}");
     }
@@ -220,10 +197,7 @@ fn error_indicators_cost_no_residual() {
         assert_eq!(with["work"][counter], without["work"][counter], "{counter}");
     }
     assert_eq!(without["error_indicator"], serde_json::json!({}));
-    assert!(
-        !reported.contains("error estimates of the steps"),
-        "{reported}"
-    );
+    assert!(!reported.contains("error estimates of the steps"), "{reported}");
     let text = fs::read_to_string(folder.join("scene.toml")).unwrap();
     let (before, _) = text.rsplit_once("type = \"point\"").unwrap();
     let reaction = format!("{before}type = \"reaction\"\ngroup = \"fixed\"\ninterval = 0.01\n");

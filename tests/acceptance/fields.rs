@@ -20,11 +20,8 @@ struct Cells {
     edges: &'static [[usize; 2]],
 }
 
-const QUADRATIC_TRIANGLES: Cells = Cells {
-    word: "triangles",
-    number: 22.0,
-    edges: &[[0, 1], [1, 2], [2, 0]],
-};
+const QUADRATIC_TRIANGLES: Cells =
+    Cells { word: "triangles", number: 22.0, edges: &[[0, 1], [1, 2], [2, 0]] };
 const QUADRATIC_TETRAHEDRA: Cells = Cells {
     word: "tetrahedra",
     number: 24.0,
@@ -73,16 +70,8 @@ fn whole_numbers(parent: Node<'_, '_>, name: &str) -> Vec<usize> {
 fn determinant(corners: &[&Vec<f64>]) -> f64 {
     let edge = |i: usize| [0, 1, 2].map(|axis| corners[i][axis] - corners[0][axis]);
     let (a, b) = (edge(1), edge(2));
-    let c = if corners.len() == 4 {
-        edge(3)
-    } else {
-        [0.0, 0.0, 1.0]
-    };
-    let cross = [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ];
+    let c = if corners.len() == 4 { edge(3) } else { [0.0, 0.0, 1.0] };
+    let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     (0..3).map(|axis| cross[axis] * c[axis]).sum()
 }
 
@@ -140,10 +129,7 @@ fn check(path: &Path, mesh: &Value, kind: &Cells, arrays: &[(&str, usize)]) {
     }
     let flat = array(data, "u").iter().all(|u| u[2] == 0.0);
     assert_eq!(flat, plane, "plane strain");
-    assert!(
-        array(data, "J").iter().all(|j| (j[0] - 1.0).abs() < 0.1),
-        "volume ratios"
-    );
+    assert!(array(data, "J").iter().all(|j| (j[0] - 1.0).abs() < 0.1), "volume ratios");
     let regions = whole_numbers(child(piece, "CellData"), "region");
     assert_eq!(regions, vec![0; n_cells]);
 }
@@ -170,10 +156,7 @@ fn fields_are_the_grids_that_paraview_reads() {
     assert_eq!(root.attribute("type"), Some("Collection"));
     let sets = child(root, "Collection");
     let sets: Vec<Node<'_, '_>> = sets.children().filter(Node::is_element).collect();
-    let times: Vec<&str> = sets
-        .iter()
-        .map(|set| set.attribute("timestep").unwrap())
-        .collect();
+    let times: Vec<&str> = sets.iter().map(|set| set.attribute("timestep").unwrap()).collect();
     assert_eq!(times, ["0", "0.25", "0.5"]);
     for set in sets {
         let arrays = [("u", 3), ("v", 3), ("p", 1), ("J", 1), ("von_mises", 1)];
@@ -197,14 +180,8 @@ fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibers() {
     let out = folder.path().join("out");
     let summary = fs::read_to_string(out.join("run.json")).unwrap();
     let summary: Value = serde_json::from_str(&summary).unwrap();
-    let arrays = [
-        ("u", 3),
-        ("p", 1),
-        ("J", 1),
-        ("strain", 6),
-        ("stress", 6),
-        ("principal_stress", 3),
-    ];
+    let arrays =
+        [("u", 3), ("p", 1), ("J", 1), ("strain", 6), ("stress", 6), ("principal_stress", 3)];
     let file = out.join("fields_00000.vtu");
     check(&file, &summary["mesh"], &QUADRATIC_TETRAHEDRA, &arrays);
 
@@ -215,18 +192,11 @@ fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibers() {
     assert!(fibers.iter().all(|fiber| fiber[..] == [1.0, 0.0, 0.0]));
     let data = child(piece, "PointData");
     let names = ["xx", "yy", "zz", "xy", "yz", "xz"].iter().enumerate();
-    let names: String = names
-        .map(|(i, name)| format!(" ComponentName{i}=\"{name}\""))
-        .collect();
+    let names: String = names.map(|(i, name)| format!(" ComponentName{i}=\"{name}\"")).collect();
     for array in ["stress", "strain"] {
-        let of_points = data
-            .children()
-            .filter(|child| child.attribute("Name") == Some(array));
+        let of_points = data.children().filter(|child| child.attribute("Name") == Some(array));
         let range = of_points.map(|child| child.range()).next().unwrap();
-        assert!(
-            text[range].contains(&names),
-            "the components of {array} have names"
-        );
+        assert!(text[range].contains(&names), "the components of {array} have names");
     }
     let (stress, principal) = (array(data, "stress"), array(data, "principal_stress"));
     for (stress, principal) in stress.iter().zip(&principal) {
@@ -260,11 +230,7 @@ fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibers() {
     let length = |fiber: &Vec<f64>| fiber.iter().map(|x| x * x).sum::<f64>().sqrt();
     let fibers: Vec<_> = fibers.iter().filter(|fiber| length(fiber) > 0.0).collect();
     // Rounding error of a normalized vector.
-    assert!(
-        fibers
-            .iter()
-            .all(|fiber| (length(fiber) - 1.0).abs() < 1e-15)
-    );
+    assert!(fibers.iter().all(|fiber| (length(fiber) - 1.0).abs() < 1e-15));
     assert!(fibers.iter().any(|fiber| fiber[..] != fibers[0][..]));
 }
 

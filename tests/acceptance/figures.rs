@@ -14,24 +14,13 @@ fn column(csv: &str, name: &str) -> Vec<f64> {
     let mut lines = csv.lines();
     let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
     let c = names.iter().position(|&n| n == name).expect(name);
-    lines
-        .map(|line| {
-            line.split(',')
-                .nth(c)
-                .expect(name)
-                .parse()
-                .expect("a number")
-        })
-        .collect()
+    lines.map(|line| line.split(',').nth(c).expect(name).parse().expect("a number")).collect()
 }
 
 #[test]
 fn figure_4_shows_the_papers_mesh_from_any_folder() {
     let folder = tempfile::tempdir().expect("a folder");
-    let run = myovib_in(
-        folder.path(),
-        &["figure", "4", "--out", "f", "--json=f4.json"],
-    );
+    let run = myovib_in(folder.path(), &["figure", "4", "--out", "f", "--json=f4.json"]);
     assert_eq!(run.code, 0, "{}", run.stderr);
     let found = document(&read(folder.path(), "f4.json"), "figure");
     let figure = &found["figures"][0];
@@ -42,11 +31,7 @@ fn figure_4_shows_the_papers_mesh_from_any_folder() {
     assert_eq!(column(&csv, "x_1").len(), 185 + 311 - 1);
     // Only both ends of the spindle are fixed; each is 2 × 0.012 m high.
     let (x, fixed) = (column(&csv, "x_1"), column(&csv, "fixed"));
-    assert!(
-        x.iter()
-            .zip(&fixed)
-            .all(|(x, f)| *f == 0.0 || (x.abs() - 0.1).abs() < 1e-12)
-    );
+    assert!(x.iter().zip(&fixed).all(|(x, f)| *f == 0.0 || (x.abs() - 0.1).abs() < 1e-12));
     let svg = read(folder.path(), "f/figure4.svg");
     assert!(svg.starts_with("<svg ") && svg.contains("fixed"));
 }
@@ -54,10 +39,7 @@ fn figure_4_shows_the_papers_mesh_from_any_folder() {
 #[test]
 fn figures_5_and_6_show_one_run() {
     let folder = tempfile::tempdir().expect("a folder");
-    let run = myovib_in(
-        folder.path(),
-        &["figures", "--t-end", "1", "--json=f.json", "--quiet"],
-    );
+    let run = myovib_in(folder.path(), &["figures", "--t-end", "1", "--json=f.json", "--quiet"]);
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     let csv = read(folder.path(), "figures/figure6.csv");
     let t = column(&csv, "t");
@@ -68,8 +50,7 @@ fn figures_5_and_6_show_one_run() {
     let all = found["figures"].as_array().expect("a list").iter();
     let [snapshots, series] = [5, 6].map(|number| {
         let mut all = all.clone();
-        all.find(|figure| figure["number"] == number)
-            .expect("Figures 5 and 6")
+        all.find(|figure| figure["number"] == number).expect("Figures 5 and 6")
     });
     assert_eq!(snapshots["steps"], series["steps"], "one run");
     assert_eq!(series["outcome"], "finished");
@@ -80,12 +61,7 @@ fn figures_5_and_6_show_one_run() {
         let i = t.iter().position(|&t| t == time).expect("a sample");
         (time, u_y[i])
     };
-    let last_period = || {
-        t.iter()
-            .zip(&u_y)
-            .filter(|(t, _)| **t > 1.0 - 0.125)
-            .map(|(_, u)| *u)
-    };
+    let last_period = || t.iter().zip(&u_y).filter(|(t, _)| **t > 1.0 - 0.125).map(|(_, u)| *u);
     assert_eq!(at("t_highest").1, last_period().fold(f64::MIN, f64::max));
     assert_eq!(at("t_lowest").1, last_period().fold(f64::MAX, f64::min));
 }

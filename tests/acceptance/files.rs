@@ -68,10 +68,7 @@ fn cases_of_a_sweep_wait_for_each_other_where_few_files_may_be_open() {
         .output()
         .unwrap();
     let [table, stderr] = [stdout, stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
-    let finished = table
-        .lines()
-        .filter(|line| line.contains(",finished,"))
-        .count();
+    let finished = table.lines().filter(|line| line.contains(",finished,")).count();
     assert_eq!(finished, 8, "{table}{stderr}");
 }
 
@@ -80,12 +77,7 @@ fn a_table_that_is_removed_while_the_run_goes_on_is_code_4_and_named() {
     let folder = tempfile::tempdir().unwrap();
     let mut run = Command::new(PROGRAM)
         .args(["run", "init", "--quiet", "--set", "fields="])
-        .args([
-            "--set",
-            "time.end=1000",
-            "--set",
-            "checkpoint.interval=0.05",
-        ])
+        .args(["--set", "time.end=1000", "--set", "checkpoint.interval=0.05"])
         .current_dir(folder.path())
         .env("NO_COLOR", "1")
         .stdout(Stdio::null())
@@ -107,16 +99,10 @@ fn a_table_that_is_removed_while_the_run_goes_on_is_code_4_and_named() {
     run.kill().unwrap();
     let end = run.wait_with_output().unwrap();
     let stderr = String::from_utf8_lossy(&end.stderr);
-    assert!(
-        ended,
-        "it sees at the next checkpoint that its table has gone"
-    );
+    assert!(ended, "it sees at the next checkpoint that its table has gone");
     assert_eq!(end.status.code(), Some(4), "{stderr}");
     assert!(stderr.contains("out/origin.csv"), "{stderr}");
-    assert!(
-        folder.path().join("out/manifest.jsonl").exists(),
-        "the output is kept"
-    );
+    assert!(folder.path().join("out/manifest.jsonl").exists(), "the output is kept");
 }
 
 /// Regression: reading an endless mesh or scene did not stop.
@@ -124,20 +110,11 @@ fn a_table_that_is_removed_while_the_run_goes_on_is_code_4_and_named() {
 #[test]
 fn endless_files_are_not_read() {
     let folder = tempfile::tempdir().unwrap();
-    let made = Command::new("mkfifo")
-        .arg("pipe")
-        .current_dir(folder.path())
-        .status();
+    let made = Command::new("mkfifo").arg("pipe").current_dir(folder.path()).status();
     assert!(made.unwrap().success());
     for (arguments, printed) in [
-        (
-            "run init --set mesh.type=file --set mesh.path=/dev/zero",
-            "not a regular file",
-        ),
-        (
-            "run init --set mesh.type=file --set mesh.path=pipe",
-            "not a regular file",
-        ),
+        ("run init --set mesh.type=file --set mesh.path=/dev/zero", "not a regular file"),
+        ("run init --set mesh.type=file --set mesh.path=pipe", "not a regular file"),
         ("modes --mesh /dev/zero", "not a regular file"),
         ("check /dev/zero", "not a regular file"),
         ("check pipe", "not a regular file"),

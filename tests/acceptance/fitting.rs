@@ -9,11 +9,8 @@ use myovib_scene::vtu::read_field;
 use crate::harness::{document, myovib_in};
 
 /// True parameters of the measurements, from data/fitting/muscle.toml.
-const TRUTH: [(&str, f64); 3] = [
-    ("material[0].c10", 1.3e4),
-    ("solid.rayleigh_mass", 3.0),
-    ("1/solid.bulk_modulus", 2e-5),
-];
+const TRUTH: [(&str, f64); 3] =
+    [("material[0].c10", 1.3e4), ("solid.rayleigh_mass", 3.0), ("1/solid.bulk_modulus", 2e-5)];
 
 /// Writes the scene of the guide with these parameters, and the first 0.2 s of its measurements.
 fn beginning(folder: &Path, more: &str) {
@@ -39,28 +36,19 @@ const DOUBTFUL: &str = "[[parameter]]\nkey = \"solid.rayleigh_mass\"\nlow = 0.0\
 #[test]
 fn unusable_measurements_are_wrong_input() {
     let folder = tempfile::tempdir().expect("a folder");
-    beginning(
-        folder.path(),
-        "[[parameter]]\nkey = \"solid.rayleigh_mass\"\n",
-    );
+    beginning(folder.path(), "[[parameter]]\nkey = \"solid.rayleigh_mass\"\n");
     let data = folder.path().join("my data");
     fs::create_dir(&data).expect("a folder");
     let scaled = "observableId,time,measurement,observableParameters\ntip,0.1,1,1000;0\n";
     fs::write(data.join("scaled 1.csv"), scaled).expect("data");
     fs::write(data.join("bad 1.csv"), "t,nothing\n0.1,1\n").expect("data");
     let mut cases = vec![
-        (
-            vec!["my data/scaled 1.csv"],
-            "my data/scaled 1.csv, line 2, column observableParameters",
-        ),
+        (vec!["my data/scaled 1.csv"], "my data/scaled 1.csv, line 2, column observableParameters"),
         (
             vec!["my data/bad 1.csv solid.rayleigh_stiffness=1e-4"],
             "my data/bad 1.csv, column nothing",
         ),
-        (
-            vec!["measured.csv", "--starts", "1000000000000"],
-            "--starts",
-        ),
+        (vec!["measured.csv", "--starts", "1000000000000"], "--starts"),
     ];
     if cfg!(unix) {
         cases.push((vec!["/dev/zero"], "/dev/zero"));
@@ -90,14 +78,7 @@ fn measurements_have_any_name() {
     {
         fs::copy(&measured, folder.path().join(name)).expect("a copy");
         let out = format!("fit{i}");
-        let words = [
-            "fit",
-            "scene.toml",
-            argument,
-            "--out",
-            &out,
-            "--max-iterations=1",
-        ];
+        let words = ["fit", "scene.toml", argument, "--out", &out, "--max-iterations=1"];
         let run = myovib_in(folder.path(), &words);
         // One iteration is not enough.
         assert_eq!(run.code, 3, "{name}: {}", run.stderr);
@@ -133,19 +114,13 @@ fn a_fit_reports_doubtful_results() {
     let found = document(&read("fit.json").expect("fit.json"), "fit");
     assert_eq!(found["outcome"], "does_not_fit");
     let [damping, load] = [0, 1].map(|j| &found["parameters"][j]);
-    assert_eq!(
-        (&damping["acts"], &damping["passes_bound"]),
-        (&true.into(), &true.into())
-    );
+    assert_eq!((&damping["acts"], &damping["passes_bound"]), (&true.into(), &true.into()));
     assert!(damping["profile_interval"].is_array(), "{damping}");
     assert_eq!(load["acts"], false);
     assert!(load["profile_interval"].is_null(), "{load}");
     // Text and page list each finding.
-    let findings: Vec<&str> = run
-        .stdout
-        .lines()
-        .skip_while(|line| !line.starts_with("residuals:"))
-        .collect();
+    let findings: Vec<&str> =
+        run.stdout.lines().skip_while(|line| !line.starts_with("residuals:")).collect();
     assert!(findings.len() >= 5, "{findings:?}");
     for line in findings {
         assert!(page.contains(&escape(line)), "{line}");
@@ -216,16 +191,8 @@ fn a_map_shows_the_influence_of_the_stiffness() {
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     assert!(run.stdout.contains("origin.p"));
     let read = |name: &str| fs::read_to_string(folder.path().join("map").join(name));
-    let document = document(
-        &read("stiffness.json").expect("stiffness.json"),
-        "stiffness-map",
-    );
-    let words = [
-        &["sensitivity"],
-        &short[..],
-        &["--set", STIFFNESS, "--json"],
-    ]
-    .concat();
+    let document = document(&read("stiffness.json").expect("stiffness.json"), "stiffness-map");
+    let words = [&["sensitivity"], &short[..], &["--set", STIFFNESS, "--json"]].concat();
     let forward = myovib_in(folder.path(), &words);
     let rows = crate::harness::document(&forward.stdout, "sensitivity")["rows"].take();
     let rows: Vec<Vec<f64>> = serde_json::from_value(rows).expect("numbers");
@@ -243,21 +210,11 @@ fn a_map_shows_the_influence_of_the_stiffness() {
         let expected = sum(|u, by_stiffness| u * by_stiffness) / sum(|u, _| u * u);
         let total: f64 = elements.iter().sum();
         // Forward sensitivities have a third of the tolerance, 1e-4.
-        assert!(
-            (total - expected).abs() < 1e-3 * expected.abs(),
-            "{name}: {total} {expected}"
-        );
+        assert!((total - expected).abs() < 1e-3 * expected.abs(), "{name}: {total} {expected}");
         let densities = read_field(&text, name).expect("a field of the cells");
-        let shares: Vec<f64> = elements
-            .iter()
-            .zip(&densities)
-            .map(|(e, d)| e / d)
-            .collect();
+        let shares: Vec<f64> = elements.iter().zip(&densities).map(|(e, d)| e / d).collect();
         // The shares of area of the smallest and the largest element of the mesh.
-        assert!(
-            shares.iter().all(|share| (3e-4..2e-2).contains(share)),
-            "{shares:?}"
-        );
+        assert!(shares.iter().all(|share| (3e-4..2e-2).contains(share)), "{shares:?}");
     }
     let drawn = read("stiffness.svg").expect("stiffness.svg");
     assert!(drawn.contains("origin.u_x") && drawn.contains("origin.u_y"));

@@ -42,9 +42,7 @@ fn pages() -> Vec<(PathBuf, String)> {
 fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
     let fence = format!("\n```{language}\n");
     let after = page.split(&*fence).skip(1);
-    after
-        .map(|rest| rest.split("\n```").next().unwrap_or(rest))
-        .collect()
+    after.map(|rest| rest.split("\n```").next().unwrap_or(rest)).collect()
 }
 
 /// Splits a command line at spaces, except within double or single quotes.
@@ -83,10 +81,7 @@ fn matches(pattern: &[&str], lines: &[&str]) -> bool {
 fn copy_examples(folder: &Path) {
     for entry in fs::read_dir(root().join("examples")).expect("the gallery") {
         let path = entry.expect("an entry").path();
-        if path
-            .extension()
-            .is_some_and(|extension| extension == "toml" || extension == "csv")
-        {
+        if path.extension().is_some_and(|extension| extension == "toml" || extension == "csv") {
             fs::copy(&path, folder.join(path.file_name().expect("a name"))).expect("a copy");
         }
     }
@@ -110,11 +105,7 @@ fn console_blocks_print_what_the_pages_show() {
                 let printed: Vec<&str> = run.stdout.lines().collect();
                 let place = format!("{}: {arguments:?}", path.display());
                 assert_eq!(run.code, 0, "{place}\n{}", run.stderr);
-                assert!(
-                    wanted.is_empty() || matches(&wanted, &printed),
-                    "{place}\n{}",
-                    run.stdout
-                );
+                assert!(wanted.is_empty() || matches(&wanted, &printed), "{place}\n{}", run.stdout);
                 commands += 1;
             }
         }
@@ -165,9 +156,7 @@ fn examples_give_the_numbers_of_the_gallery() {
         };
         terms.into_iter().map(stress).sum()
     };
-    let crept = (0..9).fold(1.0_f64, |l, _| {
-        l - (l - l.powi(-3) - 0.1) / (1.0 + 3.0 * l.powi(-4))
-    });
+    let crept = (0..9).fold(1.0_f64, |l, _| l - (l - l.powi(-3) - 0.1) / (1.0 + 3.0 * l.powi(-4)));
     let relaxed = 1.0 + 0.5 * f64::exp(-(3.0 - 0.025) / 0.4);
     let cases = [
         // Homogeneous strain: the discrete solution is exact; Newton's method has an error of
@@ -224,15 +213,7 @@ fn rubber_deviates_from_the_three_tests_as_the_closed_forms() {
         let loads: Vec<f64> = measured.iter().map(|[load, _]| *load).collect();
         let loads = format!("static={{ loads = {loads:?} }}");
         let out = format!("out-{test}");
-        let mut arguments = vec![
-            "run",
-            "rubber.toml",
-            "--quiet",
-            "--out",
-            &out,
-            "--set",
-            &loads,
-        ];
+        let mut arguments = vec!["run", "rubber.toml", "--quiet", "--out", &out, "--set", &loads];
         arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
         let run = myovib_in(folder.path(), &arguments);
         assert_eq!(run.code, 0, "{test}: {}", run.stderr);
@@ -253,16 +234,10 @@ fn the_shaken_muscle_has_the_resonance_of_the_gallery() {
     copy_examples(folder.path());
     let peak = |sets: &[&str]| {
         let sets = sets.iter().flat_map(|set| ["--set", set]);
-        let arguments: Vec<&str> = [
-            "response",
-            "shaker.toml",
-            "--quiet",
-            "--overwrite",
-            "--json",
-        ]
-        .into_iter()
-        .chain(sets)
-        .collect();
+        let arguments: Vec<&str> = ["response", "shaker.toml", "--quiet", "--overwrite", "--json"]
+            .into_iter()
+            .chain(sets)
+            .collect();
         let run = myovib_in(folder.path(), &arguments);
         assert_eq!(run.code, 0, "{}", run.stderr);
         let found: serde_json::Value = serde_json::from_str(&run.stdout).expect("a document");
@@ -285,14 +260,7 @@ fn the_shaken_muscle_has_the_resonance_of_the_gallery() {
 fn the_springpot_of_the_gallery_is_the_published_one() {
     let folder = tempfile::tempdir().expect("a folder");
     copy_examples(folder.path());
-    let arguments = [
-        "fit",
-        "elastography.toml",
-        "--data",
-        "elastography.csv",
-        "--quiet",
-        "--json",
-    ];
+    let arguments = ["fit", "elastography.toml", "--data", "elastography.csv", "--quiet", "--json"];
     let run = myovib_in(folder.path(), &arguments);
     assert_eq!(run.code, 0, "{}", run.stderr);
     let found: serde_json::Value = serde_json::from_str(&run.stdout).expect("a document");
@@ -309,23 +277,15 @@ fn the_preloaded_strip_settles_in_equilibrium() {
     copy_examples(folder.path());
     let settled = |sets: &[&str]| {
         let sets = sets.iter().flat_map(|set| ["--set", set]);
-        let arguments: Vec<&str> = ["run", "preload.toml", "--quiet", "--overwrite"]
-            .into_iter()
-            .chain(sets)
-            .collect();
+        let arguments: Vec<&str> =
+            ["run", "preload.toml", "--quiet", "--overwrite"].into_iter().chain(sets).collect();
         let run = myovib_in(folder.path(), &arguments);
         assert_eq!(run.code, 0, "{}", run.stderr);
         last(folder.path(), "end", "u_y")
     };
-    let (moved, rests) = (
-        settled(&[]),
-        settled(&["analysis=static", "initial_state="]),
-    );
+    let (moved, rests) = (settled(&[]), settled(&["analysis=static", "initial_state="]));
     // The tolerance of the motion is 1e-4, and the vibration has decayed to 1e-5.
-    assert!(
-        (moved - rests).abs() < 3e-4 * rests.abs(),
-        "{moved} {rests}"
-    );
+    assert!((moved - rests).abs() < 3e-4 * rests.abs(), "{moved} {rests}");
     assert!(rests < -5e-4, "{rests}");
 }
 
@@ -341,15 +301,9 @@ fn the_vibrating_muscle_follows_the_reference_solution() {
     let reference: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let values: Vec<f64> = serde_json::from_value(reference["u_y"].clone()).expect("numbers");
     let largest = values.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
-    let (found, expected) = (
-        last(folder.path(), "origin", "u_y"),
-        values[values.len() - 1],
-    );
+    let (found, expected) = (last(folder.path(), "origin", "u_y"), values[values.len() - 1]);
     // The tolerance of the run, 1e-4, with a margin for the accumulation over 18 steps.
-    assert!(
-        (found - expected).abs() < 3e-4 * largest,
-        "{found} instead of {expected}"
-    );
+    assert!((found - expected).abs() < 3e-4 * largest, "{found} instead of {expected}");
 }
 
 /// The restart uses the state that the motion of `preload.toml` computes first.
@@ -361,14 +315,7 @@ fn a_restart_continues_from_the_stored_equilibrium() {
         let run = myovib_in(folder.path(), &[&["run", "--quiet"], arguments].concat());
         assert_eq!(run.code, 0, "{}", run.stderr);
     };
-    let loads_at_zero = [
-        "--set",
-        "analysis=static",
-        "--set",
-        "time=",
-        "--set",
-        "initial_state=",
-    ];
+    let loads_at_zero = ["--set", "analysis=static", "--set", "time=", "--set", "initial_state="];
     run(&[&["preload.toml", "--out", "hanging"], &loads_at_zero[..]].concat());
     run(&["restart.toml"]);
     let restarted = last(folder.path(), "end", "u_y");
@@ -376,25 +323,18 @@ fn a_restart_continues_from_the_stored_equilibrium() {
     // Both start from the solution of the same Newton iteration; their absolute tolerances differ. The error in time of
     // displacements at the default tolerance is at most 2e-5 in the guide's random scenes.
     let direct = last(folder.path(), "end", "u_y");
-    assert!(
-        (restarted - direct).abs() < 2e-5 * direct.abs(),
-        "{restarted} {direct}"
-    );
+    assert!((restarted - direct).abs() < 2e-5 * direct.abs(), "{restarted} {direct}");
 }
 
 #[test]
 fn the_fit_finds_the_stiffness_behind_the_measured_force() {
     let folder = tempfile::tempdir().expect("a folder");
     copy_examples(folder.path());
-    let fit = [
-        "fit", "fit.toml", "--data", "fit.csv", "--json", "--quiet", "--out", "fitted",
-    ];
+    let fit = ["fit", "fit.toml", "--data", "fit.csv", "--json", "--quiet", "--out", "fitted"];
     let fit = myovib_in(folder.path(), &fit);
     assert_eq!(fit.code, 0, "{}", fit.stderr);
     let document = crate::harness::document(&fit.stdout, "fit");
-    let c10 = document["parameters"][0]["value"]
-        .as_f64()
-        .expect("a number");
+    let c10 = document["parameters"][0]["value"].as_f64().expect("a number");
     // Inertia adds 3e-5 of the force.
     assert!((c10 - 5e3).abs() < 1e-4 * 5e3, "{c10}");
 

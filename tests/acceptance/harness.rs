@@ -24,11 +24,7 @@ pub(crate) struct Run {
 
 /// Runs `myovib` with these arguments, in `folder`, without colors.
 pub(crate) fn myovib_in(folder: &Path, arguments: &[&str]) -> Run {
-    let Output {
-        status,
-        stdout,
-        stderr,
-    } = Command::new(PROGRAM)
+    let Output { status, stdout, stderr } = Command::new(PROGRAM)
         .args(arguments)
         .current_dir(folder)
         .env("NO_COLOR", "1")
@@ -52,10 +48,7 @@ pub(crate) fn document(text: &str, command: &str) -> serde_json::Value {
     assert_eq!(value["schema"], format!("myovib/{command}/1"));
     for name in ["myovib", "git", "sundials", "klu"] {
         let version = value["versions"][name].as_str();
-        assert!(
-            version.is_some_and(|v| !v.is_empty()),
-            "versions.{name} in {text}"
-        );
+        assert!(version.is_some_and(|v| !v.is_empty()), "versions.{name} in {text}");
     }
     value
 }
@@ -66,11 +59,7 @@ fn cpu_seconds(process: u32) -> Option<f64> {
     // The program name, in parentheses, may contain spaces.
     let mut fields = text.rsplit(')').next()?.split_whitespace();
     let state = fields.next()?;
-    let ticks: Vec<f64> = fields
-        .skip(10)
-        .take(2)
-        .filter_map(|f| f.parse().ok())
-        .collect();
+    let ticks: Vec<f64> = fields.skip(10).take(2).filter_map(|f| f.parse().ok()).collect();
     // Linux counts in hundredths of a second.
     (state != "Z").then(|| ticks.iter().sum::<f64>() / 100.0)
 }
@@ -98,9 +87,7 @@ pub(crate) fn interrupted_after(
     while cpu_seconds(run.id()).is_some_and(|seconds| seconds < wait) {
         thread::yield_now();
     }
-    let sent = Command::new("kill")
-        .args(["-INT", &run.id().to_string()])
-        .status();
+    let sent = Command::new("kill").args(["-INT", &run.id().to_string()]).status();
     assert!(sent.expect("kill").success());
     let since = Instant::now();
     (run.wait().expect("an end").code(), since.elapsed())

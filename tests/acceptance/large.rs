@@ -48,11 +48,7 @@ fn a_body_that_does_not_fit_is_refused_before_it_is_factorized() {
 fn predicted_memory(scene: &str, threads: &str) -> (f64, Left) {
     let check = left("check", scene, &["--threads", threads]);
     let factors = &check.document["body"]["factors"];
-    let number = |key: &str| {
-        factors[key]
-            .as_f64()
-            .unwrap_or_else(|| panic!("{}", check.printed))
-    };
+    let number = |key: &str| factors[key].as_f64().unwrap_or_else(|| panic!("{}", check.printed));
     let predicted = number("bytes") + number("bytes_before");
     let run = left("run", scene, &["--threads", threads]);
     let peak = run.document["peak_memory_bytes"].as_f64();
@@ -81,10 +77,7 @@ fn a_check_of_a_large_body_predicts_and_tries_nothing() {
     assert_eq!(body["cost"]["end"], "predicted", "{}", check.printed);
     assert_eq!(body["slow_modes"].as_array().map(Vec::len), Some(0));
     // 1351 s for 167 steps on one machine.
-    assert!(
-        body["cost"]["seconds_per_step"].as_f64() > Some(0.1),
-        "{body}"
-    );
+    assert!(body["cost"]["seconds_per_step"].as_f64() > Some(0.1), "{body}");
     let (ratio, _) = predicted_memory("ventricle", "1");
     assert!((ratio - 1.0).abs() < 0.2, "{ratio}");
 }

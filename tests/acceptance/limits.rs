@@ -12,11 +12,8 @@ use crate::harness::{PROGRAM, interrupted_after, myovib_in};
 /// Runs the program with an address space of `kibibytes`; returns its exit code and errors.
 fn with_address_space(folder: &Path, kibibytes: u64, arguments: &str) -> (Option<i32>, String) {
     let limited = format!("ulimit -v {kibibytes}; exec \"$0\" {arguments}");
-    let run = Command::new("bash")
-        .args(["-c", &limited, PROGRAM])
-        .current_dir(folder)
-        .output()
-        .unwrap();
+    let run =
+        Command::new("bash").args(["-c", &limited, PROGRAM]).current_dir(folder).output().unwrap();
     let stderr = String::from_utf8_lossy(&run.stderr).into_owned();
     (run.status.code(), stderr)
 }

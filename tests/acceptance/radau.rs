@@ -29,12 +29,7 @@ fn radau_reports_that_it_tests_all_variables() {
         let settings = [&row["integrator"], &row["stages"], &row["order"]];
         assert_eq!(settings, [&Value::from("radau5"), &3.into(), &5.into()]);
         let fields = row.as_object().unwrap();
-        for of_bdf in [
-            "max_order",
-            "delta_cj",
-            "multiplier_weights",
-            "projection_interval",
-        ] {
+        for of_bdf in ["max_order", "delta_cj", "multiplier_weights", "projection_interval"] {
             assert!(!fields.contains_key(of_bdf), "row {key}: {of_bdf}");
         }
         // A setup needs one real and one complex factorization, an iteration one solve with each.
@@ -81,17 +76,13 @@ fn absolute_tolerances_follow_the_relative_one_unless_given() {
     let paper = builtin::find("table2-1").unwrap().text;
     let tight = |line: &&str| !line.starts_with("atol") && !line.starts_with("rtol");
     let lines: Vec<_> = paper.lines().filter(tight).collect();
-    let scene = lines
-        .join("\n")
-        .replace("[integrator]", "[integrator]\natol.v = 1e-6\n#");
+    let scene = lines.join("\n").replace("[integrator]", "[integrator]\natol.v = 1e-6\n#");
     fs::write(folder.path().join("tight.toml"), scene).unwrap();
     let of_scene = |rtol: &str| {
         let set = format!("integrator.rtol={rtol}");
         let more = ["--overwrite", "--set", &set, "--set", "time.end=0.02"];
-        let run = myovib_in(
-            folder.path(),
-            &[&["run", "tight.toml", "--quiet"], &more[..]].concat(),
-        );
+        let run =
+            myovib_in(folder.path(), &[&["run", "tight.toml", "--quiet"], &more[..]].concat());
         assert_eq!(run.code, 0, "{}", run.stderr);
         let text = fs::read_to_string(folder.path().join("out").join("run.json")).unwrap();
         let atol = &serde_json::from_str::<Value>(&text).unwrap()["atol"];
@@ -121,11 +112,7 @@ fn settings_of_bdf_are_rejected_with_radau() {
     ] {
         let run = myovib(&[&["table2", "--integrator", "radau5"][..], &arguments].concat());
         assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments:?}");
-        assert!(
-            run.stderr.contains(&format!("where: {option}")),
-            "{}",
-            run.stderr
-        );
+        assert!(run.stderr.contains(&format!("where: {option}")), "{}", run.stderr);
     }
 }
 
@@ -156,10 +143,7 @@ fn a_scene_with_radau_tests_all_variables_by_default() {
     assert_eq!(document.get("max_order"), None);
     let work = &document["radau_work"];
     assert_eq!(work["real_factorizations"], document["linear_setups"]);
-    let document = run(
-        "motion",
-        &["--set", "integrator.error_test.exclude=[\"p\"]"],
-    );
+    let document = run("motion", &["--set", "integrator.error_test.exclude=[\"p\"]"]);
     assert_eq!(document["suppressed"], json!(["p"]));
 }
 
@@ -200,23 +184,15 @@ fn radau_integrates_a_muscle_with_feedback() {
         let file = format!("{name}.toml");
         fs::write(folder.path().join(&file), text.replace(order, line)).unwrap();
         let arguments = ["run", &file, "--quiet", "--out", name];
-        let run = myovib_in(
-            folder.path(),
-            &[&arguments[..], &["--set", "time.end=0.8"]].concat(),
-        );
+        let run = myovib_in(folder.path(), &[&arguments[..], &["--set", "time.end=0.8"]].concat());
         assert_eq!(run.code, 0, "{}", run.stderr);
         let csv = fs::read_to_string(folder.path().join(name).join("feedback.csv")).unwrap();
         let numbers = csv.lines().skip(1).flat_map(|line| line.split(',').skip(1));
         numbers.map(|number| number.parse().unwrap()).collect()
     };
-    let (bdf, radau) = (
-        factors("bdf", order),
-        factors("radau5", &format!("method = \"radau5\"\n{atol}")),
-    );
-    assert!(
-        bdf.iter().copied().fold(f64::INFINITY, f64::min) < 1.4,
-        "it acts"
-    );
+    let (bdf, radau) =
+        (factors("bdf", order), factors("radau5", &format!("method = \"radau5\"\n{atol}")));
+    assert!(bdf.iter().copied().fold(f64::INFINITY, f64::min) < 1.4, "it acts");
     let apart = bdf.iter().zip(&radau).map(|(a, b)| (a - b).abs());
     // At the paper's tolerances, the error of the muscle that drives the chains is several percent.
     assert!(apart.fold(0.0, f64::max) < 0.05);

@@ -130,10 +130,7 @@ fn killed(folder: &Path, out: &str, seed: u64, kills: u64, whole: u64) {
         true => "--resume",
         false => "--overwrite",
     };
-    let run = myovib_in(
-        folder,
-        &["run", "scene.toml", "--quiet", "--out", out, mode],
-    );
+    let run = myovib_in(folder, &["run", "scene.toml", "--quiet", "--out", out, mode]);
     let over = run.stderr.contains("the run is finished");
     assert!(run.code == 0 || over, "{}", run.stderr);
 }
@@ -142,11 +139,7 @@ fn killed(folder: &Path, out: &str, seed: u64, kills: u64, whole: u64) {
 fn results(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    let wanted = |name: &String| {
-        [".csv", ".vtu", ".pvd"]
-            .iter()
-            .any(|end| name.ends_with(end))
-    };
+    let wanted = |name: &String| [".csv", ".vtu", ".pvd"].iter().any(|end| name.ends_with(end));
     let mut names: Vec<String> = names.filter(wanted).collect();
     names.sort();
     names
@@ -177,12 +170,7 @@ fn assert_killed_runs_are_whole(method: &str, runs: u64, kills: u64) {
             assert!(files[0] == files[1], "{name} of run {seed} differs");
         }
         let documents = [&whole, &resumed].map(|folder| statistics(folder));
-        for key in [
-            "constraint_drift",
-            "constraint_drift_at",
-            "steps",
-            "newton_iterations",
-        ] {
+        for key in ["constraint_drift", "constraint_drift_at", "steps", "newton_iterations"] {
             assert_eq!(documents[0][key], documents[1][key], "{key}");
             assert!(!documents[0][key].is_null(), "{key}");
         }
@@ -227,17 +215,12 @@ fn a_killed_run_of_bdf_is_resumed_within_its_tolerance() {
     killed(folder, "killed", 3, 3, bytes);
     let (whole, resumed) = (rows("whole"), rows("killed"));
     assert_eq!(whole.len(), resumed.len());
-    let largest = whole
-        .iter()
-        .fold(0.0, |max: f64, row| max.max(row[1].abs()));
+    let largest = whole.iter().fold(0.0, |max: f64, row| max.max(row[1].abs()));
     for (a, b) in whole.iter().zip(&resumed) {
         assert_eq!(a[0], b[0]);
         // Error bound of a finished run: twenty times the tolerance, 1e-5, times the number of
         // periods, three.
-        assert!(
-            (a[1] - b[1]).abs() < 20.0 * 3.0 * 1e-5 * largest,
-            "{a:?} {b:?}"
-        );
+        assert!((a[1] - b[1]).abs() < 20.0 * 3.0 * 1e-5 * largest, "{a:?} {b:?}");
     }
 }
 
@@ -259,11 +242,7 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
         "--set",
         "checkpoint.interval=0.25",
     ];
-    let arguments = [
-        &["run", "init", "--out", "killed", "--quiet"],
-        &settings[..],
-    ]
-    .concat();
+    let arguments = [&["run", "init", "--out", "killed", "--quiet"], &settings[..]].concat();
     let killed = folder.path().join("killed");
     let csv = killed.join("origin.csv");
     // About 200 rows of four numbers suffice for a checkpoint after the ramp. If a fast machine
@@ -275,18 +254,8 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
     assert!(rows_of(&csv).iter().all(|row| row.len() == 4));
     let pvd = fs::read_to_string(killed.join("fields.pvd")).unwrap();
     for line in pvd.lines().filter(|line| line.contains("file=")) {
-        let name = line
-            .split("file=\"")
-            .nth(1)
-            .unwrap()
-            .split('"')
-            .next()
-            .unwrap();
-        assert!(
-            fs::read_to_string(killed.join(name))
-                .unwrap()
-                .ends_with("</VTKFile>\n")
-        );
+        let name = line.split("file=\"").nth(1).unwrap().split('"').next().unwrap();
+        assert!(fs::read_to_string(killed.join(name)).unwrap().ends_with("</VTKFile>\n"));
     }
 
     let run = |out: &str, more: &[&str]| {
@@ -297,30 +266,15 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
     };
     assert_eq!(run("killed", &["--resume"])["resumed"], 1);
     run("whole", &[]);
-    let (resumed, whole) = (
-        rows_of(&csv),
-        rows_of(&folder.path().join("whole/origin.csv")),
-    );
+    let (resumed, whole) = (rows_of(&csv), rows_of(&folder.path().join("whole/origin.csv")));
     assert_eq!(resumed.len(), whole.len());
     let largest = |j: usize| whole.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
     for (a, b) in resumed.iter().zip(&whole) {
         assert_eq!(a[0], b[0]);
         // At these tolerances, u_y at the origin has an error of 2 to 4 % of its amplitude in both
         // runs (its absolute tolerance is 2 % of the amplitude).
-        assert!(
-            (a[2] - b[2]).abs() < 0.08 * largest(2),
-            "u_y at t = {}: {} {}",
-            a[0],
-            a[2],
-            b[2]
-        );
+        assert!((a[2] - b[2]).abs() < 0.08 * largest(2), "u_y at t = {}: {} {}", a[0], a[2], b[2]);
         // A restart that disturbed λ would cause a peak.
-        assert!(
-            (a[3] - b[3]).abs() < 0.10 * largest(3),
-            "p at t = {}: {} {}",
-            a[0],
-            a[3],
-            b[3]
-        );
+        assert!((a[3] - b[3]).abs() < 0.10 * largest(3), "p at t = {}: {} {}", a[0], a[3], b[3]);
     }
 }

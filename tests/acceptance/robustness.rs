@@ -75,10 +75,7 @@ fn an_incomplete_last_row_is_removed_with_a_note() {
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(run.stderr.contains("10 bytes"), "{}", run.stderr);
     let text = fs::read_to_string(&csv).unwrap();
-    let times = text
-        .lines()
-        .skip(1)
-        .filter_map(|line| line.split(',').next());
+    let times = text.lines().skip(1).filter_map(|line| line.split(',').next());
     let times: Vec<f64> = times.map(|word| word.parse().unwrap()).collect();
     assert_eq!(times.len(), 21);
     for (k, t) in times.iter().enumerate() {
@@ -92,19 +89,9 @@ fn checkpoints_do_not_change_a_run() {
     for method in ["bdf", "radau5"] {
         let table = |every: &str| {
             let out = format!("{method}-{every}");
-            let (method, every) = (
-                format!("integrator.method={method}"),
-                format!("checkpoint.interval={every}"),
-            );
-            let arguments = [
-                "run",
-                "init",
-                "--quiet",
-                "--set",
-                "time.end=0.2",
-                "--out",
-                &out,
-            ];
+            let (method, every) =
+                (format!("integrator.method={method}"), format!("checkpoint.interval={every}"));
+            let arguments = ["run", "init", "--quiet", "--set", "time.end=0.2", "--out", &out];
             let sets = ["--set", &method, "--set", &every];
             let run = myovib_in(folder.path(), &[&arguments[..], &sets].concat());
             assert_eq!(run.code, 0, "{}", run.stderr);
@@ -146,10 +133,7 @@ fn a_run_of_a_changed_mesh_is_not_resumed() {
 fn overwrite_leaves_nothing_of_the_earlier_run() {
     let folder = tempfile::tempdir().unwrap();
     let fields = ["--set", "fields.interval=0.1"];
-    assert_eq!(
-        myovib_in(folder.path(), &[&SHORT[..9], &fields].concat()).code,
-        0
-    );
+    assert_eq!(myovib_in(folder.path(), &[&SHORT[..9], &fields].concat()).code, 0);
     let statics = ["run", "cook-static", "--quiet", "--overwrite"];
     assert_eq!(myovib_in(folder.path(), &statics).code, 0);
     for gone in ["origin.csv", "fields_00001.vtu", "checkpoint.json"] {
@@ -162,14 +146,7 @@ fn one_run_at_a_time_writes_into_a_folder_and_signals_keep_its_output() {
     let folder = tempfile::tempdir().unwrap();
     for signal in ["-TERM", "-HUP"] {
         let mut first = Command::new(PROGRAM)
-            .args([
-                "run",
-                "init",
-                "--quiet",
-                "--overwrite",
-                "--set",
-                "time.end=1000",
-            ])
+            .args(["run", "init", "--quiet", "--overwrite", "--set", "time.end=1000"])
             .current_dir(folder.path())
             .stdout(Stdio::null())
             .spawn()
@@ -178,22 +155,13 @@ fn one_run_at_a_time_writes_into_a_folder_and_signals_keep_its_output() {
         let csv = folder.path().join("out/origin.csv");
         let since = Instant::now();
         while !fs::read_to_string(&csv).is_ok_and(|text| text.lines().count() > 2) {
-            assert!(
-                since.elapsed() < Duration::from_secs(60),
-                "it does not start"
-            );
+            assert!(since.elapsed() < Duration::from_secs(60), "it does not start");
             std::thread::yield_now();
         }
         let second = myovib_in(folder.path(), &["run", "init", "--overwrite"]);
         assert_eq!(second.code, 2, "{}", second.stderr);
-        assert!(
-            second.stderr.contains("another process writes to"),
-            "{}",
-            second.stderr
-        );
-        let sent = Command::new("kill")
-            .args([signal, &first.id().to_string()])
-            .status();
+        assert!(second.stderr.contains("another process writes to"), "{}", second.stderr);
+        let sent = Command::new("kill").args([signal, &first.id().to_string()]).status();
         assert!(sent.unwrap().success());
         assert_eq!(first.wait().unwrap().code(), Some(130), "{signal}");
         let document = fs::read_to_string(folder.path().join("out/run.json")).unwrap();
@@ -275,13 +243,7 @@ fn links_and_pipes_are_not_followed() {
     let there = fs::symlink_metadata(out.join("origin.csv")).unwrap();
     assert!(there.is_symlink());
     let pipe = folder.path().join("pipe");
-    assert!(
-        Command::new("mkfifo")
-            .arg(&pipe)
-            .status()
-            .unwrap()
-            .success()
-    );
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     // Not even the superuser creates files there.
     let run = myovib_in(folder.path(), &["doctor", "--json=/sys/document.json"]);
     assert_eq!(run.code, 2, "{}", run.stderr);

@@ -9,9 +9,7 @@ use crate::harness::myovib_in;
 fn last_row(folder: &Path, probe: &str) -> Vec<f64> {
     let text = fs::read_to_string(folder.join(format!("{probe}.csv"))).expect("a probe's file");
     let last = text.lines().last().expect("a row");
-    last.split(',')
-        .map(|word| word.parse().expect("a number"))
-        .collect()
+    last.split(',').map(|word| word.parse().expect("a number")).collect()
 }
 
 fn run(folder: &Path, scene: &str, out: &str, sets: &[&str]) {
@@ -27,11 +25,7 @@ fn a_cantilever_sags_as_in_beam_theory() {
     // The beam is twenty times as long as high, so that the restraint of the clamped end is small.
     // A hundredth of the weight keeps the deflection small.
     let [length, height, weight, shear] = [0.2, 0.01, 1e3 * 0.0981, 1e5];
-    let sets = [
-        "mesh.length=0.2",
-        "mesh.cells=[160,8]",
-        "body_force[0].y=-0.0981",
-    ];
+    let sets = ["mesh.length=0.2", "mesh.cells=[160,8]", "body_force[0].y=-0.0981"];
     run(folder.path(), "cantilever", "out", &sets);
     // Plane strain and incompressible: E/(1 - ν²) = 3 G / (3/4) = 4 G, I = h³/12; and Timoshenko's
     // shear with the factor 5/6.
@@ -41,10 +35,7 @@ fn a_cantilever_sags_as_in_beam_theory() {
     let sag = -last_row(&folder.path().join("out"), "tip")[2];
     // The clamp constrains the strain of the cross section and stiffens about h/4 of the length: 4
     // · 0.25 · h/L = 5 % at most.
-    assert!(
-        (sag / (bending + shearing) - 1.0).abs() < 0.05,
-        "{sag} {bending} {shearing}"
-    );
+    assert!((sag / (bending + shearing) - 1.0).abs() < 0.05, "{sag} {bending} {shearing}");
     // In equilibrium the supports carry the full weight, up to Newton's rounding errors.
     let reaction = last_row(&folder.path().join("out"), "support")[2];
     assert!((reaction - weight * height * length).abs() < 1e-9);
@@ -71,12 +62,7 @@ fn cooks_membrane_converges_to_the_value_in_the_literature() {
 fn stiffness_follows_the_coherence_of_the_chains() {
     let folder = tempfile::tempdir().unwrap();
     // With a gain as in the rod's scene, the chains synchronize within a second.
-    let sets = [
-        "chain[0].gain=2e6",
-        "chain[1].gain=2e6",
-        "chain[2].gain=2e6",
-        "time.end=1.0",
-    ];
+    let sets = ["chain[0].gain=2e6", "chain[1].gain=2e6", "chain[2].gain=2e6", "time.end=1.0"];
     run(folder.path(), "two-way", "two", &sets);
     let rows = |name: &str| -> Vec<Vec<f64>> {
         let text = fs::read_to_string(folder.path().join("two").join(name)).unwrap();
@@ -88,10 +74,7 @@ fn stiffness_follows_the_coherence_of_the_chains() {
     // Synchronized, with radii of about 2 and the smoothing radius of 0.2: 1 + 0.5 (0.2/2)², and
     // the same amount for the remaining detuning.
     let last = factors.last().unwrap();
-    assert!(
-        last[2] < 1.02 && coherence.last().unwrap()[3] > 0.97,
-        "{last:?}"
-    );
+    assert!(last[2] < 1.02 && coherence.last().unwrap()[3] > 0.97, "{last:?}");
     // The coupling is two-way: with constant stiffness, the muscle is nearer to resonance with the
     // 8 Hz load. Its amplitude is more than 1.5 times the amplitude of the muscle relaxed by its
     // chains.
@@ -100,22 +83,10 @@ fn stiffness_follows_the_coherence_of_the_chains() {
         "feedback[1].at_full_coherence=1.5",
         "feedback[2].at_full_coherence=1.5",
     ]);
-    run(
-        folder.path(),
-        "two-way",
-        "stiff",
-        &stiff.collect::<Vec<_>>(),
-    );
+    run(folder.path(), "two-way", "stiff", &stiff.collect::<Vec<_>>());
     let largest = |out: &str| {
         let text = fs::read_to_string(folder.path().join(out).join("origin.csv")).unwrap();
-        let u_y = |line: &str| {
-            line.split(',')
-                .nth(2)
-                .unwrap()
-                .parse::<f64>()
-                .unwrap()
-                .abs()
-        };
+        let u_y = |line: &str| line.split(',').nth(2).unwrap().parse::<f64>().unwrap().abs();
         text.lines().skip(1).map(u_y).fold(0.0, f64::max)
     };
     assert!(largest("stiff") > 1.5 * largest("two"));
@@ -137,11 +108,7 @@ fn square(n: usize) -> String {
     text += &lines(1..=count);
     let h = 0.05 / n as f64;
     for k in 0..count {
-        text += &format!(
-            "{} {} 0\n",
-            h * (k % (n + 1)) as f64,
-            h * (k / (n + 1)) as f64
-        );
+        text += &format!("{} {} 0\n", h * (k % (n + 1)) as f64, h * (k / (n + 1)) as f64);
     }
     let elements = 2 * n + 2 * n * n;
     text += &format!("$EndNodes\n$Elements\n3 {elements} 1 {elements}\n");
@@ -180,11 +147,7 @@ fn a_newcomer_gets_from_a_mesh_to_a_picture() {
         .replace("at = [0.0, 0.0]", "at = [0.025, 0.025]");
     fs::write(at.join("scene.toml"), mine).unwrap();
     let check = myovib_in(at, &["check", "scene.toml"]);
-    assert!(
-        check.code == 0 && check.stdout.contains("No objections."),
-        "{}",
-        check.stdout
-    );
+    assert!(check.code == 0 && check.stdout.contains("No objections."), "{}", check.stdout);
     run(at, "scene.toml", "out", &["time.end=0.5"]);
     let report = fs::read_to_string(at.join("out/report.html")).unwrap();
     // Five pictures without external resources: the mesh, its deformation and each column of the
@@ -220,10 +183,7 @@ fn a_pulse_after_a_rest_is_seen_by_every_method() {
     for method in ["bdf", "radau5", "radau9"] {
         // The relative tolerance is 1e-3, over a few periods.
         let found = peak(method);
-        assert!(
-            (found / tight - 1.0).abs() < 0.05,
-            "{method}: {found} {tight}"
-        );
+        assert!((found / tight - 1.0).abs() < 0.05, "{method}: {found} {tight}");
     }
 }
 

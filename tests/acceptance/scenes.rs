@@ -17,11 +17,8 @@ fn run_json(folder: &Path) -> Value {
 /// Returns the rows of a CSV file, without its header.
 fn rows(path: &Path) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(path).expect("the file was written");
-    let numbers = |line: &str| {
-        line.split(',')
-            .map(|word| word.parse().expect("a number"))
-            .collect()
-    };
+    let numbers =
+        |line: &str| line.split(',').map(|word| word.parse().expect("a number")).collect();
     text.lines().skip(1).map(numbers).collect()
 }
 
@@ -73,10 +70,7 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
     for (set, message) in [
         ("fixed[0].group=fixd", "did you mean `fixed`?"),
         ("traction[0].group=muscle", "contains triangles"),
-        (
-            "pressure=[{ group = \"muscle\", value = 0.0 }]",
-            "contains triangles",
-        ),
+        ("pressure=[{ group = \"muscle\", value = 0.0 }]", "contains triangles"),
         ("material[0].group=leg", "the mesh has no group `leg`"),
         ("material[0].group=load", "contains no triangles"),
         ("probe[0].at=[1.0, 0.0]", "outside the mesh"),
@@ -84,30 +78,14 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
         ("traction[0].y=100.0", "the loads do not start from zero"),
         ("mesh.type=file", "needs `path`"),
         ("fields.interval=0", "out of range"),
-        (
-            "region=[{ name = \"r\", center = [0, 0], radii = [-1, 1] }]",
-            "must be positive lengths",
-        ),
-        (
-            "parameter=[{ key = \"material[0].c1\" }]",
-            "the scene has no number `material[0].c1`",
-        ),
-        (
-            "region=[{ name = \"\", center = [0, 0], radii = [1, 1] }]",
-            "a region needs a name",
-        ),
+        ("region=[{ name = \"r\", center = [0, 0], radii = [-1, 1] }]", "must be positive lengths"),
+        ("parameter=[{ key = \"material[0].c1\" }]", "the scene has no number `material[0].c1`"),
+        ("region=[{ name = \"\", center = [0, 0], radii = [1, 1] }]", "a region needs a name"),
     ] {
-        let run = myovib_in(
-            folder.path(),
-            &["run", "init", "--out", "out", "--set", set],
-        );
+        let run = myovib_in(folder.path(), &["run", "init", "--out", "out", "--set", set]);
         assert_eq!(run.code, 2, "{set}: {}", run.stderr);
         assert!(run.stderr.contains(message), "{set}: {}", run.stderr);
-        assert!(
-            run.stderr.contains("where:") || set.contains("y=100"),
-            "{}",
-            run.stderr
-        );
+        assert!(run.stderr.contains("where:") || set.contains("y=100"), "{}", run.stderr);
         assert!(!folder.path().join("out").exists(), "{set} wrote something");
     }
 }
@@ -129,10 +107,7 @@ fn a_run_is_not_overwritten_by_accident() {
     let folder = tempfile::tempdir().unwrap();
     let end = ["--set", "time.end=0.02"];
     run(folder.path(), "init", "out", &end);
-    let again = myovib_in(
-        folder.path(),
-        &["run", "init", "--out", "out", end[0], end[1]],
-    );
+    let again = myovib_in(folder.path(), &["run", "init", "--out", "out", end[0], end[1]]);
     assert_eq!(again.code, 2);
     assert!(again.stderr.contains("--resume"), "{}", again.stderr);
 }
@@ -143,10 +118,7 @@ fn resumed(scene: &str, probe: &str, sets: &[&str], [part, end]: [&str; 2]) -> [
     let ending = |end: &str, out: &str, more: &[&str]| {
         let end = format!("time.end={end}");
         let sets = sets.iter().flat_map(|set| ["--set", set]);
-        let settings: Vec<&str> = sets
-            .chain(["--set", &end])
-            .chain(more.iter().copied())
-            .collect();
+        let settings: Vec<&str> = sets.chain(["--set", &end]).chain(more.iter().copied()).collect();
         let document = run(folder.path(), scene, out, &settings);
         assert_eq!(document["outcome"], "finished");
         assert_eq!(document["resumed"], u64::from(!more.is_empty()));
@@ -176,11 +148,7 @@ fn a_finished_run_has_nothing_to_go_on_with() {
     let again = myovib_in(folder.path(), &[&common[..], &["--resume"]].concat());
     assert_eq!(again.code, 2, "{}", again.stderr);
     for printed in ["finished", "out", "t = 0.02 s", "--overwrite"] {
-        assert!(
-            again.stderr.contains(printed),
-            "{printed}: {}",
-            again.stderr
-        );
+        assert!(again.stderr.contains(printed), "{printed}: {}", again.stderr);
     }
     assert_eq!(fs::read(&document).unwrap(), before);
 }
@@ -188,12 +156,7 @@ fn a_finished_run_has_nothing_to_go_on_with() {
 #[test]
 fn a_run_with_radau_goes_on_from_its_checkpoint() {
     // The first part ends after the middle of the ramp.
-    let rows = resumed(
-        "init",
-        "origin",
-        &["integrator.method=radau5"],
-        ["0.8", "1.2"],
-    );
+    let rows = resumed("init", "origin", &["integrator.method=radau5"], ["0.8", "1.2"]);
     // The absolute tolerance is 2 % of the amplitude of u_y; a one-step method loses only the step
     // size history.
     assert!(difference(&rows, 2) < 0.02, "u_y {}", difference(&rows, 2));
@@ -203,11 +166,7 @@ fn a_run_with_radau_goes_on_from_its_checkpoint() {
 #[test]
 fn a_run_with_two_way_coupling_goes_on_from_its_checkpoint() {
     // The gain synchronizes the chains within a second, which changes the stiffness.
-    let sets = [
-        "chain[0].gain=2e6",
-        "chain[1].gain=2e6",
-        "chain[2].gain=2e6",
-    ];
+    let sets = ["chain[0].gain=2e6", "chain[1].gain=2e6", "chain[2].gain=2e6"];
     let rows = resumed("two-way", "feedback", &sets, ["0.5", "0.8"]);
     let factors = || rows[0].iter().map(|row| row[2]);
     assert!(factors().fold(f64::INFINITY, f64::min) < 1.4, "it acts");
@@ -224,12 +183,7 @@ fn a_pressure_acts_towards_the_body() {
     let folder = tempfile::tempdir().unwrap();
     let loads: &[&str] = &["--set", "traction=[]", "--set", "analysis=static"];
     let origin = |out: &str, load: &str| {
-        let document = run(
-            folder.path(),
-            "init",
-            out,
-            &[loads, &["--set", load]].concat(),
-        );
+        let document = run(folder.path(), "init", out, &[loads, &["--set", load]].concat());
         document["results"]["origin"]["u_y"].as_f64().unwrap()
     };
     let pressed = origin("pressed", "pressure=[{ group = \"load\", value = 100.0 }]");
@@ -273,17 +227,9 @@ fn the_order_of_bdf_is_chosen_by_the_damping_with_a_reason() {
 #[test]
 fn a_run_of_the_rod_starts_whatever_its_end() {
     let folder = tempfile::tempdir().unwrap();
-    let long = [
-        "--set",
-        "time.end=2000",
-        "--set",
-        "integrator.max_steps=300",
-    ];
+    let long = ["--set", "time.end=2000", "--set", "integrator.max_steps=300"];
     let out = ["--out", "long", "--quiet"];
-    myovib_in(
-        folder.path(),
-        &[&["run", "figure3"][..], &out, &long].concat(),
-    );
+    myovib_in(folder.path(), &[&["run", "figure3"][..], &out, &long].concat());
     let document = run_json(&folder.path().join("long"));
     assert_eq!(document["reason"], "max_steps", "{}", document["message"]);
 }
@@ -321,10 +267,7 @@ fn unrequested_quantities_are_not_computed() {
     assert_eq!(undamped["unknowns"], 2849, "no chain, no chain states");
 
     let damped = run(folder.path(), "init", "damped", &end);
-    assert_eq!(
-        damped["work"]["force_rate_passes"],
-        damped["work"]["residual_passes"]
-    );
+    assert_eq!(damped["work"]["force_rate_passes"], damped["work"]["residual_passes"]);
     assert!(damped["output_work"]["stress_evaluations"].as_u64() > Some(0));
 
     let linear = run(folder.path(), "table1-26-finite-undamped", "linear", &end);
@@ -333,8 +276,5 @@ fn unrequested_quantities_are_not_computed() {
 
     let rod = run(folder.path(), "figure3", "rod", &end);
     assert_eq!(rod["mesh"], Value::Null, "a rod reads no mesh");
-    assert_eq!(
-        (&rod["unknowns"], &rod["work"]["residual_passes"]),
-        (&60.into(), &0.into())
-    );
+    assert_eq!((&rod["unknowns"], &rod["work"]["residual_passes"]), (&60.into(), &0.into()));
 }

@@ -58,9 +58,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
         let path = entry.expect("an entry").path();
         let name = path.file_name().and_then(|name| name.to_str());
         let name = name.unwrap_or_default();
-        let is_text = [".rs", ".md", ".py", ".pyi"]
-            .iter()
-            .any(|end| name.ends_with(end));
+        let is_text = [".rs", ".md", ".py", ".pyi"].iter().any(|end| name.ends_with(end));
         let is_scene = name.ends_with(".toml") && name != "Cargo.toml";
         if path.is_dir() && !path.is_symlink() && !name.starts_with('.') && name != "target" {
             collect(&path, files);
@@ -74,24 +72,12 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
 fn spelling_is_american() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut files = vec![root.join("README.md"), root.join("CONTRIBUTING.md")];
-    for folder in [
-        "bench",
-        "crates",
-        "data/scenes",
-        "docs/src",
-        "examples",
-        "python",
-        "tests",
-    ] {
+    for folder in ["bench", "crates", "data/scenes", "docs/src", "examples", "python", "tests"] {
         collect(&root.join(folder), &mut files);
     }
     let mut found = Vec::new();
     for path in &files {
-        let name = path
-            .strip_prefix(&root)
-            .unwrap_or(path)
-            .display()
-            .to_string();
+        let name = path.strip_prefix(&root).unwrap_or(path).display().to_string();
         let text = fs::read_to_string(path).expect("a text").to_lowercase();
         for word in text.split(|c: char| !c.is_alphabetic()) {
             let is_allowed = |(allowed, file): &(&str, &str)| {

@@ -16,51 +16,32 @@ fn table1_computes_the_papers_indices() {
         assert_eq!(row["index"], row["paper"], "{row}");
     }
     for row in rows {
-        assert!(
-            row["gap_decades"].as_f64().is_some_and(|gap| gap >= 3.0),
-            "{row}"
-        );
+        assert!(row["gap_decades"].as_f64().is_some_and(|gap| gap >= 3.0), "{row}");
         let samples = row["samples"].as_array().expect("samples");
         assert_eq!(samples.len(), 4, "two meshes, two states");
     }
     for formulation in ["velocity", "stabilized", "implicit-rate", "displacement"] {
-        assert!(
-            rows.iter().any(|row| row["formulation"] == formulation),
-            "{formulation}"
-        );
+        assert!(rows.iter().any(|row| row["formulation"] == formulation), "{formulation}");
     }
     let limit = found["limit"].as_array().expect("the limit of (29)");
     assert_eq!(limit.last().expect("its end")["index"], 4);
     // (34) with a quadratic extra multiplier is wrong; (33) has μ = 0 up to rounding.
     let counterexample = &found["counterexample"];
-    assert!(
-        counterexample["error"]
-            .as_f64()
-            .is_some_and(|error| error > 0.3)
-    );
-    assert!(
-        counterexample["matching"]["multiplier"]
-            .as_f64()
-            .is_some_and(|mu| mu < 1e-11)
-    );
+    assert!(counterexample["error"].as_f64().is_some_and(|error| error > 0.3));
+    assert!(counterexample["matching"]["multiplier"].as_f64().is_some_and(|mu| mu < 1e-11));
 }
 
 #[test]
 fn infsup_tells_the_spaces_apart_and_draws() {
     let folder = tempfile::tempdir().expect("a folder");
-    let run = myovib_in(
-        folder.path(),
-        &["infsup", "--levels", "2", "--plot", "i.svg", "--json"],
-    );
+    let run = myovib_in(folder.path(), &["infsup", "--levels", "2", "--plot", "i.svg", "--json"]);
     assert_eq!(run.code, 0, "{}", run.stderr);
     let reported: Vec<&str> = run.stderr.lines().collect();
     assert_eq!(reported.len(), 4, "{}", run.stderr);
     assert_eq!(reported[1], "P2–P1, level 2 of 2: 1244 triangles");
     let found = document(&run.stdout, "infsup");
     let constant = |pair: usize, level: usize| {
-        found["pairs"][pair]["levels"][level]["inf_sup"]
-            .as_f64()
-            .expect("a number")
+        found["pairs"][pair]["levels"][level]["inf_sup"].as_f64().expect("a number")
     };
     // Values of the model's specification, with its digits.
     for (level, equal_order) in [(0, 0.06), (1, 0.05)] {
@@ -68,10 +49,7 @@ fn infsup_tells_the_spaces_apart_and_draws() {
         assert!((constant(1, level) - equal_order).abs() < 5e-3);
     }
     let drawing = std::fs::read_to_string(folder.path().join("i.svg")).expect("the figure");
-    assert!(
-        drawing.starts_with("<svg") || drawing.starts_with("<?xml"),
-        "{drawing:.60}"
-    );
+    assert!(drawing.starts_with("<svg") || drawing.starts_with("<?xml"), "{drawing:.60}");
 
     let unknown = myovib(&["infsup", "--fixed", "nowhere"]);
     assert_eq!(unknown.code, 2);
@@ -91,11 +69,7 @@ fn infsup_measures_the_mesh_of_a_scene() {
     };
     let infsup = |fixed: &str, more: &[&str]| {
         std::fs::write(folder.path().join("box.toml"), scene(fixed)).expect("the scene");
-        let words = [
-            &["infsup", "box.toml", "--levels", "1", "--quiet", "--json"],
-            more,
-        ]
-        .concat();
+        let words = [&["infsup", "box.toml", "--levels", "1", "--quiet", "--json"], more].concat();
         myovib_in(folder.path(), &words)
     };
     let run = infsup("", &[]);
@@ -121,10 +95,7 @@ fn infsup_measures_the_mesh_of_a_scene() {
     assert!(partly.stderr.contains("`right`"), "{}", partly.stderr);
     let named = infsup("components = [\"x\"]\n", &["--fixed", "left"]);
     assert_eq!(named.code, 0, "{}", named.stderr);
-    assert_eq!(
-        document(&named.stdout, "infsup")["fixed"],
-        serde_json::json!(["left"])
-    );
+    assert_eq!(document(&named.stdout, "infsup")["fixed"], serde_json::json!(["left"]));
 }
 
 #[test]
@@ -172,13 +143,9 @@ fn check_warns_of_row_4() {
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     let found = document(&run.stdout, "check");
     let body = &found["body"];
-    assert_eq!(
-        (&body["index"], &body["computed"]["index"]),
-        (&3.into(), &3.into())
-    );
-    let sizes: Vec<_> = (0..3)
-        .map(|i| body["blocks"][i]["unknowns"].as_u64().expect("a number"))
-        .collect();
+    assert_eq!((&body["index"], &body["computed"]["index"]), (&3.into(), &3.into()));
+    let sizes: Vec<_> =
+        (0..3).map(|i| body["blocks"][i]["unknowns"].as_u64().expect("a number")).collect();
     assert_eq!(sizes.iter().sum::<u64>(), 2849);
     assert_eq!(body["blocks"][2]["better_left_out"], true);
     assert_eq!(body["drive"], 8.0);
@@ -198,15 +165,9 @@ fn check_warns_of_row_4() {
 #[test]
 fn check_reports_the_cost_of_an_equilibrium() {
     let folder = tempfile::tempdir().expect("a folder");
-    let fields = [
-        "--set",
-        "fields={interval = 1.0, quantities = [\"u\", \"p\"]}",
-    ];
+    let fields = ["--set", "fields={interval = 1.0, quantities = [\"u\", \"p\"]}"];
     let scene = |command: &str, more: &[&str]| {
-        myovib_in(
-            folder.path(),
-            &[&[command, "cook-static"], &fields[..], more].concat(),
-        )
+        myovib_in(folder.path(), &[&[command, "cook-static"], &fields[..], more].concat())
     };
     let run = scene("check", &["--json"]);
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
@@ -216,10 +177,7 @@ fn check_reports_the_cost_of_an_equilibrium() {
     assert_eq!(checked["size"]["extents"], serde_json::json!([48.0, 60.0]));
     assert_eq!(checked["size"]["volume"], 48.0 * 30.0);
     assert!(found["linear_displacement"].as_f64() > Some(0.0), "{found}");
-    assert!(
-        found["seconds_per_iteration"].as_f64() > Some(0.0),
-        "{found}"
-    );
+    assert!(found["seconds_per_iteration"].as_f64() > Some(0.0), "{found}");
     let computed = scene("run", &["--out", "out", "--json"]);
     let computed = document(&computed.stdout, "run");
     assert_eq!(found["unknowns"], computed["unknowns"]);
@@ -258,13 +216,7 @@ fn check_names_the_files_of_oscillators() {
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, init.stdout + chain).expect("the scene");
     let with = |words: &[&str]| {
-        let end = [
-            "scene.toml",
-            "--set",
-            "time.end=0.1",
-            "--set",
-            "fields.interval=0.05",
-        ];
+        let end = ["scene.toml", "--set", "time.end=0.1", "--set", "fields.interval=0.05"];
         myovib_in(folder.path(), &[words, &end[..]].concat())
     };
     let text = with(&["check"]).stdout;
@@ -306,10 +258,7 @@ oscillators = 2
         run
     };
     let check = document(&with(&["check", "scene.toml", "--json"]).stdout, "check");
-    let run = document(
-        &with(&["run", "scene.toml", "--quiet", "--json"]).stdout,
-        "run",
-    );
+    let run = document(&with(&["run", "scene.toml", "--quiet", "--json"]).stdout, "run");
     let body = &check["body"];
     assert_eq!(body["unknowns"], run["unknowns"]);
     let of = |key: &str| {
@@ -322,23 +271,15 @@ oscillators = 2
     let total: u64 = of("blocks").iter().chain(&of("chains")).sum();
     assert_eq!(Some(total), run["unknowns"].as_u64());
     assert_eq!(
-        body["blocks"]
-            .as_array()
-            .and_then(|b| Some(b.last()?["field"] == "tension")),
+        body["blocks"].as_array().and_then(|b| Some(b.last()?["field"] == "tension")),
         Some(true)
     );
 
     let text = with(&["check", "scene.toml"]).stdout;
-    for words in [
-        vec!["tension", "1"],
-        vec!["chain", "many", "12"],
-        vec!["chain", "one", "4"],
-    ] {
-        let is_there = text.lines().any(|line| {
-            line.split_whitespace()
-                .collect::<Vec<_>>()
-                .starts_with(&words)
-        });
+    for words in [vec!["tension", "1"], vec!["chain", "many", "12"], vec!["chain", "one", "4"]] {
+        let is_there = text
+            .lines()
+            .any(|line| line.split_whitespace().collect::<Vec<_>>().starts_with(&words));
         assert!(is_there, "{words:?}: {text}");
     }
     assert!(text.contains(&format!(": {total} unknowns")), "{text}");
@@ -360,10 +301,7 @@ fn run_finds_the_modes_of_a_scene_as_modes_does() {
 
     let read = |name: &str| std::fs::read_to_string(folder.path().join("out").join(name));
     let written = document(&read("run.json").expect("run.json"), "run");
-    assert_eq!(
-        (&written["analysis"], &written["outcome"]),
-        (&"modes".into(), &"finished".into())
-    );
+    assert_eq!((&written["analysis"], &written["outcome"]), (&"modes".into(), &"finished".into()));
     for key in ["muscles", "alpha", "beta", "drive", "load"] {
         assert_eq!(written[key], found[key], "{key}");
     }
@@ -373,10 +311,7 @@ fn run_finds_the_modes_of_a_scene_as_modes_does() {
     assert!(read("origin.csv").is_err(), "nothing moves at the probe");
     let table = read("modes.csv").expect("the table");
     let mut rows = table.lines();
-    assert_eq!(
-        rows.next(),
-        Some("mode,omega_squared,frequency,damping_ratio")
-    );
+    assert_eq!(rows.next(), Some("mode,omega_squared,frequency,damping_ratio"));
     let frequencies = rows.map(|row| row.split(',').nth(2)?.parse().ok());
     let modes = found["muscles"][0]["modes"].as_array().expect("modes");
     let expected = modes.iter().map(|mode| mode["frequency"].as_f64());
@@ -384,18 +319,14 @@ fn run_finds_the_modes_of_a_scene_as_modes_does() {
 
     let again = with_set(&["run", "init", "--quiet"]);
     assert_eq!(again.code, 2, "{}", again.stderr);
-    for (option, reported) in [
-        ("--resume", "nothing to continue"),
-        ("--verify", "no error in time"),
-    ] {
+    for (option, reported) in
+        [("--resume", "nothing to continue"), ("--verify", "no error in time")]
+    {
         let refused = with_set(&["run", "init", "--out", "other", option]);
         assert_eq!(refused.code, 2, "{}", refused.stderr);
         assert!(refused.stderr.contains(reported), "{}", refused.stderr);
     }
-    let rod = myovib_in(
-        folder.path(),
-        &["run", "figure3", "--out", "rod", set[0], set[1]],
-    );
+    let rod = myovib_in(folder.path(), &["run", "figure3", "--out", "rod", set[0], set[1]]);
     assert_eq!((rod.code, rod.stdout.as_str()), (2, ""));
     assert!(rod.stderr.contains("body"), "{}", rod.stderr);
     assert!(!folder.path().join("rod").exists());
@@ -420,11 +351,7 @@ fn run_repeats_the_warnings_of_check_once() {
     };
     for (sets, n_warnings, reported) in [
         // The load is faster than the body's modes, and the body is long.
-        (
-            &in_mm[..],
-            2,
-            ["its length is 200.000 m", "mesh.scale = 1e-3"],
-        ),
+        (&in_mm[..], 2, ["its length is 200.000 m", "mesh.scale = 1e-3"]),
         (&light, 1, ["material[0]", "shear waves"]),
         (&light_modes, 1, ["material[0]", "shear waves"]),
     ] {
@@ -443,15 +370,7 @@ fn run_repeats_the_warnings_of_check_once() {
     }
     // A load of 1e19 Hz is printed with few digits.
     let load = "traction[0].y={ type = \"sine\", amplitude = 1.0, frequency = 1e19 }";
-    let fast = [
-        "run",
-        "init",
-        "--quiet",
-        "--out",
-        "fast",
-        "--set",
-        "integrator.max_steps=1",
-    ];
+    let fast = ["run", "init", "--quiet", "--out", "fast", "--set", "integrator.max_steps=1"];
     let run = myovib_in(folder.path(), &[&fast[..], &["--set", load]].concat());
     let warned = of(&run.stderr);
     assert!(warned[0].contains("1.000e19 Hz"), "{warned:?}");

@@ -46,15 +46,7 @@ fn a_pipe_in_place_of_a_record_is_not_read() {
     let folder = tempfile::tempdir().unwrap();
     let sweep = || {
         let vary = "traction[0].y=5.0,6.0";
-        let words = [
-            "sweep",
-            "cook-static",
-            "--quiet",
-            "--vary",
-            vary,
-            "--out",
-            "sweep",
-        ];
+        let words = ["sweep", "cook-static", "--quiet", "--vary", vary, "--out", "sweep"];
         myovib_in(folder.path(), &words)
     };
     assert_eq!(sweep().code, 0);
@@ -78,10 +70,7 @@ fn a_wrong_value_of_any_case_is_refused_before_one_is_computed() {
             &[&["sweep", "cook-static", "--vary", vary][..], more].concat(),
         );
         assert_eq!(run.code, 2, "{more:?}: {}", run.stderr);
-        for printed in [
-            "where: --vary material[0].density=-3",
-            "case: 3: material[0].density=-3",
-        ] {
+        for printed in ["where: --vary material[0].density=-3", "case: 3: material[0].density=-3"] {
             assert!(run.stderr.contains(printed), "{more:?}: {}", run.stderr);
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{more:?}");
@@ -158,10 +147,7 @@ fn a_sweep_detects_changed_files_and_retries_failed_cases() {
     assert_eq!(written(), at_first, "nothing has changed");
     fs::write(folder.path().join("t.csv"), "t,f\n0,0\n1,2\n").unwrap();
     let second = sweep(&[]);
-    assert_ne!(
-        second["rows"][0]["probes"], first["rows"][0]["probes"],
-        "the table has changed"
-    );
+    assert_ne!(second["rows"][0]["probes"], first["rows"][0]["probes"], "the table has changed");
     let at_second = written();
     sweep(&["--overwrite"]);
     assert_ne!(written(), at_second);
@@ -175,13 +161,7 @@ fn a_sweep_detects_changed_files_and_retries_failed_cases() {
 
 /// Sweeps `scene.toml` over β.
 fn sweep(folder: &Path, more: &[&str]) -> Run {
-    let common = [
-        "sweep",
-        "scene.toml",
-        "--quiet",
-        "--vary",
-        "solid.rayleigh_stiffness=1e-4,2e-4",
-    ];
+    let common = ["sweep", "scene.toml", "--quiet", "--vary", "solid.rayleigh_stiffness=1e-4,2e-4"];
     myovib_in(folder, &[&common[..], more, &["--json"]].concat())
 }
 
@@ -233,10 +213,7 @@ fn a_sweep_sees_a_changed_mesh() {
     swept(folder.path(), &["--case", "2/2"]);
     let collected = swept(folder.path(), &collect);
     assert_eq!(collected["rows"][0]["outcome"], "not computed");
-    for of_old in [
-        &collected["rows"][0]["probes"]["origin"],
-        &collected["rows"][0]["top"],
-    ] {
+    for of_old in [&collected["rows"][0]["probes"]["origin"], &collected["rows"][0]["top"]] {
         assert!(of_old.is_null(), "{collected}");
     }
     let second = swept(folder.path(), &result);
@@ -271,21 +248,11 @@ fn collect_gathers_results_without_computing() {
     assert_eq!(collected["rows"][0]["outcome"], "not computed");
     assert!(collected["rows"][0]["top"].is_null());
     assert_eq!(collected["rows"][1]["outcome"], "finished");
-    assert!(
-        collected["rows"][1]["top"]
-            .as_f64()
-            .is_some_and(|top| top > 0.0)
-    );
-    assert!(
-        !folder.path().join("sweep/case-0001").exists(),
-        "nothing is computed"
-    );
+    assert!(collected["rows"][1]["top"].as_f64().is_some_and(|top| top > 0.0));
+    assert!(!folder.path().join("sweep/case-0001").exists(), "nothing is computed");
     let table = fs::read_to_string(folder.path().join("sweep/sweep.csv")).unwrap();
     let lines: Vec<&str> = table.lines().collect();
-    assert!(
-        lines[0].starts_with("case,solid.rayleigh_stiffness,top,outcome,"),
-        "{table}"
-    );
+    assert!(lines[0].starts_with("case,solid.rayleigh_stiffness,top,outcome,"), "{table}");
     assert!(lines[1].starts_with("1,1e-4,,not computed,"), "{table}");
     assert!(lines[2].starts_with("2,2e-4,"), "{table}");
     assert!(lines[2].contains(",finished,"), "{table}");
@@ -316,14 +283,8 @@ fn the_job_script_for_slurm_computes_all_cases_and_tells_how_to_collect_them() {
     ];
     let run = myovib_in(folder.path(), &words);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    assert_eq!(
-        run.stdout,
-        "3 cases in 2 tasks. Submit them: sbatch jobs.sh\n"
-    );
-    assert!(
-        !folder.path().join("my cases").exists(),
-        "nothing is computed"
-    );
+    assert_eq!(run.stdout, "3 cases in 2 tasks. Submit them: sbatch jobs.sh\n");
+    assert!(!folder.path().join("my cases").exists(), "nothing is computed");
     let script = fs::read_to_string(folder.path().join("jobs.sh")).unwrap();
     for line in [
         "#!/bin/bash",
@@ -398,26 +359,15 @@ fn a_sweep_of_modes_has_columns_of_frequencies() {
 fn columns_of_a_sweep_are_unique_and_known() {
     let folder = tempfile::tempdir().unwrap();
     for (more, printed) in [
-        (
-            &["--vary", "solid.rayleigh_stiffness=1e-4"][..],
-            "varies already",
-        ),
+        (&["--vary", "solid.rayleigh_stiffness=1e-4"][..], "varies already"),
         (&["--vary", "=1,2"], "a key is missing"),
         (&["--vary", "time.end=1e-2..inf:3"], "finite numbers"),
-        (
-            &["--result", "solid.rayleigh_stiffness=max(origin.u_y)"],
-            "already used",
-        ),
+        (&["--result", "solid.rayleigh_stiffness=max(origin.u_y)"], "already used"),
         (&["--result", "case=max(origin.u_y)"], "already used"),
         (&["--result", "top=max(origin.u_z)"], "t, u_x, u_y, p"),
         (&["--result", "top=max(orign.u_y)"], "unknown probe `orign`"),
     ] {
-        let common = [
-            "sweep",
-            "init",
-            "--vary",
-            "solid.rayleigh_stiffness=1e-4,2e-4",
-        ];
+        let common = ["sweep", "init", "--vary", "solid.rayleigh_stiffness=1e-4,2e-4"];
         let run = myovib_in(folder.path(), &[&common[..], more].concat());
         assert_eq!(run.code, 2, "{more:?}: {}", run.stderr);
         assert!(run.stderr.contains(printed), "{more:?}: {}", run.stderr);
@@ -432,10 +382,7 @@ fn a_condition_that_ends_a_case_is_not_a_failure() {
     let folder = tempfile::tempdir().unwrap();
     write_scene(folder.path());
     let stop = "stop=[{ type = \"displacement\", at = [0.0, 0.0], above = 1e-9 }]";
-    let run = sweep(
-        folder.path(),
-        &["--set", stop, "--result", "top=max(origin.u_y)"],
-    );
+    let run = sweep(folder.path(), &["--set", stop, "--result", "top=max(origin.u_y)"]);
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     let table: Value = serde_json::from_str(&run.stdout).unwrap();
     for row in table["rows"].as_array().unwrap() {
@@ -454,10 +401,7 @@ fn a_case_whose_table_is_gone_is_computed_again() {
     let result = ["--result", "top=max(origin.u_y)"];
     let first = swept(folder.path(), &result);
     fs::remove_file(folder.path().join("sweep/case-0001/origin.csv")).unwrap();
-    assert_eq!(
-        swept(folder.path(), &result)["rows"][0]["top"],
-        first["rows"][0]["top"]
-    );
+    assert_eq!(swept(folder.path(), &result)["rows"][0]["top"], first["rows"][0]["top"]);
     assert!(first["rows"][0]["top"].as_f64().is_some());
 }
 

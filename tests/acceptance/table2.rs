@@ -46,16 +46,8 @@ const ROW_FIELDS: [&str; 35] = [
     "paper",
 ];
 
-type Row = (
-    &'static str,
-    &'static str,
-    &'static str,
-    Option<f64>,
-    f64,
-    u64,
-    &'static [&'static str],
-    u64,
-);
+type Row =
+    (&'static str, &'static str, &'static str, Option<f64>, f64, u64, &'static [&'static str], u64);
 
 /// Documented rows: key, equation, formulation, κ, β, index, excluded blocks, order.
 const ROWS: [Row; 9] = [
@@ -66,27 +58,12 @@ const ROWS: [Row; 9] = [
     ("3m", "29", "rate", None, 1e-4, 3, &["lambda", "mu"], 2),
     ("4", "28", "position", None, 0.0, 3, &[], 5),
     ("4-order2", "28", "position", None, 0.0, 3, &[], 2),
-    (
-        "4-suppressed",
-        "28",
-        "position",
-        None,
-        0.0,
-        3,
-        &["lambda"],
-        2,
-    ),
+    ("4-suppressed", "28", "position", None, 0.0, 3, &["lambda"], 2),
     ("31", "31", "velocity", None, 0.0, 2, &["lambda"], 2),
 ];
 
 fn short_table(arguments: &[&str]) -> Value {
-    let run = myovib(
-        &[
-            &["table2", "--t-end", "0.02", "--quiet", "--json"],
-            arguments,
-        ]
-        .concat(),
-    );
+    let run = myovib(&[&["table2", "--t-end", "0.02", "--quiet", "--json"], arguments].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     document(&run.stdout, "table2")
 }
@@ -99,31 +76,18 @@ fn the_document_follows_the_contract() {
     for (row, (key, equation, formulation, kappa, beta, index, left_out, order)) in
         rows.iter().zip(ROWS)
     {
-        let fields: BTreeSet<&str> = row
-            .as_object()
-            .unwrap()
-            .keys()
-            .map(String::as_str)
-            .collect();
+        let fields: BTreeSet<&str> = row.as_object().unwrap().keys().map(String::as_str).collect();
         for field in ROW_FIELDS {
             assert!(fields.contains(field), "row {key} lacks {field}");
         }
         assert_eq!(row["key"], key);
         assert_eq!(row["equation"], equation);
         assert_eq!(row["formulation"], formulation);
-        assert_eq!(
-            row["kappa"],
-            kappa.map_or(Value::from("inf"), Value::from),
-            "row {key}"
-        );
+        assert_eq!(row["kappa"], kappa.map_or(Value::from("inf"), Value::from), "row {key}");
         assert_eq!(row["beta"], beta);
         assert_eq!(row["index"], index, "row {key}");
         assert_eq!(row["max_order"], order);
-        assert_eq!(
-            row["suppressed"],
-            Value::from(left_out.to_vec()),
-            "row {key}"
-        );
+        assert_eq!(row["suppressed"], Value::from(left_out.to_vec()), "row {key}");
         assert_eq!(row["rtol"], 1e-3);
         assert_eq!(row["atol"]["q"], 1e-5);
         assert_eq!(row["atol"]["v"], 1e-5);
@@ -131,19 +95,13 @@ fn the_document_follows_the_contract() {
         if formulation == "rate" {
             assert_eq!(row["atol"]["mu"], 5.0);
         }
-        assert_eq!(
-            row["unknowns"],
-            if formulation == "rate" { 3034 } else { 2849 }
-        );
+        assert_eq!(row["unknowns"], if formulation == "rate" { 3034 } else { 2849 });
         assert_eq!(row["unknowns_paper"], 1545);
         assert_eq!(row["outcome"], "finished");
         assert_eq!(row["reason"], Value::Null);
         assert_eq!(row["t_reached"], 0.02);
         for field in ["steps", "rejected", "convergence_failures"] {
-            assert!(
-                row["paper"].get(field).is_some(),
-                "row {key}: paper.{field}"
-            );
+            assert!(row["paper"].get(field).is_some(), "row {key}: paper.{field}");
         }
     }
     assert_eq!(rows[0]["paper"]["steps"], 3275);
@@ -180,10 +138,7 @@ fn rows_and_overrides_are_obeyed_and_stated() {
         "1e-3",
     ]);
     let rows = table["rows"].as_array().unwrap();
-    let keys: Vec<_> = rows
-        .iter()
-        .map(|row| row["key"].as_str().unwrap())
-        .collect();
+    let keys: Vec<_> = rows.iter().map(|row| row["key"].as_str().unwrap()).collect();
     assert_eq!(keys, ["31", "1"]);
     for row in rows {
         assert_eq!(row["max_order"], 1);
@@ -215,18 +170,10 @@ fn the_probe_writes_its_csv_from_dense_output() {
     assert_eq!(few.lines().next(), Some("t,u_x,u_y,p"));
     assert_eq!((few.lines().count(), many.lines().count()), (4, 12));
     // Output times do not affect the steps: counts and values are equal.
-    assert_eq!(
-        coarse["rows"][0]["residual_evaluations"],
-        fine["rows"][0]["residual_evaluations"]
-    );
+    assert_eq!(coarse["rows"][0]["residual_evaluations"], fine["rows"][0]["residual_evaluations"]);
     assert_eq!(few.lines().last(), many.lines().last());
-    let last: Vec<f64> = few
-        .lines()
-        .last()
-        .unwrap()
-        .split(',')
-        .map(|x| x.parse().unwrap())
-        .collect();
+    let last: Vec<f64> =
+        few.lines().last().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
     assert_eq!(last[0], 0.1);
     assert!(last[1..].iter().all(|x| x.is_finite()) && last[2] != 0.0);
 }
@@ -236,19 +183,14 @@ fn the_table_goes_to_csv_whole() {
     let folder = tempfile::tempdir().unwrap();
     let run = myovib_in(
         folder.path(),
-        &[
-            "table2", "--rows", "1,3m", "--t-end", "0.01", "--quiet", "--csv", "t2.csv",
-        ],
+        &["table2", "--rows", "1,3m", "--t-end", "0.01", "--quiet", "--csv", "t2.csv"],
     );
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(run.stdout.contains("multipliers"), "{}", run.stdout);
     let text = fs::read_to_string(folder.path().join("t2.csv")).unwrap();
     let columns = text.lines().next().unwrap().split(',').count();
     assert_eq!(text.lines().count(), 3);
-    assert!(
-        text.lines().all(|line| line.split(',').count() == columns),
-        "{text}"
-    );
+    assert!(text.lines().all(|line| line.split(',').count() == columns), "{text}");
 }
 
 /// Returns a unit square of two triangles; `group` names its left edge.
@@ -269,10 +211,7 @@ fn a_mesh_that_will_not_do_is_one_message_and_code_2() {
     write("old.msh", square("3.0", "fixed", "1 2 3"));
     write("group.msh", square("4.1", "left", "1 2 3"));
     write("flat.msh", square("4.1", "fixed", "1 2 2"));
-    write(
-        "short.msh",
-        square("4.1", "fixed", "1 2 3")[..300].to_owned(),
-    );
+    write("short.msh", square("4.1", "fixed", "1 2 3")[..300].to_owned());
     for (mesh, words) in [
         ("missing.msh", &["missing.msh"][..]),
         ("old.msh", &["old.msh", "3.0", "4.1"]),
@@ -283,30 +222,15 @@ fn a_mesh_that_will_not_do_is_one_message_and_code_2() {
         let before = fs::read_dir(folder.path()).unwrap().count();
         let run = myovib_in(
             folder.path(),
-            &[
-                "table2",
-                "--mesh",
-                mesh,
-                "--json=t2.json",
-                "--csv",
-                "t2.csv",
-            ],
+            &["table2", "--mesh", mesh, "--json=t2.json", "--csv", "t2.csv"],
         );
         assert_eq!(run.code, 2, "{mesh}: {}", run.stderr);
         assert!(run.stderr.starts_with("error: "), "{mesh}: {}", run.stderr);
         assert_eq!(run.stdout, "");
         for word in words {
-            assert!(
-                run.stderr.contains(word),
-                "{mesh}: no `{word}` in {}",
-                run.stderr
-            );
+            assert!(run.stderr.contains(word), "{mesh}: no `{word}` in {}", run.stderr);
         }
-        assert_eq!(
-            fs::read_dir(folder.path()).unwrap().count(),
-            before,
-            "{mesh}: files written"
-        );
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), before, "{mesh}: files written");
     }
 }
 
@@ -324,10 +248,7 @@ fn options_that_will_not_do_are_one_message_and_code_2() {
         ),
         (&["--max-order", "6"], &["--max-order", "6"]),
         (&["--suppress", "pressure"], &["pressure", "lambda"]),
-        (
-            &["--probe", "origin", "--csv", "a.csv"],
-            &["--probe", "--rows"],
-        ),
+        (&["--probe", "origin", "--csv", "a.csv"], &["--probe", "--rows"]),
         (&["--probe", "origin"], &["--csv"]),
         (&["--json=no/such/folder/t2.json"], &["no/such/folder"]),
         (&["--csv", "no/such/folder/t2.csv"], &["no/such/folder"]),
@@ -336,11 +257,7 @@ fn options_that_will_not_do_are_one_message_and_code_2() {
         assert_eq!(run.code, 2, "{arguments:?}: {}", run.stderr);
         assert_eq!(run.stdout, "");
         for word in words {
-            assert!(
-                run.stderr.contains(word),
-                "{arguments:?}: no `{word}` in {}",
-                run.stderr
-            );
+            assert!(run.stderr.contains(word), "{arguments:?}: no `{word}` in {}", run.stderr);
         }
     }
 }

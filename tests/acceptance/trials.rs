@@ -50,10 +50,7 @@ fn the_cost_counts_all_steps_of_a_short_run() {
 /// started yet.
 #[test]
 fn the_predicted_steps_are_a_lower_bound() {
-    for (scene, sets) in [
-        ("hardening", ["time.end=1.5"]),
-        ("two-way", ["time.end=4.0"]),
-    ] {
+    for (scene, sets) in [("hardening", ["time.end=1.5"]), ("two-way", ["time.end=4.0"])] {
         let (reported, run) = predicted_and_run(scene, &sets);
         let all = reported["end"] == "finished";
         assert!(all || reported["end"] == "patience", "{scene}: {reported}");
@@ -81,10 +78,8 @@ fn a_stop_of_the_run_is_predicted() {
     assert_eq!(steps(&reported), steps(&run));
     assert_eq!(reported["t"], run["t_reached"]);
     let text = myovib(&["check", "table2-4", "--set", load]).stdout;
-    let words = format!(
-        "cost            a trial of the run stops: {}",
-        run["message"].as_str().unwrap()
-    );
+    let words =
+        format!("cost            a trial of the run stops: {}", run["message"].as_str().unwrap());
     assert!(text.contains(&words), "{words}: {text}");
 }
 
@@ -101,20 +96,10 @@ fn check_reports_the_modes_that_a_chirp_passes() {
         line.unwrap_or_else(|| panic!("{text}")).to_owned()
     };
     for (from, to, duration, words) in [
-        (
-            14.0,
-            4.0,
-            0.1,
-            "from 4 to 14 Hz passes the modes at 5.13, 12.43 Hz",
-        ),
+        (14.0, 4.0, 0.1, "from 4 to 14 Hz passes the modes at 5.13, 12.43 Hz"),
         // The run ends before the sweep.
         (4.0, 14.0, 0.2, "from 4 to 9 Hz passes the modes at 5.13 Hz"),
-        (
-            4.0,
-            20.0,
-            0.1,
-            "at 5.13, 12.43, 15.69 Hz, and perhaps higher ones",
-        ),
+        (4.0, 20.0, 0.1, "at 5.13, 12.43, 15.69 Hz, and perhaps higher ones"),
         (1.0, 5.0, 0.1, "passes no mode"),
         (20.0, 30.0, 0.1, "may pass modes above 15.69 Hz"),
     ] {

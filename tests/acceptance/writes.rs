@@ -67,13 +67,8 @@ const COMMANDS: [&str; 17] = [
 ];
 
 /// Options that name an output file, by command; all commands have `--json`.
-const FILES: [(&str, &str); 5] = [
-    ("infsup", "plot"),
-    ("modes", "svg"),
-    ("movie", "out"),
-    ("sweep", "slurm"),
-    ("table2", "csv"),
-];
+const FILES: [(&str, &str); 5] =
+    [("infsup", "plot"), ("modes", "svg"), ("movie", "out"), ("sweep", "slurm"), ("table2", "csv")];
 
 /// Options that name an output folder, by command, and a file or folder written there.
 const FOLDERS: [(&str, &str); 10] = [
@@ -103,11 +98,7 @@ fn place() -> tempfile::TempDir {
     let path = folder.path();
     fs::write(path.join("scene.toml"), SCENE).unwrap();
     let rows = (0..5).map(|i| format!("{}\n", f64::from(i) * 0.005).replace('\n', ",0\n"));
-    fs::write(
-        path.join("data.csv"),
-        "t,tip.u_y\n".to_owned() + &rows.collect::<String>(),
-    )
-    .unwrap();
+    fs::write(path.join("data.csv"), "t,tip.u_y\n".to_owned() + &rows.collect::<String>()).unwrap();
     fs::write(path.join("mine.txt"), "precious").unwrap();
     fs::write(path.join("mine.json"), "{\n  \"schema\": \"mine\"\n}\n").unwrap();
     symlink("mine.txt", path.join("link")).unwrap();
@@ -154,9 +145,7 @@ fn the_tables_have_every_command_and_every_option_that_names_a_path() {
     for command in Cli::command().get_subcommands() {
         let name = command.get_name();
         let has_json = command.get_arguments().any(|arg| arg.get_id() == "json");
-        let is_listed = COMMANDS
-            .iter()
-            .any(|line| line.split(' ').next() == Some(name));
+        let is_listed = COMMANDS.iter().any(|line| line.split(' ').next() == Some(name));
         assert_eq!(has_json, is_listed, "{name}");
         for argument in command.get_arguments() {
             let id = argument.get_id().as_str();
@@ -178,15 +167,8 @@ fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
     let json = COMMANDS.map(|line| (line, "--json".to_owned()));
     let others = FILES.map(|(command, option)| (line_of(command), format!("--{option}")));
     for (line, option) in json.iter().chain(&others) {
-        for target in [
-            "mine.txt",
-            "mine.json",
-            "scene.toml",
-            "data.csv",
-            "link",
-            "folder",
-            "pipe",
-        ] {
+        for target in ["mine.txt", "mine.json", "scene.toml", "data.csv", "link", "folder", "pipe"]
+        {
             let given = format!("{option}={target}");
             assert_refused(folder.path(), &words(line, &[&given]));
         }
@@ -196,19 +178,10 @@ fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
     }
     // A positional argument after `--json` is not the file of `--json`.
     let before = fs::read_to_string(folder.path().join("scene.toml")).unwrap();
-    let run = myovib_in(
-        folder.path(),
-        &["modes", "--count", "1", "--json", "scene.toml"],
-    );
+    let run = myovib_in(folder.path(), &["modes", "--count", "1", "--json", "scene.toml"]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    assert!(
-        run.stdout
-            .starts_with("{\n  \"schema\": \"myovib/modes/1\"")
-    );
-    assert_eq!(
-        fs::read_to_string(folder.path().join("scene.toml")).unwrap(),
-        before
-    );
+    assert!(run.stdout.starts_with("{\n  \"schema\": \"myovib/modes/1\""));
+    assert_eq!(fs::read_to_string(folder.path().join("scene.toml")).unwrap(), before);
     // The program replaces its own file.
     for _ in 0..2 {
         let run = myovib_in(folder.path(), &["doctor", "--json=own.json"]);
@@ -221,15 +194,10 @@ fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
 #[test]
 fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
     let folder = place();
-    let sweep = myovib_in(
-        folder.path(),
-        &words(line_of("sweep"), &["--out", "a-sweep", "--quiet"]),
-    );
+    let sweep =
+        myovib_in(folder.path(), &words(line_of("sweep"), &["--out", "a-sweep", "--quiet"]));
     assert_eq!(sweep.code, 0, "{}", sweep.stderr);
-    let run = myovib_in(
-        folder.path(),
-        &words(line_of("run"), &["--out", "a-run", "--quiet"]),
-    );
+    let run = myovib_in(folder.path(), &words(line_of("run"), &["--out", "a-run", "--quiet"]));
     assert_eq!(run.code, 0, "{}", run.stderr);
     for (command, name) in FOLDERS {
         let own = folder.path().join(format!("of-{command}"));
@@ -237,11 +205,7 @@ fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
         fs::write(own.join(name), "precious").unwrap();
         let own = format!("of-{command}");
         let has_overwrite = ["fit", "run", "sensitivity", "sweep"].contains(&command);
-        let modes = if has_overwrite {
-            &[&[][..], &["--overwrite"]][..]
-        } else {
-            &[&[][..]]
-        };
+        let modes = if has_overwrite { &[&[][..], &["--overwrite"]][..] } else { &[&[][..]] };
         for mode in modes {
             for target in ["mine.txt", "link", "pipe", &own, "a-run", "a-sweep"] {
                 let of_its_own = target == format!("a-{command}");
@@ -295,10 +259,7 @@ fn commands_end_as_ever_where_nobody_reads() {
     let commands = COMMANDS.iter().filter(|line| **line != "table1");
     let others = ["schema", "man", "completions bash", "init -", "--help"];
     let started = commands.chain(&others).map(|line| match folder_of(line) {
-        Some((out, _)) => (
-            *line,
-            start_without_readers(path, &format!("{line} --out {out}")),
-        ),
+        Some((out, _)) => (*line, start_without_readers(path, &format!("{line} --out {out}"))),
         None => (*line, start_without_readers(path, line)),
     });
     for (line, mut child) in started.collect::<Vec<_>>() {
@@ -311,14 +272,8 @@ fn commands_end_as_ever_where_nobody_reads() {
         ("run nosuch.toml", 2),
         ("run scene.toml --out of-run", 2),
         ("run scene.toml --nonsense", 2),
-        (
-            "run scene.toml --out stopped --set integrator.max_steps=2",
-            3,
-        ),
-        (
-            "sweep scene.toml --vary integrator.max_steps=2,3 --out stopped-cases",
-            0,
-        ),
+        ("run scene.toml --out stopped --set integrator.max_steps=2", 3),
+        ("sweep scene.toml --vary integrator.max_steps=2,3 --out stopped-cases", 0),
     ] {
         let end = start_without_readers(path, line).wait().unwrap();
         assert_eq!(end.code(), Some(code), "{line}");
@@ -326,10 +281,7 @@ fn commands_end_as_ever_where_nobody_reads() {
     // The stream is closed from the start.
     for (line, code) in [("run scene.toml --out closed", 0), ("run nosuch.toml", 2)] {
         let closed = format!("exec \"$0\" {line} >&- 2>&-");
-        let end = Command::new("bash")
-            .args(["-c", &closed, PROGRAM])
-            .current_dir(path)
-            .status();
+        let end = Command::new("bash").args(["-c", &closed, PROGRAM]).current_dir(path).status();
         assert_eq!(end.unwrap().code(), Some(code), "{line}");
     }
     assert!(path.join("closed/report.html").is_file());
@@ -340,23 +292,12 @@ fn commands_end_as_ever_where_nobody_reads() {
 #[test]
 fn a_full_standard_output_is_code_4_and_files_are_kept() {
     let folder = place();
-    for line in [
-        "doctor",
-        "run scene.toml",
-        "run scene.toml --overwrite --json",
-    ] {
+    for line in ["doctor", "run scene.toml", "run scene.toml --overwrite --json"] {
         let full = format!("exec \"$0\" {line} --quiet >/dev/full");
-        let end = Command::new("bash")
-            .args(["-c", &full, PROGRAM])
-            .current_dir(folder.path())
-            .output();
+        let end =
+            Command::new("bash").args(["-c", &full, PROGRAM]).current_dir(folder.path()).output();
         let end = end.unwrap();
-        assert_eq!(
-            end.status.code(),
-            Some(4),
-            "{line}: {}",
-            String::from_utf8_lossy(&end.stderr)
-        );
+        assert_eq!(end.status.code(), Some(4), "{line}: {}", String::from_utf8_lossy(&end.stderr));
     }
     assert!(folder.path().join("out/report.html").is_file());
 }
@@ -390,11 +331,7 @@ fn arguments_with_line_breaks_are_no_commands_of_a_job_script() {
             .current_dir(folder.path())
             .output()
             .unwrap();
-        assert!(
-            end.status.success(),
-            "{}",
-            String::from_utf8_lossy(&end.stderr)
-        );
+        assert!(end.status.success(), "{}", String::from_utf8_lossy(&end.stderr));
     };
     computed(&[]);
     computed(&["--collect"]);

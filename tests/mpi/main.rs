@@ -98,17 +98,11 @@ fn run(folder: &Path, ranks: usize, out: &str) -> String {
         0 => Command::new(PROGRAM),
         _ => mpirun(folder, &["-n", &count, PROGRAM]),
     };
-    let Output { status, stderr, .. } = command
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
+    let Output { status, stderr, .. } =
+        command.args(arguments).current_dir(folder).output().unwrap();
     let stderr = String::from_utf8(stderr).unwrap();
     // 3: the step limit was reached.
-    assert!(
-        matches!(status.code(), Some(0 | 3)),
-        "{ranks} ranks: {stderr}"
-    );
+    assert!(matches!(status.code(), Some(0 | 3)), "{ranks} ranks: {stderr}");
     stderr
 }
 
@@ -120,12 +114,9 @@ fn json(path: PathBuf) -> Value {
 fn columns(folder: &Path, out: &str) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(folder.join(out).join("middle.csv")).unwrap();
     let rows = text.lines().skip(1);
-    let rows: Vec<Vec<f64>> = rows
-        .map(|row| row.split(',').map(|x| x.parse().unwrap()).collect())
-        .collect();
-    (0..rows[0].len())
-        .map(|k| rows.iter().map(|row| row[k]).collect())
-        .collect()
+    let rows: Vec<Vec<f64>> =
+        rows.map(|row| row.split(',').map(|x| x.parse().unwrap()).collect()).collect();
+    (0..rows[0].len()).map(|k| rows.iter().map(|row| row[k]).collect()).collect()
 }
 
 /// Checks that the trajectories by 1, 2 and 4 ranks match the single process to 1e-10 of the
@@ -139,28 +130,18 @@ fn assert_ranks_agree(changes: &[(&str, &str)]) {
     };
     run(folder, 0, "alone");
     let alone = columns(folder, "alone");
-    assert!(
-        work("alone")[0] == 50,
-        "as many steps as allowed: {:?}",
-        work("alone")
-    );
+    assert!(work("alone")[0] == 50, "as many steps as allowed: {:?}", work("alone"));
     for ranks in [1, 2, 4] {
         let out = format!("by {ranks}");
         let reported = run(folder, ranks, &out);
-        assert!(
-            reported.contains(&format!("{ranks} processes share")),
-            "{reported}"
-        );
+        assert!(reported.contains(&format!("{ranks} processes share")), "{reported}");
         println!("{ranks} ranks: steps, Newton iterations {:?}", work(&out));
         assert_eq!(work(&out), work("alone"), "{ranks} ranks");
         for (one, many) in alone.iter().zip(columns(folder, &out)) {
             let largest = one.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
             let pairs = one.iter().zip(&many);
             let off = pairs.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
-            assert!(
-                one.len() == many.len() && off <= 1e-10 * largest,
-                "{off:e} of {largest:e}"
-            );
+            assert!(one.len() == many.len() && off <= 1e-10 * largest, "{off:e} of {largest:e}");
         }
     }
 }
@@ -189,10 +170,7 @@ fn an_equilibrium_is_that_of_the_program_alone() {
     let (alone, both) = (columns(folder, "alone"), columns(folder, "by 2"));
     for (a, b) in alone.iter().zip(both) {
         // Newton's last increments are 1e-10 of the solution.
-        assert!(
-            (a[0] - b[0]).abs() <= 1e-10 * a[0].abs().max(1e-12),
-            "{a:?} {b:?}"
-        );
+        assert!((a[0] - b[0]).abs() <= 1e-10 * a[0].abs().max(1e-12), "{a:?} {b:?}");
     }
 }
 
@@ -201,15 +179,10 @@ fn process_of(mpirun: &Child, rank: usize) -> Option<u32> {
     let wanted = format!("OMPI_COMM_WORLD_RANK={rank}");
     let children = format!("/proc/{0}/task/{0}/children", mpirun.id());
     let children = fs::read_to_string(children).unwrap_or_default();
-    children
-        .split_whitespace()
-        .filter_map(|id| id.parse().ok())
-        .find(|id: &u32| {
-            let environment = fs::read(format!("/proc/{id}/environ")).unwrap_or_default();
-            environment
-                .split(|&byte| byte == 0)
-                .any(|entry| entry == wanted.as_bytes())
-        })
+    children.split_whitespace().filter_map(|id| id.parse().ok()).find(|id: &u32| {
+        let environment = fs::read(format!("/proc/{id}/environ")).unwrap_or_default();
+        environment.split(|&byte| byte == 0).any(|entry| entry == wanted.as_bytes())
+    })
 }
 
 /// Returns whether a process exists and is not a zombie.
@@ -217,10 +190,7 @@ fn lives(process: u32) -> bool {
     let state = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
     // The program name, in parentheses, may contain spaces.
     let after_name = state.rsplit(')').next().unwrap_or_default();
-    after_name
-        .split_whitespace()
-        .next()
-        .is_some_and(|state| state != "Z")
+    after_name.split_whitespace().next().is_some_and(|state| state != "Z")
 }
 
 #[test]
@@ -228,33 +198,22 @@ fn a_killed_rank_ends_all_and_the_last_checkpoint_is_whole() {
     let folder = folder(&[("rtol = 1e-7", "rtol = 1e-9"), ("max_steps = 50\n", "")]);
     let folder = folder.path();
     let arguments = ["-n", "3", PROGRAM, "run", "scene.toml", "--quiet"];
-    let mut started = mpirun(folder, &arguments)
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut started =
+        mpirun(folder, &arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let checkpoint = folder.join("out/checkpoint.json");
     while !checkpoint.exists() && started.try_wait().unwrap().is_none() {
         thread::yield_now();
     }
     let ranks = [0, 1, 2].map(|rank| process_of(&started, rank).expect("a run in its midst"));
-    let killed = Command::new("kill")
-        .args(["-KILL", &ranks[2].to_string()])
-        .status();
+    let killed = Command::new("kill").args(["-KILL", &ranks[2].to_string()]).status();
     assert!(killed.unwrap().success());
     let Output { status, stderr, .. } = started.wait_with_output().unwrap();
     let reported = String::from_utf8(stderr).unwrap();
-    assert!(
-        !status.success() && reported.contains("rank 2"),
-        "{reported}"
-    );
+    assert!(!status.success() && reported.contains("rank 2"), "{reported}");
     for process in ranks {
         let killed = Instant::now();
         while lives(process) {
-            assert!(
-                killed.elapsed() < Duration::from_secs(20),
-                "{process} lives"
-            );
+            assert!(killed.elapsed() < Duration::from_secs(20), "{process} lives");
             thread::yield_now();
         }
     }
@@ -262,32 +221,13 @@ fn a_killed_rank_ends_all_and_the_last_checkpoint_is_whole() {
     let t = json(checkpoint)["checkpoint"]["t"].as_f64().unwrap();
     assert!(0.0 < t && t < 0.3, "{t}");
     // The run can be resumed with any number of ranks.
-    let resumed = mpirun(
-        folder,
-        &[
-            "-n",
-            "2",
-            PROGRAM,
-            "run",
-            "scene.toml",
-            "--quiet",
-            "--resume",
-        ],
-    )
-    .output()
-    .unwrap();
-    assert!(
-        resumed.status.success(),
-        "{}",
-        String::from_utf8_lossy(&resumed.stderr)
-    );
+    let resumed = mpirun(folder, &["-n", "2", PROGRAM, "run", "scene.toml", "--quiet", "--resume"])
+        .output()
+        .unwrap();
+    assert!(resumed.status.success(), "{}", String::from_utf8_lossy(&resumed.stderr));
     let document = json(folder.join("out/run.json"));
     assert_eq!(document["outcome"], "finished");
-    assert!(
-        document["resumed"].as_u64() == Some(1),
-        "{}",
-        document["resumed"]
-    );
+    assert!(document["resumed"].as_u64() == Some(1), "{}", document["resumed"]);
 }
 
 /// Both folders contain a file with this name.
@@ -303,10 +243,7 @@ fn ranks_that_read_other_bodies_are_refused() {
         let reported = String::from_utf8(stderr).unwrap();
         assert_eq!(status.code(), Some(2), "{reported}");
         let message = "error: rank 1 does not load the same body as rank 0";
-        assert!(
-            reported.contains(message) && reported.contains(reason),
-            "{reported}"
-        );
+        assert!(reported.contains(message) && reported.contains(reason), "{reported}");
         assert!(!here.path().join("out").exists(), "nothing is written");
     }
 }
@@ -314,14 +251,8 @@ fn ranks_that_read_other_bodies_are_refused() {
 #[test]
 fn a_wrong_command_is_reported_once() {
     let folder = folder(&[]);
-    let wrong = mpirun(folder.path(), &["-n", "2", PROGRAM, "run", "--nonsense"])
-        .output()
-        .unwrap();
+    let wrong = mpirun(folder.path(), &["-n", "2", PROGRAM, "run", "--nonsense"]).output().unwrap();
     let reported = String::from_utf8(wrong.stderr).unwrap();
     assert_eq!(wrong.status.code(), Some(2), "{reported}");
-    assert_eq!(
-        reported.matches("error: unexpected").count(),
-        1,
-        "{reported}"
-    );
+    assert_eq!(reported.matches("error: unexpected").count(), 1, "{reported}");
 }

@@ -15,35 +15,14 @@ use myovib_sparse::supernodal::Supernodal;
 /// Rows 1, 2m, 3m and (31): formulation, κ, β and the blocks excluded from the error test.
 const ROWS: [(&str, Formulation, f64, f64, &[Field]); 4] = [
     ("1", Formulation::Position, 1e5, 0.0, &[Field::Pressure]),
-    (
-        "2m",
-        Formulation::Rate,
-        1e5,
-        1e-4,
-        &[Field::Pressure, Field::PressureRate],
-    ),
-    (
-        "3m",
-        Formulation::Rate,
-        f64::INFINITY,
-        1e-4,
-        &[Field::Pressure, Field::PressureRate],
-    ),
-    (
-        "31",
-        Formulation::Velocity,
-        f64::INFINITY,
-        0.0,
-        &[Field::Pressure],
-    ),
+    ("2m", Formulation::Rate, 1e5, 1e-4, &[Field::Pressure, Field::PressureRate]),
+    ("3m", Formulation::Rate, f64::INFINITY, 1e-4, &[Field::Pressure, Field::PressureRate]),
+    ("31", Formulation::Velocity, f64::INFINITY, 0.0, &[Field::Pressure]),
 ];
 
 fn dae(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
-    let mesh = Mesh::parse_msh(
-        include_str!("../../../data/meshes/muscle.msh"),
-        "muscle.msh",
-    )
-    .unwrap();
+    let mesh =
+        Mesh::parse_msh(include_str!("../../../data/meshes/muscle.msh"), "muscle.msh").unwrap();
     MuscleDae::new(paper::muscle(&mesh, kappa, beta).unwrap(), formulation).unwrap()
 }
 
@@ -66,18 +45,12 @@ fn kernels(criterion: &mut Criterion) {
         });
         let settings = Settings::paper(formulation);
         let plan = Arc::new(Condensation::new(&dae));
-        let elimination = plan
-            .elimination(ida::options(&dae, &settings).sparse)
-            .unwrap();
+        let elimination = plan.elimination(ida::options(&dae, &settings).sparse).unwrap();
         let analysis = Arc::clone(elimination.analysis().expect("no engine is installed"));
         let mut matrix = Condensed::<f64>::new(plan, Arc::new(elimination));
         let mut work = LinearWork::default();
         group.bench_function("sum and factor", |b| {
-            b.iter(|| {
-                matrix
-                    .set_up(1e3, |m| dae.matrix_values(m), &mut work)
-                    .unwrap()
-            });
+            b.iter(|| matrix.set_up(1e3, |m| dae.matrix_values(m), &mut work).unwrap());
         });
         let narrow: Vec<_> = analysis.supernodes().filter(|(k, _)| *k == 2).collect();
         let rows: usize = narrow.iter().map(|(_, rows)| rows).sum();

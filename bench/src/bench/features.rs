@@ -25,21 +25,10 @@ fn scenes() -> [Scene; 6] {
     use Formulation::{Displacement, ImplicitRate, Position, Rate};
     use paper::{BETA, KAPPA, LAW, SMALL_STRAIN};
     const INF: f64 = f64::INFINITY;
-    let scene = |feature, formulation, law, kappa, beta| Scene {
-        feature,
-        formulation,
-        law,
-        kappa,
-        beta,
-    };
+    let scene =
+        |feature, formulation, law, kappa, beta| Scene { feature, formulation, law, kappa, beta };
     [
-        scene(
-            "small strain, no pressure",
-            Displacement,
-            SMALL_STRAIN,
-            KAPPA,
-            0.0,
-        ),
+        scene("small strain, no pressure", Displacement, SMALL_STRAIN, KAPPA, 0.0),
         scene("+ pressure, κ = ∞", Position, SMALL_STRAIN, INF, 0.0),
         scene("+ κ finite", Position, SMALL_STRAIN, KAPPA, 0.0),
         scene("+ Mooney–Rivlin", Position, LAW, KAPPA, 0.0),
@@ -81,11 +70,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         .take_while(|_| goes_on())
         .map(|scene| measure(scene, mesh, t_end, args.repeats))
         .collect::<anyhow::Result<Vec<_>>>()?;
-    let document = Document {
-        machine: Machine::found(),
-        t_end,
-        features: &rows,
-    };
+    let document = Document { machine: Machine::found(), t_end, features: &rows };
     give(args, &text(&rows), &document)
 }
 
@@ -101,14 +86,10 @@ fn measure(scene: &Scene, mesh: &Mesh, t_end: f64, repeats: u32) -> anyhow::Resu
     let mut out = vec![0.0; unknowns];
     let residual = fastest_call(REPEATS, || dae.residual(0.5, &y, &y_dot, &mut out))?;
     let mut values = vec![0.0; dae.jacobian_pattern().nnz()];
-    let jacobian = fastest_call(REPEATS / 10, || {
-        dae.jacobian(0.5, &y, &y_dot, 1.0, 1e3, &mut values)
-    })?;
+    let jacobian =
+        fastest_call(REPEATS / 10, || dae.jacobian(0.5, &y, &y_dot, 1.0, 1e3, &mut values))?;
 
-    let settings = Settings {
-        t_end,
-        ..Settings::paper(scene.formulation)
-    };
+    let settings = Settings { t_end, ..Settings::paper(scene.formulation) };
     let once = || {
         let mut integrator = start_at_rest(make()?, &settings)?;
         let statistics = run_model(integrator.as_mut(), &mut [])?;

@@ -26,13 +26,7 @@ const REPEATS: u32 = 2;
 const C: f64 = 1.5e3;
 
 /// A body in motion: name, method, scene, its settings, and the time in s after which steps are measured.
-type Motion = (
-    &'static str,
-    &'static str,
-    &'static str,
-    &'static [&'static str],
-    f64,
-);
+type Motion = (&'static str, &'static str, &'static str, &'static [&'static str], f64);
 
 /// The ventricle starts to contract at 0.16 s; the load of the spindle starts at 0.4 s.
 const MOTIONS: [Motion; 4] = [
@@ -154,12 +148,7 @@ fn twenty_steps(
     let method_set = format!("integrator.method=\"{method}\"");
     let set = set.iter().map(|&set| set.to_owned());
     let set: Vec<String> = set.chain([method_set]).collect();
-    let Body {
-        muscle,
-        formulation,
-        settings,
-        ..
-    } = body(scene, &set)?;
+    let Body { muscle, formulation, settings, .. } = body(scene, &set)?;
     let n_complex = settings.integrator.stages().unwrap_or(1) / 2;
     let mut dae = MuscleDae::new(muscle.clone(), formulation)?;
     let unknowns_paper = muscle.n_unknowns_paper();
@@ -194,10 +183,8 @@ fn twenty_steps(
     let one = One::measure(&mut dae, t, &y, &y_dot, n_complex > 0)?;
     let solves = done.linear.solves - work.linear.solves;
     let linear = linear_work(counts, later, solves);
-    let [residuals, tangents] = [
-        done.residual_passes - work.residual_passes,
-        done.tangent_passes - work.tangent_passes,
-    ];
+    let [residuals, tangents] =
+        [done.residual_passes - work.residual_passes, done.tangent_passes - work.tangent_passes];
     let parts = [
         ("residuals", residuals, one.residual),
         ("tangents", tangents, one.tangents),
@@ -219,11 +206,7 @@ fn twenty_steps(
         t: [begin, t],
         cpu_seconds,
         parts: parts.into_iter().map(part).collect(),
-        memory: MemoryUse {
-            predicted,
-            peak,
-            off: peak / predicted - 1.0,
-        },
+        memory: MemoryUse { predicted, peak, off: peak / predicted - 1.0 },
     })
 }
 
@@ -285,12 +268,7 @@ impl One {
             true => Linear::measure(dae, &reduction, Complex64::new(C, 0.7 * C))?,
             false => Linear::default(),
         };
-        Ok(Self {
-            residual,
-            tangents,
-            real: Linear::measure(dae, &reduction, C)?,
-            complex,
-        })
+        Ok(Self { residual, tangents, real: Linear::measure(dae, &reduction, C)?, complex })
     }
 }
 
@@ -298,30 +276,21 @@ impl Linear {
     fn measure<T: Scalar>(dae: &MuscleDae, reduction: &Reduction, c: T) -> anyhow::Result<Self> {
         let mut matrix = reduction.matrix::<T>();
         let mut work = LinearWork::default();
-        let factor = fastest_call(REPEATS, || {
-            matrix.set_up(c, |m| dae.matrix_values(m), &mut work)
-        })?;
+        let factor =
+            fastest_call(REPEATS, || matrix.set_up(c, |m| dae.matrix_values(m), &mut work))?;
         let mut x = vec![T::one(); dae.n_unknowns()];
         matrix.solve(&mut x, &mut work)?; // includes the check, which is done once for each factorization
         let solve = fastest_call(REPEATS, || {
             x.fill(T::one());
             matrix.solve(&mut x, &mut work)
         })?;
-        Ok(Self {
-            factor,
-            solve,
-            entries: work.factor_entries,
-        })
+        Ok(Self { factor, solve, entries: work.factor_entries })
     }
 }
 
 fn level([along, across]: [usize; 2]) -> anyhow::Result<Level> {
     let cells = format!("mesh.cells=[{along}, {across}, {across}]");
-    let Body {
-        muscle,
-        formulation,
-        ..
-    } = body("muscle3d", &[cells])?;
+    let Body { muscle, formulation, .. } = body("muscle3d", &[cells])?;
     let unknowns_paper = muscle.n_unknowns_paper();
     let mut dae = MuscleDae::new(muscle, formulation)?;
     let n = dae.n_unknowns();
@@ -367,9 +336,7 @@ fn exponents(levels: &[Level]) -> Vec<(&'static str, f64)> {
 fn text(document: &Document) -> anyhow::Result<String> {
     let mut text = String::new();
     for run in &document.runs {
-        let MemoryUse {
-            predicted, peak, ..
-        } = run.memory;
+        let MemoryUse { predicted, peak, .. } = run.memory;
         writeln!(
             text,
             "{} by {}: {} unknowns, {STEPS} steps to t = {:.4} s in {:.1} CPU s, {peak:.0} MiB (predicted {predicted:.0})",

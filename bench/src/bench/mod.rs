@@ -70,22 +70,14 @@ impl BenchArgs {
         let has_end = matches!(self.what, What::Rows | What::Features);
         let options = [
             ("--cases", !self.cases.is_empty(), is_large, "bench large"),
-            (
-                "--t-end",
-                self.t_end.is_some(),
-                has_end,
-                "bench rows, bench features",
-            ),
+            ("--t-end", self.t_end.is_some(), has_end, "bench rows, bench features"),
         ];
-        match options
-            .into_iter()
-            .find(|(_, given, has, _)| *given && !has)
-        {
-            Some((option, .., allowed)) => Err(InputError::new(
-                "the option does not apply to this measurement",
-            )
-            .at(option)
-            .allowed(allowed)),
+        match options.into_iter().find(|(_, given, has, _)| *given && !has) {
+            Some((option, .., allowed)) => {
+                Err(InputError::new("the option does not apply to this measurement")
+                    .at(option)
+                    .allowed(allowed))
+            }
             None => Ok(()),
         }
     }

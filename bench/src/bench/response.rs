@@ -62,11 +62,8 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
         true => interpolation()?,
         false => Vec::new(),
     };
-    let document = Document {
-        machine: Machine::found(),
-        responses: &rows,
-        interpolation: &interpolation,
-    };
+    let document =
+        Document { machine: Machine::found(), responses: &rows, interpolation: &interpolation };
     give(args, &text(&document)?, &document)
 }
 
@@ -115,11 +112,7 @@ fn beside_factorizations() -> anyhow::Result<Row> {
     let set = ["mesh.cells=[20, 6, 6]", "probe[1].quantities=[\"strain\"]"];
     let scene = scene("muscle3d", "1..60:100", "z = 500.0", &set)?;
     let (found, cpu_seconds) = timed(&scene)?;
-    let Body {
-        muscle,
-        formulation,
-        ..
-    } = scene.body.context("the scene has a body")?;
+    let Body { muscle, formulation, .. } = scene.body.context("the scene has a body")?;
     let mut dae = MuscleDae::new(muscle, formulation)?;
     let rest = vec![0.0; dae.layout().n_unknowns()];
     dae.update_matrices(0.0, &rest, &rest)?;
@@ -153,17 +146,10 @@ fn interpolation() -> anyhow::Result<Vec<Interpolation>> {
     };
     let fine = Line::of(&computed("1..60:3541")?);
     let adaptive = computed("1..60:adaptive")?;
-    let drawn = adaptive
-        .drawn
-        .as_ref()
-        .context("an adaptive response has curves")?;
+    let drawn = adaptive.drawn.as_ref().context("an adaptive response has curves")?;
     let mut rows = Vec::new();
     let mut add = |grid: &str, frequencies, line: &Line| {
-        rows.push(Interpolation {
-            grid: grid.to_owned(),
-            frequencies,
-            error: fine.distance(line),
-        });
+        rows.push(Interpolation { grid: grid.to_owned(), frequencies, error: fine.distance(line) });
     };
     let n = adaptive.frequencies.len();
     let curves = drawn.1.iter().map(|curves| &curves.amplitudes);
@@ -190,10 +176,7 @@ impl Line {
 
     fn new(frequencies: &[f64], curves: Vec<&Vec<Vec<Complex64>>>) -> Self {
         let row = |k: usize| curves.iter().flat_map(|rows| rows[k].clone()).collect();
-        Self {
-            frequencies: frequencies.to_vec(),
-            rows: (0..frequencies.len()).map(row).collect(),
-        }
+        Self { frequencies: frequencies.to_vec(), rows: (0..frequencies.len()).map(row).collect() }
     }
 
     /// Returns value number `j` at a frequency, interpolated by cubic polynomials through four frequencies.

@@ -45,11 +45,9 @@ impl Solver {
         let ours = body.settings.clone();
         match self {
             Self::Condensed => ours,
-            Self::Full => Settings {
-                linear_solver: LinearSolverKind::Full,
-                ordering: Ordering::Amd,
-                ..ours
-            },
+            Self::Full => {
+                Settings { linear_solver: LinearSolverKind::Full, ordering: Ordering::Amd, ..ours }
+            }
             Self::SundialsDefaults => Settings {
                 linear_solver: LinearSolverKind::Full,
                 ordering: Ordering::Colamd,
@@ -168,9 +166,7 @@ fn text(runs: &[RunJson], sums: &[(&str, f64)]) -> String {
             run.residual_evaluations.to_string(),
             run.linear_setups.to_string(),
             work.map_or(String::new(), |work| work.refinements.to_string()),
-            work.map_or(String::new(), |work| {
-                format!("{:.0e}", work.largest_backward_error)
-            }),
+            work.map_or(String::new(), |work| format!("{:.0e}", work.largest_backward_error)),
         ];
         table.row(cells.map(Cell::from));
     }

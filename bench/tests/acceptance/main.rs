@@ -30,10 +30,7 @@ fn all_linear_solvers_take_similar_steps() {
             assert_eq!(work["factorizations"], run["linear_setups"]);
             assert!(work["solves"].as_u64() >= run["steps"].as_u64(), "{run}");
             // Solutions with a larger backward error are refined.
-            assert!(
-                work["largest_backward_error"].as_f64().unwrap() < 1e-12,
-                "{run}"
-            );
+            assert!(work["largest_backward_error"].as_f64().unwrap() < 1e-12, "{run}");
         } else {
             assert!(work.is_null());
         }
@@ -48,21 +45,13 @@ fn disabled_features_are_not_computed() {
     for row in rows {
         let is_damped = row["feature"].as_str().unwrap().contains('β');
         let passes = count(row, "residual_passes");
-        assert_eq!(
-            count(row, "force_rate_passes"),
-            if is_damped { passes } else { 0 },
-            "{row}"
-        );
+        assert_eq!(count(row, "force_rate_passes"), if is_damped { passes } else { 0 }, "{row}");
         let tangents = count(row, "tangent_passes");
         let damped_tangents = if is_damped { tangents } else { 0 };
         assert_eq!(count(row, "rate_tangent_passes"), damped_tangents, "{row}");
     }
     // A linear law has constant matrices.
-    assert!(
-        rows.iter()
-            .take(3)
-            .all(|row| count(row, "tangent_passes") == 1)
-    );
+    assert!(rows.iter().take(3).all(|row| count(row, "tangent_passes") == 1));
 }
 
 #[test]
@@ -82,14 +71,7 @@ fn options_of_other_measurements_are_rejected() {
 #[test]
 fn an_interrupted_bench_exits_with_130_and_prints_its_results() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = [
-        "bench",
-        "rows",
-        "--repeats",
-        "1000",
-        "--quiet",
-        "--json=rows.json",
-    ];
+    let arguments = ["bench", "rows", "--repeats", "1000", "--quiet", "--json=rows.json"];
     assert_eq!(code_of_interrupted(folder.path(), &arguments), Some(130));
     let text = fs::read_to_string(folder.path().join("rows.json")).unwrap();
     let runs = &document(&text, "bench")["runs"];

@@ -60,10 +60,7 @@ impl AnalysisCommand<'_> {
         page::write(self.out, &scene, &result)?;
         let table = table(&result).unwrap_or_default();
         let page = self.out.join(page::NAME);
-        let text = format!(
-            "{table}\nFull report: {}\n",
-            plain(&page.display().to_string())
-        );
+        let text = format!("{table}\nFull report: {}\n", plain(&page.display().to_string()));
         self.common.give(self.name, &text, &result.document)?;
         Ok(Exit::of(&result.outcome))
     }

@@ -126,10 +126,7 @@ impl Command {
 
     /// Returns whether the command uses its threads for several runs in parallel.
     fn runs_side_by_side(&self) -> bool {
-        matches!(
-            self,
-            Self::Sweep(_) | Self::Table2(_) | Self::Synchronization(_)
-        )
+        matches!(self, Self::Sweep(_) | Self::Table2(_) | Self::Synchronization(_))
     }
 
     /// Runs the command.
@@ -179,19 +176,10 @@ mod tests {
     #[test]
     fn json_without_a_file_means_standard_output() {
         for (typed, target) in [
-            (
-                &["myovib", "doctor", "--json"][..],
-                Some(JsonTarget::Stdout),
-            ),
+            (&["myovib", "doctor", "--json"][..], Some(JsonTarget::Stdout)),
             (&["myovib", "doctor", "--json=-"], Some(JsonTarget::Stdout)),
-            (
-                &["myovib", "doctor", "--json", "--quiet"],
-                Some(JsonTarget::Stdout),
-            ),
-            (
-                &["myovib", "doctor", "--json=d.json"],
-                Some(JsonTarget::File("d.json".into())),
-            ),
+            (&["myovib", "doctor", "--json", "--quiet"], Some(JsonTarget::Stdout)),
+            (&["myovib", "doctor", "--json=d.json"], Some(JsonTarget::File("d.json".into()))),
             (&["myovib", "doctor"], None),
         ] {
             let Command::Doctor(doctor) = Cli::try_parse_from(typed).unwrap().command else {

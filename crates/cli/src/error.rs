@@ -7,11 +7,7 @@ use myovib_scene::plain;
 pub fn render(failure: &anyhow::Error) -> String {
     let mut reported = plain(&failure.to_string());
     let mut text = format!("error: {reported}\n");
-    for cause in failure
-        .chain()
-        .skip(1)
-        .map(|cause| plain(&cause.to_string()))
-    {
+    for cause in failure.chain().skip(1).map(|cause| plain(&cause.to_string())) {
         if !reported.ends_with(&cause) {
             text.push_str(&format!("{:>8}: {cause}\n", "cause"));
         }
@@ -33,10 +29,7 @@ mod tests {
         let failure = Err::<(), _>(io::Error::other("disk on fire"))
             .context("cannot write `a.csv`")
             .unwrap_err();
-        assert_eq!(
-            render(&failure),
-            "error: cannot write `a.csv`\n   cause: disk on fire\n"
-        );
+        assert_eq!(render(&failure), "error: cannot write `a.csv`\n   cause: disk on fire\n");
     }
 
     #[test]
@@ -44,9 +37,6 @@ mod tests {
         let failure = Err::<(), _>(io::Error::other("disk on fire"))
             .context("cannot write `a.csv`: disk on fire")
             .unwrap_err();
-        assert_eq!(
-            render(&failure),
-            "error: cannot write `a.csv`: disk on fire\n"
-        );
+        assert_eq!(render(&failure), "error: cannot write `a.csv`: disk on fire\n");
     }
 }

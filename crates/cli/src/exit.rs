@@ -43,10 +43,7 @@ impl Exit {
     pub fn of_failure(failure: &anyhow::Error) -> Self {
         let at_work = |cause: &(dyn std::error::Error + 'static)| {
             let resources = |error: &SparseError| {
-                matches!(
-                    error,
-                    SparseError::Memory { .. } | SparseError::Threads { .. }
-                )
+                matches!(error, SparseError::Memory { .. } | SparseError::Threads { .. })
             };
             if cause.downcast_ref::<SparseError>().is_some_and(resources) {
                 return true;
@@ -65,11 +62,7 @@ impl Exit {
                     )
                 )
         };
-        if failure.chain().any(at_work) {
-            Self::Failed
-        } else {
-            Self::Usage
-        }
+        if failure.chain().any(at_work) { Self::Failed } else { Self::Usage }
     }
 }
 
@@ -86,25 +79,15 @@ mod tests {
     /// Regression: for the same scene `check` returned 2 and `run` returned 4.
     #[test]
     fn too_little_memory_is_not_an_input_error() {
-        let memory = || SparseError::Memory {
-            needed: 2,
-            available: 1,
-            n_complex: 0,
-        };
+        let memory = || SparseError::Memory { needed: 2, available: 1, n_complex: 0 };
         let of = |error: anyhow::Error| Exit::of_failure(&error);
         assert_eq!(of(memory().into()), Exit::Failed);
         assert_eq!(of(ModelError::from(memory()).into()), Exit::Failed);
-        let threads = SparseError::Threads {
-            threads: 2,
-            reason: String::new(),
-        };
+        let threads = SparseError::Threads { threads: 2, reason: String::new() };
         assert_eq!(of(threads.into()), Exit::Failed);
         let at_start = Error::from(ModelError::from(memory())).before_any_output();
         assert_eq!(of(at_start.into()), Exit::Failed);
         let singular = ModelError::from(SparseError::ZeroPivot);
-        assert_eq!(
-            of(Error::from(singular).before_any_output().into()),
-            Exit::Usage
-        );
+        assert_eq!(of(Error::from(singular).before_any_output().into()), Exit::Usage);
     }
 }

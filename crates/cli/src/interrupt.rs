@@ -62,8 +62,6 @@ fn end_by(signal: c_int) -> io::Result<()> {
 pub fn outlive_large_files() {
     #[cfg(unix)]
     if let Err(error) = register(signal_hook::consts::SIGXFSZ, Arc::default()) {
-        output::warn(&format!(
-            "exceeding the file size limit will end the program: {error}"
-        ));
+        output::warn(&format!("exceeding the file size limit will end the program: {error}"));
     }
 }

@@ -66,21 +66,14 @@ pub fn command(arguments: impl IntoIterator<Item = OsString>) -> Exit {
                 false => drop(error.print()),
             }
             // Requests for help are errors of the parser, too.
-            if error.use_stderr() {
-                Exit::Usage
-            } else {
-                Exit::Done
-            }
+            if error.use_stderr() { Exit::Usage } else { Exit::Done }
         }
     }
 }
 
 /// Reads the scene of the command line; errors are printed to standard error.
 fn scene() -> Option<Scene> {
-    let Ok(Cli {
-        command: Command::Run(args),
-    }) = Cli::try_parse()
-    else {
+    let Ok(Cli { command: Command::Run(args) }) = Cli::try_parse() else {
         return None;
     };
     Scene::load(&args.scene, &args.set)
@@ -93,10 +86,6 @@ pub fn ended(result: anyhow::Result<Exit>) -> Exit {
     result.unwrap_or_else(|failure| {
         output::print_error(&error::render(&failure));
         // A command that needs the result of a run fails if the run is interrupted, but its input is valid.
-        if interrupt::has_come() {
-            Exit::Interrupted
-        } else {
-            Exit::of_failure(&failure)
-        }
+        if interrupt::has_come() { Exit::Interrupted } else { Exit::of_failure(&failure) }
     })
 }

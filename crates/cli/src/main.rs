@@ -5,9 +5,7 @@ use myovib_cli::exit::Exit;
 use myovib_sparse::Allocator;
 
 #[global_allocator]
-static ALLOCATOR: Allocator = Allocator {
-    exit_code: Exit::Failed as i32,
-};
+static ALLOCATOR: Allocator = Allocator { exit_code: Exit::Failed as i32 };
 
 fn main() -> std::process::ExitCode {
     myovib_cli::main()

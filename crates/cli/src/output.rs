@@ -105,9 +105,7 @@ mod tests {
         let mut film = Vec::new();
         movie::write(&mut film, [Ok(figure())], 64, 4).unwrap();
         let own = [
-            myovib_scene::json::document("doctor", &())
-                .unwrap_or_default()
-                .into_bytes(),
+            myovib_scene::json::document("doctor", &()).unwrap_or_default().into_bytes(),
             figure().render().into_bytes(),
             table2::csv(&[]).into_bytes(),
             JOB_SCRIPT.as_bytes().to_vec(),
@@ -119,14 +117,7 @@ mod tests {
             save(&path, "replaced").unwrap();
             assert_eq!(std::fs::read_to_string(&path).unwrap(), "replaced");
         }
-        let foreign = [
-            "",
-            "{}",
-            "t,u_x\n",
-            "#!/bin/bash\n",
-            "<svg></svg>",
-            "GIF89a",
-        ];
+        let foreign = ["", "{}", "t,u_x\n", "#!/bin/bash\n", "<svg></svg>", "GIF89a"];
         for text in foreign {
             std::fs::write(&path, text).unwrap();
             assert!(save(&path, "replaced").is_err(), "{text}");

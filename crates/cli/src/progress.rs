@@ -25,20 +25,12 @@ pub struct Progress {
 impl Progress {
     /// Creates progress without any printed line.
     pub fn new(quiet: bool) -> Self {
-        Self {
-            quiet,
-            on_terminal: io::stderr().is_terminal(),
-            last: Mutex::new(Instant::now()),
-        }
+        Self { quiet, on_terminal: io::stderr().is_terminal(), last: Mutex::new(Instant::now()) }
     }
 
     /// Shows the text from `line` if the interval between updates has passed.
     pub fn show(&self, line: impl FnOnce() -> String) {
-        let interval = if self.on_terminal {
-            ON_TERMINAL
-        } else {
-            IN_LOG
-        };
+        let interval = if self.on_terminal { ON_TERMINAL } else { IN_LOG };
         // The thread of another run may be writing. In this case, this run tries again at its next call.
         let Ok(mut last) = self.last.try_lock() else {
             return;

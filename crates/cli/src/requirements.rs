@@ -36,11 +36,8 @@ fn parse(line: &'static str, way: &str) -> Option<Requirement> {
     let [of, package, purpose, patterns] = fields[..] else {
         panic!("requirements.txt: `{line}` does not have four fields")
     };
-    let requirement = Requirement {
-        package,
-        purpose,
-        patterns: patterns.split_whitespace().collect(),
-    };
+    let requirement =
+        Requirement { package, purpose, patterns: patterns.split_whitespace().collect() };
     (of == way || of == "both").then_some(requirement)
 }
 
@@ -54,14 +51,9 @@ impl Requirement {
 fn locate(pattern: &str) -> Option<PathBuf> {
     if let Some(command) = pattern.strip_prefix("$PATH/") {
         let folders = env::var_os("PATH")?;
-        return env::split_paths(&folders)
-            .map(|folder| folder.join(command))
-            .find(|p| p.is_file());
+        return env::split_paths(&folders).map(|folder| folder.join(command)).find(|p| p.is_file());
     }
-    let pattern = match pattern
-        .strip_prefix('$')
-        .and_then(|rest| rest.split_once('/'))
-    {
+    let pattern = match pattern.strip_prefix('$').and_then(|rest| rest.split_once('/')) {
         Some((variable, rest)) => Path::new(&env::var_os(variable)?).join(rest),
         None => PathBuf::from(pattern),
     };
@@ -84,10 +76,7 @@ mod tests {
                 assert!(packages.contains(&needed), "{needed} in {packages:?}");
             }
             assert!(!packages.contains(&of_the_other), "{packages:?}");
-            assert!(
-                all.iter()
-                    .all(|r| !r.purpose.is_empty() && !r.patterns.is_empty())
-            );
+            assert!(all.iter().all(|r| !r.purpose.is_empty() && !r.patterns.is_empty()));
         }
     }
 

@@ -25,9 +25,7 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
     match folder {
         Some(folder) if !folder.is_dir() => {
             let folder = folder.display();
-            Err(format!(
-                "the folder `{folder}` does not exist: mkdir -p {folder}"
-            ))
+            Err(format!("the folder `{folder}` does not exist: mkdir -p {folder}"))
         }
         folder => {
             let folder = folder.unwrap_or(Path::new("."));
@@ -184,9 +182,7 @@ mod tests {
         for wrong in ["0", "-1", "1025", "1e12", "99999999999999999999", ""] {
             assert!(threads(wrong).is_err(), "{wrong}");
         }
-        for wrong in [
-            "", "8", "GiB", "-1GiB", "NaNM", "infG", "0M", "1e30G", "2kB",
-        ] {
+        for wrong in ["", "8", "GiB", "-1GiB", "NaNM", "infG", "0M", "1e30G", "2kB"] {
             assert!(memory(wrong).is_err(), "{wrong}");
         }
     }

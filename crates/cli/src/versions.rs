@@ -9,12 +9,7 @@ pub fn long() -> &'static str {
     static TEXT: LazyLock<String> = LazyLock::new(|| {
         let found = Versions::found();
         let klu = found.klu_text();
-        let Versions {
-            myovib,
-            git,
-            sundials,
-            ..
-        } = &found;
+        let Versions { myovib, git, sundials, .. } = &found;
         format!("{myovib} (git {git})\nSUNDIALS {sundials}\nKLU {klu}")
     });
     &TEXT

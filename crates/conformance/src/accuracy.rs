@@ -30,10 +30,7 @@ pub fn solves_exact_problems_to_tolerance<M: Method>(method: &M) {
     let start = LinearIndex1.start();
     let request = Request::new(LinearIndex1, start.t, &start.y, &start.y_dot);
     let mut solver = method.build(request);
-    assert_eq!(
-        solver.integrate_to(10.0).unwrap(),
-        Outcome::Reached { t: 10.0 }
-    );
+    assert_eq!(solver.integrate_to(10.0).unwrap(), Outcome::Reached { t: 10.0 });
     let exact = LinearIndex1.exact(10.0).unwrap();
     let off = error(solver.y(), &exact);
     assert!(off < 1e-6 * ADDED_UP, "{off:e}");
@@ -96,9 +93,7 @@ pub fn starts_from_consistent_values<M: Method>(method: &M) {
         let (y, y_dot) = Circle::start();
         let wrong = ([y[0], y[1], 7.0], [3.0, -5.0, y_dot[2]]);
         let mut solver = method.build(Request::new(problem, 0.0, &wrong.0, &wrong.1));
-        solver
-            .correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, 1.0)
-            .unwrap();
+        solver.correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, 1.0).unwrap();
         assert_eq!(solver.y()[..2], y[..2]);
         // Newton's method stops at a fraction of the tolerance, 1e-6.
         let off = error(solver.y(), &y).max(error(&solver.y_dot()[..2], &y_dot[..2]));

@@ -42,11 +42,7 @@ pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
         }
         // λ = (u² + v² − g y)/ℓ², from the second derivative of the constraint.
         let exact = (y[2] * y[2] + y[3] * y[3] - 9.81 * y[1]) / (length * length);
-        assert!(
-            (y[4] - exact).abs() < SATISFIED * exact,
-            "{form:?}: {} {exact}",
-            y[4]
-        );
+        assert!((y[4] - exact).abs() < SATISFIED * exact, "{form:?}: {} {exact}", y[4]);
         let outcome = solver.integrate_to(1e-2).unwrap();
         assert_eq!(outcome, Outcome::Reached { t: 1e-2 }, "{form:?}");
     }
@@ -57,23 +53,16 @@ pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
         ..Request::new(JayIndex2, 0.0, &[1.1, 1.1, 0.3], &[0.0; 3])
     };
     let mut solver = method.build(request);
-    solver
-        .correct_initial_values(ConsistencyMode::Constraints, 1.0)
-        .unwrap();
+    solver.correct_initial_values(ConsistencyMode::Constraints, 1.0).unwrap();
     let (y, y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
     let off = left(solver.problem_mut(), 0.0, &y, &y_dot);
     assert!(off < SATISFIED, "{off:e} of {y:?}");
-    assert_eq!(
-        solver.integrate_to(0.1).unwrap(),
-        Outcome::Reached { t: 0.1 }
-    );
+    assert_eq!(solver.integrate_to(0.1).unwrap(), Outcome::Reached { t: 0.1 });
 
     // Consistent values do not change.
     let request = Request::new(JayIndex2, 0.0, &start.y, &[0.0; 3]);
     let mut solver = method.build(request);
-    solver
-        .correct_initial_values(ConsistencyMode::Constraints, 1.0)
-        .unwrap();
+    solver.correct_initial_values(ConsistencyMode::Constraints, 1.0).unwrap();
     for (found, exact) in solver.y().iter().zip(&start.y) {
         assert!((found - exact).abs() < SATISFIED, "{:?}", solver.y());
     }
@@ -91,10 +80,7 @@ pub fn refuses_constraints_that_are_not_there_or_wrong<M: Method>(method: &M) {
     let mut solver = method.build(Request::new(Contradiction, 0.0, &[0.5, 0.0], &[0.0; 2]));
     let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
     let printed = error.to_string();
-    assert!(
-        printed.contains("1.00e0") && printed.contains("equation 1"),
-        "{printed}"
-    );
+    assert!(printed.contains("1.00e0") && printed.contains("equation 1"), "{printed}");
     assert_eq!(solver.y(), [0.5, 0.0]);
 }
 
@@ -131,10 +117,7 @@ pub fn leaves_components_out_by_their_index<M: Method>(method: &M) {
             ..Request::new(JayIndex2, 0.0, &start.y, &start.y_dot)
         };
         let mut solver = method.build(request);
-        assert_eq!(
-            solver.integrate_to(0.5).unwrap(),
-            Outcome::Reached { t: 0.5 }
-        );
+        assert_eq!(solver.integrate_to(0.5).unwrap(), Outcome::Reached { t: 0.5 });
         let exact = JayIndex2.exact(0.5).unwrap();
         for (y, exact) in solver.y().iter().zip(exact).take(2) {
             // 1e-6 per step, for a few dozen steps.

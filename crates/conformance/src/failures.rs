@@ -30,10 +30,7 @@ pub fn recovers_from_recoverable_errors<M: Method>(method: &M) {
                 false => Err(recoverable("too far")),
             }
         });
-        let mut solver = method.build(Request {
-            initial_step: Some(1e-3),
-            ..request(problem)
-        });
+        let mut solver = method.build(Request { initial_step: Some(1e-3), ..request(problem) });
         solver.step(1.0).unwrap();
         let statistics = solver.statistics();
         assert!(statistics.last_step < 1e-3, "{statistics:?}");
@@ -75,11 +72,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
         (residual, StopReason::ResidualFailed, "a wall"),
         (nan, StopReason::ResidualFailed, "residual[0] = NaN"),
         (jacobian(0.0), StopReason::JacobianFailed, "a wall"),
-        (
-            jacobian(f64::NAN),
-            StopReason::JacobianFailed,
-            "Jacobian[0] = NaN",
-        ),
+        (jacobian(f64::NAN), StopReason::JacobianFailed, "Jacobian[0] = NaN"),
     ] {
         let mut solver = method.build(request(problem));
         let stop = stopped(solver.integrate_to(10.0).unwrap());
@@ -129,15 +122,9 @@ pub fn hands_back_fatal_errors<M: Method>(method: &M) {
 /// Checks that a failure at a jump suggests a remedy, and that this remedy works.
 pub fn names_a_remedy_for_a_jump<M: Method>(method: &M) {
     let problem = Circle::with_residual(|t| Ok(if t >= 0.5 { -30.0 } else { 0.0 }));
-    let mut solver = method.build(Request {
-        min_step: 1e-5,
-        ..request(problem)
-    });
+    let mut solver = method.build(Request { min_step: 1e-5, ..request(problem) });
     let printed = stopped(solver.integrate_to(1.0).unwrap()).to_string();
-    assert!(
-        printed.contains("jumps") && printed.contains("reinit"),
-        "{printed}"
-    );
+    assert!(printed.contains("jumps") && printed.contains("reinit"), "{printed}");
     let (y, mut y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
     // ẋ jumps, and so does the derivative of a = x² + v².
     y_dot[0] += 30.0;
@@ -151,11 +138,8 @@ pub fn names_a_remedy_for_a_jump<M: Method>(method: &M) {
 pub fn stops_at_the_smallest_step<M: Method>(method: &M) {
     // A jump in ẋ that the error test detects for any step size.
     let problem = Circle::with_residual(|t| Ok(if t > 0.5 { 1e9 } else { 0.0 }));
-    let mut solver = method.build(Request {
-        min_step: 1e-4,
-        initial_step: Some(1e-3),
-        ..request(problem)
-    });
+    let mut solver =
+        method.build(Request { min_step: 1e-4, initial_step: Some(1e-3), ..request(problem) });
     let stop = stopped(solver.integrate_to(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::StepTooSmall, "{stop}");
     assert!(stop.t <= 0.5 + 1e-4, "{stop}");
@@ -200,16 +184,14 @@ pub fn stays_where_it_is_when_a_root_function_fails<M: Method>(method: &M) {
             let mut solver = method.build(Request {
                 roots: Some((
                     vec![Direction::Both],
-                    Box::new(
-                        move |_: &mut Circle, t, _: &[f64], _: &[f64], g: &mut [f64]| {
-                            g[0] = 1.0;
-                            match t >= at {
-                                true if fatal => Err(StepError::Fatal("disk on fire".into())),
-                                true => Err(recoverable("no root")),
-                                false => Ok(()),
-                            }
-                        },
-                    ),
+                    Box::new(move |_: &mut Circle, t, _: &[f64], _: &[f64], g: &mut [f64]| {
+                        g[0] = 1.0;
+                        match t >= at {
+                            true if fatal => Err(StepError::Fatal("disk on fire".into())),
+                            true => Err(recoverable("no root")),
+                            false => Ok(()),
+                        }
+                    }),
                 )),
                 ..request(Circle::new())
             });
@@ -249,10 +231,7 @@ pub fn lets_a_panic_pass<M: Method>(method: &M) {
     assert_eq!(panic.downcast_ref::<&str>(), Some(&"out of paper"));
     let (y, y_dot) = Circle::start();
     solver.reinit(0.0, &y, &y_dot, &[]).unwrap();
-    assert_eq!(
-        solver.integrate_to(1.0).unwrap(),
-        Outcome::Reached { t: 1.0 }
-    );
+    assert_eq!(solver.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
 }
 
 /// Checks that steps accepted at the first attempt do not allocate after the first steps;

@@ -37,9 +37,7 @@ pub fn jacobian_error<P: Problem + ?Sized>(
             moved.map(|(x, d)| x + sign * EPSILON * c * d).collect()
         };
         let mut residual = vec![0.0; n];
-        problem
-            .residual(t, &shift(y, a), &shift(y_dot, b), &mut residual)
-            .unwrap();
+        problem.residual(t, &shift(y, a), &shift(y_dot, b), &mut residual).unwrap();
         residual
     };
     let (plus, minus) = (shifted(1.0), shifted(-1.0));

@@ -106,12 +106,10 @@ pub fn finds_where_an_event_arrives_at_zero<M: Method>(method: &M) {
         let mut solver = method.build(Request {
             roots: Some((
                 vec![Direction::Both],
-                Box::new(
-                    move |_: &mut Circle, t, _: &[f64], _: &[f64], g: &mut [f64]| {
-                        g[0] = function(t);
-                        Ok(())
-                    },
-                ),
+                Box::new(move |_: &mut Circle, t, _: &[f64], _: &[f64], g: &mut [f64]| {
+                    g[0] = function(t);
+                    Ok(())
+                }),
             )),
             ..Request::new(Circle::new(), 0.0, &y, &y_dot)
         });

@@ -31,19 +31,13 @@ impl Circle {
     }
 
     pub(super) fn without_jacobian() -> Self {
-        Self {
-            has_jacobian: false,
-            ..Self::new()
-        }
+        Self { has_jacobian: false, ..Self::new() }
     }
 
     pub(super) fn with_residual(
         trouble: impl FnMut(f64) -> Result<f64, StepError> + Send + 'static,
     ) -> Self {
-        Self {
-            in_residual: Box::new(trouble),
-            ..Self::new()
-        }
+        Self { in_residual: Box::new(trouble), ..Self::new() }
     }
 
     pub(super) fn start() -> ([f64; 3], [f64; 3]) {
@@ -68,9 +62,7 @@ impl Problem for Circle {
         residual: &mut [f64],
     ) -> Result<(), StepError> {
         self.residuals += 1;
-        let &[x, v, a] = y else {
-            unreachable!("the integrator keeps the length")
-        };
+        let &[x, v, a] = y else { unreachable!("the integrator keeps the length") };
         residual[0] = y_dot[0] - v + (self.in_residual)(t)?;
         residual[1] = y_dot[1] + x;
         residual[2] = a - x * x - v * v;
@@ -92,17 +84,7 @@ impl Problem for Circle {
         self.jacobians += 1;
         let (x, v) = (y[0], y[1]);
         let trouble = (self.in_jacobian)(t)?;
-        values.copy_from_slice(&[
-            b + trouble,
-            a,
-            -2.0 * a * x,
-            -a,
-            b,
-            -2.0 * a * v,
-            0.0,
-            0.0,
-            a,
-        ]);
+        values.copy_from_slice(&[b + trouble, a, -2.0 * a * x, -a, b, -2.0 * a * v, 0.0, 0.0, a]);
         Ok(())
     }
 

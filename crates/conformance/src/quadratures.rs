@@ -57,10 +57,7 @@ pub fn integrates_quadratures_along_with_the_solution<M: Method>(method: &M) {
     assert!(solver.reinit(0.0, &y, &y_dot, &[f64::NAN; 3]).is_err());
     let moved = START.map(|q| q + 10.0);
     solver.reinit(0.0, &y, &y_dot, &moved).unwrap();
-    assert_eq!(
-        solver.integrate_to(2.0).unwrap(),
-        Outcome::Reached { t: 2.0 }
-    );
+    assert_eq!(solver.integrate_to(2.0).unwrap(), Outcome::Reached { t: 2.0 });
     solver.quadrature_dense_output(2.0, 0, &mut q).unwrap();
     for (q, exact) in q.iter().zip(exact(2.0)) {
         // 1e-6 per step, for a few dozen steps.

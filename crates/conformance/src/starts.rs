@@ -9,11 +9,8 @@ use myovib_dae::{
 
 #[track_caller]
 fn refused<P: Problem>(solver: &mut impl Integrator<P>) -> String {
-    let [step, run] = [
-        solver.step(1.0).unwrap_err(),
-        solver.integrate_to(1.0).unwrap_err(),
-    ]
-    .map(|error| error.to_string());
+    let [step, run] = [solver.step(1.0).unwrap_err(), solver.integrate_to(1.0).unwrap_err()]
+        .map(|error| error.to_string());
     assert_eq!(step, run);
     assert_eq!((solver.t(), solver.statistics().steps), (0.0, 0));
     run
@@ -40,11 +37,7 @@ pub fn refuses_values_that_contradict_the_equations<M: Method>(method: &M) {
             };
             let mut solver = start(&wrong);
             let printed = refused(&mut solver);
-            for part in [
-                "equation 2",
-                "the residual 6.00e0",
-                "correct_initial_values",
-            ] {
+            for part in ["equation 2", "the residual 6.00e0", "correct_initial_values"] {
                 assert!(printed.contains(part), "{printed}");
             }
             assert_eq!((solver.y(), solver.y_dot()), (&wrong[..], &y_dot[..]));
@@ -119,21 +112,16 @@ pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
         assert_eq!(solver.y(), [1.0]);
         // ẏ times the time to the output, 1e-3, is accurate to 0.0033 of the tolerance, which is at most 2e-6.
         let allowed = 0.0033 * 2.0 * tolerance / 1e-3;
-        assert!(
-            (solver.y_dot()[0] - 1.0).abs() < allowed,
-            "{:?}",
-            solver.y_dot()
-        );
+        assert!((solver.y_dot()[0] - 1.0).abs() < allowed, "{:?}", solver.y_dot());
     }
 }
 
 /// Checks that a position off the circle of a pendulum, or a velocity not tangential to it, is rejected if the
 /// problem states its constraints, and that the error contains the index of the constraint.
 pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
-    for (q, v, part) in [
-        ([1.0, 0.0], [0.5, 0.0], "constraint 1"),
-        ([1.1, 0.0], [0.0, 0.5], "constraint 0"),
-    ] {
+    for (q, v, part) in
+        [([1.0, 0.0], [0.5, 0.0], "constraint 1"), ([1.1, 0.0], [0.0, 0.5], "constraint 0")]
+    {
         let y = [q[0], q[1], v[0], v[1], v[0] * v[0] + v[1] * v[1]];
         let y_dot = [v[0], v[1], -y[4] * q[0], -9.81, 0.0];
         let request = Request {
@@ -161,12 +149,10 @@ pub fn takes_values_found_behind_an_event<M: Method>(method: &M) {
             tolerances: Tolerances::scalar(tolerance, tolerance),
             roots: Some((
                 vec![Direction::Both],
-                Box::new(
-                    move |_: &mut Circle, _, y: &[f64], _: &[f64], g: &mut [f64]| {
-                        g[0] = y[0] - level;
-                        Ok(())
-                    },
-                ),
+                Box::new(move |_: &mut Circle, _, y: &[f64], _: &[f64], g: &mut [f64]| {
+                    g[0] = y[0] - level;
+                    Ok(())
+                }),
             )),
             ..Request::new(Circle::new(), 0.0, &y, &y_dot)
         });

@@ -50,18 +50,11 @@ pub fn refuses_times_behind_and_values_that_are_no_numbers<M: Method>(method: &M
     let (y, y_dot) = Circle::start();
     assert!(solver.reinit(f64::NAN, &y, &y_dot, &[]).is_err());
     assert!(solver.reinit(0.0, &y[..2], &y_dot, &[]).is_err());
-    assert!(
-        solver
-            .reinit(0.0, &[0.0, f64::NAN, 0.0], &y_dot, &[])
-            .is_err()
-    );
+    assert!(solver.reinit(0.0, &[0.0, f64::NAN, 0.0], &y_dot, &[]).is_err());
     assert!(solver.reinit(0.0, &y, &y_dot, &[1.0]).is_err());
     // The rejected calls did not change the state.
     assert_eq!(solver.t(), 1.0);
-    assert_eq!(
-        solver.integrate_to(2.0).unwrap(),
-        Outcome::Reached { t: 2.0 }
-    );
+    assert_eq!(solver.integrate_to(2.0).unwrap(), Outcome::Reached { t: 2.0 });
 }
 
 /// Checks calls with the current time as output time: `integrate_to` takes no step, but a first step and the correction
@@ -82,10 +75,7 @@ pub fn answers_at_the_time_reached<M: Method>(method: &M) {
 
 /// Checks that a stop time is reached exactly and applies once.
 pub fn holds_a_stop_time_once<M: Method>(method: &M) {
-    let mut solver = method.build(Request {
-        stop_time: Some(0.7),
-        ..request()
-    });
+    let mut solver = method.build(Request { stop_time: Some(0.7), ..request() });
     let mut outcome = solver.step(2.0).unwrap();
     while let Outcome::StepTaken { t } = outcome {
         assert!(t < 0.7);
@@ -100,22 +90,15 @@ pub fn holds_a_stop_time_once<M: Method>(method: &M) {
     solver.set_stop_time(ahead).unwrap();
     let stop = Outcome::StopTime { t: ahead };
     assert_eq!(solver.integrate_to(9.0).unwrap(), stop);
-    assert_eq!(
-        solver.integrate_to(9.0).unwrap(),
-        Outcome::Reached { t: 9.0 }
-    );
+    assert_eq!(solver.integrate_to(9.0).unwrap(), Outcome::Reached { t: 9.0 });
     // A stop time equal to the output time is reported as the stop time.
     solver.set_stop_time(10.0).unwrap();
-    assert_eq!(
-        solver.integrate_to(10.0).unwrap(),
-        Outcome::StopTime { t: 10.0 }
-    );
+    assert_eq!(solver.integrate_to(10.0).unwrap(), Outcome::StopTime { t: 10.0 });
     // After a restart, a stop time that is not ahead is discarded; other stop times are retained.
     let (y, y_dot) = Circle::start();
-    for (stop, expected) in [
-        (11.0, Outcome::Reached { t: 13.0 }),
-        (12.5, Outcome::StopTime { t: 12.5 }),
-    ] {
+    for (stop, expected) in
+        [(11.0, Outcome::Reached { t: 13.0 }), (12.5, Outcome::StopTime { t: 12.5 })]
+    {
         solver.reinit(10.0, &y, &y_dot, &[]).unwrap();
         solver.set_stop_time(stop).unwrap();
         solver.reinit(12.0, &y, &y_dot, &[]).unwrap();
@@ -125,11 +108,7 @@ pub fn holds_a_stop_time_once<M: Method>(method: &M) {
 
 /// Checks that the limit on the number of steps applies to each call of `integrate_to` separately, and not to `step`.
 pub fn limits_the_steps_of_each_call<M: Method>(method: &M) {
-    let limited = || Request {
-        max_steps: Some(3),
-        max_step: Some(0.01),
-        ..request()
-    };
+    let limited = || Request { max_steps: Some(3), max_step: Some(0.01), ..request() };
     let mut solver = method.build(limited());
     for calls in 1..4 {
         let stop = stopped(solver.integrate_to(1.0).unwrap());
@@ -139,10 +118,7 @@ pub fn limits_the_steps_of_each_call<M: Method>(method: &M) {
     }
     let mut solver = method.build(limited());
     for _ in 0..10 {
-        assert!(matches!(
-            solver.step(1.0).unwrap(),
-            Outcome::StepTaken { .. }
-        ));
+        assert!(matches!(solver.step(1.0).unwrap(), Outcome::StepTaken { .. }));
     }
 }
 
@@ -155,10 +131,7 @@ pub fn starts_afresh<M: Method>(method: &M) {
     let mut used = method.build(request());
     used.integrate_to(1.7).unwrap();
     used.reinit(0.0, &y, &y_dot, &[]).unwrap();
-    assert_eq!(
-        (used.t(), used.y(), used.y_dot()),
-        (0.0, &y[..], &y_dot[..])
-    );
+    assert_eq!((used.t(), used.y(), used.y_dot()), (0.0, &y[..], &y_dot[..]));
     assert_eq!(used.statistics().steps, 0);
     assert_eq!(used.statistics().smallest_rcond, None);
     used.integrate_to(3.0).unwrap();

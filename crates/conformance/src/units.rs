@@ -43,11 +43,7 @@ pub fn tests_differential_variables_in_any_unit<M: Method>(method: &M) {
         assert_eq!(solver.integrate_to(t).unwrap(), Outcome::Reached { t });
         let exact = 5.0 + 2.5 * (s.sin() - s.cos() + (-s).exp());
         // 1e-6 times 7.5 in each of up to 150 steps.
-        assert!(
-            (solver.y()[0] - exact).abs() < 1e-3,
-            "{c:e}: {}",
-            solver.y()[0]
-        );
+        assert!((solver.y()[0] - exact).abs() < 1e-3, "{c:e}: {}", solver.y()[0]);
     }
 }
 
@@ -63,16 +59,9 @@ pub fn corrects_initial_values_in_any_unit<M: Method>(method: &M) {
         let slope = solver.y_dot()[0] * tau;
         // Newton's method stops at 0.0033 times the tolerance of 1e-9, for a change within a thousandth of tau.
         assert!((slope - 5.0).abs() < 1e-5, "{c:e}: {slope}");
-        assert_eq!(
-            solver.integrate_to(tau).unwrap(),
-            Outcome::Reached { t: tau }
-        );
+        assert_eq!(solver.integrate_to(tau).unwrap(), Outcome::Reached { t: tau });
         let exact = 5.0 * (1.0 - (-1_f64).exp());
         // As above.
-        assert!(
-            (solver.y()[0] - exact).abs() < 1e-3,
-            "{c:e}: {}",
-            solver.y()[0]
-        );
+        assert!((solver.y()[0] - exact).abs() < 1e-3, "{c:e}: {}", solver.y()[0]);
     }
 }

@@ -65,30 +65,18 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
         // A correction δ changes ẏ by δ/h, and y by this derivative times the time to the first output. Difference
         // quotients perturb ẏ by the tolerance divided by a time. Divided by the short h, the perturbation could leave
         // the range in which F is linear.
-        ConsistencyMode::AlgebraicAndDerivatives => [1e3, 1.0]
-            .map(|factor| (0, CONVERGED * h / time, factor * time))
-            .to_vec(),
+        ConsistencyMode::AlgebraicAndDerivatives => {
+            [1e3, 1.0].map(|factor| (0, CONVERGED * h / time, factor * time)).to_vec()
+        }
         _ => Vec::new(),
     };
     let usual = (0..SCALES).map(|scale| (scale, CONVERGED, h * 0.1_f64.powi(scale)));
     for (scale, wanted, time) in searches.into_iter().chain(usual) {
         let step = h * 0.1_f64.powi(scale);
-        let c = if mode == ConsistencyMode::AlgebraicAndDerivatives {
-            1.0 / step
-        } else {
-            0.0
-        };
+        let c = if mode == ConsistencyMode::AlgebraicAndDerivatives { 1.0 / step } else { 0.0 };
         let mut state = State { t, y, y_dot };
         let scales = (c, wanted);
-        match newton(
-            problem,
-            solver,
-            mode,
-            kinds,
-            &mut state,
-            weights,
-            (time, scales),
-        ) {
+        match newton(problem, solver, mode, kinds, &mut state, weights, (time, scales)) {
             Ok(()) => return Ok(()),
             Err(failed @ Inconsistent::Failed(StepError::Fatal(_))) => return Err(failed),
             Err(failed) => last = failed,
@@ -116,13 +104,7 @@ fn newton<P: Problem, S: LinearSolver<P>>(
     let (mut correction, mut trial) = (vec![0.0; n], vec![0.0; n]);
     let mut size = f64::NAN;
     for _ in 0..MATRICES {
-        let at = Linearization {
-            t: state.t,
-            y: state.y,
-            y_dot: state.y_dot,
-            step: time,
-            weights,
-        };
+        let at = Linearization { t: state.t, y: state.y, y_dot: state.y_dot, step: time, weights };
         solver.evaluate(problem, &at)?;
         solver.set_up(problem, c, &[])?;
         size = solve_for(problem, solver, state, weights, &mut correction)?;
@@ -192,8 +174,6 @@ fn solve_for<P: Problem, S: LinearSolver<P>>(
     let size = norm(out, weights);
     match size.is_finite() {
         true => Ok(size),
-        false => Err(StepError::Recoverable(
-            "the correction is not finite".to_owned(),
-        )),
+        false => Err(StepError::Recoverable("the correction is not finite".to_owned())),
     }
 }

@@ -254,12 +254,7 @@ pub(crate) enum Perturbation {
 
 impl Perturbation {
     /// All perturbations in the order in which they are tried; shorter ones are more affected by rounding.
-    const ALL: [Self; 4] = [
-        Self::Usual,
-        Self::Back,
-        Self::SlightlyAway,
-        Self::SlightlyTowards,
-    ];
+    const ALL: [Self; 4] = [Self::Usual, Self::Back, Self::SlightlyAway, Self::SlightlyTowards];
 }
 
 /// Returns the displacement of ẏ_j, with its sign, multiplied by h; y is not moved.
@@ -270,8 +265,7 @@ impl Perturbation {
 fn rate_displacement(at: &Linearization<'_>, j: usize) -> f64 {
     let motion = at.step * at.y_dot[j];
     let size = f64::EPSILON.sqrt() * motion.abs().max(1.0 / at.weights[j]);
-    size.max(RESOLVED * f64::EPSILON * at.y[j].abs())
-        .copysign(motion)
+    size.max(RESOLVED * f64::EPSILON * at.y[j].abs()).copysign(motion)
 }
 
 /// Returns the larger of |y_j| and the change of variable j in the step.
@@ -372,11 +366,7 @@ mod tests {
     #[test]
     fn differences_stay_where_the_residual_can_be_evaluated() {
         for says in [true, false] {
-            let new = |above| Roots {
-                says,
-                above,
-                calls: 0,
-            };
+            let new = |above| Roots { says, above, calls: 0 };
             // One column leaves the domain; the second perturbation stays within it. The tolerance is ten times y, so
             // both columns are also moved by fine displacements.
             let mut problem = new(f64::INFINITY);
@@ -395,11 +385,7 @@ mod tests {
 
     #[test]
     fn where_no_move_is_possible_the_first_failure_is_handed_back() {
-        let mut says = Roots {
-            says: true,
-            above: f64::INFINITY,
-            calls: 0,
-        };
+        let mut says = Roots { says: true, above: f64::INFINITY, calls: 0 };
         let mut at = Linearization {
             t: 0.0,
             y: &[0.0, 0.0],
@@ -411,9 +397,7 @@ mod tests {
         let pattern = crate::problem::full_pattern(2);
         let mut values = [0.0; 4];
         // At zero, a displacement in the other direction stays in the domain.
-        differences
-            .evaluate(&mut says, &pattern, &at, (1.0, 0.0), &mut values)
-            .unwrap();
+        differences.evaluate(&mut says, &pattern, &at, (1.0, 0.0), &mut values).unwrap();
         assert_eq!(differences.evaluations, 4);
         says.above = 0.0;
         let error = differences.evaluate(&mut says, &pattern, &at, (1.0, 0.0), &mut values);
@@ -462,9 +446,7 @@ mod tests {
         let mut jacobian = Jacobian::of(&Capacitor);
         let mut parts = [[0.0; 4]; 2];
         let [of_value, of_rate] = &mut parts;
-        jacobian
-            .parts(&mut Capacitor, &at, [of_value, of_rate])
-            .unwrap();
+        jacobian.parts(&mut Capacitor, &at, [of_value, of_rate]).unwrap();
         for column in of_rate.chunks_exact(2) {
             // Rounding of F divided by the tolerance, 2e-19/1e-8, is far below the conductance.
             let sum = (column[0] + column[1]) / step;

@@ -49,11 +49,7 @@ impl Jacobian {
 
     /// Creates the Jacobian of a problem with this pattern.
     pub fn with_pattern(pattern: SparsityPattern) -> Self {
-        Self {
-            pattern,
-            differences: None,
-            refines: true,
-        }
+        Self { pattern, differences: None, refines: true }
     }
 
     /// Disables fine displacements. The quotients then describe changes of the size of the tolerances, even if entries
@@ -123,9 +119,8 @@ impl Jacobian {
         values: &mut [f64],
     ) -> Result<(), StepError> {
         let (pattern, refines) = (&self.pattern, self.refines);
-        let differences = self
-            .differences
-            .get_or_insert_with(|| Differences::new(pattern, refines));
+        let differences =
+            self.differences.get_or_insert_with(|| Differences::new(pattern, refines));
         differences.evaluate(problem, pattern, at, coefficients, values)
     }
 }
@@ -168,9 +163,7 @@ mod tests {
             weights: &[1e6, 1e10],
         };
         let mut values = [0.0; 4];
-        jacobian
-            .combined(&mut Sum, &at, (1.0, 0.0), &mut values)
-            .unwrap();
+        jacobian.combined(&mut Sum, &at, (1.0, 0.0), &mut values).unwrap();
         // One entry per column. Rounding of the sum, ε, divided by the smallest increment, 1e-10.
         for (found, exact) in values.iter().zip([1.0, 1.0, 0.0, 1.0]) {
             assert!((found - exact).abs() < 1e-5, "{values:?}");

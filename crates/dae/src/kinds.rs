@@ -41,17 +41,8 @@ impl RateDependence {
         (t, y, y_dot): (f64, &[f64], &[f64]),
     ) -> Result<Self, StepError> {
         let n = y.len();
-        let found = Self {
-            variables: vec![false; n],
-            equations: vec![false; n],
-        };
-        let mut search = Search {
-            problem,
-            t,
-            y,
-            y_dot,
-            found,
-        };
+        let found = Self { variables: vec![false; n], equations: vec![false; n] };
+        let mut search = Search { problem, t, y, y_dot, found };
         match search.by_jacobian() {
             Err(StepError::NoJacobian) => search.by_differences()?,
             evaluated => evaluated?,
@@ -78,13 +69,9 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         for trial in 0..=TRIALS {
             let y_dot = match trial {
                 0 => given.clone(),
-                _ => (0..given.len())
-                    .map(|j| self.moved(trial, j, 1.0))
-                    .collect(),
+                _ => (0..given.len()).map(|j| self.moved(trial, j, 1.0)).collect(),
             };
-            let evaluated = self
-                .problem
-                .jacobian(self.t, self.y, &y_dot, 0.0, 1.0, &mut values);
+            let evaluated = self.problem.jacobian(self.t, self.y, &y_dot, 0.0, 1.0, &mut values);
             match evaluated {
                 Err(_) if trial > 0 => continue,
                 evaluated => evaluated?,
@@ -106,8 +93,7 @@ impl<P: Problem + ?Sized> Search<'_, P> {
     fn by_differences(&mut self) -> Result<(), StepError> {
         let n = self.y.len();
         let mut base = vec![0.0; n];
-        self.problem
-            .residual(self.t, self.y, self.y_dot, &mut base)?;
+        self.problem.residual(self.t, self.y, self.y_dot, &mut base)?;
         let pattern = self.problem.jacobian_pattern();
         let groups = color(&pattern);
         let mut size = 1.0;
@@ -132,8 +118,7 @@ impl<P: Problem + ?Sized> Search<'_, P> {
                         self.found.variables[j] |=
                             lane.iter().any(|row| rows.binary_search(row).is_ok());
                     }
-                    rows.iter()
-                        .for_each(|&row| self.found.equations[row] = true);
+                    rows.iter().for_each(|&row| self.found.equations[row] = true);
                 }
             }
             size *= GROWTH;
@@ -264,10 +249,7 @@ mod tests {
             }
         }
         for has_jacobian in [false, true] {
-            let mut node = Node {
-                c: 0.0,
-                has_jacobian,
-            };
+            let mut node = Node { c: 0.0, has_jacobian };
             let kinds = kinds_at(&mut node, 0.0, &[5.0, 25.0], &[0.0, 0.0]).unwrap();
             assert_eq!(kinds, [Algebraic; 2]);
         }
@@ -314,10 +296,7 @@ mod tests {
             }
             Ok(v)
         });
-        assert_eq!(
-            kinds_at(&mut one_sided, 0.0, &[1.0], &[0.0]).unwrap(),
-            [Differential]
-        );
+        assert_eq!(kinds_at(&mut one_sided, 0.0, &[1.0], &[0.0]).unwrap(), [Differential]);
         let mut nowhere = Of(|_| Err(StepError::Recoverable("outside".into())));
         assert!(kinds_at(&mut nowhere, 0.0, &[1.0], &[0.0]).is_err());
     }

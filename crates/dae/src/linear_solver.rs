@@ -81,9 +81,7 @@ pub trait LinearSolver<P> {
         rhs: &mut [Complex64],
         n_columns: usize,
     ) -> Result<(), StepError> {
-        columns::one_by_one(rhs, n_columns, |column| {
-            self.solve_complex(problem, k, column)
-        })
+        columns::one_by_one(rhs, n_columns, |column| self.solve_complex(problem, k, column))
     }
 
     /// Solves in place with the transpose of the real matrix, as needed by an adjoint.

@@ -78,14 +78,7 @@ impl Stop {
         statistics: Statistics,
         worst_components: Vec<WorstComponent>,
     ) -> Self {
-        Self {
-            reason,
-            message,
-            t,
-            statistics,
-            worst_components,
-            remedies: Vec::new(),
-        }
+        Self { reason, message, t, statistics, worst_components, remedies: Vec::new() }
     }
 
     /// Adds suggested remedies for an integration of `problem` with variables of these `kinds` by a
@@ -100,31 +93,15 @@ impl Stop {
 
 impl fmt::Display for Stop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            reason,
-            message,
-            t,
-            statistics,
-            remedies,
-            ..
-        } = self;
-        let Statistics {
-            steps,
-            last_step,
-            last_order,
-            ..
-        } = statistics;
+        let Self { reason, message, t, statistics, remedies, .. } = self;
+        let Statistics { steps, last_step, last_order, .. } = statistics;
         write!(
             f,
             "stopped at t = {t} after {steps} steps (last step {last_step:e}, order \
              {last_order}): {reason}: {message}"
         )?;
         for (i, remedy) in remedies.iter().enumerate() {
-            let before = if i == 0 {
-                "; suggested remedy:"
-            } else {
-                "; or"
-            };
+            let before = if i == 0 { "; suggested remedy:" } else { "; or" };
             write!(f, "{before} {remedy}")?;
         }
         Ok(())

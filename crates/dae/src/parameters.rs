@@ -19,11 +19,7 @@ pub struct Parameter {
 impl Parameter {
     /// Creates a parameter whose typical size is |value|, or 1 if the value is 0.
     pub fn new(name: impl Into<String>, value: f64) -> Self {
-        Self {
-            name: name.into(),
-            value,
-            scale: if value == 0.0 { 1.0 } else { value.abs() },
-        }
+        Self { name: name.into(), value, scale: if value == 0.0 { 1.0 } else { value.abs() } }
     }
 }
 
@@ -75,8 +71,7 @@ pub trait Parameters<P: ?Sized> {
         let mut column = vec![0.0; y.len()];
         let n_columns = self.list().len();
         for j in 0..n_columns {
-            self.derivative(problem, j, t, y, y_dot, &mut column)
-                .map_err(|error| (j, error))?;
+            self.derivative(problem, j, t, y, y_dot, &mut column).map_err(|error| (j, error))?;
             columns::put(&column, out, j, n_columns);
         }
         Ok(())
@@ -193,9 +188,7 @@ type Setter<P> = dyn FnMut(&mut P, usize, f64) + Send;
 
 impl<P> std::fmt::Debug for Differenced<P> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Differenced")
-            .field("list", &self.list)
-            .finish_non_exhaustive()
+        f.debug_struct("Differenced").field("list", &self.list).finish_non_exhaustive()
     }
 }
 
@@ -210,12 +203,7 @@ impl<P> Differenced<P> {
         get: impl Fn(&P, usize) -> f64 + Send + 'static,
         set: impl FnMut(&mut P, usize, f64) + Send + 'static,
     ) -> Self {
-        Self {
-            list,
-            get: Box::new(get),
-            set: Box::new(set),
-            below: Vec::new(),
-        }
+        Self { list, get: Box::new(get), set: Box::new(set), below: Vec::new() }
     }
 }
 
@@ -299,9 +287,7 @@ mod tests {
     fn a_parameter_that_was_changed_keeps_its_value() {
         let mut parameters = decay(0.5);
         let (mut problem, mut out) = (Decay(1.0), [0.0]);
-        parameters
-            .derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut out)
-            .unwrap();
+        parameters.derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut out).unwrap();
         // Truncation 1e-11 and rounding 9e-11, as below.
         assert!((out[0] - 3.0 * 1.0_f64.exp()).abs() < 1e-9, "{out:?}");
         assert_eq!((problem.0, parameters.list()[0].value), (1.0, 1.0));
@@ -311,9 +297,7 @@ mod tests {
     fn the_quotient_is_the_derivative_and_the_problem_stays_as_it_was() {
         let mut parameters = decay(0.5);
         let (mut problem, mut out) = (Decay(0.5), [0.0]);
-        parameters
-            .derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut out)
-            .unwrap();
+        parameters.derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut out).unwrap();
         // Truncation error δ²/6 = 6e-12 and rounding error ε/δ = 4e-11, for a residual of 5.
         assert!((out[0] - 3.0 * 0.5_f64.exp()).abs() < 1e-9, "{out:?}");
         assert_eq!(problem.0, 0.5);

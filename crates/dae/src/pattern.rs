@@ -24,11 +24,7 @@ impl std::error::Error for MissingEntry {}
 impl std::fmt::Display for MissingEntry {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { row, column, .. } = self;
-        let what = if self.of_rate {
-            "the derivative of "
-        } else {
-            ""
-        };
+        let what = if self.of_rate { "the derivative of " } else { "" };
         write!(
             f,
             "equation {row} changes with {what}y[{column}], and the pattern has no entry in row {row}, \
@@ -115,19 +111,12 @@ pub fn check_pattern<P: Problem + ?Sized>(
     }
     // Derivatives have no tolerance: they are perturbed by √ε, and differences use √ε times 1.
     let weights = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
-    let [at_rate, quotients] = [&weights[0], &weights[1]].map(|weights| Linearization {
-        step: 1.0,
-        weights,
-        ..*at
-    });
+    let [at_rate, quotients] =
+        [&weights[0], &weights[1]].map(|weights| Linearization { step: 1.0, weights, ..*at });
     for (at, quotients, of_rate) in [(at, at, false), (&at_rate, &quotients, true)] {
         let found = find(problem, &mut jacobian, [at, quotients], of_rate);
         if let Ok(Some((row, column))) = found {
-            return Err(MissingEntry {
-                row,
-                column,
-                of_rate,
-            });
+            return Err(MissingEntry { row, column, of_rate });
         }
     }
     Ok(())
@@ -159,9 +148,8 @@ fn find<P: Problem + ?Sized>(
             of_terms.max(ROUNDING * probe.rounding[i])
         };
         let share = |i: usize| left[i].abs() / bound(i);
-        let mut rows: Vec<usize> = (0..d.len())
-            .filter(|&i| !cleared[i] && share(i) > 1.0)
-            .collect();
+        let mut rows: Vec<usize> =
+            (0..d.len()).filter(|&i| !cleared[i] && share(i) > 1.0).collect();
         rows.sort_by(|&i, &k| share(k).total_cmp(&share(i)));
         rows.truncate(ROWS);
         let bounds: Vec<f64> = rows.iter().map(|&i| bound(i)).collect();
@@ -194,13 +182,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
     ) -> Result<Self, StepError> {
         let mut base = vec![0.0; at.y.len()];
         problem.residual(at.t, at.y, at.y_dot, &mut base)?;
-        let mut probe = Self {
-            problem,
-            at,
-            of_rate,
-            rounding: vec![0.0; base.len()],
-            base,
-        };
+        let mut probe = Self { problem, at, of_rate, rounding: vec![0.0; base.len()], base };
         for trial in 0..2 {
             // Some last digits.
             let rounded = |values: &[f64], k: u64| -> Vec<f64> {

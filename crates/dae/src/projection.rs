@@ -45,13 +45,8 @@ pub fn project_onto_constraints<P: Problem>(
     if problem.n_constraints() == 0 {
         return Err(Inconsistent::NoConstraints);
     }
-    let mut state = State {
-        kinds,
-        t,
-        span: (t_first - t).abs(),
-        y: y.to_vec(),
-        y_dot: y_dot.to_vec(),
-    };
+    let mut state =
+        State { kinds, t, span: (t_first - t).abs(), y: y.to_vec(), y_dot: y_dot.to_vec() };
     state.move_onto_constraints(problem, weights)?;
     state.follow(problem, weights)?;
     y.copy_from_slice(&state.y);
@@ -164,8 +159,7 @@ impl State<'_> {
         let rows = Scaling::of(matrix, weights).rows;
         let terms = |i: usize| -> f64 {
             let row = (0..matrix.ncols()).map(|j| (matrix[(i, j)], self.is_rate(j), j));
-            row.map(|(a, rate, j)| (a * if rate { self.y_dot[j] } else { self.y[j] }).abs())
-                .sum()
+            row.map(|(a, rate, j)| (a * if rate { self.y_dot[j] } else { self.y[j] }).abs()).sum()
         };
         let sizes: Vec<f64> = (0..left.len()).map(|i| rows[i] * terms(i)).collect();
         let most = sizes.iter().copied().fold(0.0, f64::max);
@@ -176,20 +170,13 @@ impl State<'_> {
         };
         match (0..left.len()).find(wrong) {
             None => Ok(()),
-            Some(equation) => Err(Inconsistent::Contradicted {
-                equation,
-                left: left[equation],
-            }),
+            Some(equation) => Err(Inconsistent::Contradicted { equation, left: left[equation] }),
         }
     }
 
     /// Returns the increment of the unknown ẏ_j or y_j for difference quotients.
     fn difference(&mut self, j: usize) -> f64 {
-        let largest = largest(if self.is_rate(j) {
-            &self.y_dot
-        } else {
-            &self.y
-        });
+        let largest = largest(if self.is_rate(j) { &self.y_dot } else { &self.y });
         DIFFERENCE * scale(*self.sought(j), largest)
     }
 
@@ -206,11 +193,7 @@ impl State<'_> {
                 let numbered = values.iter().enumerate();
                 numbered.map(|(j, value)| value * factor(j)).collect()
             };
-            let state = State {
-                y: rounded(&self.y, 0),
-                y_dot: rounded(&self.y_dot, 1),
-                ..*self
-            };
+            let state = State { y: rounded(&self.y, 0), y_dot: rounded(&self.y_dot, 1), ..*self };
             let change = (state.equations(problem)? - equations).abs();
             largest = largest.sup(&change);
         }
@@ -237,9 +220,7 @@ impl State<'_> {
         problem.residual(self.t, &self.y, &self.y_dot, f)?;
         let motion = largest(&self.y_dot);
         let span = match motion > 0.0 {
-            true => self
-                .span
-                .min((largest(&self.y) / motion).max(f64::MIN_POSITIVE)),
+            true => self.span.min((largest(&self.y) / motion).max(f64::MIN_POSITIVE)),
             false => self.span,
         };
         let dt = DIFFERENCE * if span > 0.0 { span } else { 1.0 };
@@ -325,8 +306,7 @@ fn least_squares(a: DMatrix<f64>, b: &DVector<f64>) -> Result<DVector<f64>, Inco
     }
     let svd = a.svd(true, true);
     let least = RANK * svd.singular_values.max();
-    svd.solve(b, least)
-        .map_err(|_| Inconsistent::NotFound { norm: f64::NAN })
+    svd.solve(b, least).map_err(|_| Inconsistent::NotFound { norm: f64::NAN })
 }
 
 fn largest(x: &[f64]) -> f64 {

@@ -146,12 +146,8 @@ mod tests {
             ConsistentStart, LooserMultipliers, LooserTolerances, RestartAtBreak, StateConstraints,
         };
         let remedies = |reason, steps, are_constraints_stated| {
-            let context = StopContext {
-                index: Some(3),
-                algebraic: true,
-                are_constraints_stated,
-                steps,
-            };
+            let context =
+                StopContext { index: Some(3), algebraic: true, are_constraints_stated, steps };
             context.remedies(reason, RADAU)
         };
         let failures = StopReason::ErrorTestFailures;

@@ -140,17 +140,11 @@ fn weigh<P: Problem + ?Sized>(
     let mut moved = given.clone();
     evaluate(problem, y, y_dot, &mut given)?;
     let other = y_dot.iter().enumerate();
-    let other: Vec<f64> = other
-        .map(|(j, v)| v + (1.0 + v.abs()) * draw(0, j))
-        .collect();
+    let other: Vec<f64> = other.map(|(j, v)| v + (1.0 + v.abs()) * draw(0, j)).collect();
     evaluate(problem, y, &other, &mut moved)?;
     let mut equations: Vec<Equation> = (0..given.len())
         .filter(|&i| given[i] != 0.0 && given[i] == moved[i])
-        .map(|i| Equation {
-            number: i,
-            left: given[i],
-            moved: 0.0,
-        })
+        .map(|i| Equation { number: i, left: given[i], moved: 0.0 })
         .collect();
     let trials = if equations.is_empty() { 0 } else { TRIALS };
     for trial in 1..=trials {

@@ -96,10 +96,7 @@ mod tests {
                     underscore.into_iter().chain(c.to_lowercase())
                 })
                 .collect();
-            assert_eq!(
-                (reason.name(), reason.to_string()),
-                (snake.as_str(), snake.clone())
-            );
+            assert_eq!((reason.name(), reason.to_string()), (snake.as_str(), snake.clone()));
         }
     }
 }

@@ -30,10 +30,7 @@ impl Tolerances {
 
     /// Returns tolerances with an absolute tolerance for each component.
     pub fn vector(relative: f64, absolute: impl Into<Vec<f64>>) -> Self {
-        Self::Vector {
-            relative,
-            absolute: absolute.into(),
-        }
+        Self::Vector { relative, absolute: absolute.into() }
     }
 
     /// Returns the relative tolerance.
@@ -152,13 +149,10 @@ impl Suppressed {
             return Ok(tolerances);
         };
         let untested = from_index(*least, indices)?;
-        let absolute = untested
-            .iter()
-            .enumerate()
-            .map(|(i, untested)| match untested {
-                true => UNTESTED,
-                false => tolerances.absolute(i),
-            });
+        let absolute = untested.iter().enumerate().map(|(i, untested)| match untested {
+            true => UNTESTED,
+            false => tolerances.absolute(i),
+        });
         let absolute: Vec<f64> = absolute.collect();
         Ok(Tolerances::vector(tolerances.relative(), absolute))
     }
@@ -191,10 +185,7 @@ mod tests {
         let by_index = Suppressed::FromIndex(2).loosened(given.clone(), Some(&indices));
         assert_eq!(by_index, Ok(given.clone()));
         assert_eq!(untested.loosened(given, None), Err(NoIndices));
-        assert_eq!(
-            Suppressed::FromIndex(2).left_out(&kinds, None),
-            Err(NoIndices)
-        );
+        assert_eq!(Suppressed::FromIndex(2).left_out(&kinds, None), Err(NoIndices));
         assert!(Suppressed::Algebraic.left_out(&kinds, None).is_ok());
     }
 }

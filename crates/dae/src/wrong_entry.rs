@@ -26,11 +26,7 @@ impl std::error::Error for WrongEntry {}
 impl std::fmt::Display for WrongEntry {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { row, column, .. } = self;
-        let matrix = if self.of_rate {
-            "∂F/∂ẏ"
-        } else {
-            "∂F/∂y"
-        };
+        let matrix = if self.of_rate { "∂F/∂ẏ" } else { "∂F/∂y" };
         write!(
             f,
             "the Jacobian looks wrong: {matrix} has {:.6e} in row {row}, column {column} (counted from 0), \
@@ -59,25 +55,15 @@ pub fn check_jacobian<P: Problem + ?Sized>(
     let pattern = problem.jacobian_pattern();
     let mut parts = [vec![0.0; pattern.nnz()], vec![0.0; pattern.nnz()]];
     let [of_value, of_rate] = &mut parts;
-    if problem
-        .jacobian_parts(at.t, at.y, at.y_dot, [of_value, of_rate])
-        .is_err()
-    {
+    if problem.jacobian_parts(at.t, at.y, at.y_dot, [of_value, of_rate]).is_err() {
         return Ok(());
     }
     // Derivatives have no tolerance: they are perturbed by 1 + |ẏ|.
     let weights: Vec<f64> = at.y_dot.iter().map(|v| 1.0 / (1.0 + v.abs())).collect();
-    let at_rate = Linearization {
-        step: 1.0,
-        weights: &weights,
-        ..*at
-    };
+    let at_rate = Linearization { step: 1.0, weights: &weights, ..*at };
     for (at, of_rate) in [(at, false), (&at_rate, true)] {
         let values = &parts[usize::from(of_rate)];
-        let matrix = Stated {
-            pattern: &pattern,
-            values,
-        };
+        let matrix = Stated { pattern: &pattern, values };
         if let Ok(Some((row, column, quotient))) = find(problem, matrix, at, of_rate) {
             return Err(WrongEntry {
                 row,

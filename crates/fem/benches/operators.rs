@@ -35,13 +35,8 @@ fn main() {
 
     let (n, m) = (space.n_components(), space.n_pressures());
     let wave = |n: usize, size: f64| (0..n).map(|i| size * (i as f64).sin()).collect::<Vec<_>>();
-    let (u, v, p, p_rate, mu) = (
-        wave(n, 1e-4),
-        wave(n, 1e-2),
-        wave(m, 20.0),
-        wave(m, 100.0),
-        wave(m, 100.0),
-    );
+    let (u, v, p, p_rate, mu) =
+        (wave(n, 1e-4), wave(n, 1e-2), wave(m, 20.0), wave(m, 100.0), wave(m, 100.0));
     let fields = Fields {
         u: &u,
         pressure: Pressure::Nodal(&p),
@@ -108,10 +103,7 @@ fn main() {
             solid.evaluate(black_box(&fields), &mut out).unwrap();
         }),
     );
-    report(
-        "mass times vector",
-        fastest(|| solid.apply_mass(black_box(&v), multiplier_force)),
-    );
+    report("mass times vector", fastest(|| solid.apply_mass(black_box(&v), multiplier_force)));
     report(
         "stiffness, divergence",
         fastest(|| {

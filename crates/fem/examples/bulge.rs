@@ -16,15 +16,9 @@ fn results(solid: &Solid, a: f64) -> Result<[f64; 3], Box<dyn std::error::Error>
     let u: Vec<f64> = solid.space().node_points().iter().flat_map(bulge).collect();
     let fields = Fields::new(&u, Pressure::Penalty { kappa: 1e5 });
     let mut volume_residual = vec![0.0; solid.space().n_pressures()];
-    let mut out = Vectors {
-        volume_residual: Some(&mut volume_residual),
-        ..Vectors::default()
-    };
+    let mut out = Vectors { volume_residual: Some(&mut volume_residual), ..Vectors::default() };
     solid.evaluate(&fields, &mut out)?;
-    let quarter = solid
-        .space()
-        .locate([0.05, 0.0])
-        .ok_or("the point is outside the mesh")?;
+    let quarter = solid.space().locate([0.05, 0.0]).ok_or("the point is outside the mesh")?;
     Ok([
         solid.strain_energy(&fields),
         volume_residual.iter().sum(),
@@ -37,11 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let dofs = DofMap::clamped(&space, &space.nodes_of("fixed")?)?;
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     let solid = Solid::uniform(space, dofs, law, 1.1e3)?;
-    println!(
-        "{} triangles, {} free components",
-        solid.space().n_elements(),
-        solid.dofs().n_free()
-    );
+    println!("{} triangles, {} free components", solid.space().n_elements(), solid.dofs().n_free());
     println!("amplitude/m  energy/(J/m)  volume change/m²  von Mises at (0.05, 0)/Pa");
     for a in [1e-3, 2e-3, 4e-3] {
         let [energy, change, mises] = results(&solid, a)?;

@@ -38,10 +38,7 @@ pub enum FemError {
         known: Vec<String>,
     },
     /// Unknown nodal field.
-    #[error(
-        "the mesh has no nodal field \"{name}\"; its fields are: {}",
-        list(known)
-    )]
+    #[error("the mesh has no nodal field \"{name}\"; its fields are: {}", list(known))]
     UnknownField {
         /// Requested field.
         name: String,
@@ -268,19 +265,11 @@ fn facet(vertices: &[usize]) -> String {
 }
 
 fn in_unit(unit: &str) -> String {
-    if unit.is_empty() {
-        String::new()
-    } else {
-        format!(" (in {unit})")
-    }
+    if unit.is_empty() { String::new() } else { format!(" (in {unit})") }
 }
 
 fn list(names: &[String]) -> String {
-    if names.is_empty() {
-        "(none)".to_owned()
-    } else {
-        names.join(", ")
-    }
+    if names.is_empty() { "(none)".to_owned() } else { names.join(", ") }
 }
 
 /// Problem on a line of a mesh file.

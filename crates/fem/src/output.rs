@@ -93,13 +93,7 @@ impl Solid {
             }
         };
         let piola = law.stress3(gradient, slope * pressure, self.axes_at(at));
-        let state = PointState {
-            gradient,
-            jacobian,
-            pressure,
-            piola,
-            cauchy: piola,
-        };
+        let state = PointState { gradient, jacobian, pressure, piola, cauchy: piola };
         let mut state = state.with_stress(piola, law.is_linear());
         if law.description().complete {
             state.pressure = -(0..3).map(|i| state.cauchy[i][i]).sum::<f64>() / 3.0;
@@ -229,10 +223,7 @@ impl Solid {
         let mut found = VolumeRatios {
             smallest: f64::INFINITY,
             largest: f64::NEG_INFINITY,
-            at: ElementPoint {
-                element: 0,
-                barycentric: points[0],
-            },
+            at: ElementPoint { element: 0, barycentric: points[0] },
         };
         for element in 0..space.n_elements() {
             let (nodes, law) = (space.element_nodes(element), self.laws()[element]);
@@ -262,10 +253,7 @@ impl Solid {
                 found.largest = found.largest.max(ratio);
                 if ratio < found.smallest {
                     found.smallest = ratio;
-                    found.at = ElementPoint {
-                        element,
-                        barycentric,
-                    };
+                    found.at = ElementPoint { element, barycentric };
                 }
             }
         }

@@ -160,11 +160,7 @@ impl Rod {
     ///
     /// The force is `EA (τ + β τ̇)` for a strain and `EA τ` for a traction.
     pub fn end_force(&self, load: EndLoad, tau: f64, tau_dot: f64) -> f64 {
-        let RodData {
-            axial_stiffness,
-            stiffness_damping,
-            ..
-        } = self.data;
+        let RodData { axial_stiffness, stiffness_damping, .. } = self.data;
         match load {
             EndLoad::Strain => axial_stiffness * (tau + stiffness_damping * tau_dot),
             EndLoad::Traction => axial_stiffness * tau,
@@ -180,11 +176,7 @@ impl Rod {
         assert_eq!(s.len(), 2 * n, "states");
         assert_eq!(s_dot.len(), 2 * n, "derivatives");
         assert_eq!(residual.len(), 2 * n, "residual");
-        let RodData {
-            mass_damping: alpha,
-            stiffness_damping: beta,
-            ..
-        } = self.data;
+        let RodData { mass_damping: alpha, stiffness_damping: beta, .. } = self.data;
         let ((q, v), (q_dot, v_dot)) = (s.split_at(n), s_dot.split_at(n));
         let (kinematic, momentum) = residual.split_at_mut(n);
         momentum.fill(0.0);
@@ -209,26 +201,17 @@ impl Rod {
     /// Panics unless `values` has one entry per entry of the pattern.
     pub fn jacobian(&self, a: f64, b: f64, values: &mut [f64]) {
         assert_eq!(values.len(), self.pattern.nnz(), "Jacobian values");
-        let RodData {
-            mass_damping: alpha,
-            stiffness_damping: beta,
-            ..
-        } = self.data;
+        let RodData { mass_damping: alpha, stiffness_damping: beta, .. } = self.data;
         let n = self.n_free();
         let q_columns = (0..n).flat_map(|j| {
             let momentum = self.column(j).map(move |(_, _, k)| a * k);
             once(b).chain(momentum)
         });
         let v_columns = (0..n).flat_map(|j| {
-            let momentum = self
-                .column(j)
-                .map(move |(_, m, k)| (b + a * alpha) * m + a * beta * k);
+            let momentum = self.column(j).map(move |(_, m, k)| (b + a * alpha) * m + a * beta * k);
             once(-a).chain(momentum)
         });
-        values
-            .iter_mut()
-            .zip(q_columns.chain(v_columns))
-            .for_each(|(entry, value)| *entry = value);
+        values.iter_mut().zip(q_columns.chain(v_columns)).for_each(|(entry, value)| *entry = value);
     }
 
     /// Returns the mechanical energy `½ vᵀ M v + ½ qᵀ A q`.
@@ -242,10 +225,7 @@ impl Rod {
         assert_eq!(s.len(), 2 * n, "states");
         let (q, v) = s.split_at(n);
         let twice: f64 = (0..n)
-            .flat_map(|j| {
-                self.column(j)
-                    .map(move |(i, m, a)| v[i] * m * v[j] + q[i] * a * q[j])
-            })
+            .flat_map(|j| self.column(j).map(move |(i, m, a)| v[i] * m * v[j] + q[i] * a * q[j]))
             .sum();
         twice / 2.0
     }
@@ -255,9 +235,7 @@ impl Rod {
     /// # Errors
     /// [`FemError::Parameter`] if the point is not on the rod.
     pub fn displacement_at(&self, x: f64) -> Result<PointValue, FemError> {
-        let RodData {
-            length, n_elements, ..
-        } = self.data;
+        let RodData { length, n_elements, .. } = self.data;
         if !(0.0..=length).contains(&x) {
             return Err(FemError::Parameter {
                 name: "x",
@@ -269,10 +247,7 @@ impl Rod {
         let element = (scaled as usize).min(n_elements - 1);
         let right = scaled - element as f64;
         // Node 0 is fixed; node k has the unknown k − 1.
-        let weights = [
-            (element.checked_sub(1), 1.0 - right),
-            (Some(element), right),
-        ];
+        let weights = [(element.checked_sub(1), 1.0 - right), (Some(element), right)];
         let entries = weights
             .into_iter()
             .filter_map(|(unknown, weight)| Some((unknown?, weight)))
@@ -285,11 +260,7 @@ impl Rod {
     fn column(&self, j: usize) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         let offsets = self.mass.pattern().major_offsets();
         (offsets[j]..offsets[j + 1]).map(|e| {
-            (
-                self.mass.row_indices()[e],
-                self.mass.values()[e],
-                self.stiffness.values()[e],
-            )
+            (self.mass.row_indices()[e], self.mass.values()[e], self.stiffness.values()[e])
         })
     }
 }
@@ -307,10 +278,7 @@ impl PointValue {
     /// # Panics
     /// Panics if `q` is shorter than the displacements of the rod.
     pub fn of(&self, q: &[f64]) -> f64 {
-        self.entries
-            .iter()
-            .map(|&(unknown, weight)| weight * q[unknown])
-            .sum()
+        self.entries.iter().map(|&(unknown, weight)| weight * q[unknown]).sum()
     }
 }
 
@@ -323,17 +291,11 @@ fn check(data: &RodData) -> Result<(), FemError> {
     for (name, value) in positive {
         Range::Positive.check(name, value)?;
     }
-    let damping = [
-        ("mass_damping", data.mass_damping),
-        ("stiffness_damping", data.stiffness_damping),
-    ];
+    let damping =
+        [("mass_damping", data.mass_damping), ("stiffness_damping", data.stiffness_damping)];
     for (name, value) in damping {
         if !(value >= 0.0 && value.is_finite()) {
-            return Err(FemError::Parameter {
-                name,
-                value,
-                condition: "at least 0 and finite",
-            });
+            return Err(FemError::Parameter { name, value, condition: "at least 0 and finite" });
         }
     }
     if data.n_elements == 0 {
@@ -347,10 +309,7 @@ fn check(data: &RodData) -> Result<(), FemError> {
 }
 
 fn tridiagonal_pattern(n: usize) -> SparsityPattern {
-    pattern(
-        n,
-        (0..n).map(|j| (j.saturating_sub(1)..(j + 2).min(n)).collect()),
-    )
+    pattern(n, (0..n).map(|j| (j.saturating_sub(1)..(j + 2).min(n)).collect()))
 }
 
 /// Returns the pattern of the first-order system: each of the columns q_j and v_j has its kinematic
@@ -358,10 +317,7 @@ fn tridiagonal_pattern(n: usize) -> SparsityPattern {
 fn first_order_pattern(lanes: &SparsityPattern) -> SparsityPattern {
     let n = lanes.major_dim();
     let column = |j: usize| once(j).chain(lanes.lane(j).iter().map(|i| n + i)).collect();
-    pattern(
-        2 * n,
-        (0..2 * n).map(|column_index| column(column_index % n)),
-    )
+    pattern(2 * n, (0..2 * n).map(|column_index| column(column_index % n)))
 }
 
 /// Assembles the element matrices `(d, o; o, d)` over the free nodes.

@@ -90,10 +90,7 @@ fn check<W: Law3>(law: &W, scale: f64) {
 
 #[test]
 fn law_can_be_given_by_its_energy_alone() {
-    let law = Gent {
-        shear_modulus: 2e4,
-        limit: 5.0,
-    };
+    let law = Gent { shear_modulus: 2e4, limit: 5.0 };
     check(&law, 1e5);
     // Simple shear: P01 = μ γ/(1 − γ²/J_m).
     let mut h = [[0.0; 3]; 3];
@@ -111,16 +108,8 @@ fn law_can_have_fibers() {
 
 static MOONEY: MooneyRivlin = MooneyRivlin { c10: 1e4, c01: 2e2 };
 static LINEAR: SmallStrain = SmallStrain { shear_modulus: 2e4 };
-static WHOLE: StVenantKirchhoff = StVenantKirchhoff {
-    lambda: 3e4,
-    shear_modulus: 2e4,
-};
-static HEART: Guccione = Guccione {
-    c: 2e3,
-    b_f: 8.0,
-    b_t: 2.0,
-    b_fs: 4.0,
-};
+static WHOLE: StVenantKirchhoff = StVenantKirchhoff { lambda: 3e4, shear_modulus: 2e4 };
+static HEART: Guccione = Guccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 };
 
 /// The results of a custom law are bitwise equal to the results of the built-in law.
 #[test]
@@ -132,45 +121,21 @@ fn custom_law_is_bitwise_equal_to_the_built_in_law() {
     let v = [[0.3, -0.8, 0.4], [0.5, 0.9, -0.2], [-0.6, 0.1, -0.7]];
     let Guccione { c, b_f, b_t, b_fs } = HEART;
     for (law, custom) in [
-        (
-            Law::MooneyRivlin { c10: 1e4, c01: 2e2 },
-            Law::custom("mooney", &MOONEY),
-        ),
-        (
-            Law::SmallStrain { shear_modulus: 2e4 },
-            Law::custom("linear", &LINEAR),
-        ),
-        (
-            Law::StVenantKirchhoff {
-                lambda: 3e4,
-                shear_modulus: 2e4,
-            },
-            Law::custom("whole", &WHOLE),
-        ),
-        (
-            Law::Guccione { c, b_f, b_t, b_fs },
-            Law::custom("heart", &HEART),
-        ),
+        (Law::MooneyRivlin { c10: 1e4, c01: 2e2 }, Law::custom("mooney", &MOONEY)),
+        (Law::SmallStrain { shear_modulus: 2e4 }, Law::custom("linear", &LINEAR)),
+        (Law::StVenantKirchhoff { lambda: 3e4, shear_modulus: 2e4 }, Law::custom("whole", &WHOLE)),
+        (Law::Guccione { c, b_f, b_t, b_fs }, Law::custom("heart", &HEART)),
     ] {
         assert_eq!(law.energy3(H, axes), custom.energy3(H, axes));
         assert_eq!(law.stress3(H, 700.0, axes), custom.stress3(H, 700.0, axes));
-        assert_eq!(
-            law.tangent3(H, 700.0, axes),
-            custom.tangent3(H, 700.0, axes)
-        );
+        assert_eq!(law.tangent3(H, 700.0, axes), custom.tangent3(H, 700.0, axes));
         let rates = [law, custom].map(|law| law.stress_rate3(H, v, [700.0, 30.0], axes));
         assert_eq!(rates[0], rates[1]);
         let rates = [law, custom].map(|law| law.tangent_rate3(H, v, [700.0, 30.0], axes));
         assert_eq!(rates[0], rates[1]);
         assert_eq!(law.volume_change3(H), custom.volume_change3(H));
         assert_eq!(law.volume_gradient3(H), custom.volume_gradient3(H));
-        let traits = |law: Law| {
-            (
-                law.is_linear(),
-                law.has_fibers(),
-                law.description().complete,
-            )
-        };
+        let traits = |law: Law| (law.is_linear(), law.has_fibers(), law.description().complete);
         assert_eq!(traits(law), traits(custom));
         // The factor scales the stress in one case and the constants in the other: one or two rounding errors.
         let [scaled, custom_scaled] =
@@ -183,10 +148,7 @@ fn custom_law_is_bitwise_equal_to_the_built_in_law() {
     assert_eq!(Law::custom("heart", &HEART), Law::custom("heart", &HEART));
 }
 
-static GENT: Gent = Gent {
-    shear_modulus: 2e4,
-    limit: 5.0,
-};
+static GENT: Gent = Gent { shear_modulus: 2e4, limit: 5.0 };
 
 /// Evaluates the forces of a block alternately with two laws, and returns the shortest time for each law.
 fn least_times(laws: [Law; 2]) -> [Duration; 2] {
@@ -203,10 +165,7 @@ fn least_times(laws: [Law; 2]) -> [Duration; 2] {
     for _ in 0..40 {
         for (solid, least) in solids.iter().zip(&mut least) {
             let fields = Fields::new(&u, Pressure::Nodal(&pressure));
-            let mut out = Vectors {
-                force: Some(&mut force),
-                ..Vectors::default()
-            };
+            let mut out = Vectors { force: Some(&mut force), ..Vectors::default() };
             let start = Instant::now();
             solid.evaluate(&fields, &mut out).expect("valid");
             *least = start.elapsed().min(*least);

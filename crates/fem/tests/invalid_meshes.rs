@@ -67,11 +67,7 @@ fn repeated_or_reversed_load_edges_count_once() {
     };
     let (once, mesh) = load_of(&[[2, 3]]);
     assert!(mesh.notes().is_empty());
-    for lines in [
-        &[[2, 3], [2, 3]][..],
-        &[[2, 3], [3, 2]],
-        &[[2, 3], [3, 2], [2, 3]],
-    ] {
+    for lines in [&[[2, 3], [2, 3]][..], &[[2, 3], [3, 2]], &[[2, 3], [3, 2], [2, 3]]] {
         let (again, mesh) = load_of(lines);
         assert_eq!(again, once);
         let note = MeshNote::Repeated {
@@ -118,10 +114,7 @@ fn nonconforming_elements_are_rejected_with_their_tags() {
 fn clockwise_triangles_are_reoriented_and_noted() {
     let mesh = read(&SQUARE, &[[0, 1]], &[[0, 2, 1], [0, 3, 2]]);
     assert_eq!(mesh.measure(), 1.0);
-    let note = MeshNote::Reoriented {
-        elements: 2,
-        order: "clockwise",
-    };
+    let note = MeshNote::Reoriented { elements: 2, order: "clockwise" };
     assert_eq!(mesh.notes(), [note]);
 }
 
@@ -217,10 +210,7 @@ fn field_values_off_the_vertices_are_noted() {
         mesh.notes().to_vec()
     };
     assert_eq!(notes(3), []);
-    let note = MeshNote::OffVertexValues {
-        field: "f0".to_owned(),
-        values: 3,
-    };
+    let note = MeshNote::OffVertexValues { field: "f0".to_owned(), values: 3 };
     assert_eq!(notes(6), [note]);
 }
 
@@ -276,10 +266,7 @@ fn inverted_curved_elements_are_rejected() {
 #[test]
 fn mirrored_curved_elements_are_reoriented_and_noted() {
     let mesh = ten_nodes([-0.1, -0.1, 0.5], true).expect("a tetrahedron");
-    let note = MeshNote::Reoriented {
-        elements: 1,
-        order: "inverted",
-    };
+    let note = MeshNote::Reoriented { elements: 1, order: "inverted" };
     assert_eq!(mesh.notes(), [note]);
     let space = Space::taylor_hood(&mesh);
     let straight = Space::taylor_hood(&ten_nodes([0.0, 0.0, 0.5], true).unwrap());

@@ -20,10 +20,7 @@ fn vectors(rule: Rule, strain: f64) -> [Vec<f64>; 2] {
     let k = TAU / 0.2;
     let wave = |[x, y]: [f64; 2]| [(k * x).sin() * (k * y).cos(), (k * x).cos() * (k * y).sin()];
     let points = space.node_points();
-    let u: Vec<f64> = points
-        .iter()
-        .flat_map(|&x| wave(x).map(|u| strain / k * u))
-        .collect();
+    let u: Vec<f64> = points.iter().flat_map(|&x| wave(x).map(|u| strain / k * u)).collect();
     let p = vec![0.0; space.n_pressures()];
     let [mut force, mut volume_residual] = [vec![0.0; u.len()], vec![0.0; p.len()]];
     let mut out = Vectors {
@@ -31,9 +28,7 @@ fn vectors(rule: Rule, strain: f64) -> [Vec<f64>; 2] {
         volume_residual: Some(&mut volume_residual),
         ..Vectors::default()
     };
-    solid
-        .evaluate(&Fields::new(&u, Pressure::Nodal(&p)), &mut out)
-        .unwrap();
+    solid.evaluate(&Fields::new(&u, Pressure::Nodal(&p)), &mut out).unwrap();
     [force, volume_residual]
 }
 
@@ -57,9 +52,6 @@ fn default_rule_is_exact_for_volume_and_accurate_for_forces() {
         // Six rounded terms per element and several elements per node.
         assert!(six[1] < 100.0 * f64::EPSILON, "{six:?}");
         assert!(three[1] > 1e-8, "{three:?}");
-        assert!(
-            six[0] < 1e-7 && six[0] < 0.1 * three[0],
-            "{six:?} {three:?}"
-        );
+        assert!(six[0] < 1e-7 && six[0] < 0.1 * three[0], "{six:?} {three:?}");
     }
 }

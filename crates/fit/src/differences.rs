@@ -20,10 +20,8 @@ pub(crate) fn central<E>(
             function(&at, side)?;
         }
         at[j] = p[j];
-        for (entry, (plus, minus)) in out
-            .column_mut(j)
-            .iter_mut()
-            .zip(sides[0].iter().zip(&sides[1]))
+        for (entry, (plus, minus)) in
+            out.column_mut(j).iter_mut().zip(sides[0].iter().zip(&sides[1]))
         {
             *entry = (plus - minus) / (above - below);
         }

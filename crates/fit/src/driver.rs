@@ -20,9 +20,7 @@ pub fn fit(
     parameters: &[Parameter],
     options: &Options,
 ) -> Result<Fit, FitError> {
-    fit_observed(model, parameters, options, &mut |_| {
-        ControlFlow::Continue(())
-    })
+    fit_observed(model, parameters, options, &mut |_| ControlFlow::Continue(()))
 }
 
 /// Fits the parameters and calls `observe` at each iteration; `observe` may end the fit.
@@ -66,10 +64,7 @@ fn search(
     parameters.iter().try_for_each(Parameter::check)?;
     let (m, n) = (model.n_residuals(), parameters.len());
     if n == 0 || m < n {
-        return Err(FitError::TooFewMeasurements {
-            n_residuals: m,
-            n_parameters: n,
-        });
+        return Err(FitError::TooFewMeasurements { n_residuals: m, n_parameters: n });
     }
     let mut search = Search::new(model, parameters, options);
     search.start(known)?;
@@ -195,11 +190,7 @@ impl<'a> Search<'a> {
             return Err(format!("residual {i} is not finite"));
         }
         let losses = residuals.iter().map(|&r| self.options.loss.value(r));
-        Ok(Evaluation {
-            cost: 0.5 * losses.sum::<f64>(),
-            residuals,
-            jacobian,
-        })
+        Ok(Evaluation { cost: 0.5 * losses.sum::<f64>(), residuals, jacobian })
     }
 
     /// Makes `p` the current point.
@@ -214,9 +205,7 @@ impl<'a> Search<'a> {
     fn linearize(&mut self) -> Result<(), String> {
         if !self.is_linearized {
             let scale = self.scale(&self.p);
-            self.model
-                .jacobian(&self.p, &scale, &mut self.jacobian)
-                .map_err(|failed| failed.0)?;
+            self.model.jacobian(&self.p, &scale, &mut self.jacobian).map_err(|failed| failed.0)?;
             self.is_linearized = true;
         }
         if self.jacobian.iter().any(|entry| !entry.is_finite()) {
@@ -275,9 +264,7 @@ impl<'a> Search<'a> {
             if predicted <= NOISE * self.cost {
                 return self.blind_step(trial, outcome, moved, small);
             }
-            let reduction = outcome
-                .as_ref()
-                .map_or(f64::NAN, |there| self.cost - there.cost);
+            let reduction = outcome.as_ref().map_or(f64::NAN, |there| self.cost - there.cost);
             let quality = reduction / predicted;
             // The ratio is NaN if the model failed. The step is too long then.
             if quality < POOR || quality.is_nan() {
@@ -322,11 +309,8 @@ impl<'a> Search<'a> {
     /// Returns the linearized problem for the free parameters (those without an active bound), their indices, and the
     /// distance from the minimum.
     fn linear_problem(&mut self) -> (LinearLeastSquares, Vec<usize>, Slope) {
-        let weights: Vec<f64> = self
-            .residuals
-            .iter()
-            .map(|&r| self.options.loss.weight(r))
-            .collect();
+        let weights: Vec<f64> =
+            self.residuals.iter().map(|&r| self.options.loss.weight(r)).collect();
         let residuals = DVector::from_iterator(
             weights.len(),
             self.residuals.iter().zip(&weights).map(|(r, w)| r * w),

@@ -27,10 +27,7 @@ impl Fit {
     /// Returns the directions in parameter space with their sensitivities, without parameters that no measurement
     /// [depends on](Fit::acts).
     pub fn identifiability(&self) -> Identifiability {
-        Identifiability {
-            directions: self.directions(),
-            names: self.names.clone(),
-        }
+        Identifiability { directions: self.directions(), names: self.names.clone() }
     }
 
     fn directions(&self) -> Vec<Direction> {
@@ -49,18 +46,10 @@ impl Fit {
             for (&j, &share) in acting.iter().zip(row.iter()) {
                 shares[j] = share;
             }
-            Direction {
-                sensitivity,
-                shares,
-            }
+            Direction { sensitivity, shares }
         };
         let rows = v_t.row_iter().map(|row| row.into_owned());
-        let mut directions: Vec<_> = svd
-            .singular_values
-            .iter()
-            .zip(rows)
-            .map(direction)
-            .collect();
+        let mut directions: Vec<_> = svd.singular_values.iter().zip(rows).map(direction).collect();
         directions.sort_by(|a, b| b.sensitivity.total_cmp(&a.sensitivity));
         directions
     }
@@ -70,8 +59,6 @@ impl Identifiability {
     /// Returns the directions in which a relative change of 1 changes the weighted residuals by less than `noise`. For
     /// residuals in units of their standard deviation, `noise` = 1 is one standard deviation of the estimate.
     pub fn unknown(&self, noise: f64) -> impl Iterator<Item = &Direction> {
-        self.directions
-            .iter()
-            .filter(move |direction| direction.sensitivity < noise)
+        self.directions.iter().filter(move |direction| direction.sensitivity < noise)
     }
 }

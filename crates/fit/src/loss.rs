@@ -55,10 +55,7 @@ mod tests {
                 let h = 1e-5 * s;
                 let slope = (loss.value((s + h).sqrt()) - loss.value((s - h).sqrt())) / (2.0 * h);
                 // The truncation error is of order 1e-10, the rounding error of order 1e-11.
-                assert!(
-                    (slope / loss.weight(r).powi(2) - 1.0).abs() < 1e-8,
-                    "{loss:?} at {r}"
-                );
+                assert!((slope / loss.weight(r).powi(2) - 1.0).abs() < 1e-8, "{loss:?} at {r}");
             }
         }
     }

@@ -20,24 +20,13 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self {
-            tolerance: 1e-8,
-            offset: 0.0,
-            max_iterations: 100,
-            loss: Loss::Squares,
-        }
+        Self { tolerance: 1e-8, offset: 0.0, max_iterations: 100, loss: Loss::Squares }
     }
 }
 
 impl Options {
     pub(crate) fn check(&self) -> Result<(), FitError> {
-        let refuse = |option, value, expected| {
-            Err(FitError::Option {
-                option,
-                value,
-                expected,
-            })
-        };
+        let refuse = |option, value, expected| Err(FitError::Option { option, value, expected });
         if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
             return refuse("tolerance", self.tolerance, "in (0, 1)");
         }

@@ -36,11 +36,7 @@ impl Parameter {
     /// Returns the same parameter, restricted to positive values.
     #[must_use]
     pub fn positive(self) -> Self {
-        Self {
-            low: self.low.max(0.0),
-            logarithmic: true,
-            ..self
-        }
+        Self { low: self.low.max(0.0), logarithmic: true, ..self }
     }
 
     /// Returns the same parameter with bounds.
@@ -52,20 +48,12 @@ impl Parameter {
     /// Returns the same parameter with another start.
     #[must_use]
     pub fn starting_from(&self, start: f64) -> Self {
-        Self {
-            start,
-            ..self.clone()
-        }
+        Self { start, ..self.clone() }
     }
 
     pub(crate) fn check(&self) -> Result<(), FitError> {
-        let refused = |what, value| {
-            Err(FitError::Parameter {
-                name: self.name.clone(),
-                what,
-                value,
-            })
-        };
+        let refused =
+            |what, value| Err(FitError::Parameter { name: self.name.clone(), what, value });
         if !self.start.is_finite() {
             return refused("the start must be finite", self.start);
         }
@@ -91,20 +79,12 @@ impl Parameter {
 
     /// Returns the value after the scaled step `x` from `p`, within the bounds.
     pub(crate) fn step(&self, p: f64, x: f64) -> f64 {
-        let next = if self.logarithmic {
-            p * x.exp()
-        } else {
-            p + x * self.scale
-        };
+        let next = if self.logarithmic { p * x.exp() } else { p + x * self.scale };
         next.clamp(self.low, self.high)
     }
 
     /// Returns the scaled length of the step from `p` to `next`.
     pub(crate) fn distance(&self, p: f64, next: f64) -> f64 {
-        if self.logarithmic {
-            (next / p).ln()
-        } else {
-            (next - p) / self.scale
-        }
+        if self.logarithmic { (next / p).ln() } else { (next - p) / self.scale }
     }
 }

@@ -50,38 +50,20 @@ pub fn profile(
     let limit = fitted.cost + 0.5 * t * t * uncertainty.variance;
     let center = fitted.values[which];
     let error = uncertainty.standard_errors[which];
-    let unit = if error.is_finite() && error > 0.0 {
-        error
-    } else {
-        parameters[which].scale
-    };
-    let mut points = vec![ProfilePoint {
-        value: center,
-        cost: fitted.cost,
-    }];
+    let unit = if error.is_finite() && error > 0.0 { error } else { parameters[which].scale };
+    let mut points = vec![ProfilePoint { value: center, cost: fitted.cost }];
     let mut interval = [None, None];
     for (end, sign) in interval.iter_mut().zip([-1.0, 1.0]) {
-        let mut inside = ProfilePoint {
-            value: center,
-            cost: fitted.cost,
-        };
+        let mut inside = ProfilePoint { value: center, cost: fitted.cost };
         let mut others = fitted.values.clone();
         let mut distance = t;
         while distance <= FARTHEST * t {
-            let bound = if sign < 0.0 {
-                parameters[which].low
-            } else {
-                parameters[which].high
-            };
+            let bound = if sign < 0.0 { parameters[which].low } else { parameters[which].high };
             let wanted = match parameters[which].logarithmic {
                 true => center * (sign * distance * unit / center).exp(),
                 false => center + sign * distance * unit,
             };
-            let value = if sign < 0.0 {
-                wanted.max(bound)
-            } else {
-                wanted.min(bound)
-            };
+            let value = if sign < 0.0 { wanted.max(bound) } else { wanted.min(bound) };
             let held = refit(model, parameters, &mut others, which, value, options)?;
             let point = ProfilePoint { value, cost: held };
             points.push(point);
@@ -159,20 +141,11 @@ fn refit(
         .filter(|(j, _)| *j != which)
         .map(|(_, (parameter, &start))| parameter.starting_from(start))
         .collect();
-    let mut held = Held {
-        model,
-        which,
-        value,
-    };
+    let mut held = Held { model, which, value };
     if free.is_empty() {
         let mut residuals = vec![0.0; held.n_residuals()];
-        held.residuals(&[], &mut residuals)
-            .map_err(|failed| FitError::Start(failed.0))?;
-        return Ok(0.5
-            * residuals
-                .iter()
-                .map(|&r| options.loss.value(r))
-                .sum::<f64>());
+        held.residuals(&[], &mut residuals).map_err(|failed| FitError::Start(failed.0))?;
+        return Ok(0.5 * residuals.iter().map(|&r| options.loss.value(r)).sum::<f64>());
     }
     let fitted = fit(&mut held, &free, options)?;
     let mut values = fitted.values.iter();
@@ -212,11 +185,7 @@ impl Held<'_> {
             value => value.abs(),
         };
         let all = DMatrix::zeros(of_free.nrows(), of_free.ncols() + 1);
-        (
-            self.with_held(p, self.value),
-            self.with_held(scale, size),
-            all,
-        )
+        (self.with_held(p, self.value), self.with_held(scale, size), all)
     }
 }
 
@@ -244,9 +213,7 @@ impl Model for Held<'_> {
         jacobian: &mut DMatrix<f64>,
     ) -> Result<bool, Failed> {
         let (p, scale, mut all) = self.of_all(p, scale, jacobian);
-        let both = self
-            .model
-            .residuals_with_jacobian(&p, &scale, out, &mut all)?;
+        let both = self.model.residuals_with_jacobian(&p, &scale, out, &mut all)?;
         if both {
             jacobian.copy_from(&all.remove_column(self.which));
         }

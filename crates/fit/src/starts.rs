@@ -21,14 +21,7 @@ pub fn several_starts(parameters: &[Parameter], count: usize, seed: u64) -> Vec<
 
 /// Returns the start for a uniform random number `share` in [0, 1).
 fn drawn(parameter: &Parameter, share: f64) -> f64 {
-    let Parameter {
-        start,
-        scale,
-        low,
-        high,
-        logarithmic,
-        ..
-    } = *parameter;
+    let Parameter { start, scale, low, high, logarithmic, .. } = *parameter;
     let drawn = if low > 0.0 && high.is_finite() {
         low * (high / low).powf(share)
     } else if low.is_finite() && high.is_finite() {
@@ -105,9 +98,7 @@ mod tests {
             Parameter::new("from zero", 0.0),
             Parameter::new("above", 1.0).within(0.9, f64::INFINITY),
             Parameter::new("zero or more", 0.0).within(0.0, f64::INFINITY),
-            Parameter::new("positive to a bound", 1.0)
-                .within(0.0, 5.0)
-                .positive(),
+            Parameter::new("positive to a bound", 1.0).within(0.0, 5.0).positive(),
         ];
         let starts = several_starts(&parameters, 200, 7);
         assert_eq!(starts, several_starts(&parameters, 200, 7));
@@ -131,11 +122,7 @@ mod tests {
             // 1e-9.
             let tenth = 0.1 * (high - low);
             assert!(all().any(|start| start < low + tenth), "{j}");
-            let top = if j == 0 {
-                0.63 * high
-            } else {
-                high - 2.0 * tenth
-            };
+            let top = if j == 0 { 0.63 * high } else { high - 2.0 * tenth };
             assert!(all().any(|start| start > top), "{j}");
         }
     }

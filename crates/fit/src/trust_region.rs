@@ -43,13 +43,7 @@ impl LinearLeastSquares {
     fn coefficients(&self, nu: f64) -> DVector<f64> {
         let s = &self.svd.singular_values;
         let negligible = self.negligible();
-        self.rotated.zip_map(s, |g, s| {
-            if s <= negligible {
-                0.0
-            } else {
-                -g * s / (s * s + nu)
-            }
-        })
+        self.rotated.zip_map(s, |g, s| if s <= negligible { 0.0 } else { -g * s / (s * s + nu) })
     }
 
     /// Returns the step of length at most `radius`, and the predicted reduction of |r|²/2.
@@ -86,11 +80,7 @@ impl LinearLeastSquares {
             } else {
                 high = nu;
             }
-            nu = if low > 0.0 {
-                (low * high).sqrt()
-            } else {
-                1e-3 * high
-            };
+            nu = if low > 0.0 { (low * high).sqrt() } else { 1e-3 * high };
         }
         nu
     }

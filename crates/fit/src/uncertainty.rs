@@ -36,9 +36,8 @@ impl Fit {
         let n = self.values.len();
         let place = |j: usize| acting.iter().position(|&acting| acting == j);
         let error = |a: usize| (variance * inverse[(a, a)]).sqrt();
-        let standard_errors: Vec<f64> = (0..n)
-            .map(|j| place(j).map_or(f64::INFINITY, error))
-            .collect();
+        let standard_errors: Vec<f64> =
+            (0..n).map(|j| place(j).map_or(f64::INFINITY, error)).collect();
         let correlation = DMatrix::from_fn(n, n, |i, j| match (place(i), place(j)) {
             _ if i == j => 1.0,
             (Some(a), Some(b)) => inverse[(a, b)] / (inverse[(a, a)] * inverse[(b, b)]).sqrt(),
@@ -63,11 +62,7 @@ impl Uncertainty {
         assert!(level > 0.0 && level < 1.0, "level in (0, 1)");
         let t = student_quantile(0.5 + 0.5 * level, self.freedom);
         let around = |(value, error): (&f64, &f64)| [value - t * error, value + t * error];
-        self.values
-            .iter()
-            .zip(&self.standard_errors)
-            .map(around)
-            .collect()
+        self.values.iter().zip(&self.standard_errors).map(around).collect()
     }
 }
 
@@ -95,7 +90,5 @@ fn inverse_normal_matrix(mut jacobian: DMatrix<f64>) -> DMatrix<f64> {
         column /= s * s;
     }
     let inverse = scaled * v.transpose();
-    DMatrix::from_fn(norms.len(), norms.len(), |i, j| {
-        inverse[(i, j)] / (norms[i] * norms[j])
-    })
+    DMatrix::from_fn(norms.len(), norms.len(), |i, j| inverse[(i, j)] / (norms[i] * norms[j]))
 }

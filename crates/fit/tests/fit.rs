@@ -47,12 +47,7 @@ const POINTS: [(f64, f64); 4] = [(0.0, 1.1), (1.0, 2.9), (2.0, 5.2), (3.0, 6.8)]
 
 #[test]
 fn a_straight_line_has_the_textbook_values_errors_and_correlation() {
-    let fitted = fit(
-        &mut line(&POINTS),
-        &parameters([0.0, 0.0]),
-        &Options::default(),
-    )
-    .unwrap();
+    let fitted = fit(&mut line(&POINTS), &parameters([0.0, 0.0]), &Options::default()).unwrap();
     let mean_y = 4.0;
     let sxy: f64 = POINTS.iter().map(|(x, y)| (x - 1.5) * (y - mean_y)).sum();
     let b = sxy / 5.0;
@@ -86,10 +81,7 @@ fn the_profile_of_a_linear_model_is_its_linear_interval() {
         for (found, exact) in profile.interval.iter().zip(linear) {
             // The crossing is interpolated linearly within a bracket of a thousandth of the interval's width.
             let width = linear[1] - linear[0];
-            assert!(
-                (found.unwrap() - exact).abs() < 1e-3 * width,
-                "{found:?} {exact}"
-            );
+            assert!((found.unwrap() - exact).abs() < 1e-3 * width, "{found:?} {exact}");
         }
     }
 }
@@ -97,12 +89,7 @@ fn the_profile_of_a_linear_model_is_its_linear_interval() {
 #[test]
 fn a_bound_holds_a_parameter_and_the_others_adapt() {
     let [a, b] = parameters([0.0, 0.0]);
-    let fitted = fit(
-        &mut line(&POINTS),
-        &[a, b.within(0.0, 1.0)],
-        &Options::default(),
-    )
-    .unwrap();
+    let fitted = fit(&mut line(&POINTS), &[a, b.within(0.0, 1.0)], &Options::default()).unwrap();
     assert_eq!(fitted.values[1], 1.0);
     assert_eq!(fitted.at_bound, [false, true]);
     // With b = 1 the best a is the mean of y − x.
@@ -112,18 +99,11 @@ fn a_bound_holds_a_parameter_and_the_others_adapt() {
 
 #[test]
 fn outliers_move_a_robust_fit_less() {
-    let mut points: Vec<_> = (0..20)
-        .map(|k| (f64::from(k), 1.0 + 2.0 * f64::from(k)))
-        .collect();
+    let mut points: Vec<_> = (0..20).map(|k| (f64::from(k), 1.0 + 2.0 * f64::from(k))).collect();
     points[7].1 += 100.0;
     let slope = |loss| {
-        let options = Options {
-            loss,
-            ..Options::default()
-        };
-        fit(&mut line(&points), &parameters([0.0, 0.0]), &options)
-            .unwrap()
-            .values[1]
+        let options = Options { loss, ..Options::default() };
+        fit(&mut line(&points), &parameters([0.0, 0.0]), &options).unwrap().values[1]
     };
     let off = |loss| (slope(loss) - 2.0).abs();
     assert!(off(Loss::Huber(0.1)) < 0.05 * off(Loss::Squares));
@@ -144,9 +124,7 @@ fn undetermined_directions_are_returned() {
     let identifiability = fitted.identifiability();
     let unknown: Vec<_> = identifiability.unknown(1e-3).collect();
     assert_eq!(unknown.len(), 1);
-    let [a, b] = unknown[0].shares[..] else {
-        panic!("two parameters")
-    };
+    let [a, b] = unknown[0].shares[..] else { panic!("two parameters") };
     // Along the direction the sum is constant; the components are relative changes.
     assert!((a * fitted.values[0] + b * fitted.values[1]).abs() < 1e-6);
 }
@@ -170,10 +148,7 @@ fn a_parameter_without_effect_does_not_change_the_others() {
     assert_eq!(found.standard_errors[1], f64::INFINITY);
     assert_eq!(found.intervals(0.95)[1], [f64::NEG_INFINITY, f64::INFINITY]);
     let row = [0, 1, 2].map(|j| found.correlation[(1, j)]);
-    assert!(
-        row[0].is_nan() && row[1] == 1.0 && row[2].is_nan(),
-        "{row:?}"
-    );
+    assert!(row[0].is_nan() && row[1] == 1.0 && row[2].is_nan(), "{row:?}");
     // Equal up to the rounding errors of difference quotients: 1e-11 for derivatives of size one.
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-8 * b.abs(), "{a} {b}");
     for (j, k) in [(0, 0), (2, 1)] {
@@ -182,11 +157,7 @@ fn a_parameter_without_effect_does_not_change_the_others() {
     near(found.correlation[(0, 2)], exact.correlation[(0, 1)]);
     let directions = fitted.identifiability().directions;
     assert_eq!(directions.len(), 2);
-    assert!(
-        directions
-            .iter()
-            .all(|direction| direction.shares[1] == 0.0)
-    );
+    assert!(directions.iter().all(|direction| direction.shares[1] == 0.0));
     for (found, exact) in directions.iter().zip(without.identifiability().directions) {
         near(found.sensitivity, exact.sensitivity);
     }
@@ -199,11 +170,7 @@ fn a_fit_without_any_dependence_fails() {
         Ok(())
     });
     let fitted = fit(&mut nothing, &parameters([1.0]), &Options::default()).unwrap();
-    assert!(
-        matches!(fitted.ended, Ended::Failed(_)),
-        "{:?}",
-        fitted.ended
-    );
+    assert!(matches!(fitted.ended, Ended::Failed(_)), "{:?}", fitted.ended);
     let uncertainty = fitted.uncertainty().unwrap();
     // The mean square of 1, −1 and 2, which has no rounding error.
     assert_eq!((fitted.values[0], uncertainty.variance), (1.0, 2.0));
@@ -237,16 +204,9 @@ fn a_failed_trial_is_a_step_back() {
         out[0] = p[0].sqrt() - 0.9;
         Ok(())
     });
-    let start = [Parameter {
-        scale: 0.01,
-        ..Parameter::new("p", 0.01)
-    }];
+    let start = [Parameter { scale: 0.01, ..Parameter::new("p", 0.01) }];
     let fitted = fit(&mut model, &start, &Options::default()).unwrap();
-    assert!(
-        (fitted.values[0] - 0.81).abs() < 1e-6,
-        "{:?}",
-        fitted.values
-    );
+    assert!((fitted.values[0] - 0.81).abs() < 1e-6, "{:?}", fitted.values);
 }
 
 /// Checks that a fit of exp(−k t) to noisy points stops earlier with a larger offset, at a distance from the minimum
@@ -266,10 +226,7 @@ fn a_fit_stops_when_further_steps_are_within_the_noise() {
     let errors = least.uncertainty().unwrap().standard_errors;
     let mut evaluations = vec![least.evaluations];
     for offset in [1e-3, 1e-1] {
-        let options = Options {
-            offset,
-            ..Options::default()
-        };
+        let options = Options { offset, ..Options::default() };
         let near = fit(&mut decay, &start, &options).unwrap();
         assert!(near.is_converged());
         evaluations.push(near.evaluations);
@@ -295,10 +252,7 @@ fn a_rough_fit_is_refined() {
         })
     };
     let start = parameters([3.0, 2.0]);
-    let options = Options {
-        offset: 1e-2,
-        ..Options::default()
-    };
+    let options = Options { offset: 1e-2, ..Options::default() };
     let rough = fit(&mut decay(1e-3), &start, &options).unwrap();
     let mut go_on = |_: &_| ControlFlow::Continue(());
     let refined = refine(&mut decay(0.0), &start, &rough, &options, &mut go_on).unwrap();
@@ -323,18 +277,11 @@ fn an_observer_may_end_the_fit_and_the_history_is_kept() {
         &Options::default(),
         &mut |_| {
             seen += 1;
-            if seen == 3 {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
+            if seen == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         },
     )
     .unwrap();
-    assert_eq!(
-        (fitted.ended, fitted.history.len()),
-        (Ended::Interrupted, 3)
-    );
+    assert_eq!((fitted.ended, fitted.history.len()), (Ended::Interrupted, 3));
 }
 
 /// Checks that 95 % intervals contain the true values in about 95 % of seeded experiments. The standard deviation of
@@ -351,12 +298,7 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
                 (f64::from(k), 1.0 + 0.5 * f64::from(k) + 0.3 * noise)
             })
             .collect();
-        let fitted = fit(
-            &mut line(&points),
-            &parameters([0.0, 0.0]),
-            &Options::default(),
-        )
-        .unwrap();
+        let fitted = fit(&mut line(&points), &parameters([0.0, 0.0]), &Options::default()).unwrap();
         let [low, high] = fitted.uncertainty().unwrap().intervals(0.95)[1];
         covered += usize::from(low < 0.5 && 0.5 < high);
     }
@@ -367,10 +309,7 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
 fn invalid_input_is_rejected() {
     let start = parameters([0.0, 0.0]);
     let few = fit(&mut line(&POINTS[..1]), &start, &Options::default()).unwrap_err();
-    let expected = FitError::TooFewMeasurements {
-        n_residuals: 1,
-        n_parameters: 2,
-    };
+    let expected = FitError::TooFewMeasurements { n_residuals: 1, n_parameters: 2 };
     assert_eq!(few, expected);
     let [a, b] = start;
     let outside = [a, b.within(1.0, 2.0)];
@@ -379,12 +318,7 @@ fn invalid_input_is_rejected() {
         matches!(&error, FitError::Parameter { name, value: 0.0, .. } if name == "p2"),
         "{error:?}"
     );
-    let exact = fit(
-        &mut line(&POINTS[..2]),
-        &parameters([0.0, 0.0]),
-        &Options::default(),
-    )
-    .unwrap();
+    let exact = fit(&mut line(&POINTS[..2]), &parameters([0.0, 0.0]), &Options::default()).unwrap();
     assert_eq!(exact.uncertainty().unwrap_err(), FitError::NoFreedom(2));
 }
 
@@ -410,10 +344,7 @@ fn positive_parameters_are_found_from_starts_of_another_scale() {
         let fitted = fit(&mut decay(), &start, &Options::default()).unwrap();
         assert!(fitted.is_converged(), "{start:?}: {:?}", fitted.ended);
         // The residuals vanish at the true values.
-        assert!(
-            (fitted.values[0] - 2.0).abs() < 1e-8,
-            "{start:?}: {fitted:?}"
-        );
+        assert!((fitted.values[0] - 2.0).abs() < 1e-8, "{start:?}: {fitted:?}");
     }
 }
 
@@ -430,10 +361,6 @@ fn the_edge_of_the_domain_is_not_a_minimum() {
         Ok(())
     });
     let fitted = fit(&mut half, &parameters([3.0]), &Options::default()).unwrap();
-    assert!(
-        matches!(fitted.ended, Ended::Failed(_)),
-        "{:?}",
-        fitted.ended
-    );
+    assert!(matches!(fitted.ended, Ended::Failed(_)), "{:?}", fitted.ended);
     assert!((fitted.values[0] - 0.5).abs() < 1e-3, "{:?}", fitted.values);
 }

@@ -39,10 +39,7 @@ impl Gravity {
         let of_start = vec![vec![0.0, 0.0, 0.0, 0.0, of_g]];
         let mut sensitivities =
             ForwardSensitivities::new(&solver, parameters, of_start).map_err(failed)?;
-        match sensitivities
-            .integrate_to(&mut solver, 2.0)
-            .map_err(failed)?
-        {
+        match sensitivities.integrate_to(&mut solver, 2.0).map_err(failed)? {
             Outcome::Reached { .. } => {
                 let (y, s) = (solver.y(), sensitivities.of(0));
                 Ok([[y[0], y[1]], [s[0], s[1]]])

@@ -30,27 +30,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{} unknowns, index {}", dae.n_unknowns(), dae.index());
 
     // The run, with the corner's displacement every tenth of a second.
-    let settings = Settings {
-        t_end: 1.0,
-        ..Settings::paper(Formulation::Stabilized)
-    };
+    let settings = Settings { t_end: 1.0, ..Settings::paper(Formulation::Stabilized) };
     let n = dae.n_unknowns();
     let mut integrator = IdaIntegrator::from_rest(dae, &settings)?;
     println!("{:>6} {:>12}", "t (s)", "u_y (m)");
-    let mut print = Sampler::new(
-        SampleTimes::new(0.1, 1.0),
-        n,
-        |dae: &mut MuscleDae, t, y: &[f64]| {
+    let mut print =
+        Sampler::new(SampleTimes::new(0.1, 1.0), n, |dae: &mut MuscleDae, t, y: &[f64]| {
             let (displacement, _) = dae.nodal_motion(t, y);
             println!("{t:6.2} {:12.4e}", corner.vector(displacement)[1]);
             Ok(())
-        },
-    );
+        });
     let statistics = run(&mut integrator, &mut [&mut print])?;
-    println!(
-        "{} steps, {}",
-        statistics.counts.steps,
-        statistics.outcome.name()
-    );
+    println!("{} steps, {}", statistics.counts.steps, statistics.outcome.name());
     Ok(())
 }

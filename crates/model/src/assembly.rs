@@ -60,12 +60,7 @@ impl<C: Copy> Assembly<C> {
             let (row, column) = (entry.rows.start, entry.columns.start);
             let key = (row, column, std::ptr::from_ref(pattern), transposed);
             let block = *known.entry(key).or_insert_with(|| {
-                blocks.push(Block {
-                    row,
-                    column,
-                    pattern,
-                    transposed,
-                });
+                blocks.push(Block { row, column, pattern, transposed });
                 blocks.len() - 1
             });
             let same = |term: &&mut Placed<C>| term.block == block && term.matrix == entry.matrix;
@@ -78,10 +73,7 @@ impl<C: Copy> Assembly<C> {
                 }),
             }
         }
-        Self {
-            terms,
-            blocks: Blocks::new(shape, &blocks),
-        }
+        Self { terms, blocks: Blocks::new(shape, &blocks) }
     }
 
     /// Returns the compressed-column pattern of the assembled matrix.
@@ -128,12 +120,8 @@ mod tests {
         // transpose.
         let square = pattern(2, 2, &[(0, 0), (1, 1)]);
         let wide = pattern(1, 2, &[(0, 0), (0, 1)]);
-        let entry = |rows, columns, matrix, coefficient| Entry {
-            rows,
-            columns,
-            matrix,
-            coefficient,
-        };
+        let entry =
+            |rows, columns, matrix, coefficient| Entry { rows, columns, matrix, coefficient };
         let assembly = Assembly::new(
             (3, 3),
             [

@@ -18,29 +18,15 @@ pub(crate) struct Block<'a> {
 impl<'a> Block<'a> {
     /// Places an untransposed pattern.
     pub(crate) fn at(row: usize, column: usize, pattern: &'a SparsityPattern) -> Self {
-        Self {
-            row,
-            column,
-            pattern,
-            transposed: false,
-        }
+        Self { row, column, pattern, transposed: false }
     }
 
     /// Returns (row, column) in the assembled matrix for each entry, in the order of the block's
     /// values.
     fn entries(self) -> impl Iterator<Item = (usize, usize)> + 'a {
-        let Self {
-            row: row_start,
-            column: column_start,
-            pattern,
-            transposed,
-        } = self;
+        let Self { row: row_start, column: column_start, pattern, transposed } = self;
         pattern.entries().map(move |(major, minor)| {
-            let (row, column) = if transposed {
-                (major, minor)
-            } else {
-                (minor, major)
-            };
+            let (row, column) = if transposed { (major, minor) } else { (minor, major) };
             (row_start + row, column_start + column)
         })
     }
@@ -90,10 +76,8 @@ impl Blocks {
     /// If a block exceeds the matrix, or the matrix has 2³² entries or more.
     pub(crate) fn new(shape: (usize, usize), blocks: &[Block<'_>]) -> Self {
         let pattern = union(shape, blocks);
-        let positions = blocks
-            .iter()
-            .map(|block| Positions::new(positions(&pattern, *block)))
-            .collect();
+        let positions =
+            blocks.iter().map(|block| Positions::new(positions(&pattern, *block))).collect();
         Self { pattern, positions }
     }
 
@@ -157,10 +141,8 @@ fn positions(whole: &SparsityPattern, block: Block<'_>) -> Vec<u32> {
     block
         .entries()
         .map(|(row, column)| {
-            let within = whole
-                .lane(column)
-                .binary_search(&row)
-                .expect("the union contains each block");
+            let within =
+                whole.lane(column).binary_search(&row).expect("the union contains each block");
             u32::try_from(whole.major_offsets()[column] + within)
                 .expect("fewer than 2^32 entries in a matrix")
         })

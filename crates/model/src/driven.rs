@@ -69,10 +69,7 @@ impl<T: Scalar> DrivenObstacles<T> {
             let size = ComplexFloat::abs(own.pivot);
             // The difference is rounding, or NaN.
             if size.is_nan() || size <= 16.0 * f64::EPSILON * slope.by_obstacle {
-                return Err(SparseError::Singular {
-                    n: n + 1,
-                    column: None,
-                });
+                return Err(SparseError::Singular { n: n + 1, column: None });
             }
             self.obstacles.push(own);
         }

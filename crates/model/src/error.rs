@@ -227,9 +227,7 @@ impl ModelError {
 fn how_far(nearest: Option<&(Vec<f64>, f64)>) -> String {
     nearest.map_or(String::new(), |(point, distance)| {
         // The search ends within rounding errors of the boundary.
-        let found = point
-            .iter()
-            .map(|&x| if x.abs() > 1e-9 * distance { x } else { 0.0 });
+        let found = point.iter().map(|&x| if x.abs() > 1e-9 * distance { x } else { 0.0 });
         let point = coordinates(&found.collect::<Vec<_>>());
         format!(": {distance:.3e} m from its point {point}")
     })

@@ -80,10 +80,7 @@ impl Layout {
 
     /// Returns the range of `field`, or `None` if the formulation does not have it.
     pub fn range(&self, field: Field) -> Option<Range<usize>> {
-        self.blocks
-            .iter()
-            .find(|(f, _)| *f == field)
-            .map(|(_, range)| range.clone())
+        self.blocks.iter().find(|(f, _)| *f == field).map(|(_, range)| range.clone())
     }
 
     /// Returns the rows of the momentum balance, which are the rows of v.
@@ -91,8 +88,7 @@ impl Layout {
     /// # Panics
     /// If the formulation has no velocity.
     pub(crate) fn momentum(&self) -> Range<usize> {
-        self.range(Field::Velocity)
-            .expect("the momentum balance is in the rows of v")
+        self.range(Field::Velocity).expect("the momentum balance is in the rows of v")
     }
 
     /// Returns the block that contains component `i` and the position within the block.
@@ -100,11 +96,8 @@ impl Layout {
     /// # Panics
     /// If `i` is not less than [`n_unknowns`](Layout::n_unknowns).
     pub fn locate(&self, i: usize) -> (Field, usize) {
-        let (field, range) = self
-            .blocks
-            .iter()
-            .find(|(_, range)| range.contains(&i))
-            .expect("i < n_unknowns");
+        let (field, range) =
+            self.blocks.iter().find(|(_, range)| range.contains(&i)).expect("i < n_unknowns");
         (*field, i - range.start)
     }
 

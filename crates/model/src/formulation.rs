@@ -157,10 +157,7 @@ fn damped(case: Case) -> Option<&'static str> {
 
 impl Case {
     fn of(parameters: &Parameters) -> Self {
-        Self {
-            damped: parameters.is_damped(),
-            incompressible: parameters.is_incompressible(),
-        }
+        Self { damped: parameters.is_damped(), incompressible: parameters.is_incompressible() }
     }
 }
 
@@ -187,11 +184,7 @@ impl Formulation {
 
     /// Returns the differentiation index for the given κ and β. Paper: Table 1.
     pub fn index(self, parameters: &Parameters) -> u8 {
-        self.rows()
-            .iter()
-            .map(|(f, _)| self.variable_index(*f, parameters))
-            .max()
-            .unwrap_or(0)
+        self.rows().iter().map(|(f, _)| self.variable_index(*f, parameters)).max().unwrap_or(0)
     }
 
     /// Returns the perturbation index of one block of unknowns, as found from the matrices (note
@@ -206,22 +199,14 @@ impl Formulation {
     /// Returns the perturbation index of one block of unknowns in the limit κ → ∞.
     pub fn limit_index(self, field: Field, damped: bool) -> u8 {
         let incompressible = true;
-        self.index_of(
-            field,
-            Case {
-                damped,
-                incompressible,
-            },
-        )
+        self.index_of(field, Case { damped, incompressible })
     }
 
     fn index_of(self, field: Field, case: Case) -> u8 {
         let mut blocks = self.rows().iter().zip(self.description().index);
-        blocks
-            .find(|((f, _), _)| *f == field)
-            .map_or(0, |(_, index)| {
-                index[usize::from(case.damped)][usize::from(case.incompressible)]
-            })
+        blocks.find(|((f, _), _)| *f == field).map_or(0, |(_, index)| {
+            index[usize::from(case.damped)][usize::from(case.incompressible)]
+        })
     }
 
     /// Returns whether the time derivative of `field` occurs in the equations (`id` of IDAS).
@@ -260,15 +245,9 @@ impl FromStr for Formulation {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|f| f.name() == name)
-            .ok_or_else(|| {
-                let names: Vec<_> = Self::ALL.iter().map(|f| f.name()).collect();
-                format!(
-                    "unknown formulation `{name}`; allowed: {}",
-                    names.join(", ")
-                )
-            })
+        Self::ALL.into_iter().find(|f| f.name() == name).ok_or_else(|| {
+            let names: Vec<_> = Self::ALL.iter().map(|f| f.name()).collect();
+            format!("unknown formulation `{name}`; allowed: {}", names.join(", "))
+        })
     }
 }

@@ -61,11 +61,8 @@ impl Matrices {
                 without_zeros(whole, &values)
             });
         let tensions = tension_pattern(muscle);
-        let [n_free, n_vertices, n_tensions] = [
-            solid.dofs().n_free(),
-            solid.space().n_pressures(),
-            tensions.major_dim(),
-        ];
+        let [n_free, n_vertices, n_tensions] =
+            [solid.dofs().n_free(), solid.space().n_pressures(), tensions.major_dim()];
         let mut matrices = Self {
             displacement_identity: diagonal(n_free),
             pressure_identity: diagonal(n_vertices),
@@ -138,9 +135,7 @@ impl Matrices {
         solid: &'a Solid,
         matrix: Matrix,
     ) -> (&'a SparsityPattern, bool) {
-        let Properties {
-            pattern, source, ..
-        } = matrix.properties();
+        let Properties { pattern, source, .. } = matrix.properties();
         let transposed = matches!(source, Source::TransposeOf(_) | Source::ScaledRows(_));
         let pattern = match pattern {
             Pattern::DisplacementIdentity => &self.displacement_identity,
@@ -175,8 +170,7 @@ impl Matrices {
     /// Allocates it at the first call.
     pub(crate) fn coherence_mut(&mut self, solid: &Solid) -> &mut [Vec<f64>; 2] {
         let nnz = solid.displacement_pattern().nnz();
-        self.coherence
-            .get_or_insert_with(|| [vec![0.0; nnz], vec![0.0; nnz]])
+        self.coherence.get_or_insert_with(|| [vec![0.0; nnz], vec![0.0; nnz]])
     }
 
     fn relaxing(&self) -> &ViscoelasticMatrices {
@@ -191,12 +185,7 @@ impl Matrices {
 
     /// Evaluates the tangents of viscoelastic stress, if there are any.
     pub(crate) fn update_relaxing(&mut self, solid: &Solid, u: &[f64], over: Overstress<'_>) {
-        if let Some(ViscoelasticMatrices {
-            geometric,
-            material,
-            at,
-        }) = &mut self.relaxing
-        {
+        if let Some(ViscoelasticMatrices { geometric, material, at }) = &mut self.relaxing {
             at.copy_from_slice(u);
             solid.relaxation_tangents(u, over, geometric, material);
         }
@@ -239,10 +228,7 @@ impl Matrices {
         let rows = solid.divergence_pattern().minor_indices();
         for pair in [
             [&Matrix::DampedDivergenceTransposed, &Matrix::Divergence],
-            [
-                &Matrix::DampedDivergenceRateTransposed,
-                &Matrix::DivergenceRate,
-            ],
+            [&Matrix::DampedDivergenceRateTransposed, &Matrix::DivergenceRate],
         ] {
             if let [Some(damped), Some(whole)] = self.values.get_disjoint_mut(pair) {
                 for ((damped, whole), &row) in damped.iter_mut().zip(whole).zip(rows) {
@@ -256,10 +242,7 @@ impl Matrices {
     pub(crate) fn wanted_added(&mut self) -> AddedTangents<'_> {
         let wanted = [&Matrix::AddedStiffness, &Matrix::AddedDamping];
         let [by_displacement, by_velocity] = self.wanted_of(wanted);
-        AddedTangents {
-            by_displacement,
-            by_velocity,
-        }
+        AddedTangents { by_displacement, by_velocity }
     }
 
     fn wanted_of<const N: usize>(&mut self, wanted: [&Matrix; N]) -> [Option<&mut [f64]>; N] {
@@ -357,9 +340,7 @@ fn without_zeros(pattern: &SparsityPattern, values: &[f64]) -> (SparsityPattern,
     let (mut offsets, mut rows, mut kept) = (vec![0], Vec::new(), Vec::new());
     for column in pattern.major_offsets().windows(2) {
         let own = column[0]..column[1];
-        let entries = pattern.minor_indices()[own.clone()]
-            .iter()
-            .zip(&values[own]);
+        let entries = pattern.minor_indices()[own.clone()].iter().zip(&values[own]);
         for (&row, &value) in entries.filter(|(_, value)| **value != 0.0) {
             rows.push(row);
             kept.push(value);

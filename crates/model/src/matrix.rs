@@ -169,11 +169,7 @@ impl Matrix {
                 (Pattern::Displacement, Relaxation, symmetric)
             }
         };
-        Properties {
-            pattern,
-            source,
-            transpose,
-        }
+        Properties { pattern, source, transpose }
     }
 }
 
@@ -193,21 +189,11 @@ pub struct Term {
 impl Term {
     /// Returns a term of ∂F/∂y.
     pub fn value(column: Field, matrix: Matrix, coefficient: f64) -> Self {
-        Self {
-            column,
-            matrix,
-            df_dy: coefficient,
-            df_dyp: 0.0,
-        }
+        Self { column, matrix, df_dy: coefficient, df_dyp: 0.0 }
     }
 
     /// Returns a term of ∂F/∂ẏ.
     pub fn rate(column: Field, matrix: Matrix, coefficient: f64) -> Self {
-        Self {
-            column,
-            matrix,
-            df_dy: 0.0,
-            df_dyp: coefficient,
-        }
+        Self { column, matrix, df_dy: 0.0, df_dyp: coefficient }
     }
 }

@@ -28,10 +28,7 @@ pub(crate) fn compliance(solid: &Solid) -> CscMatrix<f64> {
 /// Returns B at the displacement `u` of all nodes.
 pub(crate) fn divergence(solid: &Solid, u: &[f64]) -> Result<CscMatrix<f64>, Inverted> {
     let mut values = vec![0.0; solid.divergence_pattern().nnz()];
-    let wanted = Tangents {
-        divergence: Some(&mut values),
-        ..Tangents::default()
-    };
+    let wanted = Tangents { divergence: Some(&mut values), ..Tangents::default() };
     tangents(solid, u, &no_pressure(solid), wanted)?;
     Ok(matrix(solid.divergence_pattern(), values))
 }
@@ -39,10 +36,7 @@ pub(crate) fn divergence(solid: &Solid, u: &[f64]) -> Result<CscMatrix<f64>, Inv
 /// Returns ∂/∂u ∫ P : ∇φ at the displacement `u` of all nodes and the pressure `p`.
 pub(crate) fn stiffness(solid: &Solid, u: &[f64], p: &[f64]) -> Result<CscMatrix<f64>, Inverted> {
     let mut values = vec![0.0; solid.displacement_pattern().nnz()];
-    let wanted = Tangents {
-        stiffness: Some(&mut values),
-        ..Tangents::default()
-    };
+    let wanted = Tangents { stiffness: Some(&mut values), ..Tangents::default() };
     tangents(solid, u, p, wanted)?;
     Ok(matrix(solid.displacement_pattern(), values))
 }
@@ -67,9 +61,7 @@ pub(crate) fn largest_gradient(space: &Space, u: &[f64]) -> f64 {
         squares.sum::<f64>().sqrt()
     };
     let edges = mesh.elements().flat_map(|element| mesh.edges_of(element));
-    edges
-        .map(|edge| distance(u, edge) / distance(space.coordinates(), edge))
-        .fold(0.0, f64::max)
+    edges.map(|edge| distance(u, edge) / distance(space.coordinates(), edge)).fold(0.0, f64::max)
 }
 
 /// Returns the edge length of a square or cube with the mean element area or volume, m.

@@ -23,9 +23,7 @@ const C01: f64 = 2.0e2;
 /// Material law of (20).
 pub const LAW: Law = Law::MooneyRivlin { c10: C10, c01: C01 };
 /// [`LAW`] linearized for small strains: ζ = 2 (c10 + c01). Paper: eq. (26).
-pub const SMALL_STRAIN: Law = Law::SmallStrain {
-    shear_modulus: 2.0 * (C10 + C01),
-};
+pub const SMALL_STRAIN: Law = Law::SmallStrain { shear_modulus: 2.0 * (C10 + C01) };
 /// Bulk modulus κ of the paper's preferred pair, Pa.
 pub const KAPPA: f64 = 1e5;
 /// Stiffness-proportional damping β of the paper's preferred pair, s.
@@ -106,10 +104,7 @@ pub const ROD_POINT: f64 = 0.05;
 /// # Errors
 /// [`ModelError::Oscillators`] for n = 0 or a negative width.
 pub fn chain(n: usize, half_width: f64) -> Result<Chain, ModelError> {
-    let detuning = Detuning {
-        half_width,
-        ..Detuning::default()
-    };
+    let detuning = Detuning { half_width, ..Detuning::default() };
     Ok(Chain {
         omega: detuning.frequencies(n)?,
         coefficients: Coefficients::default(),

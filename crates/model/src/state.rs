@@ -149,11 +149,7 @@ impl Integrals<'_> {
 
     /// Replaces `rows` by M `rows` over the free components.
     pub(crate) fn apply_free_mass(&mut self, rows: &mut [f64]) {
-        let Workspace {
-            expanded,
-            inertia: product,
-            ..
-        } = &mut *self.work;
+        let Workspace { expanded, inertia: product, .. } = &mut *self.work;
         self.solid.dofs().expand(rows, expanded);
         self.solid.apply_mass(expanded, product);
         self.solid.dofs().restrict(product, rows);
@@ -179,14 +175,7 @@ impl Integrals<'_> {
     /// Sets `rows` to M (v̇ + α v) + force + β force rate + added force - load.
     pub(crate) fn momentum_balance(&mut self, alpha: f64, beta: f64, rows: &mut [f64]) {
         let Workspace {
-            velocity,
-            acceleration,
-            inertia,
-            force,
-            force_rate,
-            added_force,
-            load,
-            ..
+            velocity, acceleration, inertia, force, force_rate, added_force, load, ..
         } = &mut *self.work;
         let graded = self.solid.has_element_scales();
         if alpha > 0.0 && !graded {

@@ -97,11 +97,9 @@ impl Shortfall {
     pub fn error(self, reached: f64) -> ModelError {
         match self {
             Self::Interrupted => ModelError::Interrupted,
-            Self::NotConverged { inverted, remedy } => ModelError::NoEquilibrium {
-                reached,
-                inverted,
-                remedy,
-            },
+            Self::NotConverged { inverted, remedy } => {
+                ModelError::NoEquilibrium { reached, inverted, remedy }
+            }
         }
     }
 }
@@ -211,10 +209,7 @@ const LIMIT_LOAD: &str =
     "at a limit load, use `method = \"arc-length\"` of [static], or a damped motion";
 
 fn not_converged(newton: &Newton<'_>) -> Shortfall {
-    Shortfall::NotConverged {
-        inverted: newton.inverted,
-        remedy: remedy(newton),
-    }
+    Shortfall::NotConverged { inverted: newton.inverted, remedy: remedy(newton) }
 }
 
 /// Returns a remedy for a failure of Newton's method.

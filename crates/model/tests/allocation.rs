@@ -16,16 +16,12 @@ fn block(kappa: f64, beta: f64) -> Muscle {
     let mesh = generate::block([0.0; 3], [0.2, 0.04, 0.04], [4, 1, 1]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
-    let down: Vec<f64> = (0..space.n_components())
-        .map(|i| if i % 3 == 2 { 1e-4 } else { 0.0 })
-        .collect();
+    let down: Vec<f64> =
+        (0..space.n_components()).map(|i| if i % 3 == 2 { 1e-4 } else { 0.0 }).collect();
     let solid = Solid::uniform(space, dofs, paper::LAW, paper::DENSITY).unwrap();
     let parameters = Parameters::new(1.0, beta, kappa).unwrap();
     let load = Load::new(&down, Signal::paper(paper::LOAD_AMPLITUDE));
-    Muscle {
-        loads: vec![load],
-        ..Muscle::unloaded(solid, parameters)
-    }
+    Muscle { loads: vec![load], ..Muscle::unloaded(solid, parameters) }
 }
 
 /// Returns compressible and incompressible bodies of both dimensions.

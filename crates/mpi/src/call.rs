@@ -64,10 +64,7 @@ pub(crate) fn send(
         *length = vector.map_or(-1.0, |vector| vector.len() as f64);
     }
     world.send(&head);
-    vectors
-        .into_iter()
-        .flatten()
-        .for_each(|vector| world.send(vector));
+    vectors.into_iter().flatten().for_each(|vector| world.send(vector));
 }
 
 /// A received command.
@@ -92,11 +89,7 @@ impl Call {
                 vector
             })
         });
-        Self {
-            command: Command::ALL[command as usize],
-            words,
-            vectors,
-        }
+        Self { command: Command::ALL[command as usize], words, vectors }
     }
 
     pub(crate) fn pass(&self) -> Pass<'_> {
@@ -137,21 +130,9 @@ pub(crate) fn send_pass(world: &World, pass: &Pass<'_>) {
             Pressure::Nodal(p) => (Some(p), 0.0),
             Pressure::Penalty { kappa } => (None, kappa),
         };
-        let Fields {
-            u,
-            v,
-            p_rate,
-            mu,
-            factors,
-            ..
-        } = *fields;
+        let Fields { u, v, p_rate, mu, factors, .. } = *fields;
         let vectors = [Some(u), v, p, p_rate, mu, factors];
-        send(
-            world,
-            Command::Pass,
-            [kind.into(), wanted, kappa, 0.0],
-            vectors,
-        );
+        send(world, Command::Pass, [kind.into(), wanted, kappa, 0.0], vectors);
     };
     let of_motion = |kind: u8, motion: &AddedMotion<'_>, wanted: f64| {
         let AddedMotion { u, v, tensions } = *motion;

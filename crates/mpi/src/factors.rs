@@ -24,10 +24,7 @@ pub(crate) struct Mumps {
 
 impl Mumps {
     pub(crate) fn new(leader: Arc<Leader>) -> Self {
-        Self {
-            leader,
-            count: AtomicU64::new(0),
-        }
+        Self { leader, count: AtomicU64::new(0) }
     }
 
     fn factors<T: MumpsScalar>(
@@ -37,11 +34,7 @@ impl Mumps {
     ) -> Box<dyn Factorization<T>> {
         let number = self.count.fetch_add(1, Ordering::Relaxed) as f64;
         let is_symmetric = kind == Kind::Symmetric;
-        let command = if T::IS_COMPLEX {
-            Command::Complex
-        } else {
-            Command::Real
-        };
+        let command = if T::IS_COMPLEX { Command::Complex } else { Command::Real };
         let symmetric = f64::from(u8::from(is_symmetric));
         self.leader.send(command, [number, symmetric, 0.0, 0.0]);
         Box::new(MumpsFactors {
@@ -103,16 +96,12 @@ impl<T: MumpsScalar> MumpsFactors<T> {
         job(matrix);
         match matrix.status() {
             [status, _] if status >= 0 => Ok(()),
-            [-6 | -10, _] => Err(SparseError::Singular {
-                n: self.pattern.major_dim(),
-                column: None,
-            }),
+            [-6 | -10, _] => {
+                Err(SparseError::Singular { n: self.pattern.major_dim(), column: None })
+            }
             [status, detail] => Err(SparseError::Engine {
                 engine: "MUMPS",
-                reason: format!(
-                    "{} (INFOG(1) = {status}, INFOG(2) = {detail})",
-                    meaning(status)
-                ),
+                reason: format!("{} (INFOG(1) = {status}, INFOG(2) = {detail})", meaning(status)),
             }),
         }
     }
@@ -150,9 +139,7 @@ impl<T: MumpsScalar> Factorization<T> for MumpsFactors<T> {
         }
         if self.state == State::New {
             let n = pattern.major_dim();
-            let given = pattern
-                .entries()
-                .filter(|&at| Self::is_given(is_symmetric, at));
+            let given = pattern.entries().filter(|&at| Self::is_given(is_symmetric, at));
             let places = given.map(|(column, row)| (row, column));
             self.run_on_all_ranks(Command::Analyze, |matrix| matrix.analyze(n, places))?;
         }
@@ -180,10 +167,8 @@ impl<T: MumpsScalar> Factorization<T> for MumpsFactors<T> {
         if self.is_symmetric {
             return self.solve(x);
         }
-        let (engine, reason) = (
-            "MUMPS",
-            "transposed systems are not supported with several processes".to_owned(),
-        );
+        let (engine, reason) =
+            ("MUMPS", "transposed systems are not supported with several processes".to_owned());
         Err(SparseError::Engine { engine, reason })
     }
 
@@ -201,8 +186,7 @@ impl<T: MumpsScalar> Drop for MumpsFactors<T> {
         if thread::panicking() || !self.leader.has_world() {
             std::mem::forget(self.matrix.take()); // MPI has ended or is about to end.
         } else {
-            self.leader
-                .send(Command::Forget, [self.number, 0.0, 0.0, 0.0]);
+            self.leader.send(Command::Forget, [self.number, 0.0, 0.0, 0.0]);
         }
     }
 }

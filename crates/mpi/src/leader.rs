@@ -15,10 +15,7 @@ pub(crate) struct Leader {
 
 impl Leader {
     pub(crate) fn new(world: World) -> Self {
-        Self {
-            size: world.size(),
-            world: Mutex::new(Some(world)),
-        }
+        Self { size: world.size(), world: Mutex::new(Some(world)) }
     }
 
     /// Returns the number of processes, including this one.

@@ -47,13 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     println!("generator {}, seed {}", detuning.generator, detuning.seed);
     for (name, values) in [("|Ψ|", &centroid), ("|χ|", &phase), ("f/Hz", &frequency)] {
-        let Settled {
-            mean,
-            min,
-            max,
-            std,
-            ..
-        } = Settled::over_window(&times, values, WINDOW)?;
+        let Settled { mean, min, max, std, .. } = Settled::over_window(&times, values, WINDOW)?;
         println!("{name:>5}: mean {mean:.4}, range [{min:.4}, {max:.4}], deviation {std:.4}");
     }
     Ok(())

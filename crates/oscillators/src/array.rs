@@ -66,11 +66,7 @@ impl Array {
     pub fn network(&self) -> Result<Network, Error> {
         let Self { columns, rows, .. } = *self;
         if columns.checked_mul(rows) != Some(self.omega.len()) {
-            return Err(Error::ArrayFrequencies {
-                columns,
-                rows,
-                given: self.omega.len(),
-            });
+            return Err(Error::ArrayFrequencies { columns, rows, given: self.omega.len() });
         }
         let nodes: Vec<Node> = (0..DIRECTIONS)
             .flat_map(|direction| (0..columns * rows).map(move |n| (direction, n)))
@@ -87,12 +83,7 @@ impl Array {
     }
 
     fn node(&self, direction: usize, n: usize) -> Node {
-        let Self {
-            columns,
-            rows,
-            ends,
-            ..
-        } = *self;
+        let Self { columns, rows, ends, .. } = *self;
         let (i, j) = (n % columns, n / columns);
         let number = |i: usize, j: usize| direction * columns * rows + j * columns + i;
         let along_row = line_neighbors(i, columns, ends).map(|i| number(i, j));

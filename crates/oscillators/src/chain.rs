@@ -73,11 +73,7 @@ impl Chain {
         let n = given / places.max(1);
         if n * places != given {
             let (columns, rows) = (n, places);
-            return Err(Error::ArrayFrequencies {
-                columns,
-                rows,
-                given,
-            });
+            return Err(Error::ArrayFrequencies { columns, rows, given });
         }
         let nodes: Vec<Node> = (0..given)
             .map(|number| {

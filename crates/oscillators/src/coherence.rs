@@ -20,11 +20,7 @@ use num_complex::Complex64;
 pub fn phasors(omega: &[f64], y: &[f64], w: &[f64]) -> impl Iterator<Item = Complex64> {
     assert_eq!(omega.len(), y.len(), "positions");
     assert_eq!(omega.len(), w.len(), "velocities");
-    omega
-        .iter()
-        .zip(y)
-        .zip(w)
-        .map(|((omega, &y), w)| Complex64::new(y, w / omega))
+    omega.iter().zip(y).zip(w).map(|((omega, &y), w)| Complex64::new(y, w / omega))
 }
 
 /// The two complex order parameters of the oscillators at one time.
@@ -71,9 +67,7 @@ pub fn coherence_at(places: usize, omega: &[f64], y: &[f64], w: &[f64]) -> Vec<C
     assert_eq!(n * places, omega.len(), "oscillators at each place");
     let own = |place: usize| place * n..(place + 1) * n;
     let chains = (0..places).map(own);
-    chains
-        .map(|own| Coherence::new(&omega[own.clone()], &y[own.clone()], &w[own]))
-        .collect()
+    chains.map(|own| Coherence::new(&omega[own.clone()], &y[own.clone()], &w[own])).collect()
 }
 
 /// Returns the instantaneous frequency of the centroid in Hz, positive for the natural (clockwise) sense of rotation;

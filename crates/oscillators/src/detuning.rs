@@ -47,15 +47,11 @@ impl Generator {
             Self::Matlab => {
                 let mut stream = Mt::new(seed);
                 let mut word = || u64::from(stream.next_u32());
-                (0..n)
-                    .map(|_| unit_interval((word() >> 5) << 26 | word() >> 6))
-                    .collect()
+                (0..n).map(|_| unit_interval((word() >> 5) << 26 | word() >> 6)).collect()
             }
             Self::ChaCha8 => {
                 let mut stream = ChaCha8Rng::seed_from_u64(u64::from(seed));
-                (0..n)
-                    .map(|_| unit_interval(stream.next_u64() >> 11))
-                    .collect()
+                (0..n).map(|_| unit_interval(stream.next_u64() >> 11)).collect()
             }
         }
     }
@@ -76,13 +72,12 @@ impl FromStr for Generator {
     type Err = Error;
 
     fn from_str(name: &str) -> Result<Self, Error> {
-        Self::ALL
-            .into_iter()
-            .find(|generator| generator.name() == name)
-            .ok_or_else(|| Error::UnknownGenerator {
+        Self::ALL.into_iter().find(|generator| generator.name() == name).ok_or_else(|| {
+            Error::UnknownGenerator {
                 name: name.to_owned(),
                 allowed: Self::ALL.map(Self::name).join(", "),
-            })
+            }
+        })
     }
 }
 
@@ -123,12 +118,7 @@ impl Detuning {
     /// # Errors
     /// [`Error::NoOscillators`] for N = 0, [`Error::HalfWidth`] for a negative or non-finite half width.
     pub fn frequencies(&self, n: usize) -> Result<Vec<f64>, Error> {
-        let Self {
-            center,
-            half_width,
-            generator,
-            seed,
-        } = *self;
+        let Self { center, half_width, generator, seed } = *self;
         if n == 0 {
             return Err(Error::NoOscillators);
         }
@@ -136,10 +126,7 @@ impl Detuning {
             return Err(Error::HalfWidth { value: half_width });
         }
         let numbers = generator.uniform(seed, n);
-        Ok(numbers
-            .iter()
-            .map(|x| center + half_width * (2.0 * x - 1.0))
-            .collect())
+        Ok(numbers.iter().map(|x| center + half_width * (2.0 * x - 1.0)).collect())
     }
 }
 

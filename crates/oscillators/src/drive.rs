@@ -27,10 +27,7 @@ pub struct Drive {
 impl Default for Drive {
     /// γ = 1 for all oscillators (the paper gives no value).
     fn default() -> Self {
-        Self {
-            gain: 1.0,
-            reach: Reach::All,
-        }
+        Self { gain: 1.0, reach: Reach::All }
     }
 }
 

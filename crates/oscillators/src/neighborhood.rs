@@ -50,11 +50,7 @@ impl Neighborhood {
         for (number, place) in places.iter().enumerate() {
             cubes.entry(cube(*place, radius)).or_default().push(number);
         }
-        Ok(Self {
-            places,
-            radius,
-            cubes,
-        })
+        Ok(Self { places, radius, cubes })
     }
 
     /// Returns the coherence of each neighborhood. `of_places` holds Ψ and χ of each place.

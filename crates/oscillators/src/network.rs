@@ -27,11 +27,7 @@ pub struct Coefficients {
 impl Default for Coefficients {
     /// The values of the paper's section 3: μ = 2, a = 0, D = 3.
     fn default() -> Self {
-        Self {
-            vdp_mu: 2.0,
-            duffing: 0.0,
-            coupling: 3.0,
-        }
+        Self { vdp_mu: 2.0, duffing: 0.0, coupling: 3.0 }
     }
 }
 
@@ -126,11 +122,7 @@ impl Network {
         for (k, node) in nodes.iter().enumerate() {
             if let Some(channel) = node.channel {
                 // `reached` relies on this order.
-                debug_assert_eq!(
-                    channel,
-                    k / (n / n_channels),
-                    "channels one after the other"
-                );
+                debug_assert_eq!(channel, k / (n / n_channels), "channels one after the other");
                 forced[channel].push(n + k);
             }
         }
@@ -216,15 +208,9 @@ impl Network {
         let n = self.n_oscillators();
         assert_eq!(s.len(), 2 * n, "states");
         assert_eq!(s_dot.len(), 2 * n, "derivatives");
-        assert_eq!(
-            forcing.len(),
-            self.n_channels(),
-            "components of the forcing"
-        );
+        assert_eq!(forcing.len(), self.n_channels(), "components of the forcing");
         assert_eq!(residual.len(), 2 * n, "residual");
-        let Coefficients {
-            vdp_mu, duffing, ..
-        } = self.coefficients;
+        let Coefficients { vdp_mu, duffing, .. } = self.coefficients;
         let (y, w) = s.split_at(n);
         let (y_dot, w_dot) = s_dot.split_at(n);
         let (kinematic, momentum) = residual.split_at_mut(n);
@@ -302,9 +288,7 @@ impl Network {
 
     /// Returns ∂F/∂y and ∂F/∂w of the oscillator's momentum row with respect to its own state.
     fn own_slopes(&self, oscillator: usize, y: f64, w: f64) -> [f64; 2] {
-        let Coefficients {
-            vdp_mu, duffing, ..
-        } = self.coefficients;
+        let Coefficients { vdp_mu, duffing, .. } = self.coefficients;
         let restoring = self.omega[oscillator].powi(2) + 3.0 * duffing * y.powi(2);
         let damping_slope = 2.0 * vdp_mu * y * w;
         [restoring + damping_slope, -vdp_mu * (1.0 - y.powi(2))]
@@ -320,28 +304,14 @@ fn check(nodes: &[Node], coefficients: &Coefficients) -> Result<(), Error> {
     if nodes.is_empty() {
         return Err(Error::NoOscillators);
     }
-    let Coefficients {
-        vdp_mu,
-        duffing,
-        coupling,
-    } = *coefficients;
-    for (name, value) in [
-        ("vdp_mu", vdp_mu),
-        ("duffing", duffing),
-        ("coupling", coupling),
-    ] {
+    let Coefficients { vdp_mu, duffing, coupling } = *coefficients;
+    for (name, value) in [("vdp_mu", vdp_mu), ("duffing", duffing), ("coupling", coupling)] {
         if !value.is_finite() {
             return Err(Error::Coefficient { name, value });
         }
     }
-    match nodes
-        .iter()
-        .position(|node| !(node.omega > 0.0 && node.omega.is_finite()))
-    {
-        Some(k) => Err(Error::Frequency {
-            number: k + 1,
-            value: nodes[k].omega,
-        }),
+    match nodes.iter().position(|node| !(node.omega > 0.0 && node.omega.is_finite())) {
+        Some(k) => Err(Error::Frequency { number: k + 1, value: nodes[k].omega }),
         None => Ok(()),
     }
 }

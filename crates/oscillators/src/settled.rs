@@ -55,16 +55,11 @@ impl Settled {
         let first = t.partition_point(before);
         let (t, values) = (&t[first..], &values[first..]);
         if t.len() < 2 || t[t.len() - 1] <= t[0] {
-            return Err(Error::Window {
-                window,
-                found: t.len(),
-            });
+            return Err(Error::Window { window, found: t.len() });
         }
         let average = |f: &dyn Fn(f64) -> f64| {
             let panels = t.windows(2).zip(values.windows(2));
-            panels
-                .map(|(t, v)| (t[1] - t[0]) * (f(v[0]) + f(v[1])) / 2.0)
-                .sum::<f64>()
+            panels.map(|(t, v)| (t[1] - t[0]) * (f(v[0]) + f(v[1])) / 2.0).sum::<f64>()
                 / (t[t.len() - 1] - t[0])
         };
         let mean = average(&|v| v);

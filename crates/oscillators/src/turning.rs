@@ -64,9 +64,7 @@ mod tests {
         // The phase puts the passages near 0 midway between samples, where the angle jumps by nearly half a revolution,
         // or by 0.08 revolutions more outside the rotating frame.
         let phase = 0.25 * 0.005 / 7.75;
-        let centroid = t
-            .iter()
-            .map(|&t| turning(8.0, t) + ratio * turning(7.75, t + phase));
+        let centroid = t.iter().map(|&t| turning(8.0, t) + ratio * turning(7.75, t + phase));
         let centroid = centroid.collect();
         (t, centroid)
     }
@@ -90,10 +88,7 @@ mod tests {
         centroid[700] = Complex64::ZERO;
         // The beat now begins one sample later: 0.01 s of an angle that oscillates by asin 0.5.
         let found = mean_frequency(&t, &centroid).unwrap();
-        assert!(
-            (found - 8.0).abs() < 0.5_f64.asin() / TAU / 19.99,
-            "{found}"
-        );
+        assert!((found - 8.0).abs() < 0.5_f64.asin() / TAU / 19.99, "{found}");
     }
 
     #[test]

@@ -90,29 +90,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let name = format!("s4 pendulum (index 3), {name}");
         exact(&name, pendulum, 2.0, component)?;
     }
-    row(
-        "s5 heat 10 × 10 (index 1), corner",
-        Heat2d::new(10),
-        0.32,
-        &|y| -(y[11] - HEAT_CORNER).abs().log10(),
-    )?;
+    row("s5 heat 10 × 10 (index 1), corner", Heat2d::new(10), 0.32, &|y| {
+        -(y[11] - HEAT_CORNER).abs().log10()
+    })?;
     let van_der_pol = VanDerPol { vdp_mu: 1000.0 };
-    row(
-        "s9 van der Pol, μ = 1000",
-        van_der_pol,
-        2000.0,
-        &mixed(&VAN_DER_POL),
-    )?;
+    row("s9 van der Pol, μ = 1000", van_der_pol, 2000.0, &mixed(&VAN_DER_POL))?;
     Ok(())
 }
 
 /// Returns a function that computes the correct digits of the first components.
 fn mixed(reference: &'static [f64]) -> impl Fn(&[f64]) -> f64 {
     move |y| {
-        let errors = reference
-            .iter()
-            .zip(y)
-            .map(|(r, y)| (y - r).abs() / (1.0 + r.abs()));
+        let errors = reference.iter().zip(y).map(|(r, y)| (y - r).abs() / (1.0 + r.abs()));
         -errors.fold(0.0, f64::max).log10()
     }
 }
@@ -125,9 +114,7 @@ fn exact<S: Sample + Copy>(
     component: usize,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let exact = sample.exact(t_end).ok_or("no exact solution")?[component];
-    row(name, sample, t_end, &|y| {
-        -((y[component] - exact).abs() / (1.0 + exact.abs())).log10()
-    })
+    row(name, sample, t_end, &|y| -((y[component] - exact).abs() / (1.0 + exact.abs())).log10())
 }
 
 fn row<S: Sample + Clone>(
@@ -136,13 +123,7 @@ fn row<S: Sample + Clone>(
     t_end: f64,
     digits: &dyn Fn(&[f64]) -> f64,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    rows(&Problem {
-        name,
-        sample,
-        t_end,
-        absolute: &[],
-        digits,
-    })
+    rows(&Problem { name, sample, t_end, absolute: &[], digits })
 }
 
 fn rows<S: Sample + Clone>(problem: &Problem<'_, S>) -> Result<(), Box<dyn std::error::Error>> {
@@ -175,9 +156,11 @@ fn radau<S: Sample + Clone>(
         max_steps: Some(MAX_STEPS),
         ..RadauOptions::default()
     };
-    let mut solver = RadauSolver::builder(problem.sample.clone())
-        .options(options)
-        .build(start.t, &start.y, &start.y_dot)?;
+    let mut solver = RadauSolver::builder(problem.sample.clone()).options(options).build(
+        start.t,
+        &start.y,
+        &start.y_dot,
+    )?;
     let t = problem.t_end;
     let arrived = solver.integrate_to(t)? == Outcome::Reached { t };
     let digits = arrived.then(|| (problem.digits)(solver.y()));
@@ -192,11 +175,7 @@ fn idas<S: Sample + Clone>(
     // IDAS with typical settings: multipliers, if any, are excluded from the error test.
     let kinds = sample.kinds().unwrap_or_default();
     let algebraic = kinds.contains(&VariableKind::Algebraic);
-    let higher_index = sample
-        .indices()
-        .unwrap_or_default()
-        .iter()
-        .any(|&index| index > 1);
+    let higher_index = sample.indices().unwrap_or_default().iter().any(|&index| index > 1);
     let suppressed = match algebraic && higher_index {
         true => Suppressed::Algebraic,
         false => Suppressed::Nothing,

@@ -154,10 +154,7 @@ impl Control {
                 (h / last_h) * (last_error.max(LEAST_TREND) / (error * error)).powf(self.exponent);
             proposal = proposal.min(h * (self.safety * trend).clamp(FACTORS.0, FACTORS.1));
         }
-        self.history = StepHistory {
-            accepted: Some((h, error)),
-            rejected: None,
-        };
+        self.history = StepHistory { accepted: Some((h, error)), rejected: None };
         proposal
     }
 }

@@ -48,18 +48,9 @@ impl Collocation {
 
     /// Returns the straight line y_0 + (t − t_0) ẏ_0, which is used before the first step.
     pub(crate) fn line(method: &Method, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Self {
-        let increments = method
-            .nodes()
-            .iter()
-            .flat_map(|c| y_dot0.iter().map(move |v| c * v))
-            .collect();
-        Self {
-            t0,
-            h: 1.0,
-            y0: y0.to_vec(),
-            y_dot0: y_dot0.to_vec(),
-            increments,
-        }
+        let increments =
+            method.nodes().iter().flat_map(|c| y_dot0.iter().map(move |v| c * v)).collect();
+        Self { t0, h: 1.0, y0: y0.to_vec(), y_dot0: y_dot0.to_vec(), increments }
     }
 
     /// Copies `other`, which has the same size.
@@ -112,9 +103,7 @@ impl Collocation {
         let (of_slope, of_stages) = self.coefficients(method, t, derivative);
         add_scaled(out, of_slope, &self.y_dot0);
         let stages = self.increments.chunks_exact(self.y0.len());
-        stages
-            .zip(of_stages)
-            .for_each(|(z, b)| add_scaled(out, b, z));
+        stages.zip(of_stages).for_each(|(z, b)| add_scaled(out, b, z));
     }
 
     /// Returns the factors of ẏ_0 and of the increments in û (`derivative` 0) or its derivative
@@ -185,8 +174,7 @@ pub(crate) fn start_slope(method: &Method, h: f64, z: &[f64], out: &mut [f64]) {
 /// Returns the value of component i at t_0 of the polynomial of degree s − 1 through the increments `z` alone.
 pub(crate) fn change_of_start(method: &Method, n: usize, z: &[f64], i: usize) -> f64 {
     let z_i = z[i..].iter().step_by(n).zip(method.nodes()).enumerate();
-    z_i.map(|(j, (z, c))| c * method.basis_derivative(j, 0.0) * z)
-        .sum()
+    z_i.map(|(j, (z, c))| c * method.basis_derivative(j, 0.0) * z).sum()
 }
 
 /// Computes y ← y + a x.
@@ -236,12 +224,7 @@ fn combine<const OVER: bool>(
     coefficient: impl Fn(usize, usize) -> f64,
     z: &[f64],
 ) {
-    Arch::new().dispatch(Combine::<_, OVER> {
-        out,
-        n,
-        coefficient,
-        z,
-    });
+    Arch::new().dispatch(Combine::<_, OVER> { out, n, coefficient, z });
 }
 
 /// The sums, run with vector instructions.
@@ -257,12 +240,7 @@ impl<F: Fn(usize, usize) -> f64, const OVER: bool> WithSimd for Combine<'_, F, O
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self {
-            out,
-            n,
-            coefficient,
-            z,
-        } = self;
+        let Self { out, n, coefficient, z } = self;
         let (n_out, n_in) = (out.len() / n, z.len() / n);
         let mut start = 0;
         while start < n {

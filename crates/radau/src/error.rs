@@ -163,15 +163,7 @@ pub(crate) fn expect_length(
     expected: usize,
     got: usize,
 ) -> Result<(), RadauError> {
-    if got == expected {
-        Ok(())
-    } else {
-        Err(RadauError::WrongLength {
-            what,
-            expected,
-            got,
-        })
-    }
+    if got == expected { Ok(()) } else { Err(RadauError::WrongLength { what, expected, got }) }
 }
 
 /// Checks the length and the values of a vector.
@@ -186,11 +178,7 @@ pub(crate) fn expect_vector(
 
 pub(crate) fn expect_finite(what: &'static str, values: &[f64]) -> Result<(), RadauError> {
     match values.iter().position(|v| !v.is_finite()) {
-        Some(index) => Err(RadauError::NotFinite {
-            what,
-            index,
-            value: values[index],
-        }),
+        Some(index) => Err(RadauError::NotFinite { what, index, value: values[index] }),
         None => Ok(()),
     }
 }
@@ -202,15 +190,7 @@ pub(crate) fn expect(
     good: bool,
     expected: &'static str,
 ) -> Result<(), RadauError> {
-    if good {
-        Ok(())
-    } else {
-        Err(RadauError::InvalidOption {
-            option,
-            value,
-            expected,
-        })
-    }
+    if good { Ok(()) } else { Err(RadauError::InvalidOption { option, value, expected }) }
 }
 
 /// Returns an error for `option` unless its value is finite and positive.

@@ -113,9 +113,7 @@ impl ErrorTest {
             evaluate(problem, t, y, v, &mut self.residual, counters)?;
             add_scaled(&mut self.between, 1.0, &self.residual);
         }
-        matrices
-            .solve_real(problem, &mut self.between)
-            .map_err(Operation::LinearSolve.failed())?;
+        matrices.solve_real(problem, &mut self.between).map_err(Operation::LinearSolve.failed())?;
         counters.work.real_solves += 1;
         let errors = (0..n).filter(|&i| kinds[i] == VariableKind::Differential);
         let errors = errors.map(|i| self.between[i] * self.mask[i] * step.weights[i]);
@@ -130,9 +128,7 @@ impl ErrorTest {
         step: &Step<'_>,
         counters: &mut Counters,
     ) -> Result<f64, Failure> {
-        matrices
-            .solve_real(problem, &mut self.error)
-            .map_err(Operation::LinearSolve.failed())?;
+        matrices.solve_real(problem, &mut self.error).map_err(Operation::LinearSolve.failed())?;
         counters.work.real_solves += 1;
         self.error.iter_mut().for_each(|e| *e = -*e);
         let n = self.error.len();
@@ -214,32 +210,14 @@ mod tests {
     fn estimate(problem: &mut impl Problem, method: &Method, h: f64, y: f64, z: &[f64]) -> f64 {
         let pattern = problem.jacobian_pattern();
         let mut matrices = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();
-        let at = Linearization {
-            t: 0.0,
-            y: &[y],
-            y_dot: &[0.0],
-            step: h,
-            weights: &[1e6],
-        };
+        let at = Linearization { t: 0.0, y: &[y], y_dot: &[0.0], step: h, weights: &[1e6] };
         matrices.evaluate(problem, &at).unwrap();
         let gamma = method.real_mode().lambda;
         matrices.set_up(problem, gamma / h, &[]).unwrap();
-        let step = Step {
-            method,
-            t: 0.0,
-            h,
-            y: &[y],
-            weights: &[1.0],
-        };
+        let step = Step { method, t: 0.0, h, y: &[y], weights: &[1.0] };
         let (mut test, mut counters) = (ErrorTest::new(vec![1.0]), Counters::default());
-        let estimated = test.estimate(
-            problem,
-            &mut matrices,
-            None,
-            &step,
-            (z, false),
-            &mut counters,
-        );
+        let estimated =
+            test.estimate(problem, &mut matrices, None, &step, (z, false), &mut counters);
         estimated.unwrap();
         test.error(0)
     }
@@ -279,10 +257,7 @@ mod tests {
                 let matrix = DMatrix::from_fn(stages, stages, |i, j| {
                     method.a_inverse(i, j) / h + f64::from(u8::from(i == j))
                 });
-                let z = matrix
-                    .lu()
-                    .solve(&DVector::from_element(stages, -1.0))
-                    .unwrap();
+                let z = matrix.lu().solve(&DVector::from_element(stages, -1.0)).unwrap();
                 let end = 1.0 + z[stages - 1];
                 let estimated = estimate(&mut Decay, &method, h, 1.0, z.as_slice());
                 let exact = (-h).exp();

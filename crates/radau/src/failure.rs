@@ -27,14 +27,8 @@ impl Operation {
                 message,
                 step_factor: 0.5,
             }),
-            StepError::Fatal(source) => Failure::Fatal(Fatal {
-                function: self.name(),
-                source,
-            }),
-            other => Failure::Fatal(Fatal {
-                function: self.name(),
-                source: other.into(),
-            }),
+            StepError::Fatal(source) => Failure::Fatal(Fatal { function: self.name(), source }),
+            other => Failure::Fatal(Fatal { function: self.name(), source: other.into() }),
         }
     }
 
@@ -96,12 +90,7 @@ impl Fatal {
     /// Returns the error of a step of size `h` from `t`.
     pub(crate) fn in_step(self, t: f64, h: f64) -> RadauError {
         let Self { function, source } = self;
-        RadauError::Fatal {
-            function,
-            t,
-            h,
-            source,
-        }
+        RadauError::Fatal { function, t, h, source }
     }
 }
 
@@ -142,10 +131,7 @@ impl Failures {
     /// Returns zero counts for the start of a new step. `refused` records whether the problem [rejected](Self::refused)
     /// a larger size of the previous step.
     pub(crate) fn after(refused: bool) -> Self {
-        Self {
-            refused,
-            ..Self::default()
-        }
+        Self { refused, ..Self::default() }
     }
 
     /// Resets the counts to zero.

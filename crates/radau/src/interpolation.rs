@@ -31,10 +31,7 @@ const POINTS: usize = 32;
 
 impl Interpolation {
     pub(crate) fn new(active: bool, n: usize) -> Self {
-        Self {
-            active,
-            difference: vec![0.0; n],
-        }
+        Self { active, difference: vec![0.0; n] }
     }
 
     /// Measures the error of the step with increments `z` that follows the step `last` and begins with the derivative

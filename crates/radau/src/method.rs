@@ -82,9 +82,8 @@ impl Method {
             return Err(crate::RadauError::Stages { stages });
         }
         let nodes = radau_nodes(stages);
-        let a_inverse = DMatrix::from_fn(stages, stages, |i, j| {
-            lagrange_derivative(&nodes, j, nodes[i])
-        });
+        let a_inverse =
+            DMatrix::from_fn(stages, stages, |i, j| lagrange_derivative(&nodes, j, nodes[i]));
         let (real, complex) = modes(&a_inverse);
         let weights = weights(&a_inverse);
         let start_basis = start_basis(&nodes);
@@ -239,17 +238,10 @@ mod tests {
             assert_eq!(method.complex.len(), (s - 1) / 2);
             for i in 0..s {
                 for j in 0..s {
-                    let RealMode {
-                        lambda,
-                        right,
-                        left,
-                    } = &method.real;
+                    let RealMode { lambda, right, left } = &method.real;
                     let real = lambda * right[i] * left[j];
-                    let complex: Complex64 = method
-                        .complex
-                        .iter()
-                        .map(|m| m.lambda * m.right[i] * m.left[j])
-                        .sum();
+                    let complex: Complex64 =
+                        method.complex.iter().map(|m| m.lambda * m.right[i] * m.left[j]).sum();
                     let composed = real + 2.0 * complex.re;
                     let scale = method.a_inverse.amax();
                     assert!(
@@ -270,10 +262,7 @@ mod tests {
             // r(1) = ∫ Π (1 − τ/c_i) dτ, which the quadrature at the c_i computes exactly: 0.
             assert!(method.ramp(1.0).abs() < rounding(s), "s = {s}");
             for &theta in method.nodes() {
-                assert!(
-                    method.ramp_derivative(theta).abs() < 10.0 * rounding(s),
-                    "s = {s}"
-                );
+                assert!(method.ramp_derivative(theta).abs() < 10.0 * rounding(s), "s = {s}");
             }
             let (d, theta) = (1e-4, 0.3 * method.nodes()[0]);
             let difference = method.ramp(theta + d) - method.ramp(theta - d);
@@ -281,10 +270,7 @@ mod tests {
             // d² r'''/6, where r''' belongs to a polynomial whose derivative decreases from 1 to 0
             // at c_1.
             let allowed = (d / method.nodes()[0]).powi(2);
-            assert!(
-                (slope - method.ramp_derivative(theta)).abs() < allowed,
-                "s = {s}"
-            );
+            assert!((slope - method.ramp_derivative(theta)).abs() < allowed, "s = {s}");
         }
     }
 
@@ -295,25 +281,17 @@ mod tests {
             let a = method.a_inverse.clone().try_inverse().unwrap();
             for k in 1..=2 * s - 1 {
                 // B(2s − 1): Σ b_j c_j^(k−1) = 1/k with b the last row of A.
-                let sum: f64 = (0..s)
-                    .map(|j| a[(s - 1, j)] * method.nodes[j].powi(k as i32 - 1))
-                    .sum();
-                assert!(
-                    (sum - 1.0 / k as f64).abs() < rounding(s),
-                    "B({k}), s = {s}: {sum}"
-                );
+                let sum: f64 =
+                    (0..s).map(|j| a[(s - 1, j)] * method.nodes[j].powi(k as i32 - 1)).sum();
+                assert!((sum - 1.0 / k as f64).abs() < rounding(s), "B({k}), s = {s}: {sum}");
             }
             for k in 1..=s {
                 for i in 0..s {
                     // C(s): Σ a_ij c_j^(k−1) = c_i^k / k.
-                    let sum: f64 = (0..s)
-                        .map(|j| a[(i, j)] * method.nodes[j].powi(k as i32 - 1))
-                        .sum();
+                    let sum: f64 =
+                        (0..s).map(|j| a[(i, j)] * method.nodes[j].powi(k as i32 - 1)).sum();
                     let exact = method.nodes[i].powi(k as i32) / k as f64;
-                    assert!(
-                        (sum - exact).abs() < rounding(s),
-                        "C({k}), s = {s}: {sum} {exact}"
-                    );
+                    assert!((sum - exact).abs() < rounding(s), "C({k}), s = {s}: {sum} {exact}");
                 }
             }
             for k in 1..s {
@@ -323,10 +301,7 @@ mod tests {
                         .map(|i| a[(s - 1, i)] * method.nodes[i].powi(k as i32 - 1) * a[(i, j)])
                         .sum();
                     let exact = a[(s - 1, j)] * (1.0 - method.nodes[j].powi(k as i32)) / k as f64;
-                    assert!(
-                        (sum - exact).abs() < rounding(s),
-                        "D({k}), s = {s}: {sum} {exact}"
-                    );
+                    assert!((sum - exact).abs() < rounding(s), "D({k}), s = {s}: {sum} {exact}");
                 }
             }
         }

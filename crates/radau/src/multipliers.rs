@@ -109,11 +109,7 @@ impl Multipliers {
             variable,
             index: indices[variable],
             removable: algebraic(variable),
-            known: PreviousMultipliers {
-                raw: y[variable],
-                last: 0.0,
-                noisy: false,
-            },
+            known: PreviousMultipliers { raw: y[variable], last: 0.0, noisy: false },
             missed: 0.0,
             jump: 0.0,
             within: [0.0; 2],
@@ -122,9 +118,7 @@ impl Multipliers {
         let list: Vec<_> = of_higher_index.map(multiplier).collect();
         let room = vec![0.0; if list.is_empty() { 0 } else { n }];
         Self {
-            free: (0..n)
-                .filter(|&i| !algebraic(i) && indices[i] <= 1)
-                .collect(),
+            free: (0..n).filter(|&i| !algebraic(i) && indices[i] <= 1).collect(),
             list,
             indices: indices.to_vec(),
             removed: Vec::new(),
@@ -163,10 +157,7 @@ impl Multipliers {
 
     /// Returns the state stored from step to step.
     pub(crate) fn known(&self) -> Vec<PreviousMultipliers> {
-        self.list
-            .iter()
-            .map(|multiplier| multiplier.known)
-            .collect()
+        self.list.iter().map(|multiplier| multiplier.known).collect()
     }
 
     /// Restores the state returned by [`known`](Self::known).
@@ -271,9 +262,7 @@ impl Multipliers {
             return Ok(());
         }
         counters.work.real_solves += 1;
-        matrices
-            .solve_real(problem, residual)
-            .map_err(Operation::LinearSolve.failed())
+        matrices.solve_real(problem, residual).map_err(Operation::LinearSolve.failed())
     }
 
     /// Returns the [measured](Self::measure_constraints) errors of the differential variables of
@@ -307,9 +296,7 @@ impl Multipliers {
             *defect -= plain;
         }
         counters.work.real_solves += 1;
-        matrices
-            .solve_real(problem, defect)
-            .map_err(Operation::LinearSolve.failed())
+        matrices.solve_real(problem, defect).map_err(Operation::LinearSolve.failed())
     }
 
     /// Returns the variables of index 2 with their remaining errors at the end of the step that
@@ -451,10 +438,7 @@ fn profile(method: &Method, index: u8, theta: f64) -> [f64; 2] {
         2 => [basis(0) + theta * basis(1), 0.0],
         _ => {
             let gamma = method.real_mode().lambda;
-            [
-                (2.0 * basis(1) + theta * basis(2)) / gamma,
-                basis(1) / gamma,
-            ]
+            [(2.0 * basis(1) + theta * basis(2)) / gamma, basis(1) / gamma]
         }
     }
 }

@@ -158,15 +158,8 @@ impl NewtonSolver {
         // As in RADAU5, the contraction of the last step is used, with a larger value to be safe.
         self.first_factor = self.first_factor.max(LEAST_TRUST).powf(0.8);
         self.contraction = 0.0;
-        let mut error_factor = if self.constrained {
-            1.0
-        } else {
-            self.first_factor
-        };
-        let of_y = norm(
-            step.y.iter().zip(step.weights).map(|(y, w)| y * w),
-            step.y.len(),
-        );
+        let mut error_factor = if self.constrained { 1.0 } else { self.first_factor };
+        let of_y = norm(step.y.iter().zip(step.weights).map(|(y, w)| y * w), step.y.len());
         let mut first_norm = 0.0;
         let mut last_norm = 0.0;
         let mut last_ratio = 0.0;
@@ -213,9 +206,7 @@ impl NewtonSolver {
                 if iteration > 2 && at_limit > tolerance {
                     let excess = (at_limit / tolerance).min(20.0);
                     let exponent = -1.0 / f64::from(left + 4);
-                    return Ok(Newton::Failed {
-                        step_factor: 0.8 * excess.powf(exponent),
-                    });
+                    return Ok(Newton::Failed { step_factor: 0.8 * excess.powf(exponent) });
                 }
             }
             if solved_after.is_none() && error_factor * norm <= tolerance {

@@ -208,10 +208,7 @@ impl RadauOptions {
     }
 
     fn validate_steps(&self) -> Result<(), RadauError> {
-        for (option, step) in [
-            ("initial_step", self.initial_step),
-            ("max_step", self.max_step),
-        ] {
+        for (option, step) in [("initial_step", self.initial_step), ("max_step", self.max_step)] {
             expect_positive(option, step.unwrap_or(1.0))?;
         }
         let (min, max) = (self.min_step, self.max_step.unwrap_or(f64::INFINITY));
@@ -248,9 +245,7 @@ impl RadauOptions {
     pub(crate) fn internal_tolerances(&self) -> (f64, impl Fn(usize) -> f64) {
         let relative = self.tolerances.relative();
         let factor = self.internal_factor(relative);
-        (factor * relative, move |i| {
-            factor * self.tolerances.absolute(i)
-        })
+        (factor * relative, move |i| factor * self.tolerances.absolute(i))
     }
 
     /// Returns the factor from tolerances for the solution to tolerances for the estimate at the `relative` tolerance:
@@ -294,15 +289,14 @@ impl RadauOptions {
     pub(crate) fn newton_tolerance(&self, relative: f64, constraint: bool) -> f64 {
         let internal = relative * self.internal_factor(relative);
         let fraction = if constraint { 0.1 } else { 1.0 };
-        self.newton_tolerance
-            .unwrap_or_else(|| match relative > 0.0 {
-                true => {
-                    let tolerance = (0.1_f64.powf(1.5) / self.internal_factor(relative)).min(0.03);
-                    (fraction * tolerance).max(10.0 * f64::EPSILON / internal)
-                }
-                // The requested number of digits is unknown, so the value for 1e-6 is used.
-                false => 1e-3,
-            })
+        self.newton_tolerance.unwrap_or_else(|| match relative > 0.0 {
+            true => {
+                let tolerance = (0.1_f64.powf(1.5) / self.internal_factor(relative)).min(0.03);
+                (fraction * tolerance).max(10.0 * f64::EPSILON / internal)
+            }
+            // The requested number of digits is unknown, so the value for 1e-6 is used.
+            false => 1e-3,
+        })
     }
 
     /// Returns Newton's tolerance for sensitivities that do not affect the steps, as a fraction of
@@ -348,8 +342,7 @@ impl RadauOptions {
 
     /// Returns the maximum number of Newton iterations.
     pub(crate) fn newton_limit(&self) -> usize {
-        self.max_newton_iterations
-            .unwrap_or(7 + self.stages.saturating_sub(3) * 5 / 2)
+        self.max_newton_iterations.unwrap_or(7 + self.stages.saturating_sub(3) * 5 / 2)
     }
 
     /// Returns 1 for components in the error test, 0 for excluded components.

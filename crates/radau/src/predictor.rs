@@ -17,10 +17,7 @@ pub(crate) struct Predictor {
 
 impl Predictor {
     pub(crate) fn new(method: &Method, n: usize) -> Self {
-        Self {
-            continued: vec![0.0; method.stages() * n],
-            continues: true,
-        }
+        Self { continued: vec![0.0; method.stages() * n], continues: true }
     }
 
     /// Writes initial values `z` for a step of size `h` from (`t`, `y`), where `last` ends.

@@ -43,9 +43,7 @@ pub(crate) struct QuadratureState {
 
 impl<P> fmt::Debug for Quadrature<P> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Quadrature")
-            .field("state", &self.state)
-            .finish_non_exhaustive()
+        f.debug_struct("Quadrature").field("state", &self.state).finish_non_exhaustive()
     }
 }
 
@@ -91,9 +89,8 @@ impl<P: Problem> Quadrature<P> {
         let (n, m) = (step.y.len(), self.len());
         increments(&mut self.increments);
         let increments = &self.increments;
-        for (i, (c, rates)) in (step.method.nodes().iter())
-            .zip(self.stages.chunks_exact_mut(m))
-            .enumerate()
+        for (i, (c, rates)) in
+            (step.method.nodes().iter()).zip(self.stages.chunks_exact_mut(m)).enumerate()
         {
             self.y.copy_from_slice(step.y);
             add_scaled(&mut self.y, 1.0, &increments[i * n..(i + 1) * n]);
@@ -155,11 +152,7 @@ impl<P: Problem> Quadrature<P> {
 impl QuadratureState {
     fn at(method: &Method, t0: f64, q0: &[f64]) -> Self {
         let rate = vec![0.0; q0.len()];
-        Self {
-            last: Collocation::line(method, t0, q0, &rate),
-            q: q0.to_vec(),
-            rate,
-        }
+        Self { last: Collocation::line(method, t0, q0, &rate), q: q0.to_vec(), rate }
     }
 
     /// Returns the number of quadratures.
@@ -179,9 +172,8 @@ impl QuadratureState {
 fn expect_finite(rates: &[f64], t: f64) -> Result<(), StepError> {
     match rates.iter().position(|rate| !rate.is_finite()) {
         None => Ok(()),
-        Some(i) => Err(StepError::Recoverable(format!(
-            "quadrature[{i}] = {} at t = {t}",
-            rates[i]
-        ))),
+        Some(i) => {
+            Err(StepError::Recoverable(format!("quadrature[{i}] = {} at t = {t}", rates[i])))
+        }
     }
 }

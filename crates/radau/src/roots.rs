@@ -210,8 +210,7 @@ impl<P: Problem> Roots<P> {
         counters: &mut Counters,
     ) -> Result<(), StepError> {
         step.collocation.evaluate(step.method, t, 0, &mut self.y);
-        step.collocation
-            .evaluate(step.method, t, 1, &mut self.y_dot);
+        step.collocation.evaluate(step.method, t, 1, &mut self.y_dot);
         counters.statistics.root_evaluations += 1;
         (self.functions)(problem, t, &self.y, &self.y_dot, &mut self.high)?;
         match self.high.iter().position(|g| !g.is_finite()) {

@@ -54,18 +54,10 @@ pub(crate) struct Sampling {
 
 impl Sampling {
     /// Sampling, sufficient unless it explains no part of the error.
-    const QUICK: Self = Self {
-        units: 1.0,
-        samples: 2,
-        with_start: false,
-    };
+    const QUICK: Self = Self { units: 1.0, samples: 2, with_start: false };
 
     /// Sampling that detects the rounding of a constraint.
-    pub(crate) const THOROUGH: Self = Self {
-        units: 4.0,
-        samples: 8,
-        with_start: true,
-    };
+    pub(crate) const THOROUGH: Self = Self { units: 4.0, samples: 8, with_start: true };
 }
 
 impl Rounding {
@@ -119,9 +111,7 @@ impl Rounding {
                 *change -= plain;
             }
             counters.work.real_solves += 1;
-            matrices
-                .solve_real(problem, change)
-                .map_err(Operation::LinearSolve.failed())?;
+            matrices.solve_real(problem, change).map_err(Operation::LinearSolve.failed())?;
             for (noise, change) in self.noise.iter_mut().zip(change) {
                 *noise += change.abs() * (2.0 / samples as f64);
             }

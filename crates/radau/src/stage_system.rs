@@ -139,8 +139,7 @@ impl StageSystem {
             let (re, im) = parts.split_at_mut(length);
             self.pairs.clear();
             let pairs = re.iter().zip(&*im);
-            self.pairs
-                .extend(pairs.map(|(&re, &im)| Complex64 { re, im }));
+            self.pairs.extend(pairs.map(|(&re, &im)| Complex64 { re, im }));
             solve(Mode::Complex(k, &mut self.pairs))?;
             for ((re, im), w) in re.iter_mut().zip(im).zip(&self.pairs) {
                 (*re, *im) = (w.re, w.im);

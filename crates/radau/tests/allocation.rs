@@ -31,10 +31,7 @@ fn steps_allocate_nothing() {
     let before = solver.statistics();
     let allocations = allocation_counter::measure(|| {
         while solver.t() < 0.3 {
-            assert!(matches!(
-                solver.step(0.3).unwrap(),
-                Outcome::StepTaken { .. }
-            ));
+            assert!(matches!(solver.step(0.3).unwrap(), Outcome::StepTaken { .. }));
         }
     });
     let after = solver.statistics();

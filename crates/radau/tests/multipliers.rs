@@ -26,16 +26,8 @@ fn mechanism<M: Mechanism + Copy + 'static>(mechanism: M) -> Form {
 /// Returns the mechanisms with their end times.
 fn mechanisms() -> Vec<(&'static str, Form, f64)> {
     vec![
-        (
-            "pendulum",
-            Box::new(|form| Box::new(Pendulum::new(form))),
-            2.0,
-        ),
-        (
-            "car axis",
-            Box::new(|form| Box::new(CarAxis::new(form))),
-            1.0,
-        ),
+        ("pendulum", Box::new(|form| Box::new(Pendulum::new(form))), 2.0),
+        ("car axis", Box::new(|form| Box::new(CarAxis::new(form))), 1.0),
         ("slider-crank", mechanism(SliderCrank), 0.3),
         ("four-bar", mechanism(FourBar), 0.5),
         ("press", mechanism(Press), 0.01),
@@ -110,9 +102,7 @@ fn multipliers_are_accurate_from_the_first_step() {
                 let mut solver = builder.build(start.t, &start.y, &start.y_dot).unwrap();
                 let largest = error_of_next_steps(&mut solver, &mut *index_1, (n, end), tolerance);
                 if largest >= PROMISED || largest.is_nan() {
-                    wrong.push(format!(
-                        "{name}, {stages} stages, {tolerance:e}: {largest:.0e}"
-                    ));
+                    wrong.push(format!("{name}, {stages} stages, {tolerance:e}: {largest:.0e}"));
                 }
             }
         }

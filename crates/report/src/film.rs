@@ -55,9 +55,7 @@ pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>
         let n = own.points.len();
         let values = found(&fields, field)?;
         let width = values.components.len();
-        let displacement = fields
-            .iter()
-            .find(|field| field.name == Quantity::Displacement.label());
+        let displacement = fields.iter().find(|field| field.name == Quantity::Displacement.label());
         shots.push(Shot {
             t: *t,
             displacement: match displacement {
@@ -133,22 +131,14 @@ impl<'a> Drawing<'a> {
         for shot in shots {
             for (x, u) in mesh.points.iter().zip(&shot.displacement) {
                 for (k, limit) in limits.iter_mut().enumerate() {
-                    for place in [x[k], x[k] + factor * u[k]]
-                        .into_iter()
-                        .filter(|x| x.is_finite())
+                    for place in [x[k], x[k] + factor * u[k]].into_iter().filter(|x| x.is_finite())
                     {
                         *limit = [limit[0].min(place), limit[1].max(place)];
                     }
                 }
             }
         }
-        Self {
-            faces: is_in_space.then(|| boundary(mesh)),
-            mesh,
-            factor,
-            axis,
-            limits,
-        }
+        Self { faces: is_in_space.then(|| boundary(mesh)), mesh, factor, axis, limits }
     }
 
     fn frame(&self, shot: &Shot) -> Figure {
@@ -191,15 +181,10 @@ impl<'a> Drawing<'a> {
             x: axis("*x*", 0),
             y: axis("*y*", 1),
             nodes: plane(&self.mesh.points),
-            triangles: cells
-                .filter_map(|cell| cell.as_slice().try_into().ok())
-                .collect(),
+            triangles: cells.filter_map(|cell| cell.as_slice().try_into().ok()).collect(),
             displacement: plane(&shot.displacement),
             scale: self.factor,
-            field: Some(Field {
-                axis: self.axis.clone(),
-                values: shot.values.clone(),
-            }),
+            field: Some(Field { axis: self.axis.clone(), values: shot.values.clone() }),
             ..MeshPlot::default()
         }
     }
@@ -211,9 +196,8 @@ fn boundary(mesh: &StoredMesh) -> Vec<[usize; 3]> {
     const SIDES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
     let mut first: BTreeMap<[u64; 3], usize> = BTreeMap::new();
     let points = mesh.points.iter().enumerate();
-    let same: Vec<usize> = points
-        .map(|(i, point)| *first.entry(point.map(f64::to_bits)).or_insert(i))
-        .collect();
+    let same: Vec<usize> =
+        points.map(|(i, point)| *first.entry(point.map(f64::to_bits)).or_insert(i)).collect();
     let mut alone: BTreeMap<[usize; 3], Option<[usize; 3]>> = BTreeMap::new();
     for cell in &mesh.cells {
         let corners: Vec<[f64; 3]> = cell[..4].iter().map(|&node| mesh.points[node]).collect();
@@ -259,17 +243,11 @@ mod tests {
             [0.0, 0.0, -1.0],
         ];
         let cell = |corners: [usize; 4]| [&corners[..], &[corners[0]; 6]].concat();
-        let mesh = StoredMesh {
-            points,
-            cells: vec![cell([0, 1, 2, 3]), cell([4, 5, 6, 7])],
-        };
+        let mesh = StoredMesh { points, cells: vec![cell([0, 1, 2, 3]), cell([4, 5, 6, 7])] };
         let faces = boundary(&mesh);
         assert_eq!(faces.len(), 6);
         // By the divergence theorem, outward normals give the volume of two tetrahedra, 2/6.
-        let volume: f64 = faces
-            .iter()
-            .map(|face| triple(face.map(|node| mesh.points[node])))
-            .sum();
+        let volume: f64 = faces.iter().map(|face| triple(face.map(|node| mesh.points[node]))).sum();
         assert!((volume / 6.0 - 1.0 / 3.0).abs() < 1e-15);
     }
 }

@@ -31,12 +31,10 @@ fn residuals(result: &FitResult) -> String {
     let abscissas = result.abscissas();
     let row = |point: &Point| {
         let number = |number: f64| format!("{number:.16e}");
-        let at = abscissas
-            .iter()
-            .map(|abscissa| match *abscissa == point.abscissa {
-                true => number(point.t),
-                false => String::new(),
-            });
+        let at = abscissas.iter().map(|abscissa| match *abscissa == point.abscissa {
+            true => number(point.t),
+            false => String::new(),
+        });
         let names = [point.experiment.to_string(), point.output.clone()];
         let numbers = [point.measured, point.fitted, point.residual].map(number);
         let cells = names.into_iter().chain(at).chain(numbers);
@@ -46,9 +44,7 @@ fn residuals(result: &FitResult) -> String {
     let names = ["experiment", "output"].into_iter().chain(names);
     let names = names.chain(["measured", "fitted", "residual"]);
     let header = csv::line(&names.collect::<Vec<_>>());
-    std::iter::once(header)
-        .chain(result.points.iter().map(row))
-        .collect()
+    std::iter::once(header).chain(result.points.iter().map(row)).collect()
 }
 
 /// Describes the result as text, with the colors of a terminal if `colored`.
@@ -88,11 +84,7 @@ fn parameters(result: &FitResult) -> Table {
     let mut table = Table::new(&columns);
     let intervals = result.uncertainty.intervals(LEVEL);
     for (j, name) in result.fit.names.iter().enumerate() {
-        let held = if result.fit.at_bound[j] {
-            " (at its bound)"
-        } else {
-            ""
-        };
+        let held = if result.fit.at_bound[j] { " (at its bound)" } else { "" };
         let mark = if result.passes_bound(j) { " *" } else { "" };
         let error = result.uncertainty.standard_errors[j];
         let mut cells = vec![
@@ -126,10 +118,8 @@ fn findings(result: &FitResult) -> Vec<String> {
         true => " times the given noise; about 1 if the model fits",
         false => "",
     };
-    let mut lines = vec![format!(
-        "residuals: standard deviation {}{of}",
-        significant(result.deviation())
-    )];
+    let mut lines =
+        vec![format!("residuals: standard deviation {}{of}", significant(result.deviation()))];
     if result.does_not_fit() {
         let remedy = "the model does not fit the measurements, and the intervals are invalid: check units, outliers, \
                       effects missing in the scene, and other starting points";
@@ -187,9 +177,7 @@ fn passing(result: &FitResult) -> Option<String> {
         true => "use --profile for intervals by profile likelihood",
         false => "use the interval by profile",
     };
-    Some(format!(
-        "* the linear interval exceeds a bound of {names}: {remedy}"
-    ))
+    Some(format!("* the linear interval exceeds a bound of {names}: {remedy}"))
 }
 
 /// Joins the names of the selected parameters; returns `None` if no parameter is selected.
@@ -255,19 +243,12 @@ fn html(result: &FitResult, plots: &[LinePlot], svg: &str) -> String {
         title => title,
     };
     let findings = findings(result);
-    let findings = findings
-        .iter()
-        .map(|line| format!("<p>{}</p>\n", escape(line)));
+    let findings = findings.iter().map(|line| format!("<p>{}</p>\n", escape(line)));
     let n = result.points.len();
-    let summary = format!(
-        "{} parameters from {n} measurements.",
-        result.fit.names.len()
-    );
+    let summary = format!("{} parameters from {n} measurements.", result.fit.names.len());
     let mut data = PageData::default();
-    let numbers: Vec<usize> = plots
-        .iter()
-        .filter_map(|plot| data.chart(plot, Some(&plot.x.quantity)))
-        .collect();
+    let numbers: Vec<usize> =
+        plots.iter().filter_map(|plot| data.chart(plot, Some(&plot.x.quantity))).collect();
     let mut drawn = |title: &str, plot: LinePlot| {
         let number = data.chart(&plot, None);
         frame::figure("", &Figure::of(title, plot).render(), &number)
@@ -315,9 +296,7 @@ fn known(number: f64, shown: String) -> String {
 
 /// Draws plots below each other.
 fn figure(plots: Vec<LinePlot>) -> Figure {
-    let panels = plots
-        .into_iter()
-        .map(|plot| Box::new(plot) as Box<dyn Panel>);
+    let panels = plots.into_iter().map(|plot| Box::new(plot) as Box<dyn Panel>);
     Figure::column("Measurements and fit", panels.collect())
 }
 
@@ -325,10 +304,7 @@ fn figure(plots: Vec<LinePlot>) -> Figure {
 fn ordinate(point: &Point, in_space: bool) -> Axis {
     let column = &*point.column;
     let of_value = |name: &str| (label(name), unit(name, in_space));
-    match column
-        .rsplit_once('_')
-        .filter(|_| point.abscissa == Abscissa::Frequency)
-    {
+    match column.rsplit_once('_').filter(|_| point.abscissa == Abscissa::Frequency) {
         Some((value, "phase")) => Axis::new(format!("phase of {}", label(value)), "°"),
         Some((value, part)) => {
             let (name, unit) = of_value(value);

@@ -13,8 +13,7 @@ const DRAWN: f64 = 0.06;
 
 /// Formats a frequency in Hz; for an unstable mode, formats its growth rate.
 pub(crate) fn frequency(mode: &Mode) -> String {
-    mode.frequency
-        .map_or("unstable".into(), |f| format!("{f:.3}"))
+    mode.frequency.map_or("unstable".into(), |f| format!("{f:.3}"))
 }
 
 fn headings(modes: &Modes, body: &BodyModes) -> [String; 3] {
@@ -36,8 +35,7 @@ fn columns(modes: &Modes, body: &BodyModes, n: usize) -> [String; 3] {
     [
         frequency(mode),
         of_drive.map_or_else(dash, |ratio| format!("{ratio:.2}")),
-        mode.damping_ratio
-            .map_or_else(dash, |ratio| format!("{ratio:.4}")),
+        mode.damping_ratio.map_or_else(dash, |ratio| format!("{ratio:.4}")),
     ]
 }
 
@@ -54,10 +52,7 @@ pub fn text(modes: &Modes) -> String {
     let bodies = &modes.muscles;
     let own = bodies.iter().flat_map(|body| headings(modes, body));
     let headings: Vec<String> = ["mode".to_owned()].into_iter().chain(own).collect();
-    let names: Vec<_> = headings
-        .iter()
-        .map(|name| (name.as_str(), Align::Right))
-        .collect();
+    let names: Vec<_> = headings.iter().map(|name| (name.as_str(), Align::Right)).collect();
     let mut table = Table::new(&names);
     let n_modes = bodies.iter().map(|body| body.modes.len()).max();
     for n in 0..n_modes.unwrap_or(0) {
@@ -125,9 +120,5 @@ fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> Box<dyn Panel> {
     }
     let moved = space.coordinates().iter().zip(&shape).map(|(x, u)| x + u);
     let moved: Vec<f64> = moved.collect();
-    Box::new(MeshPlot {
-        title,
-        nodes: moved.as_chunks().0.to_vec(),
-        ..outline(space)
-    })
+    Box::new(MeshPlot { title, nodes: moved.as_chunks().0.to_vec(), ..outline(space) })
 }

@@ -32,11 +32,7 @@ fn numbers(column: &Column) -> Vec<f64> {
 fn description(found: &Periodic) -> String {
     let multipliers = found.multipliers.iter().map(|[re, im]| match *im == 0.0 {
         true => format!("{re:.6}"),
-        false => format!(
-            "{re:.6} {} {:.6} i",
-            if *im < 0.0 { "-" } else { "+" },
-            im.abs()
-        ),
+        false => format!("{re:.6} {} {:.6} i", if *im < 0.0 { "-" } else { "+" }, im.abs()),
     });
     let multipliers: Vec<String> = multipliers.collect();
     format!(
@@ -68,26 +64,16 @@ pub fn text(found: &Periodic) -> String {
         let names = [probe.into(), (&*column.name).into()].into_iter();
         table.row(names.chain(numbers));
     }
-    let curve = found
-        .continuation
-        .as_ref()
-        .map_or(String::new(), curve_text);
-    format!(
-        "{}{}\n{curve}",
-        table.render(colored_stdout()),
-        description(found)
-    )
+    let curve = found.continuation.as_ref().map_or(String::new(), curve_text);
+    format!("{}{}\n{curve}", table.render(colored_stdout()), description(found))
 }
 
 /// Returns the folds and the ends of a curve as a table.
 fn curve_text(curve: &Curve) -> String {
     let first = [(&*curve.parameter, Align::Right), ("", Align::Left)];
     let values = curve.columns.iter().map(|name| (&**name, Align::Right));
-    let columns: Vec<_> = first
-        .into_iter()
-        .chain([("stability", Align::Left)])
-        .chain(values)
-        .collect();
+    let columns: Vec<_> =
+        first.into_iter().chain([("stability", Align::Left)]).chain(values).collect();
     let mut table = Table::new(&columns);
     let n = curve.points.len();
     for (k, point) in curve.points.iter().enumerate() {
@@ -97,11 +83,8 @@ fn curve_text(curve: &Curve) -> String {
             false if k + 1 == n => "end",
             false => continue,
         };
-        let names = [
-            format!("{:.6}", point.parameter),
-            place.to_owned(),
-            stability(point).to_owned(),
-        ];
+        let names =
+            [format!("{:.6}", point.parameter), place.to_owned(), stability(point).to_owned()];
         let values = point.amplitudes.iter().map(|a| format!("{a:.4e}"));
         table.row(names.into_iter().chain(values).map(Into::into));
     }
@@ -128,11 +111,7 @@ fn stability(point: &CurvePoint) -> &'static str {
 fn curve_section(curve: &Curve, in_space: bool, data: &mut PageData) -> String {
     let x: Vec<f64> = curve.points.iter().map(|point| point.parameter).collect();
     let figures = curve.columns.iter().enumerate().map(|(j, name)| {
-        let all: Vec<f64> = curve
-            .points
-            .iter()
-            .map(|point| point.amplitudes[j])
-            .collect();
+        let all: Vec<f64> = curve.points.iter().map(|point| point.amplitudes[j]).collect();
         let those = |keep: &dyn Fn(&CurvePoint) -> bool| {
             let points = curve.points.iter().zip(&all);
             let kept = points.filter(|(point, _)| keep(point));
@@ -146,9 +125,7 @@ fn curve_section(curve: &Curve, in_space: bool, data: &mut PageData) -> String {
             y: Axis::new(label(column), unit(column, in_space)),
             series: vec![
                 Series::curve("periodic states", &x, &all),
-                Series::curve("unstable", &x_unstable, &unstable)
-                    .marked()
-                    .unjoined(),
+                Series::curve("unstable", &x_unstable, &unstable).marked().unjoined(),
                 Series::curve("folds", &x_folds, &folds).marked().unjoined(),
             ],
             ..LinePlot::default()

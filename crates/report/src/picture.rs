@@ -12,9 +12,7 @@ const PNG_WIDTH: u32 = 2000;
 pub fn names(name: &str, png: bool) -> Vec<String> {
     let png = if png { &["png"][..] } else { &[] };
     let extensions = png.iter().chain(&["svg", "csv"]);
-    extensions
-        .map(|extension| format!("{name}.{extension}"))
-        .collect()
+    extensions.map(|extension| format!("{name}.{extension}")).collect()
 }
 
 /// Writes `name.svg`, `name.csv` and, if requested, `name.png`; returns their paths.

@@ -109,9 +109,7 @@ fn damping_ratio(peak: &Peak) -> String {
 /// Returns the frequency and the number of the nearest mode, or a dash.
 fn nearest_mode(peak: &Peak) -> String {
     let mode = peak.nearest_mode;
-    mode.map_or("–".to_owned(), |mode| {
-        format!("{:.4} (mode {})", mode.frequency, mode.number)
-    })
+    mode.map_or("–".to_owned(), |mode| format!("{:.4} (mode {})", mode.frequency, mode.number))
 }
 
 /// Returns the section of the report.
@@ -125,9 +123,7 @@ pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> 
         let link = |plot: &LinePlot| (plot.x.unit == "Hz").then_some("f");
         let charts = plots.iter().filter_map(|plot| data.chart(plot, link(plot)));
         let charts: Vec<usize> = charts.collect();
-        let panels = plots
-            .into_iter()
-            .map(|plot| Box::new(plot) as Box<dyn Panel>);
+        let panels = plots.into_iter().map(|plot| Box::new(plot) as Box<dyn Panel>);
         let svg = Figure::column(&*curves.name, panels.collect()).render();
         figure(&curves.name, &svg, &charts)
     });
@@ -184,11 +180,7 @@ fn plots(frequencies: &[f64], curves: &Curves, in_space: bool) -> Vec<LinePlot> 
             series: vec![Series::curve("", &re, &im)],
             ..LinePlot::default()
         };
-        [
-            panel(size, &amplitudes),
-            panel(Axis::new("phase", "°"), &phases),
-            nyquist,
-        ]
+        [panel(size, &amplitudes), panel(Axis::new("phase", "°"), &phases), nyquist]
     });
     plots.collect()
 }

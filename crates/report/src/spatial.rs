@@ -83,10 +83,7 @@ pub fn displacement_plot(space: &Space, displacement: &[Place]) -> SurfacePlot {
     let both = space.node_points::<3>().iter().zip(displacement);
     let moved: Vec<Place> = both.map(|(x, u)| [0, 1, 2].map(|i| x[i] + u[i])).collect();
     let sizes: Vec<f64> = displacement.iter().map(|u| length(*u)).collect();
-    let field = Field {
-        axis: Axis::new("|*u*|", "m"),
-        values: sizes,
-    };
+    let field = Field { axis: Axis::new("|*u*|", "m"), values: sizes };
     field_plot(space, &moved, &field)
 }
 
@@ -155,10 +152,7 @@ pub(crate) fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {
             let six = [a, b, c, mean(a, b), mean(b, c), mean(c, a)];
             let first = plot.nodes.len();
             for lambda in six {
-                let at = ElementPoint {
-                    element,
-                    barycentric: Barycentric::new(&lambda),
-                };
+                let at = ElementPoint { element, barycentric: Barycentric::new(&lambda) };
                 let place: Place = space.position(&at);
                 plot.nodes.push([place[across[0]], place[across[1]]]);
                 values.push(length(space.displacement_at(nodal, &at)));
@@ -167,10 +161,7 @@ pub(crate) fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {
         }
     }
     plot.title = format!("section at {} = {level:.3e} m", NAMES[normal]);
-    plot.field = Some(Field {
-        axis: Axis::new("|*u*|", "m"),
-        values,
-    });
+    plot.field = Some(Field { axis: Axis::new("|*u*|", "m"), values });
     plot
 }
 
@@ -180,16 +171,11 @@ const NAMES: [&str; 3] = ["*x*", "*y*", "*z*"];
 fn plane(space: &Space) -> (usize, f64) {
     let limits = [0, 1, 2].map(|axis| {
         let along = space.node_points::<3>().iter().map(|point| point[axis]);
-        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-            [low.min(x), high.max(x)]
-        })
+        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
     });
     let extents = limits.map(|[low, high]| high - low);
     let shortest = extents.iter().copied().fold(f64::INFINITY, f64::min);
-    let axis = extents
-        .iter()
-        .position(|extent| *extent <= (1.0 + ALIKE) * shortest)
-        .unwrap_or(0);
+    let axis = extents.iter().position(|extent| *extent <= (1.0 + ALIKE) * shortest).unwrap_or(0);
     (axis, 0.5 * (limits[axis][0] + limits[axis][1]))
 }
 
@@ -241,11 +227,8 @@ mod tests {
         for nodes in boundary(&space) {
             let [a, b, c] = [0, 1, 2].map(|i| points[nodes[i]]);
             let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
-            let cross = [
-                u[1] * v[2] - u[2] * v[1],
-                u[2] * v[0] - u[0] * v[2],
-                u[0] * v[1] - u[1] * v[0],
-            ];
+            let cross =
+                [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
             area += 0.5 * length(cross);
             // Divergence theorem: outward normals give the volume.
             volume += (0..3).map(|i| a[i] * cross[i]).sum::<f64>() / 6.0;

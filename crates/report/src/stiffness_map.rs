@@ -78,24 +78,15 @@ fn panel(space: &Space, density: &CellField) -> Box<dyn Panel> {
     let title = format!("{}: change by stiffness", density.name);
     let values = at_nodes(space, density);
     // Zero is in the middle of the color scale.
-    let largest = values
-        .iter()
-        .fold(0.0_f64, |max, value| max.max(value.abs()));
-    let field = Field {
-        axis: Axis::default().between(-largest, largest),
-        values,
-    };
+    let largest = values.iter().fold(0.0_f64, |max, value| max.max(value.abs()));
+    let field = Field { axis: Axis::default().between(-largest, largest), values };
     if space.dimension() == 3 {
         return Box::new(SurfacePlot {
             title,
             ..spatial::field_plot(space, space.node_points::<3>(), &field)
         });
     }
-    Box::new(MeshPlot {
-        title,
-        field: Some(field),
-        ..outline(space)
-    })
+    Box::new(MeshPlot { title, field: Some(field), ..outline(space) })
 }
 
 /// Returns the means over the adjacent elements at each node, weighted by their measure.
@@ -126,14 +117,8 @@ mod tests {
     #[test]
     fn a_map_of_zeros_has_no_picture() {
         for (mesh, at) in [
-            (
-                "type = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [1, 1]",
-                "1.0, 1.0",
-            ),
-            (
-                "type = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [1, 1, 1]",
-                "1.0, 1.0, 1.0",
-            ),
+            ("type = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [1, 1]", "1.0, 1.0"),
+            ("type = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [1, 1, 1]", "1.0, 1.0, 1.0"),
         ] {
             let text = format!(
                 "[time]\nend = 0.01\n[mesh]\n{mesh}\n[solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"mooney-rivlin\"\n\
@@ -157,10 +142,7 @@ mod tests {
     fn nodes_have_the_mean_of_adjacent_elements() {
         let mesh = myovib_fem::generate::rectangle([0.0; 2], [1.0, 1.0], [1, 1]).unwrap();
         let space = Space::taylor_hood(&mesh);
-        let density = CellField {
-            name: "u".to_owned(),
-            values: vec![(0, 1.0), (1, 4.0)],
-        };
+        let density = CellField { name: "u".to_owned(), values: vec![(0, 1.0), (1, 4.0)] };
         for (node, value) in at_nodes(&space, &density).into_iter().enumerate() {
             let has = |element| space.element_nodes(element).contains(&node);
             let expected = match [has(0), has(1)] {

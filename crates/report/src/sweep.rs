@@ -40,9 +40,7 @@ fn word(value: &Value) -> String {
         Value::Null => String::new(),
         Value::String(word) => word.clone(),
         Value::Number(number) => {
-            let rounded = number
-                .as_f64()
-                .and_then(|x| format!("{x:.5e}").parse::<f64>().ok());
+            let rounded = number.as_f64().and_then(|x| format!("{x:.5e}").parse::<f64>().ok());
             let text = format!("{:?}", rounded.unwrap_or(f64::NAN));
             text.trim_end_matches(".0").to_owned()
         }
@@ -59,9 +57,7 @@ fn cases(result: &SweepResult, rows: &[Value]) -> String {
         .map(String::as_str)
         .chain(["outcome", "steps", "t_reached", "message"])
         .collect();
-    let heads = columns
-        .iter()
-        .map(|name| format!("<th class=\"n\">{}</th>", escape(name)));
+    let heads = columns.iter().map(|name| format!("<th class=\"n\">{}</th>", escape(name)));
     let row = |row: &Value| {
         let number = row["case"].as_u64().unwrap_or(0);
         let link = match row["outcome"].as_str() {
@@ -70,10 +66,7 @@ fn cases(result: &SweepResult, rows: &[Value]) -> String {
         };
         let words = columns.iter().map(|name| escape(&word(&row[*name])));
         let cells = words.map(|word| format!("<td class=\"n\">{word}</td>"));
-        format!(
-            "<tr><td class=\"n\">{link}</td>{}</tr>\n",
-            cells.collect::<String>()
-        )
+        format!("<tr><td class=\"n\">{link}</td>{}</tr>\n", cells.collect::<String>())
     };
     format!(
         "<div class=\"wide\"><table><tr><th class=\"n\">case</th>{}</tr>\n{}</table></div>\n",
@@ -104,9 +97,8 @@ fn over_values(result: &SweepResult, rows: &[Value], data: &mut PageData) -> Str
         }
     }
     let is_wide = |x: &[f64]| {
-        let (low, high) = x.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &x| {
-            (low.min(x), high.max(x))
-        });
+        let (low, high) =
+            x.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &x| (low.min(x), high.max(x)));
         low > 0.0 && high >= 30.0 * low
     };
     let mut figures = String::new();
@@ -122,11 +114,7 @@ fn over_values(result: &SweepResult, rows: &[Value], data: &mut PageData) -> Str
         let series: Vec<Series> = series.collect();
         let axis = Axis::new(key.replace(['*', '{', '}'], ""), "");
         let plot = LinePlot {
-            x: if is_wide(&all) {
-                axis.logarithmic()
-            } else {
-                axis
-            },
+            x: if is_wide(&all) { axis.logarithmic() } else { axis },
             y: Axis::new(column.replace('_', " "), ""),
             series,
             ..LinePlot::default()
@@ -165,16 +153,11 @@ fn curves(
         }
     }
     records.retain(|(_, record)| record.rows.len() > 1);
-    let n_values = records
-        .iter()
-        .map(|(_, record)| record.rows.len() * record.columns.len());
+    let n_values = records.iter().map(|(_, record)| record.rows.len() * record.columns.len());
     let thinning = n_values.sum::<usize>().div_ceil(MOST_VALUES).max(1);
     let mut figures = Vec::new();
     for name in names {
-        let own: Vec<_> = records
-            .iter()
-            .filter(|(_, record)| record.name == *name)
-            .collect();
+        let own: Vec<_> = records.iter().filter(|(_, record)| record.name == *name).collect();
         let columns = own.first().map_or(&[][..], |(_, record)| &record.columns);
         for (j, column) in columns.iter().enumerate().skip(1) {
             let series = own.iter().filter(|(_, record)| record.columns.len() > j);
@@ -219,10 +202,7 @@ fn curves(
 
 /// Returns whether the bodies are 3D, by the record of the first case.
 fn is_in_space(folder: &Path, rows: &[&Value]) -> bool {
-    let number = rows
-        .first()
-        .and_then(|row| row["case"].as_u64())
-        .unwrap_or(0);
+    let number = rows.first().and_then(|row| row["case"].as_u64()).unwrap_or(0);
     let text = std::fs::read_to_string(folder.join(format!("case-{number:04}.json")));
     let record: Option<Value> = text.ok().and_then(|text| serde_json::from_str(&text).ok());
     record.is_some_and(|record| record["result"]["mesh"]["dimension"] == 3)
@@ -241,9 +221,6 @@ mod tests {
             Value::from(1.142_940_510_2e-5),
             Value::Null,
         ];
-        assert_eq!(
-            words.map(|value| word(&value)),
-            ["0.0001", "100000", "11", "1.14294e-5", ""]
-        );
+        assert_eq!(words.map(|value| word(&value)), ["0.0001", "100000", "11", "1.14294e-5", ""]);
     }
 }

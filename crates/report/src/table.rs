@@ -37,10 +37,7 @@ pub struct Cell {
 impl Cell {
     /// Creates a cell; control characters are escaped.
     pub fn new(text: impl Into<String>, tone: Tone) -> Self {
-        Self {
-            text: plain(&text.into()),
-            tone,
-        }
+        Self { text: plain(&text.into()), tone }
     }
 }
 
@@ -76,14 +73,8 @@ pub struct Table {
 impl Table {
     /// Creates a table without rows.
     pub fn new(columns: &[(&str, Align)]) -> Self {
-        let columns = columns
-            .iter()
-            .map(|&(name, align)| (name.to_owned(), align))
-            .collect();
-        Self {
-            columns,
-            rows: Vec::new(),
-        }
+        let columns = columns.iter().map(|&(name, align)| (name.to_owned(), align)).collect();
+        Self { columns, rows: Vec::new() }
     }
 
     /// Adds a row.
@@ -107,10 +98,7 @@ impl Table {
                 width(name).max(widest.unwrap_or(0))
             })
             .collect();
-        let heading = self
-            .columns
-            .iter()
-            .map(|(name, _)| Cell::new(name.clone(), Tone::Strong));
+        let heading = self.columns.iter().map(|(name, _)| Cell::new(name.clone(), Tone::Strong));
         let rule = widths.iter().map(|&w| Cell::from("─".repeat(w)));
         let mut text = self.line(&heading.collect::<Vec<_>>(), &widths, colored);
         text += &self.line(&rule.collect::<Vec<_>>(), &widths, colored);
@@ -132,28 +120,21 @@ impl Table {
             });
             format!("<tr>{}</tr>\n", cells.collect::<String>())
         };
-        let heading = row(
-            "th",
-            &mut self.columns.iter().map(|(name, _)| name.as_str()),
-        );
+        let heading = row("th", &mut self.columns.iter().map(|(name, _)| name.as_str()));
         let rows = self.rows.iter();
         let rows = rows.map(|cells| row("td", &mut cells.iter().map(|cell| cell.text.as_str())));
         format!("<table>\n{heading}{}</table>\n", rows.collect::<String>())
     }
 
     fn line(&self, cells: &[Cell], widths: &[usize], colored: bool) -> String {
-        let padded = cells
-            .iter()
-            .zip(widths)
-            .zip(&self.columns)
-            .map(|((cell, &w), (_, align))| {
-                let space = " ".repeat(w - width(&cell.text));
-                let text = paint(&cell.text, cell.tone, colored);
-                match align {
-                    Align::Left => text + &space,
-                    Align::Right => space + &text,
-                }
-            });
+        let padded = cells.iter().zip(widths).zip(&self.columns).map(|((cell, &w), (_, align))| {
+            let space = " ".repeat(w - width(&cell.text));
+            let text = paint(&cell.text, cell.tone, colored);
+            match align {
+                Align::Left => text + &space,
+                Align::Right => space + &text,
+            }
+        });
         let line = padded.collect::<Vec<_>>().join("  ");
         format!("{}\n", line.trim_end())
     }
@@ -186,20 +167,12 @@ pub fn compared(paper: Option<u64>, ours: u64) -> [Cell; 3] {
 
 /// Formats a bulk modulus.
 pub fn kappa(value: f64) -> String {
-    if value.is_infinite() {
-        "∞".into()
-    } else {
-        exponent(value)
-    }
+    if value.is_infinite() { "∞".into() } else { exponent(value) }
 }
 
 /// Formats a parameter in scientific notation, and zero as 0.
 pub fn exponent(value: f64) -> String {
-    if value == 0.0 {
-        "0".into()
-    } else {
-        format!("{value:e}")
-    }
+    if value == 0.0 { "0".into() } else { format!("{value:e}") }
 }
 
 /// Returns whether standard output supports colors: a terminal, and `NO_COLOR` unset or empty.

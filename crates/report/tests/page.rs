@@ -60,10 +60,7 @@ fn spoiled(figures: &[&str]) -> Vec<usize> {
         let (there, here) = (of(together.pixels()), of(alone.pixels()));
         let ink = here.iter().filter(|pixel| pixel.green() < 240);
         let ink = ink.count();
-        assert!(
-            ink > 500,
-            "figure {i} has only {ink} pixels that differ from white"
-        );
+        assert!(ink > 500, "figure {i} has only {ink} pixels that differ from white");
         there != here
     };
     (0..figures.len()).filter(differs).collect()
@@ -72,14 +69,8 @@ fn spoiled(figures: &[&str]) -> Vec<usize> {
 /// Regression: the first panel of each probe was clipped by the rectangle of another figure.
 #[test]
 fn figures_of_a_report_are_independent() {
-    let motion = report(
-        "init",
-        &[
-            "time.end=0.05",
-            "integrator.method=radau5",
-            "probe[0].interval=1e-3",
-        ],
-    );
+    let motion =
+        report("init", &["time.end=0.05", "integrator.method=radau5", "probe[0].interval=1e-3"]);
     let found = figures(&motion);
     assert_eq!(found.len(), 5, "the mesh, its deformation, u_x, u_y and p");
     assert_eq!(spoiled(&found), [0_usize; 0]);
@@ -95,11 +86,7 @@ fn a_report_of_a_2d_body_shows_its_deformation() {
     let small = ["time.end=0.05", "integrator.method=radau5"];
     let html = report("init", &[&small[..], &["fields.interval=0.05"]].concat());
     assert!(html.contains("Deformed body at t = 0.05 s"));
-    assert_eq!(
-        figures(&html).len(),
-        5,
-        "the mesh, its deformation, u_x, u_y, p"
-    );
+    assert_eq!(figures(&html).len(), 5, "the mesh, its deformation, u_x, u_y, p");
     let without = report("init", &[&small[..], &["fields="]].concat());
     assert!(!without.contains("Deformed"), "no fields, no picture");
 }
@@ -107,36 +94,17 @@ fn a_report_of_a_2d_body_shows_its_deformation() {
 /// 3D: the body with its groups, and its deformed surface and a section if fields are written.
 #[test]
 fn a_report_of_a_3d_body_shows_surface_and_section() {
-    let small = [
-        "time.end=0.05",
-        "mesh.cells=[10,2,2]",
-        "probe=[]",
-        "chain=[]",
-    ];
-    let with_fields = report(
-        "muscle3d",
-        &[&small[..], &["fields.interval=0.05"]].concat(),
-    );
+    let small = ["time.end=0.05", "mesh.cells=[10,2,2]", "probe=[]", "chain=[]"];
+    let with_fields = report("muscle3d", &[&small[..], &["fields.interval=0.05"]].concat());
     for caption in ["Deformed surface at t = 0.05 s", "Section at t = 0.05 s"] {
         assert!(with_fields.contains(caption), "{caption}");
     }
     let found = figures(&with_fields);
-    assert_eq!(
-        found.len(),
-        3,
-        "the body, its deformed surface, the section"
-    );
+    assert_eq!(found.len(), 3, "the body, its deformed surface, the section");
     assert_eq!(spoiled(&found), [0_usize; 0]);
     let other = "fields.quantities=[\"p\"]";
-    let without = report(
-        "muscle3d",
-        &[&small[..], &["fields.interval=0.05", other]].concat(),
-    );
-    assert_eq!(
-        figures(&without).len(),
-        1,
-        "no displacement, no picture of it"
-    );
+    let without = report("muscle3d", &[&small[..], &["fields.interval=0.05", other]].concat());
+    assert_eq!(figures(&without).len(), 1, "no displacement, no picture of it");
     assert!(!without.contains("Deformed surface"));
 }
 
@@ -176,10 +144,9 @@ fn a_report_has_no_control_characters_from_names() {
     let is_control = |c: &char| c.is_control() && *c != '\n';
     let controls: Vec<char> = html.chars().filter(is_control).collect();
     assert!(controls.is_empty(), "{controls:?}");
-    for shown in [
-        "a\\u{1b}[2Jb\\u{7}&lt;script&gt;\\u{9b}",
-        "</span>r\\u{1b}]0;x\\u{7}&quot;&lt;b&gt;</td>",
-    ] {
+    for shown in
+        ["a\\u{1b}[2Jb\\u{7}&lt;script&gt;\\u{9b}", "</span>r\\u{1b}]0;x\\u{7}&quot;&lt;b&gt;</td>"]
+    {
         assert!(html.contains(shown), "{shown}");
     }
     let (text, _) = html.split_once("<script").unwrap();
@@ -208,10 +175,7 @@ fn dark_mode_inverts_a_figure_once() {
 #[test]
 fn a_report_of_an_equilibrium_has_no_times() {
     let html = report("land1", &["mesh.cells=[8,1,1]"]);
-    for shown in [
-        "<figcaption>Deformed surface</figcaption>",
-        "value</th></tr>",
-    ] {
+    for shown in ["<figcaption>Deformed surface</figcaption>", "value</th></tr>"] {
         assert!(html.contains(shown), "{shown}");
     }
     for of_a_motion in ["at t = ", "0.0000 s", "1 load steps"] {
@@ -224,11 +188,7 @@ fn a_report_of_an_equilibrium_has_no_times() {
 #[test]
 fn a_report_has_the_numbers_of_the_run() {
     let folder = tempfile::tempdir().unwrap();
-    let set = [
-        "time.end=0.05",
-        "integrator.method=radau5",
-        "fields.interval=0.025",
-    ];
+    let set = ["time.end=0.05", "integrator.method=radau5", "fields.interval=0.025"];
     let scene = Scene::built_in("init", &set.map(str::to_owned)).unwrap();
     let result = compute(&scene, &RunOptions::into_folder(folder.path())).unwrap();
     page::write(folder.path(), &scene, &result).unwrap();
@@ -250,14 +210,9 @@ fn a_report_has_the_numbers_of_the_run() {
     }
 
     let body = &data["bodies"][0];
-    assert_eq!(
-        body["labels"],
-        serde_json::json!(["t = 0 s", "t = 0.025 s", "t = 0.05 s"])
-    );
+    assert_eq!(body["labels"], serde_json::json!(["t = 0 s", "t = 0.025 s", "t = 0.05 s"]));
     let space = scene.body.as_ref().unwrap().muscle.solid.space();
-    let triangles = STANDARD
-        .decode(body["triangles"].as_str().unwrap())
-        .unwrap();
+    let triangles = STANDARD.decode(body["triangles"].as_str().unwrap()).unwrap();
     // Four triangles of three indices per element.
     assert_eq!(triangles.len(), space.n_elements() * 4 * 3 * 4);
     let (_, file) = vtu::files(folder.path()).unwrap().pop().unwrap();
@@ -269,27 +224,16 @@ fn a_report_has_the_numbers_of_the_run() {
         for c in 0..width {
             let [low, high] =
                 ["lowest", "highest"].map(|end| described["ranges"][c][end].as_f64().unwrap());
-            let levels = STANDARD
-                .decode(described["frames"][2][c].as_str().unwrap())
-                .unwrap();
+            let levels = STANDARD.decode(described["frames"][2][c].as_str().unwrap()).unwrap();
             let step = (high - low) / 65534.0;
-            let errors = levels
-                .as_chunks::<2>()
-                .0
-                .iter()
-                .enumerate()
-                .map(|(point, &level)| {
-                    let value = low + step * f64::from(u16::from_le_bytes(level));
-                    (value - field.values[width * point + c]).abs()
-                });
+            let errors = levels.as_chunks::<2>().0.iter().enumerate().map(|(point, &level)| {
+                let value = low + step * f64::from(u16::from_le_bytes(level));
+                (value - field.values[width * point + c]).abs()
+            });
             // Half a level, and the rounding of three operations on each side.
             let largest = errors.fold(0.0, f64::max);
             let rounding = 6.0 * f64::EPSILON * high.abs().max(low.abs());
-            assert!(
-                largest <= 0.5 * step + rounding,
-                "{} {c}: {largest}",
-                field.name
-            );
+            assert!(largest <= 0.5 * step + rounding, "{} {c}: {largest}", field.name);
         }
     }
 }

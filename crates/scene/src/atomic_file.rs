@@ -227,10 +227,7 @@ mod tests {
     use super::*;
 
     fn names(folder: &Path) -> Vec<OsString> {
-        fs::read_dir(folder)
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name())
-            .collect()
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name()).collect()
     }
 
     #[test]
@@ -252,9 +249,7 @@ mod tests {
         passing(|| {
             passing(|| assert!(PASSING.get()));
             assert!(PASSING.get());
-            std::thread::spawn(|| assert!(!PASSING.get()))
-                .join()
-                .unwrap();
+            std::thread::spawn(|| assert!(!PASSING.get())).join().unwrap();
         });
         assert!(!PASSING.get());
         std::panic::catch_unwind(|| passing(|| panic!("on the way"))).unwrap_err();
@@ -279,10 +274,7 @@ mod tests {
     fn a_missing_folder_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("no/such/run.json");
-        assert_eq!(
-            write(&path, |_| Ok(())).unwrap_err().kind(),
-            io::ErrorKind::NotFound
-        );
+        assert_eq!(write(&path, |_| Ok(())).unwrap_err().kind(), io::ErrorKind::NotFound);
     }
 
     /// Regression: a symlinked output was followed.

@@ -37,11 +37,7 @@ impl<W: Write> CsvWriter<W> {
 
     /// Continues with a sink that contains the `written` part under a header of `n_columns` names.
     pub fn continued(sink: W, n_columns: usize, written: Written) -> Self {
-        Self {
-            sink,
-            n_columns,
-            written,
-        }
+        Self { sink, n_columns, written }
     }
 
     /// Writes one row.
@@ -77,12 +73,8 @@ impl<W: Write> CsvWriter<W> {
 /// Formats one line of a table. Fields with commas, quotes or line breaks are quoted.
 pub fn line(fields: &[impl AsRef<[u8]>]) -> String {
     let mut writer = ::csv::Writer::from_writer(Vec::new());
-    writer
-        .write_record(fields)
-        .expect("writing to memory does not fail");
-    let bytes = writer
-        .into_inner()
-        .expect("writing to memory does not fail");
+    writer.write_record(fields).expect("writing to memory does not fail");
+    let bytes = writer.into_inner().expect("writing to memory does not fail");
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
@@ -125,9 +117,7 @@ impl Table {
             }
             // The reader's position precedes blank lines, which it skips before the record.
             let start = record.position().map_or(0, |position| position.byte()) as usize;
-            let blank = text[start..]
-                .bytes()
-                .take_while(|byte| b"\r\n".contains(byte));
+            let blank = text[start..].bytes().take_while(|byte| b"\r\n".contains(byte));
             let start = start + blank.count();
             line += text[counted..start].matches('\n').count() as u64;
             counted = start;
@@ -187,11 +177,8 @@ mod tests {
         csv.row(&[0.5, 2.0]).unwrap();
         assert_eq!(writes.0.len(), 3);
         assert!(
-            writes
-                .0
-                .iter()
-                .all(|bytes| bytes.iter().filter(|&&b| b == b'\n').count() == 1
-                    && bytes.ends_with(b"\n"))
+            writes.0.iter().all(|bytes| bytes.iter().filter(|&&b| b == b'\n').count() == 1
+                && bytes.ends_with(b"\n"))
         );
     }
 
@@ -201,10 +188,7 @@ mod tests {
     fn names_may_hold_anything_and_come_back() {
         let names = ["t", "a,b", "c \"d\"", "e\nf"];
         let mut bytes = Vec::new();
-        CsvWriter::new(&mut bytes, &names)
-            .unwrap()
-            .row(&[0.0; 4])
-            .unwrap();
+        CsvWriter::new(&mut bytes, &names).unwrap().row(&[0.0; 4]).unwrap();
         let table = Table::parse(&String::from_utf8(bytes).unwrap()).unwrap();
         assert_eq!(table.names, names);
         assert_eq!(table.rows.len(), 1);

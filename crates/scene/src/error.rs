@@ -51,11 +51,7 @@ impl Error {
     /// Returns a function for `map_err` that reports the failed `action` on `path`.
     pub fn file(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
-        move |source| Self::File {
-            action,
-            path,
-            source,
-        }
+        move |source| Self::File { action, path, source }
     }
 
     /// Converts the error to invalid input if nothing was written before it. Errors due to a lack of memory and errors
@@ -109,10 +105,7 @@ pub struct InputError {
 impl InputError {
     /// Creates an error with a one-line description.
     pub fn new(message: impl fmt::Display) -> Self {
-        Self {
-            message: message.to_string(),
-            details: Vec::new(),
-        }
+        Self { message: message.to_string(), details: Vec::new() }
     }
 
     /// Adds the location: file, line, key or option. The location is printed first, even if it is added last.
@@ -143,11 +136,7 @@ impl InputError {
 
     /// Adds the option `--vary` as the location, for errors in cases of a sweep.
     pub(crate) fn of_vary(mut self, set: &[String]) -> Self {
-        for (_, place) in self
-            .details
-            .iter_mut()
-            .filter(|(label, _)| *label == "where")
-        {
+        for (_, place) in self.details.iter_mut().filter(|(label, _)| *label == "where") {
             let given = place.strip_prefix("--set ").map(str::to_owned);
             if let Some(given) = given.filter(|given| set.contains(given)) {
                 *place = format!("--vary {given}");
@@ -196,9 +185,7 @@ mod tests {
 
     #[test]
     fn details_are_aligned_and_continued_lines_indented() {
-        let error = InputError::new("unknown group")
-            .found("`lod`")
-            .allowed("fixed,\nload");
+        let error = InputError::new("unknown group").found("`lod`").allowed("fixed,\nload");
         let expected = "unknown group\n   found: `lod`\n allowed: fixed,\n          load";
         assert_eq!(error.to_string(), expected);
     }

@@ -79,11 +79,7 @@ pub(crate) fn parse(text: &str) -> Result<Expression, ExpressionError> {
 /// Adds brackets around powers in `text`, so that they bind tighter than a preceding sign and
 /// associate to the right. The parsing library treats both differently.
 fn bracketed(text: &str) -> Result<String, ExpressionError> {
-    let mut brackets = Brackets {
-        rest: text.trim(),
-        out: String::new(),
-        depth: 0,
-    };
+    let mut brackets = Brackets { rest: text.trim(), out: String::new(), depth: 0 };
     brackets.sum()?;
     match brackets.rest {
         "" => Ok(brackets.out),
@@ -238,10 +234,7 @@ mod tests {
             let values = vec![x; expression.var_names().len()];
             let found = expression.eval(&values).unwrap();
             // The tolerance covers rounding errors of few operations.
-            assert!(
-                (found - expected).abs() <= 1e-14 * expected.abs(),
-                "{text}: {found}"
-            );
+            assert!((found - expected).abs() <= 1e-14 * expected.abs(), "{text}: {found}");
         }
         use ExpressionError::{Incomplete, TooLarge, Unexpected, UnknownFunction};
         let unexpected = |rest: &str| Unexpected(rest.to_owned());
@@ -259,18 +252,10 @@ mod tests {
             assert_eq!(parse(text).unwrap_err(), error, "{text}");
         }
         // Regression: nested brackets overflowed the stack.
-        for (one, n) in [
-            ("(", 20_000),
-            ("-", 20_000),
-            ("2^", 20_000),
-            ("x+", 20_000),
-            ("sin(", 101),
-        ] {
-            assert_eq!(
-                parse(&(one.repeat(n) + "x")).unwrap_err(),
-                TooLarge,
-                "{one}"
-            );
+        for (one, n) in
+            [("(", 20_000), ("-", 20_000), ("2^", 20_000), ("x+", 20_000), ("sin(", 101)]
+        {
+            assert_eq!(parse(&(one.repeat(n) + "x")).unwrap_err(), TooLarge, "{one}");
         }
         let nested = |n: usize| "(".repeat(n) + "x" + &")".repeat(n);
         assert!(parse(&nested(40)).is_ok());

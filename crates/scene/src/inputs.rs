@@ -27,10 +27,7 @@ pub(crate) struct Inputs<'a> {
 impl<'a> Inputs<'a> {
     /// Creates a reader of files relative to `folder`.
     pub(crate) fn new(folder: &'a Path) -> Self {
-        Self {
-            folder,
-            read: RefCell::default(),
-        }
+        Self { folder, read: RefCell::default() }
     }
 
     /// Returns the full path of a file.
@@ -41,10 +38,7 @@ impl<'a> Inputs<'a> {
     /// Returns the content of a file.
     pub(crate) fn read(&self, file: &Path) -> io::Result<Vec<u8>> {
         let bytes = content(&self.resolve(file))?;
-        self.read.borrow_mut().push(Input {
-            file: file.to_owned(),
-            sha256: sha256(&bytes),
-        });
+        self.read.borrow_mut().push(Input { file: file.to_owned(), sha256: sha256(&bytes) });
         Ok(bytes)
     }
 

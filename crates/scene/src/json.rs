@@ -18,11 +18,8 @@ struct Envelope<'a, T> {
 /// # Errors
 /// If `body` cannot be serialized.
 pub fn document(command: &str, body: &impl Serialize) -> serde_json::Result<String> {
-    let envelope = Envelope {
-        schema: format!("myovib/{command}/1"),
-        versions: Versions::found(),
-        body,
-    };
+    let envelope =
+        Envelope { schema: format!("myovib/{command}/1"), versions: Versions::found(), body };
     let mut text = plain_json(&serde_json::to_string_pretty(&envelope)?);
     text.push('\n');
     Ok(text)
@@ -52,10 +49,7 @@ mod tests {
     fn the_document_starts_with_schema_and_versions() {
         let text = document("table2", &Row { kappa: 1e5 }).unwrap();
         let (schema, versions) = (text.find("\"schema\""), text.find("\"versions\""));
-        assert!(
-            schema < versions && versions < text.find("\"kappa\""),
-            "{text}"
-        );
+        assert!(schema < versions && versions < text.find("\"kappa\""), "{text}");
         let value: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert_eq!(value["schema"], "myovib/table2/1");
         assert_eq!(value["kappa"], 1e5);
@@ -63,10 +57,7 @@ mod tests {
 
     #[test]
     fn an_infinite_bulk_modulus_is_the_word_inf() {
-        let text = serde_json::to_string(&Row {
-            kappa: f64::INFINITY,
-        })
-        .unwrap();
+        let text = serde_json::to_string(&Row { kappa: f64::INFINITY }).unwrap();
         assert_eq!(text, r#"{"kappa":"inf"}"#);
     }
 }

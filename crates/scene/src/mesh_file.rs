@@ -13,10 +13,8 @@ use crate::inputs;
 pub fn load(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
     match path {
         Some(path) => {
-            let bytes = inputs::content(path).map_err(|source| FemError::Io {
-                path: path.to_owned(),
-                source,
-            })?;
+            let bytes = inputs::content(path)
+                .map_err(|source| FemError::Io { path: path.to_owned(), source })?;
             let name = path.display().to_string();
             let mesh = Mesh::parse_msh(bytes, &name)?;
             Ok((mesh, name))

@@ -32,10 +32,7 @@ pub fn map<T: Sync, R: Send>(
         worker();
     });
     let results = results.into_inner().expect("all threads have ended");
-    results
-        .into_iter()
-        .map(|result| result.expect("each item is taken by one thread"))
-        .collect()
+    results.into_iter().map(|result| result.expect("each item is taken by one thread")).collect()
 }
 
 #[cfg(test)]

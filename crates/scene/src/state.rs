@@ -59,11 +59,7 @@ impl State {
 
     /// Returns the state of `dae` with unknowns `y` at time `t`.
     pub(crate) fn of(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Self {
-        let own = |field| {
-            dae.layout()
-                .range(field)
-                .map_or(Vec::new(), |own| y[own].to_vec())
-        };
+        let own = |field| dae.layout().range(field).map_or(Vec::new(), |own| y[own].to_vec());
         let tensions = own(Field::Tension);
         let internal_stresses = own(Field::InternalStress);
         let snapshot = dae.snapshot(t, y, &[]);
@@ -123,10 +119,7 @@ impl State {
                     block.copy_from_slice(&self.internal_stresses);
                 }
                 Field::InternalStress => {
-                    let settled = dae
-                        .muscle()
-                        .solid
-                        .equilibrium_overstress(&self.displacement);
+                    let settled = dae.muscle().solid.equilibrium_overstress(&self.displacement);
                     block.copy_from_slice(&settled);
                 }
                 _ => {}
@@ -171,9 +164,7 @@ impl State {
     /// state `y` of `dae` at t = 0, which includes the supports; m.
     pub(crate) fn moved_by_supports(&self, dae: &mut MuscleDae, y: &[f64]) -> f64 {
         let now = dae.snapshot(0.0, y, &[]).displacement.iter();
-        let distances = now
-            .zip(&self.displacement)
-            .map(|(now, own)| (now - own).abs());
+        let distances = now.zip(&self.displacement).map(|(now, own)| (now - own).abs());
         distances.fold(0.0, f64::max)
     }
 

@@ -106,11 +106,7 @@ impl<'a> StatisticsJson<'a> {
             counts: CountsJson::new(statistics),
             integrator: settings.integrator.name(),
             method: MethodJson::new(settings),
-            suppressed: settings
-                .suppressed
-                .iter()
-                .map(|field| field.name())
-                .collect(),
+            suppressed: settings.suppressed.iter().map(|field| field.name()).collect(),
             rtol: settings.relative_tolerance,
             atol: formulation
                 .rows()

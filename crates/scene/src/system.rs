@@ -57,9 +57,7 @@ pub(crate) fn muscle_of<'s, P: System + ?Sized>(
     system: &'s mut P,
     y: &[f64],
 ) -> Result<(&'s mut MuscleDae, Range<usize>), ModelError> {
-    system
-        .muscle_at(y)
-        .ok_or(ModelError::NoSuchPart { part: "muscle" })
+    system.muscle_at(y).ok_or(ModelError::NoSuchPart { part: "muscle" })
 }
 
 /// Returns a network of a system and the range of its states, or an error if it is missing.

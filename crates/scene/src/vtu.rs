@@ -68,11 +68,7 @@ pub struct NotFinite {
 impl NotFinite {
     /// Returns a note on these values.
     pub fn note(&self) -> String {
-        let Self {
-            quantity,
-            t,
-            points,
-        } = self;
+        let Self { quantity, t, points } = self;
         let points = match points {
             1 => "1 point".to_owned(),
             n => format!("{n} points"),
@@ -169,13 +165,11 @@ impl Series {
     ) -> io::Result<u64> {
         let (text, not_finite) = vtu(snapshot, &self.grid, &self.quantities, cells);
         self.listing.add(t, &text)?;
-        self.not_finite = self
-            .not_finite
-            .or(not_finite.map(|(quantity, points)| NotFinite {
-                quantity,
-                t,
-                points,
-            }));
+        self.not_finite = self.not_finite.or(not_finite.map(|(quantity, points)| NotFinite {
+            quantity,
+            t,
+            points,
+        }));
         let states = self.quantities.iter().filter(|q| q.needs_state()).count();
         Ok((states * self.grid.n_evaluations()) as u64)
     }
@@ -214,10 +208,7 @@ pub struct StoredMesh {
 pub fn read(file: &Path) -> io::Result<(StoredMesh, Vec<StoredField>)> {
     let text = std::fs::read_to_string(file)?;
     let mesh = || {
-        let points = data::read_field(&text, "points")?
-            .as_chunks::<3>()
-            .0
-            .to_vec();
+        let points = data::read_field(&text, "points")?.as_chunks::<3>().0.to_vec();
         let connectivity = data::read_integers(&text, "connectivity")?;
         let offsets = data::read_integers(&text, "offsets")?;
         let starts = std::iter::once(&0).chain(&offsets);
@@ -241,11 +232,7 @@ pub fn read_fields(file: &Path, grid: &Grid) -> io::Result<Vec<StoredField>> {
     let fields = data::read_fields(&std::fs::read_to_string(file)?);
     let n_cells = grid.regions.len();
     let fits = |field: &StoredField| {
-        let n = if field.of_cells {
-            n_cells
-        } else {
-            grid.n_points()
-        };
+        let n = if field.of_cells { n_cells } else { grid.n_points() };
         field.values.len() == n * field.components.len()
     };
     match fields.iter().all(fits) {
@@ -255,10 +242,7 @@ pub fn read_fields(file: &Path, grid: &Grid) -> io::Result<Vec<StoredField>> {
 }
 
 fn of_another_mesh() -> io::Error {
-    io::Error::new(
-        io::ErrorKind::InvalidData,
-        "the fields belong to another mesh",
-    )
+    io::Error::new(io::ErrorKind::InvalidData, "the fields belong to another mesh")
 }
 
 /// Returns the time and the nodal displacement (three components per node) from the last file in a folder, or `None` if
@@ -299,9 +283,7 @@ fn vtu(
     let mut not_finite = None;
     for &quantity in quantities {
         let values = grid.values(snapshot, quantity);
-        let strange = values
-            .iter()
-            .filter(|row| row.iter().any(|x| !x.is_finite()));
+        let strange = values.iter().filter(|row| row.iter().any(|x| !x.is_finite()));
         let strange = strange.count();
         not_finite = not_finite.or((strange > 0).then_some((quantity, strange)));
         let picked = order(quantity.components(), space.dimension());

@@ -34,10 +34,7 @@ pub struct Watcher<'a> {
 
 impl Watcher<'_> {
     /// Neither progress messages nor interruption.
-    pub const NOBODY: Watcher<'static> = Watcher {
-        interrupt: None,
-        progress: &(),
-    };
+    pub const NOBODY: Watcher<'static> = Watcher { interrupt: None, progress: &() };
 
     /// Returns whether the flag is set.
     pub fn is_interrupted(&self) -> bool {
@@ -59,12 +56,7 @@ pub struct Watch<'a> {
 impl<'a> Watch<'a> {
     /// Observes the run called `label` that ends at `t_end` (s).
     pub fn new(label: String, t_end: f64, progress: &'a dyn ProgressSink) -> Self {
-        Self {
-            label,
-            t_end,
-            progress,
-            start: None,
-        }
+        Self { label, t_end, progress, start: None }
     }
 }
 
@@ -73,9 +65,7 @@ impl<P> Observer<P> for Watch<'_> {
         &mut self,
         step: &mut AcceptedStep<'_, P>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
-        let (t_start, began) = *self
-            .start
-            .get_or_insert_with(|| (step.from, Instant::now()));
+        let (t_start, began) = *self.start.get_or_insert_with(|| (step.from, Instant::now()));
         self.progress.on_progress(&|| {
             let counts = step.integrator.counts();
             let done = (step.to - t_start) / (self.t_end - t_start);

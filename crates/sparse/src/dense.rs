@@ -64,10 +64,7 @@ impl DenseLu {
         factor::lu_in_place(factors, rows, inverse, Par::Seq, stack, Default::default());
         let pivots = (0..n).map(|i| self.factors[(i, i)]);
         match pivots.into_iter().position(|p| p == 0.0 || !p.is_finite()) {
-            Some(column) => Err(SparseError::Singular {
-                n,
-                column: Some(column),
-            }),
+            Some(column) => Err(SparseError::Singular { n, column: Some(column) }),
             None => {
                 self.is_current = true;
                 Ok(())
@@ -121,9 +118,9 @@ mod tests {
             lu.solve(&mut x).unwrap();
             for i in 0..n {
                 let terms: Vec<f64> = (0..n).map(|j| values[i + j * n] * x[j]).collect();
-                let (sum, size) = terms.iter().fold((0.0, b[i].abs()), |(sum, size), term| {
-                    (sum + term, size + term.abs())
-                });
+                let (sum, size) = terms
+                    .iter()
+                    .fold((0.0, b[i].abs()), |(sum, size), term| (sum + term, size + term.abs()));
                 // Rounding of n terms; pivots grow little here.
                 let rounding = 10.0 * n as f64 * f64::EPSILON * size;
                 assert!((sum - b[i]).abs() <= rounding, "{n} {i}: {sum} {}", b[i]);
@@ -134,22 +131,10 @@ mod tests {
     #[test]
     fn singular_matrices_and_wrong_lengths_are_refused() {
         let mut lu = DenseLu::new(2);
-        assert!(matches!(
-            lu.solve(&mut [1.0; 2]),
-            Err(SparseError::NoFactors)
-        ));
+        assert!(matches!(lu.solve(&mut [1.0; 2]), Err(SparseError::NoFactors)));
         let singular = lu.renew(&[1.0, 2.0, 2.0, 4.0]);
-        assert!(
-            matches!(singular, Err(SparseError::Singular { .. })),
-            "{singular:?}"
-        );
-        assert!(matches!(
-            lu.renew(&[1.0; 3]),
-            Err(SparseError::WrongLength { .. })
-        ));
-        assert!(matches!(
-            lu.renew(&[f64::NAN; 4]),
-            Err(SparseError::NotFinite { .. })
-        ));
+        assert!(matches!(singular, Err(SparseError::Singular { .. })), "{singular:?}");
+        assert!(matches!(lu.renew(&[1.0; 3]), Err(SparseError::WrongLength { .. })));
+        assert!(matches!(lu.renew(&[f64::NAN; 4]), Err(SparseError::NotFinite { .. })));
     }
 }

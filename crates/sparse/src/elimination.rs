@@ -54,11 +54,7 @@ pub struct Elimination {
 #[derive(Debug)]
 enum Backend {
     Blocks(Box<Blocks>),
-    Engine {
-        engine: Arc<dyn Engine>,
-        pattern: Arc<SparsityPattern>,
-        kind: Kind,
-    },
+    Engine { engine: Arc<dyn Engine>, pattern: Arc<SparsityPattern>, kind: Kind },
 }
 
 /// Dense blocks with fixed pivots, and pivoting if they fail.
@@ -99,11 +95,7 @@ impl Elimination {
 
     /// Delegates matrices with this compressed-column `pattern` to an `engine`.
     pub fn with_engine(engine: Arc<dyn Engine>, pattern: &SparsityPattern, kind: Kind) -> Self {
-        let backend = Backend::Engine {
-            engine,
-            pattern: Arc::new(pattern.clone()),
-            kind,
-        };
+        let backend = Backend::Engine { engine, pattern: Arc::new(pattern.clone()), kind };
         Self::of(pattern, 0..0, Precision::Double, backend)
     }
 
@@ -179,11 +171,7 @@ impl Elimination {
                     false => Box::new(Supernodal::in_threads(analysis, threads)),
                 }
             }
-            Backend::Engine {
-                engine,
-                pattern,
-                kind,
-            } => T::factors_of(&**engine, pattern, *kind),
+            Backend::Engine { engine, pattern, kind } => T::factors_of(&**engine, pattern, *kind),
         }
     }
 

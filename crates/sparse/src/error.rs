@@ -116,11 +116,7 @@ pub(crate) fn expect_length(
     if got == expected {
         return Ok(());
     }
-    Err(SparseError::WrongLength {
-        what,
-        expected,
-        got,
-    })
+    Err(SparseError::WrongLength { what, expected, got })
 }
 
 /// Formats a number of bytes with a binary unit.
@@ -135,9 +131,7 @@ fn size(bytes: usize) -> String {
 }
 
 fn at_column(column: Option<usize>) -> String {
-    column
-        .map(|c| format!(" (no pivot in column {c})"))
-        .unwrap_or_default()
+    column.map(|c| format!(" (no pivot in column {c})")).unwrap_or_default()
 }
 
 fn status_name(status: i64) -> &'static str {

@@ -34,18 +34,10 @@ impl Symbolic {
         if rows != columns || rows == 0 {
             return Err(SparseError::NotSquare { rows, columns });
         }
-        let lu =
-            factorize_symbolic_lu(view(pattern), LuSymbolicParams::default()).map_err(|_| {
-                SparseError::Singular {
-                    n: rows,
-                    column: None,
-                }
-            })?;
+        let lu = factorize_symbolic_lu(view(pattern), LuSymbolicParams::default())
+            .map_err(|_| SparseError::Singular { n: rows, column: None })?;
         let pattern = Arc::new(pattern.clone());
-        Ok(Self {
-            pattern,
-            lu: Arc::new(lu),
-        })
+        Ok(Self { pattern, lu: Arc::new(lu) })
     }
 
     /// Order of the matrix.
@@ -80,11 +72,7 @@ impl<T: Scalar> Lu<T> {
             lu.solve_in_place_scratch::<T>(1, Par::Seq),
             lu.solve_transpose_in_place_scratch::<T>(1, Par::Seq),
         ]));
-        Self {
-            buffer,
-            numeric: NumericLu::new(),
-            symbolic,
-        }
+        Self { buffer, numeric: NumericLu::new(), symbolic }
     }
 
     /// Returns the analysis.
@@ -97,9 +85,7 @@ impl<T: Scalar> Lu<T> {
         let matrix = SparseColMatRef::new(view(&self.symbolic.pattern), values);
         let stack = MemStack::new(&mut self.buffer);
         let (lu, numeric) = (&self.symbolic.lu, &mut self.numeric);
-        lu.factorize_numeric_lu(numeric, matrix, Par::Seq, stack, Default::default())
-            .ok()
-            .map(drop)
+        lu.factorize_numeric_lu(numeric, matrix, Par::Seq, stack, Default::default()).ok().map(drop)
     }
 
     /// Solves A x = b or Aᵀ x = b in place with the last factors.

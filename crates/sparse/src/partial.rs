@@ -16,11 +16,7 @@ pub struct Factors<T: Scalar> {
 impl<T: Scalar> Factors<T> {
     /// Creates an empty set of factors for matrices with the analyzed pattern.
     pub fn new(symbolic: Symbolic) -> Self {
-        Self {
-            probe: vec![T::zero(); symbolic.n()],
-            lu: T::lu(symbolic),
-            current: false,
-        }
+        Self { probe: vec![T::zero(); symbolic.n()], lu: T::lu(symbolic), current: false }
     }
 
     /// Number of pivot choices that later matrices keep: always zero.

@@ -44,9 +44,7 @@ impl Product {
         while column < pattern.major_dim() {
             let own = pattern.lane(column);
             let is_double = pattern.get_lane(column + 1) == Some(own);
-            let pairs = own
-                .chunks_exact(2)
-                .take_while(|pair| pair[1] == pair[0] + 1);
+            let pairs = own.chunks_exact(2).take_while(|pair| pair[1] == pair[0] + 1);
             let index = |&row: &usize| u32::try_from(row).expect("fewer than 2^32 rows");
             let start = rows.len();
             rows.extend(pairs.map(|pair| index(&pair[0])));
@@ -62,11 +60,7 @@ impl Product {
             });
             column += 1 + usize::from(is_double);
         }
-        Self {
-            groups,
-            rows,
-            arch: Arch::new(),
-        }
+        Self { groups, rows, arch: Arch::new() }
     }
 
     /// Calls `visit` with the index, the row and the column of each entry.
@@ -74,9 +68,7 @@ impl Product {
         for group in &self.groups {
             let pairs = self.rows[group.pairs.clone()].iter();
             let pairs = pairs.flat_map(|&row| [row as usize, row as usize + 1]);
-            let single = self.rows[group.single.clone()]
-                .iter()
-                .map(|&row| row as usize);
+            let single = self.rows[group.single.clone()].iter().map(|&row| row as usize);
             let rows = pairs.chain(single).enumerate();
             for column in 0..=usize::from(group.is_double) {
                 let first = group.entries.start + column * group.entries.len();
@@ -113,14 +105,7 @@ impl Product {
     ) {
         let mut first = 0;
         while first < n_columns {
-            let block = ColumnBlock {
-                product: self,
-                values,
-                x,
-                y: &mut *y,
-                n_columns,
-                first,
-            };
+            let block = ColumnBlock { product: self, values, x, y: &mut *y, n_columns, first };
             first += match n_columns - first {
                 1 => self.arch.dispatch(block.of::<T, TRANSPOSED>()),
                 2 | 3 => self.arch.dispatch(block.of::<T::Columns<2>, TRANSPOSED>()),
@@ -132,12 +117,7 @@ impl Product {
 
     /// Subtracts Aᵀ x (transposed, not conjugated): `y` -= Aᵀ `x`.
     pub(crate) fn transposed<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [T]) {
-        self.arch.dispatch(Transposed {
-            product: self,
-            values,
-            x,
-            y,
-        });
+        self.arch.dispatch(Transposed { product: self, values, x, y });
     }
 
     /// Adds |A| |x| to `y`.
@@ -166,13 +146,7 @@ impl<T: Scalar, Y: Copy, F: Fn(Y, T, T) -> Y> WithSimd for Accumulate<'_, T, Y, 
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self {
-            product,
-            values,
-            x,
-            y,
-            add,
-        } = self;
+        let Self { product, values, x, y, add } = self;
         for group in &product.groups {
             let n = group.entries.len();
             let first = &values[group.entries.clone()];
@@ -227,10 +201,7 @@ struct ColumnKernel<'a, T, R, const TRANSPOSED: bool> {
 
 impl<'a, T> ColumnBlock<'a, T> {
     fn of<R, const TRANSPOSED: bool>(self) -> ColumnKernel<'a, T, R, TRANSPOSED> {
-        ColumnKernel {
-            block: self,
-            row: PhantomData,
-        }
+        ColumnKernel { block: self, row: PhantomData }
     }
 }
 
@@ -240,14 +211,7 @@ impl<T: Scalar, R: Row<T>, const TRANSPOSED: bool> WithSimd for ColumnKernel<'_,
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> usize {
-        let ColumnBlock {
-            product,
-            values,
-            x,
-            y,
-            n_columns,
-            first,
-        } = self.block;
+        let ColumnBlock { product, values, x, y, n_columns, first } = self.block;
         let place = |row: usize| row * n_columns + first..(row + 1) * n_columns;
         for group in &product.groups {
             let n = group.entries.len();
@@ -350,12 +314,7 @@ impl<T: Scalar> WithSimd for Transposed<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self {
-            product,
-            values,
-            x,
-            y,
-        } = self;
+        let Self { product, values, x, y } = self;
         for group in &product.groups {
             let pairs = &product.rows[group.pairs.clone()];
             let single = &product.rows[group.single.clone()];

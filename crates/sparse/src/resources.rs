@@ -43,10 +43,7 @@ pub fn threads() -> Option<Arc<ThreadPool>> {
 
 pub(crate) fn pool_of(threads: usize) -> Result<Arc<ThreadPool>, SparseError> {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map(Arc::new).map_err(|error| SparseError::Threads {
-        threads,
-        reason: error.to_string(),
-    })
+    pool.map(Arc::new).map_err(|error| SparseError::Threads { threads, reason: error.to_string() })
 }
 
 /// Limits the memory of this process to `bytes`. Only the first call has an effect.
@@ -68,9 +65,7 @@ pub fn peak() -> Option<usize> {
 /// groups (a container or a cluster job), of its address space (`ulimit -v`), of its data (`ulimit -d`) and of its limit.
 /// `None` if no value is known.
 pub fn available() -> Option<usize> {
-    let own = LIMIT
-        .get()
-        .map(|limit| limit.saturating_sub(in_use().unwrap_or(0)));
+    let own = LIMIT.get().map(|limit| limit.saturating_sub(in_use().unwrap_or(0)));
     let machine = kibibytes("/proc/meminfo", "MemAvailable:");
     let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
     let group = groups.lines().find_map(|line| line.strip_prefix("0::"));
@@ -87,11 +82,9 @@ pub fn available() -> Option<usize> {
 /// [`SparseError::Memory`] if `needed` bytes exceed [`available`].
 pub fn expect_memory(needed: usize, n_complex: usize) -> Result<(), SparseError> {
     match available() {
-        Some(available) if needed > available => Err(SparseError::Memory {
-            needed,
-            available,
-            n_complex,
-        }),
+        Some(available) if needed > available => {
+            Err(SparseError::Memory { needed, available, n_complex })
+        }
         _ => Ok(()),
     }
 }
@@ -176,11 +169,7 @@ mod tests {
     #[test]
     fn mentions_integrators_only_for_complex_matrices() {
         let message = |n_complex| {
-            let error = SparseError::Memory {
-                needed: 3 << 20,
-                available: 0,
-                n_complex,
-            };
+            let error = SparseError::Memory { needed: 3 << 20, available: 0, n_complex };
             error.to_string()
         };
         assert!(message(0).contains("3.0 MiB") && message(0).contains("0 B"));

@@ -159,12 +159,8 @@ where
         if C < 4 {
             let ([re, im], [x_re, x_im]) = (&mut self.0, x.0);
             for c in 0..C {
-                re[c] = re[c]
-                    .plus_product(a.re, -x_re[c])
-                    .plus_product(a.im, x_im[c]);
-                im[c] = im[c]
-                    .plus_product(a.re, -x_im[c])
-                    .plus_product(a.im, -x_re[c]);
+                re[c] = re[c].plus_product(a.re, -x_re[c]).plus_product(a.im, x_im[c]);
+                im[c] = im[c].plus_product(a.re, -x_im[c]).plus_product(a.im, -x_re[c]);
             }
             return self;
         }
@@ -176,9 +172,7 @@ where
         let parts = self.0.as_flattened_mut();
         let (x, turned) = (x.0.as_flattened(), turned.as_flattened());
         for k in 0..2 * C {
-            parts[k] = parts[k]
-                .plus_product(a.re, -x[k])
-                .plus_product(a.im, turned[k]);
+            parts[k] = parts[k].plus_product(a.re, -x[k]).plus_product(a.im, turned[k]);
         }
         self
     }

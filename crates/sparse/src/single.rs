@@ -75,8 +75,7 @@ impl<T: Scalar> SingleFactors<T> {
         };
         self.rhs.clear();
         let scaled = x.iter().zip(&self.scale);
-        self.rhs
-            .extend(scaled.map(|(&b, d)| (b * (d / size)).to_single()));
+        self.rhs.extend(scaled.map(|(&b, d)| (b * (d / size)).to_single()));
         solve(&mut self.factors, &mut self.rhs);
         for ((x, &single), d) in x.iter_mut().zip(&self.rhs).zip(&self.scale) {
             *x = T::from_single(single) * (d * size);
@@ -87,11 +86,7 @@ impl<T: Scalar> SingleFactors<T> {
 impl<T: Scalar> Factorization<T> for SingleFactors<T> {
     fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
         self.equilibrate(values);
-        let Self {
-            values: single,
-            scale,
-            ..
-        } = self;
+        let Self { values: single, scale, .. } = self;
         self.product.for_each_entry(|k, row, column| {
             single[k] = (values[k] * (scale[row] * scale[column])).to_single();
         });

@@ -108,11 +108,7 @@ impl<T: Scalar> SparseSystem<T> {
         let Err(failure) = result else {
             return Ok(());
         };
-        if self.pivot(work)? {
-            Ok(())
-        } else {
-            Err(failure)
-        }
+        if self.pivot(work)? { Ok(()) } else { Err(failure) }
     }
 
     /// Switches to factors in double precision permanently and factorizes.
@@ -249,10 +245,7 @@ impl<T: Scalar> SparseSystem<T> {
             || (error > REJECTION_THRESHOLD && self.normwise_error() > REJECTION_THRESHOLD)
         {
             let n = x.len();
-            return Err(SparseError::Inaccurate {
-                n,
-                backward_error: error,
-            });
+            return Err(SparseError::Inaccurate { n, backward_error: error });
         }
         work.largest_backward_error = work.largest_backward_error.max(error);
         Ok(())
@@ -325,19 +318,11 @@ impl<T: Scalar> SparseSystem<T> {
     /// for the constraints and for the other unknowns, because their units differ; the larger value is returned.
     fn relative_correction(&self, x: &[T]) -> f64 {
         let constraints = self.elimination.constraints();
-        let parts = [
-            0..constraints.start,
-            constraints.clone(),
-            constraints.end..x.len(),
-        ];
+        let parts = [0..constraints.start, constraints.clone(), constraints.end..x.len()];
         let largest = |values: &[T]| values.iter().fold(0.0, |max, v| f64::max(max, v.abs()));
         let ratio = |part: Range<usize>| {
             let [correction, size] = [largest(&self.residual[part.clone()]), largest(&x[part])];
-            if correction > 0.0 {
-                correction / size
-            } else {
-                0.0
-            }
+            if correction > 0.0 { correction / size } else { 0.0 }
         };
         parts.into_iter().map(ratio).fold(0.0, f64::max)
     }
@@ -370,12 +355,11 @@ impl<T: Scalar> SparseSystem<T> {
         ratios
             .filter(|(_, scale)| **scale != 0.0)
             .map(|(residual, scale)| residual.abs() / scale)
-            .fold(0.0, |max, ratio| {
-                if ratio.is_nan() {
-                    f64::INFINITY
-                } else {
-                    f64::max(max, ratio)
-                }
-            })
+            .fold(
+                0.0,
+                |max, ratio| {
+                    if ratio.is_nan() { f64::INFINITY } else { f64::max(max, ratio) }
+                },
+            )
     }
 }

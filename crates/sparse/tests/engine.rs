@@ -26,10 +26,7 @@ impl<T: Scalar> Factorization<T> for Own<T> {
     fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
         if self.error.is_nan() {
             let reason = "out of memory".to_owned();
-            return Err(SparseError::Engine {
-                engine: "Erring",
-                reason,
-            });
+            return Err(SparseError::Engine { engine: "Erring", reason });
         }
         Factorization::renew(&mut self.factors, values)
     }
@@ -52,10 +49,7 @@ impl<T: Scalar> Factorization<T> for Own<T> {
 impl Erring {
     fn factors<T: Scalar>(&self, pattern: &SparsityPattern) -> Box<dyn Factorization<T>> {
         let symbolic = Symbolic::analyze(pattern, SparseOptions::default()).unwrap();
-        Box::new(Own {
-            factors: Factors::new(symbolic),
-            error: self.0,
-        })
+        Box::new(Own { factors: Factors::new(symbolic), error: self.0 })
     }
 }
 
@@ -82,14 +76,10 @@ fn solve<T: Scalar>(error: f64) -> (Result<Vec<T>, SparseError>, LinearWork) {
     assert!(elimination.analysis().is_none() && elimination.prediction::<T>().is_none());
     let mut system = SparseSystem::<T>::new(Arc::new(elimination));
     let number = |x: f64| T::one() * x;
-    system
-        .values_mut()
-        .copy_from_slice(&[2.0, 1.0, 1.0, 3.0].map(number));
+    system.values_mut().copy_from_slice(&[2.0, 1.0, 1.0, 3.0].map(number));
     let mut work = LinearWork::default();
     let mut x = [3.0, 4.0].map(number).to_vec();
-    let solved = system
-        .renew(&mut work)
-        .and_then(|()| system.solve(&mut x, &mut work));
+    let solved = system.renew(&mut work).and_then(|()| system.solve(&mut x, &mut work));
     (solved.map(|()| x), work)
 }
 
@@ -100,22 +90,10 @@ fn is_one<T: Scalar>(x: T, error: f64) -> bool {
 #[test]
 fn an_engine_solves_real_and_complex_systems() {
     let (real, work) = solve::<f64>(0.0);
-    assert!(
-        real.unwrap()
-            .into_iter()
-            .all(|x| is_one(x, 4.0 * f64::EPSILON))
-    );
-    assert_eq!(
-        (work.factorizations, work.factor_entries, work.pivoted),
-        (1, 5, 0)
-    );
+    assert!(real.unwrap().into_iter().all(|x| is_one(x, 4.0 * f64::EPSILON)));
+    assert_eq!((work.factorizations, work.factor_entries, work.pivoted), (1, 5, 0));
     let (complex, _) = solve::<Complex64>(0.0);
-    assert!(
-        complex
-            .unwrap()
-            .into_iter()
-            .all(|x| is_one(x, 4.0 * f64::EPSILON))
-    );
+    assert!(complex.unwrap().into_iter().all(|x| is_one(x, 4.0 * f64::EPSILON)));
 }
 
 #[test]
@@ -129,17 +107,8 @@ fn inaccurate_solutions_of_an_engine_are_refined() {
 #[test]
 fn errors_of_an_engine_are_returned_without_a_fallback() {
     let (wrong, work) = solve::<f64>(0.1);
-    assert!(
-        matches!(wrong, Err(SparseError::Inaccurate { .. })),
-        "{wrong:?}"
-    );
+    assert!(matches!(wrong, Err(SparseError::Inaccurate { .. })), "{wrong:?}");
     assert_eq!(work.pivoted, 0);
     let (failed, _) = solve::<f64>(f64::NAN);
-    assert!(matches!(
-        failed,
-        Err(SparseError::Engine {
-            engine: "Erring",
-            ..
-        })
-    ));
+    assert!(matches!(failed, Err(SparseError::Engine { engine: "Erring", .. })));
 }

@@ -16,10 +16,7 @@ struct Stream(u64);
 
 impl Stream {
     fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 }
@@ -43,10 +40,7 @@ fn pattern(n: usize, per_column: usize) -> SparsityPattern {
 
 fn real_values(pattern: &SparsityPattern, seed: u64) -> Vec<f64> {
     let mut stream = Stream(seed);
-    pattern
-        .entries()
-        .map(|(c, r)| stream.next() + if r == c { 3.0 } else { 0.0 })
-        .collect()
+    pattern.entries().map(|(c, r)| stream.next() + if r == c { 3.0 } else { 0.0 }).collect()
 }
 
 /// Computes A x or Aᵀ x.
@@ -75,22 +69,13 @@ fn solves_with_every_ordering_with_and_without_blocks_and_scaling() {
     for ordering in [Ordering::Amd, Ordering::Colamd, Ordering::Natural] {
         for btf in [true, false] {
             for scaling in [Scaling::None, Scaling::Sum, Scaling::Max] {
-                let options = SparseOptions {
-                    ordering,
-                    btf,
-                    scaling,
-                    ..SparseOptions::default()
-                };
+                let options = SparseOptions { ordering, btf, scaling, ..SparseOptions::default() };
                 let symbolic = Symbolic::analyze(&pattern, options).unwrap();
                 let lu = RealNumeric::factor(&symbolic, &values).unwrap();
                 for transposed in [false, true] {
                     let mut x = b.clone();
-                    if transposed {
-                        lu.solve_transposed(&mut x)
-                    } else {
-                        lu.solve(&mut x)
-                    }
-                    .unwrap();
+                    if transposed { lu.solve_transposed(&mut x) } else { lu.solve(&mut x) }
+                        .unwrap();
                     for (ax, b) in product(&pattern, &values, &x, transposed).iter().zip(&b) {
                         assert!((ax - b).abs() <= RESIDUAL * 60.0, "{options:?}: {ax} ≠ {b}");
                     }
@@ -105,11 +90,7 @@ fn complex_factors_share_the_analysis_and_solve_real_and_transposed_systems() {
     let pattern = pattern(40, 3);
     let symbolic = Symbolic::analyze(&pattern, SparseOptions::default()).unwrap();
     let (re, im) = (real_values(&pattern, 3), real_values(&pattern, 9));
-    let values: Vec<_> = re
-        .iter()
-        .zip(&im)
-        .map(|(&re, &im)| Complex64::new(re, im))
-        .collect();
+    let values: Vec<_> = re.iter().zip(&im).map(|(&re, &im)| Complex64::new(re, im)).collect();
     let real = RealNumeric::factor(&symbolic, &re).unwrap();
     let complex = ComplexNumeric::factor(&symbolic, &values).unwrap();
     drop(symbolic); // the factors keep what they need
@@ -117,12 +98,7 @@ fn complex_factors_share_the_analysis_and_solve_real_and_transposed_systems() {
     let b: Vec<_> = (0..40).map(|i| Complex64::new(1.0, i as f64)).collect();
     for transposed in [false, true] {
         let mut x = b.clone();
-        if transposed {
-            complex.solve_transposed(&mut x)
-        } else {
-            complex.solve(&mut x)
-        }
-        .unwrap();
+        if transposed { complex.solve_transposed(&mut x) } else { complex.solve(&mut x) }.unwrap();
         for (ax, b) in product(&pattern, &values, &x, transposed).iter().zip(&b) {
             assert!((ax - b).norm() <= RESIDUAL * 40.0, "{ax} ≠ {b}");
         }
@@ -157,11 +133,7 @@ fn diagnostics_of_a_diagonal_matrix() {
     let pattern =
         SparsityPattern::try_from_offsets_and_indices(3, 3, vec![0, 1, 2, 3], vec![0, 1, 2])
             .unwrap();
-    let options = SparseOptions {
-        scaling: Scaling::None,
-        btf: false,
-        ..SparseOptions::default()
-    };
+    let options = SparseOptions { scaling: Scaling::None, btf: false, ..SparseOptions::default() };
     let symbolic = Symbolic::analyze(&pattern, options).unwrap();
     let values = [1.0, 10.0, 100.0];
     let lu = RealNumeric::factor(&symbolic, &values).unwrap();
@@ -171,10 +143,7 @@ fn diagnostics_of_a_diagonal_matrix() {
     let mut factors = Factors::<f64>::new(symbolic);
     assert_eq!((factors.rcond(), factors.n_entries()), (None, None));
     factors.renew(&values).unwrap();
-    assert_eq!(
-        (factors.rcond(), factors.n_entries()),
-        (Some(0.01), Some(6))
-    );
+    assert_eq!((factors.rcond(), factors.n_entries()), (Some(0.01), Some(6)));
 }
 
 #[test]
@@ -188,16 +157,10 @@ fn amd_avoids_the_fill_of_an_arrow_matrix() {
         offsets.push(indices.len());
     }
     let pattern = SparsityPattern::try_from_offsets_and_indices(n, n, offsets, indices).unwrap();
-    let values: Vec<f64> = pattern
-        .entries()
-        .map(|(c, r)| if r == c { n as f64 } else { 1.0 })
-        .collect();
+    let values: Vec<f64> =
+        pattern.entries().map(|(c, r)| if r == c { n as f64 } else { 1.0 }).collect();
     let factorized = |ordering| {
-        let options = SparseOptions {
-            ordering,
-            btf: false,
-            ..SparseOptions::default()
-        };
+        let options = SparseOptions { ordering, btf: false, ..SparseOptions::default() };
         let symbolic = Symbolic::analyze(&pattern, options).unwrap();
         RealNumeric::factor(&symbolic, &values).unwrap()
     };
@@ -214,9 +177,7 @@ fn singular_matrices_are_errors_with_the_column() {
         SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 1, 2], vec![0, 0]).unwrap();
     let symbolic = Symbolic::analyze(&empty_row, SparseOptions::default()).unwrap();
     let error = RealNumeric::factor(&symbolic, &[1.0, 1.0]).unwrap_err();
-    let SparseError::Singular { n: 2, column } = error else {
-        panic!("{error}")
-    };
+    let SparseError::Singular { n: 2, column } = error else { panic!("{error}") };
     assert!(column.is_none_or(|column| column < 2), "{column:?}");
 
     // [1 1; 1 1] is numerically singular; the factorization and the refactorization fail.
@@ -224,18 +185,9 @@ fn singular_matrices_are_errors_with_the_column() {
         .unwrap();
     let symbolic = Symbolic::analyze(&full, SparseOptions::default()).unwrap();
     let error = RealNumeric::factor(&symbolic, &[1.0; 4]).unwrap_err();
-    assert_eq!(
-        error,
-        SparseError::Singular {
-            n: 2,
-            column: Some(1)
-        }
-    );
+    assert_eq!(error, SparseError::Singular { n: 2, column: Some(1) });
     let mut lu = RealNumeric::factor(&symbolic, &[2.0, 1.0, 1.0, 2.0]).unwrap();
-    assert!(matches!(
-        lu.refactor(&[1.0; 4]),
-        Err(SparseError::Singular { .. })
-    ));
+    assert!(matches!(lu.refactor(&[1.0; 4]), Err(SparseError::Singular { .. })));
     assert_eq!(lu.solve(&mut [1.0, 1.0]), Err(SparseError::NoFactors));
     lu.refactor(&[2.0, 0.0, 0.0, 2.0]).unwrap();
     let mut x = [1.0, 4.0];
@@ -248,62 +200,31 @@ fn invalid_arguments_are_errors() {
     let wide =
         SparsityPattern::try_from_offsets_and_indices(2, 3, vec![0, 1, 2], vec![0, 1]).unwrap();
     let analyze = |pattern: &SparsityPattern| Symbolic::analyze(pattern, SparseOptions::default());
-    assert_eq!(
-        analyze(&wide).unwrap_err(),
-        SparseError::NotSquare {
-            rows: 3,
-            columns: 2
-        }
-    );
+    assert_eq!(analyze(&wide).unwrap_err(), SparseError::NotSquare { rows: 3, columns: 2 });
     let empty = SparsityPattern::zeros(0, 0);
-    assert_eq!(
-        analyze(&empty).unwrap_err(),
-        SparseError::NotSquare {
-            rows: 0,
-            columns: 0
-        }
-    );
+    assert_eq!(analyze(&empty).unwrap_err(), SparseError::NotSquare { rows: 0, columns: 0 });
 
     let symbolic = analyze(&pattern(3, 0)).unwrap();
     let error = RealNumeric::factor(&symbolic, &[1.0]).unwrap_err();
     assert!(error.to_string().contains("expected 3, got 1"), "{error}");
     let error = RealNumeric::factor(&symbolic, &[1.0, f64::NAN, 1.0]).unwrap_err();
-    assert_eq!(
-        error,
-        SparseError::NotFinite {
-            of: "matrix",
-            position: 1
-        }
-    );
+    assert_eq!(error, SparseError::NotFinite { of: "matrix", position: 1 });
     let mut lu = RealNumeric::factor(&symbolic, &[1.0; 3]).unwrap();
     assert_eq!(
         lu.refactor(&[1.0, 1.0, f64::INFINITY]),
-        Err(SparseError::NotFinite {
-            of: "matrix",
-            position: 2
-        })
+        Err(SparseError::NotFinite { of: "matrix", position: 2 })
     );
     let error = lu.solve(&mut [1.0; 4]).unwrap_err();
     assert!(error.to_string().contains("expected 3, got 4"), "{error}");
-    lu.solve(&mut [1.0; 3])
-        .expect("the old factors stay valid after an invalid matrix");
+    lu.solve(&mut [1.0; 3]).expect("the old factors stay valid after an invalid matrix");
 }
 
 #[test]
 fn complex_values_must_be_finite_in_both_parts() {
     let symbolic = Symbolic::analyze(&pattern(2, 0), SparseOptions::default()).unwrap();
-    for bad in [
-        Complex64::new(0.0, f64::NAN),
-        Complex64::new(f64::INFINITY, 0.0),
-    ] {
+    for bad in [Complex64::new(0.0, f64::NAN), Complex64::new(f64::INFINITY, 0.0)] {
         let error = ComplexNumeric::factor(&symbolic, &[Complex64::ONE, bad]).unwrap_err();
-        assert_eq!(
-            error,
-            SparseError::NotFinite {
-                of: "matrix",
-                position: 1
-            }
-        );
+        assert_eq!(error, SparseError::NotFinite { of: "matrix", position: 1 });
     }
 }
 
@@ -333,18 +254,12 @@ fn pivots_are_kept_while_they_are_accurate() {
         assert!(error < 1e4 * f64::EPSILON, "{p}: {x:?}");
     }
     // After a failed factorization, the factors of the earlier matrix are unavailable, but its pivots are kept.
-    assert!(matches!(
-        factors.renew(&[1.0; 4]),
-        Err(SparseError::Singular { .. })
-    ));
+    assert!(matches!(factors.renew(&[1.0; 4]), Err(SparseError::Singular { .. })));
     assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(SparseError::NoFactors));
     factors.renew(&[3.0, 1.0, 1.0, 1.0]).unwrap();
     assert!(matches!(
         factors.renew(&[f64::NAN; 4]),
-        Err(SparseError::NotFinite {
-            of: "matrix",
-            position: 0
-        })
+        Err(SparseError::NotFinite { of: "matrix", position: 0 })
     ));
     assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(SparseError::NoFactors));
     assert_eq!(factors.renew(&[3.0, 1.0, 1.0, 1.0]).unwrap(), Pivots::Kept);
@@ -361,10 +276,7 @@ fn several_threads_share_one_analysis() {
 
     let pattern = pattern(80, 3);
     // With COLAMD, factorizations write size estimates to the shared analysis.
-    let options = SparseOptions {
-        ordering: Ordering::Colamd,
-        ..SparseOptions::default()
-    };
+    let options = SparseOptions { ordering: Ordering::Colamd, ..SparseOptions::default() };
     let symbolic = Symbolic::analyze(&pattern, options).unwrap();
     std::thread::scope(|scope| {
         for seed in 0..16 {

@@ -31,14 +31,8 @@ fn stencil() -> SparsityPattern {
 }
 
 fn system<T: Scalar>(kind: Kind, precision: Precision) -> SparseSystem<T> {
-    let structure = Structure {
-        kind,
-        ..Structure::default()
-    };
-    let options = SparseOptions {
-        precision,
-        ..SparseOptions::default()
-    };
+    let structure = Structure { kind, ..Structure::default() };
+    let options = SparseOptions { precision, ..SparseOptions::default() };
     let elimination = Elimination::new(&stencil(), structure, options).unwrap();
     SparseSystem::new(Arc::new(elimination))
 }
@@ -102,10 +96,7 @@ fn only_the_first_solution_is_refined() {
     // One random number for all off-diagonal entries makes the matrix symmetric.
     let symmetric = solve_twice(Kind::Symmetric, || 0.7);
     for work in [real, complex, symmetric] {
-        assert_eq!(
-            [work.factorizations, work.in_single_precision, work.solves],
-            [1, 1, 2]
-        );
+        assert_eq!([work.factorizations, work.in_single_precision, work.solves], [1, 1, 2]);
         assert!((1..=2).contains(&work.refinements), "{work:?}");
     }
 }
@@ -116,10 +107,7 @@ fn ill_conditioned() -> Vec<f64> {
     let pattern = stencil();
     let weight = |a: usize, b: usize| 1.5 + ((a * b + a + b) as f64).sin();
     let value = |(column, row): (usize, usize)| {
-        let others = pattern
-            .lane(column)
-            .iter()
-            .filter(|&&other| other != column);
+        let others = pattern.lane(column).iter().filter(|&&other| other != column);
         match row == column {
             true => others.map(|&other| weight(column, other)).sum::<f64>() + 1e-10,
             false => -weight(row, column),
@@ -145,10 +133,7 @@ fn ill_conditioned_matrices_are_factorized_in_double_precision() {
     let (first, _) = solve(&good, &mut system);
     let start = system.history();
     let (_, work) = solve(&ill_conditioned(), &mut system);
-    assert_eq!(
-        [work.factorizations, work.in_single_precision, work.pivoted],
-        [3, 2, 0]
-    );
+    assert_eq!([work.factorizations, work.in_single_precision, work.pivoted], [3, 2, 0]);
     let (_, work) = solve(&good, &mut system);
     assert_eq!([work.factorizations, work.in_single_precision], [4, 2]);
     // A restored history continues in single precision, with the same result.
@@ -161,9 +146,7 @@ fn ill_conditioned_matrices_are_factorized_in_double_precision() {
 #[test]
 fn only_large_matrices_are_mixed_automatically() {
     let mut system = system::<f64>(Kind::Symmetric, Precision::Auto);
-    system
-        .values_mut()
-        .copy_from_slice(&entries(|_| 1.0, || 0.5));
+    system.values_mut().copy_from_slice(&entries(|_| 1.0, || 0.5));
     let mut work = LinearWork::default();
     system.renew(&mut work).unwrap();
     assert_eq!(work.in_single_precision, 0);
@@ -176,8 +159,5 @@ fn matrices_that_are_not_finite_are_rejected() {
     values[7] = f64::NAN;
     system.values_mut().copy_from_slice(&values);
     let result = system.renew(&mut LinearWork::default());
-    assert!(
-        matches!(result, Err(SparseError::NotFinite { .. })),
-        "{result:?}"
-    );
+    assert!(matches!(result, Err(SparseError::NotFinite { .. })), "{result:?}");
 }

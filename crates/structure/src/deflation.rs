@@ -48,11 +48,7 @@ pub(crate) fn deflate(mut e: DMatrix<f64>, mut a: DMatrix<f64>) -> Deflation {
     let mut decisions = Vec::new();
     loop {
         if e.is_empty() {
-            return Deflation {
-                steps,
-                decisions,
-                end: End::Regular { e, a },
-            };
+            return Deflation { steps, decisions, end: End::Regular { e, a } };
         }
         let (values, u) = left_svd(&e);
         let subject = format!("rank of E after {} steps", steps.len());
@@ -60,11 +56,7 @@ pub(crate) fn deflate(mut e: DMatrix<f64>, mut a: DMatrix<f64>) -> Deflation {
         let rank = rank_e.rank;
         decisions.push(rank_e);
         if rank == e.nrows() {
-            return Deflation {
-                steps,
-                decisions,
-                end: End::Regular { e, a },
-            };
+            return Deflation { steps, decisions, end: End::Regular { e, a } };
         }
         let u1 = u.columns(0, rank).into_owned();
         let u2 = u.columns(rank, u.ncols() - rank).into_owned();
@@ -76,23 +68,11 @@ pub(crate) fn deflate(mut e: DMatrix<f64>, mut a: DMatrix<f64>) -> Deflation {
         let nullity = rank_g.nullity();
         decisions.push(rank_g);
         if nullity > 0 {
-            return Deflation {
-                steps,
-                decisions,
-                end: End::Singular { nullity },
-            };
+            return Deflation { steps, decisions, end: End::Singular { nullity } };
         }
         let (u1e, u1a) = (u1.tr_mul(&e), u1.tr_mul(&a));
         (e, a) = (&u1e * &z, &u1a * &z);
-        steps.push(DeflationStep {
-            ew: u1e * &w,
-            aw: u1a * &w,
-            u1,
-            u2,
-            w,
-            z,
-            gw,
-        });
+        steps.push(DeflationStep { ew: u1e * &w, aw: u1a * &w, u1, u2, w, z, gw });
     }
 }
 

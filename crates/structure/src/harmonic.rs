@@ -32,16 +32,10 @@ pub fn harmonic_response(
     problem
         .jacobian_parts(t, y, &rest, [&mut by_y, &mut by_rate])
         .map_err(|source| StructureError::Linearize { t, source })?;
-    let options = SparseOptions {
-        btf: false,
-        ..SparseOptions::default()
-    };
+    let options = SparseOptions { btf: false, ..SparseOptions::default() };
     let elimination = Elimination::new(&pattern, Structure::default(), options)?;
     let mut system = SparseSystem::new(Arc::new(elimination));
-    let values = system
-        .values_mut()
-        .iter_mut()
-        .zip(by_y.iter().zip(&by_rate));
+    let values = system.values_mut().iter_mut().zip(by_y.iter().zip(&by_rate));
     for (value, (by_y, by_rate)) in values {
         *value = by_y + s * by_rate;
     }

@@ -43,10 +43,8 @@ impl InfSup {
         // The problem H w + (−Bᵀ) p = 0, −(−Bᵀ)ᵀ w = β² N p describes the vibration of a body of mass N without
         // stiffness, supported by springs of compliance H.
         let n_pressures = operator.nrows();
-        let holders = Constraint {
-            operator: -operator.transpose(),
-            compliance: displacement_norm.clone(),
-        };
+        let holders =
+            Constraint { operator: -operator.transpose(), compliance: displacement_norm.clone() };
         let stiffness = CscMatrix::zeros(n_pressures, n_pressures);
         let body = Vibration::new(pressure_norm.clone(), stiffness, Some(holders))?;
         let body = body.with_displacements_last();
@@ -59,14 +57,8 @@ impl InfSup {
             let subject = "smallest eigenvalues of B H⁻¹ Bᵀ".to_owned();
             let decision = RankDecision::new(subject, &squares, typical);
             if decision.rank >= BEYOND || squares.len() < count {
-                let constants = squares[decision.nullity()..]
-                    .iter()
-                    .map(|s| s.sqrt())
-                    .collect();
-                return Ok(Self {
-                    constants,
-                    decision,
-                });
+                let constants = squares[decision.nullity()..].iter().map(|s| s.sqrt()).collect();
+                return Ok(Self { constants, decision });
             }
             count *= 2;
         }
@@ -86,10 +78,7 @@ impl InfSup {
 /// Returns the mean of b_ij² / (h_jj n_ii) over the rows, the magnitude of β² for diagonal norms, or 1 for B = 0.
 fn typical_square(b: &CscMatrix<f64>, h: &CscMatrix<f64>, n: &CscMatrix<f64>) -> f64 {
     let (h, n) = (diagonal(h), diagonal(n));
-    let sum: f64 = b
-        .triplet_iter()
-        .map(|(i, j, value)| value * value / (h[j] * n[i]))
-        .sum();
+    let sum: f64 = b.triplet_iter().map(|(i, j, value)| value * value / (h[j] * n[i])).sum();
     if sum == 0.0 {
         // Nothing is constrained; any scale is valid.
         return 1.0;

@@ -38,10 +38,7 @@ pub(crate) fn left_svd(matrix: &DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
     let norms: Vec<f64> = x.column_iter().map(|column| column.norm()).collect();
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&i, &j| norms[j].total_cmp(&norms[i]));
-    (
-        order.iter().map(|&i| norms[i]).collect(),
-        u.select_columns(&order),
-    )
+    (order.iter().map(|&i| norms[i]).collect(), u.select_columns(&order))
 }
 
 /// Returns the rotation (cos, sin) that makes columns p and q orthogonal, or `None` if they already are.
@@ -62,10 +59,7 @@ fn rotate(x: &mut DMatrix<f64>, p: usize, q: usize, cosine: f64, sine: f64) {
     let n = x.nrows();
     let (head, tail) = x.as_mut_slice().split_at_mut(q * n);
     for (left, right) in head[p * n..(p + 1) * n].iter_mut().zip(&mut tail[..n]) {
-        (*left, *right) = (
-            cosine * *left - sine * *right,
-            sine * *left + cosine * *right,
-        );
+        (*left, *right) = (cosine * *left - sine * *right, sine * *left + cosine * *right);
     }
 }
 
@@ -76,10 +70,7 @@ mod tests {
 
     /// Products of n terms of magnitude one have a rounding error of at most n² ε.
     fn assert_small(defect: &DMatrix<f64>, n: usize) {
-        assert!(
-            defect.amax() < (n * n) as f64 * f64::EPSILON,
-            "{defect:.1e}"
-        );
+        assert!(defect.amax() < (n * n) as f64 * f64::EPSILON, "{defect:.1e}");
     }
 
     #[test]
@@ -102,10 +93,7 @@ mod tests {
             let matrix = left * DMatrix::from_diagonal(&expected) * right;
             let (values, u) = left_svd(&matrix);
             assert_small(&(u.tr_mul(&u) - DMatrix::identity(n, n)), n);
-            assert_small(
-                &u.columns(rank, n - rank).tr_mul(&matrix).resize(n, n, 0.0),
-                n,
-            );
+            assert_small(&u.columns(rank, n - rank).tr_mul(&matrix).resize(n, n, 0.0), n);
             assert_small(
                 &DMatrix::from_column_slice(n, 1, &values)
                     .map_with_location(|i, _, v| v - expected[i]),

@@ -47,8 +47,7 @@ impl Mode {
 
     /// Returns the frequency ω/(2π) in Hz, or `None` if the motion is not an oscillation.
     pub fn frequency(&self) -> Option<f64> {
-        self.angular_frequency()
-            .map(|omega| omega / std::f64::consts::TAU)
+        self.angular_frequency().map(|omega| omega / std::f64::consts::TAU)
     }
 }
 
@@ -65,17 +64,11 @@ pub fn modes(vibration: &Vibration, count: usize, shift: f64) -> Result<Vec<Mode
     loop {
         let grew = space.grow()?;
         let finite = space.is_finite();
-        let pairs = if finite {
-            space.ritz_pairs(count)
-        } else {
-            Vec::new()
-        };
+        let pairs = if finite { space.ritz_pairs(count) } else { Vec::new() };
         let converged = pairs.iter().filter(|p| p.residual < CONVERGED).count();
         if finite && (!grew || converged == count) {
-            let mut modes = pairs
-                .iter()
-                .map(|pair| space.mode(pair))
-                .collect::<Result<Vec<_>, _>>()?;
+            let mut modes =
+                pairs.iter().map(|pair| space.mode(pair)).collect::<Result<Vec<_>, _>>()?;
             modes.sort_by(|left, right| left.omega_squared.total_cmp(&right.omega_squared));
             return Ok(modes);
         }
@@ -160,9 +153,7 @@ impl<'a> KrylovSpace<'a> {
         self.n_starts += 1;
         let irrational = (self.n_starts as f64).sqrt() + std::f64::consts::PI;
         let n = self.vibration.n_displacements();
-        let w = DVector::from_fn(n, |i, _| {
-            ((i * i + i + 1) as f64 * irrational).fract() - 0.5
-        });
+        let w = DVector::from_fn(n, |i, _| ((i * i + i + 1) as f64 * irrational).fract() - 0.5);
         let force = self.vibration.mass_times(&w);
         let image = self.shifted.solve(&force)?.0.into_owned();
         let length = self.norm(&image);
@@ -182,11 +173,8 @@ impl<'a> KrylovSpace<'a> {
     fn take_out_basis(&self, w: &mut DVector<f64>) -> DVector<f64> {
         let mut weights = DVector::zeros(self.basis.len());
         for _pass in 0..2 {
-            for ((v, mass_v), weight) in self
-                .basis
-                .iter()
-                .zip(&self.mass_basis)
-                .zip(weights.iter_mut())
+            for ((v, mass_v), weight) in
+                self.basis.iter().zip(&self.mass_basis).zip(weights.iter_mut())
             {
                 let part = mass_v.dot(w);
                 w.axpy(-part, v, 1.0);
@@ -232,11 +220,7 @@ impl<'a> KrylovSpace<'a> {
             let weights = eigen.eigenvectors.column(i).into_owned();
             let last = weights.rows(m - n_last, n_last);
             let defect = last.dot(&(&gram * last)).max(0.0).sqrt();
-            RitzPair {
-                theta,
-                weights,
-                residual: defect / theta.abs(),
-            }
+            RitzPair { theta, weights, residual: defect / theta.abs() }
         };
         order.iter().map(pair).collect()
     }

@@ -24,21 +24,13 @@ impl Pencil {
     /// [`StructureError::Shape`], or [`StructureError::NotFinite`] with the first non-finite entry.
     pub fn new(e: DMatrix<f64>, a: DMatrix<f64>) -> Result<Self, StructureError> {
         if !e.is_square() || e.shape() != a.shape() {
-            return Err(StructureError::Shape {
-                e: e.shape(),
-                a: a.shape(),
-            });
+            return Err(StructureError::Shape { e: e.shape(), a: a.shape() });
         }
         for (matrix, name) in [(&e, "E"), (&a, "A")] {
             if let Some(at) = matrix.iter().position(|value| !value.is_finite()) {
                 let (row, column) = matrix.vector_to_matrix_index(at);
                 let value = matrix[(row, column)];
-                return Err(StructureError::NotFinite {
-                    matrix: name,
-                    row,
-                    column,
-                    value,
-                });
+                return Err(StructureError::NotFinite { matrix: name, row, column, value });
             }
         }
         Ok(Self { e, a })

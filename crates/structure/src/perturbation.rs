@@ -30,8 +30,7 @@ pub(crate) fn resolvent_polynomial(
     for step in steps {
         let gw = step.gw.clone().lu();
         let solve = |f: &DMatrix<f64>| {
-            gw.solve(&step.u2.tr_mul(f))
-                .expect("the constraints are linearly independent")
+            gw.solve(&step.u2.tr_mul(f)).expect("the constraints are linearly independent")
         };
         let y: Polynomial = right.iter().map(solve).collect();
         let mut next: Polynomial = right.iter().map(|f| step.u1.tr_mul(f)).collect();
@@ -64,9 +63,7 @@ fn divide(f: &Polynomial, e: &DMatrix<f64>, a: &DMatrix<f64>) -> Polynomial {
     let e = e.clone().lu();
     let mut quotient: Polynomial = Vec::new();
     for f_j in f[1..].iter().rev() {
-        let remainder = quotient
-            .last()
-            .map_or_else(|| f_j.clone(), |x_j| f_j - a * x_j);
+        let remainder = quotient.last().map_or_else(|| f_j.clone(), |x_j| f_j - a * x_j);
         quotient.push(e.solve(&remainder).expect("E is non-singular"));
     }
     quotient.reverse();

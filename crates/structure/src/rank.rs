@@ -49,10 +49,8 @@ impl RankDecision {
         let size = magnitudes.len();
         let reference = if reference > 0.0 { reference } else { 1.0 };
         let rounding = size.max(1) as f64 * f64::EPSILON;
-        let mut ladder: Vec<f64> = magnitudes
-            .iter()
-            .map(|m| (m / reference).max(rounding))
-            .collect();
+        let mut ladder: Vec<f64> =
+            magnitudes.iter().map(|m| (m / reference).max(rounding)).collect();
         ladder.sort_by(|left, right| right.total_cmp(left));
         ladder.insert(0, ladder.first().map_or(1.0, |top| top.max(1.0)));
         ladder.push(rounding);
@@ -67,10 +65,7 @@ impl RankDecision {
             .copied()
             .max_by(|&left, &right| decades(left).total_cmp(&decades(right)))
             .expect("the ladder descends from at least 1 to rounding, so it crosses the window");
-        let wide = cuts
-            .iter()
-            .filter(|&&r| decades(r) >= DECISIVE_DECADES)
-            .count();
+        let wide = cuts.iter().filter(|&&r| decades(r) >= DECISIVE_DECADES).count();
         // An overflow makes the decision meaningless, and a NaN would count as zero.
         let finite = magnitudes.iter().all(|m| (m / reference).is_finite());
         Self {
@@ -79,11 +74,7 @@ impl RankDecision {
             rank,
             smallest_kept: ladder[rank],
             largest_dropped: ladder[rank + 1],
-            verdict: if wide == 1 && finite {
-                Verdict::Decisive
-            } else {
-                Verdict::Undecided
-            },
+            verdict: if wide == 1 && finite { Verdict::Decisive } else { Verdict::Undecided },
         }
     }
 
@@ -105,19 +96,9 @@ impl RankDecision {
 
 impl fmt::Display for RankDecision {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            subject,
-            size,
-            rank,
-            smallest_kept,
-            largest_dropped,
-            verdict,
-        } = self;
+        let Self { subject, size, rank, smallest_kept, largest_dropped, verdict } = self;
         let gap = self.gap();
-        write!(
-            f,
-            "{subject}: {rank} of {size}, {smallest_kept:.1e} | {largest_dropped:.1e}, "
-        )?;
+        write!(f, "{subject}: {rank} of {size}, {smallest_kept:.1e} | {largest_dropped:.1e}, ")?;
         match verdict {
             Verdict::Decisive => write!(f, "gap {gap:.1} decades"),
             Verdict::Undecided => write!(f, "gap {gap:.1} decades, undecided"),
@@ -141,10 +122,7 @@ mod tests {
         assert_eq!(decide(&[0.0, 0.0]), (0, Verdict::Decisive));
         assert_eq!(decide(&[]), (0, Verdict::Decisive));
         // Rounding errors amplified by three orders of magnitude, below a clear gap of six decades.
-        assert_eq!(
-            decide(&[1.0, 1e-5, 1e-11, 1e-13, 1e-15]),
-            (2, Verdict::Decisive)
-        );
+        assert_eq!(decide(&[1.0, 1e-5, 1e-11, 1e-13, 1e-15]), (2, Verdict::Decisive));
     }
 
     #[test]

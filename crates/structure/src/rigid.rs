@@ -31,10 +31,7 @@ impl RigidBodies {
     /// # Panics
     /// Unless the dimension is 2 or 3 and matches the number of coordinates of each center.
     pub fn new(dimension: usize, centers: &[Vec<f64>], size: f64) -> Self {
-        assert!(
-            dimension == 2 || dimension == 3,
-            "a body in {dimension} dimensions"
-        );
+        assert!(dimension == 2 || dimension == 3, "a body in {dimension} dimensions");
         let n = centers.len() * n_motions(dimension);
         Self {
             dimension,
@@ -98,16 +95,11 @@ impl RigidBodies {
         let n = self.conditions.ncols();
         // The SVD of a square matrix contains all right singular vectors, including the kernel.
         let rows = n.max(self.conditions.nrows());
-        let svd = self
-            .conditions
-            .clone()
-            .resize(rows, n, 0.0)
-            .svd(false, true);
+        let svd = self.conditions.clone().resize(rows, n, 0.0).svd(false, true);
         let right = svd.v_t.expect("the right singular vectors were computed");
         let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
-        let free: Vec<usize> = (0..n)
-            .filter(|&i| svd.singular_values[i] <= FREE * largest)
-            .collect();
+        let free: Vec<usize> =
+            (0..n).filter(|&i| svd.singular_values[i] <= FREE * largest).collect();
         right.select_rows(&free).transpose()
     }
 
@@ -157,9 +149,7 @@ impl RigidBodies {
         }
         let mut motions: Vec<Motion> = along_axes(&slides)
             .iter()
-            .map(|direction| Motion::Slide {
-                direction: self.coordinates(direction),
-            })
+            .map(|direction| Motion::Slide { direction: self.coordinates(direction) })
             .collect();
         motions.extend(turns);
         motions
@@ -194,10 +184,8 @@ fn along_axes(vectors: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         let part: f64 = left.iter().map(|b| b.dot(axis).powi(2)).sum();
         1.0 - part < NAMED
     };
-    let mut basis: Vec<Vector3<f64>> = (0..3)
-        .map(|k| Vector3::ith(k, 1.0))
-        .filter(in_span)
-        .collect();
+    let mut basis: Vec<Vector3<f64>> =
+        (0..3).map(|k| Vector3::ith(k, 1.0)).filter(in_span).collect();
     left.iter().for_each(|v| add(v, &mut basis));
     basis
 }
@@ -242,10 +230,9 @@ impl fmt::Display for Motion {
         match self {
             Self::Slide { direction } => write!(f, "slide in {}", direction_name(direction)),
             Self::Turn { point, axis: None } => write!(f, "turn about {}", place(point)),
-            Self::Turn {
-                point,
-                axis: Some(axis),
-            } => write!(f, "turn about {} at {}", direction_name(axis), place(point)),
+            Self::Turn { point, axis: Some(axis) } => {
+                write!(f, "turn about {} at {}", direction_name(axis), place(point))
+            }
         }
     }
 }
@@ -294,10 +281,7 @@ mod tests {
     fn a_free_body_has_three_motions_in_the_plane_and_six_in_space() {
         let (count, found) = words(plane());
         assert_eq!(count, 3);
-        assert_eq!(
-            found,
-            ["can slide in x and slide in y and turn about (1, 2)"]
-        );
+        assert_eq!(found, ["can slide in x and slide in y and turn about (1, 2)"]);
         assert_eq!(words(space()).0, 6);
     }
 
@@ -326,10 +310,7 @@ mod tests {
         for direction in [[1.0, 0.0], [0.0, 1.0]] {
             body.hold(0, &[-3.0, 0.5], &direction);
         }
-        assert_eq!(
-            words(body),
-            (1, vec!["can turn about (-3, 0.5)".to_owned()])
-        );
+        assert_eq!(words(body), (1, vec!["can turn about (-3, 0.5)".to_owned()]));
         let mut body = space();
         for place in [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]] {
             for axis in 0..3 {
@@ -340,10 +321,7 @@ mod tests {
         }
         let (count, found) = words(body);
         assert_eq!(count, 1);
-        assert!(
-            found[0].starts_with("can turn about x at (1, 0"),
-            "{found:?}"
-        );
+        assert!(found[0].starts_with("can turn about x at (1, 0"), "{found:?}");
     }
 
     /// A translation along a slope between two rollers.
@@ -367,11 +345,9 @@ mod tests {
     #[test]
     fn a_joint_is_a_hinge() {
         let mut bodies = RigidBodies::new(2, &[vec![0.0, 0.0], vec![2.0, 0.0]], 2.0);
-        for (place, direction) in [
-            ([-1.0, 0.0], [1.0, 0.0]),
-            ([-1.0, 0.0], [0.0, 1.0]),
-            ([-1.0, 1.0], [1.0, 0.0]),
-        ] {
+        for (place, direction) in
+            [([-1.0, 0.0], [1.0, 0.0]), ([-1.0, 0.0], [0.0, 1.0]), ([-1.0, 1.0], [1.0, 0.0])]
+        {
             bodies.hold(0, &place, &direction);
         }
         let separate = bodies.clone().free_motions();

@@ -38,13 +38,7 @@ pub(crate) fn scale(pencil: &Pencil) -> (DMatrix<f64>, DMatrix<f64>) {
     let shifts = fit(n, &entries, |_| 1.0);
     let scaled = |matrix: &DMatrix<f64>, time: f64| {
         DMatrix::from_fn(n, n, |row, column| {
-            matrix[(row, column)]
-                * 10f64.powf(shifts.of(&Entry {
-                    row,
-                    column,
-                    time,
-                    log: 0.0,
-                }))
+            matrix[(row, column)] * 10f64.powf(shifts.of(&Entry { row, column, time, log: 0.0 }))
         })
     };
     (scaled(pencil.e(), 1.0), scaled(pencil.a(), 0.0))
@@ -72,19 +66,10 @@ impl Shifts {
 }
 
 fn non_zeros(matrix: &DMatrix<f64>, time: f64) -> impl Iterator<Item = Entry> {
-    matrix
-        .iter()
-        .enumerate()
-        .filter(|(_, value)| **value != 0.0)
-        .map(move |(at, value)| {
-            let (row, column) = matrix.vector_to_matrix_index(at);
-            Entry {
-                row,
-                column,
-                time,
-                log: value.abs().log10(),
-            }
-        })
+    matrix.iter().enumerate().filter(|(_, value)| **value != 0.0).map(move |(at, value)| {
+        let (row, column) = matrix.vector_to_matrix_index(at);
+        Entry { row, column, time, log: value.abs().log10() }
+    })
 }
 
 /// Fits an upper envelope: few entries lie slightly above it.
@@ -92,10 +77,7 @@ fn envelope(n: usize, entries: &[Entry]) -> Shifts {
     let mut shifts = fit(n, entries, |_| 1.0);
     let mut above = Vec::new();
     for _ in 0..ROUNDS {
-        let sides = entries
-            .iter()
-            .map(|entry| entry.log + shifts.of(entry) > 0.0)
-            .collect();
+        let sides = entries.iter().map(|entry| entry.log + shifts.of(entry) > 0.0).collect();
         if sides == above {
             break;
         }
@@ -111,11 +93,7 @@ fn fit(n: usize, entries: &[Entry], weight: impl Fn(usize) -> f64) -> Shifts {
     let mut right = DVector::zeros(2 * n + 1);
     for (k, entry) in entries.iter().enumerate() {
         let weight = weight(k);
-        let terms = [
-            (entry.row, 1.0),
-            (n + entry.column, 1.0),
-            (2 * n, entry.time),
-        ];
+        let terms = [(entry.row, 1.0), (n + entry.column, 1.0), (2 * n, entry.time)];
         for (i, part_i) in terms {
             right[i] -= weight * part_i * entry.log;
             for (j, part_j) in terms {
@@ -127,11 +105,7 @@ fn fit(n: usize, entries: &[Entry], weight: impl Fn(usize) -> f64) -> Shifts {
         .cholesky()
         .expect("a Gram matrix plus a positive diagonal is positive definite")
         .solve(&right);
-    Shifts {
-        rows: x.rows(0, n).into(),
-        columns: x.rows(n, n).into(),
-        time: x[2 * n],
-    }
+    Shifts { rows: x.rows(0, n).into(), columns: x.rows(n, n).into(), time: x[2 * n] }
 }
 
 #[cfg(test)]
@@ -160,11 +134,7 @@ mod tests {
         let rounding = |i: usize, j: usize| 1e-16 * entry(j, i);
         let banded = |width: usize, outside: &dyn Fn(usize, usize) -> f64| {
             let value = |i: usize, j: usize| {
-                if i.abs_diff(j) <= width {
-                    entry(i, j)
-                } else {
-                    outside(i, j)
-                }
+                if i.abs_diff(j) <= width { entry(i, j) } else { outside(i, j) }
             };
             DMatrix::from_fn(n, n, value)
         };

@@ -31,10 +31,7 @@ impl fmt::Display for Index {
             Self::Undecided(Some(index)) => write!(f, "undecided (perhaps {index})"),
             Self::Undecided(None) => write!(f, "undecided (perhaps a singular pencil)"),
             Self::Singular { nullity } => {
-                write!(
-                    f,
-                    "no index (singular pencil, {nullity} dependent constraints)"
-                )
+                write!(f, "no index (singular pencil, {nullity} dependent constraints)")
             }
         }
     }
@@ -92,43 +89,27 @@ impl PencilStructure {
     pub fn of(pencil: &Pencil) -> Self {
         let (e, a) = scale(pencil);
         let deflation = deflate(e, a);
-        let clear = deflation
-            .decisions
-            .iter()
-            .all(|d| d.verdict == Verdict::Decisive);
+        let clear = deflation.decisions.iter().all(|d| d.verdict == Verdict::Decisive);
         let (index, variable_decisions, variables) = match &deflation.end {
             End::Regular { e, a } => {
                 let resolvent = resolvent_polynomial(&deflation.steps, e, a);
                 let (decisions, variables) = variable_indices(pencil.size(), &resolvent, clear);
                 let index = deflation.steps.len();
-                let index = if clear {
-                    Index::Decided(index)
-                } else {
-                    Index::Undecided(Some(index))
-                };
+                let index =
+                    if clear { Index::Decided(index) } else { Index::Undecided(Some(index)) };
                 (index, decisions, variables)
             }
-            End::Singular { nullity } if clear => (
-                Index::Singular { nullity: *nullity },
-                Vec::new(),
-                Vec::new(),
-            ),
+            End::Singular { nullity } if clear => {
+                (Index::Singular { nullity: *nullity }, Vec::new(), Vec::new())
+            }
             End::Singular { .. } => (Index::Undecided(None), Vec::new(), Vec::new()),
         };
-        Self {
-            index,
-            decisions: deflation.decisions,
-            variables,
-            variable_decisions,
-        }
+        Self { index, decisions: deflation.decisions, variables, variable_decisions }
     }
 
     /// Returns the narrowest gap in decades among the decisions for the index.
     pub fn gap(&self) -> f64 {
-        self.decisions
-            .iter()
-            .map(RankDecision::gap)
-            .fold(f64::INFINITY, f64::min)
+        self.decisions.iter().map(RankDecision::gap).fold(f64::INFINITY, f64::min)
     }
 
     /// Returns the maximum index of a block of variables.
@@ -137,25 +118,14 @@ impl PencilStructure {
     /// If the pencil is singular, or the range is empty or out of bounds.
     pub fn block(&self, range: Range<usize>) -> VariableIndex {
         let block = &self.variables[range];
-        let index = block
-            .iter()
-            .map(|v| v.index)
-            .max()
-            .expect("a block has variables");
+        let index = block.iter().map(|v| v.index).max().expect("a block has variables");
         let clear = block.iter().all(|v| v.verdict == Verdict::Decisive);
-        VariableIndex {
-            index,
-            verdict: verdict(clear),
-        }
+        VariableIndex { index, verdict: verdict(clear) }
     }
 }
 
 fn verdict(clear: bool) -> Verdict {
-    if clear {
-        Verdict::Decisive
-    } else {
-        Verdict::Undecided
-    }
+    if clear { Verdict::Decisive } else { Verdict::Undecided }
 }
 
 /// The degrees of the rows of the resolvent's polynomial part, plus one.
@@ -165,13 +135,7 @@ fn variable_indices(
     clear: bool,
 ) -> (Vec<RankDecision>, Vec<VariableIndex>) {
     let mut decisions = Vec::new();
-    let mut variables = vec![
-        VariableIndex {
-            index: 0,
-            verdict: Verdict::Decisive
-        };
-        n
-    ];
+    let mut variables = vec![VariableIndex { index: 0, verdict: Verdict::Decisive }; n];
     let mut all_clear = clear;
     for (degree, coefficient) in resolvent.iter().enumerate() {
         let norms: Vec<f64> = coefficient.row_iter().map(|row| row.norm()).collect();

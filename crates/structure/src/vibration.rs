@@ -53,38 +53,22 @@ impl Vibration {
             if got == (rows, columns) {
                 Ok(())
             } else {
-                Err(StructureError::Sizes {
-                    matrix: name,
-                    got,
-                    expected: (rows, columns),
-                })
+                Err(StructureError::Sizes { matrix: name, got, expected: (rows, columns) })
             }
         };
         sized("mass", &mass, n, n)?;
         sized("stiffness", &stiffness, n, n)?;
-        if let Some(Constraint {
-            operator,
-            compliance,
-        }) = &constraint
-        {
+        if let Some(Constraint { operator, compliance }) = &constraint {
             let n_multipliers = operator.nrows();
             sized("constraint operator", operator, n_multipliers, n)?;
             sized("compliance", compliance, n_multipliers, n_multipliers)?;
         }
-        Ok(Self {
-            mass,
-            stiffness,
-            constraint,
-            displacements_last: false,
-        })
+        Ok(Self { mass, stiffness, constraint, displacements_last: false })
     }
 
     /// Returns the problem with an elimination order for a C with large pivots and a K − σ M with small ones.
     pub(crate) fn with_displacements_last(self) -> Self {
-        Self {
-            displacements_last: true,
-            ..self
-        }
+        Self { displacements_last: true, ..self }
     }
 
     /// Returns uᵀ K u / uᵀ M u, ignoring the constraint.
@@ -134,11 +118,7 @@ impl Vibration {
         for (row, column, value) in self.mass.triplet_iter() {
             matrix.push(row, column, -shift * value);
         }
-        if let Some(Constraint {
-            operator,
-            compliance,
-        }) = &self.constraint
-        {
+        if let Some(Constraint { operator, compliance }) = &self.constraint {
             for (row, column, value) in operator.triplet_iter() {
                 matrix.push(n + row, column, -value);
                 matrix.push(column, n + row, -value);
@@ -148,11 +128,8 @@ impl Vibration {
             }
         }
         let matrix = CscMatrix::from(&matrix);
-        let options = SparseOptions {
-            ordering: Ordering::Amd,
-            btf: false,
-            ..SparseOptions::default()
-        };
+        let options =
+            SparseOptions { ordering: Ordering::Amd, btf: false, ..SparseOptions::default() };
         let structure = Structure {
             kind: Kind::Symmetric,
             constraints: match self.displacements_last {
@@ -166,12 +143,7 @@ impl Vibration {
         factors.values_mut().copy_from_slice(matrix.values());
         let mut work = LinearWork::default();
         factors.renew(&mut work)?;
-        Ok(Shifted {
-            n,
-            factors,
-            work,
-            solution: vec![0.0; size],
-        })
+        Ok(Shifted { n, factors, work, solution: vec![0.0; size] })
     }
 }
 
@@ -194,9 +166,6 @@ impl Shifted {
         multipliers.fill(0.0);
         self.factors.solve(&mut self.solution, &mut self.work)?;
         let (u, p) = self.solution.split_at(self.n);
-        Ok((
-            DVectorView::from_slice(u, u.len()),
-            DVectorView::from_slice(p, p.len()),
-        ))
+        Ok((DVectorView::from_slice(u, u.len()), DVectorView::from_slice(p, p.len())))
     }
 }

@@ -50,10 +50,7 @@ impl<F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> Problem for Dense<F> {
                 (self.residual)(t, &y, &yp)
             };
             let (up, down) = (moved(1.0), moved(-1.0));
-            up.iter()
-                .zip(&down)
-                .map(|(u, d)| (u - d) / (2.0 * h))
-                .collect::<Vec<_>>()
+            up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * h)).collect::<Vec<_>>()
         };
         for j in 0..self.n {
             for (i, (coarse, fine)) in slope(j, 1.0).iter().zip(&slope(j, 0.5)).enumerate() {
@@ -80,35 +77,18 @@ fn index_of(
     y: &[f64],
     yp: &[f64],
 ) -> (Index, Vec<u8>) {
-    let worst = residual(t, y, yp)
-        .iter()
-        .fold(0.0, |worst: f64, r| worst.max(r.abs()));
-    assert!(
-        worst < 1e-13,
-        "the state is not on the solution: {worst:.1e}"
-    );
+    let worst = residual(t, y, yp).iter().fold(0.0, |worst: f64, r| worst.max(r.abs()));
+    assert!(worst < 1e-13, "the state is not on the solution: {worst:.1e}");
     let pencil = Pencil::linearize(&mut Dense { n, residual }, t, y, yp).expect("finite");
     let answer = |pencil: &Pencil| {
         let found = PencilStructure::of(pencil);
-        (
-            found.index,
-            found.variables.iter().map(|v| v.index).collect::<Vec<_>>(),
-        )
+        (found.index, found.variables.iter().map(|v| v.index).collect::<Vec<_>>())
     };
     let plain = answer(&pencil);
     let units = |k: i32| {
-        DMatrix::from_fn(n, n, |i, j| {
-            if i == j {
-                10f64.powi(k - 3 * i as i32)
-            } else {
-                0.0
-            }
-        })
+        DMatrix::from_fn(n, n, |i, j| if i == j { 10f64.powi(k - 3 * i as i32) } else { 0.0 })
     };
-    let other = Pencil::new(
-        units(6) * pencil.e() * units(-1),
-        units(6) * pencil.a() * units(-1),
-    );
+    let other = Pencil::new(units(6) * pencil.e() * units(-1), units(6) * pencil.a() * units(-1));
     assert_eq!(plain, answer(&other.expect("finite")));
     plain
 }
@@ -123,10 +103,7 @@ fn a_linear_index_1() {
         let yp = [-(-t).exp() + t.sin() + t * t.cos(), t.cos()];
         // y1 contains the perturbation of y2 = sin t if the derivative of y2 occurs, t ≠ 0.
         let expected = if t == 0.0 { [0, 1] } else { [1, 1] };
-        assert_eq!(
-            index_of(2, f, t, &y, &yp),
-            (Index::Decided(1), expected.to_vec())
-        );
+        assert_eq!(index_of(2, f, t, &y, &yp), (Index::Decided(1), expected.to_vec()));
     }
 }
 
@@ -134,11 +111,7 @@ fn a_linear_index_1() {
 fn b_jay_index_2() {
     let f = |_: f64, y: &[f64], yp: &[f64]| {
         let (y1, y2, z) = (y[0], y[1], y[2]);
-        vec![
-            yp[0] - y1 * y2 * z,
-            yp[1] - y1 * y1 * y2 * y2 + 3.0 * y2 * y2 * z,
-            y1 * y1 * y2 - 1.0,
-        ]
+        vec![yp[0] - y1 * y2 * z, yp[1] - y1 * y1 * y2 * y2 + 3.0 * y2 * y2 * z, y1 * y1 * y2 - 1.0]
     };
     for t in [0.0f64, 0.4] {
         let (y1, y2, z) = (t.exp(), (-2.0 * t).exp(), (2.0 * t).exp());
@@ -155,10 +128,7 @@ fn pendulum(theta: f64, omega: f64) -> ([f64; 5], [f64; 5]) {
     let (u, v) = (-omega * y, omega * x);
     let lambda = omega * omega - G * y;
     let lambda_dot = -3.0 * G * v;
-    (
-        [x, y, u, v, lambda],
-        [u, v, -lambda * x, -lambda * y - G, lambda_dot],
-    )
+    ([x, y, u, v, lambda], [u, v, -lambda * x, -lambda * y - G, lambda_dot])
 }
 
 fn pendulum_with(constraint: impl Fn(&[f64]) -> f64) -> impl Fn(f64, &[f64], &[f64]) -> Vec<f64> {
@@ -178,38 +148,18 @@ fn c_pendulum_index_3_2_1() {
     for (theta, omega) in [(0.3, 1.0), (1.2, -2.0), (2.5, 0.7)] {
         let (y, yp) = pendulum(theta, omega);
         let place = pendulum_with(|y| y[0] * y[0] + y[1] * y[1] - 1.0);
-        assert_eq!(
-            index_of(5, place, 0.0, &y, &yp),
-            (Index::Decided(3), vec![1, 1, 2, 2, 3])
-        );
+        assert_eq!(index_of(5, place, 0.0, &y, &yp), (Index::Decided(3), vec![1, 1, 2, 2, 3]));
         // Differentiated once: the perturbed velocity constraint affects x, y as an integral.
         let velocity = pendulum_with(|y| y[0] * y[2] + y[1] * y[3]);
-        assert_eq!(
-            index_of(5, velocity, 0.0, &y, &yp),
-            (Index::Decided(2), vec![0, 0, 1, 1, 2])
-        );
+        assert_eq!(index_of(5, velocity, 0.0, &y, &yp), (Index::Decided(2), vec![0, 0, 1, 1, 2]));
         let force = pendulum_with(|y| y[2] * y[2] + y[3] * y[3] - y[4] - G * y[1]);
-        assert_eq!(
-            index_of(5, force, 0.0, &y, &yp),
-            (Index::Decided(1), vec![0, 0, 0, 0, 1])
-        );
+        assert_eq!(index_of(5, force, 0.0, &y, &yp), (Index::Decided(1), vec![0, 0, 0, 0, 1]));
     }
 }
 
 #[test]
 fn a_state_outside_the_domain_is_an_error() {
-    let mut broken = Dense {
-        n: 1,
-        residual: |_: f64, _: &[f64], _: &[f64]| vec![f64::NAN],
-    };
+    let mut broken = Dense { n: 1, residual: |_: f64, _: &[f64], _: &[f64]| vec![f64::NAN] };
     let error = Pencil::linearize(&mut broken, 0.0, &[0.0], &[0.0]).unwrap_err();
-    assert!(matches!(
-        error,
-        StructureError::NotFinite {
-            matrix: "E",
-            row: 0,
-            column: 0,
-            ..
-        }
-    ));
+    assert!(matches!(error, StructureError::NotFinite { matrix: "E", row: 0, column: 0, .. }));
 }

@@ -124,10 +124,7 @@ fn index_3_system_has_the_closed_form() {
             let expected = Complex64::new(re, im);
             // A few rounding errors times the condition near a resonance, about 100.
             let error = (amplitudes[unknown] - expected).norm() / expected.norm();
-            assert!(
-                error < 1e-12,
-                "{frequency} Hz, unknown {unknown}: {error:e}"
-            );
+            assert!(error < 1e-12, "{frequency} Hz, unknown {unknown}: {error:e}");
         }
     }
 }

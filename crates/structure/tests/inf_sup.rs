@@ -15,16 +15,10 @@ fn the_difference_operator() {
         1 => 1.0,
         _ => 0.0,
     });
-    let found = InfSup::of(
-        &CscMatrix::from(&b),
-        &CscMatrix::identity(n + 1),
-        &CscMatrix::identity(n),
-    )
-    .unwrap();
-    assert_eq!(
-        (found.nullity(), found.decision.verdict),
-        (0, Verdict::Decisive)
-    );
+    let found =
+        InfSup::of(&CscMatrix::from(&b), &CscMatrix::identity(n + 1), &CscMatrix::identity(n))
+            .unwrap();
+    assert_eq!((found.nullity(), found.decision.verdict), (0, Verdict::Decisive));
     for (j, value) in found.constants.iter().enumerate() {
         let expected = 2.0 * ((j + 1) as f64 * PI / (2 * (n + 1)) as f64).sin();
         // The error of β² is at most ε times the shift, 1e-3 of a typical 2: β to 1e-16 / β.
@@ -61,16 +55,9 @@ fn dependent_rows_are_counted() {
         })
     };
     let (h, n) = (spd(nu), spd(np));
-    let found = InfSup::of(
-        &CscMatrix::from(&b),
-        &CscMatrix::from(&h),
-        &CscMatrix::from(&n),
-    )
-    .unwrap();
-    assert_eq!(
-        (found.nullity(), found.decision.verdict),
-        (3, Verdict::Decisive)
-    );
+    let found =
+        InfSup::of(&CscMatrix::from(&b), &CscMatrix::from(&h), &CscMatrix::from(&n)).unwrap();
+    assert_eq!((found.nullity(), found.decision.verdict), (3, Verdict::Decisive));
 
     let factor = n.cholesky().unwrap().l().try_inverse().unwrap();
     let dense = &factor * &b * h.try_inverse().unwrap() * b.transpose() * factor.transpose();
@@ -81,9 +68,6 @@ fn dependent_rows_are_counted() {
         .collect();
     expected.sort_by(f64::total_cmp);
     for (value, expected) in found.constants.iter().zip(&expected[3..]) {
-        assert!(
-            (value - expected).abs() < 1e-10,
-            "{value} against {expected}"
-        );
+        assert!((value - expected).abs() < 1e-10, "{value} against {expected}");
     }
 }

@@ -11,13 +11,7 @@ fn structure(e: DMatrix<f64>, a: DMatrix<f64>) -> PencilStructure {
 }
 
 fn indices(structure: &PencilStructure) -> Vec<u8> {
-    assert!(
-        structure
-            .variables
-            .iter()
-            .all(|v| v.verdict == Verdict::Decisive),
-        "{structure:#?}"
-    );
+    assert!(structure.variables.iter().all(|v| v.verdict == Verdict::Decisive), "{structure:#?}");
     structure.variables.iter().map(|v| v.index).collect()
 }
 
@@ -39,11 +33,7 @@ fn direct_sum(blocks: &[DMatrix<f64>]) -> DMatrix<f64> {
 
 /// A random matrix with singular values between 0.1 and 10.
 fn well_conditioned(n: usize, rng: &mut StdRng) -> DMatrix<f64> {
-    let mut orthogonal = || {
-        DMatrix::from_fn(n, n, |_, _| rng.random_range(-1.0..1.0))
-            .qr()
-            .q()
-    };
+    let mut orthogonal = || DMatrix::from_fn(n, n, |_, _| rng.random_range(-1.0..1.0)).qr().q();
     let (left, right) = (orthogonal(), orthogonal());
     let spread = DVector::from_fn(n, |_, _| 10f64.powf(rng.random_range(-1.0..1.0)));
     left * DMatrix::from_diagonal(&spread) * right
@@ -51,9 +41,7 @@ fn well_conditioned(n: usize, rng: &mut StdRng) -> DMatrix<f64> {
 
 /// Random units: a diagonal matrix with entries from 1e-6 to 1e6.
 fn units(n: usize, rng: &mut StdRng) -> DMatrix<f64> {
-    DMatrix::from_diagonal(&DVector::from_fn(n, |_, _| {
-        10f64.powf(rng.random_range(-6.0..6.0))
-    }))
+    DMatrix::from_diagonal(&DVector::from_fn(n, |_, _| 10f64.powf(rng.random_range(-6.0..6.0))))
 }
 
 #[test]
@@ -177,9 +165,8 @@ fn random_transformations_of_weierstrass_forms() {
     for _ in 0..200 {
         let n_ode = rng.random_range(0..6);
         let n_blocks = rng.random_range(0..4);
-        let sizes: Vec<usize> = (0..n_blocks)
-            .map(|_| *[1, 1, 2, 3, 4].choose(&mut rng).unwrap())
-            .collect();
+        let sizes: Vec<usize> =
+            (0..n_blocks).map(|_| *[1, 1, 2, 3, 4].choose(&mut rng).unwrap()).collect();
         let index = sizes.iter().copied().max().unwrap_or(0);
         let n = n_ode + sizes.iter().sum::<usize>();
         if n == 0 {
@@ -198,10 +185,7 @@ fn random_transformations_of_weierstrass_forms() {
         let scaled = structure(&rows * e * &columns * tau, &rows * a * &columns);
         assert_eq!(scaled.index, Index::Decided(index), "{sizes:?} {scaled:#?}");
         assert_eq!(indices(&plain), indices(&scaled));
-        assert_eq!(
-            indices(&plain).into_iter().max().unwrap_or(0) as usize,
-            index
-        );
+        assert_eq!(indices(&plain).into_iter().max().unwrap_or(0) as usize, index);
     }
 }
 
@@ -230,45 +214,29 @@ fn physical_magnitudes() {
     let (nq, np) = (m * m, 7);
     let n = 2 * nq + np;
     let grid = |diagonal: f64, neighbor: f64| {
-        DMatrix::from_fn(nq, nq, |i, j| {
-            match (i / m).abs_diff(j / m) + (i % m).abs_diff(j % m) {
-                0 => diagonal,
-                1 => neighbor,
-                _ => 0.0,
-            }
+        DMatrix::from_fn(nq, nq, |i, j| match (i / m).abs_diff(j / m) + (i % m).abs_diff(j % m) {
+            0 => diagonal,
+            1 => neighbor,
+            _ => 0.0,
         })
     };
     let b = DMatrix::from_fn(np, nq, |i, j| {
         let near = (5 * i..5 * i + 12).contains(&(j + 3));
-        if near {
-            1e-3 * ((7 * i + 13 * j) as f64).sin()
-        } else {
-            0.0
-        }
+        if near { 1e-3 * ((7 * i + 13 * j) as f64).sin() } else { 0.0 }
     });
     let i = DMatrix::<f64>::identity(nq, nq);
     let e = direct_sum(&[i.clone(), grid(1e-3, 1e-4), DMatrix::zeros(np, np)]);
     let mut a = DMatrix::zeros(n, n);
     a.view_mut((0, nq), (nq, nq)).copy_from(&-i);
     a.view_mut((nq, 0), (nq, nq)).copy_from(&grid(4.1e4, -1e4));
-    a.view_mut((nq, 2 * nq), (nq, np))
-        .copy_from(&-b.transpose());
+    a.view_mut((nq, 2 * nq), (nq, np)).copy_from(&-b.transpose());
     a.view_mut((2 * nq, 0), (np, nq)).copy_from(&b);
     for inv_kappa in [0.0, 1e-5, 1e-11] {
-        a.view_mut((2 * nq, 2 * nq), (np, np))
-            .fill_diagonal(1e-4 * inv_kappa);
+        a.view_mut((2 * nq, 2 * nq), (np, np)).fill_diagonal(1e-4 * inv_kappa);
         let found = structure(e.clone(), a.clone());
-        let expected = if inv_kappa == 0.0 {
-            (3, [1, 2, 3])
-        } else {
-            (1, [0, 0, 1])
-        };
+        let expected = if inv_kappa == 0.0 { (3, [1, 2, 3]) } else { (1, [0, 0, 1]) };
         assert_eq!(found.index, Index::Decided(expected.0));
-        assert!(
-            found.gap() > 6.0,
-            "{:.1} decades at 1/κ = {inv_kappa:e}",
-            found.gap()
-        );
+        assert!(found.gap() > 6.0, "{:.1} decades at 1/κ = {inv_kappa:e}", found.gap());
         let blocks = [0..nq, nq..2 * nq, 2 * nq..n].map(|block| found.block(block).index);
         assert_eq!(blocks, expected.1);
     }

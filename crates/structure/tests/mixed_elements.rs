@@ -23,31 +23,21 @@ struct Mixed {
 
 impl Mixed {
     fn new(space: Space, fixed: &[&str]) -> Self {
-        let nodes: Vec<usize> = fixed
-            .iter()
-            .flat_map(|name| space.nodes_of(name).expect("its group"))
-            .collect();
+        let nodes: Vec<usize> =
+            fixed.iter().flat_map(|name| space.nodes_of(name).expect("its group")).collect();
         let dofs = DofMap::clamped(&space, &nodes).expect("nodes of the mesh");
         let law = Law::SmallStrain { shear_modulus: 1.0 };
         let solid = Solid::uniform(Arc::new(space), dofs, law, 1.0).expect("a valid solid");
         let u = vec![0.0; solid.space().n_components()];
         let p = vec![0.0; solid.space().n_pressures()];
         let mut divergence = vec![0.0; solid.divergence_pattern().nnz()];
-        let mut wanted = Tangents {
-            divergence: Some(&mut divergence),
-            ..Tangents::default()
-        };
+        let mut wanted = Tangents { divergence: Some(&mut divergence), ..Tangents::default() };
         let fields = Fields::new(&u, Pressure::Nodal(&p));
-        solid
-            .tangents(&fields, &mut wanted)
-            .expect("rest is not inverted");
+        solid.tangents(&fields, &mut wanted).expect("rest is not inverted");
         Self {
             b: matrix(solid.divergence_pattern(), divergence),
             h1: matrix(solid.displacement_pattern(), solid.gradient_values()),
-            l2: matrix(
-                solid.pressure_pattern(),
-                solid.pressure_mass_values().to_vec(),
-            ),
+            l2: matrix(solid.pressure_pattern(), solid.pressure_mass_values().to_vec()),
             mass: matrix(solid.displacement_pattern(), solid.mass_values()),
         }
     }
@@ -55,12 +45,7 @@ impl Mixed {
     /// Computes the singular values of B.
     fn raw(&self) -> InfSup {
         let identity = CscMatrix::identity;
-        InfSup::of(
-            &self.b,
-            &identity(self.b.ncols()),
-            &identity(self.b.nrows()),
-        )
-        .expect("sizes")
+        InfSup::of(&self.b, &identity(self.b.ncols()), &identity(self.b.nrows())).expect("sizes")
     }
 
     /// Computes the constants in the norms of (27).
@@ -92,10 +77,7 @@ fn taylor_hood_is_stable() {
         let raw = mixed.raw().smallest().expect("B is not zero");
         if let Some(last) = last_raw.replace(raw) {
             let decay: f64 = last / raw;
-            assert!(
-                (3.0..4.2).contains(&decay),
-                "σ_min(B) fell by {decay} at n = {n}"
-            );
+            assert!((3.0..4.2).contains(&decay), "σ_min(B) fell by {decay} at n = {n}");
         }
     }
 }
@@ -146,8 +128,7 @@ fn uncontrolled_pressures_make_the_pencil_singular() {
         a.view_mut((0, n), (n, n)).fill_diagonal(-1.0);
         a.view_mut((n, 2 * n), (n, m)).copy_from(&-b.transpose());
         a.view_mut((2 * n, 0), (m, n)).copy_from(&b);
-        a.view_mut((2 * n, 2 * n), (m, m))
-            .copy_from(&(l2 * compliance));
+        a.view_mut((2 * n, 2 * n), (m, m)).copy_from(&(l2 * compliance));
         PencilStructure::of(&Pencil::new(e, a).expect("square and finite")).index
     };
     let stable = clamped_square(Space::taylor_hood(&square(2)));

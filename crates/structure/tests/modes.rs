@@ -29,10 +29,7 @@ fn entries(rows: usize, columns: usize, entries: &[(usize, usize, f64)]) -> CscM
 /// Asserts the relative agreement of a converged ω². The residual test is 1e-10 and the error is of second order in the
 /// residual, so only the rounding of the factorization remains, condition (1e4 here) times ε.
 fn assert_close(found: f64, expected: f64) {
-    assert!(
-        (found / expected - 1.0).abs() < 1e-11,
-        "{found} against {expected}"
-    );
+    assert!((found / expected - 1.0).abs() < 1e-11, "{found} against {expected}");
 }
 
 fn chain_omega_squared(j: usize, n: usize, k: f64, m: f64) -> f64 {
@@ -57,12 +54,7 @@ fn chain_of_masses() {
     }
     for (i, left) in found.iter().enumerate() {
         for (j, right) in found.iter().enumerate() {
-            let product: f64 = left
-                .shape
-                .iter()
-                .zip(&right.shape)
-                .map(|(u, v)| m * u * v)
-                .sum();
+            let product: f64 = left.shape.iter().zip(&right.shape).map(|(u, v)| m * u * v).sum();
             assert!((product - f64::from(u8::from(i == j))).abs() < 1e-9);
         }
     }
@@ -118,9 +110,8 @@ fn double_eigenvalues_have_two_modes() {
     let grid = Vibration::new(mass, CscMatrix::from(&stiffness), None).unwrap();
     let found = modes(&grid, 9, 0.0).unwrap();
     let one = |j| chain_omega_squared(j, m, 1.0, 1.0);
-    let mut expected: Vec<f64> = (1..=m)
-        .flat_map(|i| (1..=m).map(move |j| one(i) + one(j)))
-        .collect();
+    let mut expected: Vec<f64> =
+        (1..=m).flat_map(|i| (1..=m).map(move |j| one(i) + one(j))).collect();
     expected.sort_by(f64::total_cmp);
     for (mode, expected) in found.iter().zip(expected) {
         assert_close(mode.omega_squared, expected);
@@ -136,10 +127,7 @@ fn omegas(modes: &[Mode]) -> Vec<f64> {
 fn a_rigid_constraint_divides_the_chain() {
     let (n, held, k, m) = (20, 7, 3.0, 0.5);
     let operator = entries(1, n, &[(0, held, 1.0)]);
-    let constraint = Constraint {
-        operator,
-        compliance: CscMatrix::zeros(1, 1),
-    };
+    let constraint = Constraint { operator, compliance: CscMatrix::zeros(1, 1) };
     let found = modes(&chain(n, k, m, Some(constraint)), 6, 0.0).unwrap();
     let mut expected: Vec<f64> = (1..=held)
         .map(|j| chain_omega_squared(j, held, k, m))
@@ -162,21 +150,10 @@ fn a_compliant_constraint_is_a_spring() {
     let (n, held, spring) = (20, 7, 40.0);
     let operator = entries(1, n, &[(0, held, 1.0)]);
     let compliance = entries(1, 1, &[(0, 0, 1.0 / spring)]);
-    let mixed = chain(
-        n,
-        3.0,
-        0.5,
-        Some(Constraint {
-            operator,
-            compliance,
-        }),
-    );
+    let mixed = chain(n, 3.0, 0.5, Some(Constraint { operator, compliance }));
     let stiffness = tridiagonal(n, 6.0, -3.0, 6.0) + entries(n, n, &[(held, held, spring)]);
     let condensed = Vibration::new(tridiagonal(n, 0.5, 0.0, 0.5), stiffness, None).unwrap();
-    let (mixed, condensed) = (
-        modes(&mixed, 5, 0.0).unwrap(),
-        modes(&condensed, 5, 0.0).unwrap(),
-    );
+    let (mixed, condensed) = (modes(&mixed, 5, 0.0).unwrap(), modes(&condensed, 5, 0.0).unwrap());
     for (left, right) in omegas(&mixed).into_iter().zip(omegas(&condensed)) {
         assert_close(left, right);
     }
@@ -185,16 +162,9 @@ fn a_compliant_constraint_is_a_spring() {
 /// A free body has modes with ω = 0: singular at shift 0, found with a negative shift.
 #[test]
 fn a_free_body_needs_a_shift() {
-    let stiffness = entries(
-        2,
-        2,
-        &[(0, 0, 1.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 1.0)],
-    );
+    let stiffness = entries(2, 2, &[(0, 0, 1.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 1.0)]);
     let body = Vibration::new(tridiagonal(2, 1.0, 0.0, 1.0), stiffness, None).unwrap();
-    assert!(matches!(
-        modes(&body, 2, 0.0),
-        Err(StructureError::Factorize(_))
-    ));
+    assert!(matches!(modes(&body, 2, 0.0), Err(StructureError::Factorize(_))));
     let found = modes(&body, 2, -1.0).unwrap();
     assert!(found[0].omega_squared.abs() < 1e-14 && found[0].residual < 1e-14);
     assert_close(found[1].omega_squared, 2.0);
@@ -202,17 +172,9 @@ fn a_free_body_needs_a_shift() {
 
 #[test]
 fn matrices_of_different_sizes_are_rejected() {
-    let error = Vibration::new(
-        tridiagonal(3, 1.0, 0.0, 1.0),
-        tridiagonal(2, 1.0, 0.0, 1.0),
-        None,
-    );
+    let error = Vibration::new(tridiagonal(3, 1.0, 0.0, 1.0), tridiagonal(2, 1.0, 0.0, 1.0), None);
     assert!(matches!(
         error,
-        Err(StructureError::Sizes {
-            matrix: "stiffness",
-            got: (2, 2),
-            expected: (3, 3)
-        })
+        Err(StructureError::Sizes { matrix: "stiffness", got: (2, 2), expected: (3, 3) })
     ));
 }

@@ -35,12 +35,7 @@ pub(crate) fn error_test_id(
         expect_length("suppressed components", kinds.len(), left_out.len())?;
     }
     let left_out = suppressed.left_out(kinds, indices)?;
-    let id = || {
-        left_out
-            .iter()
-            .map(|out| f64::from(u8::from(!out)))
-            .collect()
-    };
+    let id = || left_out.iter().map(|out| f64::from(u8::from(!out))).collect();
     Ok(left_out.contains(&true).then(id))
 }
 
@@ -55,10 +50,7 @@ pub(crate) fn direction_code(direction: Direction) -> i32 {
 
 /// Returns IDAS' `id` vector: 1 for a differential variable, 0 for an algebraic variable.
 pub(crate) fn differential(kinds: &[VariableKind]) -> Vec<f64> {
-    kinds
-        .iter()
-        .map(|kind| f64::from(u8::from(*kind == VariableKind::Differential)))
-        .collect()
+    kinds.iter().map(|kind| f64::from(u8::from(*kind == VariableKind::Differential))).collect()
 }
 
 /// Inequality that a component must satisfy; a step that violates it is repeated with a smaller
@@ -163,10 +155,7 @@ impl Default for IdaOptions {
             nonlinear_coefficient: 0.33,
             max_newton_iterations: 4,
             delta_cj: 0.25,
-            sparse: SparseOptions {
-                ordering: Ordering::Colamd,
-                ..SparseOptions::default()
-            },
+            sparse: SparseOptions { ordering: Ordering::Colamd, ..SparseOptions::default() },
             vectors: VectorArithmetic::default(),
             constraints: Vec::new(),
         }
@@ -205,13 +194,7 @@ impl IdaOptions {
         if !(self.delta_cj > 0.0 && self.delta_cj < 1.0) {
             return invalid("delta_cj", self.delta_cj, "in (0, 1)");
         }
-        within(
-            "sparse.pivot_tolerance",
-            self.sparse.pivot_tolerance,
-            0.0,
-            1.0,
-            "in [0, 1]",
-        )?;
+        within("sparse.pivot_tolerance", self.sparse.pivot_tolerance, 0.0, 1.0, "in [0, 1]")?;
         if !self.constraints.is_empty() {
             expect_length("constraints", n, self.constraints.len())?;
         }
@@ -224,11 +207,7 @@ pub(crate) fn invalid<T>(
     value: f64,
     expected: &'static str,
 ) -> Result<T, Error> {
-    Err(Error::InvalidOption {
-        option,
-        value,
-        expected,
-    })
+    Err(Error::InvalidOption { option, value, expected })
 }
 
 pub(crate) fn within(
@@ -238,11 +217,7 @@ pub(crate) fn within(
     high: f64,
     expected: &'static str,
 ) -> Result<(), Error> {
-    if (low..=high).contains(&value) {
-        Ok(())
-    } else {
-        invalid(option, value, expected)
-    }
+    if (low..=high).contains(&value) { Ok(()) } else { invalid(option, value, expected) }
 }
 
 pub(crate) fn count(option: &'static str, value: usize) -> Result<(), Error> {
@@ -263,15 +238,7 @@ pub(crate) fn finite(option: &'static str, value: f64) -> Result<(), Error> {
 }
 
 pub(crate) fn expect_length(what: &'static str, expected: usize, got: usize) -> Result<(), Error> {
-    if got == expected {
-        Ok(())
-    } else {
-        Err(Error::WrongLength {
-            what,
-            expected,
-            got,
-        })
-    }
+    if got == expected { Ok(()) } else { Err(Error::WrongLength { what, expected, got }) }
 }
 
 /// Checks the initial time and the initial state of `n` unknowns.
@@ -285,11 +252,7 @@ pub(crate) fn expect_state(n: usize, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Res
 
 pub(crate) fn expect_finite(what: &'static str, values: &[f64]) -> Result<(), Error> {
     match values.iter().position(|v| !v.is_finite()) {
-        Some(index) => Err(Error::NotFinite {
-            what,
-            index,
-            value: values[index],
-        }),
+        Some(index) => Err(Error::NotFinite { what, index, value: values[index] }),
         None => Ok(()),
     }
 }
@@ -302,17 +265,8 @@ mod tests {
     #[test]
     fn codes_are_those_of_the_guide() {
         use Constraint::{Negative, NonNegative, NonPositive, Positive};
-        let constraints = [
-            Constraint::None,
-            NonNegative,
-            NonPositive,
-            Positive,
-            Negative,
-        ];
-        assert_eq!(
-            constraints.map(Constraint::code),
-            [0.0, 1.0, -1.0, 2.0, -2.0]
-        );
+        let constraints = [Constraint::None, NonNegative, NonPositive, Positive, Negative];
+        assert_eq!(constraints.map(Constraint::code), [0.0, 1.0, -1.0, 2.0, -2.0]);
         let directions = [Direction::Both, Direction::Rising, Direction::Falling];
         assert_eq!(directions.map(direction_code), [0, 1, -1]);
     }

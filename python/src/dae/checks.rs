@@ -75,9 +75,7 @@ pub(super) fn check_last_step<I: Integrator<PythonDae>>(
     let [mut y, mut y_dot, mut weights] = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
     let t = from + FRACTIONS[n_steps % FRACTIONS.len()] * (to - from);
     for (derivative, out) in [&mut y, &mut y_dot].into_iter().enumerate() {
-        solver
-            .dense_output(t, derivative, out)
-            .map_err(Failure::of)?;
+        solver.dense_output(t, derivative, out).map_err(Failure::of)?;
     }
     tolerances.write_weights(&y, &mut weights);
     match check_between(solver.problem_mut(), (t, &y, &y_dot), to - from, &weights) {

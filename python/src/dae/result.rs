@@ -45,10 +45,7 @@ pub(super) fn nodes(degree: usize) -> Vec<f64> {
 /// Replaces names of the library in a message by arguments of `solve_dae`.
 pub(super) fn in_python(message: &str) -> String {
     let names = [
-        (
-            "call correct_initial_values",
-            "request initial=\"algebraic\"",
-        ),
+        ("call correct_initial_values", "request initial=\"algebraic\""),
         ("correct_initial_values", "initial=\"algebraic\""),
         (
             "integrating to the time where an input or a characteristic jumps or has a kink, if there is one \

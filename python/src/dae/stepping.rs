@@ -130,9 +130,7 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
             && !gave_up
         {
             for (derivative, out) in out.iter_mut().enumerate() {
-                solver
-                    .dense_output(*next, derivative, out)
-                    .map_err(Failure::of)?;
+                solver.dense_output(*next, derivative, out).map_err(Failure::of)?;
             }
             record.push(*next, &out[0], &out[1]);
             due = rest;
@@ -146,9 +144,7 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
                 record.segments.extend([from, t]);
                 for node in &nodes {
                     let at = 0.5 * ((1.0 - node) * from + (1.0 + node) * t);
-                    solver
-                        .dense_output(at, 0, &mut out[0])
-                        .map_err(Failure::of)?;
+                    solver.dense_output(at, 0, &mut out[0]).map_err(Failure::of)?;
                     record.samples.extend_from_slice(&out[0]);
                 }
             }

@@ -12,35 +12,11 @@ use myovib_model::{Formulation, MuscleDae, Signal, paper};
 
 /// Each scene has one more feature than the previous one.
 const SCENES: [(&str, Formulation, Law, f64, f64); 6] = [
-    (
-        "small-strain",
-        Formulation::Displacement,
-        SMALL_STRAIN,
-        KAPPA,
-        0.0,
-    ),
-    (
-        "pressure-incompressible",
-        Formulation::Position,
-        SMALL_STRAIN,
-        f64::INFINITY,
-        0.0,
-    ),
-    (
-        "kappa-finite",
-        Formulation::Position,
-        SMALL_STRAIN,
-        KAPPA,
-        0.0,
-    ),
+    ("small-strain", Formulation::Displacement, SMALL_STRAIN, KAPPA, 0.0),
+    ("pressure-incompressible", Formulation::Position, SMALL_STRAIN, f64::INFINITY, 0.0),
+    ("kappa-finite", Formulation::Position, SMALL_STRAIN, KAPPA, 0.0),
     ("mooney-rivlin", Formulation::Position, LAW, KAPPA, 0.0),
-    (
-        "damping-implicit",
-        Formulation::ImplicitRate,
-        LAW,
-        KAPPA,
-        BETA,
-    ),
+    ("damping-implicit", Formulation::ImplicitRate, LAW, KAPPA, BETA),
     ("damping-unknown", Formulation::Rate, LAW, KAPPA, BETA),
 ];
 
@@ -54,10 +30,7 @@ fn main() -> anyhow::Result<()> {
     };
     let known = SCENES.into_iter().find(|(scene, ..)| scene == name);
     let (_, formulation, law, kappa, beta) = known.context("unknown scene")?;
-    let mesh = Mesh::parse_msh(
-        include_str!("../../../../data/meshes/muscle.msh"),
-        "muscle.msh",
-    )?;
+    let mesh = Mesh::parse_msh(include_str!("../../../../data/meshes/muscle.msh"), "muscle.msh")?;
     let load = Signal::paper(paper::LOAD_AMPLITUDE);
     let muscle = paper::muscle_with_load(&mesh, law, kappa, beta, load)?;
     let mut dae = MuscleDae::new(muscle, formulation)?;

@@ -22,10 +22,8 @@ type Motion = [Vec<f64>; 2];
 
 fn main() -> anyhow::Result<()> {
     for kappa in [paper::KAPPA, f64::INFINITY] {
-        let mut mesh = Mesh::parse_msh(
-            include_str!("../../../../data/meshes/muscle.msh"),
-            "muscle.msh",
-        )?;
+        let mut mesh =
+            Mesh::parse_msh(include_str!("../../../../data/meshes/muscle.msh"), "muscle.msh")?;
         let mut motions = Vec::new();
         for level in 0..LEVELS {
             if level > 0 {

@@ -16,10 +16,7 @@ fn main() -> anyhow::Result<()> {
         ("3m", Formulation::Rate, f64::INFINITY, 1e-4, multipliers),
         ("31", Formulation::Velocity, f64::INFINITY, 0.0, pressure),
     ];
-    let mesh = Mesh::parse_msh(
-        include_str!("../../../../data/meshes/muscle.msh"),
-        "muscle.msh",
-    )?;
+    let mesh = Mesh::parse_msh(include_str!("../../../../data/meshes/muscle.msh"), "muscle.msh")?;
     println!("| row | δ | CPU s | steps | Newton it. | Newton fail. | setups |");
     println!("|---|---|---|---|---|---|---|");
     for (row, formulation, kappa, beta, suppressed) in rows {

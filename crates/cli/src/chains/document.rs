@@ -86,17 +86,8 @@ fn with_a_muscle(run: &ChainRun, body: &Body) -> anyhow::Result<Value> {
 fn of_states(run: &ChainRun) -> anyhow::Result<Value> {
     let wanted = &run.scene.file.integrator;
     let integrator = wanted.method;
-    let blocks: &[&str] = if run.has_body {
-        &["rod", "chain"]
-    } else {
-        &["chain"]
-    };
-    let each = |value: f64| {
-        blocks
-            .iter()
-            .map(|block| (*block, value))
-            .collect::<BTreeMap<_, _>>()
-    };
+    let blocks: &[&str] = if run.has_body { &["rod", "chain"] } else { &["chain"] };
+    let each = |value: f64| blocks.iter().map(|block| (*block, value)).collect::<BTreeMap<_, _>>();
     let mut document = serde_json::to_value(CountsJson::new(&run.statistics))?;
     document["integrator"] = json!(integrator.name());
     document["suppressed"] = json!([]);

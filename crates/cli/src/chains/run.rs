@@ -84,13 +84,7 @@ fn observe<B: Body>(
     );
     let statistics = run_watched(integrator, &mut sampler, ("chain", scene.t_end), progress)?;
     drop(sampler);
-    Ok(ChainRun {
-        scene,
-        history,
-        statistics,
-        unknowns,
-        has_body,
-    })
+    Ok(ChainRun { scene, history, statistics, unknowns, has_body })
 }
 
 /// Records the motion of the point that drives the chain of a scene. The chain itself is not integrated.
@@ -107,12 +101,7 @@ pub fn record(scene: &Scene, progress: &Progress) -> anyhow::Result<Arc<Recordin
             anyhow::bail!("the chain is not driven");
         };
         let point = rod.displacement_at(x)?;
-        return keep(
-            &mut *run::rod_with_chains(&alone)?,
-            ("rod", end),
-            point,
-            progress,
-        );
+        return keep(&mut *run::rod_with_chains(&alone)?, ("rod", end), point, progress);
     }
     let mut integrator = run::muscle_alone(&alone)?;
     let place = chain.places.first().context("the chain is not driven")?;

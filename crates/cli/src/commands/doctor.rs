@@ -13,10 +13,8 @@ use sundials_wrap::Versions;
 
 /// Options of `myovib doctor`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  myovib doctor\n  myovib doctor --json=doctor.json\n\n\
-                        Exit code 1 when something is missing."
-)]
+#[command(after_help = "Examples:\n  myovib doctor\n  myovib doctor --json=doctor.json\n\n\
+                        Exit code 1 when something is missing.")]
 pub struct DoctorArgs {
     /// Options of every command.
     #[command(flatten)]
@@ -50,11 +48,7 @@ struct BuildTool {
 pub fn run(args: &DoctorArgs) -> anyhow::Result<Exit> {
     let findings = examine(args);
     args.common.give("doctor", &text(&findings), &findings)?;
-    Ok(if findings.remedies.is_empty() {
-        Exit::Done
-    } else {
-        Exit::Differs
-    })
+    Ok(if findings.remedies.is_empty() { Exit::Done } else { Exit::Differs })
 }
 
 fn examine(args: &DoctorArgs) -> Findings {
@@ -84,28 +78,16 @@ fn examine(args: &DoctorArgs) -> Findings {
 fn remedies(linked: &Versions, build: &[BuildTool]) -> Vec<String> {
     const MEND: &str = "apt-get install --no-install-recommends libsundials-dev, then build again";
     let mut remedies = Vec::new();
-    let mut packages: Vec<&str> = build
-        .iter()
-        .filter(|tool| tool.found.is_none())
-        .map(|tool| tool.package)
-        .collect();
+    let mut packages: Vec<&str> =
+        build.iter().filter(|tool| tool.found.is_none()).map(|tool| tool.package).collect();
     packages.dedup();
     if !packages.is_empty() {
         let packages = packages.join(" ");
-        remedies.push(format!(
-            "apt-get install --no-install-recommends {packages}"
-        ));
+        remedies.push(format!("apt-get install --no-install-recommends {packages}"));
     }
-    let Versions {
-        sundials,
-        sundials_headers,
-        index_bits,
-        ..
-    } = linked;
+    let Versions { sundials, sundials_headers, index_bits, .. } = linked;
     if !is_supported(sundials) {
-        remedies.push(format!(
-            "SUNDIALS {sundials} is linked, 6.4 to 7.x is needed: {MEND}"
-        ));
+        remedies.push(format!("SUNDIALS {sundials} is linked, 6.4 to 7.x is needed: {MEND}"));
     }
     if sundials != sundials_headers {
         remedies.push(format!(
@@ -137,16 +119,10 @@ fn text(findings: &Findings) -> String {
     let unknown = || "unknown".to_owned();
 
     let mut facts = Table::new(&[("this program", Align::Left), ("", Align::Left)]);
-    let build_kind = if findings.optimized {
-        "release"
-    } else {
-        "debug: slow, build with --release"
-    };
+    let build_kind =
+        if findings.optimized { "release" } else { "debug: slow, build with --release" };
     for (name, value) in [
-        (
-            "myovib",
-            format!("{} (git {}), {build_kind}", versions.myovib, versions.git),
-        ),
+        ("myovib", format!("{} (git {}), {build_kind}", versions.myovib, versions.git)),
         ("SUNDIALS", versions.sundials.clone()),
         (
             "KLU",
@@ -156,25 +132,16 @@ fn text(findings: &Findings) -> String {
             },
         ),
         ("index width", format!("{} bits", findings.index_bits)),
-        (
-            "processor",
-            machine.processor.clone().unwrap_or_else(unknown),
-        ),
+        ("processor", machine.processor.clone().unwrap_or_else(unknown)),
         ("target", machine.target.clone()),
         ("vector instructions", machine.simd.to_owned()),
-        (
-            "cores, threads",
-            format!("{}, {}", machine.cores, findings.threads),
-        ),
+        ("cores, threads", format!("{}, {}", machine.cores, findings.threads)),
     ] {
         facts.row([name.into(), value.into()]);
     }
 
-    let mut build = Table::new(&[
-        ("to build it", Align::Left),
-        ("package", Align::Left),
-        ("", Align::Left),
-    ]);
+    let mut build =
+        Table::new(&[("to build it", Align::Left), ("package", Align::Left), ("", Align::Left)]);
     for tool in &findings.build {
         let state = match &tool.found {
             Some(path) => Cell::new(path.clone(), Tone::Good),
@@ -186,22 +153,10 @@ fn text(findings: &Findings) -> String {
     let verdict = if findings.remedies.is_empty() {
         paint("Nothing is missing.", Tone::Good, colored)
     } else {
-        let lines: Vec<String> = findings
-            .remedies
-            .iter()
-            .map(|line| format!("  {line}"))
-            .collect();
-        format!(
-            "{}\n{}",
-            paint("To mend it:", Tone::Bad, colored),
-            lines.join("\n")
-        )
+        let lines: Vec<String> = findings.remedies.iter().map(|line| format!("  {line}")).collect();
+        format!("{}\n{}", paint("To mend it:", Tone::Bad, colored), lines.join("\n"))
     };
-    format!(
-        "{}\n{}\n{verdict}\n",
-        facts.render(colored),
-        build.render(colored)
-    )
+    format!("{}\n{}\n{verdict}\n", facts.render(colored), build.render(colored))
 }
 
 #[cfg(test)]
@@ -209,11 +164,7 @@ mod tests {
     use super::*;
 
     fn tool(package: &'static str, found: bool) -> BuildTool {
-        BuildTool {
-            purpose: "x",
-            package,
-            found: found.then(|| "/there".to_owned()),
-        }
+        BuildTool { purpose: "x", package, found: found.then(|| "/there".to_owned()) }
     }
 
     fn linked(sundials: &str, sundials_headers: &str, index_bits: usize) -> Versions {
@@ -232,11 +183,7 @@ mod tests {
 
     #[test]
     fn missing_packages_make_one_apt_line() {
-        let build = [
-            tool("gcc", true),
-            tool("libclang-dev", false),
-            tool("libclang-dev", false),
-        ];
+        let build = [tool("gcc", true), tool("libclang-dev", false), tool("libclang-dev", false)];
         let line = "apt-get install --no-install-recommends libclang-dev";
         assert_eq!(remedies(&linked("6.4.1", "6.4.1", 64), &build), [line]);
     }
@@ -254,18 +201,12 @@ mod tests {
             assert_eq!(is_supported(version), supported, "{version}");
         }
         for (linked, words) in [
-            (
-                linked("5.7.0", "5.7.0", 64),
-                "SUNDIALS 5.7.0 is linked, 6.4",
-            ),
+            (linked("5.7.0", "5.7.0", 64), "SUNDIALS 5.7.0 is linked, 6.4"),
             (linked("6.4.1", "6.5.0", 64), "headers of 6.5.0"),
             (linked("6.4.1", "6.4.1", 32), "32-bit"),
         ] {
             let remedies = remedies(&linked, &[]);
-            assert!(
-                remedies.len() == 1 && remedies[0].contains(words),
-                "{remedies:?}"
-            );
+            assert!(remedies.len() == 1 && remedies[0].contains(words), "{remedies:?}");
         }
     }
 }

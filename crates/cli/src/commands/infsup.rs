@@ -78,10 +78,7 @@ pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
     let document = Document {
         mesh: &subject.name,
         fixed: &subject.fixed,
-        pairs: families
-            .iter()
-            .map(|family| family_json(family, elements))
-            .collect(),
+        pairs: families.iter().map(|family| family_json(family, elements)).collect(),
     };
     let text = text(&families, elements);
     args.common.give("infsup", &text, &document)?;
@@ -115,11 +112,7 @@ impl Subject {
 /// Returns whether the path is a TOML text file or the name of a built-in scene.
 fn is_scene(path: &Path) -> bool {
     let is_toml = path.extension().is_some_and(|end| end == "toml");
-    is_toml
-        || (!path.exists()
-            && path
-                .to_str()
-                .is_some_and(|name| builtin::find(name).is_ok()))
+    is_toml || (!path.exists() && path.to_str().is_some_and(|name| builtin::find(name).is_ok()))
 }
 
 /// Returns the mesh of a scene with the fixed groups: the given groups, or the groups that the
@@ -136,10 +129,7 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
     let moved = file.prescribed_displacement.iter().map(|moved| {
         let given = [&moved.x, &moved.y, &moved.z];
         let count = given.into_iter().flatten().count();
-        (
-            &moved.group,
-            count == mesh.dimension() || moved.rotation.is_some(),
-        )
+        (&moved.group, count == mesh.dimension() || moved.rotation.is_some())
     });
     let all: Vec<_> = held.chain(moved).collect();
     if let (None, Some((group, _))) = (&fixed, all.iter().find(|(_, whole)| !whole)) {
@@ -151,11 +141,7 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
             .into());
     }
     let groups = || all.iter().map(|(group, _)| (*group).clone()).collect();
-    Ok(Subject {
-        name: path.display().to_string(),
-        fixed: fixed.unwrap_or_else(groups),
-        mesh,
-    })
+    Ok(Subject { name: path.display().to_string(), fixed: fixed.unwrap_or_else(groups), mesh })
 }
 
 /// Computes the meshes one after the other. A line on standard error precedes each of them, because a fine mesh takes
@@ -165,10 +151,7 @@ fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<F
     let on_level = |level: usize, mesh: &Mesh| {
         if !args.common.quiet {
             let (n, plural) = (mesh.n_elements(), mesh.shape().plural);
-            output::line(&format!(
-                "{pair}, level {level} of {}: {n} {plural}",
-                args.levels
-            ));
+            output::line(&format!("{pair}, level {level} of {}: {n} {plural}", args.levels));
         }
     };
     let n_levels = usize::from(args.levels);

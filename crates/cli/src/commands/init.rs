@@ -53,9 +53,7 @@ pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
     if path.as_os_str() == "-" {
         if args.mesh {
             let error = InputError::new("a mesh file cannot be written next to standard output");
-            return Err(error
-                .next("name a FILE for the scene, or remove `--mesh`")
-                .into());
+            return Err(error.next("name a FILE for the scene, or remove `--mesh`").into());
         }
         output::print(scene.text)?;
         return Ok(Exit::Done);
@@ -71,9 +69,7 @@ pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
             beside.display()
         );
     }
-    output::print(format!(
-        "{next} Next:\n  myovib check {file}\n  myovib run {file} --out out\n"
-    ))?;
+    output::print(format!("{next} Next:\n  myovib check {file}\n  myovib run {file} --out out\n"))?;
     Ok(Exit::Done)
 }
 
@@ -83,21 +79,16 @@ pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
 /// Returns an error if the file exists or cannot be written.
 fn create(path: &Path, text: &str) -> anyhow::Result<()> {
     let name = path.display();
-    let mut file = OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .open(path)
-        .map_err(|error| {
-            if error.kind() == io::ErrorKind::AlreadyExists {
-                InputError::new(format!("`{name}` exists and is not replaced"))
-                    .next("choose another name: myovib init other.toml")
-                    .into()
-            } else {
-                anyhow::Error::from(error).context(format!("cannot write {name}"))
-            }
-        })?;
-    file.write_all(text.as_bytes())
-        .with_context(|| format!("cannot write {name}"))
+    let mut file = OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| {
+        if error.kind() == io::ErrorKind::AlreadyExists {
+            InputError::new(format!("`{name}` exists and is not replaced"))
+                .next("choose another name: myovib init other.toml")
+                .into()
+        } else {
+            anyhow::Error::from(error).context(format!("cannot write {name}"))
+        }
+    })?;
+    file.write_all(text.as_bytes()).with_context(|| format!("cannot write {name}"))
 }
 
 #[cfg(test)]
@@ -105,11 +96,7 @@ mod tests {
     use super::*;
 
     fn init(file: &Path, from: Option<&str>, mesh: bool) -> anyhow::Result<Exit> {
-        run(&InitArgs {
-            file: Some(file.to_owned()),
-            from: from.map(str::to_owned),
-            mesh,
-        })
+        run(&InitArgs { file: Some(file.to_owned()), from: from.map(str::to_owned), mesh })
     }
 
     #[test]

@@ -85,19 +85,14 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
             }
             let name = scene.display().to_string();
             let progress = Progress::new(args.common.quiet);
-            let watcher = Watcher {
-                progress: &progress,
-                ..Watcher::NOBODY
-            };
+            let watcher = Watcher { progress: &progress, ..Watcher::NOBODY };
             of_scene(name, loaded, args.count.map(usize::from), watcher)?
         }
         None => of_the_paper(args)?,
     };
-    if let (Some(path), Some(body), Some(muscle)) = (
-        &args.svg,
-        findings.modes.muscles.last(),
-        findings.muscles.last(),
-    ) {
+    if let (Some(path), Some(body), Some(muscle)) =
+        (&args.svg, findings.modes.muscles.last(), findings.muscles.last())
+    {
         output::save(path, modes::figure(muscle, body).render())?;
     }
     for note in findings.modes.muscles.iter().flat_map(|body| &body.notes) {
@@ -136,11 +131,7 @@ fn of_scene(
     watcher: Watcher<'_>,
 ) -> anyhow::Result<Findings> {
     let modes = Modes::of_scene(&scene, count, watcher).map_err(Error::before_any_output)?;
-    Ok(Findings {
-        mesh,
-        modes,
-        muscles: scene.body.into_iter().map(|body| body.muscle).collect(),
-    })
+    Ok(Findings { mesh, modes, muscles: scene.body.into_iter().map(|body| body.muscle).collect() })
 }
 
 /// Computes the modes of the paper's muscle under a constant load, compressible and incompressible.

@@ -158,9 +158,7 @@ fn kind(column: &str) -> &str {
 /// Returns the largest value among all columns of the same kind. A column of very small values is compared with this
 /// size: u_x with u_y, and the pressure with stresses.
 fn size_of_kind(columns: &Map<String, Value>, of: &str) -> f64 {
-    let alike = columns
-        .iter()
-        .filter(|(column, _)| kind(column) == kind(of));
+    let alike = columns.iter().filter(|(column, _)| kind(column) == kind(of));
     let sizes = alike.filter_map(|(_, numbers)| numbers["largest"].as_f64());
     sizes.fold(0.0, f64::max)
 }
@@ -299,16 +297,10 @@ mod tests {
             "stress_xy": column(10.0, 1e-6),
         } });
         let printed = indicator(&probes);
-        assert!(
-            printed.contains("about 2e-6") && printed.contains("`u_x`"),
-            "{printed}"
-        );
+        assert!(printed.contains("about 2e-6") && printed.contains("`u_x`"), "{printed}");
         let estimate = json!({ "probes": probes, "outcome": "finished", "rtol": 1e-4 });
         let table = errors(&estimate);
-        let pressure = table
-            .lines()
-            .find(|line| line.contains(" p "))
-            .expect("a row");
+        let pressure = table.lines().find(|line| line.contains(" p ")).expect("a row");
         assert!(pressure.contains("rounding"), "{table}");
         assert_eq!(table.matches("rounding").count(), 1, "{table}");
     }

@@ -31,17 +31,10 @@ pub fn run(args: &ScenesArgs) -> anyhow::Result<Exit> {
         json::write(target, "scenes", &json!({ "scenes": scenes }))?;
         return Ok(Exit::Done);
     }
-    let mut table = Table::new(&[
-        ("scene", Align::Left),
-        ("run time", Align::Left),
-        ("title", Align::Left),
-    ]);
+    let mut table =
+        Table::new(&[("scene", Align::Left), ("run time", Align::Left), ("title", Align::Left)]);
     for scene in SCENES {
-        table.row(vec![
-            scene.name.into(),
-            scene.run_time.into(),
-            scene.title().into(),
-        ]);
+        table.row(vec![scene.name.into(), scene.run_time.into(), scene.title().into()]);
     }
     output::print(table.render(colored_stdout()))?;
     Ok(Exit::Done)

@@ -8,11 +8,9 @@ use myovib_scene::scene_file;
 
 /// Options of `myovib schema`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  myovib schema > scene.schema.json\n\nEditors with a TOML \
+#[command(after_help = "Example:\n  myovib schema > scene.schema.json\n\nEditors with a TOML \
                         language server check a scene that starts with the line\n  \
-                        #:schema ./scene.schema.json"
-)]
+                        #:schema ./scene.schema.json")]
 pub struct SchemaArgs {
     /// Print the scene reference of the guide as Markdown instead.
     #[arg(long)]

@@ -71,10 +71,7 @@ pub struct SensitivityArgs {
 /// an output cannot be written.
 pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
     let progress = Progress::new(args.common.quiet);
-    let watcher = Watcher {
-        interrupt: Some(interrupt::flag()),
-        progress: &progress,
-    };
+    let watcher = Watcher { interrupt: Some(interrupt::flag()), progress: &progress };
     let existing = Existing::of(false, args.overwrite);
     let (schema, table, (files, document)) = if args.map {
         let scene = Scene::load(&args.scene, &args.set)?;
@@ -157,10 +154,7 @@ fn figure(curves: &Curves) -> Figure {
     let times: Vec<f64> = curves.samples.iter().map(|sample| sample.t).collect();
     let panel = |k: usize| {
         let series = curves.parameters.iter().enumerate().map(|(j, name)| {
-            let scaled = curves
-                .samples
-                .iter()
-                .map(|s| curves.scales[j] * s.derivatives[j][k]);
+            let scaled = curves.samples.iter().map(|s| curves.scales[j] * s.derivatives[j][k]);
             Series::curve(name, &times, &scaled.collect::<Vec<_>>())
         });
         let plot = LinePlot {

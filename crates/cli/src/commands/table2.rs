@@ -151,11 +151,7 @@ impl FromStr for Suppress {
         match text {
             "default" => Ok(Self::Default),
             "none" => Ok(Self::Blocks(Vec::new())),
-            list => list
-                .split(',')
-                .map(block)
-                .collect::<Result<_, _>>()
-                .map(Self::Blocks),
+            list => list.split(',').map(block).collect::<Result<_, _>>().map(Self::Blocks),
         }
     }
 }
@@ -289,9 +285,7 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
         output::save(path, text)?;
     }
     let mesh = args.mesh.as_ref();
-    let mesh = mesh.map_or("muscle.msh (built in)".to_owned(), |m| {
-        m.display().to_string()
-    });
+    let mesh = mesh.map_or("muscle.msh (built in)".to_owned(), |m| m.display().to_string());
     args.common.give(
         "table2",
         &table2::text(&runs, is_modified),
@@ -323,10 +317,7 @@ fn compute_all(
         };
         let result =
             compute(scene, &options).with_context(|| format!("row {} of Table 2", row.key))?;
-        Ok(RowRun {
-            row: **row,
-            document: result.document,
-        })
+        Ok(RowRun { row: **row, document: result.document })
     });
     runs.into_iter().collect()
 }

@@ -51,10 +51,7 @@ impl Road {
         Self {
             at: [xb, yb],
             speed: [xb_dot, yb_dot],
-            acceleration: [
-                -(yb_dot * yb_dot + yb * yb_ddot + xb_dot * xb_dot) / xb,
-                yb_ddot,
-            ],
+            acceleration: [-(yb_dot * yb_dot + yb * yb_ddot + xb_dot * xb_dot) / xb, yb_ddot],
         }
     }
 }
@@ -84,10 +81,7 @@ impl CarAxis {
     /// Returns the two rows of G(p, t).
     fn constraint_slopes(p: &[f64], road: &Road) -> [[f64; 4]; 2] {
         let d = [2.0 * (p[0] - p[2]), 2.0 * (p[1] - p[3])];
-        [
-            [road.at[0], road.at[1], 0.0, 0.0],
-            [d[0], d[1], -d[0], -d[1]],
-        ]
+        [[road.at[0], road.at[1], 0.0, 0.0], [d[0], d[1], -d[0], -d[1]]]
     }
 
     /// Returns the spring vectors q_l and q_r.
@@ -97,11 +91,7 @@ impl CarAxis {
 
     /// Returns μ, or an empty slice if μ is not an unknown.
     fn mu<'a>(&self, y: &'a [f64]) -> &'a [f64] {
-        if self.is_stabilized() {
-            &y[10..12]
-        } else {
-            &[]
-        }
+        if self.is_stabilized() { &y[10..12] } else { &[] }
     }
 
     /// Adds c ∂(Gᵀ m)/∂p to rows `row..row + 4`; only the second constraint is curved.
@@ -144,11 +134,7 @@ impl Problem for CarAxis {
         let slopes = Self::constraint_slopes(p, &road);
         let pull = Self::springs(p, &road).map(spring);
         let transposed = |i: usize, m: &[f64]| -> f64 {
-            slopes
-                .iter()
-                .zip(m)
-                .map(|(row, multiplier)| row[i] * multiplier)
-                .sum()
+            slopes.iter().zip(m).map(|(row, multiplier)| row[i] * multiplier).sum()
         };
         for i in 0..4 {
             residual[i] = y_dot[i] - v[i] - transposed(i, mu);
@@ -161,16 +147,9 @@ impl Problem for CarAxis {
             (p[0] - p[2]).powi(2) + (p[1] - p[3]).powi(2) - L * L,
         ];
         let rate = slopes.map(|row| row.iter().zip(v).map(|(g, v)| g * v).sum::<f64>());
-        let velocity = [
-            rate[0] + p[0] * road.speed[0] + p[1] * road.speed[1],
-            rate[1],
-        ];
-        let second = slopes.map(|row| {
-            row.iter()
-                .zip(&y_dot[4..8])
-                .map(|(g, a)| g * a)
-                .sum::<f64>()
-        });
+        let velocity = [rate[0] + p[0] * road.speed[0] + p[1] * road.speed[1], rate[1]];
+        let second =
+            slopes.map(|row| row.iter().zip(&y_dot[4..8]).map(|(g, a)| g * a).sum::<f64>());
         let acceleration = [
             second[0]
                 + 2.0 * (v[0] * road.speed[0] + v[1] * road.speed[1])

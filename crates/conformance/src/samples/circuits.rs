@@ -63,11 +63,7 @@ impl Equations for Doubler {
         let ([size, frequency], [source, _]) = (Self::SOURCE, Self::RESISTORS);
         let [saturation, thermal] = Self::DIODE;
         let rate = size * frequency / (1.0 + 2.0 * source * saturation / thermal);
-        Start {
-            t: 0.0,
-            y: vec![0.0; 3],
-            y_dot: vec![rate, rate, 0.0],
-        }
+        Start { t: 0.0, y: vec![0.0; 3], y_dot: vec![rate, rate, 0.0] }
     }
 }
 
@@ -113,14 +109,8 @@ impl Equations for Amplifier {
         let ([c1, c_e, c2], [.., alpha]) = (Self::CAPACITORS, Self::TRANSISTOR);
         let pi = std::f64::consts::PI;
         let driving = 0.1 * (200.0 * pi * t).sin() + 0.05 * (470.0 * pi * t).sin();
-        let (input, output) = (
-            (y_dot[0] - y_dot[1]).times(c1),
-            (y_dot[3] - y_dot[4]).times(c2),
-        );
-        let (first, second) = (
-            Self::emitter(y[1] - y[2]),
-            Self::emitter(S::from(base) - y[2]),
-        );
+        let (input, output) = ((y_dot[0] - y_dot[1]).times(c1), (y_dot[3] - y_dot[4]).times(c2));
+        let (first, second) = (Self::emitter(y[1] - y[2]), Self::emitter(S::from(base) - y[2]));
         residual[0] = (S::from(driving) - y[0]).times(1.0 / r0) - input;
         residual[1] = input + (S::from(base) - y[1]).times(1.0 / r1) - first.times(1.0 - alpha);
         residual[2] = first + second - y[2].times(1.0 / r_e) - y_dot[2].times(c_e);

@@ -59,11 +59,7 @@ impl Equations for TimeScales {
     fn start(&self) -> Start {
         let mut y_dot = Self::FREQUENCIES.to_vec();
         y_dot.push(0.0);
-        Start {
-            t: 0.0,
-            y: vec![0.0; 4],
-            y_dot,
-        }
+        Start { t: 0.0, y: vec![0.0; 4], y_dot }
     }
 
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
@@ -106,11 +102,8 @@ impl Pulses {
     }
 
     fn input(t: f64) -> f64 {
-        let &(from, w, slope) = PIECES
-            .iter()
-            .rev()
-            .find(|piece| piece.0 <= t)
-            .unwrap_or(&PIECES[0]);
+        let &(from, w, slope) =
+            PIECES.iter().rev().find(|piece| piece.0 <= t).unwrap_or(&PIECES[0]);
         w + slope * (t - from)
     }
 
@@ -151,11 +144,7 @@ impl Equations for Pulses {
     }
 
     fn start(&self) -> Start {
-        Start {
-            t: 0.0,
-            y: vec![0.0; 3],
-            y_dot: vec![0.0; 3],
-        }
+        Start { t: 0.0, y: vec![0.0; 3], y_dot: vec![0.0; 3] }
     }
 
     fn exact(&self, t: f64) -> Option<Vec<f64>> {

@@ -117,10 +117,7 @@ impl<S: Differentiable> Div for Dual<S> {
 
     fn div(self, other: Self) -> Self {
         let quotient = self.value / other.value;
-        Self::new(
-            quotient,
-            (self.slope - quotient * other.slope) / other.value,
-        )
+        Self::new(quotient, (self.slope - quotient * other.slope) / other.value)
     }
 }
 
@@ -175,9 +172,7 @@ mod tests {
         assert!((slope - difference).abs() < 1e-9, "{slope} {difference}");
         let twice = function(Dual::new(one(x), one(x)));
         let difference = (function(one(x + d)).slope - function(one(x - d)).slope) / (2.0 * d);
-        let second = function(Dual::new(Dual::new(x, 1.0), Dual::new(1.0, 0.0)))
-            .slope
-            .slope;
+        let second = function(Dual::new(Dual::new(x, 1.0), Dual::new(1.0, 0.0))).slope.slope;
         assert!((second - difference).abs() < 1e-9, "{second} {difference}");
         assert_eq!(twice.value.slope, slope);
     }

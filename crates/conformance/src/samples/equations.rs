@@ -40,12 +40,7 @@ impl<E: Equations> Differentiated<E> {
     /// Creates the problem defined by these equations.
     pub fn new(equations: E) -> Self {
         let zero = vec![Dual::from(0.0); equations.n_unknowns()];
-        Self {
-            equations,
-            y: zero.clone(),
-            y_dot: zero.clone(),
-            residual: zero,
-        }
+        Self { equations, y: zero.clone(), y_dot: zero.clone(), residual: zero }
     }
 
     /// Returns the equations.

@@ -18,11 +18,7 @@ pub struct LinearIndex1;
 
 impl Sample for LinearIndex1 {
     fn start(&self) -> Start {
-        Start {
-            t: 0.0,
-            y: vec![1.0, 0.0],
-            y_dot: vec![-1.0, 1.0],
-        }
+        Start { t: 0.0, y: vec![1.0, 0.0], y_dot: vec![-1.0, 1.0] }
     }
 
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
@@ -86,11 +82,7 @@ pub struct JayIndex2;
 
 impl Sample for JayIndex2 {
     fn start(&self) -> Start {
-        Start {
-            t: 0.0,
-            y: vec![1.0; 3],
-            y_dot: vec![1.0, -2.0, 2.0],
-        }
+        Start { t: 0.0, y: vec![1.0; 3], y_dot: vec![1.0, -2.0, 2.0] }
     }
 
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
@@ -110,9 +102,7 @@ impl Problem for JayIndex2 {
         y_dot: &[f64],
         residual: &mut [f64],
     ) -> Result<(), StepError> {
-        let &[y1, y2, z] = y else {
-            unreachable!("the integrator keeps the length")
-        };
+        let &[y1, y2, z] = y else { unreachable!("the integrator keeps the length") };
         residual[0] = y_dot[0] - y1 * y2 * z;
         residual[1] = y_dot[1] - y1 * y1 * y2 * y2 + 3.0 * y2 * y2 * z;
         residual[2] = y1 * y1 * y2 - 1.0;
@@ -128,9 +118,7 @@ impl Problem for JayIndex2 {
         b: f64,
         values: &mut [f64],
     ) -> Result<(), StepError> {
-        let &[y1, y2, z] = y else {
-            unreachable!("the integrator keeps the length")
-        };
+        let &[y1, y2, z] = y else { unreachable!("the integrator keeps the length") };
         let mut matrix = FullMatrix::zeroed(3, values);
         matrix.add(0, 0, b - a * y2 * z);
         matrix.add(0, 1, -a * y1 * z);

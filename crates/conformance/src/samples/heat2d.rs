@@ -54,10 +54,7 @@ impl Heat2d {
         let right = (i < m - 1).then(|| k + 1);
         let above = (k + m < self.n_unknowns()).then_some(k + m);
         let interior = move |l: &usize| !self.is_boundary(*l);
-        let before = [k.checked_sub(m), left]
-            .into_iter()
-            .flatten()
-            .filter(interior);
+        let before = [k.checked_sub(m), left].into_iter().flatten().filter(interior);
         let after = [right, above].into_iter().flatten().filter(interior);
         before.chain([k]).chain(after)
     }
@@ -71,15 +68,9 @@ impl Sample for Heat2d {
             let (x, y) = ((k % self.m) as f64 * spacing, (k / self.m) as f64 * spacing);
             16.0 * x * (1.0 - x) * y * (1.0 - y)
         };
-        let y: Vec<f64> = (0..n)
-            .map(|k| if self.is_boundary(k) { 0.0 } else { bump(k) })
-            .collect();
+        let y: Vec<f64> = (0..n).map(|k| if self.is_boundary(k) { 0.0 } else { bump(k) }).collect();
         let slope = |k| {
-            if self.is_boundary(k) {
-                0.0
-            } else {
-                self.laplacian(&y, k)
-            }
+            if self.is_boundary(k) { 0.0 } else { self.laplacian(&y, k) }
         };
         let y_dot = (0..n).map(slope).collect();
         Start { t: 0.0, y, y_dot }
@@ -99,11 +90,7 @@ impl Problem for Heat2d {
         residual: &mut [f64],
     ) -> Result<(), StepError> {
         for k in 0..self.n_unknowns() {
-            residual[k] = if self.is_boundary(k) {
-                y[k]
-            } else {
-                y_dot[k] - self.laplacian(y, k)
-            };
+            residual[k] = if self.is_boundary(k) { y[k] } else { y_dot[k] - self.laplacian(y, k) };
         }
         Ok(())
     }
@@ -144,20 +131,12 @@ impl Problem for Heat2d {
 
     fn kinds(&self) -> Option<Vec<VariableKind>> {
         let kind = |k| {
-            if self.is_boundary(k) {
-                VariableKind::Algebraic
-            } else {
-                VariableKind::Differential
-            }
+            if self.is_boundary(k) { VariableKind::Algebraic } else { VariableKind::Differential }
         };
         Some((0..self.n_unknowns()).map(kind).collect())
     }
 
     fn indices(&self) -> Option<Vec<u8>> {
-        Some(
-            (0..self.n_unknowns())
-                .map(|k| u8::from(self.is_boundary(k)))
-                .collect(),
-        )
+        Some((0..self.n_unknowns()).map(|k| u8::from(self.is_boundary(k))).collect())
     }
 }

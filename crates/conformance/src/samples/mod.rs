@@ -121,11 +121,7 @@ impl MechanicalForm {
             Self::Index1 => (1, 1),
             Self::Index2 | Self::Stabilized => (1, 2),
         };
-        let n_multipliers = if self == Self::Stabilized {
-            2 * n_c
-        } else {
-            n_c
-        };
+        let n_multipliers = if self == Self::Stabilized { 2 * n_c } else { n_c };
         let mut indices = vec![1; n_p];
         indices.extend(std::iter::repeat_n(velocity, n_p));
         indices.extend(std::iter::repeat_n(multiplier, n_multipliers));

@@ -13,11 +13,7 @@ pub struct Oscillator {
 
 impl Sample for Oscillator {
     fn start(&self) -> Start {
-        Start {
-            t: 0.0,
-            y: vec![1.0, 0.0],
-            y_dot: vec![0.0, -self.omega * self.omega],
-        }
+        Start { t: 0.0, y: vec![1.0, 0.0], y_dot: vec![0.0, -self.omega * self.omega] }
     }
 
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
@@ -75,11 +71,7 @@ pub struct ScaledLinear {
 
 impl Sample for ScaledLinear {
     fn start(&self) -> Start {
-        Start {
-            t: 0.0,
-            y: vec![1.0, self.q],
-            y_dot: vec![self.q - self.p, 0.0],
-        }
+        Start { t: 0.0, y: vec![1.0, self.q], y_dot: vec![self.q - self.p, 0.0] }
     }
 
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
@@ -164,11 +156,7 @@ impl Sample for ScaledJay {
 
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
         let Self { c, w } = *self;
-        Some(vec![
-            c * (w * t).exp(),
-            (-2.0 * w * t).exp(),
-            (2.0 * w * t).exp(),
-        ])
+        Some(vec![c * (w * t).exp(), (-2.0 * w * t).exp(), (2.0 * w * t).exp()])
     }
 }
 
@@ -269,10 +257,7 @@ mod tests {
                 let difference = (above[i] - below[i]) / (2.0 * delta);
                 let allowed = 1e-7 * (1.0 + s.abs());
                 let name = &parameter.name;
-                assert!(
-                    (s - difference).abs() < allowed,
-                    "{name}, y[{i}]: {s} {difference}"
-                );
+                assert!((s - difference).abs() < allowed, "{name}, y[{i}]: {s} {difference}");
             }
         }
     }

@@ -32,21 +32,13 @@ pub struct Pendulum {
 impl Pendulum {
     /// Creates the pendulum of length 1 under a gravity of 9.81, with its constraint in the given form.
     pub fn new(form: MechanicalForm) -> Self {
-        Self {
-            form,
-            length: 1.0,
-            gravity: 9.81,
-        }
+        Self { form, length: 1.0, gravity: 9.81 }
     }
 
     /// Returns the pendulum with length ℓ and gravity g.
     #[must_use]
     pub fn with(self, length: f64, gravity: f64) -> Self {
-        Self {
-            length,
-            gravity,
-            ..self
-        }
+        Self { length, gravity, ..self }
     }
 
     fn is_stabilized(&self) -> bool {
@@ -77,13 +69,7 @@ impl Sample for Pendulum {
         let (sin, cos) = theta.sin_cos();
         let speed = length * theta_dot;
         let tension = 3.0 * self.gravity * cos / length;
-        let mut y = vec![
-            length * sin,
-            -length * cos,
-            cos * speed,
-            sin * speed,
-            tension,
-        ];
+        let mut y = vec![length * sin, -length * cos, cos * speed, sin * speed, tension];
         y.resize(self.n_unknowns(), 0.0);
         Some(y)
     }
@@ -105,10 +91,7 @@ impl Pendulum {
 
 impl ParametricSample for Pendulum {
     fn parameters(&self) -> Vec<Parameter> {
-        vec![
-            Parameter::new("length", self.length),
-            Parameter::new("gravity", self.gravity),
-        ]
+        vec![Parameter::new("length", self.length), Parameter::new("gravity", self.gravity)]
     }
 
     fn set(&mut self, j: usize, value: f64) {

@@ -100,10 +100,6 @@ impl Equations for Pipes {
         let mut y = vec![0.0; 11];
         y[..2].fill(LEVEL);
         y[8..].fill(WEIGHT * LEVEL);
-        Start {
-            t: 0.0,
-            y,
-            y_dot: vec![0.0; 11],
-        }
+        Start { t: 0.0, y, y_dot: vec![0.0; 11] }
     }
 }

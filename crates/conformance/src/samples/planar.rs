@@ -191,9 +191,7 @@ impl Press {
             return (Self::MASSES[i] / 3.0 + carried) * Self::LENGTHS[i].powi(2);
         }
         let chain = Self::CHAINS.iter().find(|&&c| c == (i, j) || c == (j, i));
-        chain.map_or(0.0, |&(inner, outer)| {
-            0.5 * moment(outer) * Self::LENGTHS[inner]
-        })
+        chain.map_or(0.0, |&(inner, outer)| 0.5 * moment(outer) * Self::LENGTHS[inner])
     }
 
     /// Returns the vector along bar k.
@@ -257,13 +255,7 @@ impl Mechanism for Press {
         let joint = meeting((a, length[2]), (pin, length[1]));
         let elbow = meeting((b, length[3]), (joint, length[4]));
         let angle = |from: [f64; 2], to: [f64; 2]| (to[1] - from[1]).atan2(to[0] - from[0]);
-        let bars = [
-            ([0.0, 0.0], pin),
-            (pin, joint),
-            (a, joint),
-            (b, elbow),
-            (elbow, joint),
-        ];
+        let bars = [([0.0, 0.0], pin), (pin, joint), (a, joint), (b, elbow), (elbow, joint)];
         let angles = bars.map(|(from, to)| angle(from, to));
         (angles.to_vec(), vec![0.0; 5])
     }
@@ -277,8 +269,5 @@ fn meeting((p, r): ([f64; 2], f64), (q, s): ([f64; 2], f64)) -> [f64; 2] {
     let along = (r * r - s * s + distance * distance) / (2.0 * distance);
     let across = (r * r - along * along).sqrt();
     let (ex, ey) = (dx / distance, dy / distance);
-    [
-        p[0] + along * ex - across * ey,
-        p[1] + along * ey + across * ex,
-    ]
+    [p[0] + along * ex - across * ey, p[1] + along * ey + across * ex]
 }

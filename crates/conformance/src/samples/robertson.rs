@@ -18,11 +18,7 @@ pub struct Robertson;
 impl Sample for Robertson {
     /// All mass in the first species.
     fn start(&self) -> Start {
-        Start {
-            t: 0.0,
-            y: vec![1.0, 0.0, 0.0],
-            y_dot: vec![-0.04, 0.04, 0.0],
-        }
+        Start { t: 0.0, y: vec![1.0, 0.0, 0.0], y_dot: vec![-0.04, 0.04, 0.0] }
     }
 }
 

@@ -89,11 +89,7 @@ impl Equations for Bridge {
     }
 
     fn start(&self) -> Start {
-        Start {
-            t: 0.0,
-            y: vec![0.0; 4],
-            y_dot: vec![0.0; 4],
-        }
+        Start { t: 0.0, y: vec![0.0; 4], y_dot: vec![0.0; 4] }
     }
 }
 
@@ -183,9 +179,8 @@ impl Equations for Inverters {
         let mut y = Self::OUTPUTS.to_vec();
         let gates = [Self::INPUT.value(0.0), y[0], y[1], y[2]];
         let pairs = gates.into_iter().zip(&y);
-        let mut y_dot: Vec<f64> = pairs
-            .map(|(gate, &u)| Self::charging(supply, gate, u) / Self::CAPACITY)
-            .collect();
+        let mut y_dot: Vec<f64> =
+            pairs.map(|(gate, &u)| Self::charging(supply, gate, u) / Self::CAPACITY).collect();
         y.push(supply);
         y_dot.push(0.0);
         Start { t: 0.0, y, y_dot }
@@ -253,10 +248,6 @@ impl Equations for Pump {
     }
 
     fn start(&self) -> Start {
-        Start {
-            t: 0.0,
-            y: vec![0.0; 3],
-            y_dot: vec![0.0; 3],
-        }
+        Start { t: 0.0, y: vec![0.0; 3], y_dot: vec![0.0; 3] }
     }
 }

@@ -20,11 +20,7 @@ pub struct VanDerPol {
 
 impl Sample for VanDerPol {
     fn start(&self) -> Start {
-        Start {
-            t: 0.0,
-            y: vec![2.0, 0.0],
-            y_dot: vec![0.0, -2.0],
-        }
+        Start { t: 0.0, y: vec![2.0, 0.0], y_dot: vec![0.0, -2.0] }
     }
 }
 

@@ -59,10 +59,7 @@ fn the_unit_of_mass_does_not_matter() {
             let multiplier = m * (y[2] * y[2] + y[3] * y[3] - G * y[1]);
             // Central differences have relative errors of 1e-10 to 1e-9.
             assert!((acceleration + G * s).abs() < 1e-7, "{m:e}: {acceleration}");
-            assert!(
-                (y[4] - multiplier).abs() < 1e-7 * multiplier,
-                "{m:e}: {y:?}"
-            );
+            assert!((y[4] - multiplier).abs() < 1e-7 * multiplier, "{m:e}: {y:?}");
         }
     }
 }
@@ -108,9 +105,6 @@ fn contradictions_are_found_in_any_unit() {
             &mut [0.0; 2],
             &[1e6; 2],
         );
-        assert!(
-            matches!(found, Err(Inconsistent::Contradicted { .. })),
-            "{unit:e}: {found:?}"
-        );
+        assert!(matches!(found, Err(Inconsistent::Contradicted { .. })), "{unit:e}: {found:?}");
     }
 }

@@ -44,23 +44,11 @@ fn found<S: Sample + Clone>(sample: &S) -> (usize, usize) {
     let start = sample.start();
     let y: Vec<f64> = start.y.iter().map(|y| 1.1 * y + 0.1).collect();
     let weights = vec![1e4; y.len()];
-    let at = Linearization {
-        t: start.t,
-        y: &y,
-        y_dot: &start.y_dot,
-        step: 1e-3,
-        weights: &weights,
-    };
+    let at =
+        Linearization { t: start.t, y: &y, y_dot: &start.y_dot, step: 1e-3, weights: &weights };
     let checked = |place, factor| {
         let sample = sample.clone();
-        check_jacobian(
-            &mut Changed {
-                sample,
-                place,
-                factor,
-            },
-            &at,
-        )
+        check_jacobian(&mut Changed { sample, place, factor }, &at)
     };
     assert_eq!(checked(0, 1.0), Ok(()));
     let pattern = sample.jacobian_pattern();

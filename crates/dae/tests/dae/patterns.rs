@@ -31,13 +31,7 @@ impl Problem for Sparse<'_> {
 /// The two parts of a sample's Jacobian as full matrices, by columns.
 fn parts(sample: &mut dyn Sample, (t, y, v): (f64, &[f64], &[f64])) -> [Vec<f64>; 2] {
     let (n, weights) = (y.len(), vec![1e6; y.len()]);
-    let at = Linearization {
-        t,
-        y,
-        y_dot: v,
-        step: 1.0,
-        weights: &weights,
-    };
+    let at = Linearization { t, y, y_dot: v, step: 1.0, weights: &weights };
     let mut jacobian = Jacobian::of(sample);
     let pattern = jacobian.pattern().clone();
     let mut values = [vec![0.0; pattern.nnz()], vec![0.0; pattern.nnz()]];
@@ -97,28 +91,20 @@ fn judge(sample: &mut dyn Sample) {
     };
     // Contribution of each entry to its row, for the perturbations of the check.
     let units = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
-    let [at_rate, quotients] = [&units[0], &units[1]].map(|weights| Linearization {
-        step: 1.0,
-        weights,
-        ..at
-    });
+    let [at_rate, quotients] =
+        [&units[0], &units[1]].map(|weights| Linearization { step: 1.0, weights, ..at });
     let pattern = pattern_of(n, &vec![true; n * n]);
     let mut full = Sparse { sample, pattern };
     let mut moves = |[at, quotients]: [&Linearization<'_>; 2], coefficients| {
         let mut values = vec![0.0; n * n];
         let mut jacobian = Jacobian::of(&full);
-        jacobian
-            .combined(&mut full, quotients, coefficients, &mut values)
-            .unwrap();
+        jacobian.combined(&mut full, quotients, coefficients, &mut values).unwrap();
         for (k, value) in values.iter_mut().enumerate() {
             *value = (*value * perturbation(at, k / n)).abs();
         }
         values
     };
-    let moved = [
-        moves([&at, &at], (1.0, 0.0)),
-        moves([&at_rate, &quotients], (0.0, 1.0)),
-    ];
+    let moved = [moves([&at, &at], (1.0, 0.0)), moves([&at_rate, &quotients], (0.0, 1.0))];
     let mut check = |entries: &[bool]| {
         let pattern = pattern_of(n, entries);
         check_pattern(&mut Sparse { sample, pattern }, &at)
@@ -172,21 +158,11 @@ fn complete_patterns_pass_and_removed_entries_are_named() {
     ];
     for form in [Index1, Index2, Index3, Stabilized] {
         samples.push(Box::new(Pendulum::new(form)));
-        samples.push(Box::new(Differentiated::new(Constrained::new(
-            SliderCrank,
-            form,
-        ))));
-        samples.push(Box::new(Differentiated::new(Constrained::new(
-            FourBar, form,
-        ))));
+        samples.push(Box::new(Differentiated::new(Constrained::new(SliderCrank, form))));
+        samples.push(Box::new(Differentiated::new(Constrained::new(FourBar, form))));
         samples.push(Box::new(Differentiated::new(Constrained::new(Press, form))));
-        samples.push(Box::new(Differentiated::new(Constrained::new(
-            SphericalPendulums,
-            form,
-        ))));
-        samples.push(Box::new(Differentiated::new(Constrained::new(
-            Charges, form,
-        ))));
+        samples.push(Box::new(Differentiated::new(Constrained::new(SphericalPendulums, form))));
+        samples.push(Box::new(Differentiated::new(Constrained::new(Charges, form))));
         samples.push(Box::new(CarAxis::new(form)));
     }
     for mut sample in samples {
@@ -219,13 +195,7 @@ fn check_diagonal(
 ) -> Result<(), MissingEntry> {
     let n = y.len();
     let (y_dot, weights) = (vec![0.0; n], vec![1e6; n]);
-    let at = Linearization {
-        t: 0.0,
-        y,
-        y_dot: &y_dot,
-        step: 1.0,
-        weights: &weights,
-    };
+    let at = Linearization { t: 0.0, y, y_dot: &y_dot, step: 1.0, weights: &weights };
     check_pattern(&mut Diagonal(n, residual), &at)
 }
 
@@ -270,10 +240,7 @@ fn entries_are_found_at_the_border_of_the_domain() {
         Ok(())
     });
     let missing = found.unwrap_err();
-    assert_eq!(
-        (missing.row, missing.column, missing.of_rate),
-        (7, 2, false)
-    );
+    assert_eq!((missing.row, missing.column, missing.of_rate), (7, 2, false));
 }
 
 #[test]
@@ -285,10 +252,7 @@ fn entries_of_the_derivative_are_found_and_failures_say_nothing() {
     let missing = check_diagonal(&[1.0, 1.0], coupled).unwrap_err();
     assert_eq!((missing.row, missing.column, missing.of_rate), (0, 1, true));
     let printed = missing.to_string();
-    assert!(
-        printed.starts_with("equation 0 changes with the derivative of y[1]"),
-        "{printed}"
-    );
+    assert!(printed.starts_with("equation 0 changes with the derivative of y[1]"), "{printed}");
     let fails = |_: &[f64], _: &[f64], _: &mut [f64]| Err(StepError::Fatal("no".into()));
     assert_eq!(check_diagonal(&[1.0, 1.0], fails), Ok(()));
 }

@@ -119,11 +119,7 @@ impl RigidContact {
         };
         let area: f64 = weights.iter().flatten().sum();
         let mean = area / weights.len().max(1) as f64;
-        let size = if boundary.dimension == 2 {
-            mean
-        } else {
-            mean.sqrt()
-        };
+        let size = if boundary.dimension == 2 { mean } else { mean.sqrt() };
         let owners = owners(space.mesh(), group)?;
         let moduli = owners
             .iter()
@@ -247,9 +243,8 @@ impl RigidContact {
         for (facet, nodes) in self.boundary.facets.iter().enumerate() {
             let points = self.boundary.points.iter().zip(&self.weights[facet]);
             for ((point, &weight), index) in points.zip(&mut index) {
-                let gap = self
-                    .obstacle
-                    .gap::<D>(self.boundary.sum(nodes, &point.values, u), offset);
+                let gap =
+                    self.obstacle.gap::<D>(self.boundary.sum(nodes, &point.values, u), offset);
                 let given = self.depths.get(index).copied().unwrap_or(0.0);
                 let depth = given - gap.distance;
                 if depth > 0.0 {

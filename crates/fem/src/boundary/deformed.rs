@@ -36,10 +36,7 @@ impl DeformedFacets {
         Self {
             dimension: shape.dimension,
             points,
-            facets: outward
-                .iter()
-                .map(|facet| space.facet_nodes(facet))
-                .collect(),
+            facets: outward.iter().map(|facet| space.facet_nodes(facet)).collect(),
             coordinates: space.coordinates().to_vec(),
         }
     }

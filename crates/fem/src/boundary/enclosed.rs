@@ -57,10 +57,8 @@ impl EnclosedVolume {
     pub fn new(solid: &Solid, group: &str) -> Result<Self, FemError> {
         let space = solid.space();
         let facets = outward_facets(space, group)?;
-        let disconnected = |found| FemError::DisconnectedBoundary {
-            group: group.to_owned(),
-            found,
-        };
+        let disconnected =
+            |found| FemError::DisconnectedBoundary { group: group.to_owned(), found };
         let found = connected_pieces(facets.clone()).len();
         if found > 1 {
             return Err(disconnected(found));
@@ -73,9 +71,7 @@ impl EnclosedVolume {
         Ok(Self {
             walls: DeformedFacets::new(space, &facets),
             rims,
-            points: edges
-                .map(|q| (q.weight, q.values, q.slopes[0].clone()))
-                .collect(),
+            points: edges.map(|q| (q.weight, q.values, q.slopes[0].clone())).collect(),
             planes: Vec::new(),
         })
     }
@@ -92,9 +88,7 @@ impl EnclosedVolume {
         for &axis in axes {
             let place = |node: usize| self.walls.coordinates[dimension * node + axis];
             let is_held = |node: usize| {
-                dofs.free_to_full()
-                    .binary_search(&(dimension * node + axis))
-                    .is_err()
+                dofs.free_to_full().binary_search(&(dimension * node + axis)).is_err()
             };
             // In 2D a rim consists of two points, each of which may be on a plane of symmetry.
             let sides = self.rims.iter().flatten().flat_map(|side| match dimension {
@@ -121,9 +115,7 @@ impl EnclosedVolume {
         let on_plane = |nodes: &[usize]| {
             self.planes.iter().any(|&(axis, node)| {
                 let place = |node: usize| self.walls.coordinates[dimension * node + axis];
-                nodes
-                    .iter()
-                    .all(|&other| (place(other) - place(node)).abs() <= ON_PLANE * size)
+                nodes.iter().all(|&other| (place(other) - place(node)).abs() <= ON_PLANE * size)
             })
         };
         let left = rims.into_iter().flatten().filter(|side| match dimension {
@@ -140,9 +132,7 @@ impl EnclosedVolume {
         let (dimension, free) = (self.walls.dimension, solid.dofs().free_to_full());
         let n_held = |node: usize| {
             let components = dimension * node..dimension * (node + 1);
-            components
-                .filter(|component| free.binary_search(component).is_err())
-                .count()
+            components.filter(|component| free.binary_search(component).is_err()).count()
         };
         let mut nodes = self.rims.iter().flatten().flatten();
         let is_partly_held = nodes.any(|&node| (1..dimension).contains(&n_held(node)));
@@ -173,9 +163,7 @@ impl EnclosedVolume {
         let dimension = self.walls.dimension;
         let nodes = self.rims.iter().flatten().flatten();
         let extent = |axis: usize| {
-            let places = nodes
-                .clone()
-                .map(|node| self.walls.coordinates[dimension * node + axis]);
+            let places = nodes.clone().map(|node| self.walls.coordinates[dimension * node + axis]);
             let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
                 (low.min(x), high.max(x))
             });
@@ -198,11 +186,7 @@ impl EnclosedVolume {
 
     fn at_in<const D: usize>(&self, u: &[f64]) -> f64 {
         let origin = self.origin::<D>(u);
-        let lids: f64 = self
-            .rims
-            .iter()
-            .map(|rim| self.lid::<D>(rim, origin, u))
-            .sum();
+        let lids: f64 = self.rims.iter().map(|rim| self.lid::<D>(rim, origin, u)).sum();
         (lids - self.flux::<D>(origin, u)) / D as f64
     }
 
@@ -282,9 +266,7 @@ impl EnclosedVolume {
         let ends: Vec<usize> = ends.copied().filter(|&vertex| count(vertex) == 1).collect();
         let size = self.rim_size();
         let near = |axis: usize, node: usize| {
-            let distances = ends
-                .iter()
-                .map(|&end| (place(end, axis) - place(node, axis)).abs());
+            let distances = ends.iter().map(|&end| (place(end, axis) - place(node, axis)).abs());
             distances.fold(f64::INFINITY, f64::min) <= ON_PLANE * size
         };
         let planes = self.planes.iter().filter(|&&(axis, node)| near(axis, node));
@@ -298,9 +280,7 @@ fn ends(edges: &[Vec<usize>]) -> Result<Vec<Vec<Vec<usize>>>, usize> {
     let unmatched = |end: usize| {
         let others: HashSet<usize> = edges.iter().map(|edge| edge[1 - end]).collect();
         let found = edges.iter().map(move |edge| edge[end]);
-        found
-            .filter(move |vertex| !others.contains(vertex))
-            .collect::<Vec<_>>()
+        found.filter(move |vertex| !others.contains(vertex)).collect::<Vec<_>>()
     };
     match (&unmatched(0)[..], &unmatched(1)[..]) {
         ([], []) => Ok(Vec::new()),
@@ -311,9 +291,7 @@ fn ends(edges: &[Vec<usize>]) -> Result<Vec<Vec<Vec<usize>>>, usize> {
 
 /// Returns the edges that belong to one face only, grouped by opening.
 fn rims(space: &Space, faces: &[Vec<usize>]) -> Vec<Vec<Vec<usize>>> {
-    let edges = faces
-        .iter()
-        .flat_map(|face| [0, 1, 2].map(|i| [face[i], face[(i + 1) % 3]]));
+    let edges = faces.iter().flat_map(|face| [0, 1, 2].map(|i| [face[i], face[(i + 1) % 3]]));
     let all: HashSet<[usize; 2]> = edges.clone().collect();
     let unmatched = edges.filter(|&[a, b]| !all.contains(&[b, a]));
     let mut rims = connected_pieces(unmatched.map(Vec::from).collect());

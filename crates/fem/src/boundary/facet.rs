@@ -203,11 +203,7 @@ pub(crate) fn area_vector<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] 
 
 /// Returns a × b.
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Member of a boundary group as a side of an element.
@@ -243,19 +239,13 @@ fn sides(mesh: &Mesh, group: &str) -> Result<Vec<Side>, FemError> {
             match slot {
                 Some(side) => side.is_interior = true,
                 None => {
-                    *slot = Some(Side {
-                        element,
-                        corners,
-                        is_interior: false,
-                    });
+                    *slot = Some(Side { element, corners, is_interior: false });
                 }
             }
         }
     }
     let side = |key| {
-        found[&key]
-            .clone()
-            .expect("Mesh::new checks that group members are sides of elements")
+        found[&key].clone().expect("Mesh::new checks that group members are sides of elements")
     };
     Ok(keys.map(side).collect())
 }
@@ -277,19 +267,16 @@ pub(crate) fn owners(mesh: &Mesh, group: &str) -> Result<Vec<usize>, FemError> {
 pub(crate) fn outward_facets(space: &Space, group: &str) -> Result<Vec<Vec<usize>>, FemError> {
     let mesh = space.mesh();
     let members = mesh.facets(group)?;
-    let facets = sides(mesh, group)?
-        .into_iter()
-        .zip(members)
-        .map(|(side, member)| {
-            if side.is_interior {
-                return Err(FemError::InteriorFacet {
-                    group: group.to_owned(),
-                    vertices: member.to_vec(),
-                });
-            }
-            let element = mesh.element(side.element);
-            Ok(side.corners.iter().map(|&i| element[i]).collect())
-        });
+    let facets = sides(mesh, group)?.into_iter().zip(members).map(|(side, member)| {
+        if side.is_interior {
+            return Err(FemError::InteriorFacet {
+                group: group.to_owned(),
+                vertices: member.to_vec(),
+            });
+        }
+        let element = mesh.element(side.element);
+        Ok(side.corners.iter().map(|&i| element[i]).collect())
+    });
     facets.collect()
 }
 
@@ -307,13 +294,7 @@ impl Space {
                 rule.iter().map(move |q| {
                     let barycentric = q.barycentric;
                     let measure = self.measure_at(element, &barycentric);
-                    (
-                        ElementPoint {
-                            element,
-                            barycentric,
-                        },
-                        q.weight * measure,
-                    )
+                    (ElementPoint { element, barycentric }, q.weight * measure)
                 })
             });
             return Ok(points.collect());
@@ -333,10 +314,8 @@ impl Space {
                 for (&corner, l) in side.corners.iter().zip(&q.barycentric) {
                     lambda[corner] = *l;
                 }
-                let at = ElementPoint {
-                    element: side.element,
-                    barycentric: Barycentric::new(&lambda),
-                };
+                let at =
+                    ElementPoint { element: side.element, barycentric: Barycentric::new(&lambda) };
                 points.push((at, q.weight * measure));
             }
         }

@@ -32,56 +32,51 @@ impl FollowerPressure {
     pub fn new(solid: &Solid, group: &str) -> Result<Self, FemError> {
         let space = solid.space();
         let boundary = DeformedFacets::new(space, &outward_facets(space, group)?);
-        Ok(Self {
-            indices: boundary.matrix_indices(solid),
-            boundary,
-        })
+        Ok(Self { indices: boundary.matrix_indices(solid), boundary })
     }
 
     fn add_force_in<const D: usize>(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
         let facets = &self.boundary.facets;
-        self.boundary
-            .for_each_point::<D>(u, |facet, point, [s, t]| {
-                let normal = area_vector(s, t);
-                for (&node, value) in facets[facet].iter().zip(&point.values) {
-                    let factor = -pressure * point.weight * value;
-                    for (total, normal) in total[D * node..].iter_mut().zip(normal) {
-                        *total += factor * normal;
-                    }
+        self.boundary.for_each_point::<D>(u, |facet, point, [s, t]| {
+            let normal = area_vector(s, t);
+            for (&node, value) in facets[facet].iter().zip(&point.values) {
+                let factor = -pressure * point.weight * value;
+                for (total, normal) in total[D * node..].iter_mut().zip(normal) {
+                    *total += factor * normal;
                 }
-            });
+            }
+        });
     }
 
     fn add_stiffness_in<const D: usize>(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
         let facets = &self.boundary.facets;
-        self.boundary
-            .for_each_point::<D>(u, |facet, point, [s, t]| {
-                let (n, indices) = (facets[facet].len(), &self.indices[facet]);
-                for b in 0..n {
-                    for k in 0..D {
-                        // Derivative of the area vector with respect to component k of node b.
-                        let mut tangent = [0.0; D];
-                        tangent[k] = point.slopes[0][b];
-                        let mut change = area_vector::<D>(tangent, t);
-                        if D == 3 {
-                            tangent[k] = point.slopes[1][b];
-                            let second = area_vector::<D>(s, tangent);
-                            for (change, second) in change.iter_mut().zip(second) {
-                                *change += second;
-                            }
+        self.boundary.for_each_point::<D>(u, |facet, point, [s, t]| {
+            let (n, indices) = (facets[facet].len(), &self.indices[facet]);
+            for b in 0..n {
+                for k in 0..D {
+                    // Derivative of the area vector with respect to component k of node b.
+                    let mut tangent = [0.0; D];
+                    tangent[k] = point.slopes[0][b];
+                    let mut change = area_vector::<D>(tangent, t);
+                    if D == 3 {
+                        tangent[k] = point.slopes[1][b];
+                        let second = area_vector::<D>(s, tangent);
+                        for (change, second) in change.iter_mut().zip(second) {
+                            *change += second;
                         }
-                        for (a, value) in point.values.iter().take(n).enumerate() {
-                            let factor = -pressure * point.weight * value;
-                            for (i, change) in change.iter().enumerate() {
-                                let index = indices[(D * a + i) * D * n + D * b + k];
-                                if let Some(index) = index {
-                                    values[index as usize] += factor * change;
-                                }
+                    }
+                    for (a, value) in point.values.iter().take(n).enumerate() {
+                        let factor = -pressure * point.weight * value;
+                        for (i, change) in change.iter().enumerate() {
+                            let index = indices[(D * a + i) * D * n + D * b + k];
+                            if let Some(index) = index {
+                                values[index as usize] += factor * change;
                             }
                         }
                     }
                 }
-            });
+            }
+        });
     }
 }
 

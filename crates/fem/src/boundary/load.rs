@@ -96,9 +96,7 @@ pub fn weight<const D: usize>(
     densities: &[f64],
     acceleration: [f64; D],
 ) -> Vec<f64> {
-    element_body_force(space, |at, _| {
-        acceleration.map(|a| densities[at.element] * a)
-    })
+    element_body_force(space, |at, _| acceleration.map(|a| densities[at.element] * a))
 }
 
 /// Returns the load ∫ f · φ of a force per volume given as a function of the point in its element
@@ -114,18 +112,13 @@ pub fn element_body_force<const D: usize>(
     let points = mesh.points::<D>();
     let mut load = vec![0.0; space.n_components()];
     let rule = Rule::Degree6.points(shape);
-    let values: Vec<Vec<f64>> = rule
-        .iter()
-        .map(|q| shape.values(space.degree(), &q.barycentric))
-        .collect();
+    let values: Vec<Vec<f64>> =
+        rule.iter().map(|q| shape.values(space.degree(), &q.barycentric)).collect();
     for element in 0..space.n_elements() {
         let corners: Vec<[f64; D]> = mesh.element(element).iter().map(|&v| points[v]).collect();
         for (q, values) in rule.iter().zip(&values) {
             let (_, measure) = space.map_at::<D>(element, &q.barycentric);
-            let at = ElementPoint {
-                element,
-                barycentric: q.barycentric,
-            };
+            let at = ElementPoint { element, barycentric: q.barycentric };
             let position = match space.is_curved(element) {
                 true => space.position(&at),
                 false => q.barycentric.point_in(&corners),

@@ -69,12 +69,8 @@ impl RobinMatrix {
                 }
             }
         })?;
-        let entries = sums
-            .into_iter()
-            .map(|((row, column), value)| (row, column, value));
-        Ok(Self {
-            entries: entries.collect(),
-        })
+        let entries = sums.into_iter().map(|((row, column), value)| (row, column, value));
+        Ok(Self { entries: entries.collect() })
     }
 
     /// Creates the matrix of a spring at a point, `v·R u = v(x)·u(x)` or `(v(x)·d) (u(x)·d)`, where u(x) is the sum of
@@ -120,9 +116,7 @@ impl RobinMatrix {
     /// Panics if `u` is too short.
     pub fn square(&self, u: &[f64]) -> f64 {
         let terms = self.entries.iter();
-        terms
-            .map(|&(row, column, value)| value * u[row] * u[column])
-            .sum()
+        terms.map(|&(row, column, value)| value * u[row] * u[column]).sum()
     }
 
     /// Adds the entries of `factor` R between free components of `solid` to `values`.

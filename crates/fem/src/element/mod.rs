@@ -271,11 +271,7 @@ mod tests {
     /// Points inside and on the boundary.
     fn samples(shape: &Shape) -> Vec<Vec<f64>> {
         match shape.dimension {
-            2 => vec![
-                vec![0.2, 0.3, 0.5],
-                vec![0.9, 0.05, 0.05],
-                vec![0.0, 0.4, 0.6],
-            ],
+            2 => vec![vec![0.2, 0.3, 0.5], vec![0.9, 0.05, 0.05], vec![0.0, 0.4, 0.6]],
             _ => vec![
                 vec![0.1, 0.2, 0.3, 0.4],
                 vec![0.85, 0.05, 0.07, 0.03],
@@ -300,16 +296,8 @@ mod tests {
     fn gradients(shape: &Shape, degree: Degree, lambda: &[f64]) -> Vec<Vec<f64>> {
         let rows = |row: &[f64]| row.to_vec();
         match shape.dimension {
-            2 => shape
-                .gradients::<2>(degree, lambda)
-                .iter()
-                .map(|g| rows(g))
-                .collect(),
-            _ => shape
-                .gradients::<3>(degree, lambda)
-                .iter()
-                .map(|g| rows(g))
-                .collect(),
+            2 => shape.gradients::<2>(degree, lambda).iter().map(|g| rows(g)).collect(),
+            _ => shape.gradients::<3>(degree, lambda).iter().map(|g| rows(g)).collect(),
         }
     }
 
@@ -366,16 +354,8 @@ mod tests {
             let [a, b] = [corners[side[0]], corners[side[1]]];
             0.5 * (a[0] * b[1] - a[1] * b[0])
         };
-        assert_eq!(
-            TRIANGLE.sides.iter().map(flux).sum::<f64>(),
-            TRIANGLE.reference_measure
-        );
-        let corners = [
-            [0.0, 0.0, 0.0],
-            [1.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0],
-            [0.0, 0.0, 1.0],
-        ];
+        assert_eq!(TRIANGLE.sides.iter().map(flux).sum::<f64>(), TRIANGLE.reference_measure);
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let flux = |side: &&[usize]| {
             let map = [corners[side[0]], corners[side[1]], corners[side[2]]];
             inverse(map).1 / 6.0

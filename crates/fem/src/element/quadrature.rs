@@ -86,11 +86,7 @@ impl Rule {
                 &orbit4(0.214_602_871_259_152_03, 0.039_922_750_258_167_49)[..],
                 &orbit4(0.040_673_958_534_611_35, 0.010_077_211_055_320_643)[..],
                 &orbit4(0.322_337_890_142_275_5, 0.055_357_181_543_654_72)[..],
-                &orbit12(
-                    0.063_661_001_875_017_53,
-                    0.269_672_331_458_315_8,
-                    27.0 / 560.0,
-                )[..],
+                &orbit12(0.063_661_001_875_017_53, 0.269_672_331_458_315_8, 27.0 / 560.0)[..],
             ]
             .concat(),
         }
@@ -98,10 +94,7 @@ impl Rule {
 }
 
 fn point<const V: usize>(barycentric: [f64; V], weight: f64) -> Point {
-    Point {
-        barycentric: barycentric.into(),
-        weight,
-    }
+    Point { barycentric: barycentric.into(), weight }
 }
 
 /// Returns the three points with two coordinates equal to `a`.
@@ -113,15 +106,8 @@ fn orbit3(a: f64, weight: f64) -> [Point; 3] {
 /// Returns the six points with coordinates `a`, `b` and `1 - a - b` in any order.
 fn orbit6(a: f64, b: f64, weight: f64) -> [Point; 6] {
     let c = 1.0 - a - b;
-    [
-        [a, b, c],
-        [b, c, a],
-        [c, a, b],
-        [b, a, c],
-        [a, c, b],
-        [c, b, a],
-    ]
-    .map(|lambda| point(lambda, weight))
+    [[a, b, c], [b, c, a], [c, a, b], [b, a, c], [a, c, b], [c, b, a]]
+        .map(|lambda| point(lambda, weight))
 }
 
 /// Returns the four points with three coordinates equal to `a`.
@@ -165,11 +151,7 @@ fn orbit12(a: f64, b: f64, weight: f64) -> Vec<Point> {
 /// It integrates a quadratic shape function times a cubic traction exactly.
 pub(crate) fn edge_degree5() -> [(f64, f64); 3] {
     let offset = 0.5 * 0.6_f64.sqrt();
-    [
-        (0.5 - offset, 5.0 / 18.0),
-        (0.5, 4.0 / 9.0),
-        (0.5 + offset, 5.0 / 18.0),
-    ]
+    [(0.5 - offset, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.5 + offset, 5.0 / 18.0)]
 }
 
 #[cfg(test)]
@@ -230,10 +212,7 @@ mod tests {
                 }
                 let beyond = monomials(shape.n_vertices(), degree + 1);
                 let worst = beyond.iter().map(|powers| error(&points, powers));
-                assert!(
-                    worst.fold(0.0, f64::max) > 1e-7,
-                    "{rule:?} is better than stated"
-                );
+                assert!(worst.fold(0.0, f64::max) > 1e-7, "{rule:?} is better than stated");
                 assert!(points.iter().all(|q| q.weight > 0.0));
             }
         }

@@ -28,14 +28,7 @@ pub struct Bestel {
 impl Bestel {
     /// Returns the constants of Aróstica et al. for a contractility σ0.
     pub fn ventricle(tension: f64) -> Self {
-        Self {
-            tension,
-            rise: 5.0,
-            decay: -30.0,
-            systole: 0.16,
-            diastole: 0.484,
-            width: 0.005,
-        }
+        Self { tension, rise: 5.0, decay: -30.0, systole: 0.16, diastole: 0.484, width: 0.005 }
     }
 
     /// Checks the ranges of the constants.
@@ -52,26 +45,12 @@ impl Bestel {
                 "zero or positive, and finite",
             ),
             positive("activation rise", self.rise),
-            (
-                "activation decay",
-                self.decay,
-                self.decay < 0.0,
-                "negative and finite",
-            ),
+            ("activation decay", self.decay, self.decay < 0.0, "negative and finite"),
             positive("activation width", self.width),
-            (
-                "diastole",
-                self.diastole,
-                self.diastole > self.systole,
-                "after systole",
-            ),
+            ("diastole", self.diastole, self.diastole > self.systole, "after systole"),
         ] {
             if !(fits && value.is_finite()) {
-                return Err(FemError::Parameter {
-                    name,
-                    value,
-                    condition,
-                });
+                return Err(FemError::Parameter { name, value, condition });
             }
         }
         Ok(())
@@ -146,10 +125,7 @@ mod tests {
             assert!((time - expected).abs() < 1e-15 * 100.0, "{time} {expected}");
         }
         assert!((times[1] - 0.16448).abs() < 5e-6 && (times[2] - 0.47952).abs() < 5e-6);
-        let inactive = Bestel {
-            width: 1e3,
-            ..model
-        };
+        let inactive = Bestel { width: 1e3, ..model };
         assert_eq!(inactive.breakpoints(), [0.16, 0.484]);
     }
 
@@ -176,16 +152,9 @@ mod tests {
     fn invalid_constants_are_rejected() {
         assert!(matches!(
             Bestel::ventricle(-1.0).check(),
-            Err(FemError::Parameter {
-                name: "activation tension",
-                value: -1.0,
-                ..
-            })
+            Err(FemError::Parameter { name: "activation tension", value: -1.0, .. })
         ));
-        let reversed = Bestel {
-            diastole: 0.1,
-            ..Bestel::ventricle(1.0)
-        };
+        let reversed = Bestel { diastole: 0.1, ..Bestel::ventricle(1.0) };
         assert!(reversed.check().is_err());
         assert!(Bestel::ventricle(1.5e5).check().is_ok());
     }

@@ -42,10 +42,7 @@ impl<R: Real> Add for Dual<R> {
 
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self {
-            value: self.value + other.value,
-            rate: self.rate + other.rate,
-        }
+        Self { value: self.value + other.value, rate: self.rate + other.rate }
     }
 }
 
@@ -54,10 +51,7 @@ impl<R: Real> Sub for Dual<R> {
 
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self {
-            value: self.value - other.value,
-            rate: self.rate - other.rate,
-        }
+        Self { value: self.value - other.value, rate: self.rate - other.rate }
     }
 }
 
@@ -79,10 +73,7 @@ impl<R: Real> Div for Dual<R> {
     #[inline(always)]
     fn div(self, other: Self) -> Self {
         let value = self.value / other.value;
-        Self {
-            value,
-            rate: (self.rate - value * other.rate) / other.value,
-        }
+        Self { value, rate: (self.rate - value * other.rate) / other.value }
     }
 }
 
@@ -91,10 +82,7 @@ impl<R: Real> Mul<f64> for Dual<R> {
 
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
-        Self {
-            value: self.value * factor,
-            rate: self.rate * factor,
-        }
+        Self { value: self.value * factor, rate: self.rate * factor }
     }
 }
 
@@ -103,10 +91,7 @@ impl<R: Real> Neg for Dual<R> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        Self {
-            value: -self.value,
-            rate: -self.rate,
-        }
+        Self { value: -self.value, rate: -self.rate }
     }
 }
 
@@ -119,10 +104,7 @@ impl<R: Real> Real for Dual<R> {
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
         let rate = self.rate.mul_add(a.value, b.rate);
-        Self {
-            value: self.value.mul_add(a.value, b.value),
-            rate: self.value.mul_add(a.rate, rate),
-        }
+        Self { value: self.value.mul_add(a.value, b.value), rate: self.value.mul_add(a.rate, rate) }
     }
 
     #[inline(always)]
@@ -193,16 +175,7 @@ mod tests {
         let step = 6e-6;
         let at = |s: f64| all(x + s * x_rate, y + s * y_rate);
         let (plus, minus) = (at(step), at(-step));
-        let duals = all(
-            Dual {
-                value: x,
-                rate: x_rate,
-            },
-            Dual {
-                value: y,
-                rate: y_rate,
-            },
-        );
+        let duals = all(Dual { value: x, rate: x_rate }, Dual { value: y, rate: y_rate });
         for (k, dual) in duals.iter().enumerate() {
             let difference = (plus[k] - minus[k]) / (2.0 * step);
             // Rounding and truncation errors of order ε^(2/3) for functions of order one.

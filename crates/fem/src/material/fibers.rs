@@ -35,13 +35,8 @@ struct AtVertices {
 impl Fibers {
     /// Creates a field with fibers along x in all elements.
     pub fn new(mesh: &Mesh) -> Self {
-        let along = AtVertices {
-            fiber: [[1.0, 0.0, 0.0]; 4],
-            sheet: Some([[0.0, 1.0, 0.0]; 4]),
-        };
-        Self {
-            elements: vec![along; mesh.n_elements()],
-        }
+        let along = AtVertices { fiber: [[1.0, 0.0, 0.0]; 4], sheet: Some([[0.0, 1.0, 0.0]; 4]) };
+        Self { elements: vec![along; mesh.n_elements()] }
     }
 
     /// Sets one fiber direction in the given elements, and one sheet direction; without it, sheets have an arbitrary
@@ -85,9 +80,7 @@ impl Fibers {
         for &element in elements {
             self.elements[element] = AtVertices {
                 fiber: at_vertices(mesh, element, fiber)?,
-                sheet: sheet
-                    .map(|sheet| at_vertices(mesh, element, sheet))
-                    .transpose()?,
+                sheet: sheet.map(|sheet| at_vertices(mesh, element, sheet)).transpose()?,
             };
         }
         Ok(())
@@ -124,10 +117,7 @@ impl Fibers {
     pub fn opposed(&self, mesh: &Mesh, rule: Rule) -> Vec<ElementPoint> {
         let points = rule.points(mesh.shape());
         let places = (0..self.elements.len()).flat_map(|element| {
-            points.iter().map(move |q| ElementPoint {
-                element,
-                barycentric: q.barycentric,
-            })
+            points.iter().map(move |q| ElementPoint { element, barycentric: q.barycentric })
         });
         let opposed = |at: &ElementPoint| self.directed(at.element, &at.barycentric).nearest;
         places.filter(opposed).collect()

@@ -41,16 +41,10 @@ pub fn axes_at(fibers: &[[f64; 3]], sheets: Option<&[[f64; 3]]>, weights: &[f64]
         None => (any_across(fiber), false),
         Some(sheets) => match across(interpolated(sheets, weights)) {
             Some(sheet) => (sheet, false),
-            None => (
-                across(sheets[nearest]).unwrap_or_else(|| any_across(fiber)),
-                true,
-            ),
+            None => (across(sheets[nearest]).unwrap_or_else(|| any_across(fiber)), true),
         },
     };
-    Directed {
-        axes: Axes { fiber, sheet },
-        nearest: fiber_opposed || sheet_opposed,
-    }
+    Directed { axes: Axes { fiber, sheet }, nearest: fiber_opposed || sheet_opposed }
 }
 
 /// Returns the unit vector along a vector of any length but zero.
@@ -81,12 +75,7 @@ pub fn check_direction(
     } else {
         return Ok(());
     };
-    Err(FemError::Direction {
-        field: field.to_owned(),
-        node,
-        vector,
-        problem,
-    })
+    Err(FemError::Direction { field: field.to_owned(), node, vector, problem })
 }
 
 fn interpolated(vectors: &[[f64; 3]], weights: &[f64]) -> [f64; 3] {
@@ -128,18 +117,10 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 mod tests {
     use super::{FemError, axes_at, check_direction, dot};
 
-    const ALONG: [[f64; 3]; 4] = [
-        [1.0, 0.0, 0.0],
-        [0.8, 0.6, 0.0],
-        [0.0, 0.6, 0.8],
-        [1.0, 0.0, 0.0],
-    ];
-    const ACROSS: [[f64; 3]; 4] = [
-        [0.0, 1.0, 0.0],
-        [-0.6, 0.8, 0.0],
-        [0.0, 0.8, -0.6],
-        [0.0, 0.0, 1.0],
-    ];
+    const ALONG: [[f64; 3]; 4] =
+        [[1.0, 0.0, 0.0], [0.8, 0.6, 0.0], [0.0, 0.6, 0.8], [1.0, 0.0, 0.0]];
+    const ACROSS: [[f64; 3]; 4] =
+        [[0.0, 1.0, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.8, -0.6], [0.0, 0.0, 1.0]];
 
     #[test]
     fn axes_are_orthonormal_and_follow_the_interpolated_vectors() {
@@ -173,12 +154,7 @@ mod tests {
     #[test]
     fn invalid_directions_are_rejected() {
         let problem = |vector, dimension| match check_direction("f0", 17, vector, dimension) {
-            Err(FemError::Direction {
-                field,
-                node: 17,
-                problem,
-                ..
-            }) if field == "f0" => problem,
+            Err(FemError::Direction { field, node: 17, problem, .. }) if field == "f0" => problem,
             other => panic!("{other:?} instead of an invalid direction"),
         };
         assert_eq!(problem([0.0; 3], 3), "zero");

@@ -78,9 +78,7 @@ impl Law {
         if let Law::Custom(custom) = self {
             return Law::Custom(custom.scaled(factor));
         }
-        let Description {
-            name, parameters, ..
-        } = self.description();
+        let Description { name, parameters, .. } = self.description();
         let mut values = self.values();
         for (value, parameter) in values.iter_mut().zip(parameters) {
             if parameter.unit == "Pa" {
@@ -132,11 +130,7 @@ impl Law {
     /// Returns κ of the penalty energy κ/2 (J − 1)²; zero for a law whose energy includes the
     /// volumetric part.
     pub(crate) fn penalty(self, kappa: f64) -> f64 {
-        if self.description().complete {
-            0.0
-        } else {
-            kappa
-        }
+        if self.description().complete { 0.0 } else { kappa }
     }
 
     /// Returns whether the force is linear in displacement and pressure.

@@ -53,11 +53,7 @@ impl Range {
         if self.contains(value) {
             return Ok(());
         }
-        Err(FemError::Parameter {
-            name,
-            value,
-            condition: self.in_words(),
-        })
+        Err(FemError::Parameter { name, value, condition: self.in_words() })
     }
 }
 
@@ -84,13 +80,7 @@ impl Parameter {
         range: Range,
         about: &'static str,
     ) -> Self {
-        Self {
-            name,
-            unit,
-            about,
-            range,
-            default: None,
-        }
+        Self { name, unit, about, range, default: None }
     }
 
     /// Returns whether the energy is affine in the constant: constants in Pa are factors of terms.
@@ -100,10 +90,7 @@ impl Parameter {
 
     /// Makes the constant optional with a default value.
     pub const fn or(self, default: f64) -> Self {
-        Self {
-            default: Some(default),
-            ..self
-        }
+        Self { default: Some(default), ..self }
     }
 }
 
@@ -244,13 +231,7 @@ fn check_fung_weights(values: &[f64]) -> Result<(), FemError> {
         vec![ff * ss, -fs * fs],
         vec![ss * nn, -sn * sn],
         vec![nn * ff, -nf * nf],
-        vec![
-            ff * ss * nn,
-            2.0 * fs * sn * nf,
-            -ff * sn * sn,
-            -ss * nf * nf,
-            -nn * fs * fs,
-        ],
+        vec![ff * ss * nn, 2.0 * fs * sn * nf, -ff * sn * sn, -ss * nf * nf, -nn * fs * fs],
     ];
     // Of a zero determinant, rounding decides the sign.
     let is_negative = |terms: &Vec<f64>| {
@@ -260,9 +241,7 @@ fn check_fung_weights(values: &[f64]) -> Result<(), FemError> {
     };
     // Of the determinant, the coupling with the largest contribution is reported.
     let parts = [fs * fs * nn, sn * sn * ff, nf * nf * ss];
-    let largest = (0..3)
-        .max_by(|&a, &b| parts[a].total_cmp(&parts[b]))
-        .unwrap_or(0);
+    let largest = (0..3).max_by(|&a, &b| parts[a].total_cmp(&parts[b])).unwrap_or(0);
     let coupling = |i: usize| if i < 3 { i } else { largest };
     match minors.iter().position(is_negative).map(coupling) {
         None => Ok(()),

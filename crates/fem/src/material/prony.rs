@@ -64,10 +64,7 @@ impl Prony {
             Range::NotNegative.check("Prony weight", term.weight)?;
             Range::Positive.check("Prony time", term.time)?;
         }
-        Ok(Self {
-            terms,
-            springpot: None,
-        })
+        Ok(Self { terms, springpot: None })
     }
 
     /// Adds a springpot.
@@ -84,10 +81,7 @@ impl Prony {
                 condition: "between 0 and 1",
             });
         }
-        Ok(Self {
-            springpot: Some(springpot),
-            ..self
-        })
+        Ok(Self { springpot: Some(springpot), ..self })
     }
 
     /// Returns whether the material is elastic.
@@ -110,9 +104,9 @@ impl Prony {
     where
         T: ComplexFloat<Real = f64> + Mul<f64, Output = T>,
     {
-        let fractional = self.springpot.map_or(T::zero(), |springpot| {
-            shift.powf(springpot.exponent) * springpot.weight
-        });
+        let fractional = self
+            .springpot
+            .map_or(T::zero(), |springpot| shift.powf(springpot.exponent) * springpot.weight);
         self.terms.iter().fold(T::one() + fractional, |sum, term| {
             let scaled = shift * term.time;
             sum + scaled * term.weight / (T::one() + scaled)
@@ -173,11 +167,7 @@ mod tests {
             }
         }
         let found = prony.instantaneous() - states.iter().sum::<f64>();
-        let exact: f64 = prony
-            .terms()
-            .iter()
-            .map(|t| t.weight * (-end / t.time).exp())
-            .sum();
+        let exact: f64 = prony.terms().iter().map(|t| t.weight * (-end / t.time).exp()).sum();
         // Error of Heun's method: 0.5 (h/τ)²/6.
         assert!((found - 1.0 - exact).abs() < 1e-8, "{found}");
     }

@@ -41,21 +41,14 @@ impl<R: Real> Volumetric<R> {
     /// Creates a constant pressure.
     #[inline(always)]
     pub(crate) fn pressure(p: R) -> Self {
-        Self {
-            p,
-            p_rate: p.like(0.0),
-            kappa: 0.0,
-        }
+        Self { p, p_rate: p.like(0.0), kappa: 0.0 }
     }
 
     /// Returns the terms as dual numbers with the rate of p as derivative.
     #[inline(always)]
     pub(crate) fn moving(self) -> Volumetric<Dual<R>> {
         Volumetric {
-            p: Dual {
-                value: self.p,
-                rate: self.p_rate,
-            },
+            p: Dual { value: self.p, rate: self.p_rate },
             p_rate: Dual::constant(self.p_rate.like(0.0)),
             kappa: self.kappa,
         }
@@ -130,10 +123,7 @@ pub(crate) fn scaled<R: Real>(a: R, x: TensorOf<R>) -> TensorOf<R> {
 
 #[inline(always)]
 fn sum<R: Real>(x: TensorOf<R>, y: TensorOf<R>) -> TensorOf<R> {
-    [
-        [x[0][0] + y[0][0], x[0][1] + y[0][1]],
-        [x[1][0] + y[1][0], x[1][1] + y[1][1]],
-    ]
+    [[x[0][0] + y[0][0], x[0][1] + y[0][1]], [x[1][0] + y[1][0], x[1][1] + y[1][1]]]
 }
 
 /// Returns G − cof G; for H this is half of ∂e/∂F, symmetric and traceless.
@@ -146,11 +136,7 @@ fn distortion<R: Real>(g: TensorOf<R>) -> TensorOf<R> {
 /// Returns Ṅ: cof V, or 0 for small strains.
 #[inline(always)]
 pub(crate) fn volume_gradient_rate<W: Potential, R: Real>(_: &W, v: TensorOf<R>) -> TensorOf<R> {
-    if W::FINITE {
-        [[v[1][1], -v[1][0]], [-v[0][1], v[0][0]]]
-    } else {
-        [[v[0][0].like(0.0); 2]; 2]
-    }
+    if W::FINITE { [[v[1][1], -v[1][0]], [-v[0][1], v[0][0]]] } else { [[v[0][0].like(0.0); 2]; 2] }
 }
 
 /// Deformation at a point.
@@ -183,13 +169,7 @@ impl<R: Real> Strain<R> {
             let zero = one.like(0.0);
             (trace, [[one, zero], [zero, one]])
         };
-        Self {
-            e: stretch.mul_add(stretch, shear * shear),
-            d,
-            distortion,
-            cofactor,
-            factor: None,
-        }
+        Self { e: stretch.mul_add(stretch, shear * shear), d, distortion, cofactor, factor: None }
     }
 
     /// Multiplies a derivative of W by the factor.
@@ -248,10 +228,7 @@ impl<R: Real> Strain<R> {
     /// Returns ė and ḋ.
     #[inline(always)]
     fn rates(&self, v: TensorOf<R>) -> (R, R) {
-        (
-            contract(self.distortion, v) * 2.0,
-            contract(self.cofactor, v),
-        )
+        (contract(self.distortion, v) * 2.0, contract(self.cofactor, v))
     }
 
     /// Returns P = 2 W_e D + (W_d − p) N.
@@ -275,18 +252,8 @@ impl<R: Real> Strain<R> {
         let slope_e_rate = curve.ee.mul_add(e_rate, curve.ed * d_rate);
         let slope_d_rate = curve.ed.mul_add(e_rate, curve.dd * d_rate) - volumetric.p_rate;
         sum(
-            combine(
-                slope_e_rate * 2.0,
-                self.distortion,
-                slope.e * 2.0,
-                distortion(v),
-            ),
-            combine(
-                slope_d_rate,
-                self.cofactor,
-                slope.d,
-                volume_gradient_rate(w, v),
-            ),
+            combine(slope_e_rate * 2.0, self.distortion, slope.e * 2.0, distortion(v)),
+            combine(slope_d_rate, self.cofactor, slope.d, volume_gradient_rate(w, v)),
         )
     }
 
@@ -303,20 +270,11 @@ impl<R: Real> Strain<R> {
         let curve = self.second(w, volumetric);
         let mut a = Symmetric::constant_maps(
             slope.e * 2.0,
-            if W::FINITE {
-                slope.d
-            } else {
-                slope.d.like(0.0)
-            },
+            if W::FINITE { slope.d } else { slope.d.like(0.0) },
         );
         // With M = 2 W_ee D + 2 W_ed N, D⊗M + M⊗D contains both terms in D; the next pair contains
         // the terms in N.
-        let m = combine(
-            curve.ee * 2.0,
-            self.distortion,
-            curve.ed * 2.0,
-            self.cofactor,
-        );
+        let m = combine(curve.ee * 2.0, self.distortion, curve.ed * 2.0, self.cofactor);
         a.add_pair(self.distortion, m);
         a.add_pair(self.cofactor, scaled(curve.dd * 0.5, self.cofactor));
         a
@@ -340,11 +298,7 @@ impl<R: Real> Strain<R> {
 
         let mut a = Symmetric::constant_maps(
             slope_e_rate * 2.0,
-            if W::FINITE {
-                slope_d_rate
-            } else {
-                e_rate.like(0.0)
-            },
+            if W::FINITE { slope_d_rate } else { e_rate.like(0.0) },
         );
         // Rate of D⊗M + M⊗D with M = 2 W_ee D + 2 W_ed N, terms grouped by D and N.
         let m_rate = sum(

@@ -12,11 +12,7 @@ pub(crate) type Tangent = [[f64; 4]; 4];
 impl Law {
     /// Returns Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ with `v` = ∇v.
     pub(crate) fn stress_rate(self, h: Tensor, v: Tensor, p: f64, p_rate: f64) -> Tensor {
-        let volumetric = Volumetric {
-            p,
-            p_rate,
-            kappa: 0.0,
-        };
+        let volumetric = Volumetric { p, p_rate, kappa: 0.0 };
         with_potential!(
             self,
             w => Strain::new(&w, h).stress_rate(&w, v, volumetric),
@@ -36,11 +32,7 @@ impl Law {
 
     /// Returns ∂Ṗ/∂F at fixed ∇v, p and ṗ: the rate of the tangent along `v` = ∇v.
     pub(crate) fn tangent_rate(self, h: Tensor, v: Tensor, p_rate: f64) -> Tangent {
-        let volumetric = Volumetric {
-            p: 0.0,
-            p_rate,
-            kappa: 0.0,
-        };
+        let volumetric = Volumetric { p: 0.0, p_rate, kappa: 0.0 };
         with_potential!(
             self,
             w => full(Strain::new(&w, h).tangent_rate(&w, v, volumetric)),
@@ -90,10 +82,7 @@ pub(crate) fn in_plane(t: Tensor) -> [f64; 4] {
 }
 
 pub(crate) fn close(found: f64, expected: f64, scale: f64) {
-    assert!(
-        (found - expected).abs() < DIFFERENCE * scale,
-        "{found} {expected}"
-    );
+    assert!((found - expected).abs() < DIFFERENCE * scale, "{found} {expected}");
 }
 
 /// Compares the columns of a tangent with central differences of the stress.
@@ -216,10 +205,7 @@ fn rotations_have_no_stress_up_to_rounding() {
         let h = [[c - 1.0, -s], [s, c - 1.0]];
         // One rounding in sin and cos, times the modulus.
         let bound = 4.0 * f64::EPSILON * 2.0e4;
-        assert!(
-            in_plane(law.stress(h, 0.0)).iter().all(|s| s.abs() < bound),
-            "{angle}"
-        );
+        assert!(in_plane(law.stress(h, 0.0)).iter().all(|s| s.abs() < bound), "{angle}");
         assert!(law.energy(h) < 1e-20);
     }
 }
@@ -230,10 +216,9 @@ fn small_strain_law_is_the_linearization_of_finite_laws() {
     let shear_modulus = 2.0 * (c10 + c01);
     let small = Law::SmallStrain { shear_modulus };
     let rest = [[0.0; 2]; 2];
-    for finite in [
-        Law::MooneyRivlin { c10, c01 },
-        Law::DeviatoricStVenantKirchhoff { shear_modulus },
-    ] {
+    for finite in
+        [Law::MooneyRivlin { c10, c01 }, Law::DeviatoricStVenantKirchhoff { shear_modulus }]
+    {
         let (a, b) = (finite.tangent(rest, 0.0), small.tangent(rest, 0.0));
         for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
             assert!((a - b).abs() < 1e-10, "{a} {b}"); // rounding of 4e4
@@ -265,14 +250,9 @@ fn deviatoric_st_venant_kirchhoff_matches_its_formula() {
 #[test]
 fn tiny_strains_have_full_relative_accuracy() {
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
-    let small = Law::SmallStrain {
-        shear_modulus: 2.04e4,
-    };
+    let small = Law::SmallStrain { shear_modulus: 2.04e4 };
     let h = [[3e-12, 1e-12], [-2e-12, 1e-12]];
-    for (a, b) in in_plane(law.stress(h, 0.0))
-        .iter()
-        .zip(in_plane(small.stress(h, 0.0)))
-    {
+    for (a, b) in in_plane(law.stress(h, 0.0)).iter().zip(in_plane(small.stress(h, 0.0))) {
         // The relative difference of the laws is of the order of the strain.
         assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
     }

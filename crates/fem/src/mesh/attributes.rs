@@ -52,11 +52,7 @@ impl Mesh {
             let (found, needed) = (field.values.len(), field.components * self.n_points());
             if found != needed {
                 let what = "values of a nodal field";
-                return Err(FemError::Count {
-                    what,
-                    found,
-                    needed,
-                });
+                return Err(FemError::Count { what, found, needed });
             }
         }
         self.fields = fields;
@@ -76,10 +72,8 @@ impl Mesh {
         mut self,
         midpoints: BTreeMap<[usize; 2], [f64; D]>,
     ) -> Result<Self, FemError> {
-        let edges: std::collections::BTreeSet<_> = self
-            .elements()
-            .flat_map(|element| self.edges_of(element))
-            .collect();
+        let edges: std::collections::BTreeSet<_> =
+            self.elements().flat_map(|element| self.edges_of(element)).collect();
         for (edge, position) in midpoints {
             let ends @ [a, b] = sorted(edge);
             if !edges.contains(&ends) {

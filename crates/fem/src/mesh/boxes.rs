@@ -13,19 +13,14 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    const EMPTY: Self = Self {
-        low: [f64::INFINITY; 3],
-        high: [f64::NEG_INFINITY; 3],
-    };
+    const EMPTY: Self = Self { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
 
     /// Returns the bounding box of `points`, enlarged by `margin` on each side.
     pub(super) fn around(points: &[Point], margin: f64) -> Self {
         let mut extent = Self::EMPTY;
         for point in points {
-            extent.include(&Self {
-                low: point.map(|x| x - margin),
-                high: point.map(|x| x + margin),
-            });
+            extent
+                .include(&Self { low: point.map(|x| x - margin), high: point.map(|x| x + margin) });
         }
         extent
     }
@@ -58,11 +53,7 @@ pub(super) struct BoxTree {
 
 impl BoxTree {
     pub(super) fn new(boxes: Vec<Extent>) -> Self {
-        let mut tree = Self {
-            order: (0..boxes.len()).collect(),
-            nodes: Vec::new(),
-            boxes,
-        };
+        let mut tree = Self { order: (0..boxes.len()).collect(), nodes: Vec::new(), boxes };
         let mut order = std::mem::take(&mut tree.order);
         tree.split(0, &mut order);
         tree.order = order;
@@ -82,9 +73,7 @@ impl BoxTree {
             return;
         }
         let length = |axis: &usize| extent.high[*axis] - extent.low[*axis];
-        let axis = (0..3)
-            .max_by(|a, b| length(a).total_cmp(&length(b)))
-            .expect("three axes");
+        let axis = (0..3).max_by(|a, b| length(a).total_cmp(&length(b))).expect("three axes");
         let half = members.len() / 2;
         let center = |member: usize| self.boxes[member].twice_center(axis);
         members.select_nth_unstable_by(half, |&a, &b| center(a).total_cmp(&center(b)));
@@ -127,10 +116,8 @@ mod tests {
     #[test]
     fn find_visits_exactly_the_intersecting_boxes() {
         // 300 points along a spiral, without order or even spacing.
-        let points: Vec<Point> = (0..300)
-            .map(|i| f64::from(i) * 0.1)
-            .map(|s| [s * s.cos(), s * s.sin(), s])
-            .collect();
+        let points: Vec<Point> =
+            (0..300).map(|i| f64::from(i) * 0.1).map(|s| [s * s.cos(), s * s.sin(), s]).collect();
         let boxes: Vec<Extent> = points.iter().map(|p| Extent::around(&[*p], 1.0)).collect();
         let tree = BoxTree::new(boxes.clone());
         for target in &boxes {

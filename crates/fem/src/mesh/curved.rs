@@ -16,10 +16,8 @@ impl Mesh {
         let points = rules.iter().flat_map(|rule| rule.points(shape));
         let mut samples = shape.nodes(Degree::Two);
         samples.extend(points.map(|point| point.barycentric));
-        let gradients: Vec<Vec<[f64; D]>> = samples
-            .iter()
-            .map(|lambda| shape.gradients(Degree::Two, lambda))
-            .collect();
+        let gradients: Vec<Vec<[f64; D]>> =
+            samples.iter().map(|lambda| shape.gradients(Degree::Two, lambda)).collect();
         for (element, vertices) in self.elements().enumerate() {
             let edges = || self.edges_of(vertices);
             if edges().all(|edge| self.curved_midpoint(edge).is_none()) {

@@ -30,12 +30,7 @@ impl Facet {
                 side = !side;
             }
         }
-        Self {
-            key,
-            element,
-            opposite,
-            side,
-        }
+        Self { key, element, opposite, side }
     }
 
     /// Returns the vertices in ascending order.

@@ -254,10 +254,7 @@ impl Mesh {
     /// Returns the mesh with all coordinates multiplied by `factor`, which is positive.
     pub fn scaled(mut self, factor: f64) -> Self {
         let midside = self.midside.values_mut().flatten();
-        self.coordinates
-            .iter_mut()
-            .chain(midside)
-            .for_each(|x| *x *= factor);
+        self.coordinates.iter_mut().chain(midside).for_each(|x| *x *= factor);
         self
     }
 
@@ -290,12 +287,7 @@ impl Mesh {
     /// # Panics
     /// Panics unless `V` is the number of vertices of an element.
     pub fn connectivity<const V: usize>(&self) -> &[[usize; V]] {
-        assert_eq!(
-            V,
-            self.shape.n_vertices(),
-            "vertices of a {}",
-            self.shape.name
-        );
+        assert_eq!(V, self.shape.n_vertices(), "vertices of a {}", self.shape.name);
         self.vertices.as_chunks().0
     }
 
@@ -376,11 +368,7 @@ impl Mesh {
     }
 
     fn wrong_group(&self, name: &str, found: &Group, needed: &'static str) -> FemError {
-        FemError::WrongGroup {
-            name: name.to_owned(),
-            found: found.member_name(self.shape),
-            needed,
-        }
+        FemError::WrongGroup { name: name.to_owned(), found: found.member_name(self.shape), needed }
     }
 
     /// Returns the coordinates of the vertices of an element.
@@ -414,11 +402,7 @@ pub(crate) fn points<const D: usize>(coordinates: &[f64], dimension: usize) -> &
 }
 
 fn check_index(what: &'static str, index: usize, count: usize) -> Result<(), FemError> {
-    if index < count {
-        Ok(())
-    } else {
-        Err(FemError::OutOfRange { what, index, count })
-    }
+    if index < count { Ok(()) } else { Err(FemError::OutOfRange { what, index, count }) }
 }
 
 /// Returns the signed measure of an element, negative if it is inverted.
@@ -433,10 +417,8 @@ pub(crate) fn is_degenerate<const D: usize>(corners: &[[f64; D]]) -> bool {
 }
 
 fn longest_edge<const D: usize>(corners: &[[f64; D]]) -> f64 {
-    let lengths = Shape::of_dimension(D)
-        .edges
-        .iter()
-        .map(|&[a, b]| distance(corners[a], corners[b]));
+    let lengths =
+        Shape::of_dimension(D).edges.iter().map(|&[a, b]| distance(corners[a], corners[b]));
     lengths.fold(0.0, f64::max)
 }
 

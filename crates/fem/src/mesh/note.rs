@@ -48,19 +48,12 @@ impl fmt::Display for MeshNote {
                 f,
                 "{elements} elements of the mesh had {order} vertex order and were reoriented"
             ),
-            Self::Repeated {
-                group,
-                entries,
-                kind,
-            } => write!(
+            Self::Repeated { group, entries, kind } => write!(
                 f,
                 "group \"{group}\" lists {kind} more than once: {entries} repeated entries were ignored"
             ),
             Self::Plane { axes: [a, b] } => {
-                write!(
-                    f,
-                    "the mesh is plane: its axes {a} and {b} are called x and y"
-                )
+                write!(f, "the mesh is plane: its axes {a} and {b} are called x and y")
             }
             Self::OffVertexValues { field, values } => write!(
                 f,

@@ -23,9 +23,7 @@ struct DisjointSets {
 
 impl DisjointSets {
     fn new(n: usize) -> Self {
-        Self {
-            parents: (0..n).collect(),
-        }
+        Self { parents: (0..n).collect() }
     }
 
     fn root(&mut self, mut member: usize) -> usize {

@@ -68,10 +68,7 @@ impl Mesh {
             [[p, middle], [middle, q]]
         };
         let quarters = |face: &[usize; 3]| {
-            let middles = TRIANGLE
-                .edges
-                .iter()
-                .map(|e| midpoints[&sorted(e.map(|i| face[i]))]);
+            let middles = TRIANGLE.edges.iter().map(|e| midpoints[&sorted(e.map(|i| face[i]))]);
             let nodes: Vec<usize> = face.iter().copied().chain(middles).collect();
             TRIANGLES.map(|part| part.map(|i| nodes[i]))
         };
@@ -109,8 +106,7 @@ impl Mesh {
 
     /// Returns whether an edge of an element is curved.
     fn is_curved(&self, element: &[usize]) -> bool {
-        self.edges_of(element)
-            .any(|edge| self.curved_midpoint(edge).is_some())
+        self.edges_of(element).any(|edge| self.curved_midpoint(edge).is_some())
     }
 
     /// Inserts the midside nodes of the child elements `parts` of a curved element with the given

@@ -14,11 +14,8 @@ impl Mesh {
 
     /// Returns the elements whose vertices all satisfy `is_inside`.
     pub fn elements_where(&self, is_inside: impl Fn(&[f64]) -> bool) -> Group {
-        let is_member = |element: &usize| {
-            self.element(*element)
-                .iter()
-                .all(|&v| is_inside(self.point(v)))
-        };
+        let is_member =
+            |element: &usize| self.element(*element).iter().all(|&v| is_inside(self.point(v)));
         Group::Elements((0..self.n_elements()).filter(is_member).collect())
     }
 
@@ -53,10 +50,8 @@ impl Mesh {
 fn outward_normal(mesh: &Simplices<'_>, element: usize, opposite: usize) -> [f64; 3] {
     let corners = mesh.corners(element);
     let inner = corners[opposite];
-    let others: Vec<_> = (0..corners.len())
-        .filter(|&k| k != opposite)
-        .map(|k| corners[k])
-        .collect();
+    let others: Vec<_> =
+        (0..corners.len()).filter(|&k| k != opposite).map(|k| corners[k]).collect();
     let a = minus(others[1], others[0]);
     let normal = match others.get(2) {
         None => [a[1], -a[0], 0.0],

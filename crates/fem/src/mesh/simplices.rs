@@ -13,11 +13,7 @@ pub(super) struct Simplices<'a> {
 
 impl<'a> Simplices<'a> {
     pub(super) fn new(dimension: usize, points: &'a [f64], vertices: &'a [usize]) -> Self {
-        Self {
-            dimension,
-            points,
-            vertices,
-        }
+        Self { dimension, points, vertices }
     }
 
     /// Returns the number of elements.
@@ -62,11 +58,7 @@ pub(super) fn dot(a: Point, b: Point) -> f64 {
 }
 
 pub(super) fn cross(a: Point, b: Point) -> Point {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Returns the largest distance between two of the points.

@@ -30,10 +30,7 @@ impl AddedStress {
     /// Returns whether the stress depends on the velocity. The displacement tangent is then not
     /// symmetric.
     pub fn is_viscous(&self) -> bool {
-        self.viscosity > 0.0
-            || self
-                .active
-                .is_some_and(|active| active.force_velocity.is_some())
+        self.viscosity > 0.0 || self.active.is_some_and(|active| active.force_velocity.is_some())
     }
 }
 
@@ -77,10 +74,7 @@ impl AddedTangents<'_> {
 
 impl<'a> From<[Option<&'a mut [f64]>; 2]> for AddedTangents<'a> {
     fn from([by_displacement, by_velocity]: [Option<&'a mut [f64]>; 2]) -> Self {
-        Self {
-            by_displacement,
-            by_velocity,
-        }
+        Self { by_displacement, by_velocity }
     }
 }
 
@@ -194,10 +188,7 @@ impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
             Some(_) => part.fiber(index),
             None => [part.zero(); D],
         };
-        let motion = [
-            part.gradient(&local.u, point),
-            part.gradient(&local.v, point),
-        ];
+        let motion = [part.gradient(&local.u, point), part.gradient(&local.v, point)];
         AtPoint::new(stress, local.tension, fiber, motion)
     }
 }
@@ -217,9 +208,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Force<'_, '_, 
         out.fill(0.0);
         for (_, batch, number) in regions.members() {
             for part in 0..batch.n_parts(simd) {
-                let part = &mut batch
-                    .part(simd, part)
-                    .element_wise(regions.elements.element_wise);
+                let part = &mut batch.part(simd, part).element_wise(regions.elements.element_wise);
                 let local = regions.gather(number, part);
                 let mut force = [[part.zero(); D]; N];
                 for (index, point) in regions.elements.points.iter().enumerate() {
@@ -245,11 +234,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for ForceTangents<
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            regions,
-            maps,
-            mut out,
-        } = self;
+        let Self { regions, maps, mut out } = self;
         let requested = [&mut out.by_displacement, &mut out.by_velocity];
         for values in requested.into_iter().flatten() {
             values.fill(0.0);
@@ -265,19 +250,13 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for ForceTangents<
                 for (index, point) in regions.elements.points.iter().enumerate() {
                     part.move_to(index);
                     let at = regions.at(number, part, (index, point), &local);
-                    let add = Add {
-                        at: &at,
-                        part,
-                        point,
-                        by_u: by_u.as_mut(),
-                        by_v: by_v.as_mut(),
-                    };
+                    let add =
+                        Add { at: &at, part, point, by_u: by_u.as_mut(), by_v: by_v.as_mut() };
                     outlined(simd, add);
                 }
-                for (local, global) in [
-                    (&by_u, &mut out.by_displacement),
-                    (&by_v, &mut out.by_velocity),
-                ] {
+                for (local, global) in
+                    [(&by_u, &mut out.by_displacement), (&by_v, &mut out.by_velocity)]
+                {
                     if let (Some(local), Some(global)) = (local, global) {
                         scatter(part, &maps[batch_index], local, global);
                     }
@@ -301,13 +280,7 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd for Add<'
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self {
-            at,
-            part,
-            point,
-            mut by_u,
-            mut by_v,
-        } = self;
+        let Self { at, part, point, mut by_u, mut by_v } = self;
         let gradients = part.gradients(point);
         let weights = part.weights(point);
         if let Some(fiber) = &at.fiber {
@@ -318,10 +291,7 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd for Add<'
                     *slope = f.mul_add(*g, *slope);
                 }
             }
-            let tangents = [
-                (&mut by_u, fiber.by_displacement()),
-                (&mut by_v, fiber.by_velocity()),
-            ];
+            let tangents = [(&mut by_u, fiber.by_displacement()), (&mut by_v, fiber.by_velocity())];
             for (matrix, tangent) in tangents {
                 if let Some(matrix) = matrix {
                     for (row, slope_a) in matrix.iter_mut().zip(&fiber_slopes) {
@@ -383,10 +353,7 @@ mod tests {
 
     #[test]
     fn viscous_stress_of_a_stretch_is_eta_times_its_rate() {
-        let stress = AddedStress {
-            viscosity: 40.0,
-            ..AddedStress::default()
-        };
+        let stress = AddedStress { viscosity: 40.0, ..AddedStress::default() };
         let (stretch, rate) = (1.25, 0.5);
         let motion = [[[stretch - 1.0, 0.0], [0.0; 2]], [[rate, 0.0], [0.0; 2]]];
         let point = AtPoint::new(&stress, None, [1.0, 0.0], motion);

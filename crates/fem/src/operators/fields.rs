@@ -41,14 +41,7 @@ pub struct Fields<'a> {
 impl<'a> Fields<'a> {
     /// Creates fields with displacement and pressure only.
     pub fn new(u: &'a [f64], pressure: Pressure<'a>) -> Self {
-        Self {
-            u,
-            pressure,
-            v: None,
-            p_rate: None,
-            mu: None,
-            factors: None,
-        }
+        Self { u, pressure, v: None, p_rate: None, mu: None, factors: None }
     }
 }
 
@@ -104,15 +97,7 @@ impl Vectors<'_> {
     }
 }
 
-slots!(
-    Vectors,
-    5,
-    force,
-    force_rate,
-    volume_residual,
-    volume_residual_rate,
-    multiplier_force
-);
+slots!(Vectors, 5, force, force_rate, volume_residual, volume_residual_rate, multiplier_force);
 
 /// Tangents requested from [`Solid::tangents`](crate::solid::Solid::tangents); each given buffer is
 /// overwritten with values in the order of its pattern.
@@ -205,10 +190,6 @@ pub struct Inverted {
 
 impl Inverted {
     pub(crate) fn new(element: usize, barycentric: &[f64], jacobian: f64) -> Self {
-        Self {
-            element,
-            barycentric: Barycentric::new(barycentric),
-            jacobian,
-        }
+        Self { element, barycentric: Barycentric::new(barycentric), jacobian }
     }
 }

@@ -113,10 +113,7 @@ impl SymmetricMatrix {
 
     /// Writes the product with `x` to `out`.
     pub(crate) fn apply(&self, x: &[f64], out: &mut [f64]) {
-        assert_eq!(
-            (x.len(), out.len()),
-            (self.pattern.minor_dim(), self.pattern.major_dim())
-        );
+        assert_eq!((x.len(), out.len()), (self.pattern.minor_dim(), self.pattern.major_dim()));
         for (row, out) in out.iter_mut().enumerate() {
             *out = self.row(row).map(|(column, value)| value * x[column]).sum();
         }
@@ -147,9 +144,7 @@ impl SymmetricMatrix {
 
     /// Returns the sum of each row: ∫ ψ_k for the pressure mass matrix.
     pub(crate) fn row_sums(&self) -> Vec<f64> {
-        (0..self.pattern.major_dim())
-            .map(|row| self.row(row).map(|(_, v)| v).sum())
-            .collect()
+        (0..self.pattern.major_dim()).map(|row| self.row(row).map(|(_, v)| v).sum()).collect()
     }
 }
 
@@ -174,9 +169,6 @@ mod tests {
             close(norm_squared(&space, &|x, y| x + 2.0 * y), 5.0);
         }
         // (2x + y)² + x² integrates to 4/3 + 1 + 1/3 + 1/3.
-        close(
-            norm_squared(&Space::taylor_hood(&mesh), &|x, y| x * x + x * y),
-            3.0,
-        );
+        close(norm_squared(&Space::taylor_hood(&mesh), &|x, y| x * x + x * y), 3.0);
     }
 }

@@ -63,18 +63,13 @@ where
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let BatchRange {
-            points,
-            batches,
-            element_wise,
-        } = self.elements;
+        let BatchRange { points, batches, element_wise } = self.elements;
         let mut workspace = K::Workspace::<S>::default();
         for (index, batch) in batches.iter().enumerate() {
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part).element_wise(element_wise);
                 let index = self.first + index;
-                self.kernel
-                    .part::<S, C, RATES>(&self.law, part, points, index, &mut workspace)?;
+                self.kernel.part::<S, C, RATES>(&self.law, part, points, index, &mut workspace)?;
             }
         }
         Ok(())

@@ -59,11 +59,7 @@ fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
         None => None,
     };
     let zero = part.zero();
-    let no_volume = Volumetric {
-        p: zero,
-        p_rate: zero,
-        kappa: 0.0,
-    };
+    let no_volume = Volumetric { p: zero, p_rate: zero, kappa: 0.0 };
     let mut sum = zero;
     for (number, point) in points.iter().enumerate() {
         part.move_to(number);

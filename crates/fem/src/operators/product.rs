@@ -206,13 +206,8 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Multipl
     ) -> Result<(), Inverted> {
         let at = self.at;
         moduli(law, part, points, (self.fields, at), moduli_at_points)?;
-        let changes = Changes {
-            part,
-            points,
-            at,
-            moduli: moduli_at_points,
-            changes: &mut *self.changes,
-        };
+        let changes =
+            Changes { part, points, at, moduli: moduli_at_points, changes: &mut *self.changes };
         // Compiled once for all laws.
         outlined(part.zero().simd(), changes);
         Ok(())

@@ -77,21 +77,10 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
             part.expect_not_inverted(point, law.dilation(&strain))?;
         }
         let zero = part.zero();
-        let v = if RATES && local.moving {
-            part.gradient(&local.v, point)
-        } else {
-            [[zero; D]; D]
-        };
-        let p_rate = if RATES && local.moving {
-            part.interpolate(&local.p_rate, point)
-        } else {
-            zero
-        };
-        let mu = if RATES && local.moving {
-            part.interpolate(&local.mu, point)
-        } else {
-            zero
-        };
+        let v = if RATES && local.moving { part.gradient(&local.v, point) } else { [[zero; D]; D] };
+        let p_rate =
+            if RATES && local.moving { part.interpolate(&local.p_rate, point) } else { zero };
+        let mu = if RATES && local.moving { part.interpolate(&local.mu, point) } else { zero };
         Ok(Self {
             strain,
             v,
@@ -218,10 +207,9 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Evaluat
                     *entry = *entry * beta;
                 }
             }
-            for (local, global) in [
-                (&force_rate, &mut out.force_rate),
-                (&multiplier_force, &mut out.multiplier_force),
-            ] {
+            for (local, global) in
+                [(&force_rate, &mut out.force_rate), (&multiplier_force, &mut out.multiplier_force)]
+            {
                 if let Some(global) = global {
                     part.scatter_vector(local, global);
                 }

@@ -100,12 +100,7 @@ pub(crate) fn add<S: Simd, const D: usize, const N: usize, const P: usize>(
     if D == 2 {
         accumulate(out, part, point, a);
     } else {
-        let arguments = Accumulate {
-            out,
-            part,
-            point,
-            a,
-        };
+        let arguments = Accumulate { out, part, point, a };
         outlined(part.zero().simd(), arguments);
     }
 }
@@ -162,11 +157,7 @@ pub(crate) fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
             for (k, map) in map.iter().enumerate() {
                 for (a, map) in map.iter().enumerate() {
                     for (i, indices) in map.iter().enumerate() {
-                        let entries = if a <= b {
-                            &local[a][b][i][k]
-                        } else {
-                            &local[b][a][k][i]
-                        };
+                        let entries = if a <= b { &local[a][b][i][k] } else { &local[b][a][k][i] };
                         add_entry(indices[l], entries.as_slice()[lane], values);
                     }
                 }
@@ -255,10 +246,8 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P>
         let map = &maps[batch];
         let local = Local::<S, D, N, P, RATES>::gather(part, fields, out.has_rates());
         let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
-        let mut stiffness = zero_if(
-            out.stiffness.is_some() || out.damped_stiffness.is_some(),
-            zero,
-        );
+        let mut stiffness =
+            zero_if(out.stiffness.is_some() || out.damped_stiffness.is_some(), zero);
         let mut rate_stiffness = zero_if(RATES && out.rate_stiffness.is_some(), zero);
         let mut multiplier_stiffness = zero_if(RATES && out.multiplier_stiffness.is_some(), zero);
         let zero: Divergence<S, D, N, P> = [[[part.zero(); D]; N]; P];
@@ -309,10 +298,9 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P>
                 scatter(part, map, local, global);
             }
         }
-        for (local, global) in [
-            (&divergence, &mut out.divergence),
-            (&divergence_rate, &mut out.divergence_rate),
-        ] {
+        for (local, global) in
+            [(&divergence, &mut out.divergence), (&divergence_rate, &mut out.divergence_rate)]
+        {
             if let (Some(local), Some(global)) = (local, global) {
                 scatter_divergence(part, map, local, global);
             }

@@ -37,10 +37,7 @@ impl Solid {
             material.added = added;
         }
         self.added = regions.iter().map(|(_, stress)| *stress).collect();
-        let active = self.added.iter().map(|stress| AddedStress {
-            viscosity: 0.0,
-            ..*stress
-        });
+        let active = self.added.iter().map(|stress| AddedStress { viscosity: 0.0, ..*stress });
         self.active = active.collect();
         Ok(self.with_rebuilt_batches())
     }
@@ -72,13 +69,8 @@ impl Solid {
     /// Rebuilds the batches after the materials of elements have changed.
     pub(super) fn with_rebuilt_batches(mut self) -> Self {
         let patterns = [&self.displacement_pattern, &self.divergence_pattern];
-        self.elements = Elements::new(
-            &self.space,
-            &self.materials,
-            self.rule,
-            &self.dofs,
-            patterns,
-        );
+        self.elements =
+            Elements::new(&self.space, &self.materials, self.rule, &self.dofs, patterns);
         self.internal = with_elements!(&self.elements, mapped =>
             InternalStresses::new(&mapped.batches, &self.prony));
         match self.fibers.take() {

@@ -16,11 +16,7 @@ pub struct ElementScale {
 
 impl ElementScale {
     /// Values of the body.
-    pub const ONE: Self = Self {
-        kappa: 1.0,
-        alpha: 1.0,
-        beta: 1.0,
-    };
+    pub const ONE: Self = Self { kappa: 1.0, alpha: 1.0, beta: 1.0 };
 
     /// Checks the ranges of the ratios.
     ///

@@ -50,11 +50,7 @@ impl Solid {
     /// scales out of range; [`FemError::SharedPressure`] if elements with different κ or β share a
     /// continuous pressure.
     pub fn with_element_scales(mut self, scales: &[ElementScale]) -> Result<Self, FemError> {
-        check_count(
-            "element scales, one per element",
-            scales.len(),
-            self.space.n_elements(),
-        )?;
+        check_count("element scales, one per element", scales.len(), self.space.n_elements())?;
         let mut pressure_scales: Vec<Option<ElementScale>> = vec![None; self.space.n_pressures()];
         for (element, scale) in scales.iter().enumerate() {
             scale.check()?;
@@ -93,9 +89,7 @@ impl Solid {
     }
 
     fn compliance(&self) -> &SymmetricMatrix {
-        self.scaled_matrices
-            .as_ref()
-            .map_or(&self.pressure_mass, |scaled| &scaled.compliance)
+        self.scaled_matrices.as_ref().map_or(&self.pressure_mass, |scaled| &scaled.compliance)
     }
 
     /// Returns ∫ ψ_k ψ_l κ_body/κ in the pressure pattern. For uniform κ this is the pressure mass
@@ -113,9 +107,7 @@ impl Solid {
     }
 
     fn damping_mass(&self) -> &SymmetricMatrix {
-        self.scaled_matrices
-            .as_ref()
-            .map_or(&self.mass, |scaled| &scaled.damping_mass)
+        self.scaled_matrices.as_ref().map_or(&self.mass, |scaled| &scaled.damping_mass)
     }
 
     /// Returns ∫ ρ α/α_body φ_i φ_j between free components in the displacement pattern. For
@@ -129,14 +121,11 @@ impl Solid {
     /// # Panics
     /// Panics unless both lengths are `n_components`.
     pub fn apply_damping_mass(&self, a: &[f64], out: &mut [f64]) {
-        self.damping_mass()
-            .apply_interleaved(self.space.dimension(), a, out);
+        self.damping_mass().apply_interleaved(self.space.dimension(), a, out);
     }
 
     /// Returns the ratio β/β_body of each pressure, or `None` if it is 1 everywhere.
     pub fn pressure_damping(&self) -> Option<&[f64]> {
-        self.scaled_matrices
-            .as_ref()
-            .map(|scaled| &scaled.pressure_damping[..])
+        self.scaled_matrices.as_ref().map(|scaled| &scaled.pressure_damping[..])
     }
 }

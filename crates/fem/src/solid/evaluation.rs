@@ -28,11 +28,7 @@ impl Solid {
         check_length(n, out.force_rate.as_deref(), "force_rate");
         check_length(n, out.multiplier_force.as_deref(), "multiplier_force");
         check_length(m, out.volume_residual.as_deref(), "volume_residual");
-        check_length(
-            m,
-            out.volume_residual_rate.as_deref(),
-            "volume_residual_rate",
-        );
+        check_length(m, out.volume_residual_rate.as_deref(), "volume_residual_rate");
         let rates = out.force_rate.is_some() || out.volume_residual_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
         self.begin(&Pass::Vectors(*fields, out.requested()));
@@ -59,17 +55,10 @@ impl Solid {
     /// Panics if a length is wrong, or if a rate is requested without `v`.
     pub fn tangents(&self, fields: &Fields<'_>, out: &mut Tangents<'_>) -> Result<(), Inverted> {
         self.check_fields(fields);
-        let (n, m) = (
-            self.displacement_pattern.nnz(),
-            self.divergence_pattern.nnz(),
-        );
+        let (n, m) = (self.displacement_pattern.nnz(), self.divergence_pattern.nnz());
         check_length(n, out.stiffness.as_deref(), "stiffness");
         check_length(n, out.rate_stiffness.as_deref(), "rate_stiffness");
-        check_length(
-            n,
-            out.multiplier_stiffness.as_deref(),
-            "multiplier_stiffness",
-        );
+        check_length(n, out.multiplier_stiffness.as_deref(), "multiplier_stiffness");
         check_length(m, out.divergence.as_deref(), "divergence");
         check_length(m, out.divergence_rate.as_deref(), "divergence_rate");
         let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
@@ -111,16 +100,9 @@ impl Solid {
             check_length(m, change.p, "p of a direction");
             check_length(m, change.p_rate, "p_rate of a direction");
             check_length(n, Some(&*change.force), "change of force");
-            check_length(
-                m,
-                change.volume_residual.as_deref(),
-                "change of volume_residual",
-            );
+            check_length(m, change.volume_residual.as_deref(), "change of volume_residual");
         }
-        assert!(
-            fields.v.is_some() || !at.has_rates(),
-            "rates need a velocity"
-        );
+        assert!(fields.v.is_some() || !at.has_rates(), "rates need a velocity");
         let mut product = Vec::new();
         let fields = &self.with_own_factors(fields, &mut product);
         with_elements!(&self.elements, mapped => narrow(self.arch, ElementPass {
@@ -208,11 +190,7 @@ impl Solid {
         check_length(m, fields.mu, "mu");
         if let Some(factors) = fields.factors {
             let n_vertices = self.space.mesh().shape().n_vertices();
-            check_length(
-                n_vertices * self.space.n_elements(),
-                Some(factors),
-                "factors",
-            );
+            check_length(n_vertices * self.space.n_elements(), Some(factors), "factors");
         }
         if let Pressure::Nodal(p) = fields.pressure {
             check_length(m, Some(p), "p");

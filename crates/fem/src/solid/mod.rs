@@ -286,16 +286,8 @@ impl Solid {
         rule: Rule,
     ) -> Result<Self, FemError> {
         check_count("laws, one per element", laws.len(), space.n_elements())?;
-        check_count(
-            "densities, one per element",
-            densities.len(),
-            space.n_elements(),
-        )?;
-        check_count(
-            "components in the dof map",
-            dofs.n_full(),
-            space.n_components(),
-        )?;
+        check_count("densities, one per element", densities.len(), space.n_elements())?;
+        check_count("components in the dof map", dofs.n_full(), space.n_components())?;
         for &density in densities {
             Range::Positive.check("density", density)?;
         }
@@ -368,16 +360,16 @@ impl Solid {
     /// Returns the mean factor of the energy in an element.
     pub fn mean_factor(&self, element: usize) -> f64 {
         let n = self.space.mesh().shape().n_vertices();
-        self.factors.as_ref().map_or(1.0, |factors| {
-            factors[n * element..][..n].iter().sum::<f64>() / n as f64
-        })
+        self.factors
+            .as_ref()
+            .map_or(1.0, |factors| factors[n * element..][..n].iter().sum::<f64>() / n as f64)
     }
 
     /// Returns the fiber axes at a point.
     pub fn axes_at(&self, at: &ElementPoint) -> Axes<f64> {
-        self.fibers.as_ref().map_or(Axes::cartesian(0.0), |fibers| {
-            fibers.axes(at.element, &at.barycentric)
-        })
+        self.fibers
+            .as_ref()
+            .map_or(Axes::cartesian(0.0), |fibers| fibers.axes(at.element, &at.barycentric))
     }
 
     /// Returns the space.
@@ -434,13 +426,5 @@ impl Solid {
 }
 
 fn check_count(what: &'static str, found: usize, needed: usize) -> Result<(), FemError> {
-    if found == needed {
-        Ok(())
-    } else {
-        Err(FemError::Count {
-            what,
-            found,
-            needed,
-        })
-    }
+    if found == needed { Ok(()) } else { Err(FemError::Count { what, found, needed }) }
 }

@@ -21,9 +21,7 @@ impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
             kept.extend((0..alike.len()).map(|k| (share(number)..share(number + 1)).contains(&k)));
         }
         let mut batch_flags = kept.iter();
-        self.batches
-            .batches
-            .retain(|_| *batch_flags.next().unwrap_or(&false));
+        self.batches.batches.retain(|_| *batch_flags.next().unwrap_or(&false));
         let mut map_flags = kept.iter();
         self.maps.retain(|_| *map_flags.next().unwrap_or(&false));
     }
@@ -60,10 +58,7 @@ impl Solid {
     ) -> Self {
         let mut elements = self.elements.clone();
         with_elements!(&mut elements, mapped => mapped.keep_share(number, count));
-        self.partition = Some(Box::new(Partition {
-            elements,
-            assembler,
-        }));
+        self.partition = Some(Box::new(Partition { elements, assembler }));
         self
     }
 
@@ -95,28 +90,20 @@ impl Solid {
         match pass {
             Pass::Vectors(fields, requested) => {
                 let lengths = [nodal, nodal, scalar, scalar, nodal];
-                self.evaluate(
-                    fields,
-                    &mut Vectors::from(resized(results, lengths, *requested)),
-                )
+                self.evaluate(fields, &mut Vectors::from(resized(results, lengths, *requested)))
             }
             Pass::Tangents(fields, requested) => {
                 let lengths = [square, square, square, wide, wide, square];
-                self.tangents(
-                    fields,
-                    &mut Tangents::from(resized(results, lengths, *requested)),
-                )
+                self.tangents(fields, &mut Tangents::from(resized(results, lengths, *requested)))
             }
             Pass::AddedForce(motion) => {
                 let [out] = resized(results, [nodal], [true]);
-                out.into_iter()
-                    .for_each(|out| self.added_force(motion, out));
+                out.into_iter().for_each(|out| self.added_force(motion, out));
                 Ok(())
             }
             Pass::ActiveForce(motion) => {
                 let [out] = resized(results, [nodal], [true]);
-                out.into_iter()
-                    .for_each(|out| self.active_force(motion, out));
+                out.into_iter().for_each(|out| self.active_force(motion, out));
                 Ok(())
             }
             Pass::AddedTangents(motion, requested) => {

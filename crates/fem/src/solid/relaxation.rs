@@ -50,9 +50,7 @@ impl Solid {
 
     /// Returns the number of internal stresses.
     pub fn n_internal(&self) -> usize {
-        self.relaxation_regions()
-            .last()
-            .map_or(0, |part| part.states.end)
+        self.relaxation_regions().last().map_or(0, |part| part.states.end)
     }
 
     /// Returns the overstress F (Σ g S − Σ Q) at a point, or `None` for an element without Prony
@@ -77,26 +75,19 @@ impl Solid {
             let coordinates = at.barycentric.iter().zip(point.barycentric.iter());
             let product: f64 = coordinates.map(|(a, b)| a * b).sum();
             let weight = point.weight * n * ((n + 1.0) * product - 1.0);
-            let quadrature_point = ElementPoint {
-                element: at.element,
-                barycentric: point.barycentric,
-            };
+            let quadrature_point =
+                ElementPoint { element: at.element, barycentric: point.barycentric };
             let gradient = self.spatial_gradient_at(u, &quadrature_point);
             let piola = law.stress3(gradient, 0.0, self.axes_at(&quadrature_point));
             add_scaled3(&mut fit, weight * stiffening, &second(&gradient, &piola));
             add_scaled3(&mut fit, -weight, &sum_at(number));
         }
-        Some(product3(
-            &deformation(&self.spatial_gradient_at(u, at)),
-            &fit,
-        ))
+        Some(product3(&deformation(&self.spatial_gradient_at(u, at)), &fit))
     }
 
     /// Returns the number of slots: stress components at quadrature points.
     pub fn n_slots(&self) -> usize {
-        self.relaxation_regions()
-            .last()
-            .map_or(0, |part| part.slots.end)
+        self.relaxation_regions().last().map_or(0, |part| part.slots.end)
     }
 
     /// Writes the rates (g S − Q)/τ to `rates` and adds ∫ F (Σ g S − Σ Q) : ∇φ to `force`.
@@ -117,14 +108,7 @@ impl Solid {
         check_length(self.n_internal(), Some(internal), "internal stresses");
         check_length(self.n_internal(), Some(rates), "rates");
         check_length(self.space.n_components(), force.as_deref(), "force");
-        self.relax(
-            u,
-            Requested::Vectors {
-                internal,
-                force,
-                rates,
-            },
-        );
+        self.relax(u, Requested::Vectors { internal, force, rates });
     }
 
     /// Returns the internal stresses g S at equilibrium with the displacement `u`.
@@ -216,14 +200,7 @@ impl Solid {
             check_length(n, Some(values), "material");
             values.fill(0.0);
         }
-        self.relax(
-            u,
-            Requested::Tangents {
-                over,
-                geometric,
-                material,
-            },
-        );
+        self.relax(u, Requested::Tangents { over, geometric, material });
     }
 
     fn relax(&self, u: &[f64], requested: Requested<'_>) {

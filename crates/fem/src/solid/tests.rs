@@ -26,10 +26,7 @@ fn wave(n: usize, size: f64) -> Vec<f64> {
 /// Evaluates all vectors and tangents.
 fn all_results(solid: &Solid, fields: &Fields<'_>) -> Result<[Vec<f64>; 10], Inverted> {
     let (n, m) = (fields.u.len(), solid.space.n_pressures());
-    let (nnz, nnz_divergence) = (
-        solid.displacement_pattern.nnz(),
-        solid.divergence_pattern.nnz(),
-    );
+    let (nnz, nnz_divergence) = (solid.displacement_pattern.nnz(), solid.divergence_pattern.nnz());
     let lengths = [n, n, n, m, m, nnz, nnz, nnz, nnz_divergence, nnz_divergence];
     let mut all = lengths.map(|n| vec![f64::NAN; n]);
     let [a, b, c, d, e, f, g, h, i, j] = &mut all;
@@ -65,9 +62,8 @@ fn instruction_sets_give_bitwise_equal_results() {
     let (u, v) = (wave(n, 1e-4), wave(n, 1e-2));
     let (p, p_rate, mu) = (wave(m, 50.0), wave(m, 70.0), wave(m, 90.0));
     let corner = |e: usize, k: usize| 1.0 + 0.5 * ((3 * e + k) as f64).cos();
-    let factors: Vec<_> = (0..space.n_elements())
-        .flat_map(|e| [0, 1, 2].map(|k| corner(e, k)))
-        .collect();
+    let factors: Vec<_> =
+        (0..space.n_elements()).flat_map(|e| [0, 1, 2].map(|k| corner(e, k))).collect();
     let fields = Fields {
         v: Some(&v),
         p_rate: Some(&p_rate),
@@ -79,14 +75,8 @@ fn instruction_sets_give_bitwise_equal_results() {
     let moved = space.element_nodes(13)[3];
     let mut inverted = u.clone();
     inverted[2 * moved] += 1.0;
-    let inverted = Fields {
-        u: &inverted,
-        ..fields
-    };
-    let sets = instruction_sets().into_iter().map(|arch| Solid {
-        arch,
-        ..solid.clone()
-    });
+    let inverted = Fields { u: &inverted, ..fields };
+    let sets = instruction_sets().into_iter().map(|arch| Solid { arch, ..solid.clone() });
     let solids: Vec<_> = sets.collect();
     let scalar = all_results(&solids[0], &fields).unwrap();
     assert!(scalar.iter().flatten().all(|x| x.is_finite()));
@@ -120,18 +110,9 @@ fn factors_of_a_solid_equal_factors_of_the_fields() {
         ..Fields::new(&u, Pressure::Nodal(&p))
     };
     for (given, all) in [(None, &own), (Some(&other[..]), &both)] {
-        let given = Fields {
-            factors: given,
-            ..fields
-        };
-        let all = Fields {
-            factors: Some(all),
-            ..fields
-        };
-        assert_eq!(
-            all_results(&graded, &given).unwrap(),
-            all_results(&solid, &all).unwrap()
-        );
+        let given = Fields { factors: given, ..fields };
+        let all = Fields { factors: Some(all), ..fields };
+        assert_eq!(all_results(&graded, &given).unwrap(), all_results(&solid, &all).unwrap());
         assert_eq!(graded.strain_energy(&given), solid.strain_energy(&all));
         let powers = |solid: &Solid, fields: &Fields<'_>| {
             let mut out = vec![0.0; space.n_elements()];

@@ -115,10 +115,8 @@ impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
                     let buffer = parts(buffer, lengths);
                     compute(self.batches.element_wise(batch), from_ref(&map), buffer).err()
                 };
-                let (inverted, ()) = rayon::join(
-                    || work.find_map_first(inverted),
-                    || add(computed.clone(), full),
-                );
+                let (inverted, ()) =
+                    rayon::join(|| work.find_map_first(inverted), || add(computed.clone(), full));
                 if let Some(inverted) = inverted {
                     return Err(inverted);
                 }

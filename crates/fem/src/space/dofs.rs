@@ -38,10 +38,7 @@ impl DofMap {
         let dimension = space.dimension();
         let mut full_to_free = vec![0; space.n_components()];
         for &(node, component) in constrained {
-            let indices = [
-                ("node", node, space.n_nodes()),
-                ("component", component, dimension),
-            ];
+            let indices = [("node", node, space.n_nodes()), ("component", component, dimension)];
             for (what, index, count) in indices {
                 if index >= count {
                     return Err(FemError::OutOfRange { what, index, count });
@@ -56,10 +53,7 @@ impl DofMap {
                 free_to_full.push(full);
             }
         }
-        Ok(Self {
-            free_to_full,
-            full_to_free,
-        })
+        Ok(Self { free_to_full, full_to_free })
     }
 
     /// Creates a map in which all components of the listed nodes are constrained.

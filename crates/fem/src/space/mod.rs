@@ -96,11 +96,8 @@ impl Space {
         };
         // Pressures are numbered by region, then by vertex.
         let owned: BTreeSet<[usize; 2]> = elements().flat_map(owners).collect();
-        let numbers: HashMap<[usize; 2], usize> = owned
-            .iter()
-            .enumerate()
-            .map(|(number, owner)| (*owner, number))
-            .collect();
+        let numbers: HashMap<[usize; 2], usize> =
+            owned.iter().enumerate().map(|(number, owner)| (*owner, number)).collect();
         let pressures = elements().flat_map(owners).map(|owner| numbers[&owner]);
         self.element_pressures = pressures.collect();
         self.pressure_vertices = owned.iter().map(|&[_, vertex]| vertex).collect();
@@ -124,10 +121,8 @@ impl Space {
                 *curved |= midpoint.is_some();
                 let node = *midpoints.entry(edge).or_insert_with(|| {
                     for m in 0..dimension {
-                        let (a, b) = (
-                            coordinates[dimension * p + m],
-                            coordinates[dimension * q + m],
-                        );
+                        let (a, b) =
+                            (coordinates[dimension * p + m], coordinates[dimension * q + m]);
                         coordinates.push(midpoint.map_or(0.5 * (a + b), |point| point[m]));
                     }
                     coordinates.len() / dimension - 1
@@ -239,10 +234,7 @@ impl Space {
             |nodes: &[usize]| -> Vec<[f64; D]> { nodes.iter().map(|&n| points[n]).collect() };
         let (inverse, det) = if self.curved[element] {
             let gradients = shape.gradients(self.degree, lambda);
-            element::inverse(element::jacobian(
-                &positions(self.element_nodes(element)),
-                &gradients,
-            ))
+            element::inverse(element::jacobian(&positions(self.element_nodes(element)), &gradients))
         } else {
             inverse_map(&positions(self.mesh.element(element)))
         };
@@ -262,9 +254,7 @@ impl Space {
         // The determinant of a quadratic map has degree 3 in 3D.
         let rule = Rule::Degree4.points(self.mesh.shape());
         let curved_measure = |element| {
-            let parts = rule
-                .iter()
-                .map(|q| q.weight * self.measure_at(element, &q.barycentric));
+            let parts = rule.iter().map(|q| q.weight * self.measure_at(element, &q.barycentric));
             parts.sum::<f64>()
         };
         let of = |element| match self.curved[element] {
@@ -316,11 +306,9 @@ impl Space {
             Group::Points(vertices) => vertices.clone(),
             Group::Edges(edges) => edges.iter().flat_map(|e| self.facet_nodes(e)).collect(),
             Group::Faces(faces) => faces.iter().flat_map(|f| self.facet_nodes(f)).collect(),
-            Group::Elements(members) => members
-                .iter()
-                .flat_map(|&e| self.element_nodes(e))
-                .copied()
-                .collect(),
+            Group::Elements(members) => {
+                members.iter().flat_map(|&e| self.element_nodes(e)).copied().collect()
+            }
         };
         nodes.sort_unstable();
         nodes.dedup();
@@ -352,10 +340,7 @@ impl Space {
                 true => self.barycentric_in_curved(element, point)?,
             };
             let inside = barycentric.iter().all(|&l| l >= -TOLERANCE);
-            inside.then_some(ElementPoint {
-                element,
-                barycentric,
-            })
+            inside.then_some(ElementPoint { element, barycentric })
         };
         (0..self.n_elements()).find_map(located)
     }
@@ -386,14 +371,9 @@ impl Space {
         const CONVERGED: f64 = 1e-12;
         let mut barycentric = self.barycentric_in(element, point);
         for _ in 0..20 {
-            let at = ElementPoint {
-                element,
-                barycentric,
-            };
-            let (position, (inverse, _)) = (
-                self.position::<D>(&at),
-                self.map_at::<D>(element, &barycentric),
-            );
+            let at = ElementPoint { element, barycentric };
+            let (position, (inverse, _)) =
+                (self.position::<D>(&at), self.map_at::<D>(element, &barycentric));
             let mut lambda = barycentric.to_vec();
             let mut largest = 0.0_f64;
             for (m, row) in inverse.iter().enumerate() {
@@ -414,9 +394,7 @@ impl Space {
     /// equal for all components.
     pub fn displacement_functional(&self, at: &ElementPoint) -> Vec<(usize, f64)> {
         let nodes = self.element_nodes(at.element).iter().copied();
-        nodes
-            .zip(self.mesh.shape().values(self.degree, &at.barycentric))
-            .collect()
+        nodes.zip(self.mesh.shape().values(self.degree, &at.barycentric)).collect()
     }
 
     /// Returns the pressure at a point as a linear functional: pressures and weights.
@@ -443,9 +421,6 @@ impl Space {
 
     /// Evaluates a pressure-like field at a point.
     pub fn pressure_at(&self, p: &[f64], at: &ElementPoint) -> f64 {
-        self.pressure_functional(at)
-            .iter()
-            .map(|&(pressure, weight)| weight * p[pressure])
-            .sum()
+        self.pressure_functional(at).iter().map(|&(pressure, weight)| weight * p[pressure]).sum()
     }
 }

@@ -32,10 +32,7 @@ impl Space {
             let inside: Vec<f64> = lambda.iter().map(|l| l.max(0.0)).collect();
             let sum: f64 = inside.iter().sum();
             let inside: Vec<f64> = inside.iter().map(|l| l / sum).collect();
-            let at = ElementPoint {
-                element,
-                barycentric: Barycentric::new(&inside),
-            };
+            let at = ElementPoint { element, barycentric: Barycentric::new(&inside) };
             let place = self.position::<D>(&at);
             let squares = place.iter().zip(point).map(|(a, b)| (a - b).powi(2));
             Some((at, squares.sum::<f64>().sqrt()))
@@ -43,11 +40,7 @@ impl Space {
         let all = (0..self.n_elements()).filter_map(candidate);
         let (at, distance) = all.min_by(|a, b| a.1.total_cmp(&b.1))?;
         let size = self.mesh.measure_of(at.element).powf(1.0 / D as f64);
-        Some(Near {
-            at,
-            distance,
-            relative: distance / size,
-        })
+        Some(Near { at, distance, relative: distance / size })
     }
 }
 

@@ -56,19 +56,13 @@ fn pressures(space: &Space, element: usize) -> std::iter::Copied<std::slice::Ite
 /// Returns the pattern n_nodes × n_nodes of nodes that share an element.
 pub(crate) fn node_pattern(space: &Space) -> SparsityPattern {
     let sets = neighbors(space, space.n_nodes(), nodes, nodes);
-    pattern(
-        space.n_nodes(),
-        sets.into_iter().map(|set| set.into_iter().collect()),
-    )
+    pattern(space.n_nodes(), sets.into_iter().map(|set| set.into_iter().collect()))
 }
 
 /// Returns the pattern n_pressures × n_pressures of pressures that share an element.
 pub(crate) fn pressure_pattern(space: &Space) -> SparsityPattern {
     let sets = neighbors(space, space.n_pressures(), pressures, pressures);
-    pattern(
-        space.n_pressures(),
-        sets.into_iter().map(|set| set.into_iter().collect()),
-    )
+    pattern(space.n_pressures(), sets.into_iter().map(|set| set.into_iter().collect()))
 }
 
 /// Returns the pattern n_free × n_free of components whose nodes share an element.
@@ -101,11 +95,7 @@ pub(crate) fn divergence_pattern(space: &Space, dofs: &DofMap) -> SparsityPatter
 /// Returns the index of an entry among the values of a pattern.
 pub(crate) fn entry_index(pattern: &SparsityPattern, row: usize, column: usize) -> usize {
     let offset = pattern.major_offsets()[column];
-    offset
-        + pattern
-            .lane(column)
-            .binary_search(&row)
-            .expect("the entry is in the pattern")
+    offset + pattern.lane(column).binary_search(&row).expect("the entry is in the pattern")
 }
 
 /// Entry index for each lane.

@@ -27,11 +27,7 @@ impl Space {
         };
         let mut equal_to: Vec<Option<usize>> = vec![None; n];
         for element in 0..self.n_elements() {
-            if self
-                .element_nodes(element)
-                .iter()
-                .any(|&node| is_free(node))
-            {
+            if self.element_nodes(element).iter().any(|&node| is_free(node)) {
                 for &pressure in self.element_pressures(element) {
                     equal_to[pressure] = Some(pressure);
                 }
@@ -55,9 +51,7 @@ impl Space {
         }
         let vertices = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
             let pressures = (0..n).filter(|&pressure| wanted(pressure));
-            pressures
-                .map(|pressure| self.pressure_vertices[pressure])
-                .collect()
+            pressures.map(|pressure| self.pressure_vertices[pressure]).collect()
         };
         let held = HeldPressures {
             tied: vertices(&|p| equal_to[p].is_some_and(|other| other != p)),
@@ -90,16 +84,9 @@ mod tests {
 
     /// Returns a cube of five tetrahedra: one in the middle, and four that contain a corner of the cube.
     fn cube() -> Mesh {
-        let points: Vec<[f64; 3]> = (0..8_u8)
-            .map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from))
-            .collect();
-        let elements = vec![
-            [0, 1, 2, 4],
-            [3, 2, 1, 7],
-            [5, 1, 4, 7],
-            [6, 4, 2, 7],
-            [1, 2, 4, 7],
-        ];
+        let points: Vec<[f64; 3]> =
+            (0..8_u8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from)).collect();
+        let elements = vec![[0, 1, 2, 4], [3, 2, 1, 7], [5, 1, 4, 7], [6, 4, 2, 7], [1, 2, 4, 7]];
         Mesh::new(points, elements, BTreeMap::new()).unwrap()
     }
 
@@ -107,9 +94,8 @@ mod tests {
     fn a_corner_that_is_held_in_all_nodes_gets_a_neighbors_pressure() {
         let space = Space::taylor_hood(&cube());
         let on_side = |point: &[f64]| point.contains(&0.0);
-        let nodes: Vec<usize> = (0..space.n_nodes())
-            .filter(|&node| on_side(space.node_point(node)))
-            .collect();
+        let nodes: Vec<usize> =
+            (0..space.n_nodes()).filter(|&node| on_side(space.node_point(node))).collect();
         let dofs = DofMap::clamped(&space, &nodes).unwrap();
         let (tied, held) = space.clone().with_held_pressures_tied(&dofs);
         assert_eq!((held.tied, held.undetermined), (vec![0], vec![]));

@@ -14,11 +14,7 @@ use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, dense, random};
 const FIBER: [f64; 3] = [0.6, 0.8, 0.0];
 const STRESS: AddedStress = AddedStress {
     active: Some(ActiveStress {
-        force_velocity: Some(ForceVelocity {
-            v_max: 5.0,
-            a: 0.25,
-            plateau: 1.4,
-        }),
+        force_velocity: Some(ForceVelocity { v_max: 5.0, a: 0.25, plateau: 1.4 }),
         ..ActiveStress::PLAIN
     }),
     viscosity: 70.0,
@@ -76,27 +72,13 @@ fn power_of_a_homogeneous_motion_is_stress_times_rate_times_volume() {
         let power = |force: &[f64]| force.iter().zip(&v).map(|(f, v)| f * v).sum::<f64>();
         let mut force = vec![0.0; u.len()];
         let tensions = &vec![TENSION; solid.space().n_elements()][..];
-        solid.added_force(
-            &AddedMotion {
-                u: &u,
-                v: &v,
-                tensions,
-            },
-            &mut force,
-        );
+        solid.added_force(&AddedMotion { u: &u, v: &v, tensions }, &mut force);
         // Half of the elements, all of equal size.
         let volume = 0.5 * solid.volume();
         let expected = volume * (active + viscous);
         // Rounding of a few hundred terms.
-        assert!(
-            (power(&force) / expected - 1.0).abs() < 1e-12,
-            "{dimension}"
-        );
-        let motion = AddedMotion {
-            u: &u,
-            v: &v,
-            tensions,
-        };
+        assert!((power(&force) / expected - 1.0).abs() < 1e-12, "{dimension}");
+        let motion = AddedMotion { u: &u, v: &v, tensions };
         solid.active_force(&motion, &mut force);
         assert!((power(&force) / (volume * active) - 1.0).abs() < 1e-12);
     }
@@ -113,18 +95,8 @@ fn tangents_match_central_differences() {
         let nnz = solid.displacement_pattern().nnz();
         let mut values = [0, 1].map(|_| vec![f64::NAN; nnz]);
         let [by_u, by_v] = &mut values;
-        let out = AddedTangents {
-            by_displacement: Some(by_u),
-            by_velocity: Some(by_v),
-        };
-        solid.added_tangents(
-            &AddedMotion {
-                u: &u,
-                v: &v,
-                tensions,
-            },
-            out,
-        );
+        let out = AddedTangents { by_displacement: Some(by_u), by_velocity: Some(by_v) };
+        solid.added_tangents(&AddedMotion { u: &u, v: &v, tensions }, out);
         let matrices = values.map(|values| dense(solid.displacement_pattern(), &values));
         let force = |u: &[f64], v: &[f64]| {
             let mut force = vec![0.0; n];
@@ -185,11 +157,7 @@ fn normal_support_of_a_rotation() {
     let space = Space::taylor_hood(&mesh);
     let normal = RobinMatrix::new(&space, "bottom", SupportDirection::Normal).unwrap();
     // u = ω × x: on y = 0 it is ω x in y, whose square integrates to ∫x² = 2/3.
-    let rotation: Vec<f64> = space
-        .node_points::<2>()
-        .iter()
-        .flat_map(|[x, y]| [-y, *x])
-        .collect();
+    let rotation: Vec<f64> = space.node_points::<2>().iter().flat_map(|[x, y]| [-y, *x]).collect();
     assert!((normal.square(&rotation) - 2.0 / 3.0).abs() < 1e-13);
 }
 
@@ -200,10 +168,7 @@ fn small_strain_laws_reject_added_stress() {
     let dofs = DofMap::new(&space, &[]).unwrap();
     let solid = Solid::uniform(space, dofs, SMALL_LAW, DENSITY).unwrap();
     let refused = solid.with_added_stresses(&[(vec![1], STRESS)]).unwrap_err();
-    assert!(matches!(
-        refused,
-        FemError::AddedToSmallStrain { element: 1 }
-    ));
+    assert!(matches!(refused, FemError::AddedToSmallStrain { element: 1 }));
 }
 
 /// The output stress is the sum of elastic and added stress.
@@ -218,10 +183,7 @@ fn stress_at_a_point_is_the_sum_of_its_parts() {
     for dimension in [2, 3] {
         let solid = block(dimension);
         let [u, v] = [H, V].map(|gradient| linear(solid.space(), gradient));
-        let fields = Fields {
-            v: Some(&v),
-            ..Fields::new(&u, Pressure::Penalty { kappa: 1e4 })
-        };
+        let fields = Fields { v: Some(&v), ..Fields::new(&u, Pressure::Penalty { kappa: 1e4 }) };
         let context = StressContext {
             tensions: &vec![TENSION; solid.space().n_elements()],
             beta: 0.0,
@@ -230,10 +192,7 @@ fn stress_at_a_point_is_the_sum_of_its_parts() {
         let n_vertices = dimension + 1;
         let barycentric = Barycentric::new(&vec![1.0 / n_vertices as f64; n_vertices]);
         for (element, has_added) in [(0, 1.0), (1, 0.0)] {
-            let at = ElementPoint {
-                element,
-                barycentric,
-            };
+            let at = ElementPoint { element, barycentric };
             let law = solid.state_at(&fields, &at);
             let all = solid.dynamic_state_at(&fields, &context, &at);
             for i in 0..3 {

@@ -16,17 +16,11 @@ use nalgebra_sparse::{CooMatrix, CscMatrix};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 
 pub(crate) const MUSCLE_LAW: Law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
-pub(crate) const SMALL_LAW: Law = Law::SmallStrain {
-    shear_modulus: 2.04e4,
-};
+pub(crate) const SMALL_LAW: Law = Law::SmallStrain { shear_modulus: 2.04e4 };
 pub(crate) const DENSITY: f64 = 1.1e3;
 
 pub(crate) fn muscle_mesh() -> Mesh {
-    Mesh::read_msh(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../data/meshes/muscle.msh"
-    ))
-    .unwrap()
+    Mesh::read_msh(concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/muscle.msh")).unwrap()
 }
 
 /// Returns a solid with one law, clamped on a group.
@@ -52,10 +46,7 @@ fn entries<'a>(
     pattern: &'a SparsityPattern,
     values: &'a [f64],
 ) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
-    pattern
-        .entries()
-        .zip(values)
-        .map(|((column, row), &value)| (row, column, value))
+    pattern.entries().zip(values).map(|((column, row), &value)| (row, column, value))
 }
 
 pub(crate) fn dense(pattern: &SparsityPattern, values: &[f64]) -> DMatrix<f64> {
@@ -130,10 +121,7 @@ pub(crate) fn equilibrium(
             }
         }
         let matrix = CscMatrix::from(&matrix);
-        let options = SparseOptions {
-            btf: false,
-            ..SparseOptions::default()
-        };
+        let options = SparseOptions { btf: false, ..SparseOptions::default() };
         let symbolic = Symbolic::analyze(matrix.pattern(), options).unwrap();
         let mut factors = Factors::new(symbolic);
         factors.renew(matrix.values()).unwrap();
@@ -184,10 +172,7 @@ fn fine_rule() -> Vec<([f64; 3], f64)> {
         .iter()
         .flat_map(|part| {
             points.iter().map(move |q| {
-                (
-                    point_in(part, (*q.barycentric).try_into().unwrap()),
-                    fraction * q.weight,
-                )
+                (point_in(part, (*q.barycentric).try_into().unwrap()), fraction * q.weight)
             })
         })
         .collect()
@@ -203,10 +188,7 @@ pub(crate) fn errors(solid: &Solid, state: &Equilibrium, exact: &impl Exact) -> 
         let [a, b, c] = corners;
         let area = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]));
         for &(barycentric, weight) in &rule {
-            let at = ElementPoint {
-                element,
-                barycentric: barycentric.into(),
-            };
+            let at = ElementPoint { element, barycentric: barycentric.into() };
             let x = [0, 1].map(|j| (0..3).map(|i| barycentric[i] * corners[i][j]).sum());
             let (u, exact_u) = (space.displacement_at::<2>(&state.u, &at), exact.u(x));
             let (h, exact_h) = (solid.gradient_at::<2>(&state.u, &at), exact.gradient(x));
@@ -229,9 +211,7 @@ pub(crate) fn errors(solid: &Solid, state: &Equilibrium, exact: &impl Exact) -> 
 /// # Panics
 /// Panics if an order is too small by more than 0.1, the margin of similar tests in scikit-fem.
 pub(crate) fn assert_orders(errors: &[[f64; 3]]) {
-    let [.., coarse, fine] = errors else {
-        panic!("at least two meshes are required")
-    };
+    let [.., coarse, fine] = errors else { panic!("at least two meshes are required") };
     for (k, expected) in [3.0, 2.0, 2.0].into_iter().enumerate() {
         let order = (coarse[k] / fine[k]).log2();
         assert!(

@@ -15,10 +15,7 @@ fn clamped_rectangle(lower: [f64; 2], upper: [f64; 2], n: usize, law: Law) -> So
     let mesh = generate::rectangle(lower, upper, [n, n]).unwrap();
     let space = Space::taylor_hood(&mesh);
     let sides = ["left", "right", "bottom", "top"];
-    let nodes: Vec<usize> = sides
-        .iter()
-        .flat_map(|s| space.nodes_of(s).unwrap())
-        .collect();
+    let nodes: Vec<usize> = sides.iter().flat_map(|s| space.nodes_of(s).unwrap()).collect();
     let dofs = DofMap::clamped(&space, &nodes).unwrap();
     Solid::uniform(Arc::new(space), dofs, law, 1.0).unwrap()
 }
@@ -67,15 +64,9 @@ fn clamped_square_converges_with_the_published_errors() {
         .map(|n| {
             let solid = clamped_rectangle([-1.0; 2], [1.0; 2], n, law);
             let load = load::body_force(solid.space(), ClampedSquare::load);
-            let rest = Equilibrium {
-                u: vec![0.0; load.len()],
-                p: vec![0.0; solid.space().n_pressures()],
-            };
-            errors(
-                &solid,
-                &equilibrium(&solid, &load, 0.0, true, rest),
-                &ClampedSquare,
-            )
+            let rest =
+                Equilibrium { u: vec![0.0; load.len()], p: vec![0.0; solid.space().n_pressures()] };
+            errors(&solid, &equilibrium(&solid, &load, 0.0, true, rest), &ClampedSquare)
         })
         .to_vec();
     assert_orders(&found);
@@ -83,10 +74,7 @@ fn clamped_square_converges_with_the_published_errors() {
     for (norm, name) in [(0, "L2_u"), (2, "L2_p")] {
         for (k, found) in found[..2].iter().enumerate() {
             let stated = table[name][k].as_f64().unwrap();
-            assert!(
-                (found[norm] / stated - 1.0).abs() < 2e-4,
-                "{name} {found:?} {stated}"
-            );
+            assert!((found[norm] / stated - 1.0).abs() < 2e-4, "{name} {found:?} {stated}");
         }
     }
 }
@@ -103,9 +91,7 @@ impl ShearedBlock {
     /// Returns −div P with P = [[m − p, 2 c s′], [2 c s′ − (m − p) s′, m − p]], c = c10 + c01, m =
     /// −(2/3) (c10 + 2 c01) s′², the stress at F = [[1, s′], [0, 1]].
     fn load([x, y]: [f64; 2]) -> [f64; 2] {
-        let Law::MooneyRivlin { c10, c01 } = MUSCLE_LAW else {
-            unreachable!()
-        };
+        let Law::MooneyRivlin { c10, c01 } = MUSCLE_LAW else { unreachable!() };
         let (s1, s2) = Self::shear(y);
         let m_y = -4.0 / 3.0 * (c10 + 2.0 * c01) * s1 * s2;
         let (p_x, p_y) = (-2e3 * PI * (PI * x).sin() * y, 2e3 * (PI * x).cos());
@@ -134,19 +120,10 @@ fn sheared_block_converges_at_finite_strains() {
             let solid = clamped_rectangle([0.0; 2], [1.0; 2], n, MUSCLE_LAW);
             let load = load::body_force(solid.space(), ShearedBlock::load);
             let start = Equilibrium {
-                u: solid
-                    .space()
-                    .node_points()
-                    .iter()
-                    .flat_map(|&x| ShearedBlock.u(x))
-                    .collect(),
+                u: solid.space().node_points().iter().flat_map(|&x| ShearedBlock.u(x)).collect(),
                 p: vec![0.0; solid.space().n_pressures()],
             };
-            errors(
-                &solid,
-                &equilibrium(&solid, &load, 0.0, true, start),
-                &ShearedBlock,
-            )
+            errors(&solid, &equilibrium(&solid, &load, 0.0, true, start), &ShearedBlock)
         })
         .to_vec();
     assert_orders(&found);
@@ -165,10 +142,7 @@ fn static_response_of_the_muscle_converges() {
     for _ in 0..3 {
         let space = Space::taylor_hood(&mesh);
         let load = load::traction(&space, "load", [0.0, 100.0]).unwrap();
-        let rest = Equilibrium {
-            u: vec![0.0; load.len()],
-            p: vec![0.0; space.n_pressures()],
-        };
+        let rest = Equilibrium { u: vec![0.0; load.len()], p: vec![0.0; space.n_pressures()] };
         let solid = clamped(space, "fixed", MUSCLE_LAW);
         let state = equilibrium(&solid, &load, 1e-5, false, rest);
         let origin = solid.space().locate([0.0, 0.0]).unwrap();
@@ -177,8 +151,5 @@ fn static_response_of_the_muscle_converges() {
     }
     let differences = [response[1] - response[0], response[2] - response[1]];
     assert!(differences[0].abs() < 1e-2 * response[2]);
-    assert!(
-        differences[1].abs() < 0.5 * differences[0].abs(),
-        "{differences:?}"
-    );
+    assert!(differences[1].abs() < 0.5 * differences[0].abs(), "{differences:?}");
 }

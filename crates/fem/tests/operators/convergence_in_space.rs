@@ -19,11 +19,7 @@ impl Sheared {
 
     fn gradient([_, y, z]: [f64; 3]) -> Tensor3 {
         let (a, b) = (1.5 * y, 1.2 * z);
-        [
-            [0.0, 0.3 * a.cos() * b.cos(), -0.24 * a.sin() * b.sin()],
-            [0.0; 3],
-            [0.0; 3],
-        ]
+        [[0.0, 0.3 * a.cos() * b.cos(), -0.24 * a.sin() * b.sin()], [0.0; 3], [0.0; 3]]
     }
 
     fn p([x, y, z]: [f64; 3]) -> f64 {
@@ -82,19 +78,12 @@ pub(crate) fn errors_at_points<const D: usize>(
 /// Returns the errors of the incompressible block with exact displacements on the whole boundary.
 fn sheared(mesh: &Mesh) -> [f64; 3] {
     let space = Arc::new(Space::taylor_hood(mesh));
-    let fixed: Vec<usize> = SIDES
-        .iter()
-        .flat_map(|s| space.nodes_of(s).unwrap())
-        .collect();
+    let fixed: Vec<usize> = SIDES.iter().flat_map(|s| space.nodes_of(s).unwrap()).collect();
     let dofs = DofMap::clamped(&space, &fixed).unwrap();
     let solid = Solid::uniform(space.clone(), dofs, MUSCLE_LAW, 1.0).unwrap();
     let load = load::body_force(&space, Sheared::load);
     let start = Equilibrium {
-        u: space
-            .node_points()
-            .iter()
-            .flat_map(|&x| Sheared::u(x))
-            .collect(),
+        u: space.node_points().iter().flat_map(|&x| Sheared::u(x)).collect(),
         p: vec![0.0; space.n_pressures()],
     };
     let mut state = equilibrium(&solid, &load, 0.0, true, start);
@@ -105,9 +94,7 @@ fn sheared(mesh: &Mesh) -> [f64; 3] {
     };
     let shift = body.iter().map(difference).sum::<f64>() / space.measure();
     state.p.iter_mut().for_each(|p| *p += shift);
-    errors_at_points(&solid, &state, |x| {
-        (Sheared::u(x), Sheared::gradient(x), Sheared::p(x))
-    })
+    errors_at_points(&solid, &state, |x| (Sheared::u(x), Sheared::gradient(x), Sheared::p(x)))
 }
 
 #[test]

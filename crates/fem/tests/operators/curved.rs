@@ -68,10 +68,8 @@ fn inflated<const D: usize>(mesh: &Mesh, through_the_center: &[&str]) -> [f64; 3
         std::array::from_fn(|i| std::array::from_fn(|j| A * entry(i, j)))
     };
     let space = Arc::new(Space::taylor_hood(mesh));
-    let fixed: Vec<usize> = through_the_center
-        .iter()
-        .flat_map(|side| space.nodes_of(side).unwrap())
-        .collect();
+    let fixed: Vec<usize> =
+        through_the_center.iter().flat_map(|side| space.nodes_of(side).unwrap()).collect();
     let dofs = DofMap::clamped(&space, &fixed).unwrap();
     let solid = Solid::uniform(space.clone(), dofs, SMALL_LAW, DENSITY).unwrap();
     let load = follower(&solid, inside, &vec![0.0; space.n_components()], &["left"]);
@@ -89,10 +87,7 @@ fn assert_only_curved_elements_have_full_order(curved: [[f64; 3]; 2], straight: 
     assert_orders(&curved);
     let order = (straight[0][0] / straight[1][0]).log2();
     assert!(order < 2.5, "{straight:?}");
-    assert!(
-        straight[1][0] > 3.0 * curved[1][0],
-        "{straight:?} {curved:?}"
-    );
+    assert!(straight[1][0] > 3.0 * curved[1][0], "{straight:?} {curved:?}");
 }
 
 #[test]

@@ -11,22 +11,9 @@ use nalgebra::{DMatrix, DVector};
 /// Displacements are about 1 % of the element size; step ε^(1/3) of that.
 pub(crate) const STEP: f64 = 1e-7;
 
-const GUCCIONE: Law = Law::Guccione {
-    c: 2e3,
-    b_f: 8.0,
-    b_t: 2.0,
-    b_fs: 4.0,
-};
-const ISOCHORIC_GUCCIONE: Law = Law::IsochoricGuccione {
-    c: 2e3,
-    b_f: 8.0,
-    b_t: 2.0,
-    b_fs: 4.0,
-};
-const ST_VENANT_KIRCHHOFF: Law = Law::StVenantKirchhoff {
-    lambda: 8e4,
-    shear_modulus: 2e4,
-};
+const GUCCIONE: Law = Law::Guccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 };
+const ISOCHORIC_GUCCIONE: Law = Law::IsochoricGuccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 };
+const ST_VENANT_KIRCHHOFF: Law = Law::StVenantKirchhoff { lambda: 8e4, shear_modulus: 2e4 };
 const DEVIATORIC: Law = Law::DeviatoricStVenantKirchhoff { shear_modulus: 2e4 };
 /// Constants of Aróstica et al. (2025).
 pub(crate) const HEART: Law = Law::HolzapfelOgden {
@@ -82,20 +69,8 @@ impl State {
 
     fn evaluate(&self, solid: &Solid) -> All {
         let (n, m) = (self.u.len(), self.p.len());
-        let mut all = [
-            vec![0.0; n],
-            vec![0.0; n],
-            vec![0.0; n],
-            vec![0.0; m],
-            vec![0.0; m],
-        ];
-        let [
-            force,
-            force_rate,
-            multiplier_force,
-            volume_residual,
-            volume_residual_rate,
-        ] = &mut all;
+        let mut all = [vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; m], vec![0.0; m]];
+        let [force, force_rate, multiplier_force, volume_residual, volume_residual_rate] = &mut all;
         let mut vectors = Vectors {
             force: Some(force),
             force_rate: Some(force_rate),
@@ -127,21 +102,14 @@ fn slopes(
     let minus = state.evaluate(solid);
     *entry(state) = start;
     std::array::from_fn(|k| {
-        plus[k]
-            .iter()
-            .zip(&minus[k])
-            .map(|(a, b)| (a - b) / (2.0 * step))
-            .collect()
+        plus[k].iter().zip(&minus[k]).map(|(a, b)| (a - b) / (2.0 * step)).collect()
     })
 }
 
 fn check(what: &str, found: impl Iterator<Item = f64>, slope: &[f64], scale: f64) {
     for (a, b) in found.zip(slope) {
         // Differences lose two thirds of the digits; 1e-7 leaves a margin for the conditioning.
-        assert!(
-            (a - b).abs() <= 1e-7 * scale,
-            "{what}: {a} {b} (scale {scale})"
-        );
+        assert!((a - b).abs() <= 1e-7 * scale, "{what}: {a} {b} (scale {scale})");
     }
 }
 
@@ -182,10 +150,7 @@ fn check_products(
                 volume_residual: Some(volume_residual),
             })
             .collect();
-        let linearized = TangentProduct {
-            beta,
-            constraint_rate,
-        };
+        let linearized = TangentProduct { beta, constraint_rate };
         let fields = state.fields();
         solid.multiply(&fields, linearized, &mut changes).unwrap();
         for (((u, v, p, p_rate), force), volume_residual) in
@@ -276,82 +241,27 @@ pub(crate) fn check_with(
 
     for (column, &full) in solid.dofs().free_to_full().to_vec().iter().enumerate() {
         let by_u = slopes(&solid, &mut state, STEP, |s| &mut s.u[full]);
-        check(
-            "stiffness",
-            k.column(column).iter().copied(),
-            &by_u[0],
-            scale,
-        );
-        check(
-            "rate",
-            k_rate.column(column).iter().copied(),
-            &by_u[1],
-            rate_scale,
-        );
-        check(
-            "multiplier",
-            k_mu.column(column).iter().copied(),
-            &by_u[2],
-            scale,
-        );
-        check(
-            "divergence",
-            b.column(column).iter().copied(),
-            &by_u[3],
-            b.amax(),
-        );
-        check(
-            "divergence rate",
-            b_rate.column(column).iter().copied(),
-            &by_u[4],
-            b.amax(),
-        );
+        check("stiffness", k.column(column).iter().copied(), &by_u[0], scale);
+        check("rate", k_rate.column(column).iter().copied(), &by_u[1], rate_scale);
+        check("multiplier", k_mu.column(column).iter().copied(), &by_u[2], scale);
+        check("divergence", b.column(column).iter().copied(), &by_u[3], b.amax());
+        check("divergence rate", b_rate.column(column).iter().copied(), &by_u[4], b.amax());
         let by_v = slopes(&solid, &mut state, STEP, |s| &mut s.v[full]);
-        check(
-            "force_rate by v",
-            k.column(column).iter().copied(),
-            &by_v[1],
-            scale,
-        );
-        check(
-            "volume_residual_rate by v",
-            b.column(column).iter().copied(),
-            &by_v[4],
-            b.amax(),
-        );
+        check("force_rate by v", k.column(column).iter().copied(), &by_v[1], scale);
+        check("volume_residual_rate by v", b.column(column).iter().copied(), &by_v[4], b.amax());
     }
     if kappa.is_none() {
         for vertex in 0..m {
             let by_p = slopes(&solid, &mut state, 1.0, |s| &mut s.p[vertex]);
-            check(
-                "force by p",
-                b.row(vertex).iter().map(|x| -x),
-                &by_p[0],
-                b.amax(),
-            );
-            check(
-                "rate by p",
-                b_rate.row(vertex).iter().map(|x| -x),
-                &by_p[1],
-                b.amax(),
-            );
+            check("force by p", b.row(vertex).iter().map(|x| -x), &by_p[0], b.amax());
+            check("rate by p", b_rate.row(vertex).iter().map(|x| -x), &by_p[1], b.amax());
             let by_rate = slopes(&solid, &mut state, 1.0, |s| &mut s.p_rate[vertex]);
-            check(
-                "rate by p_rate",
-                b.row(vertex).iter().map(|x| -x),
-                &by_rate[1],
-                b.amax(),
-            );
+            check("rate by p_rate", b.row(vertex).iter().map(|x| -x), &by_rate[1], b.amax());
         }
     }
     for vertex in 0..m {
         let by_mu = slopes(&solid, &mut state, 1.0, |s| &mut s.mu[vertex]);
-        check(
-            "multiplier force by mu",
-            b.row(vertex).iter().copied(),
-            &by_mu[2],
-            b.amax(),
-        );
+        check("multiplier force by mu", b.row(vertex).iter().copied(), &by_mu[2], b.amax());
     }
 }
 
@@ -418,16 +328,12 @@ spatial_difference_tests! {
 fn curved_tetrahedra_and_triangles() {
     let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [1, 1, 1]).unwrap();
     let midside = [0.78, 0.53, -0.05];
-    let curved = mesh
-        .with_midside_nodes(BTreeMap::from([([0, 3], midside)]))
-        .unwrap();
+    let curved = mesh.with_midside_nodes(BTreeMap::from([([0, 3], midside)])).unwrap();
     let space = Space::taylor_hood(&curved);
     assert_eq!((0..6).filter(|&e| space.is_curved(e)).count(), 2);
     check_all(MUSCLE_LAW, space, None);
     let mesh = generate::rectangle([0.0; 2], [1.5, 1.0], [1, 1]).unwrap();
-    let curved = mesh
-        .with_midside_nodes(BTreeMap::from([([0, 1], [0.8, -0.1])]))
-        .unwrap();
+    let curved = mesh.with_midside_nodes(BTreeMap::from([([0, 1], [0.8, -0.1])])).unwrap();
     check_all(MUSCLE_LAW, Space::taylor_hood(&curved), None);
 }
 
@@ -462,11 +368,7 @@ fn uniform_factor_equals_a_scaled_law() {
     // The same few dozen operations in two different orders.
     for (a, b) in scaled.iter().zip(state.evaluate(&stiff)) {
         let largest = b.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        assert!(
-            a.iter()
-                .zip(&b)
-                .all(|(a, b)| (a - b).abs() < 1e-12 * largest)
-        );
+        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12 * largest));
     }
     let expected = stiff.strain_energy(&state.fields());
     assert!((energy - expected).abs() < 1e-12 * expected.abs());

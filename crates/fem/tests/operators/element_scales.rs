@@ -7,10 +7,7 @@ use crate::common::{MUSCLE_LAW, clamped, muscle_mesh, random};
 
 #[test]
 fn scale_of_beta_multiplies_only_rates_and_their_tangents() {
-    let halved = ElementScale {
-        beta: 0.5,
-        ..ElementScale::ONE
-    };
+    let halved = ElementScale { beta: 0.5, ..ElementScale::ONE };
     let plain = clamped(Space::taylor_hood(&muscle_mesh()), "fixed", MUSCLE_LAW);
     let scales = vec![halved; plain.space().n_elements()];
     let (n, m) = (plain.space().n_components(), plain.space().n_pressures());
@@ -24,10 +21,7 @@ fn scale_of_beta_multiplies_only_rates_and_their_tangents() {
     };
     let operators = |solid: &Solid| {
         let mut rate = vec![0.0; n];
-        let mut out = Vectors {
-            force_rate: Some(&mut rate),
-            ..Vectors::default()
-        };
+        let mut out = Vectors { force_rate: Some(&mut rate), ..Vectors::default() };
         solid.evaluate(&fields, &mut out).unwrap();
         let [mut k, mut damped, mut k_rate, mut k_mu] =
             [(); 4].map(|()| vec![0.0; solid.displacement_pattern().nnz()]);
@@ -45,8 +39,5 @@ fn scale_of_beta_multiplies_only_rates_and_their_tangents() {
     // Bitwise equal: multiplication by a power of two commutes with rounding.
     let half = rates.map(|values| values.into_iter().map(|x| 0.5 * x).collect::<Vec<_>>());
     assert!(half.iter().all(|values| values.iter().any(|x| *x != 0.0)));
-    assert_eq!(
-        operators(&plain.with_element_scales(&scales).unwrap()),
-        (same, half)
-    );
+    assert_eq!(operators(&plain.with_element_scales(&scales).unwrap()), (same, half));
 }

@@ -28,10 +28,8 @@ fn solid(mesh: &Mesh, groups: &[&str]) -> Solid {
 fn volume_of_body(solid: &Solid, u: &[f64]) -> f64 {
     let mut volume_residual = vec![0.0; solid.pressure_weights().len()];
     let fields = Fields::new(u, Pressure::Penalty { kappa: 1.0 });
-    let vectors = &mut Vectors {
-        volume_residual: Some(&mut volume_residual),
-        ..Vectors::default()
-    };
+    let vectors =
+        &mut Vectors { volume_residual: Some(&mut volume_residual), ..Vectors::default() };
     solid.evaluate(&fields, vectors).unwrap();
     solid.volume() + volume_residual.iter().sum::<f64>()
 }
@@ -104,18 +102,12 @@ fn frame() -> Mesh {
     let square = generate::rectangle([0.0; 2], [3.0; 2], [3, 3]).unwrap();
     let points = square.points::<2>().to_vec();
     let in_hole = |vertices: &[usize]| {
-        let within = |i: usize| {
-            vertices
-                .iter()
-                .all(|&k| (1.0..=2.0).contains(&points[k][i]))
-        };
+        let within = |i: usize| vertices.iter().all(|&k| (1.0..=2.0).contains(&points[k][i]));
         within(0) && within(1)
     };
     let triangles = square.connectivity::<3>().iter();
     let triangles: Vec<_> = triangles.filter(|t| !in_hole(&t[..])).copied().collect();
-    let sides = triangles
-        .iter()
-        .flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
+    let sides = triangles.iter().flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
     let hole: Vec<_> = sides.filter(|side| in_hole(side)).collect();
     let mut groups = square.groups().clone();
     groups.retain(|_, group| matches!(group, Group::Edges(_)));
@@ -194,11 +186,7 @@ fn planes_of_symmetry_close_a_quarter_of_a_tube() {
         assert!((open.at(&u).abs() / expected - 1.0).abs() > 0.1);
         let closed = open.with_symmetry(&solid, &axes).unwrap();
         // Rounding of several dozen terms.
-        assert!(
-            (closed.at(&u) / expected - 1.0).abs() < 1e-13,
-            "{}",
-            closed.at(&u)
-        );
+        assert!((closed.at(&u) / expected - 1.0).abs() < 1e-13, "{}", closed.at(&u));
         // The tube is twice as wide in all directions.
         let twice = closed.at(solid.space().coordinates());
         let d = mesh.dimension() as i32;
@@ -214,14 +202,8 @@ fn an_axis_without_a_plane_of_symmetry_is_rejected() {
     })
     .unwrap();
     let solid = symmetric(&tube, &[1]);
-    let error = EnclosedVolume::new(&solid, "left")
-        .unwrap()
-        .with_symmetry(&solid, &[0]);
+    let error = EnclosedVolume::new(&solid, "left").unwrap().with_symmetry(&solid, &[0]);
     assert!(matches!(error, Err(FemError::NoSymmetryPlane { axis: 0 })));
     let whole = symmetric(&tube, &[]);
-    assert!(
-        !EnclosedVolume::new(&whole, "left")
-            .unwrap()
-            .may_end_at_symmetry(&whole)
-    );
+    assert!(!EnclosedVolume::new(&whole, "left").unwrap().may_end_at_symmetry(&whole));
 }

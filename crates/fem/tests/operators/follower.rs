@@ -54,9 +54,8 @@ fn homogeneous_deformation_gives_a_dead_traction() {
     let solid = free_block();
     let f = [[1.2, 0.3], [-0.1, 0.9]];
     let points = solid.space().node_points::<2>().iter();
-    let u: Vec<f64> = points
-        .flat_map(|x| [0, 1].map(|i| f[i][0] * x[0] + f[i][1] * x[1] - x[i]))
-        .collect();
+    let u: Vec<f64> =
+        points.flat_map(|x| [0, 1].map(|i| f[i][0] * x[0] + f[i][1] * x[1] - x[i])).collect();
     let cof = [[f[1][1], -f[1][0]], [-f[0][1], f[0][0]]];
     let normals = [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]];
     for (group, n) in SIDES.into_iter().zip(normals) {
@@ -65,10 +64,7 @@ fn homogeneous_deformation_gives_a_dead_traction() {
         let force = force(&solid, &[group], 5.0, &u);
         for (force, expected) in force.iter().zip(&expected) {
             // A few roundings of numbers of order 5.
-            assert!(
-                (force - expected).abs() < 1e-14,
-                "{group}: {force} {expected}"
-            );
+            assert!((force - expected).abs() < 1e-14, "{group}: {force} {expected}");
         }
     }
 }
@@ -79,10 +75,7 @@ fn stiffness_is_the_derivative_of_the_load() {
     let n = solid.dofs().n_full();
     let (u, d) = (random(n, 0.1, 5), random(n, 0.1, 6));
     let moved: Vec<f64> = u.iter().zip(&d).map(|(u, d)| u + d).collect();
-    let (before, after) = (
-        force(&solid, &SIDES, 3.0, &u),
-        force(&solid, &SIDES, 3.0, &moved),
-    );
+    let (before, after) = (force(&solid, &SIDES, 3.0, &u), force(&solid, &SIDES, 3.0, &moved));
     let mut values = vec![0.0; solid.displacement_pattern().nnz()];
     for group in SIDES {
         let operator = FollowerPressure::new(&solid, group).unwrap();

@@ -16,12 +16,7 @@ fn muscle() -> Solid {
 /// Returns the displacement of a map of the plane.
 fn displacement(solid: &Solid, map: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<f64> {
     let displaced = |&x: &[f64; 2]| [map(x)[0] - x[0], map(x)[1] - x[1]];
-    solid
-        .space()
-        .node_points()
-        .iter()
-        .flat_map(displaced)
-        .collect()
+    solid.space().node_points().iter().flat_map(displaced).collect()
 }
 
 fn force_and_volume_residual(solid: &Solid, u: &[f64], p: &[f64]) -> (Vec<f64>, Vec<f64>) {
@@ -31,9 +26,7 @@ fn force_and_volume_residual(solid: &Solid, u: &[f64], p: &[f64]) -> (Vec<f64>, 
         volume_residual: Some(&mut volume_residual),
         ..Vectors::default()
     };
-    solid
-        .evaluate(&Fields::new(u, Pressure::Nodal(p)), &mut out)
-        .unwrap();
+    solid.evaluate(&Fields::new(u, Pressure::Nodal(p)), &mut out).unwrap();
     (force, volume_residual)
 }
 
@@ -50,11 +43,7 @@ fn rigid_motions_have_no_force_and_volume_residual() {
     let (force, volume_residual) = force_and_volume_residual(&solid, &u, &p);
     // Rounding of u (0.5) divided by the element size (0.005), times modulus and size: 2e-10.
     assert!(largest(&force) < 2e-10, "{:e}", largest(&force));
-    assert!(
-        largest(&volume_residual) < 1e-16,
-        "{:e}",
-        largest(&volume_residual)
-    );
+    assert!(largest(&volume_residual) < 1e-16, "{:e}", largest(&volume_residual));
     let (force, volume_residual) = force_and_volume_residual(&solid, &vec![0.0; u.len()], &p);
     assert_eq!((largest(&force), largest(&volume_residual)), (0.0, 0.0));
 }
@@ -134,9 +123,7 @@ fn loads_have_the_exact_resultant_and_moments() {
     let space = Space::taylor_hood(&generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap());
     let sum = |load: &[f64], weight: &dyn Fn([f64; 2]) -> f64, component: usize| -> f64 {
         let nodes = space.node_points().iter().enumerate();
-        nodes
-            .map(|(node, &x)| weight(x) * load[2 * node + component])
-            .sum()
+        nodes.map(|(node, &x)| weight(x) * load[2 * node + component]).sum()
     };
     let traction = load::traction(&space, "top", [3.0, -5.0]).unwrap();
     // Nodal sums are exact for quadratics: ∫_0^2 τ, ∫_0^2 x² τ.
@@ -146,23 +133,12 @@ fn loads_have_the_exact_resultant_and_moments() {
     assert!((sum(&weight, &|_| 1.0, 0) - 1.0).abs() < 1e-13);
     assert!((sum(&weight, &|[x, _]| x * x, 1) + 2.0 * 8.0 / 3.0).abs() < 1e-13);
     let error = load::traction(&space, "body", [1.0, 0.0]).unwrap_err();
-    assert!(matches!(
-        error,
-        FemError::WrongGroup {
-            found: "triangles",
-            needed: "edges",
-            ..
-        }
-    ));
+    assert!(matches!(error, FemError::WrongGroup { found: "triangles", needed: "edges", .. }));
 }
 
 #[test]
 fn force_is_the_derivative_of_the_strain_energy() {
-    for (law, kappa) in [
-        (MUSCLE_LAW, None),
-        (MUSCLE_LAW, Some(1e5)),
-        (SMALL_LAW, Some(1e5)),
-    ] {
+    for (law, kappa) in [(MUSCLE_LAW, None), (MUSCLE_LAW, Some(1e5)), (SMALL_LAW, Some(1e5))] {
         let mesh = generate::spindle([10, 2]).unwrap();
         let solid = clamped(Space::taylor_hood(&mesh), "fixed", law);
         // A motion of size 1e-4 has 5 % strain.
@@ -174,12 +150,7 @@ fn force_is_the_derivative_of_the_strain_energy() {
 /// modulus, and factors that differ between elements.
 #[test]
 fn force_is_the_derivative_of_the_strain_energy_in_3d() {
-    const HEART: Law = Law::Guccione {
-        c: 2e3,
-        b_f: 8.0,
-        b_t: 2.0,
-        b_fs: 4.0,
-    };
+    const HEART: Law = Law::Guccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 };
     static CUSTOM: MooneyRivlin = MooneyRivlin { c10: 1e4, c01: 2e2 };
     let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [2, 1, 1]).unwrap();
     let curved = mesh.with_midside_nodes(BTreeMap::from([([0, 4], [0.41, 0.53, -0.05])]));
@@ -187,18 +158,13 @@ fn force_is_the_derivative_of_the_strain_energy_in_3d() {
     let n = mesh.n_elements();
     let mut fibers = Fibers::new(&mesh);
     let all: Vec<usize> = (0..n).collect();
-    fibers
-        .set_constant(&mesh, &all, [0.6, 0.0, 0.8], Some([0.0, 1.0, 0.0]))
-        .unwrap();
+    fibers.set_constant(&mesh, &all, [0.6, 0.0, 0.8], Some([0.0, 1.0, 0.0])).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
     assert!((0..n).any(|e| space.is_curved(e)) && !(0..n).all(|e| space.is_curved(e)));
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
     let laws = [HEART, SMALL_LAW, Law::custom("custom", &CUSTOM)];
     let laws: Vec<Law> = (0..n).map(|e| laws[e % 3]).collect();
-    let scale = ElementScale {
-        kappa: 2.0,
-        ..ElementScale::ONE
-    };
+    let scale = ElementScale { kappa: 2.0, ..ElementScale::ONE };
     let solid = Solid::new(space, dofs, laws, 1e3).unwrap();
     let solid = solid.with_element_scales(&vec![scale; n]).unwrap();
     let solid = solid.with_fibers(fibers);
@@ -219,10 +185,7 @@ fn check_energy(solid: &Solid, kappa: Option<f64>, factors: Option<&[f64]>, size
     let pressure = kappa.map_or(Pressure::Nodal(&p), |kappa| Pressure::Penalty { kappa });
     let (u, direction) = (random(n, sizes[0], 2), random(n, sizes[1], 3));
     let mut force = vec![0.0; n];
-    let mut out = Vectors {
-        force: Some(&mut force),
-        ..Vectors::default()
-    };
+    let mut out = Vectors { force: Some(&mut force), ..Vectors::default() };
     let mut fields = Fields::new(&u, pressure);
     fields.factors = factors;
     solid.evaluate(&fields, &mut out).unwrap();
@@ -246,13 +209,8 @@ fn penalty_equals_a_constant_pressure_for_affine_maps() {
     let p = vec![-kappa * (1.02 * 1.01 - 1.0); solid.space().n_pressures()];
     let (nodal, _) = force_and_volume_residual(&solid, &u, &p);
     let mut penalty = vec![0.0; u.len()];
-    let mut out = Vectors {
-        force: Some(&mut penalty),
-        ..Vectors::default()
-    };
-    solid
-        .evaluate(&Fields::new(&u, Pressure::Penalty { kappa }), &mut out)
-        .unwrap();
+    let mut out = Vectors { force: Some(&mut penalty), ..Vectors::default() };
+    solid.evaluate(&Fields::new(&u, Pressure::Penalty { kappa }), &mut out).unwrap();
     for (a, b) in nodal.iter().zip(&penalty) {
         assert!((a - b).abs() < 1e-12 * largest(&nodal)); // rounding of J − 1 on small elements
     }
@@ -264,22 +222,13 @@ fn inverted_elements_and_nan_are_located() {
     let p = vec![0.0; solid.space().n_pressures()];
     let mut force = vec![0.0; solid.space().n_components()];
     let mut check = |u: &[f64]| -> Inverted {
-        let mut out = Vectors {
-            force: Some(&mut force),
-            ..Vectors::default()
-        };
+        let mut out = Vectors { force: Some(&mut force), ..Vectors::default() };
         let fields = Fields::new(u, Pressure::Nodal(&p));
         let error = solid.evaluate(&fields, &mut out).unwrap_err();
         let mut values = vec![0.0; solid.displacement_pattern().nnz()];
-        let mut out = Tangents {
-            stiffness: Some(&mut values),
-            ..Tangents::default()
-        };
+        let mut out = Tangents { stiffness: Some(&mut values), ..Tangents::default() };
         let same = solid.tangents(&fields, &mut out).unwrap_err();
-        assert_eq!(
-            (error.element, error.barycentric),
-            (same.element, same.barycentric)
-        );
+        assert_eq!((error.element, error.barycentric), (same.element, same.barycentric));
         error
     };
     let mirrored = displacement(&solid, |[x, y]| [-x, y]);
@@ -306,13 +255,7 @@ fn vectors_together_equal_each_alone() {
         factors: None,
     };
     let mut all = [n, n, n, m, m].map(|n| vec![f64::NAN; n]);
-    let [
-        force,
-        force_rate,
-        multiplier_force,
-        volume_residual,
-        volume_residual_rate,
-    ] = &mut all;
+    let [force, force_rate, multiplier_force, volume_residual, volume_residual_rate] = &mut all;
     let mut out = Vectors {
         force: Some(force),
         force_rate: Some(force_rate),
@@ -325,26 +268,11 @@ fn vectors_together_equal_each_alone() {
         let mut alone = vec![f64::NAN; together.len()];
         let slot = Some(alone.as_mut_slice());
         let mut out = match k {
-            0 => Vectors {
-                force: slot,
-                ..Vectors::default()
-            },
-            1 => Vectors {
-                force_rate: slot,
-                ..Vectors::default()
-            },
-            2 => Vectors {
-                multiplier_force: slot,
-                ..Vectors::default()
-            },
-            3 => Vectors {
-                volume_residual: slot,
-                ..Vectors::default()
-            },
-            _ => Vectors {
-                volume_residual_rate: slot,
-                ..Vectors::default()
-            },
+            0 => Vectors { force: slot, ..Vectors::default() },
+            1 => Vectors { force_rate: slot, ..Vectors::default() },
+            2 => Vectors { multiplier_force: slot, ..Vectors::default() },
+            3 => Vectors { volume_residual: slot, ..Vectors::default() },
+            _ => Vectors { volume_residual_rate: slot, ..Vectors::default() },
         };
         solid.evaluate(&fields, &mut out).unwrap();
         assert_eq!(&alone, together, "vector {k}");
@@ -363,18 +291,9 @@ fn tangents_together_equal_each_alone() {
         mu: Some(&mu),
         ..Fields::new(&u, Pressure::Nodal(&p))
     };
-    let (k, b) = (
-        solid.displacement_pattern().nnz(),
-        solid.divergence_pattern().nnz(),
-    );
+    let (k, b) = (solid.displacement_pattern().nnz(), solid.divergence_pattern().nnz());
     let mut all = [k, k, k, b, b].map(|n| vec![f64::NAN; n]);
-    let [
-        stiffness,
-        rate_stiffness,
-        multiplier_stiffness,
-        divergence,
-        divergence_rate,
-    ] = &mut all;
+    let [stiffness, rate_stiffness, multiplier_stiffness, divergence, divergence_rate] = &mut all;
     let mut out = Tangents {
         stiffness: Some(stiffness),
         rate_stiffness: Some(rate_stiffness),
@@ -406,9 +325,7 @@ fn laws_can_differ_between_triangles() {
     let space = Arc::new(Space::taylor_hood(&muscle_mesh()));
     let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
     let half = |law_a, law_b| {
-        let laws = (0..311)
-            .map(|e| if e % 2 == 0 { law_a } else { law_b })
-            .collect();
+        let laws = (0..311).map(|e| if e % 2 == 0 { law_a } else { law_b }).collect();
         Solid::new(space.clone(), dofs.clone(), laws, DENSITY).unwrap()
     };
     let stiff = myovib_fem::Law::MooneyRivlin { c10: 3e4, c01: 1e3 };
@@ -422,12 +339,5 @@ fn laws_can_differ_between_triangles() {
         assert!((both - even - odd).abs() < 1e-12 * largest(&u) * 1e5);
     }
     let error = Solid::new(space.clone(), dofs, vec![stiff; 3], DENSITY).unwrap_err();
-    assert!(matches!(
-        error,
-        FemError::Count {
-            found: 3,
-            needed: 311,
-            ..
-        }
-    ));
+    assert!(matches!(error, FemError::Count { found: 3, needed: 311, .. }));
 }

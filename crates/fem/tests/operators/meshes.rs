@@ -56,11 +56,7 @@ $EndElements
 /// Returns the line and the problem of an invalid file.
 fn problem(text: &str) -> (usize, MshProblem) {
     match Mesh::parse_msh(text, "square.msh") {
-        Err(FemError::Msh {
-            file,
-            line,
-            problem,
-        }) => {
+        Err(FemError::Msh { file, line, problem }) => {
             assert_eq!(file, "square.msh");
             (line, problem)
         }
@@ -77,26 +73,17 @@ fn changed(from: &str, to: &str) -> (usize, MshProblem) {
 #[test]
 fn a_square_is_read_with_its_groups() {
     let mesh = Mesh::parse_msh(SQUARE, "square.msh").unwrap();
-    assert_eq!(
-        mesh.points::<2>(),
-        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
-    );
+    assert_eq!(mesh.points::<2>(), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
     assert_eq!(*mesh.connectivity(), [[0, 1, 2], [0, 2, 3]]);
     assert_eq!(mesh.group("corner").unwrap(), &Group::Points(vec![0]));
-    assert_eq!(
-        mesh.group("left side").unwrap(),
-        &Group::Edges(vec![[3, 0]])
-    );
+    assert_eq!(mesh.group("left side").unwrap(), &Group::Edges(vec![[3, 0]]));
     assert_eq!(mesh.group("body").unwrap(), &Group::Elements(vec![0, 1]));
     let Err(FemError::UnknownGroup { name, known, .. }) = mesh.group("right") else {
         panic!("the group does not exist")
     };
     assert_eq!((&name[..], known.len()), ("right", 3));
     assert_eq!(known, ["body", "corner", "left side"]);
-    assert_eq!(
-        mesh,
-        Mesh::parse_msh(SQUARE.replace('\n', "\r\n"), "dos").unwrap()
-    );
+    assert_eq!(mesh, Mesh::parse_msh(SQUARE.replace('\n', "\r\n"), "dos").unwrap());
 }
 
 #[test]
@@ -111,34 +98,15 @@ fn unsupported_formats_are_rejected() {
 
 #[test]
 fn invalid_entries_are_reported_with_their_line() {
-    let expected = |expected, found: &str| MshProblem::Expected {
-        expected,
-        found: found.to_owned(),
-    };
-    let duplicate = |what, tag: &str| MshProblem::Duplicate {
-        what,
-        tag: tag.to_owned(),
-    };
-    let degenerate = MshProblem::DegenerateElement {
-        tag: 3,
-        measure: 0.0,
-        shape: &TRIANGLE,
-    };
+    let expected =
+        |expected, found: &str| MshProblem::Expected { expected, found: found.to_owned() };
+    let duplicate = |what, tag: &str| MshProblem::Duplicate { what, tag: tag.to_owned() };
+    let degenerate = MshProblem::DegenerateElement { tag: 3, measure: 0.0, shape: &TRIANGLE };
     for (from, to, line, problem) in [
         ("9 9 0", "9 nine 0", 29, expected("a coordinate", "nine")),
-        (
-            "9 9 0",
-            "9 inf 0",
-            29,
-            expected("a finite coordinate", "inf"),
-        ),
+        ("9 9 0", "9 inf 0", 29, expected("a finite coordinate", "inf")),
         ("9 9 0", "9 9", 29, expected("a coordinate", "end of line")),
-        (
-            "1 1 0\n0 1 0",
-            "1 1 1\n0 1 0",
-            30,
-            MshProblem::NotPlane { tag: 40, z: 1.0 },
-        ),
+        ("1 1 0\n0 1 0", "1 1 1\n0 1 0", 30, MshProblem::NotPlane { tag: 40, z: 1.0 }),
         ("20\n30", "20\n20", 29, duplicate("node", "20")),
         ("1 10\n", "1 30\n", 36, MshProblem::UnusedNode(30)),
         ("3 10 20 40", "3 10 20 99", 40, MshProblem::UnknownNode(99)),
@@ -148,17 +116,9 @@ fn invalid_entries_are_reported_with_their_line() {
             "2 1 2 2\n",
             "1 1 2 2\n",
             39,
-            expected(
-                "an element type of the entity's dimension",
-                "elements of dimension 2 on 1",
-            ),
+            expected("an element type of the entity's dimension", "elements of dimension 2 on 1"),
         ),
-        (
-            "2 5 \"body\"",
-            "2 5 body",
-            8,
-            expected("a name in double quotes", "2 5 body"),
-        ),
+        ("2 5 \"body\"", "2 5 body", 8, expected("a name in double quotes", "2 5 body")),
     ] {
         assert_eq!(changed(from, to), (line, problem));
     }
@@ -275,16 +235,7 @@ fn every_truncation_is_an_error() {
 fn corrupt_words_do_not_panic() {
     let words: Vec<&str> = SQUARE.split_inclusive(char::is_whitespace).collect();
     for index in 0..words.len() {
-        for junk in [
-            "-1",
-            "0",
-            "1e300",
-            "NaN",
-            "$",
-            "\"",
-            "18446744073709551616",
-            "",
-        ] {
+        for junk in ["-1", "0", "1e300", "NaN", "$", "\"", "18446744073709551616", ""] {
             let mut damaged = words.clone();
             let replaced = format!("{junk}{}", &words[index][words[index].trim_end().len()..]);
             damaged[index] = &replaced;
@@ -319,24 +270,13 @@ fn versions_and_encodings_of_gmsh_give_the_same_mesh() {
                 Group::Elements(elements) => elements.len(),
                 _ => 0,
             };
-            assert_eq!(
-                members(&other.groups()[name]),
-                members(group),
-                "{format}: {name}"
-            );
+            assert_eq!(members(&other.groups()[name]), members(group), "{format}: {name}");
         }
-        assert_eq!(
-            other.connectivity::<4>(),
-            mesh.connectivity::<4>(),
-            "{format}"
-        );
+        assert_eq!(other.connectivity::<4>(), mesh.connectivity::<4>(), "{format}");
         // Gmsh writes 16 digits in text; coordinates are at most 2.
         let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-15);
         assert!(near(other.coordinates(), mesh.coordinates()), "{format}");
-        assert!(
-            near(&other.field("height").unwrap().values, heights),
-            "{format}"
-        );
+        assert!(near(&other.field("height").unwrap().values, heights), "{format}");
     }
 }
 
@@ -346,10 +286,7 @@ fn damaged_binary_files_are_rejected() {
     for format in ["4.1-binary", "2.2-binary"] {
         let content = block(format);
         for end in (0..content.len()).step_by(97) {
-            assert!(
-                Mesh::parse_msh(&content[..end], "block").is_err(),
-                "{format}: {end}"
-            );
+            assert!(Mesh::parse_msh(&content[..end], "block").is_err(), "{format}: {end}");
         }
         for at in (0..content.len()).step_by(7) {
             let mut damaged = content.clone();
@@ -362,24 +299,11 @@ fn damaged_binary_files_are_rejected() {
 #[test]
 fn groups_are_selected_by_place_and_direction() {
     let mesh = Mesh::parse_msh(SQUARE, "square.msh").unwrap();
-    assert_eq!(
-        mesh.points_where(|x| x[0] == 0.0),
-        Group::Points(vec![0, 3])
-    );
-    assert_eq!(
-        mesh.elements_where(|x| x[0] + x[1] >= 0.0),
-        Group::Elements(vec![0, 1])
-    );
-    assert_eq!(
-        mesh.elements_where(|x| x != [1.0, 0.0]),
-        Group::Elements(vec![1])
-    );
-    let sides = [
-        ([-1.0, 0.0], [0, 3]),
-        ([1.0, 0.0], [1, 2]),
-        ([0.0, -1.0], [0, 1]),
-        ([0.0, 1.0], [2, 3]),
-    ];
+    assert_eq!(mesh.points_where(|x| x[0] == 0.0), Group::Points(vec![0, 3]));
+    assert_eq!(mesh.elements_where(|x| x[0] + x[1] >= 0.0), Group::Elements(vec![0, 1]));
+    assert_eq!(mesh.elements_where(|x| x != [1.0, 0.0]), Group::Elements(vec![1]));
+    let sides =
+        [([-1.0, 0.0], [0, 3]), ([1.0, 0.0], [1, 2]), ([0.0, -1.0], [0, 1]), ([0.0, 1.0], [2, 3])];
     for (direction, edge) in sides {
         let toward = mesh.boundary_where(|_, normal| normal == direction);
         assert_eq!(toward, Group::Edges(vec![edge]));
@@ -410,17 +334,13 @@ fn missing_files_are_named() {
 #[test]
 fn refinement_preserves_curved_bodies() {
     let square = generate::rectangle([0.0; 2], [1.5, 1.0], [1, 1]).unwrap();
-    let square = square
-        .with_midside_nodes(BTreeMap::from([([0, 1], [0.8, -0.1])]))
-        .unwrap();
+    let square = square.with_midside_nodes(BTreeMap::from([([0, 1], [0.8, -0.1])])).unwrap();
     let block = generate::block([0.0; 3], [1.5, 1.0, 0.8], [1, 1, 1]).unwrap();
     let block = block.with_midside_nodes(BTreeMap::from([([0, 3], [0.78, 0.53, -0.05])]));
     for coarse in [square, block.unwrap()] {
         let volume = |mesh: &Mesh| {
             let space = Arc::new(Space::taylor_hood(mesh));
-            let curved = (0..space.n_elements())
-                .filter(|&e| space.is_curved(e))
-                .count();
+            let curved = (0..space.n_elements()).filter(|&e| space.is_curved(e)).count();
             let dofs = DofMap::clamped(&space, &[]).unwrap();
             let solid = Solid::new(space, dofs, vec![MUSCLE_LAW; mesh.n_elements()], 1.0).unwrap();
             (curved, solid.volume())
@@ -430,10 +350,7 @@ fn refinement_preserves_curved_bodies() {
         // The children along a curved edge share it; inner children follow the map of their parent.
         assert!(n_children > 2 * n_curved, "{n_children} of {n_curved}");
         // A few dozen roundings. With straight children, a quarter of the curved part would be missing, a few percent.
-        assert!(
-            (fine_volume / coarse_volume - 1.0).abs() < 1e-14,
-            "{fine_volume} {coarse_volume}"
-        );
+        assert!((fine_volume / coarse_volume - 1.0).abs() < 1e-14, "{fine_volume} {coarse_volume}");
     }
 }
 
@@ -451,20 +368,11 @@ fn refinement_preserves_area_groups_and_conformity() {
         assert!((4.0 * ratio - 1.0).abs() < 1e-12, "{child}: {ratio}");
     }
     for name in ["fixed", "load"] {
-        assert_eq!(
-            fine.edges(name).unwrap().len(),
-            2 * coarse.edges(name).unwrap().len()
-        );
+        assert_eq!(fine.edges(name).unwrap().len(), 2 * coarse.edges(name).unwrap().len());
     }
     let (a, b) = (Space::taylor_hood(&coarse), Space::taylor_hood(&fine));
-    assert_eq!(
-        b.nodes_of("fixed").unwrap().len(),
-        2 * a.nodes_of("fixed").unwrap().len() - 2
-    );
-    assert_eq!(
-        fine.group("origin").unwrap(),
-        coarse.group("origin").unwrap()
-    );
+    assert_eq!(b.nodes_of("fixed").unwrap().len(), 2 * a.nodes_of("fixed").unwrap().len() - 2);
+    assert_eq!(fine.group("origin").unwrap(), coarse.group("origin").unwrap());
     assert_eq!(b.nodes_of("muscle").unwrap().len(), b.n_nodes());
 }
 
@@ -473,13 +381,7 @@ fn located_points_interpolate_quadratics_exactly() {
     let space = Space::taylor_hood(&muscle_mesh());
     let f = |[x, y]: [f64; 2]| [3.0 * x * x - x * y, y * y + 2.0 * x - 1.0];
     let u: Vec<f64> = space.node_points().iter().flat_map(|&x| f(x)).collect();
-    for point in [
-        [0.0, 0.0],
-        [0.03, -0.011],
-        [-0.0999, 0.0119],
-        [0.1, 0.012],
-        [-0.05, 0.003],
-    ] {
+    for point in [[0.0, 0.0], [0.03, -0.011], [-0.0999, 0.0119], [0.1, 0.012], [-0.05, 0.003]] {
         let at = space.locate(point).expect("inside");
         assert!((at.barycentric.iter().sum::<f64>() - 1.0).abs() < 1e-14);
         let found: [f64; 2] = space.displacement_at(&u, &at);

@@ -15,12 +15,7 @@ use myovib_fem::{
 
 use crate::common::{DENSITY, MUSCLE_LAW, random};
 
-const HEART: Law = Law::Guccione {
-    c: 2e3,
-    b_f: 8.0,
-    b_t: 2.0,
-    b_fs: 4.0,
-};
+const HEART: Law = Law::Guccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 };
 const TENSION: f64 = 3e3;
 const VISCOSITY: f64 = 70.0;
 /// Sums of a few hundred products of rounded rotated numbers, with elements half as large as u*.
@@ -52,25 +47,15 @@ fn body(dimension: usize, active: bool) -> Solid {
     };
     let gaussian = ActiveStress {
         tension: Tension::SecondPiolaKirchhoff,
-        force_length: ForceLength::Gaussian {
-            optimal: 1.1,
-            width: 0.3,
-        },
+        force_length: ForceLength::Gaussian { optimal: 1.1, width: 0.3 },
         force_velocity: hill,
     };
-    let contracting = [
-        Some(ActiveStress::PLAIN),
-        Some(parabola),
-        Some(gaussian),
-        None,
-    ];
+    let contracting = [Some(ActiveStress::PLAIN), Some(parabola), Some(gaussian), None];
     let viscosities = [0.0, 0.0, VISCOSITY, VISCOSITY];
     let every = |k: usize, step: usize| (k..n).step_by(step).collect();
     let added = [0, 1, 2, 3].map(|k| {
-        let stress = AddedStress {
-            active: contracting[k].filter(|_| active),
-            viscosity: viscosities[k],
-        };
+        let stress =
+            AddedStress { active: contracting[k].filter(|_| active), viscosity: viscosities[k] };
         (every(k, 4), stress)
     });
 
@@ -142,11 +127,7 @@ impl Motions {
         let solid = body(dimension, true);
         let n = solid.space().n_components();
         let (u, v) = (random(n, 0.02, 1), random(n, 1.0, 2));
-        Self {
-            rotated: rigid.superpose(solid.space(), [&u, &v]),
-            plain: [u, v],
-            solid,
-        }
+        Self { rotated: rigid.superpose(solid.space(), [&u, &v]), plain: [u, v], solid }
     }
 }
 
@@ -209,21 +190,15 @@ fn driving(solid: &Solid, [u, v]: [&[f64]; 2]) -> [Vec<f64>; 2] {
 fn active_and_viscous_forces_rotate_with_the_body() {
     for dimension in [2, 3] {
         let rigid = Rigid::new(dimension);
-        let Motions {
-            solid,
-            plain: [u, v],
-            rotated: [u_rotated, v_rotated],
-        } = Motions::new(dimension, &rigid);
+        let Motions { solid, plain: [u, v], rotated: [u_rotated, v_rotated] } =
+            Motions::new(dimension, &rigid);
         let force = added_force(&solid, [&u, &v]);
         let found = added_force(&solid, [&u_rotated, &v_rotated]);
         let expected = rotated(&rigid.rotation, &force, dimension);
         assert_same(&found, &expected, &format!("force, {dimension}"));
         let [found, expected] = [power(&found, &v_rotated), power(&force, &v)];
         // The rigid part of v* is ten times v, and its power is zero.
-        assert!(
-            (found / expected - 1.0).abs() < 10.0 * ROUNDING,
-            "power, {dimension}"
-        );
+        assert!((found / expected - 1.0).abs() < 10.0 * ROUNDING, "power, {dimension}");
         // The velocity matters: without it the force differs.
         let stationary = added_force(&solid, [&u, &vec![0.0; u.len()]]);
         let change: Vec<f64> = force.iter().zip(&stationary).map(|(a, b)| a - b).collect();
@@ -235,11 +210,8 @@ fn active_and_viscous_forces_rotate_with_the_body() {
 fn overstress_rotates_with_the_body_and_internal_stresses_are_invariant() {
     for dimension in [2, 3] {
         let rigid = Rigid::new(dimension);
-        let Motions {
-            solid,
-            plain: [u, v],
-            rotated: [u_rotated, v_rotated],
-        } = Motions::new(dimension, &rigid);
+        let Motions { solid, plain: [u, v], rotated: [u_rotated, v_rotated] } =
+            Motions::new(dimension, &rigid);
         // Arbitrary internal stresses, as after another motion.
         let internal = random(solid.n_internal(), 1e3, 3);
         let [force, rates] = relaxation_force(&solid, &u, &internal);
@@ -273,11 +245,8 @@ fn second_piola_kirchhoff(state: &PointState) -> Tensor3 {
 fn output_stresses_rotate_with_the_body() {
     for dimension in [2, 3] {
         let rigid = Rigid::new(dimension);
-        let Motions {
-            solid,
-            plain: [u, v],
-            rotated: [u_rotated, v_rotated],
-        } = Motions::new(dimension, &rigid);
+        let Motions { solid, plain: [u, v], rotated: [u_rotated, v_rotated] } =
+            Motions::new(dimension, &rigid);
         let internal = random(solid.n_internal(), 1e3, 3);
         let context = StressContext {
             tensions: &vec![TENSION; solid.n_tensions()],
@@ -288,15 +257,10 @@ fn output_stresses_rotate_with_the_body() {
         let n_corners = dimension + 1;
         let barycentric = Barycentric::new(&vec![1.0 / n_corners as f64; n_corners]);
         for element in 0..solid.space().n_elements() {
-            let at = ElementPoint {
-                element,
-                barycentric,
-            };
+            let at = ElementPoint { element, barycentric };
             let [rest, state] = [(&u, &v), (&u_rotated, &v_rotated)].map(|(u, v)| {
-                let fields = Fields {
-                    v: Some(v),
-                    ..Fields::new(u, Pressure::Penalty { kappa: 1e4 })
-                };
+                let fields =
+                    Fields { v: Some(v), ..Fields::new(u, Pressure::Penalty { kappa: 1e4 }) };
                 solid.dynamic_state_at(&fields, &context, &at)
             });
             let what = format!("dimension {dimension}, element {element}");
@@ -321,27 +285,13 @@ fn rigid_rotation_causes_no_viscous_force() {
         let rest = vec![0.0; passive.space().n_components()];
         let [u, v] = rigid.superpose(passive.space(), [&rest, &rest]);
         // Force of a motion that deforms as fast as this one rotates.
-        let size = largest(&added_force(
-            &passive,
-            [&rest, &random(rest.len(), largest(&v), 1)],
-        ));
+        let size = largest(&added_force(&passive, [&rest, &random(rest.len(), largest(&v), 1)]));
         let force = largest(&added_force(&passive, [&u, &v]));
-        assert!(
-            force < ROUNDING * size,
-            "{dimension}: {force:e} of {size:e}"
-        );
+        assert!(force < ROUNDING * size, "{dimension}: {force:e} of {size:e}");
         let [stresses, rates] = driving(&passive, [&u, &v]);
         // Scale: a tenth of the moduli 4e4 Pa at a strain of 0.1; the rotation rate is 8/s.
-        assert!(
-            largest(&stresses) < ROUNDING * 4e3,
-            "{:e}",
-            largest(&stresses)
-        );
-        assert!(
-            largest(&rates) < ROUNDING * 4e4 * 8.0,
-            "{:e}",
-            largest(&rates)
-        );
+        assert!(largest(&stresses) < ROUNDING * 4e3, "{:e}", largest(&stresses));
+        assert!(largest(&rates) < ROUNDING * 4e4 * 8.0, "{:e}", largest(&rates));
         let none = vec![0.0; passive.n_internal()];
         let [force, _] = relaxation_force(&passive, &u, &none);
         assert!(largest(&force) < ROUNDING * 4e3, "{:e}", largest(&force));

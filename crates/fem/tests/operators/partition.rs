@@ -20,13 +20,8 @@ fn solid(cells: [usize; 3]) -> Solid {
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
     let n = mesh.n_elements();
-    let laws: Vec<Law> = (0..n)
-        .map(|e| if e % 3 == 0 { SMALL_LAW } else { MUSCLE_LAW })
-        .collect();
-    let stress = AddedStress {
-        active: Some(ActiveStress::PLAIN),
-        viscosity: 70.0,
-    };
+    let laws: Vec<Law> = (0..n).map(|e| if e % 3 == 0 { SMALL_LAW } else { MUSCLE_LAW }).collect();
+    let stress = AddedStress { active: Some(ActiveStress::PLAIN), viscosity: 70.0 };
     let members = (0..n).filter(|e| e % 3 == 1).collect();
     Solid::new(space, dofs, laws, DENSITY)
         .unwrap()
@@ -70,10 +65,8 @@ impl ParallelAssembler for Others {
 
 fn distributed(whole: &Solid) -> Solid {
     let partition = |number| whole.clone().share(number, RANKS);
-    let others = Others {
-        partitions: (1..RANKS).map(partition).collect(),
-        computed: Mutex::default(),
-    };
+    let others =
+        Others { partitions: (1..RANKS).map(partition).collect(), computed: Mutex::default() };
     whole.clone().with_assembler(Arc::new(others), RANKS)
 }
 
@@ -97,16 +90,9 @@ fn all_results(solid: &Solid) -> Vec<Vec<f64>> {
         mu: Some(&mu),
         ..Fields::new(&u, Pressure::Nodal(&p))
     };
-    let (square, wide) = (
-        solid.displacement_pattern().nnz(),
-        solid.divergence_pattern().nnz(),
-    );
+    let (square, wide) = (solid.displacement_pattern().nnz(), solid.divergence_pattern().nnz());
     let tensions = vec![3e3; solid.n_tensions()];
-    let motion = AddedMotion {
-        u: &u,
-        v: &v,
-        tensions: &tensions,
-    };
+    let motion = AddedMotion { u: &u, v: &v, tensions: &tensions };
     let mut results: Vec<Vec<f64>> = [n, n, m, m, n, square, square, square, wide, wide, square]
         .into_iter()
         .chain([n, n, square, square])
@@ -132,10 +118,7 @@ fn all_results(solid: &Solid) -> Vec<Vec<f64>> {
     solid.tangents(&fields, &mut out).unwrap();
     solid.added_force(&motion, vectors.next().unwrap());
     solid.active_force(&motion, vectors.next().unwrap());
-    let out = AddedTangents {
-        by_displacement: vectors.next(),
-        by_velocity: vectors.next(),
-    };
+    let out = AddedTangents { by_displacement: vectors.next(), by_velocity: vectors.next() };
     solid.added_tangents(&motion, out);
     drop(vectors);
     results
@@ -159,13 +142,8 @@ fn results_are_bitwise_independent_of_threads() {
         let p = vec![0.0; alone.space().n_pressures()];
         let [first, reported] = [&alone, &together].map(|solid| {
             let mut force = vec![0.0; u.len()];
-            let mut out = Vectors {
-                force: Some(&mut force),
-                ..Vectors::default()
-            };
-            solid
-                .evaluate(&Fields::new(&u, Pressure::Nodal(&p)), &mut out)
-                .unwrap_err()
+            let mut out = Vectors { force: Some(&mut force), ..Vectors::default() };
+            solid.evaluate(&Fields::new(&u, Pressure::Nodal(&p)), &mut out).unwrap_err()
         });
         assert_eq!(first, reported);
     }
@@ -183,13 +161,8 @@ fn partitions_sum_to_the_whole() {
     // Results that are not requested are neither computed nor summed.
     let mut residuals = [vec![0.0; m], vec![0.0; m]];
     for (solid, volume_residual) in [&whole, &together].into_iter().zip(&mut residuals) {
-        let mut out = Vectors {
-            volume_residual: Some(volume_residual),
-            ..Vectors::default()
-        };
-        solid
-            .evaluate(&Fields::new(&u, Pressure::Penalty { kappa: 1e5 }), &mut out)
-            .unwrap();
+        let mut out = Vectors { volume_residual: Some(volume_residual), ..Vectors::default() };
+        solid.evaluate(&Fields::new(&u, Pressure::Penalty { kappa: 1e5 }), &mut out).unwrap();
     }
     assert_same(&residuals[0], &residuals[1]);
 }
@@ -199,33 +172,22 @@ fn every_element_is_in_exactly_one_partition() {
     let whole = solid([3, 2, 2]);
     let weight = |solid: &Solid| {
         let mut force = vec![0.0; whole.space().n_components()];
-        let u: Vec<f64> = whole
-            .space()
-            .coordinates()
-            .iter()
-            .map(|x| 0.1 * x)
-            .collect();
+        let u: Vec<f64> = whole.space().coordinates().iter().map(|x| 0.1 * x).collect();
         let mut volume_residual = vec![0.0; whole.space().n_pressures()];
         let mut out = Vectors {
             force: Some(&mut force),
             volume_residual: Some(&mut volume_residual),
             ..Vectors::default()
         };
-        solid
-            .evaluate(&Fields::new(&u, Pressure::Penalty { kappa: 0.0 }), &mut out)
-            .unwrap();
+        solid.evaluate(&Fields::new(&u, Pressure::Penalty { kappa: 0.0 }), &mut out).unwrap();
         volume_residual.iter().sum::<f64>()
     };
     let all = weight(&whole);
     for ranks in [1, 2, 5, 100] {
-        let partitions: Vec<f64> = (0..ranks)
-            .map(|k| weight(&whole.clone().share(k, ranks)))
-            .collect();
+        let partitions: Vec<f64> =
+            (0..ranks).map(|k| weight(&whole.clone().share(k, ranks))).collect();
         let sum: f64 = partitions.iter().sum();
-        assert!(
-            (sum - all).abs() <= 1e3 * f64::EPSILON * all.abs(),
-            "{ranks}: {sum} {all}"
-        );
+        assert!((sum - all).abs() <= 1e3 * f64::EPSILON * all.abs(), "{ranks}: {sum} {all}");
         let most = partitions.iter().fold(0.0_f64, |m, x| m.max(*x));
         assert!(ranks == 1 || most < 0.75 * all, "{ranks}: {most} of {all}");
     }
@@ -239,12 +201,7 @@ fn inverted_elements_in_other_partitions_are_reported() {
     let mut u = vec![0.0; whole.space().n_components()];
     let d = whole.space().dimension();
     let far = |x: &[f64]| x.iter().sum::<f64>();
-    let corner = whole
-        .space()
-        .coordinates()
-        .chunks(d)
-        .map(far)
-        .fold(0.0, f64::max);
+    let corner = whole.space().coordinates().chunks(d).map(far).fold(0.0, f64::max);
     for (x, u) in whole.space().coordinates().chunks(d).zip(u.chunks_mut(d)) {
         if far(x) == corner {
             u.fill(-1.0);
@@ -254,17 +211,11 @@ fn inverted_elements_in_other_partitions_are_reported() {
     let fields = Fields::new(&u, Pressure::Nodal(&p));
     let error_of = |solid: &Solid| {
         let mut force = vec![0.0; u.len()];
-        let mut out = Vectors {
-            force: Some(&mut force),
-            ..Vectors::default()
-        };
+        let mut out = Vectors { force: Some(&mut force), ..Vectors::default() };
         solid.evaluate(&fields, &mut out).unwrap_err()
     };
     let (alone, shared) = (error_of(&whole), error_of(&together));
     assert!(error_of(&whole.clone().share(RANKS - 1, RANKS)) == shared);
-    assert_eq!(
-        (alone.element, alone.barycentric),
-        (shared.element, shared.barycentric)
-    );
+    assert_eq!((alone.element, alone.barycentric), (shared.element, shared.barycentric));
     let _: Barycentric = shared.barycentric;
 }

@@ -9,16 +9,11 @@ use crate::common::{Equilibrium, clamped, equilibrium, reference};
 const ROUNDING: f64 = 1e-10;
 
 fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| value.as_str().unwrap().parse().unwrap())
+    value.as_f64().unwrap_or_else(|| value.as_str().unwrap().parse().unwrap())
 }
 
 fn law(table: &Value) -> Law {
-    Law::MooneyRivlin {
-        c10: number(&table["c10"]),
-        c01: number(&table["c01"]),
-    }
+    Law::MooneyRivlin { c10: number(&table["c10"]), c01: number(&table["c01"]) }
 }
 
 fn close(found: f64, expected: f64) {
@@ -37,10 +32,7 @@ fn stress_and_energy_match_30_digit_values() {
         let p = number(&point["p"]);
         let stress = law.stress(h, p);
         close(1.0 + law.volume_change(h), number(&point["J"]));
-        close(
-            law.energy(h) - p * law.volume_change(h),
-            number(&point["W"]),
-        );
+        close(law.energy(h) - p * law.volume_change(h), number(&point["W"]));
         for (i, j, name) in [(0, 0, "P11"), (0, 1, "P12"), (1, 0, "P21"), (1, 1, "P22")] {
             close(stress[i][j], number(&point[name]));
         }
@@ -87,43 +79,20 @@ fn patch_test_of_uniaxial_stretch() {
     let points = regular
         .points()
         .iter()
-        .zip(
-            crate::common::random(25, 0.05, 9)
-                .iter()
-                .zip(crate::common::random(25, 0.05, 10)),
-        )
-        .map(|(&[x, y], (dx, dy))| {
-            if inside(x) && inside(y) {
-                [x + dx, y + dy]
-            } else {
-                [x, y]
-            }
-        })
+        .zip(crate::common::random(25, 0.05, 9).iter().zip(crate::common::random(25, 0.05, 10)))
+        .map(|(&[x, y], (dx, dy))| if inside(x) && inside(y) { [x + dx, y + dy] } else { [x, y] })
         .collect();
-    let mesh = Mesh::new(
-        points,
-        regular.connectivity::<3>().to_vec(),
-        regular.groups().clone(),
-    )
-    .unwrap();
+    let mesh =
+        Mesh::new(points, regular.connectivity::<3>().to_vec(), regular.groups().clone()).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
     let side = |name: &str, component: usize| {
-        space
-            .nodes_of(name)
-            .unwrap()
-            .into_iter()
-            .map(move |node| (node, component))
+        space.nodes_of(name).unwrap().into_iter().map(move |node| (node, component))
     };
-    let fixed: Vec<_> = side("left", 0)
-        .chain(side("right", 0))
-        .chain(side("bottom", 1))
-        .collect();
+    let fixed: Vec<_> = side("left", 0).chain(side("right", 0)).chain(side("bottom", 1)).collect();
     let dofs = DofMap::new(&space, &fixed).unwrap();
     let solid = Solid::uniform(space.clone(), dofs, law(&table), 1.0).unwrap();
-    let mut start = Equilibrium {
-        u: vec![0.0; space.n_components()],
-        p: vec![0.0; space.n_pressures()],
-    };
+    let mut start =
+        Equilibrium { u: vec![0.0; space.n_components()], p: vec![0.0; space.n_pressures()] };
     for (node, point) in space.node_points::<2>().iter().enumerate() {
         start.u[2 * node] = (stretch - 1.0) * point[0];
     }
@@ -165,10 +134,7 @@ fn extreme_volume_ratios_are_located() {
     let x: f64 = (0..3).map(|i| at.barycentric[i] * corners[i][0]).sum();
     let rule = solid.rule().points(space.mesh().shape());
     // Cells are 1/4 wide, and their lower triangles have two corners on the right.
-    let least = rule
-        .iter()
-        .flat_map(|q| q.barycentric.to_vec())
-        .fold(1.0, f64::min);
+    let least = rule.iter().flat_map(|q| q.barycentric.to_vec()).fold(1.0, f64::min);
     close(x, 1.0 - 0.25 * least);
     close(ratios.smallest, 1.0 - 0.8 * x);
     close(ratios.largest, 1.0 - 0.8 * 0.25 * least);
@@ -194,8 +160,5 @@ fn inverted_vertices_outside_quadrature_points_are_found() {
     let corners = mesh.corners::<2, 3>(at.element);
     let x: f64 = (0..3).map(|i| at.barycentric[i] * corners[i][0]).sum();
     close(x, 1.0);
-    close(
-        solid.vertex_volume_ratios(&displaced(0.4)).smallest,
-        1.0 - 0.8,
-    );
+    close(solid.vertex_volume_ratios(&displaced(0.4)).smallest, 1.0 - 0.8);
 }

@@ -9,12 +9,7 @@ use myovib_fem::{
 
 use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, random};
 
-const HEART: Law = Law::Guccione {
-    c: 2e3,
-    b_f: 8.0,
-    b_t: 2.0,
-    b_fs: 4.0,
-};
+const HEART: Law = Law::Guccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 };
 
 /// Returns a body with curved and straight elements, three laws (one with fibers) and scaled
 /// damping.
@@ -38,18 +33,13 @@ fn body(dimension: usize) -> Solid {
     let n = mesh.n_elements();
     let all: Vec<usize> = (0..n).collect();
     let mut fibers = Fibers::new(&mesh);
-    fibers
-        .set_constant(&mesh, &all, [0.6, 0.8, 0.0], None)
-        .unwrap();
+    fibers.set_constant(&mesh, &all, [0.6, 0.8, 0.0], None).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
     assert!((0..n).any(|e| space.is_curved(e)) && !(0..n).all(|e| space.is_curved(e)));
     let dofs = DofMap::new(&space, &[(0, 0), (0, 1)]).unwrap();
     let laws = [HEART, SMALL_LAW, MUSCLE_LAW];
     let laws = (0..n).map(|e| laws[e % 3]).collect();
-    let scale = ElementScale {
-        beta: 3.0,
-        ..ElementScale::ONE
-    };
+    let scale = ElementScale { beta: 3.0, ..ElementScale::ONE };
     let solid = Solid::new(space, dofs, laws, DENSITY).unwrap();
     let solid = solid.with_element_scales(&vec![scale; n]).unwrap();
     solid.with_fibers(fibers)
@@ -64,10 +54,7 @@ fn element_powers_match_forces_and_energy_differences() {
         let none = vec![0.0; solid.space().n_pressures()];
         let powers = |beta: f64, pressure| {
             let mut powers = vec![2.0; n_elements];
-            let fields = Fields {
-                v: Some(&v),
-                ..Fields::new(&u, pressure)
-            };
+            let fields = Fields { v: Some(&v), ..Fields::new(&u, pressure) };
             solid.add_powers(&fields, beta, &w, &mut powers).unwrap();
             powers.iter().map(|sum| sum - 2.0).collect::<Vec<f64>>()
         };

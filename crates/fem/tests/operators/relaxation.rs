@@ -31,16 +31,8 @@ fn overstress_has_the_limits_of_equilibrium_and_instantaneous_response() {
         };
         let space = Arc::new(Space::taylor_hood(&mesh));
         let u: Vec<f64> = match dimension {
-            2 => space
-                .node_points::<2>()
-                .iter()
-                .flat_map(|x| displacement(x))
-                .collect(),
-            _ => space
-                .node_points::<3>()
-                .iter()
-                .flat_map(|x| displacement(x))
-                .collect(),
+            2 => space.node_points::<2>().iter().flat_map(|x| displacement(x)).collect(),
+            _ => space.node_points::<3>().iter().flat_map(|x| displacement(x)).collect(),
         };
         let dofs = DofMap::new(&space, &[]).unwrap();
         let term = |weight, time| PronyTerm { weight, time };
@@ -56,10 +48,7 @@ fn overstress_has_the_limits_of_equilibrium_and_instantaneous_response() {
         let scale = internal.iter().fold(0.0, |max: f64, q| max.max(q.abs()));
         for element in 0..mesh.n_elements() {
             for barycentric in mesh.shape().nodes(solid.space().degree()) {
-                let at = ElementPoint {
-                    element,
-                    barycentric,
-                };
+                let at = ElementPoint { element, barycentric };
                 let read = |internal: &[f64]| solid.overstress_at(&u, internal, &at);
                 let Some(weight) = [0.8, 0.7].get(element % 3) else {
                     assert!(read(&internal).is_none(), "{element}");
@@ -75,10 +64,7 @@ fn overstress_has_the_limits_of_equilibrium_and_instantaneous_response() {
                 for (found, law) in entries {
                     // Nonlinear terms of strains up to three times `SIZE`.
                     let error = (found - weight * law).abs();
-                    assert!(
-                        error < 20.0 * SIZE * scale,
-                        "{dimension} {element}: {error:e}"
-                    );
+                    assert!(error < 20.0 * SIZE * scale, "{dimension} {element}: {error:e}");
                 }
             }
         }
@@ -97,11 +83,7 @@ fn batched_rates_and_forces_equal_single_ones() {
         let space = Arc::new(Space::taylor_hood(&mesh));
         let dofs = DofMap::new(&space, &[]).unwrap();
         let (law, n) = (MUSCLE_LAW, dofs.n_full());
-        let prony = Prony::new(vec![PronyTerm {
-            weight: 0.5,
-            time: 0.1,
-        }])
-        .unwrap();
+        let prony = Prony::new(vec![PronyTerm { weight: 0.5, time: 0.1 }]).unwrap();
         let every = (0..mesh.n_elements()).collect();
         let solid = Solid::uniform(space, dofs, law, DENSITY).unwrap();
         let solid = solid.with_relaxation(&[(every, prony)]).unwrap();
@@ -119,10 +101,7 @@ fn batched_rates_and_forces_equal_single_ones() {
             for (batched, alone) in rates[k].iter().zip(&alone[0]) {
                 // A few roundings of sums of six terms, each at most of this size.
                 let error = (batched - alone).abs();
-                assert!(
-                    error <= 64.0 * f64::EPSILON * size,
-                    "{dimension} {k}: {error:e}"
-                );
+                assert!(error <= 64.0 * f64::EPSILON * size, "{dimension} {k}: {error:e}");
             }
             let mut force = [vec![0.0; n]];
             solid.tensor_forces(&u, slice::from_ref(&rates[k]), &mut force);

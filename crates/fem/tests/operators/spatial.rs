@@ -60,11 +60,7 @@ fn rigid_motions_have_no_force_and_volume_residual() {
     let [force, volume_residual] = force_and_volume_residual(&solid, &u, &p);
     // Rounding of u (1) divided by the element size (0.5), times modulus (4e4 Pa) and face area.
     assert!(largest(&force) < 1e-10, "{:e}", largest(&force));
-    assert!(
-        largest(&volume_residual) < 1e-15,
-        "{:e}",
-        largest(&volume_residual)
-    );
+    assert!(largest(&volume_residual) < 1e-15, "{:e}", largest(&volume_residual));
     let [force, volume_residual] = force_and_volume_residual(&solid, &vec![0.0; u.len()], &p);
     assert_eq!((largest(&force), largest(&volume_residual)), (0.0, 0.0));
 }
@@ -107,48 +103,26 @@ fn layer_in_plane_strain_has_the_energy_of_the_2d_body() {
     let sheet = clamped(Space::equal_order(&mesh), "left", MUSCLE_LAW);
     // With linear elements, the gradient in each tetrahedron equals that in the triangle below it.
     let motion = |[x, y]: [f64; 2]| [0.05 * x * y + 0.1 * x, 0.04 * x * x - 0.06 * y];
-    let plane_u: Vec<f64> = plane
-        .space()
-        .node_points()
-        .iter()
-        .flat_map(|&x| motion(x))
-        .collect();
+    let plane_u: Vec<f64> = plane.space().node_points().iter().flat_map(|&x| motion(x)).collect();
     let extruded = |&[x, y, _]: &[f64; 3]| {
         let [u, v] = motion([x, y]);
         [u, v, 0.0]
     };
-    let sheet_u: Vec<f64> = sheet
-        .space()
-        .node_points()
-        .iter()
-        .flat_map(extruded)
-        .collect();
+    let sheet_u: Vec<f64> = sheet.space().node_points().iter().flat_map(extruded).collect();
     let fields = |u| Fields::new(u, Pressure::Penalty { kappa: 1e5 });
     let energies = [
         plane.strain_energy(&fields(&plane_u)),
         sheet.strain_energy(&fields(&sheet_u)) / thickness,
     ];
-    assert!(
-        (energies[1] / energies[0] - 1.0).abs() < 1e-13,
-        "{energies:?}"
-    );
+    assert!((energies[1] / energies[0] - 1.0).abs() < 1e-13, "{energies:?}");
 }
 
 #[test]
 fn refinement_preserves_volume_groups_and_fields() {
     let coarse = block([2, 1, 1]);
-    let heights = coarse
-        .points::<3>()
-        .iter()
-        .flat_map(|x| [x[2], x[0], 1.0])
-        .collect();
-    let field = myovib_fem::mesh::NodalField {
-        components: 3,
-        values: heights,
-    };
-    let coarse = coarse
-        .with_fields([("f".to_owned(), field)].into())
-        .unwrap();
+    let heights = coarse.points::<3>().iter().flat_map(|x| [x[2], x[0], 1.0]).collect();
+    let field = myovib_fem::mesh::NodalField { components: 3, values: heights };
+    let coarse = coarse.with_fields([("f".to_owned(), field)].into()).unwrap();
     let fine = coarse.refined().unwrap();
     assert_eq!(fine.n_elements(), 8 * coarse.n_elements());
     // Rounding of a sum of 96 volumes with total 1.
@@ -160,12 +134,7 @@ fn refinement_preserves_volume_groups_and_fields() {
     let (coarse, fine) = (Space::taylor_hood(&coarse), Space::taylor_hood(&fine));
     for side in SIDES {
         let area = |space: &Space| -> f64 {
-            space
-                .quadrature(side)
-                .unwrap()
-                .iter()
-                .map(|(_, weight)| weight)
-                .sum()
+            space.quadrature(side).unwrap().iter().map(|(_, weight)| weight).sum()
         };
         assert!((area(&coarse) - area(&fine)).abs() < 1e-14, "{side}");
     }
@@ -222,10 +191,7 @@ fn follower_pressure_on_a_closed_boundary_has_zero_resultant_and_moment() {
     // Two sides of at least 2 m² under 7 Pa.
     assert!(size > 14.0, "{size}");
     // Rounding of a few hundred forces, at most 2 m from the origin.
-    assert!(
-        largest(&resultant) < 128.0 * f64::EPSILON * size,
-        "{resultant:?}"
-    );
+    assert!(largest(&resultant) < 128.0 * f64::EPSILON * size, "{resultant:?}");
     assert!(largest(&moment) < 256.0 * f64::EPSILON * size, "{moment:?}");
 }
 
@@ -242,10 +208,7 @@ fn follower_pressure_under_an_affine_map_is_a_dead_traction() {
         let expected = load::traction(solid.space(), side, traction).unwrap();
         for (found, expected) in follower(&solid, 5.0, &u, &[side]).iter().zip(&expected) {
             // A dozen roundings of numbers of order 5.
-            assert!(
-                (found - expected).abs() < 1e-13,
-                "{side}: {found} {expected}"
-            );
+            assert!((found - expected).abs() < 1e-13, "{side}: {found} {expected}");
         }
     }
 }
@@ -275,10 +238,7 @@ fn follower_stiffness_is_the_derivative_of_the_load() {
 
 /// Returns u_z and p at the origin of the spindle in equilibrium under a dead traction.
 fn spindle(rule: Rule, inv_kappa: f64) -> [f64; 2] {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../data/meshes/spindle_coarse.msh"
-    );
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/spindle_coarse.msh");
     let space = Arc::new(Space::taylor_hood(&Mesh::read_msh(path).unwrap()));
     assert_eq!((space.n_pressures(), space.n_elements()), (232, 617));
     assert_eq!(space.n_components() + space.n_pressures(), 4102);
@@ -287,10 +247,7 @@ fn spindle(rule: Rule, inv_kappa: f64) -> [f64; 2] {
     let load = load::traction(&space, "load", [0.0, 0.0, 100.0]).unwrap();
     let laws = vec![MUSCLE_LAW; space.n_elements()];
     let solid = Solid::with_rule(space.clone(), dofs, laws, DENSITY, rule).unwrap();
-    let rest = Equilibrium {
-        u: vec![0.0; load.len()],
-        p: vec![0.0; space.n_pressures()],
-    };
+    let rest = Equilibrium { u: vec![0.0; load.len()], p: vec![0.0; space.n_pressures()] };
     let state = equilibrium(&solid, &load, inv_kappa, false, rest);
     let origin = space.locate([0.0; 3]).unwrap();
     let [_, _, u_z] = space.displacement_at(&state.u, &origin);
@@ -338,10 +295,7 @@ fn pressure_jumps_between_materials() {
     }
     let dofs = DofMap::new(&space, &fixed).unwrap();
     let (soft, stiff) = (SMALL_LAW, SMALL_LAW.scaled(3.0));
-    let laws = regions
-        .iter()
-        .map(|&region| [soft, stiff][region])
-        .collect();
+    let laws = regions.iter().map(|&region| [soft, stiff][region]).collect();
     let solid = Solid::new(space.clone(), dofs, laws, DENSITY).unwrap();
     let kappa = 1e5;
     let start = Equilibrium {

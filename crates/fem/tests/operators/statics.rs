@@ -7,10 +7,7 @@ use myovib_fem::{Space, load};
 fn response(inv_kappa: f64) -> (f64, f64) {
     let space = Space::taylor_hood(&muscle_mesh());
     let load = load::traction(&space, "load", [0.0, 100.0]).unwrap();
-    let rest = Equilibrium {
-        u: vec![0.0; load.len()],
-        p: vec![0.0; space.n_pressures()],
-    };
+    let rest = Equilibrium { u: vec![0.0; load.len()], p: vec![0.0; space.n_pressures()] };
     let solid = clamped(space, "fixed", MUSCLE_LAW);
     let state = equilibrium(&solid, &load, inv_kappa, false, rest);
     let origin = solid.space().locate([0.0, 0.0]).unwrap();

@@ -13,11 +13,7 @@ fn logarithmic_volumes() {
     let function = VolumeFunction::Logarithmic;
     let plane = generate::rectangle([0.0, 0.0], [1.5, 1.0], [3, 3]).unwrap();
     let spatial = generate::block([0.0; 3], [1.5, 1.0, 0.8], [2, 1, 1]).unwrap();
-    for (mesh, law) in [
-        (&plane, MUSCLE_LAW),
-        (&plane, HEART),
-        (&spatial, MUSCLE_LAW),
-    ] {
+    for (mesh, law) in [(&plane, MUSCLE_LAW), (&plane, HEART), (&spatial, MUSCLE_LAW)] {
         for kappa in [None, Some(1e5)] {
             check_with(law, Space::taylor_hood(mesh), kappa, None, function);
         }
@@ -26,13 +22,8 @@ fn logarithmic_volumes() {
         let mut u = random(solid.space().n_components(), 0.02, 1);
         let pressure = Pressure::Penalty { kappa: 1e5 };
         let mut force = vec![0.0; u.len()];
-        let mut vectors = Vectors {
-            force: Some(&mut force),
-            ..Vectors::default()
-        };
-        solid
-            .evaluate(&Fields::new(&u, pressure), &mut vectors)
-            .unwrap();
+        let mut vectors = Vectors { force: Some(&mut force), ..Vectors::default() };
+        solid.evaluate(&Fields::new(&u, pressure), &mut vectors).unwrap();
         let scale = force.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
         for i in (0..u.len()).step_by(7) {
             let [below, above] = [-STEP, STEP].map(|step| {

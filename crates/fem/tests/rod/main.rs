@@ -16,25 +16,16 @@ use analytic::{discrete_natural_frequency, harmonic_response, natural_frequency}
 type Complex64 = Complex<f64>;
 
 fn references() -> Value {
-    serde_json::from_str(include_str!(
-        "../../../../data/references/s8_rod_harmonic.json"
-    ))
-    .unwrap()
+    serde_json::from_str(include_str!("../../../../data/references/s8_rod_harmonic.json")).unwrap()
 }
 
 /// Returns scattered numbers in (−1, 1).
 fn scattered(seed: f64, n: usize) -> Vec<f64> {
-    (1..=n)
-        .map(|k| (seed + 12.9898 * k as f64 * k as f64).sin())
-        .collect()
+    (1..=n).map(|k| (seed + 12.9898 * k as f64 * k as f64).sin()).collect()
 }
 
 fn rod(n_elements: usize) -> Rod {
-    Rod::new(RodData {
-        n_elements,
-        ..RodData::default()
-    })
-    .unwrap()
+    Rod::new(RodData { n_elements, ..RodData::default() }).unwrap()
 }
 
 /// Returns name and value of the invalid parameter.
@@ -69,16 +60,10 @@ fn matrices_are_exact_for_linear_displacements() {
         // ∫ ρ u² for the linear u = x, which the elements represent exactly: ρ L³/3.
         let x = DVector::from_fn(n, |j, _| 0.1 * (j + 1) as f64 / n as f64);
         let second_moment = (x.transpose() * &mass * &x)[0];
-        assert!(
-            (second_moment - 1e3 * 1e-3 / 3.0).abs() < 1e-14,
-            "{n}: {second_moment}"
-        );
+        assert!((second_moment - 1e3 * 1e-3 / 3.0).abs() < 1e-14, "{n}: {second_moment}");
         // ∫ EA u_x² for the same u: EA L, up to rounding of EA/h.
         let energy = (x.transpose() * &stiffness * &x)[0];
-        assert!(
-            (energy - 1e5).abs() < 1e-15 * 1e5 * 8.0 * n as f64,
-            "{n}: {energy}"
-        );
+        assert!((energy - 1e5).abs() < 1e-15 * 1e5 * 8.0 * n as f64, "{n}: {energy}");
     }
 }
 
@@ -99,10 +84,7 @@ fn jacobian_matches_differences_of_the_residual() {
             let moved = residual(&rod, &s, &s_dot, 5.0);
             for row in 0..2 * n {
                 let slope = moved[row] - base[row];
-                assert!(
-                    (jacobian[(row, column)] - slope).abs() < rounding,
-                    "({row}, {column})"
-                );
+                assert!((jacobian[(row, column)] - slope).abs() < rounding, "({row}, {column})");
             }
         }
     }
@@ -137,19 +119,11 @@ fn power_balances_energy_rate_and_dissipation() {
 fn interpolation_is_linear_and_exact_at_nodes() {
     let rod = rod(10);
     let q: Vec<f64> = (1..=10).map(f64::from).collect();
-    for (x, value) in [
-        (0.0, 0.0),
-        (0.004, 0.4),
-        (0.01, 1.0),
-        (0.05, 5.0),
-        (0.0875, 8.75),
-        (0.1, 10.0),
-    ] {
+    for (x, value) in
+        [(0.0, 0.0), (0.004, 0.4), (0.01, 1.0), (0.05, 5.0), (0.0875, 8.75), (0.1, 10.0)]
+    {
         let point = rod.displacement_at(x).unwrap();
-        assert!(
-            (point.of(&q) - value).abs() < 16.0 * f64::EPSILON * 10.0,
-            "x = {x}"
-        );
+        assert!((point.of(&q) - value).abs() < 16.0 * f64::EPSILON * 10.0, "x = {x}");
     }
     assert_eq!(rod.displacement_at(0.05).unwrap().entries, [(4, 1.0)]);
     assert_eq!(rod.displacement_at(0.0).unwrap().entries, []);
@@ -170,10 +144,7 @@ fn discrete_modes_satisfy_the_closed_form() {
             let squared = (TAU * discrete_natural_frequency(rod.data(), k)).powi(2);
             let residual = &stiffness * &mode - squared * (&mass * &mode);
             // Rounding of the terms of A, 4 EA/h.
-            assert!(
-                residual.amax() < 16.0 * f64::EPSILON * 4e7 * n as f64,
-                "{n} {k}: {residual}"
-            );
+            assert!(residual.amax() < 16.0 * f64::EPSILON * 4e7 * n as f64, "{n} {k}: {residual}");
         }
     }
 }
@@ -185,10 +156,7 @@ fn natural_frequencies_match_the_published_values() {
     for (k, omega) in published.as_array().unwrap().iter().enumerate() {
         let omega = omega.as_f64().unwrap();
         let found = TAU * natural_frequency(&data, k + 1);
-        assert!(
-            (found - omega).abs() < 8.0 * f64::EPSILON * omega,
-            "{k}: {found} {omega}"
-        );
+        assert!((found - omega).abs() < 8.0 * f64::EPSILON * omega, "{k}: {found} {omega}");
     }
     // To the published digits.
     assert!((natural_frequency(&data, 1) - 79.06).abs() < 0.005);
@@ -199,10 +167,7 @@ fn natural_frequencies_match_the_published_values() {
         let excess = discrete_natural_frequency(&fine, 1) / natural_frequency(&data, 1) - 1.0;
         let leading = (PI / 2.0 / n_elements as f64).powi(2) / 24.0;
         // The next term is smaller by a factor φ² < 1e-3.
-        assert!(
-            (excess / leading - 1.0).abs() < 1e-3,
-            "{excess:e} {leading:e}"
-        );
+        assert!((excess / leading - 1.0).abs() < 1e-3, "{excess:e} {leading:e}");
     }
 }
 
@@ -216,29 +181,18 @@ fn steady_states(rod: &Rod, load: EndLoad, frequency: f64) -> DVector<Complex64>
     // e^{iωt} at t = 0: τ = 1, τ̇ = iω.
     let part = |tau, tau_dot| residual(rod, &rest, &rest, rod.end_force(load, tau, tau_dot));
     let (real, imaginary) = (part(1.0, 0.0), part(0.0, omega));
-    let load = DVector::from_fn(rod.n_states(), |i, _| {
-        -Complex64::new(real[i], imaginary[i])
-    });
+    let load = DVector::from_fn(rod.n_states(), |i, _| -Complex64::new(real[i], imaginary[i]));
     system.lu().solve(&load).unwrap()
 }
 
 #[test]
 fn closed_form_response_matches_the_published_value() {
-    for (key, load) in [
-        ("strain_form", EndLoad::Strain),
-        ("traction_form", EndLoad::Traction),
-    ] {
+    for (key, load) in [("strain_form", EndLoad::Strain), ("traction_form", EndLoad::Traction)] {
         let published = &references()[key]["U_mid"];
-        let (re, im) = (
-            published[0].as_f64().unwrap(),
-            published[1].as_f64().unwrap(),
-        );
+        let (re, im) = (published[0].as_f64().unwrap(), published[1].as_f64().unwrap());
         let found = harmonic_response(&RodData::default(), load, 8.0, 0.05);
         // The references have 15 digits.
-        assert!(
-            (found - Complex64::new(re, im)).norm() < 1e-15 * 0.0506 * 2.0,
-            "{key}: {found}"
-        );
+        assert!((found - Complex64::new(re, im)).norm() < 1e-15 * 0.0506 * 2.0, "{key}: {found}");
     }
 }
 
@@ -257,11 +211,7 @@ fn ten_elements_approximate_the_closed_form_response() {
         // The published relative error, to its two digits.
         assert!((ten - 2.5e-7).abs() < 0.05e-7, "{load:?}: {ten:e}");
         // Second order at a node; the next term is smaller by O(h²).
-        assert!(
-            (ten / twenty - 4.0).abs() < 0.01,
-            "{load:?}: {}",
-            ten / twenty
-        );
+        assert!((ten / twenty - 4.0).abs() < 0.01, "{load:?}: {}", ten / twenty);
     }
 }
 
@@ -277,20 +227,11 @@ fn load_interpretations_differ_as_published() {
 #[test]
 fn invalid_data_are_rejected() {
     let data = RodData::default();
-    let density = RodData {
-        density: -1.0,
-        ..data
-    };
+    let density = RodData { density: -1.0, ..data };
     assert_eq!(parameter(Rod::new(density)), ("density", -1.0));
-    let damping = RodData {
-        stiffness_damping: f64::NAN,
-        ..data
-    };
+    let damping = RodData { stiffness_damping: f64::NAN, ..data };
     let (name, value) = parameter(Rod::new(damping));
     assert!(name == "stiffness_damping" && value.is_nan());
-    let empty = RodData {
-        n_elements: 0,
-        ..data
-    };
+    let empty = RodData { n_elements: 0, ..data };
     assert_eq!(parameter(Rod::new(empty)), ("n_elements", 0.0));
 }

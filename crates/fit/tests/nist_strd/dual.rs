@@ -14,10 +14,7 @@ pub(crate) struct Dual {
 
 impl Dual {
     pub(crate) fn constant(value: f64) -> Self {
-        Self {
-            value,
-            slopes: [0.0; MOST],
-        }
+        Self { value, slopes: [0.0; MOST] }
     }
 
     pub(crate) fn parameter(j: usize, value: f64) -> Self {
@@ -27,10 +24,7 @@ impl Dual {
     }
 
     fn chain(self, value: f64, slope: f64) -> Self {
-        Self {
-            value,
-            slopes: self.slopes.map(|s| slope * s),
-        }
+        Self { value, slopes: self.slopes.map(|s| slope * s) }
     }
 
     pub(crate) fn exp(self) -> Self {
@@ -82,10 +76,7 @@ impl<T: Into<Self>> Add<T> for Dual {
     fn add(self, other: T) -> Self {
         let other = other.into();
         let slopes = std::array::from_fn(|j| self.slopes[j] + other.slopes[j]);
-        Self {
-            value: self.value + other.value,
-            slopes,
-        }
+        Self { value: self.value + other.value, slopes }
     }
 }
 
@@ -104,10 +95,7 @@ impl<T: Into<Self>> Mul<T> for Dual {
         let other = other.into();
         let slopes =
             std::array::from_fn(|j| self.slopes[j] * other.value + self.value * other.slopes[j]);
-        Self {
-            value: self.value * other.value,
-            slopes,
-        }
+        Self { value: self.value * other.value, slopes }
     }
 }
 

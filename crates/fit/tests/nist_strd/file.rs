@@ -18,9 +18,7 @@ pub(crate) fn read(name: &str) -> DataSet {
         .with_extension("dat");
     let text = std::fs::read_to_string(path).unwrap();
     let numbers = |line: &str| -> Vec<f64> {
-        line.split_whitespace()
-            .filter_map(|word| word.parse().ok())
-            .collect()
+        line.split_whitespace().filter_map(|word| word.parse().ok()).collect()
     };
     let parameter = |line: &&str| {
         let line = line.trim_start();
@@ -38,12 +36,7 @@ pub(crate) fn read(name: &str) -> DataSet {
         .map(|rest| rest.trim().parse().unwrap())
         .unwrap();
     // "Data:" begins the description of the data in the header, and occurs again before the table.
-    let rows = text
-        .lines()
-        .skip(60)
-        .map(numbers)
-        .filter(|row| row.len() > 1)
-        .collect();
+    let rows = text.lines().skip(60).map(numbers).filter(|row| row.len() > 1).collect();
     DataSet {
         starts: [column(0), column(1)],
         certified: column(2),

@@ -22,17 +22,9 @@ struct Regression<'a> {
 
 impl Regression<'_> {
     fn rows(&self, p: &[f64]) -> impl Iterator<Item = (Dual, f64)> {
-        let b: Vec<_> = p
-            .iter()
-            .enumerate()
-            .map(|(j, &p)| Dual::parameter(j, p))
-            .collect();
+        let b: Vec<_> = p.iter().enumerate().map(|(j, &p)| Dual::parameter(j, p)).collect();
         self.data.rows.iter().map(move |row| {
-            let response = if self.of_logarithm {
-                row[0].ln()
-            } else {
-                row[0]
-            };
+            let response = if self.of_logarithm { row[0].ln() } else { row[0] };
             ((self.formula)(&b, &row[1..]), response)
         })
     }
@@ -73,20 +65,10 @@ fn least(found: &[f64], certified: &[f64]) -> f64 {
 
 fn solve(data: &DataSet, name: &str, formula: Formula, start: &[f64]) -> Option<Fit> {
     let names = (1..).map(|k| format!("b{k}"));
-    let parameters: Vec<_> = names
-        .zip(start)
-        .map(|(name, &start)| Parameter::new(name, start))
-        .collect();
-    let mut model = Regression {
-        data,
-        formula,
-        of_logarithm: name == "Nelson",
-    };
-    let options = Options {
-        tolerance: 1e-11,
-        max_iterations: 2000,
-        ..Options::default()
-    };
+    let parameters: Vec<_> =
+        names.zip(start).map(|(name, &start)| Parameter::new(name, start)).collect();
+    let mut model = Regression { data, formula, of_logarithm: name == "Nelson" };
+    let options = Options { tolerance: 1e-11, max_iterations: 2000, ..Options::default() };
     fit(&mut model, &parameters, &options).ok()
 }
 
@@ -114,10 +96,7 @@ fn all_sets_from_the_second_start_have_eight_digits_and_six_of_the_standard_erro
             // Lanczos1 was generated without noise, so its standard errors are only rounding errors and are not compared.
             let enough = if name == "Lanczos1" { 0.0 } else { 6.0 };
             if k == 1 && (values < 8.0 || errors < enough) {
-                failures.push(format!(
-                    "{name}: {values:.1}, {errors:.1}, {:?}",
-                    fitted.ended
-                ));
+                failures.push(format!("{name}: {values:.1}, {errors:.1}, {:?}", fitted.ended));
             }
             if name != "Lanczos1" && values > 6.0 {
                 // The residual sum of squares is certified to eleven digits.

@@ -102,10 +102,7 @@ impl<P: WithMuscle> Integrator<P> for Advised<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
         let inversions = self.inner.problem().work().inversions;
         let advance = self.inner.advance()?;
-        let Advance::Stopped {
-            reason, message, ..
-        } = advance
-        else {
+        let Advance::Stopped { reason, message, .. } = advance else {
             return Ok(advance);
         };
         let work = self.inner.problem().work();
@@ -117,11 +114,7 @@ impl<P: WithMuscle> Integrator<P> for Advised<P> {
             Some(at) => listed(&self.advice.causes_of_inversion(at)),
             None => self.explain(),
         };
-        Ok(Advance::Stopped {
-            reason,
-            message: message + &explanation,
-            inverted,
-        })
+        Ok(Advance::Stopped { reason, message: message + &explanation, inverted })
     }
 
     fn save(&self) -> Option<Continuation> {

@@ -74,8 +74,7 @@ impl Advice {
     /// Returns the blocks with their perturbation indices.
     pub fn blocks(&self) -> Vec<(Field, u8)> {
         let rows = self.formulation.rows().iter();
-        rows.map(|(f, _)| (*f, self.formulation.variable_index(*f, &self.parameters)))
-            .collect()
+        rows.map(|(f, _)| (*f, self.formulation.variable_index(*f, &self.parameters))).collect()
     }
 
     /// Returns the multipliers of index 2 and higher, which should be excluded from the error test
@@ -136,11 +135,8 @@ impl Advice {
 
     /// Describes the formulation with its index and the index of each block.
     fn subject(&self) -> String {
-        let blocks: Vec<_> = self
-            .blocks()
-            .iter()
-            .map(|(field, index)| format!("{field} {index}"))
-            .collect();
+        let blocks: Vec<_> =
+            self.blocks().iter().map(|(field, index)| format!("{field} {index}")).collect();
         format!(
             "`{}` with kappa = {}, beta = {} has index {} ({})",
             self.formulation,
@@ -177,10 +173,7 @@ impl Advice {
         (weighed && self.weighs_plainly()).then(|| {
             let remedies = vec![Remedy::WeighByStep];
             self.of_highest_index(
-                format!(
-                    "{}, even if it is excluded from the error test",
-                    self.small_steps()
-                ),
+                format!("{}, even if it is excluded from the error test", self.small_steps()),
                 remedies,
             )
         })
@@ -204,10 +197,7 @@ impl Advice {
     fn highest(&self) -> Vec<Field> {
         let index = self.index();
         let blocks = self.blocks().into_iter();
-        blocks
-            .filter(|(_, i)| *i == index)
-            .map(|(field, _)| field)
-            .collect()
+        blocks.filter(|(_, i)| *i == index).map(|(field, _)| field).collect()
     }
 
     /// Describes the effect of multipliers of the highest index on Newton's method.
@@ -230,11 +220,7 @@ impl Advice {
     }
 
     fn of_highest_index(&self, problem: String, remedies: Vec<Remedy>) -> Finding {
-        Finding {
-            fields: self.highest(),
-            problem,
-            remedies,
-        }
+        Finding { fields: self.highest(), problem, remedies }
     }
 
     /// Finds multipliers of higher index in the error test.
@@ -367,9 +353,7 @@ impl Advice {
 fn listed(causes: &[Finding]) -> String {
     let mut words = String::new();
     for (n, cause) in causes.iter().enumerate() {
-        let is_said = causes[..n]
-            .iter()
-            .any(|printed| printed.problem == cause.problem);
+        let is_said = causes[..n].iter().any(|printed| printed.problem == cause.problem);
         words += &match n {
             0 => format!(". Likely cause: {cause}"),
             _ if is_said => format!(". Alternative remedy: {}", cause.remedy()),

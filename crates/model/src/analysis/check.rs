@@ -148,9 +148,7 @@ pub fn check(
     let (residuals, (computed, computed_on)) = of_equations(&mut dae, [&y, &y_dot])?;
     let held = held(muscle)?;
     let nullity = held.map_or(0, |held| held.nullity);
-    let too_large_for_modes = sizes
-        .real
-        .is_some_and(|real| real.flops > TOO_LARGE_FOR_MODES);
+    let too_large_for_modes = sizes.real.is_some_and(|real| real.flops > TOO_LARGE_FOR_MODES);
     let (slow_modes, fastest_mode) = match nullity == 0 && !too_large_for_modes {
         true => (slow_modes(muscle)?, spectrum::fastest(muscle)? / TAU),
         false => (Vec::new(), f64::NAN),
@@ -263,14 +261,7 @@ pub fn check_static(
         },
     };
     findings.extend(linear_displacement.and_then(|u| too_far(u, extent(muscle))));
-    Ok(StaticReport {
-        unknowns,
-        held,
-        factors,
-        linear_displacement,
-        iteration_time,
-        findings,
-    })
+    Ok(StaticReport { unknowns, held, factors, linear_displacement, iteration_time, findings })
 }
 
 /// Findings of the inspection of a motion without inertia.
@@ -311,12 +302,7 @@ pub fn check_quasi_static(
     if formulation.has(Field::Pressure) {
         findings.extend(unheld(held.map(|held| held.nullity), muscle));
     }
-    Ok(QuasiStaticReport {
-        unknowns: unknowns.collect(),
-        held,
-        factors,
-        findings,
-    })
+    Ok(QuasiStaticReport { unknowns: unknowns.collect(), held, factors, findings })
 }
 
 /// Predicted cost of condensed matrices from their pattern; unknown for an external solver.
@@ -354,11 +340,7 @@ impl Sizes {
             return Ok(None);
         };
         resources::expect_memory(needs.bytes, self.n_complex)?;
-        Ok(Some(FactorizationCost {
-            matrices: 1 + self.n_complex,
-            needs,
-            in_use: self.in_use,
-        }))
+        Ok(Some(FactorizationCost { matrices: 1 + self.n_complex, needs, in_use: self.in_use }))
     }
 }
 
@@ -368,10 +350,7 @@ fn held(muscle: &Muscle) -> Result<Option<Held>, ModelError> {
         return Ok(None);
     }
     let found = inf_sup::constants(&muscle.solid)?;
-    Ok(Some(Held {
-        inf_sup: found.smallest().unwrap_or(0.0),
-        nullity: found.nullity(),
-    }))
+    Ok(Some(Held { inf_sup: found.smallest().unwrap_or(0.0), nullity: found.nullity() }))
 }
 
 /// Computes the index of the scene itself if it is small enough, otherwise on a coarse mesh. The

@@ -96,10 +96,7 @@ pub fn solve(mesh: &Mesh, space: MultiplierSpace) -> Result<Solution, ModelError
     let index = index(&mass, &stiffness, &pressures, &extra)?;
 
     // x ↦ Lᵀx transforms M = L Lᵀ into the identity.
-    let lower = mass
-        .cholesky()
-        .expect("a mass matrix is positive definite")
-        .unpack();
+    let lower = mass.cholesky().expect("a mass matrix is positive definite").unpack();
     let to_unit = |rows: &DMatrix<f64>| {
         let columns = lower.solve_lower_triangular(&rows.transpose());
         columns.expect("L has a positive diagonal").transpose()
@@ -139,10 +136,8 @@ fn integrate(
     let n = force.len();
     let mut rate = DMatrix::zeros(2 * n, 2 * n);
     rate.view_mut((0, n), (n, n)).copy_from(keeps_extra);
-    rate.view_mut((n, 0), (n, n))
-        .copy_from(&-(keeps_pressure * stiffness));
-    rate.view_mut((n, n), (n, n))
-        .copy_from(&(keeps_pressure * -paper::ALPHA));
+    rate.view_mut((n, 0), (n, n)).copy_from(&-(keeps_pressure * stiffness));
+    rate.view_mut((n, n), (n, n)).copy_from(&(keeps_pressure * -paper::ALPHA));
     let push = keeps_pressure * force;
     let load = Signal::from(formula::Sine {
         amplitude: 1.0,
@@ -160,9 +155,7 @@ fn integrate(
         let mut right = &explicit * motion.column(k);
         let now = load.at((k as f64 + 0.5) * step).value;
         right.rows_mut(n, n).axpy(step * now, &push, 1.0);
-        let next = implicit
-            .solve(&right)
-            .expect("I + h/2 A is regular for small steps");
+        let next = implicit.solve(&right).expect("I + h/2 A is regular for small steps");
         motion.set_column(k + 1, &next);
     }
     motion
@@ -174,11 +167,7 @@ fn kernel_projection(b: &DMatrix<f64>) -> (DMatrix<f64>, usize) {
     let bound = DEPENDENT * eigen.eigenvalues.amax();
     let mut projection = DMatrix::identity(b.ncols(), b.ncols());
     let mut dependent = 0;
-    for (value, vector) in eigen
-        .eigenvalues
-        .iter()
-        .zip(eigen.eigenvectors.column_iter())
-    {
+    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
         if *value > bound {
             let direction = b.tr_mul(&vector);
             projection -= &direction * direction.transpose() / *value;
@@ -229,8 +218,7 @@ fn index(
     e.view_mut((0, 0), (n, n)).copy_from(mass);
     e.view_mut((n, n), (n, n)).copy_from(mass);
     a.view_mut((0, n), (n, n)).copy_from(&-mass);
-    a.view_mut((0, 2 * n + m), (n, k))
-        .copy_from(&extra.transpose());
+    a.view_mut((0, 2 * n + m), (n, k)).copy_from(&extra.transpose());
     a.view_mut((n, 0), (n, n)).copy_from(stiffness);
     a.view_mut((n, n), (n, n)).copy_from(&(mass * paper::ALPHA));
     a.view_mut((n, 2 * n), (n, m)).copy_from(&b.transpose());

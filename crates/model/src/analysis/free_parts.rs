@@ -28,20 +28,13 @@ pub struct FreePart {
 
 impl fmt::Display for FreePart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            elements,
-            is_all,
-            near,
-            motions,
-        } = self;
+        let Self { elements, is_all, near, motions } = self;
         let near: Vec<String> = near.iter().map(|x| format!("{x:.3}")).collect();
         match is_all {
             true => write!(f, "the body {motions}"),
-            false => write!(
-                f,
-                "a part of {elements} elements near ({}) {motions}",
-                near.join(", ")
-            ),
+            false => {
+                write!(f, "a part of {elements} elements near ({}) {motions}", near.join(", "))
+            }
         }
     }
 }
@@ -51,12 +44,7 @@ const NAMED: usize = 5;
 
 impl fmt::Display for FreeParts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let named: Vec<String> = self
-            .parts
-            .iter()
-            .take(NAMED)
-            .map(ToString::to_string)
-            .collect();
+        let named: Vec<String> = self.parts.iter().take(NAMED).map(ToString::to_string).collect();
         f.write_str(&named.join("; "))?;
         match self.parts.len().saturating_sub(NAMED) {
             0 => Ok(()),

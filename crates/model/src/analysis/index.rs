@@ -40,10 +40,7 @@ impl IndexReport {
     pub fn at(dae: &mut MuscleDae, t: f64, y: &[f64], y_dot: &[f64]) -> Result<Self, ModelError> {
         let unknowns = dae.n_unknowns();
         if unknowns > LARGEST_SYSTEM {
-            return Err(ModelError::TooLarge {
-                unknowns,
-                largest: LARGEST_SYSTEM,
-            });
+            return Err(ModelError::TooLarge { unknowns, largest: LARGEST_SYSTEM });
         }
         let structure = PencilStructure::of(&Pencil::linearize(dae, t, y, y_dot)?);
         let blocks = if structure.variables.is_empty() {
@@ -58,11 +55,7 @@ impl IndexReport {
         Ok(Self {
             index: structure.index,
             gap: structure.gap(),
-            decisions: structure
-                .decisions
-                .iter()
-                .map(ToString::to_string)
-                .collect(),
+            decisions: structure.decisions.iter().map(ToString::to_string).collect(),
             blocks,
             unknowns,
         })

@@ -79,11 +79,7 @@ impl Level {
         let solid = body(pair, mesh, fixed)?;
         let in_norms = constants(&solid)?;
         let b = divergence(&solid)?;
-        let raw = InfSup::of(
-            &b,
-            &CscMatrix::identity(b.ncols()),
-            &CscMatrix::identity(b.nrows()),
-        )?;
+        let raw = InfSup::of(&b, &CscMatrix::identity(b.ncols()), &CscMatrix::identity(b.nrows()))?;
         Ok(Self {
             elements: mesh.n_elements(),
             mesh_size: regular_edge(mesh.dimension(), solid.volume() / mesh.n_elements() as f64),
@@ -157,7 +153,5 @@ fn index_at_rest(solid: Solid) -> Result<Option<IndexReport>, ModelError> {
     let muscle = Muscle::unloaded(solid, Parameters::new(0.0, 0.0, f64::INFINITY)?);
     let mut dae = MuscleDae::for_analysis(muscle, Formulation::Position);
     let rest = vec![0.0; dae.n_unknowns()];
-    (rest.len() <= LARGEST_SYSTEM)
-        .then(|| IndexReport::at(&mut dae, 0.0, &rest, &rest))
-        .transpose()
+    (rest.len() <= LARGEST_SYSTEM).then(|| IndexReport::at(&mut dae, 0.0, &rest, &rest)).transpose()
 }

@@ -102,9 +102,7 @@ fn has_no_level(muscle: &Muscle) -> bool {
         column
             .values()
             .iter()
-            .fold((0.0, 0.0_f64), |(sum, largest), b| {
-                (sum + b, largest.max(b.abs()))
-            })
+            .fold((0.0, 0.0_f64), |(sum, largest), b| (sum + b, largest.max(b.abs())))
     });
     let (net, largest) = columns.fold((0.0_f64, 0.0_f64), |(net, most), (sum, largest)| {
         (net.max(sum.abs()), most.max(largest))
@@ -113,9 +111,7 @@ fn has_no_level(muscle: &Muscle) -> bool {
 }
 
 pub(super) fn inconsistent(residuals: &[BlockResidual]) -> Option<Finding> {
-    let worst = residuals
-        .iter()
-        .find(|block| block.relative > INCONSISTENT)?;
+    let worst = residuals.iter().find(|block| block.relative > INCONSISTENT)?;
     Some(Finding {
         fields: vec![worst.field],
         problem: format!("the start does not satisfy the equations at t = 0 ({worst})"),
@@ -127,9 +123,7 @@ pub(super) fn inconsistent(residuals: &[BlockResidual]) -> Option<Finding> {
 
 pub(super) fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Finding> {
     let drive = drive?;
-    let mode = slow_modes
-        .iter()
-        .find(|mode| (drive / **mode - 1.0).abs() < RESONANCE)?;
+    let mode = slow_modes.iter().find(|mode| (drive / **mode - 1.0).abs() < RESONANCE)?;
     Some(Finding {
         fields: Vec::new(),
         problem: format!("the load at {drive:.3} Hz is close to the eigenfrequency {mode:.3} Hz"),
@@ -233,8 +227,6 @@ pub(super) fn endless(drive: Option<f64>, t_end: f64) -> Option<Finding> {
         problem: format!(
             "the run covers {periods:.0e} periods of the load with several steps each"
         ),
-        remedies: vec![Remedy::Scene(
-            "check the end time (s) and the frequencies (Hz)",
-        )],
+        remedies: vec![Remedy::Scene("check the end time (s) and the frequencies (Hz)")],
     })
 }

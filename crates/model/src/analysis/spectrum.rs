@@ -58,10 +58,7 @@ pub fn vibration(muscle: &Muscle, at: &Equilibrium) -> Result<Vibration, ModelEr
     Ok(Vibration::new(
         operators::mass(solid),
         stiffness,
-        Some(Constraint {
-            operator: operators::divergence(solid, u)?,
-            compliance,
-        }),
+        Some(Constraint { operator: operators::divergence(solid, u)?, compliance }),
     )?)
 }
 
@@ -70,18 +67,13 @@ pub fn vibration(muscle: &Muscle, at: &Equilibrium) -> Result<Vibration, ModelEr
 fn added(muscle: &Muscle, at: &Equilibrium, u: &[f64]) -> [CscMatrix<f64>; 2] {
     let solid = &muscle.solid;
     let without = || vec![0.0; solid.n_tensions()];
-    let tensions = &at
-        .preload_time
-        .map_or_else(without, |t| muscle.tensions_at_rest(t))[..];
+    let tensions = &at.preload_time.map_or_else(without, |t| muscle.tensions_at_rest(t))[..];
     let v = &operators::rest(solid)[..];
     let mut values = [(); 2].map(|()| vec![0.0; solid.displacement_pattern().nnz()]);
     let [by_displacement, by_velocity] = values.each_mut().map(|values| Some(&mut values[..]));
     solid.added_tangents(
         &AddedMotion { u, v, tensions },
-        AddedTangents {
-            by_displacement,
-            by_velocity,
-        },
+        AddedTangents { by_displacement, by_velocity },
     );
     values.map(|values| operators::matrix(solid.displacement_pattern(), values))
 }
@@ -138,9 +130,7 @@ pub fn damping_ratio(
     let Some(omega) = mode.angular_frequency().filter(|&omega| omega > 0.0) else {
         return Ok(None);
     };
-    let Muscle {
-        solid, parameters, ..
-    } = muscle;
+    let Muscle { solid, parameters, .. } = muscle;
     let u = displacement(muscle, at);
     let mut v = vec![0.0; u.len()];
     solid.dofs().expand(&mode.shape, &mut v);
@@ -154,10 +144,7 @@ pub fn damping_ratio(
             p_rate: Some(&mode.multipliers),
             ..Fields::new(&u, Pressure::Nodal(&at.pressure))
         };
-        let mut wanted = Vectors {
-            force_rate: Some(&mut force),
-            ..Vectors::default()
-        };
+        let mut wanted = Vectors { force_rate: Some(&mut force), ..Vectors::default() };
         solid.evaluate(&fields, &mut wanted)?;
         lost += parameters.beta * power(&force);
     }
@@ -166,11 +153,7 @@ pub fn damping_ratio(
         let shape = DVector::from_column_slice(&mode.shape);
         lost += shape.dot(&(by_velocity * &shape));
     }
-    lost += muscle
-        .foundations
-        .iter()
-        .map(|foundation| foundation.dissipation(&v))
-        .sum::<f64>();
+    lost += muscle.foundations.iter().map(|foundation| foundation.dissipation(&v)).sum::<f64>();
     // vᵀ M v = 1.
     Ok(Some(lost / (2.0 * omega)))
 }
@@ -241,9 +224,7 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
             let pressure = DVector::from_vec(pressure) * muscle.parameters.kappa();
             force += &transposed * pressure;
         }
-        Ok(DVector::from_vec(
-            inertia.solve(force.as_slice(), &no_flux)?.0,
-        ))
+        Ok(DVector::from_vec(inertia.solve(force.as_slice(), &no_flux)?.0))
     };
     // Lanczos' method in the mass inner product, in which the map is symmetric. The first image
     // satisfies the constraint.
@@ -290,9 +271,7 @@ fn largest_of(diagonal: &[f64], beside: &[f64]) -> f64 {
 fn bedded(muscle: &Muscle, mut stiffness: CscMatrix<f64>) -> CscMatrix<f64> {
     for foundation in &muscle.foundations {
         let values = stiffness.values_mut();
-        foundation
-            .operator()
-            .add_values(foundation.stiffness(), &muscle.solid, values);
+        foundation.operator().add_values(foundation.stiffness(), &muscle.solid, values);
     }
     stiffness
 }

@@ -31,10 +31,7 @@ impl Speed {
     /// Factorizes a real matrix, and also a complex matrix if `with_complex` is set.
     pub(super) fn measure(with_complex: bool) -> Result<Self, SparseError> {
         let pattern = cube();
-        let structure = Structure {
-            kind: Kind::Symmetric,
-            ..Structure::default()
-        };
+        let structure = Structure { kind: Kind::Symmetric, ..Structure::default() };
         let elimination = Elimination::new(&pattern, structure, SparseOptions::default())?;
         let elimination = Arc::new(elimination);
         let real = Timing::of::<f64>(&elimination, &pattern)?;
@@ -63,9 +60,8 @@ impl Timing {
         pattern: &SparsityPattern,
     ) -> Result<Self, SparseError> {
         let needs = elimination.prediction::<T>();
-        let (operations, entries) = needs.map_or((f64::NAN, f64::NAN), |needs| {
-            (needs.flops, needs.entries as f64)
-        });
+        let (operations, entries) =
+            needs.map_or((f64::NAN, f64::NAN), |needs| (needs.flops, needs.entries as f64));
         let mut system = SparseSystem::<T>::new(elimination.clone());
         // Diagonally dominant rows.
         let values = pattern.entries().map(|(column, row)| match column == row {
@@ -87,12 +83,7 @@ impl Timing {
         let solving = clock.elapsed().as_secs_f64() / f64::from(SOLVES);
         let clock = CpuClock::start();
         system.renew(&mut work)?;
-        Ok(Self {
-            operations,
-            factorizing: clock.elapsed().as_secs_f64(),
-            entries,
-            solving,
-        })
+        Ok(Self { operations, factorizing: clock.elapsed().as_secs_f64(), entries, solving })
     }
 
     fn with(self, other: Self) -> Self {

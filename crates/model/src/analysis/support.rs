@@ -25,11 +25,7 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
         part_of.fill(0);
     }
 
-    let Parts {
-        elements,
-        centers,
-        at_node,
-    } = Parts::new(space, &part_of, n_parts(&part_of));
+    let Parts { elements, centers, at_node } = Parts::new(space, &part_of, n_parts(&part_of));
     let mut bodies = RigidBodies::new(dimension, &centers, extent(muscle));
     let mut is_free = vec![false; dofs.n_full()];
     for &component in dofs.free_to_full() {
@@ -93,11 +89,7 @@ impl Parts {
         for (center, n) in centers.iter_mut().zip(&elements) {
             center.iter_mut().for_each(|x| *x /= *n as f64);
         }
-        Self {
-            elements,
-            centers,
-            at_node,
-        }
+        Self { elements, centers, at_node }
     }
 }
 
@@ -143,11 +135,7 @@ pub(crate) fn extent(muscle: &Muscle) -> f64 {
 pub(crate) fn extents(muscle: &Muscle) -> Vec<f64> {
     let space = muscle.solid.space();
     let side = |axis: usize| {
-        let along = space
-            .coordinates()
-            .iter()
-            .skip(axis)
-            .step_by(space.dimension());
+        let along = space.coordinates().iter().skip(axis).step_by(space.dimension());
         let along = along.copied();
         along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
     };

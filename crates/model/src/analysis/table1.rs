@@ -125,9 +125,7 @@ impl Case {
         let solid = &muscle.solid;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut draw = |size: f64| -> Vec<f64> {
-            (0..solid.dofs().n_free())
-                .map(|_| size * rng.random_range(-1.0..1.0))
-                .collect()
+            (0..solid.dofs().n_free()).map(|_| size * rng.random_range(-1.0..1.0)).collect()
         };
         // The gradient of a quadratic shape function is about 4 / h.
         let size = STRAIN * element_size(solid) / 4.0;

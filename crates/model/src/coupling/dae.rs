@@ -163,12 +163,7 @@ impl<B: Problem> CoupledDae<B> {
         [y, y_dot]: [&[f64]; 2],
         residual: &mut [f64],
     ) -> Result<(), StepError> {
-        let Part {
-            range,
-            forcing,
-            oscillators,
-            ..
-        } = &mut self.parts[k];
+        let Part { range, forcing, oscillators, .. } = &mut self.parts[k];
         let other = other.unwrap_or(oscillators);
         force(other, forcing, t, &y[..self.n_body])?;
         let (s, s_dot) = (&y[range.clone()], &y_dot[range.clone()]);
@@ -186,12 +181,7 @@ impl<B: Problem> CoupledDae<B> {
         let network = part.oscillators.network();
         let n = network.n_states();
         let mut residual = vec![0.0; n];
-        network.residual(
-            &y[part.range.clone()],
-            &vec![0.0; n],
-            &part.forcing,
-            &mut residual,
-        );
+        network.residual(&y[part.range.clone()], &vec![0.0; n], &part.forcing, &mut residual);
         Ok(residual[n / 2..].iter().map(|r| -r).collect())
     }
 
@@ -267,8 +257,7 @@ impl<B: Problem> Problem for CoupledDae<B> {
     ) -> Result<(), StepError> {
         let n = self.n_body;
         let body = &y[..n];
-        self.body
-            .residual(t, body, &y_dot[..n], &mut residual[..n])?;
+        self.body.residual(t, body, &y_dot[..n], &mut residual[..n])?;
         for part in &mut self.parts {
             part.force(t, body)?;
             let own = part.range.clone();
@@ -296,8 +285,7 @@ impl<B: Problem> Problem for CoupledDae<B> {
         values: &mut [f64],
     ) -> Result<(), StepError> {
         let n = self.n_body;
-        self.body
-            .jacobian(t, &y[..n], &y_dot[..n], a, b, &mut self.body_values)?;
+        self.body.jacobian(t, &y[..n], &y_dot[..n], a, b, &mut self.body_values)?;
         values.fill(0.0);
         self.blocks.add(0, 1.0, &self.body_values, values);
         for (k, part) in self.parts.iter_mut().enumerate() {

@@ -33,11 +33,7 @@ pub struct StateTolerances {
 impl Default for StateTolerances {
     /// Relative 1e-7, absolute 1e-10, included in the error test.
     fn default() -> Self {
-        Self {
-            relative: 1e-7,
-            absolute: 1e-10,
-            tested: true,
-        }
+        Self { relative: 1e-7, absolute: 1e-10, tested: true }
     }
 }
 
@@ -151,9 +147,7 @@ impl ErrorTest {
 /// Returns √(N/n) for the n internal stresses among N unknowns of a muscle, and for the other
 /// unknowns.
 fn importance(layout: &Layout) -> Vec<f64> {
-    let n_internal = layout
-        .range(Field::InternalStress)
-        .map_or(0, |own| own.len());
+    let n_internal = layout.range(Field::InternalStress).map_or(0, |own| own.len());
     let n = layout.n_unknowns();
     if n_internal == 0 {
         return vec![1.0; n];

@@ -231,8 +231,7 @@ impl Problem for FeedbackDae {
         values: &mut [f64],
     ) -> Result<(), StepError> {
         self.adapt(y);
-        self.one_way
-            .jacobian(t, y, y_dot, a, b, &mut self.one_way_values)?;
+        self.one_way.jacobian(t, y, y_dot, a, b, &mut self.one_way_values)?;
         values.fill(0.0);
         self.blocks.add(0, 1.0, &self.one_way_values, values);
         self.linearize(t, y)?;

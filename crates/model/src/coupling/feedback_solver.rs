@@ -110,10 +110,7 @@ impl FeedbackSolver {
         Ok(Self {
             one_way: CoupledSolver::new(body, one_way, options)?,
             places,
-            real: Matrix {
-                responses: Vec::new(),
-                nonlocal: NonlocalElimination::default(),
-            },
+            real: Matrix { responses: Vec::new(), nonlocal: NonlocalElimination::default() },
             complex: Vec::new(),
         })
     }
@@ -131,9 +128,7 @@ impl FeedbackSolver {
         feed_back(&self.places, dae, x);
         let (one_way, ..) = dae.parts();
         let own = one_way.body_range();
-        self.one_way
-            .body
-            .solve_real(one_way.body_mut(), &mut x[own])?;
+        self.one_way.body.solve_real(one_way.body_mut(), &mut x[own])?;
         respond(&self.real.responses, one_way, x);
         Ok(())
     }
@@ -177,9 +172,7 @@ impl<T: Scalar + ComplexField> Matrix<T> {
     fn gains(&self, dae: &FeedbackDae) -> Vec<T> {
         let places = dae.places().iter();
         let network = |place: &Place| dae.feedbacks()[place.feedback].network;
-        places
-            .map(|place| place.along(&self.responses[network(place)]))
-            .collect()
+        places.map(|place| place.along(&self.responses[network(place)])).collect()
     }
 }
 
@@ -212,9 +205,7 @@ fn respond<T: Scalar>(responses: &[Vec<T>], one_way: &CoupledDae<MuscleDae>, x: 
     for (k, response) in responses.iter().enumerate() {
         let own = one_way.range(k);
         let states = &mut oscillators[own.start - body.len()..own.end - body.len()];
-        one_way
-            .oscillators(k)
-            .subtract_response(response, body, states);
+        one_way.oscillators(k).subtract_response(response, body, states);
     }
 }
 
@@ -236,9 +227,8 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
         solver.set_up_networks(dae.one_way(), real, complex)?;
         self.real = Matrix::new(&mut solver.real, dae)?;
         let networks = solver.complex.iter_mut();
-        self.complex = networks
-            .map(|networks| Matrix::new(networks, dae))
-            .collect::<Result<_, _>>()?;
+        self.complex =
+            networks.map(|networks| Matrix::new(networks, dae)).collect::<Result<_, _>>()?;
         // α and β of each place, from its value for each matrix.
         let of_real = self.real.gains(dae).into_iter();
         let mut all: Vec<Vec<[f64; 2]>> = vec![of_real.map(|h| [h, 0.0]).collect()];
@@ -262,9 +252,7 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
             }
         };
         let body = one_way.body_mut();
-        self.one_way
-            .body
-            .set_up_each(body, real, complex, prepare)?;
+        self.one_way.body.set_up_each(body, real, complex, prepare)?;
         let nonlocal = self.nonlocal();
         self.real.nonlocal =
             NonlocalElimination::new(&nonlocal, dae, |dae, x| self.solve_local(dae, x))?;

@@ -56,8 +56,7 @@ impl CoherenceHistory {
         self.t.push(t);
         self.centroid.push(centroid);
         self.phase.push(phase);
-        self.phasors
-            .push(phasors(omega, position, velocity).collect());
+        self.phasors.push(phasors(omega, position, velocity).collect());
         let frequency = centroid_frequency(omega, position, velocity, &acceleration);
         self.frequency.push(frequency.unwrap_or(f64::NAN));
         Ok(())

@@ -21,10 +21,7 @@ pub struct LockCriterion {
 impl Default for LockCriterion {
     /// A tenth of a turn (0.005 Hz in 20 s) and |χ| ≥ 0.9.
     fn default() -> Self {
-        Self {
-            slip: 0.1,
-            coherence: 0.9,
-        }
+        Self { slip: 0.1, coherence: 0.9 }
     }
 }
 
@@ -59,10 +56,7 @@ impl LockCriterion {
     /// Evaluates settled oscillators against a drive of frequency `drive` (Hz).
     pub fn judge(&self, settled: &Settling, drive: f64) -> Synchrony {
         let slip = (settled.frequency.mean - drive).abs() * settled.window;
-        Synchrony {
-            follows: slip < self.slip,
-            coherent: settled.phase.min >= self.coherence,
-        }
+        Synchrony { follows: slip < self.slip, coherent: settled.phase.min >= self.coherence }
     }
 }
 

@@ -292,10 +292,7 @@ impl<B> Multirate<B> {
         let mut local = vec![0.0; self.steps.n_states];
         while self.chains.time() + ROUNDING * self.chains.time().abs() < to {
             let from = self.chains.time();
-            if let Advance::Stopped {
-                reason, message, ..
-            } = self.chains.advance()?
-            {
+            if let Advance::Stopped { reason, message, .. } = self.chains.advance()? {
                 self.chains_stopped = true;
                 return Ok(Some(Advance::Stopped {
                     reason,
@@ -304,8 +301,7 @@ impl<B> Multirate<B> {
                 }));
             }
             self.steps.add(&mut self.chains, from)?;
-            self.driven
-                .see(self.steps.last_states(), self.chains.problem());
+            self.driven.see(self.steps.last_states(), self.chains.problem());
             if self.chains.local_error(&mut local)? {
                 let error = self.error.get_or_insert_with(|| vec![0.0; local.len()]);
                 for (error, local) in error.iter_mut().zip(&local) {
@@ -332,10 +328,9 @@ impl<B> Integrator<Multirate<B>> for Multirate<B> {
         let to = self.body.time();
         let seen = &mut self.driven.places;
         let body = &mut *self.body;
-        self.motion
-            .follow(body, [from, to], &self.places, &mut self.y, |i, u| {
-                seen[i][0] = seen[i][0].max(u);
-            })?;
+        self.motion.follow(body, [from, to], &self.places, &mut self.y, |i, u| {
+            seen[i][0] = seen[i][0].max(u);
+        })?;
         if let Some(stopped) = self.advance_chains(to)? {
             return Ok(stopped);
         }

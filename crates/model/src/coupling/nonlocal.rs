@@ -29,11 +29,7 @@ pub(super) struct NonlocalElimination<T: ComplexField> {
 
 impl<T: ComplexField> Default for NonlocalElimination<T> {
     fn default() -> Self {
-        Self {
-            places: Vec::new(),
-            responses: Vec::new(),
-            small: None,
-        }
+        Self { places: Vec::new(), responses: Vec::new(), small: None }
     }
 }
 
@@ -66,11 +62,7 @@ impl<T: Scalar + ComplexField> NonlocalElimination<T> {
                 small[(i, k)] += gain;
             }
         }
-        Ok(Self {
-            places: places.to_vec(),
-            responses,
-            small: Some(small.lu()),
-        })
+        Ok(Self { places: places.to_vec(), responses, small: Some(small.lu()) })
     }
 
     /// Replaces the solution of the system with J by the solution of the corrected system.

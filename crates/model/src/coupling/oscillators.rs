@@ -89,16 +89,9 @@ impl Oscillators {
             });
         }
         if sources.len() != network.n_channels() {
-            return Err(ModelError::Sources {
-                needed: network.n_channels(),
-                given: sources.len(),
-            });
+            return Err(ModelError::Sources { needed: network.n_channels(), given: sources.len() });
         }
-        Ok(Self {
-            network,
-            drive,
-            sources,
-        })
+        Ok(Self { network, drive, sources })
     }
 
     /// Replaces the points of the body by their `motion` over its steps, and appends them to
@@ -163,9 +156,8 @@ impl Oscillators {
         for (channel, source) in self.sources.iter().enumerate() {
             for column in 0..n_columns {
                 let terms = source.unknowns().iter();
-                let change: f64 = terms
-                    .map(|&(i, weight)| weight * body[i * n_columns + column])
-                    .sum();
+                let change: f64 =
+                    terms.map(|&(i, weight)| weight * body[i * n_columns + column]).sum();
                 for row in self.network.forced_rows(channel) {
                     rows[row * n_columns + column] -= self.drive.gain * change;
                 }

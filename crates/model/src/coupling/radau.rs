@@ -32,10 +32,7 @@ impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
         };
         let matrices = match condensed {
             Some(solver) => solver,
-            None => Box::new(SparseDirectSolver::new(
-                &system.jacobian_pattern(),
-                options.sparse,
-            )?),
+            None => Box::new(SparseDirectSolver::new(&system.jacobian_pattern(), options.sparse)?),
         };
         let schedule = system.schedule();
         let (times, state) = ((t, t_end), (y, y_dot));

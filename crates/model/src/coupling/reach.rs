@@ -100,19 +100,15 @@ impl Places {
             let nodes = elements.iter().flat_map(|e| space.element_nodes(*e));
             let components =
                 nodes.flat_map(|node| (0..dimension).map(move |m| dimension * node + m));
-            let mut rows: Vec<usize> = components
-                .filter_map(|component| free.binary_search(&component).ok())
-                .collect();
+            let mut rows: Vec<usize> =
+                components.filter_map(|component| free.binary_search(&component).ok()).collect();
             rows.sort_unstable();
             rows.dedup();
             rows
         };
         let mut list = Vec::new();
         for (k, feedback) in feedbacks.iter().enumerate() {
-            let of_network = one_way
-                .oscillators(feedback.network)
-                .network()
-                .n_oscillators();
+            let of_network = one_way.oscillators(feedback.network).network().n_oscillators();
             let n = of_network / feedback.weights.len();
             for (number, weights) in feedback.weights.iter().enumerate() {
                 let rows = rows(feedback.effect, weights);

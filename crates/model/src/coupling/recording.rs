@@ -54,15 +54,8 @@ impl Recording {
         if !(start - slack..=end + slack).contains(&t) {
             return None;
         }
-        let step = self
-            .ends
-            .partition_point(|e| *e < t)
-            .min(self.ends.len() - 1);
-        let from = if step == 0 {
-            start
-        } else {
-            self.ends[step - 1]
-        };
+        let step = self.ends.partition_point(|e| *e < t).min(self.ends.len() - 1);
+        let from = if step == 0 { start } else { self.ends[step - 1] };
         let place = (t - from) / (self.ends[step] - from);
         Some(chebyshev::interpolate(&self.values[step], place) + self.prescribed.prescribed_at(t))
     }
@@ -123,17 +116,10 @@ impl Recorder {
     /// Creates a recorder for `point` of a system of `n` unknowns.
     pub fn new(point: Displacement, n: usize) -> Self {
         let recording = Recording {
-            prescribed: Displacement {
-                unknowns: Vec::new(),
-                prescribed: point.prescribed.clone(),
-            },
+            prescribed: Displacement { unknowns: Vec::new(), prescribed: point.prescribed.clone() },
             ..Recording::default()
         };
-        Self {
-            point,
-            recording,
-            y: vec![0.0; n],
-        }
+        Self { point, recording, y: vec![0.0; n] }
     }
 
     /// Returns the recording.

@@ -36,12 +36,7 @@ impl<S> CoupledSolver<S> {
         options: SparseOptions,
     ) -> Result<Self, SparseError> {
         let networks = Networks::new(dae, options)?;
-        Ok(Self {
-            body,
-            real: networks.matrices(),
-            complex: Vec::new(),
-            networks,
-        })
+        Ok(Self { body, real: networks.matrices(), complex: Vec::new(), networks })
     }
 }
 
@@ -55,8 +50,7 @@ impl<S> CoupledSolver<S> {
     ) -> Result<(), StepError> {
         let networks = &self.networks;
         networks.set_up(dae, real, &mut self.real)?;
-        self.complex
-            .resize_with(complex.len(), || networks.matrices());
+        self.complex.resize_with(complex.len(), || networks.matrices());
         let mut matrices = self.complex.iter_mut().zip(complex);
         matrices.try_for_each(|(matrices, &c)| networks.set_up(dae, c, matrices))
     }
@@ -132,11 +126,8 @@ impl<B: Problem, S: LinearSolver<B>> LinearSolver<CoupledDae<B>> for CoupledSolv
     ) -> Result<(), StepError> {
         let own = ..n_columns * dae.body_range().len();
         let body = dae.body_mut();
-        self.body
-            .solve_real_columns(body, &mut rhs[own], n_columns)?;
-        columns::one_by_one(rhs, n_columns, |column| {
-            solve_networks(dae, &mut self.real, column)
-        })
+        self.body.solve_real_columns(body, &mut rhs[own], n_columns)?;
+        columns::one_by_one(rhs, n_columns, |column| solve_networks(dae, &mut self.real, column))
     }
 
     fn solve_complex_columns(
@@ -148,8 +139,7 @@ impl<B: Problem, S: LinearSolver<B>> LinearSolver<CoupledDae<B>> for CoupledSolv
     ) -> Result<(), StepError> {
         let own = ..n_columns * dae.body_range().len();
         let body = dae.body_mut();
-        self.body
-            .solve_complex_columns(body, k, &mut rhs[own], n_columns)?;
+        self.body.solve_complex_columns(body, k, &mut rhs[own], n_columns)?;
         columns::one_by_one(rhs, n_columns, |column| {
             solve_networks(dae, &mut self.complex[k], column)
         })

@@ -59,10 +59,7 @@ impl CoupledOptions {
 
     /// Returns the options for separately integrated oscillators.
     pub fn of_oscillators(integrator: IntegratorKind) -> Self {
-        Self {
-            linear_solver: LinearSolverKind::Condensed,
-            ..Self::of_states(integrator)
-        }
+        Self { linear_solver: LinearSolverKind::Condensed, ..Self::of_states(integrator) }
     }
 
     /// Sets the first and the largest step (s); `None` leaves the choice to the integrator.
@@ -104,19 +101,14 @@ pub fn start_coupled_from<P: Body>(
     y: &[f64],
     y_dot: &[f64],
 ) -> Result<Box<dyn Integrator<P>>, ModelError> {
-    let CoupledOptions {
-        integrator,
-        ida,
-        radau,
-        linear_solver: linear,
-        projection_interval,
-    } = options;
+    let CoupledOptions { integrator, ida, radau, linear_solver: linear, projection_interval } =
+        options;
     let setting = "projection_interval";
     Ok(match (integrator.stages(), projection_interval) {
         (Some(_), Some(_)) => return Err(ModelError::OnlyBdf { setting }),
-        (Some(_), None) => Box::new(RadauIntegrator::coupled_at(
-            dae, error_test, radau, linear, times, y, y_dot,
-        )?),
+        (Some(_), None) => {
+            Box::new(RadauIntegrator::coupled_at(dae, error_test, radau, linear, times, y, y_dot)?)
+        }
         (None, every) => {
             let ida = IdaIntegrator::coupled_at(dae, error_test, ida, linear, times, y, y_dot)?;
             match every {

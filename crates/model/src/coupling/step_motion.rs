@@ -31,11 +31,8 @@ impl StepMotion {
     /// its first step.
     pub(super) fn start(&self, t: f64, y: &[f64], places: &[Displacement]) {
         let values = places.iter().map(|place| [place.of(y); POINTS]).collect();
-        *self.0.write().unwrap_or_else(PoisonError::into_inner) = Polynomials {
-            from: t,
-            to: t,
-            values,
-        };
+        *self.0.write().unwrap_or_else(PoisonError::into_inner) =
+            Polynomials { from: t, to: t, values };
     }
 
     /// Reads the displacements of the `places` over the last step `[from, to]` of `body`; `y` is a workspace for its
@@ -103,10 +100,7 @@ impl StepPoint {
         Self {
             motion: Arc::clone(motion),
             number,
-            prescribed: Displacement {
-                unknowns: Vec::new(),
-                prescribed: place.prescribed.clone(),
-            },
+            prescribed: Displacement { unknowns: Vec::new(), prescribed: place.prescribed.clone() },
         }
     }
 
@@ -124,11 +118,7 @@ impl StepPoint {
     pub(super) fn at(&self, t: f64) -> f64 {
         let motion = self.motion.read();
         let length = motion.to - motion.from;
-        let x = if length > 0.0 {
-            (t - motion.from) / length
-        } else {
-            0.0
-        };
+        let x = if length > 0.0 { (t - motion.from) / length } else { 0.0 };
         chebyshev::interpolate(&motion.values[self.number], x) + self.prescribed.prescribed_at(t)
     }
 }

@@ -21,11 +21,7 @@ pub(super) fn residual(
 pub(super) fn terms(context: &Context) -> Vec<Term> {
     let mut terms = vec![Term::value(Field::Displacement, Matrix::Divergence, 1.0)];
     if context.inv_kappa > 0.0 {
-        terms.push(Term::value(
-            Field::Pressure,
-            Matrix::PressureMass,
-            context.inv_kappa,
-        ));
+        terms.push(Term::value(Field::Pressure, Matrix::PressureMass, context.inv_kappa));
     }
     terms
 }
@@ -49,11 +45,7 @@ pub(super) fn rate_terms(context: &Context) -> Vec<Term> {
         Term::value(Field::Displacement, Matrix::DivergenceRate, 1.0),
     ];
     if context.inv_kappa > 0.0 {
-        terms.push(Term::rate(
-            Field::Pressure,
-            Matrix::PressureMass,
-            context.inv_kappa,
-        ));
+        terms.push(Term::rate(Field::Pressure, Matrix::PressureMass, context.inv_kappa));
     }
     terms
 }

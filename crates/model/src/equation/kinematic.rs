@@ -12,11 +12,7 @@ fn difference(rate: &[f64], value: &[f64], rows: &mut [f64]) {
 
 /// Computes q̇ - v.
 pub(super) fn residual(state: &State<'_>, rows: &mut [f64]) {
-    difference(
-        state.rate(Field::Displacement),
-        state.value(Field::Velocity),
-        rows,
-    );
+    difference(state.rate(Field::Displacement), state.value(Field::Velocity), rows);
 }
 
 pub(super) fn terms() -> Vec<Term> {
@@ -28,11 +24,7 @@ pub(super) fn terms() -> Vec<Term> {
 
 /// Computes λ̇ - μ.
 pub(super) fn pressure_residual(state: &State<'_>, rows: &mut [f64]) {
-    difference(
-        state.rate(Field::Pressure),
-        state.value(Field::PressureRate),
-        rows,
-    );
+    difference(state.rate(Field::Pressure), state.value(Field::PressureRate), rows);
 }
 
 pub(super) fn pressure_terms() -> Vec<Term> {
@@ -48,11 +40,7 @@ pub(super) fn stabilized_residual(
     integrals: &mut Integrals<'_>,
     rows: &mut [f64],
 ) {
-    difference(
-        state.rate(Field::Displacement),
-        state.value(Field::Velocity),
-        rows,
-    );
+    difference(state.rate(Field::Displacement), state.value(Field::Velocity), rows);
     integrals.apply_free_mass(rows);
     integrals.add_multiplier_force(rows);
 }

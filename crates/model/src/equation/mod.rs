@@ -108,19 +108,10 @@ impl Added {
         let stresses = muscle.solid.added_stresses();
         Self {
             foundation: [
-                muscle
-                    .foundations
-                    .iter()
-                    .any(|foundation| foundation.stiffness() > 0.0),
-                muscle
-                    .foundations
-                    .iter()
-                    .any(|foundation| foundation.damping() > 0.0),
+                muscle.foundations.iter().any(|foundation| foundation.stiffness() > 0.0),
+                muscle.foundations.iter().any(|foundation| foundation.damping() > 0.0),
             ],
-            stress: [
-                !stresses.is_empty(),
-                stresses.iter().any(AddedStress::is_viscous),
-            ],
+            stress: [!stresses.is_empty(), stresses.iter().any(AddedStress::is_viscous)],
             friction: muscle.has_friction(),
             tensions: muscle.models().next().is_some(),
             relaxing: muscle.solid.relaxation_regions().len(),
@@ -168,23 +159,10 @@ impl Equation {
         match self {
             Self::Kinematic | Self::PressureKinematic => none,
             Self::Activation | Self::Relaxation => none,
-            Self::StabilizedKinematic => Needs {
-                multiplier_force: true,
-                ..none
-            },
-            Self::Momentum => Needs {
-                force: true,
-                force_rate: context.beta > 0.0,
-                ..none
-            },
-            Self::Constraint => Needs {
-                volume_residual: true,
-                ..none
-            },
-            Self::ConstraintRate => Needs {
-                volume_residual_rate: true,
-                ..none
-            },
+            Self::StabilizedKinematic => Needs { multiplier_force: true, ..none },
+            Self::Momentum => Needs { force: true, force_rate: context.beta > 0.0, ..none },
+            Self::Constraint => Needs { volume_residual: true, ..none },
+            Self::ConstraintRate => Needs { volume_residual_rate: true, ..none },
         }
     }
 
@@ -207,12 +185,7 @@ impl Equation {
                 rate_residual(Field::Tension, integrals.tension_rates(), state, rows);
             }
             Self::Relaxation => {
-                rate_residual(
-                    Field::InternalStress,
-                    integrals.internal_rates(),
-                    state,
-                    rows,
-                );
+                rate_residual(Field::InternalStress, integrals.internal_rates(), state, rows);
             }
         }
     }

@@ -14,16 +14,7 @@ pub(super) fn residual(context: &Context, integrals: &mut Integrals<'_>, rows: &
 /// Returns the Jacobian: P = P_iso - p cof F gives ∂(force)/∂λ = -Bᵀ and, for the damping force,
 /// ∂(force rate)/∂v = K, ∂(force rate)/∂λ = -∂(B(q)v)/∂qᵀ, ∂(force rate)/∂λ̇ = -Bᵀ.
 pub(super) fn terms(context: &Context) -> Vec<Term> {
-    let Context {
-        alpha,
-        beta,
-        has_pressure,
-        pressed,
-        added,
-        graded,
-        coherence,
-        ..
-    } = *context;
+    let Context { alpha, beta, has_pressure, pressed, added, graded, coherence, .. } = *context;
     let mut terms = vec![
         Term {
             column: Field::Velocity,
@@ -77,11 +68,9 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
 fn add_damping(context: &Context, terms: &mut Vec<Term>) {
     let beta = context.beta;
     let [stiffness, divergence_rate, rate_of_pressure] = match context.graded {
-        false => [
-            Matrix::Stiffness,
-            Matrix::DivergenceRateTransposed,
-            Matrix::DivergenceTransposed,
-        ],
+        false => {
+            [Matrix::Stiffness, Matrix::DivergenceRateTransposed, Matrix::DivergenceTransposed]
+        }
         true => [
             Matrix::DampedStiffness,
             Matrix::DampedDivergenceRateTransposed,

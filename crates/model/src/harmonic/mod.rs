@@ -107,17 +107,11 @@ impl DynamicStiffness {
     ) -> Self {
         let muscle = match at.preload_time {
             Some(_) => muscle.clone(),
-            None => Muscle {
-                surface_loads: Vec::new(),
-                ..muscle.under_part_of_loads(0.0)
-            },
+            None => Muscle { surface_loads: Vec::new(), ..muscle.under_part_of_loads(0.0) },
         };
         let t = at.preload_time.unwrap_or(0.0);
         let u = spectrum::displacement(&muscle, at);
-        let formulation = match (
-            formulation.has(Field::Pressure),
-            muscle.parameters.is_damped(),
-        ) {
+        let formulation = match (formulation.has(Field::Pressure), muscle.parameters.is_damped()) {
             (false, _) => Formulation::Displacement,
             (true, false) => Formulation::Position,
             (true, true) => Formulation::ImplicitRate,
@@ -142,15 +136,7 @@ impl DynamicStiffness {
         for &(component, amplitude) in &drive.displacement {
             supports[component] = amplitude;
         }
-        Self {
-            tensions: dae.muscle().tensions_at_rest(t),
-            dae,
-            u,
-            p,
-            t,
-            force,
-            supports,
-        }
+        Self { tensions: dae.muscle().tensions_at_rest(t), dae, u, p, t, force, supports }
     }
 
     /// Returns whether stresses relax, so that stresses are not functions of the current motion.
@@ -260,9 +246,8 @@ impl HarmonicResponse {
                 let matrix = own.get_or_insert_with(|| self.matrix());
                 let s = Complex64::new(0.0, std::f64::consts::TAU * frequency);
                 let result = self.solve(matrix, s).and_then(|found| {
-                    let derivatives = neighbors
-                        .iter()
-                        .map(|near| self.derivative(matrix, &found, near));
+                    let derivatives =
+                        neighbors.iter().map(|near| self.derivative(matrix, &found, near));
                     read(&found, &derivatives.collect::<Result<Vec<_>, _>>()?)
                 });
                 if result.is_err() {
@@ -303,11 +288,7 @@ impl HarmonicResponse {
     ) -> Result<Amplitude, ModelError> {
         let mut work = LinearWork::default();
         matrix.forget_history()?;
-        matrix.set_up(
-            s,
-            |values| self.stiffness.dae.matrix_values(values),
-            &mut work,
-        )?;
+        matrix.set_up(s, |values| self.stiffness.dae.matrix_values(values), &mut work)?;
         let supports = &self.stiffness.supports;
         let still = vec![Complex64::ZERO; self.stiffness.p.len()];
         let moved = self.stiffness.unbalanced(s, supports, &still)?;
@@ -341,11 +322,7 @@ impl HarmonicResponse {
         for (&i, value) in free_to_full.iter().zip(free) {
             displacement[i] = *value;
         }
-        Ok(Amplitude {
-            s,
-            displacement,
-            pressure: x[pressures].to_vec(),
-        })
+        Ok(Amplitude { s, displacement, pressure: x[pressures].to_vec() })
     }
 
     /// Returns the derivative of the amplitude `at` with respect to a parameter, from K û' = −∂(K û − f̂)/∂p.
@@ -356,10 +333,8 @@ impl HarmonicResponse {
         near: &Neighbors,
     ) -> Result<Amplitude, ModelError> {
         let mut supports = vec![Complex64::ZERO; at.displacement.len()];
-        let mut change = Balance {
-            force: supports.clone(),
-            volume: vec![Complex64::ZERO; at.pressure.len()],
-        };
+        let mut change =
+            Balance { force: supports.clone(), volume: vec![Complex64::ZERO; at.pressure.len()] };
         let add = |weight: f64, from: &[Complex64], to: &mut [Complex64]| {
             for (to, from) in to.iter_mut().zip(from) {
                 *to += weight * from;

@@ -20,16 +20,8 @@ impl Neighbors {
     /// # Panics
     /// Unless there is a body for each point.
     pub fn new(stencil: Stencil, step: f64, bodies: Vec<DynamicStiffness>) -> Self {
-        assert_eq!(
-            stencil.points().len(),
-            bodies.len(),
-            "a body for each point"
-        );
-        Self {
-            stencil,
-            step,
-            bodies,
-        }
+        assert_eq!(stencil.points().len(), bodies.len(), "a body for each point");
+        Self { stencil, step, bodies }
     }
 
     /// Returns the bodies with their weights in the difference.

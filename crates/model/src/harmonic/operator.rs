@@ -53,10 +53,9 @@ impl DynamicStiffness {
         };
         let real = |values: &[Complex64]| values.iter().map(|z| z.re).collect::<Vec<_>>();
         let imaginary = |values: &[Complex64]| values.iter().map(|z| z.im).collect::<Vec<_>>();
-        for (unit, u, p) in [
-            (Complex64::ONE, real(u), real(p)),
-            (Complex64::I, imaginary(u), imaginary(p)),
-        ] {
+        for (unit, u, p) in
+            [(Complex64::ONE, real(u), real(p)), (Complex64::I, imaginary(u), imaginary(p))]
+        {
             if u.iter().chain(&p).any(|x| *x != 0.0) {
                 self.add_product(s, unit, [&u, &p], &mut total)?;
             }
@@ -93,15 +92,9 @@ impl DynamicStiffness {
         let fields = Fields {
             v: Some(&still),
             p_rate: has_pressure.then_some(&no_rate),
-            ..Fields::new(
-                &self.u,
-                parameters.pressure(has_pressure.then_some(&self.p)),
-            )
+            ..Fields::new(&self.u, parameters.pressure(has_pressure.then_some(&self.p)))
         };
-        let at = TangentProduct {
-            beta: 0.0,
-            constraint_rate: false,
-        };
+        let at = TangentProduct { beta: 0.0, constraint_rate: false };
         let mut change = Change {
             u,
             v: None,
@@ -120,10 +113,7 @@ impl DynamicStiffness {
         }
         if parameters.is_damped() {
             // ∫β Ṗ:∇φ with the rates in place of u and p.
-            let at = TangentProduct {
-                beta: parameters.beta,
-                ..at
-            };
+            let at = TangentProduct { beta: parameters.beta, ..at };
             let mut change = Change {
                 u: &still,
                 v: Some(u),

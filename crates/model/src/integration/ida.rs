@@ -148,10 +148,7 @@ fn of_first_step(stop: &Stop) -> bool {
 
 /// Creates a builder for IDAS with a stop time at the end.
 pub(crate) fn builder<P: Problem>(problem: P, options: IdaOptions, t_end: f64) -> IdaBuilder<P> {
-    IdaSolver::builder(problem).options(IdaOptions {
-        stop_time: Some(t_end),
-        ..options
-    })
+    IdaSolver::builder(problem).options(IdaOptions { stop_time: Some(t_end), ..options })
 }
 
 /// Returns the options of IDAS for a muscle with `settings`.
@@ -219,8 +216,7 @@ impl<P: Consistent> Integrator<P> for IdaIntegrator<P> {
     }
 
     fn counts(&self) -> Counts {
-        self.before
-            .followed_by(Counts::from(self.solver.statistics()))
+        self.before.followed_by(Counts::from(self.solver.statistics()))
     }
 
     fn problem(&self) -> &P {

@@ -44,20 +44,12 @@ pub struct Continuation {
 impl Continuation {
     /// Creates the data of an integrator.
     pub(crate) fn new(radau: RadauState, shortened: bool, before: Counts) -> Self {
-        Self {
-            radau,
-            shortened,
-            before,
-            chains: None,
-        }
+        Self { radau, shortened, before, chains: None }
     }
 
     /// Adds the data of the oscillators' integrator.
     pub(crate) fn with_chains(self, chains: Self) -> Self {
-        Self {
-            chains: Some(Box::new(chains)),
-            ..self
-        }
+        Self { chains: Some(Box::new(chains)), ..self }
     }
 
     /// Returns the data of the oscillators' integrator.
@@ -194,11 +186,7 @@ impl Advance {
                     message += "; largest weighted errors: ";
                     message += &worst.join(", ");
                 }
-                Advance::Stopped {
-                    reason: reason(stop.reason),
-                    message,
-                    inverted: None,
-                }
+                Advance::Stopped { reason: reason(stop.reason), message, inverted: None }
             }
             outcome if outcome.t() >= t_end => Advance::Finished,
             _ => Advance::Stepped,

@@ -27,11 +27,7 @@ pub(crate) struct Bounds {
 impl Pace {
     /// Creates the pace of a run to `t_end` of a system excited by a `schedule`.
     pub(crate) fn new(schedule: Schedule, t_end: f64) -> Self {
-        Self {
-            schedule,
-            t_end,
-            shortened: false,
-        }
+        Self { schedule, t_end, shortened: false }
     }
 
     /// Returns whether the last step was shorter than the integrator proposed, which is the only

@@ -108,11 +108,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
     }
 
     fn of(solver: RadauSolver<P, M>, t_end: f64) -> Self {
-        Self {
-            solver,
-            pace: Pace::new(Schedule::default(), t_end),
-            before: Counts::default(),
-        }
+        Self { solver, pace: Pace::new(Schedule::default(), t_end), before: Counts::default() }
     }
 
     /// Creates the integrator like [`new`](Self::new), with internal variables in addition to the unknowns.
@@ -175,10 +171,9 @@ pub fn matrices(
 ) -> Result<MuscleMatrices, ModelError> {
     Ok(match linear_solver {
         LinearSolverKind::Condensed => Box::new(CondensedSolver::new(dae, options.sparse)?),
-        LinearSolverKind::Full => Box::new(SparseDirectSolver::new(
-            &dae.jacobian_pattern(),
-            options.sparse,
-        )?),
+        LinearSolverKind::Full => {
+            Box::new(SparseDirectSolver::new(&dae.jacobian_pattern(), options.sparse)?)
+        }
     })
 }
 
@@ -232,16 +227,11 @@ impl<P: Consistent, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauInteg
     }
 
     fn counts(&self) -> Counts {
-        self.before
-            .followed_by(Counts::from(self.solver.statistics()))
+        self.before.followed_by(Counts::from(self.solver.statistics()))
     }
 
     fn save(&self) -> Option<Continuation> {
-        Some(Continuation::new(
-            self.solver.save(),
-            self.pace.shortened(),
-            self.before,
-        ))
+        Some(Continuation::new(self.solver.save(), self.pace.shortened(), self.before))
     }
 
     fn restore(&mut self, continuation: &Continuation) -> Result<(), ModelError> {

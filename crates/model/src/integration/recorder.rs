@@ -22,15 +22,8 @@ impl SampleTimes {
     /// # Panics
     /// If `every` is not positive.
     pub fn new(every: f64, end: f64) -> Self {
-        assert!(
-            every > 0.0,
-            "the sampling interval {every} s must be positive"
-        );
-        Self {
-            every,
-            end,
-            next: 0,
-        }
+        assert!(every > 0.0, "the sampling interval {every} s must be positive");
+        Self { every, end, next: 0 }
     }
 
     /// Skips the first `n` times.
@@ -63,11 +56,7 @@ impl<S> Sampler<S> {
     /// Samples a vector of `n` unknowns into `sink(problem, t, y)`. A run that starts later than
     /// the first time must [`skip`](SampleTimes::skip) the earlier times.
     pub fn new(times: SampleTimes, n: usize, sink: S) -> Self {
-        Self {
-            times,
-            sink,
-            y: vec![0.0; n],
-        }
+        Self { times, sink, y: vec![0.0; n] }
     }
 }
 
@@ -82,8 +71,7 @@ where
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         while let Some(t) = self.times.due(step.to) {
             // Times between a jump and the next step are assigned to the start of that step.
-            step.integrator
-                .dense_output(t.max(step.from), 0, &mut self.y)?;
+            step.integrator.dense_output(t.max(step.from), 0, &mut self.y)?;
             (self.sink)(step.integrator.problem_mut(), t, &self.y)?;
         }
         Ok(ControlFlow::Continue(()))

@@ -59,32 +59,17 @@ fn drive<P>(
         integrator.pass_jump()?;
         let from = integrator.time();
         let advance = integrator.advance()?;
-        if let Advance::Stopped {
-            reason,
-            message,
-            inverted,
-        } = advance
-        {
-            let stopped = Outcome::Stopped {
-                reason,
-                message,
-                inverted,
-            };
+        if let Advance::Stopped { reason, message, inverted } = advance {
+            let stopped = Outcome::Stopped { reason, message, inverted };
             return Ok((integrator.time(), stopped));
         }
         let to = integrator.time();
         for observer in observers.iter_mut() {
-            let mut step = AcceptedStep {
-                from,
-                to,
-                integrator: &mut *integrator,
-            };
+            let mut step = AcceptedStep { from, to, integrator: &mut *integrator };
             if let ControlFlow::Break(outcome) = observer.accepted(&mut step)? {
                 // A limit that is reached with the last step does not truncate the run.
-                let is_limit = matches!(
-                    outcome.reason(),
-                    Some(EndReason::Interrupted | EndReason::WorkCap)
-                );
+                let is_limit =
+                    matches!(outcome.reason(), Some(EndReason::Interrupted | EndReason::WorkCap));
                 if is_limit && advance == Advance::Finished {
                     continue;
                 }
@@ -109,11 +94,7 @@ pub struct Limits<'a> {
 impl<'a> Limits<'a> {
     /// Creates limits that start counting now.
     pub fn new(cpu_seconds: f64, interrupted: Option<&'a std::sync::atomic::AtomicBool>) -> Self {
-        Self {
-            cpu_seconds,
-            interrupted,
-            started: CpuClock::start(),
-        }
+        Self { cpu_seconds, interrupted, started: CpuClock::start() }
     }
 }
 
@@ -123,14 +104,8 @@ impl<P> Observer<P> for Limits<'_> {
         step: &mut AcceptedStep<'_, P>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         let stop = |reason, message| Ok(ControlFlow::Break(Outcome::ended(reason, message)));
-        if self
-            .interrupted
-            .is_some_and(|flag| flag.load(std::sync::atomic::Ordering::Relaxed))
-        {
-            return stop(
-                EndReason::Interrupted,
-                format!("interrupted at t = {:.6} s", step.to),
-            );
+        if self.interrupted.is_some_and(|flag| flag.load(std::sync::atomic::Ordering::Relaxed)) {
+            return stop(EndReason::Interrupted, format!("interrupted at t = {:.6} s", step.to));
         }
         let used = self.started.elapsed().as_secs_f64();
         if used > self.cpu_seconds {

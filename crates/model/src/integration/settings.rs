@@ -183,10 +183,7 @@ impl Settings {
                 pressure: 1e-1,
                 multiplier: 5.0,
             },
-            suppressed: multipliers
-                .into_iter()
-                .filter(|field| formulation.has(*field))
-                .collect(),
+            suppressed: multipliers.into_iter().filter(|field| formulation.has(*field)).collect(),
             multiplier_weights: MultiplierWeights::Plain,
             max_order: 2,
             delta_cj: 0.25,
@@ -207,11 +204,7 @@ impl Settings {
             IntegratorKind::Bdf => self.suppressed,
             _ => Vec::new(),
         };
-        Self {
-            integrator,
-            suppressed,
-            ..self
-        }
+        Self { integrator, suppressed, ..self }
     }
 
     /// Changes the relative tolerance and scales the absolute tolerances in proportion.
@@ -285,10 +278,7 @@ mod tests {
             let [before, after] =
                 [&paper, &tight].map(|settings| settings.absolute_tolerances.of(*field));
             // 1e-5/1e-3 and the product are each rounded once.
-            assert!(
-                (after - 0.01 * before).abs() <= 4.0 * f64::EPSILON * after,
-                "{field}"
-            );
+            assert!((after - 0.01 * before).abs() <= 4.0 * f64::EPSILON * after, "{field}");
         }
     }
 }

@@ -26,11 +26,7 @@ pub enum Outcome {
 impl Outcome {
     /// Creates the outcome of a run ended by the caller.
     pub fn ended(reason: EndReason, message: String) -> Self {
-        Self::Stopped {
-            reason,
-            message,
-            inverted: None,
-        }
+        Self::Stopped { reason, message, inverted: None }
     }
 
     /// Returns `finished` or `stopped`.
@@ -152,9 +148,7 @@ impl Counts {
             residual_evaluations: self.residual_evaluations + later.residual_evaluations,
             jacobian_evaluations: self.jacobian_evaluations + later.jacobian_evaluations,
             linear_setups: self.linear_setups + later.linear_setups,
-            radau_work: later
-                .radau_work
-                .map(|work| self.radau_work.unwrap_or_default() + work),
+            radau_work: later.radau_work.map(|work| self.radau_work.unwrap_or_default() + work),
             last_order: later.last_order,
             last_step: later.last_step,
         }

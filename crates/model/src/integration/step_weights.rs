@@ -123,23 +123,11 @@ mod tests {
         (Formulation::Velocity, INFINITE, 0.0, Field::Pressure, 1),
         (Formulation::Velocity, INFINITE, 0.0, Field::Velocity, 0),
         (Formulation::Stabilized, INFINITE, 0.0, Field::Pressure, 1),
-        (
-            Formulation::Stabilized,
-            INFINITE,
-            0.0,
-            Field::GglMultiplier,
-            1,
-        ),
+        (Formulation::Stabilized, INFINITE, 0.0, Field::GglMultiplier, 1),
         (Formulation::Rate, INFINITE, 1e-4, Field::Pressure, 1),
         (Formulation::Rate, INFINITE, 1e-4, Field::PressureRate, 2),
         (Formulation::Rate, 1e5, 1e-4, Field::PressureRate, 2),
-        (
-            Formulation::ImplicitRate,
-            INFINITE,
-            1e-4,
-            Field::Pressure,
-            1,
-        ),
+        (Formulation::ImplicitRate, INFINITE, 1e-4, Field::Pressure, 1),
     ];
     const INFINITE: f64 = f64::INFINITY;
 

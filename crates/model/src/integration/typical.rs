@@ -109,20 +109,12 @@ impl Scale {
     fn of(muscle: &Muscle, size: impl Fn(&Signal) -> f64, start: [f64; 2]) -> Self {
         let (length, volume) = (extent(muscle), muscle.solid.volume());
         let stress = total_force(muscle, &size) * length / volume + tension(muscle, &size);
-        let modulus = mean_shear_modulus(muscle)
-            .max(stress)
-            .max(f64::MIN_POSITIVE);
+        let modulus = mean_shear_modulus(muscle).max(stress).max(f64::MIN_POSITIVE);
         let speed = (modulus / mean_density(muscle)).sqrt();
-        let moved = muscle
-            .prescribed
-            .iter()
-            .step_by(1 + muscle.prescribed.len() / MOVED);
+        let moved = muscle.prescribed.iter().step_by(1 + muscle.prescribed.len() / MOVED);
         let moved = moved.map(|prescribed| size(&prescribed.signal));
         let moved = moved.fold(start[0], f64::max);
-        let strain = (stress / modulus)
-            .max(moved / length)
-            .max(start[1] / speed)
-            .min(1.0);
+        let strain = (stress / modulus).max(moved / length).max(start[1] / speed).min(1.0);
         Self { strain, modulus }
     }
 }
@@ -161,9 +153,7 @@ pub(crate) fn mean_density(muscle: &Muscle) -> f64 {
 /// Returns the sum of the magnitudes of the nodal forces of all loads, N, for signals of the given sizes.
 fn total_force(muscle: &Muscle, size: impl Fn(&Signal) -> f64) -> f64 {
     let loads = muscle.loads.iter();
-    let mut total: f64 = loads
-        .map(|load| load.magnitude() * size(load.signal()))
-        .sum();
+    let mut total: f64 = loads.map(|load| load.magnitude() * size(load.signal())).sum();
     let n = muscle.solid.space().n_components();
     for load in &muscle.surface_loads {
         total += load.magnitude(n) * size(load.signal());
@@ -173,15 +163,12 @@ fn total_force(muscle: &Muscle, size: impl Fn(&Signal) -> f64) -> f64 {
 
 /// Returns the largest active tension, Pa.
 fn tension(muscle: &Muscle, size: impl Fn(&Signal) -> f64) -> f64 {
-    let tensions = muscle
-        .activations
-        .iter()
-        .map(|(_, activation)| match activation {
-            Activation::Given(signal) => size(signal),
-            Activation::Bestel(model) => model.tension,
-            Activation::Coherence { unsynchronized } => *unsynchronized,
-            Activation::Line { tension, .. } => *tension,
-        });
+    let tensions = muscle.activations.iter().map(|(_, activation)| match activation {
+        Activation::Given(signal) => size(signal),
+        Activation::Bestel(model) => model.tension,
+        Activation::Coherence { unsynchronized } => *unsynchronized,
+        Activation::Line { tension, .. } => *tension,
+    });
     tensions.fold(0.0, |most, tension| most.max(tension.abs()))
 }
 
@@ -221,10 +208,7 @@ mod tests {
         let space = Arc::new(Space::taylor_hood(&mesh));
         let nodes = space.nodes_of("fixed").unwrap();
         let dofs = DofMap::clamped(&space, &nodes).unwrap();
-        let law = Law::MooneyRivlin {
-            c10: 5e3 / pressure,
-            c01: 0.0,
-        };
+        let law = Law::MooneyRivlin { c10: 5e3 / pressure, c01: 0.0 };
         let density = 1e3 * length.powi(3) / mass;
         let load = load::traction(&space, "load", [0.0, 1.0]).unwrap();
         let solid = Solid::uniform(space, dofs, law, density).unwrap();
@@ -243,11 +227,7 @@ mod tests {
         let constant = Signal::constant(50.0);
         let rest = of(&constant, TypicalStart::At([0.0; 2]));
         assert_eq!(of(&constant, TypicalStart::Equilibrium), rest);
-        let vibration = Signal::from(Sine {
-            amplitude: 0.05,
-            frequency: 0.5,
-            phase: 0.0,
-        });
+        let vibration = Signal::from(Sine { amplitude: 0.05, frequency: 0.5, phase: 0.0 });
         let both = Signal::sum(vec![constant, vibration]);
         let found = of(&both, TypicalStart::Equilibrium);
         // The peak is at most half an interval from the largest sample: 1 - cos(π/2/997); plus rounding of 50 + 0.05.
@@ -275,10 +255,7 @@ mod tests {
                     (found.displacement * length, expected.displacement),
                     (found.velocity * length / time, expected.velocity),
                     (found.pressure * pressure, expected.pressure),
-                    (
-                        found.pressure_rate * pressure / time,
-                        expected.pressure_rate,
-                    ),
+                    (found.pressure_rate * pressure / time, expected.pressure_rate),
                 ] {
                     // Sums of tens of rounded terms.
                     let error = (found / (factor * expected) - 1.0).abs();

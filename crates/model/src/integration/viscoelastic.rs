@@ -36,9 +36,7 @@ impl ViscoelasticRadau {
         let (problem, memory) = InternalVariableDae::new(dae, y, absolute);
         let n = y.len() - memory.start.len();
         let (dae, relative) = (problem.dae(), settings.relative_tolerance);
-        let absolute = dae
-            .layout()
-            .fill(|field| settings.absolute_tolerances.of(field));
+        let absolute = dae.layout().fill(|field| settings.absolute_tolerances.of(field));
         let options = RadauOptions {
             tolerances: Tolerances::vector(relative, &absolute[..n]),
             suppressed: Suppressed::Components(settings.left_out(dae.layout())[..n].to_vec()),

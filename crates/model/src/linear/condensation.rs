@@ -50,10 +50,7 @@ impl Kinematic {
     /// Interprets the terms of a block of rows as a kinematic equation, if possible.
     fn read(rows: Field, terms: &[Term]) -> Option<Self> {
         let is_identity = |term: &Term| {
-            matches!(
-                term.matrix,
-                Matrix::DisplacementIdentity | Matrix::PressureIdentity
-            )
+            matches!(term.matrix, Matrix::DisplacementIdentity | Matrix::PressureIdentity)
         };
         let find = |holds: fn(&Term) -> bool| terms.iter().find(|term| holds(term));
         let rate = find(|term| term.df_dyp != 0.0 && term.df_dy == 0.0)?;
@@ -322,12 +319,7 @@ impl Condensation {
                 }
             }
         }
-        let sign = |row| {
-            signs
-                .as_ref()
-                .and_then(|signs| signs.get(&row))
-                .unwrap_or(&1.0)
-        };
+        let sign = |row| signs.as_ref().and_then(|signs| signs.get(&row)).unwrap_or(&1.0);
         for entry in condensed.iter_mut().chain(&mut coupling) {
             let sign = sign(entry.rows.start);
             entry.coefficient.0 = entry.coefficient.0.map(|p| sign * p);
@@ -347,16 +339,8 @@ impl Condensation {
             },
             condensed: Assembly::new((n_condensed, n_condensed), condensed, pattern_of),
             coupling: Assembly::new((n_condensed, n_eliminated), coupling, pattern_of),
-            retained: places
-                .retained
-                .into_iter()
-                .map(|(_, block)| block)
-                .collect(),
-            recovered: places
-                .recovered
-                .into_iter()
-                .map(|(_, block)| block)
-                .collect(),
+            retained: places.retained.into_iter().map(|(_, block)| block).collect(),
+            recovered: places.recovered.into_iter().map(|(_, block)| block).collect(),
             included: terms_of_body(&blocks).collect(),
             series: Series::of(dae),
         }

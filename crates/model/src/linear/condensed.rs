@@ -53,8 +53,7 @@ impl<T: Scalar> Condensed<T> {
     ) -> Result<(), SparseError> {
         self.c = c;
         let plan = &self.plan;
-        plan.coupling
-            .combine(|_, p| p.at(c), &values, &mut self.coupling);
+        plan.coupling.combine(|_, p| p.at(c), &values, &mut self.coupling);
         plan.condensed.combine(
             |m, p| p.at(c) * plan.series.factor(m, c),
             &values,
@@ -119,8 +118,7 @@ impl<T: Scalar> Condensed<T> {
             }
         }
         let (kinematic, unknowns) = (&self.kinematic, &mut self.unknowns);
-        self.product
-            .subtract_columns(&self.coupling, kinematic, unknowns, n_columns);
+        self.product.subtract_columns(&self.coupling, kinematic, unknowns, n_columns);
         for block in &plan.retained {
             block.scale_rows(self.c, &mut unknowns[side_by_side(&block.condensed)]);
         }
@@ -136,10 +134,8 @@ impl<T: Scalar> Condensed<T> {
             let (rate, inverse) = (self.c * block.rate, 1.0 / block.value);
             let bases = &self.unknowns[side_by_side(&block.base)];
             let kinematic = &self.kinematic[side_by_side(&block.position)];
-            for ((x, &base), &b) in rhs[side_by_side(&block.unknowns)]
-                .iter_mut()
-                .zip(bases)
-                .zip(kinematic)
+            for ((x, &base), &b) in
+                rhs[side_by_side(&block.unknowns)].iter_mut().zip(bases).zip(kinematic)
             {
                 *x = (b - rate * base) * inverse;
             }
@@ -178,8 +174,7 @@ impl<T: Scalar> Condensed<T> {
         for block in &plan.retained {
             block.scale_rows(self.c, &mut self.unknowns[block.condensed.clone()]);
         }
-        self.product
-            .subtract_transposed(&self.coupling, &self.unknowns, &mut self.kinematic);
+        self.product.subtract_transposed(&self.coupling, &self.unknowns, &mut self.kinematic);
         for block in &plan.retained {
             let unknowns = &self.unknowns[block.condensed.clone()];
             for (x, &u) in rhs[block.rows.clone()].iter_mut().zip(unknowns) {

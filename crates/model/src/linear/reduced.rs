@@ -59,10 +59,7 @@ impl Reduction {
             included.extend(TensionBlock::included());
         }
         expect_each_taken(dae.terms(), &included);
-        Ok(Self {
-            body,
-            tensions: tensions.map(Arc::new),
-        })
+        Ok(Self { body, tensions: tensions.map(Arc::new) })
     }
 
     /// Predicts the size of one matrix with values `T` and of its factors; `None` for an external
@@ -96,10 +93,7 @@ impl Reduction {
                 ReducedBody::Split(Box::new(matrix))
             }
         };
-        Reduced {
-            body,
-            tensions: self.tensions.clone().map(Tensions::new),
-        }
+        Reduced { body, tensions: self.tensions.clone().map(Tensions::new) }
     }
 }
 
@@ -113,10 +107,7 @@ fn expect_each_taken(terms: Vec<(Field, Term)>, included: &[(Field, Term)]) {
         });
         left.swap_remove(place);
     }
-    assert!(
-        left.is_empty(),
-        "terms missing from the reduction: {left:?}"
-    );
+    assert!(left.is_empty(), "terms missing from the reduction: {left:?}");
 }
 
 /// The Newton matrix ∂F/∂y + c ∂F/∂ẏ in the form of a [`Reduction`].

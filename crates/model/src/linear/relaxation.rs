@@ -112,10 +112,9 @@ impl Relaxation {
     /// Allocates `count` vectors at the quadrature points and as many zero vectors at the nodes.
     fn room(&mut self, dae: &MuscleDae, count: usize) -> [&mut [Vec<f64>]; 2] {
         let solid = &dae.muscle().solid;
-        for (vectors, length) in [
-            (&mut self.slots, solid.n_slots()),
-            (&mut self.nodal, solid.dofs().n_full()),
-        ] {
+        for (vectors, length) in
+            [(&mut self.slots, solid.n_slots()), (&mut self.nodal, solid.dofs().n_full())]
+        {
             let most = count.max(vectors.len());
             vectors.resize_with(most, || vec![0.0; length]);
         }
@@ -205,9 +204,9 @@ impl Relaxation {
                         let slots = first..;
                         match n_columns {
                             1 => slots.zip(states.iter_mut()).for_each(renew),
-                            _ => slots
-                                .zip(states[j..].iter_mut().step_by(n_columns))
-                                .for_each(renew),
+                            _ => {
+                                slots.zip(states[j..].iter_mut().step_by(n_columns)).for_each(renew)
+                            }
                         }
                     }
                 }

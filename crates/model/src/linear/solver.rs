@@ -52,10 +52,7 @@ impl CondensedSolver {
         dae: &MuscleDae,
         options: SparseOptions,
     ) -> Result<Self, SparseError> {
-        Ok(Self {
-            relaxation: None,
-            ..Self::new(dae, options)?
-        })
+        Ok(Self { relaxation: None, ..Self::new(dae, options)? })
     }
 
     /// Allocates a real and `n_complex` complex matrices after checking the available memory.
@@ -87,9 +84,7 @@ impl CondensedSolver {
         self.shifts.1.extend(complex);
         let mut work = dae.counters().linear;
         prepare(0, dae);
-        let mut result = self
-            .real
-            .set_up(real, |matrix| dae.matrix_values(matrix), &mut work);
+        let mut result = self.real.set_up(real, |matrix| dae.matrix_values(matrix), &mut work);
         for (k, (matrix, &c)) in self.complex.iter_mut().zip(complex).enumerate() {
             prepare(1 + k, dae);
             let values = |matrix| dae.matrix_values(matrix);
@@ -157,9 +152,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         let real = self.real.systems();
         let complex = self.complex.iter().flat_map(Reduced::systems);
         let of_real = real.into_iter().flat_map(SparseSystem::history);
-        of_real
-            .chain(complex.flat_map(SparseSystem::history))
-            .collect()
+        of_real.chain(complex.flat_map(SparseSystem::history)).collect()
     }
 
     fn set_history(&mut self, history: &[bool]) -> Result<(), StepError> {
@@ -218,9 +211,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         rhs: &mut [f64],
     ) -> Result<(), StepError> {
         self.expect_nothing_relaxes()?;
-        Ok(self
-            .real
-            .solve_transposed(rhs, &mut dae.counters_mut().linear)?)
+        Ok(self.real.solve_transposed(rhs, &mut dae.counters_mut().linear)?)
     }
 
     fn solve_complex_transposed(

@@ -82,17 +82,12 @@ impl<T: Scalar> Split<T> {
             false => Source::Kinematic,
         };
         let to = self.motion.values_mut();
-        plan.motion
-            .combine(|m, p| p.at(c) * plan.series.factor(m, c), &values, to);
+        plan.motion.combine(|m, p| p.at(c) * plan.series.factor(m, c), &values, to);
         let to = self.velocity.values_mut();
         plan.velocity.combine(|_, p| p.at(c), &values, to);
         let to = &mut self.transferred;
         let source = self.source;
-        plan.transferred.combine(
-            |m, p| p.at(c, source) * plan.series.factor(m, c),
-            &values,
-            to,
-        );
+        plan.transferred.combine(|m, p| p.at(c, source) * plan.series.factor(m, c), &values, to);
         self.motion.renew(work)?;
         self.velocity.renew(work)
     }
@@ -125,8 +120,7 @@ impl<T: Scalar> Split<T> {
         }
         self.second[n_q..].copy_from_slice(&rhs[ranges.lambda.clone()]);
         let (q, difference) = self.first.split_at(n_q);
-        self.product
-            .subtract(&self.transferred, q, &mut self.second);
+        self.product.subtract(&self.transferred, q, &mut self.second);
         for x in &mut self.second[n_q..] {
             *x = -(s * *x);
         }
@@ -167,10 +161,8 @@ impl<T: Scalar> Split<T> {
             *x = v * inverse;
         }
         for i in 0..ranges.mu.len() {
-            let (of_lambda, of_mu) = (
-                rhs[ranges.lambda.start + i],
-                rhs[ranges.mu.start + i] * inverse,
-            );
+            let (of_lambda, of_mu) =
+                (rhs[ranges.lambda.start + i], rhs[ranges.mu.start + i] * inverse);
             self.second[n_q + i] = of_lambda + of_mu;
             self.first[n_q + i] = match self.source {
                 Source::Momentum => -of_mu,
@@ -182,8 +174,7 @@ impl<T: Scalar> Split<T> {
             *x = -(s * *x);
         }
         let (to_q, _) = self.first.split_at_mut(n_q);
-        self.product
-            .subtract_transposed(&self.transferred, &self.second, to_q);
+        self.product.subtract_transposed(&self.transferred, &self.second, to_q);
         self.motion.solve_transposed(&mut self.first, work)?;
 
         rhs[ranges.lambda.clone()].copy_from_slice(&self.second[n_q..]);

@@ -185,10 +185,7 @@ impl Splitting {
         &self,
         options: SparseOptions,
     ) -> Result<[Elimination; 2], SparseError> {
-        let options = SparseOptions {
-            precision: Precision::Double,
-            ..options
-        };
+        let options = SparseOptions { precision: Precision::Double, ..options };
         let constraints = self.ranges.q.len()..self.motion.pattern().major_dim();
         let eliminate = |pattern, kind| {
             let constraints = constraints.clone();
@@ -230,10 +227,7 @@ fn transferred(
 /// Returns the terms that both problems include, with their rows.
 fn included(blocks: &[(Field, Vec<Term>)], alpha: f64) -> Vec<(Field, Term)> {
     use Field::{Displacement, GglMultiplier, Pressure, Velocity};
-    let inertia = Term {
-        df_dyp: 1.0,
-        ..Term::value(Velocity, Matrix::Mass, alpha)
-    };
+    let inertia = Term { df_dyp: 1.0, ..Term::value(Velocity, Matrix::Mass, alpha) };
     let coupling = |column, sign| Term::value(column, Matrix::DivergenceTransposed, sign);
     let divergence = |column| Term::value(column, Matrix::Divergence, 1.0);
     let mut included = vec![
@@ -245,10 +239,7 @@ fn included(blocks: &[(Field, Vec<Term>)], alpha: f64) -> Vec<(Field, Term)> {
         (GglMultiplier, divergence(Displacement)),
     ];
     // Of the terms that multiply displacements, rates count only in the kinematic equation.
-    let df_dy = |term| Term {
-        df_dyp: 0.0,
-        ..term
-    };
+    let df_dy = |term| Term { df_dyp: 0.0, ..term };
     for rows in [Velocity, Pressure] {
         included.extend(acting_on_q(blocks, rows).map(|term| (rows, df_dy(term))));
     }

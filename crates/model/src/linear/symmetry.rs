@@ -107,11 +107,6 @@ impl NearlySymmetric {
             Matrix::RateStiffness | Matrix::DampedStiffness => Some(matrix),
             _ => matrix.properties().transpose,
         });
-        Some(Self {
-            entries: near,
-            balance,
-            scale: Quadratic(scale),
-            signs: signs?,
-        })
+        Some(Self { entries: near, balance, scale: Quadratic(scale), signs: signs? })
     }
 }

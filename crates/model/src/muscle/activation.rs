@@ -50,11 +50,7 @@ impl Activation {
             Self::Given(signal) => signal.at(t).value,
             Self::Bestel(_) => unknown,
             Self::Coherence { unsynchronized } => *unsynchronized,
-            Self::Line {
-                t: touches,
-                tension,
-                slope,
-            } => tension + slope * (t - touches),
+            Self::Line { t: touches, tension, slope } => tension + slope * (t - touches),
         }
     }
 
@@ -64,25 +60,19 @@ impl Activation {
         match self {
             Self::Given(signal) => Self::Given(signal.scaled(part)),
             Self::Bestel(model) => Self::Bestel(*model),
-            Self::Coherence { unsynchronized } => Self::Coherence {
-                unsynchronized: part * unsynchronized,
-            },
-            Self::Line { t, tension, slope } => Self::Line {
-                t: *t,
-                tension: part * tension,
-                slope: part * slope,
-            },
+            Self::Coherence { unsynchronized } => {
+                Self::Coherence { unsynchronized: part * unsynchronized }
+            }
+            Self::Line { t, tension, slope } => {
+                Self::Line { t: *t, tension: part * tension, slope: part * slope }
+            }
         }
     }
 
     /// Returns the model's tangent at time `t` and `tension`; other tensions are unchanged.
     pub(crate) fn tangent_at(&self, t: f64, tension: f64) -> Self {
         match self {
-            Self::Bestel(model) => Self::Line {
-                t,
-                tension,
-                slope: model.rate(t, tension),
-            },
+            Self::Bestel(model) => Self::Line { t, tension, slope: model.rate(t, tension) },
             other => other.clone(),
         }
     }

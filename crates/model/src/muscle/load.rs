@@ -26,12 +26,8 @@ impl Load {
     /// # Shapes
     /// `vector`: all nodal components.
     pub fn new(vector: &[f64], signal: Signal) -> Self {
-        let entries = vector
-            .iter()
-            .copied()
-            .enumerate()
-            .filter(|(_, value)| *value != 0.0)
-            .collect();
+        let entries =
+            vector.iter().copied().enumerate().filter(|(_, value)| *value != 0.0).collect();
         Self { entries, signal }
     }
 
@@ -43,10 +39,7 @@ impl Load {
     /// Returns the load scaled by `part`.
     #[must_use]
     pub fn scaled(&self, part: f64) -> Self {
-        Self {
-            entries: self.entries.clone(),
-            signal: self.signal.scaled(part),
-        }
+        Self { entries: self.entries.clone(), signal: self.signal.scaled(part) }
     }
 
     /// Returns the sum of the magnitudes of its nodal forces where the function of time is 1, N.
@@ -118,10 +111,7 @@ impl SurfaceLoad {
     /// Returns the load scaled by `part`.
     #[must_use]
     pub fn scaled(&self, part: f64) -> Self {
-        Self {
-            operator: Arc::clone(&self.operator),
-            signal: self.signal.scaled(part),
-        }
+        Self { operator: Arc::clone(&self.operator), signal: self.signal.scaled(part) }
     }
 
     /// Returns the sum of the magnitudes of the nodal forces of size 1 on the undeformed body with `n` nodal components, N.
@@ -203,10 +193,7 @@ impl Contact {
     /// Adds friction, which acts in motions only: equilibria have no slip velocity.
     #[must_use]
     pub fn with_friction(self, friction: Friction) -> Self {
-        Self {
-            friction: Some(friction),
-            ..self
-        }
+        Self { friction: Some(friction), ..self }
     }
 
     /// Adds augmented Lagrange multipliers, which loading paths adjust until the penetration vanishes. Elsewhere they are constant.
@@ -273,15 +260,11 @@ impl Contact {
             ObstacleMotion::Given(motion) => {
                 ObstacleMotion::Given(motion.iter().map(|own| own.scaled(part)).collect())
             }
-            ObstacleMotion::Driven { direction, force } => ObstacleMotion::Driven {
-                direction: direction.clone(),
-                force: force.scaled(part),
-            },
+            ObstacleMotion::Driven { direction, force } => {
+                ObstacleMotion::Driven { direction: direction.clone(), force: force.scaled(part) }
+            }
         };
-        Self {
-            motion,
-            ..self.clone()
-        }
+        Self { motion, ..self.clone() }
     }
 
     /// Returns the displacement of the obstacle, as for [`sums`](Self::sums).
@@ -314,8 +297,7 @@ impl Contact {
             return self.driven_distance(t, part, u);
         };
         let along = motion.iter().zip(self.toward_body);
-        self.moves()
-            .then(|| along.map(|(own, e)| part * e * own.at(t).value).sum())
+        self.moves().then(|| along.map(|(own, e)| part * e * own.at(t).value).sum())
     }
 
     /// Returns whether the obstacle moves, or is driven by a force.
@@ -356,15 +338,7 @@ impl Contact {
             ObstacleMotion::Driven { .. } => vec![0.0; offset.len()],
         };
         let (offset, velocity) = (&offset[..], &velocity[..]);
-        Some(action(
-            friction,
-            &Sliding {
-                offset,
-                velocity,
-                u,
-                v,
-            },
-        ))
+        Some(action(friction, &Sliding { offset, velocity, u, v }))
     }
 
     /// Adds the force of the body on the obstacle by friction to `total`, at displacement and velocity `motion` of all nodes.
@@ -383,9 +357,8 @@ impl Contact {
 
     /// Returns the sums of friction, in a `motion` of displacements and velocities of all nodes; zero without friction.
     pub fn friction_sums(&self, t: f64, motion: [&[f64]; 2]) -> FrictionSums {
-        let sums = self.slide(t, motion, |friction, sliding| {
-            self.operator.friction_sums(friction, sliding)
-        });
+        let sums = self
+            .slide(t, motion, |friction, sliding| self.operator.friction_sums(friction, sliding));
         sums.unwrap_or_default()
     }
 
@@ -438,8 +411,7 @@ impl BoundaryForce for Contact {
     }
 
     fn add_stiffness(&self, t: f64, part: f64, u: &[f64], values: &mut [f64]) {
-        self.operator
-            .add_stiffness(&self.offset(t, part, u), u, values);
+        self.operator.add_stiffness(&self.offset(t, part, u), u, values);
     }
 
     fn is_driven(&self) -> bool {

@@ -65,10 +65,7 @@ impl Muscle {
             let first = elements.iter().position(which);
             let other = elements.iter().position(|own| !which(own));
             let elements = first.zip(other);
-            elements.map(|(a, b)| ModelError::MixedParameters {
-                what,
-                elements: [a, b],
-            })
+            elements.map(|(a, b)| ModelError::MixedParameters { what, elements: [a, b] })
         };
         let mixed = mixed("κ = inf beside a finite κ", Parameters::is_incompressible)
             .or_else(|| mixed("β > 0 beside β = 0", Parameters::is_damped));
@@ -134,10 +131,7 @@ impl Muscle {
                     None => continue,
                 },
             };
-            return Err(ModelError::Prescribed {
-                component,
-                objection,
-            });
+            return Err(ModelError::Prescribed { component, objection });
         }
         Ok(())
     }
@@ -216,11 +210,7 @@ impl Muscle {
     pub fn under_part_of_loads(&self, part: f64) -> Self {
         Self {
             loads: self.loads.iter().map(|load| load.scaled(part)).collect(),
-            surface_loads: self
-                .surface_loads
-                .iter()
-                .map(|own| own.scaled(part))
-                .collect(),
+            surface_loads: self.surface_loads.iter().map(|own| own.scaled(part)).collect(),
             contacts: self.contacts.iter().map(|own| own.scaled(part)).collect(),
             prescribed: self
                 .prescribed
@@ -279,10 +269,7 @@ impl Muscle {
     /// tangent at time `t` and `tensions`.
     pub(crate) fn with_tangents_of_tensions(&self, t: f64, tensions: &[f64]) -> Self {
         let mut muscle = self.clone();
-        let modeled = muscle
-            .activations
-            .iter_mut()
-            .filter(|(_, a)| a.model().is_some());
+        let modeled = muscle.activations.iter_mut().filter(|(_, a)| a.model().is_some());
         for ((_, activation), &tension) in modeled.zip(tensions) {
             *activation = activation.tangent_at(t, tension);
         }
@@ -304,10 +291,7 @@ impl Muscle {
 
     /// Returns the lowest and the highest frequency of each sweep up to a time, Hz.
     pub fn sweeps(&self, to: f64) -> Vec<[f64; 2]> {
-        let mut sweeps: Vec<_> = self
-            .signals()
-            .filter_map(|signal| signal.sweep(to))
-            .collect();
+        let mut sweeps: Vec<_> = self.signals().filter_map(|signal| signal.sweep(to)).collect();
         sweeps.dedup();
         sweeps
     }
@@ -325,11 +309,7 @@ impl Muscle {
     /// Without inertia, the slopes of all signals are included, because the rates jump with them.
     pub fn schedule(&self) -> Schedule {
         let mut schedule = Schedule::default();
-        let (of_loads, of_motions) = if self.solid.has_inertia() {
-            (0, 2)
-        } else {
-            (1, 1)
-        };
+        let (of_loads, of_motions) = if self.solid.has_inertia() { (0, 2) } else { (1, 1) };
         for load in &self.loads {
             schedule.add(load.signal().clone(), of_loads);
         }
@@ -358,13 +338,10 @@ impl Muscle {
         let surface_loads = self.surface_loads.iter().map(SurfaceLoad::signal);
         let obstacles = self.contacts.iter().flat_map(Contact::signals);
         let motions = self.prescribed.iter().map(|p| &p.signal).chain(obstacles);
-        let tensions = self
-            .activations
-            .iter()
-            .filter_map(|(_, activation)| match activation {
-                Activation::Given(signal) => Some(signal),
-                _ => None,
-            });
+        let tensions = self.activations.iter().filter_map(|(_, activation)| match activation {
+            Activation::Given(signal) => Some(signal),
+            _ => None,
+        });
         loads.chain(surface_loads).chain(motions).chain(tensions)
     }
 }

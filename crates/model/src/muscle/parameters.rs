@@ -27,22 +27,9 @@ impl Parameters {
     /// [`ModelError::OutOfRange`] for κ ≤ 0, α < 0, β < 0, or a NaN.
     pub fn new(alpha: f64, beta: f64, kappa: f64) -> Result<Self, ModelError> {
         let check = |name, value, holds: bool, allowed| {
-            if holds {
-                Ok(())
-            } else {
-                Err(ModelError::OutOfRange {
-                    name,
-                    value,
-                    allowed,
-                })
-            }
+            if holds { Ok(()) } else { Err(ModelError::OutOfRange { name, value, allowed }) }
         };
-        check(
-            "bulk modulus",
-            kappa,
-            kappa > 0.0,
-            "a bulk modulus is greater than 0, or inf",
-        )?;
+        check("bulk modulus", kappa, kappa > 0.0, "a bulk modulus is greater than 0, or inf")?;
         check(
             "mass-proportional damping",
             alpha,
@@ -55,12 +42,7 @@ impl Parameters {
             (0.0..f64::INFINITY).contains(&beta),
             "0 or greater, finite",
         )?;
-        Ok(Self {
-            alpha,
-            beta,
-            inv_kappa: 1.0 / kappa,
-            kappa,
-        })
+        Ok(Self { alpha, beta, inv_kappa: 1.0 / kappa, kappa })
     }
 
     /// Returns the bulk modulus κ, Pa; infinite for the incompressible material.

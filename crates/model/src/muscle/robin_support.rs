@@ -30,11 +30,7 @@ impl RobinSupport {
         [stiffness, damping]: [f64; 2],
     ) -> Result<Self, ModelError> {
         check([stiffness, damping])?;
-        Ok(Self {
-            operator: RobinMatrix::new(solid.space(), group, along)?,
-            stiffness,
-            damping,
-        })
+        Ok(Self { operator: RobinMatrix::new(solid.space(), group, along)?, stiffness, damping })
     }
 
     /// Creates a spring and damper between the body at `point` and the ground, in all directions or along a unit
@@ -97,16 +93,9 @@ impl RobinSupport {
 }
 
 fn check([stiffness, damping]: [f64; 2]) -> Result<(), ModelError> {
-    for (name, value) in [
-        ("support stiffness", stiffness),
-        ("support damping", damping),
-    ] {
+    for (name, value) in [("support stiffness", stiffness), ("support damping", damping)] {
         if !(0.0..f64::INFINITY).contains(&value) {
-            return Err(ModelError::OutOfRange {
-                name,
-                value,
-                allowed: "0 or greater, finite",
-            });
+            return Err(ModelError::OutOfRange { name, value, allowed: "0 or greater, finite" });
         }
     }
     Ok(())

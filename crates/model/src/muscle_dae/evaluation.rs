@@ -22,11 +22,7 @@ impl MuscleDae {
     /// Fills the nodal arrays from the unknowns; constrained components follow their signals.
     pub(super) fn expand(&mut self, t: f64, y: &[f64], y_dot: Option<&[f64]>) {
         let dofs = self.muscle.solid.dofs();
-        let range = |field| {
-            self.layout
-                .range(field)
-                .expect("all formulations have q and v")
-        };
+        let range = |field| self.layout.range(field).expect("all formulations have q and v");
         let work = &mut self.work;
         dofs.expand(&y[range(Field::Displacement)], &mut work.displacement);
         dofs.expand(&y[range(Field::Velocity)], &mut work.velocity);
@@ -46,8 +42,7 @@ impl MuscleDae {
             *rate = model.rate(t, tension);
         }
         let coherent = self.coherent_tensions.as_deref();
-        self.muscle
-            .fill_tensions(t, unknown, coherent, &mut work.tensions);
+        self.muscle.fill_tensions(t, unknown, coherent, &mut work.tensions);
     }
 
     /// Rejects negative tensions, since a muscle only pulls.
@@ -79,9 +74,7 @@ impl MuscleDae {
         }
         let mut distances = contacts.filter_map(|own| own.driven_distance(t, 1.0, u));
         match distances.any(f64::is_nan) {
-            true => Err(StepError::Recoverable(
-                "an obstacle under a force passes the body".into(),
-            )),
+            true => Err(StepError::Recoverable("an obstacle under a force passes the body".into())),
             false => Ok(()),
         }
     }
@@ -110,8 +103,7 @@ impl MuscleDae {
         }
         self.expand(t, y, None);
         let (muscle, u) = (&self.muscle, &self.work.displacement);
-        self.matrices
-            .update_boundary_forces(muscle.boundary_forces(), (t, 1.0), u);
+        self.matrices.update_boundary_forces(muscle.boundary_forces(), (t, 1.0), u);
         let slopes = driven::slopes(muscle.solid.dofs(), &muscle.contacts, (t, 1.0), u);
         self.driven_slopes = slopes.map(|(slope, _)| slope).collect();
         if constant {
@@ -150,16 +142,13 @@ impl MuscleDae {
         if added.stress[0] {
             self.counters.added_tangent_passes += 1;
             let tensions = &work.tensions;
-            muscle.solid.added_tangents(
-                &AddedMotion { u, v, tensions },
-                self.matrices.wanted_added(),
-            );
+            muscle
+                .solid
+                .added_tangents(&AddedMotion { u, v, tensions }, self.matrices.wanted_added());
         }
         if added.friction
-            && let AddedTangents {
-                by_displacement: Some(by_u),
-                by_velocity: Some(by_v),
-            } = self.matrices.wanted_added()
+            && let AddedTangents { by_displacement: Some(by_u), by_velocity: Some(by_v) } =
+                self.matrices.wanted_added()
         {
             if !added.stress[0] {
                 by_u.fill(0.0);
@@ -305,12 +294,7 @@ impl MuscleDae {
         }
         if let Some(internal) = state.find(Field::InternalStress) {
             counters.relaxing_passes += 1;
-            let Workspace {
-                displacement: u,
-                added_force,
-                internal_rates: rates,
-                ..
-            } = work;
+            let Workspace { displacement: u, added_force, internal_rates: rates, .. } = work;
             let solid = &muscle.solid;
             solid.relaxation_force(u, internal, Some(added_force), rates);
         } else if let Some(over) = overstress {
@@ -326,10 +310,7 @@ impl MuscleDae {
         self.sum_loads(t);
         let (muscle, work, layout) = (&self.muscle, &mut self.work, &self.layout);
         let state = State::new(layout, y, y_dot);
-        let mut integrals = Integrals {
-            solid: &muscle.solid,
-            work,
-        };
+        let mut integrals = Integrals { solid: &muscle.solid, work };
         for ((_, equation), (_, rows)) in self.rows.iter().zip(layout.blocks()) {
             // Internal stresses, the last block, are absent if the overstress is prescribed.
             let Some(rows) = residual.get_mut(rows.clone()) else {
@@ -359,18 +340,10 @@ fn evaluate_added(
     work: &mut Workspace,
     counters: &mut WorkCounters,
 ) {
-    let Workspace {
-        displacement: u,
-        velocity: v,
-        tensions,
-        added_force,
-        ..
-    } = work;
+    let Workspace { displacement: u, velocity: v, tensions, added_force, .. } = work;
     if context.added.stress[0] {
         counters.added_passes += 1;
-        muscle
-            .solid
-            .added_force(&AddedMotion { u, v, tensions }, added_force);
+        muscle.solid.added_force(&AddedMotion { u, v, tensions }, added_force);
     } else {
         added_force.fill(0.0);
     }

@@ -31,14 +31,7 @@ impl MuscleDae {
         rows: &mut [f64],
     ) -> Result<(), StepError> {
         self.expand(t, y, None);
-        let Self {
-            work,
-            muscle: Muscle { solid, .. },
-            context,
-            layout,
-            counters,
-            ..
-        } = self;
+        let Self { work, muscle: Muscle { solid, .. }, context, layout, counters, .. } = self;
         let no_pressure = vec![0.0; solid.space().n_pressures()];
         let fields = Fields {
             v: Some(&work.velocity),
@@ -75,14 +68,7 @@ impl MuscleDae {
         products: &mut [f64],
     ) -> Result<(), StepError> {
         self.expand(t, y, None);
-        let Self {
-            work,
-            muscle: Muscle { solid, .. },
-            context,
-            layout,
-            counters,
-            ..
-        } = self;
+        let Self { work, muscle: Muscle { solid, .. }, context, layout, counters, .. } = self;
         // λ at all nodes.
         let along = &mut work.force;
         along.fill(0.0);
@@ -117,13 +103,7 @@ impl MuscleDae {
         rows: &mut [f64],
     ) {
         self.expand(t, y, None);
-        let Self {
-            work,
-            muscle: Muscle { solid, .. },
-            layout,
-            counters,
-            ..
-        } = self;
+        let Self { work, muscle: Muscle { solid, .. }, layout, counters, .. } = self;
         counters.added_passes += 1;
         let (u, v) = (&work.displacement, &work.velocity);
         solid.active_force(&AddedMotion { u, v, tensions }, &mut work.force);

@@ -40,10 +40,7 @@ impl InternalVariableDae {
         let internal = dae.layout.range(Field::InternalStress);
         let internal = internal.expect("a body with Prony terms");
         let solid = &dae.muscle.solid;
-        let term = |term: &PronyTerm| MemoryTerm {
-            weight: term.weight,
-            time: term.time,
-        };
+        let term = |term: &PronyTerm| MemoryTerm { weight: term.weight, time: term.time };
         let part = |part: &RelaxationRegion| MemoryPart {
             slots: part.slots.clone(),
             terms: part.prony.terms().iter().map(term).collect(),
@@ -57,12 +54,7 @@ impl InternalVariableDae {
         dae.overstress = Some(slots.clone());
         let (n, rates) = (internal.start, [slots]);
         let internal = memory.start.clone();
-        let problem = Self {
-            dae,
-            n,
-            rates,
-            internal,
-        };
+        let problem = Self { dae, n, rates, internal };
         (problem, memory)
     }
 
@@ -172,10 +164,7 @@ impl InternalVariableSolver {
         problem: &InternalVariableDae,
         options: SparseOptions,
     ) -> Result<Self, SparseError> {
-        Ok(Self(CondensedSolver::without_recovery(
-            &problem.dae,
-            options,
-        )?))
+        Ok(Self(CondensedSolver::without_recovery(&problem.dae, options)?))
     }
 }
 

@@ -94,9 +94,9 @@ impl MuscleDae {
             _ => solid.space().n_pressures(),
         });
         let context = context(&muscle, formulation);
-        let needs = rows.iter().fold(Needs::default(), |needs, (_, equation)| {
-            needs.or(equation.needs(&context))
-        });
+        let needs = rows
+            .iter()
+            .fold(Needs::default(), |needs, (_, equation)| needs.or(equation.needs(&context)));
         let blocks = blocks(&rows, &context);
         let in_space = solid.space().dimension() == 3;
         let symmetric_parts = [
@@ -104,10 +104,7 @@ impl MuscleDae {
                 context.added.stress[1] && (in_space || context.beta == 0.0),
                 Matrix::AddedSymmetricStiffness,
             ),
-            (
-                context.pressed && in_space,
-                Matrix::PressureSymmetricStiffness,
-            ),
+            (context.pressed && in_space, Matrix::PressureSymmetricStiffness),
         ];
         let symmetric_parts = symmetric_parts.iter().filter(|(used, _)| *used);
         let matrices = Matrices::new(
@@ -142,10 +139,7 @@ impl MuscleDae {
     fn assembly(&self) -> &Assembly<[f64; 2]> {
         self.assembly.get_or_init(|| {
             // Only condensed matrices contain the effect of eliminated oscillators.
-            let context = Context {
-                coherence: false,
-                ..self.context
-            };
+            let context = Context { coherence: false, ..self.context };
             let (layout, n) = (&self.layout, self.layout.n_unknowns());
             let range = |field| layout.range(field).expect("terms act on existing fields");
             let blocks = blocks(&self.rows, &context);
@@ -303,7 +297,5 @@ fn context(muscle: &Muscle, formulation: Formulation) -> Context {
 
 /// Returns the Jacobian's terms for each block of rows.
 fn blocks(rows: &[(Field, Equation)], context: &Context) -> Vec<(Field, Vec<Term>)> {
-    rows.iter()
-        .map(|(field, equation)| (*field, equation.terms(context)))
-        .collect()
+    rows.iter().map(|(field, equation)| (*field, equation.terms(context))).collect()
 }

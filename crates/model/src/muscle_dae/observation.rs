@@ -76,21 +76,12 @@ impl MuscleDae {
     ) -> Result<Vec<f64>, StepError> {
         let mut rows = vec![0.0; self.n_unknowns()];
         self.residual(t, y, y_dot, &mut rows)?;
-        let Workspace {
-            inertia,
-            force,
-            force_rate,
-            added_force,
-            load,
-            ..
-        } = &self.work;
+        let Workspace { inertia, force, force_rate, added_force, load, .. } = &self.work;
         let beta = self.context.beta;
         let added = |i: usize| added_force.get(i).copied().unwrap_or(0.0);
         let balance = |i: usize| inertia[i] + force[i] + added(i) - load[i];
         Ok(if self.needs.force_rate {
-            (0..force.len())
-                .map(|i| balance(i) + beta * force_rate[i])
-                .collect()
+            (0..force.len()).map(|i| balance(i) + beta * force_rate[i]).collect()
         } else {
             (0..force.len()).map(balance).collect()
         })
@@ -106,18 +97,8 @@ impl MuscleDae {
     /// dissipation of foundations and viscous stresses, and the power of active stresses. The residual must have been
     /// evaluated last at this time `t` and state `y`. Other entries are zero.
     pub(crate) fn added_energies(&self, t: f64, y: &[f64]) -> Energies {
-        let Workspace {
-            displacement: u,
-            velocity: v,
-            tensions,
-            ..
-        } = &self.work;
-        let Muscle {
-            solid,
-            foundations,
-            contacts,
-            ..
-        } = &self.muscle;
+        let Workspace { displacement: u, velocity: v, tensions, .. } = &self.work;
+        let Muscle { solid, foundations, contacts, .. } = &self.muscle;
         let mut energies = Energies::default();
         for contact in contacts {
             let [stored, rate] = contact.stored_energy(t, u, v);
@@ -172,11 +153,7 @@ impl MuscleDae {
     /// Returns the displacement d·u at a probe along a vector d, including prescribed components.
     /// Only the first components of d, as many as the body has dimensions, are used.
     pub fn displacement_along(&self, probe: &Probe, direction: [f64; 3]) -> Displacement {
-        let start = self
-            .layout
-            .range(Field::Displacement)
-            .expect("all formulations have q")
-            .start;
+        let start = self.layout.range(Field::Displacement).expect("all formulations have q").start;
         let dimension = self.muscle.solid.space().dimension();
         let mut displacement = Displacement::default();
         for &(node, weight) in probe.node_weights() {
@@ -243,10 +220,7 @@ impl MuscleDae {
         let fields = Fields::new(&work.displacement, Pressure::Nodal(&y[range.clone()]));
         solid.evaluate(
             &fields,
-            &mut Vectors {
-                volume_residual: Some(&mut work.volume_residual),
-                ..Vectors::default()
-            },
+            &mut Vectors { volume_residual: Some(&mut work.volume_residual), ..Vectors::default() },
         )?;
         solid.apply_compliance(&y[range], &mut work.pressure_product);
         let inv_kappa = self.context.inv_kappa;

@@ -68,10 +68,7 @@ impl Problem for MuscleDae {
 
     fn indices(&self) -> Option<Vec<u8>> {
         let (muscle, formulation) = (&self.muscle, self.formulation);
-        Some(
-            self.layout
-                .fill(|field| muscle.variable_index(formulation, field)),
-        )
+        Some(self.layout.fill(|field| muscle.variable_index(formulation, field)))
     }
 
     fn component_name(&self, i: usize) -> String {
@@ -94,11 +91,7 @@ impl Problem for MuscleDae {
         } else {
             (space.pressure_vertices()[k], "")
         };
-        let place: Vec<String> = space
-            .node_point(node)
-            .iter()
-            .map(|x| format!("{x:.5}"))
-            .collect();
+        let place: Vec<String> = space.node_point(node).iter().map(|x| format!("{x:.5}")).collect();
         format!("{field}{axis} at ({})", place.join(", "))
     }
 }

@@ -65,20 +65,12 @@ pub fn follow(
     x.push(parameter / continuation.parameter_scale);
     visit(curve.point(&x, false))?;
     let mut direction = vec![0.0; x.len()];
-    direction[state.len()] = if continuation.is_descending {
-        -1.0
-    } else {
-        1.0
-    };
+    direction[state.len()] = if continuation.is_descending { -1.0 } else { 1.0 };
     let mut tangent = curve.tangent(&x, &direction)?;
     let mut step = 0.1 * continuation.max_step;
     for _ in 1..continuation.max_points {
         let advance = curve.advance_in_range(&x, &tangent, &mut step)?;
-        for (target, is_fold) in advance
-            .fold
-            .iter()
-            .map(|x| (x, true))
-            .chain([(&advance.x, false)])
+        for (target, is_fold) in advance.fold.iter().map(|x| (x, true)).chain([(&advance.x, false)])
         {
             if let Some(bound) = curve.bound_beyond(target, &advance.tangent, is_fold) {
                 return visit(curve.at_bound(&x, target, bound)?);
@@ -90,9 +82,7 @@ pub fn follow(
             step = (GROWTH * step).min(continuation.max_step);
         }
     }
-    Err(ModelError::CurveTooLong {
-        max_points: continuation.max_points,
-    })
+    Err(ModelError::CurveTooLong { max_points: continuation.max_points })
 }
 
 /// The next point of a curve.
@@ -114,11 +104,7 @@ struct Tracer<'a, 'm> {
 impl Tracer<'_, '_> {
     /// Returns y(T; x) − y.
     fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, ModelError> {
-        let Continuation {
-            shooting,
-            parameter_scale,
-            ..
-        } = self.continuation;
+        let Continuation { shooting, parameter_scale, .. } = self.continuation;
         let (state, parameter) = x.split_at(x.len() - 1);
         let end = (self.map)(&shooting.unscaled(state), parameter[0] * parameter_scale)?;
         let end = shooting.scaled(&end);
@@ -190,11 +176,7 @@ impl Tracer<'_, '_> {
     }
 
     fn scaled_range(&self) -> [f64; 2] {
-        let Continuation {
-            range,
-            parameter_scale,
-            ..
-        } = self.continuation;
+        let Continuation { range, parameter_scale, .. } = self.continuation;
         range.map(|bound| bound / parameter_scale)
     }
 
@@ -202,11 +184,7 @@ impl Tracer<'_, '_> {
     fn bound_beyond(&self, x: &[f64], tangent: &[f64], is_fold: bool) -> Option<f64> {
         let n = x.len() - 1;
         let [low, high] = self.scaled_range();
-        let margin = if is_fold {
-            0.0
-        } else {
-            AT_THE_END * (high - low)
-        };
+        let margin = if is_fold { 0.0 } else { AT_THE_END * (high - low) };
         let reaches = |ahead: f64, is_ahead: bool| ahead < 0.0 || is_ahead && ahead <= margin;
         let [first, last] = self.continuation.range;
         match () {
@@ -226,11 +204,7 @@ impl Tracer<'_, '_> {
         let guess = both.map(|(x, target)| x + share * (target - x)).collect();
         let mut residual = |state: &[f64]| self.residual(&[state, &[scaled]].concat());
         let (state, _, _) = shooting.solve(&mut residual, guess)?;
-        Ok(Point {
-            state: shooting.unscaled(&state),
-            parameter: bound,
-            is_fold: false,
-        })
+        Ok(Point { state: shooting.unscaled(&state), parameter: bound, is_fold: false })
     }
 
     /// Returns the point at a distance along the tangent at x, and a fold in between.
@@ -242,12 +216,7 @@ impl Tracer<'_, '_> {
             true => Some(self.fold(x, tangent, (step, next_tangent[n]))?),
             false => None,
         };
-        Ok(Advance {
-            x: next,
-            tangent: next_tangent,
-            fold,
-            iterations,
-        })
+        Ok(Advance { x: next, tangent: next_tangent, fold, iterations })
     }
 
     /// Returns the point with a tangent of constant parameter between x and the point at a distance `end`, by the Illinois

@@ -46,8 +46,7 @@ impl Arnoldi {
         self.is_invariant = left <= INVARIANT * size;
         if !self.is_invariant {
             column[self.basis.len()] = left;
-            self.basis
-                .push(next.into_iter().map(|x| x / left).collect());
+            self.basis.push(next.into_iter().map(|x| x / left).collect());
         }
         self.columns.push(column);
         Ok(())
@@ -56,9 +55,7 @@ impl Arnoldi {
     /// Returns H with k + 1 rows and k columns.
     fn hessenberg(&self) -> DMatrix<f64> {
         let k = self.columns.len();
-        DMatrix::from_fn(k + 1, k, |i, j| {
-            self.columns[j].get(i).copied().unwrap_or(0.0)
-        })
+        DMatrix::from_fn(k + 1, k, |i, j| self.columns[j].get(i).copied().unwrap_or(0.0))
     }
 }
 

@@ -31,13 +31,7 @@ pub struct Shooting {
 impl Shooting {
     /// Returns the default options for these scales.
     pub fn new(scales: Vec<f64>) -> Self {
-        Self {
-            scales,
-            tolerance: 1e-6,
-            map_error: 1e-8,
-            max_iterations: 20,
-            max_products: 60,
-        }
+        Self { scales, tolerance: 1e-6, map_error: 1e-8, max_iterations: 20, max_products: 60 }
     }
 
     /// Returns the increment h that balances the truncation error of central differences, h², and the error of
@@ -114,10 +108,7 @@ impl Shooting {
     }
 
     fn failure(&self, left: &[f64]) -> ModelError {
-        ModelError::NoPeriodicState {
-            residual: largest(left),
-            tolerance: self.tolerance,
-        }
+        ModelError::NoPeriodicState { residual: largest(left), tolerance: self.tolerance }
     }
 }
 
@@ -146,11 +137,7 @@ pub fn shoot(
         Ok(end.iter().zip(x).map(|(end, x)| end - x).collect())
     };
     let (x, left, iterations) = shooting.solve(&mut residual, shooting.scaled(guess))?;
-    Ok(PeriodicState {
-        state: shooting.unscaled(&x),
-        residual: left,
-        iterations,
-    })
+    Ok(PeriodicState { state: shooting.unscaled(&x), residual: left, iterations })
 }
 
 /// Leading Floquet multipliers.
@@ -193,9 +180,7 @@ pub fn multipliers(
     let mut product = |v: &[f64]| shooting.product(&mut image, &x, v);
     // One application removes what decays within a period. Equidistributed components exclude no direction.
     let golden = 0.5 * (5_f64.sqrt() - 1.0);
-    let all: Vec<f64> = (1..=x.len())
-        .map(|i| (golden * i as f64).fract() - 0.5)
-        .collect();
+    let all: Vec<f64> = (1..=x.len()).map(|i| (golden * i as f64).fract() - 0.5).collect();
     let start = product(&all)?;
     // Differences resolve multipliers to the square of their increment.
     let resolution = shooting.increment().powi(2);
@@ -209,11 +194,7 @@ pub fn multipliers(
     let most = shooting.max_products.min(x.len());
     let found = eigenvalues(&mut product, &start, count.min(x.len()), resolution, most)?;
     let (values, residuals) = found.into_iter().unzip();
-    Ok(Multipliers {
-        values,
-        residuals,
-        resolution,
-    })
+    Ok(Multipliers { values, residuals, resolution })
 }
 
 /// Returns max |x_i|.

@@ -15,10 +15,7 @@ pub struct Displacement {
 impl Displacement {
     /// Creates a displacement that depends on unknowns only.
     pub(crate) fn of_unknowns(unknowns: Vec<(usize, f64)>) -> Self {
-        Self {
-            unknowns,
-            prescribed: Vec::new(),
-        }
+        Self { unknowns, prescribed: Vec::new() }
     }
 
     /// Returns the value at time `t` for the unknowns `y`.

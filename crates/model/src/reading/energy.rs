@@ -45,11 +45,8 @@ impl MuscleDae {
         let kinetic = solid.kinetic_energy(velocity);
         let mut momentum = vec![0.0; velocity.len()];
         solid.apply_damping_mass(velocity, &mut momentum);
-        let viscous = if parameters.is_damped() {
-            parameters.beta * dot(&force_rate, velocity)
-        } else {
-            0.0
-        };
+        let viscous =
+            if parameters.is_damped() { parameters.beta * dot(&force_rate, velocity) } else { 0.0 };
         Ok(Energies {
             kinetic,
             elastic: solid.strain_energy(&snapshot.fields()) - doubled + added.elastic,

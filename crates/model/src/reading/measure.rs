@@ -52,11 +52,7 @@ impl Measurement {
         for (_, weight) in &mut places {
             *weight /= total;
         }
-        Ok(Self {
-            places,
-            quantities: quantities.to_vec(),
-            dimension: space.dimension(),
-        })
+        Ok(Self { places, quantities: quantities.to_vec(), dimension: space.dimension() })
     }
 
     /// Subtracts the averages over a group.
@@ -73,9 +69,7 @@ impl Measurement {
     /// Returns the names of the values in their order.
     pub fn names(&self) -> Vec<String> {
         let quantities = self.quantities.iter();
-        quantities
-            .flat_map(|quantity| quantity.columns(self.dimension))
-            .collect()
+        quantities.flat_map(|quantity| quantity.columns(self.dimension)).collect()
     }
 
     /// Returns whether any value is a stress.
@@ -100,10 +94,7 @@ impl Measurement {
 
     /// Returns the number of states (det F, stress) computed per reading.
     pub fn stress_evaluations(&self) -> usize {
-        let states = self
-            .quantities
-            .iter()
-            .filter(|quantity| quantity.needs_state());
+        let states = self.quantities.iter().filter(|quantity| quantity.needs_state());
         states.count() * self.places.len()
     }
 
@@ -167,11 +158,7 @@ mod tests {
             pressure: Pressure::Nodal(p),
             factors: None,
             p_rate: None,
-            stress_context: StressContext {
-                tensions: &[],
-                beta: 0.0,
-                internal: &[],
-            },
+            stress_context: StressContext { tensions: &[], beta: 0.0, internal: &[] },
         }
     }
 
@@ -180,11 +167,8 @@ mod tests {
         let solid = solid();
         let space = solid.space();
         // u_x = x²: its mean is 4 on the right edge and 4/3 over the body.
-        let u: Vec<f64> = space
-            .node_points::<2>()
-            .iter()
-            .flat_map(|p| [p[0] * p[0], 0.0])
-            .collect();
+        let u: Vec<f64> =
+            space.node_points::<2>().iter().flat_map(|p| [p[0] * p[0], 0.0]).collect();
         let p = vec![0.0; space.n_pressures()];
         let snapshot = snapshot(&solid, &u, &p);
         for (group, mean) in [("right", 4.0), ("body", 4.0 / 3.0)] {
@@ -203,15 +187,9 @@ mod tests {
     fn linear_quantities_are_sums_over_nodal_components() {
         let solid = solid();
         let space = solid.space();
-        let u: Vec<f64> = (0..solid.dofs().n_full())
-            .map(|i| (i as f64).sin())
-            .collect();
+        let u: Vec<f64> = (0..solid.dofs().n_full()).map(|i| (i as f64).sin()).collect();
         let p = vec![0.0; space.n_pressures()];
-        let quantities = [
-            Quantity::Velocity,
-            Quantity::Pressure,
-            Quantity::Displacement,
-        ];
+        let quantities = [Quantity::Velocity, Quantity::Pressure, Quantity::Displacement];
         let snapshot = snapshot(&solid, &u, &p);
         for measurement in [
             Measurement::at(space, [0.3, 0.7], &quantities).unwrap(),
@@ -249,18 +227,13 @@ mod tests {
         let point = Measurement::at(space, [0.7, 0.4], &quantities).unwrap();
         let mut values = Vec::new();
         point.read(&snapshot(&solid, &u, &p), &mut values);
-        let [xx, yy, xy, zz, a, b, c] = values[..] else {
-            panic!("{:?}", point.names())
-        };
+        let [xx, yy, xy, zz, a, b, c] = values[..] else { panic!("{:?}", point.names()) };
         // γ = 1/2: E_xy = γ/2, E_yy = γ²/2, up to rounding errors of values below 1.
         assert!((xy - 0.25).abs() < 1e-15 && (yy - 0.125).abs() < 1e-15);
         assert!(a > b && b > c, "{values:?}");
         for (found, expected) in [
             (a + b + c, xx + yy + zz),
-            (
-                a * a + b * b + c * c,
-                xx * xx + yy * yy + zz * zz + 2.0 * xy * xy,
-            ),
+            (a * a + b * b + c * c, xx * xx + yy * yy + zz * zz + 2.0 * xy * xy),
             (a * b * c, zz * (xx * yy - xy * xy)),
         ] {
             assert!((found - expected).abs() < 1e-15, "{values:?}");
@@ -271,19 +244,11 @@ mod tests {
     fn uniform_extension_has_the_volume_ratio_and_stress_of_the_law() {
         let solid = solid();
         let space = solid.space();
-        let u: Vec<f64> = space
-            .node_points::<2>()
-            .iter()
-            .flat_map(|p| [0.1 * p[0], 0.0])
-            .collect();
+        let u: Vec<f64> = space.node_points::<2>().iter().flat_map(|p| [0.1 * p[0], 0.0]).collect();
         let p = vec![-50.0; space.n_pressures()];
         let snapshot = snapshot(&solid, &u, &p);
-        let quantities = [
-            Quantity::VolumeRatio,
-            Quantity::Stress,
-            Quantity::Strain,
-            Quantity::Principal,
-        ];
+        let quantities =
+            [Quantity::VolumeRatio, Quantity::Stress, Quantity::Strain, Quantity::Principal];
         let mut values = Vec::new();
         let point = Measurement::at(space, [0.7, 0.4], &quantities).unwrap();
         point.read(&snapshot, &mut values);

@@ -59,10 +59,7 @@ impl Probe {
     pub fn in_element(space: &Space, element: usize) -> Self {
         let n = space.mesh().shape().n_vertices();
         let barycentric = Barycentric::new(&vec![1.0 / n as f64; n]);
-        let at = ElementPoint {
-            element,
-            barycentric,
-        };
+        let at = ElementPoint { element, barycentric };
         Self::located_at(space, at)
     }
 
@@ -96,10 +93,7 @@ impl Probe {
         let dimension = self.point.len();
         let mut vector = [0.0; 3];
         for (axis, component) in vector[..dimension].iter_mut().enumerate() {
-            let values = self
-                .nodes
-                .iter()
-                .map(|(n, w)| w * nodal[dimension * n + axis]);
+            let values = self.nodes.iter().map(|(n, w)| w * nodal[dimension * n + axis]);
             *component = values.sum();
         }
         vector

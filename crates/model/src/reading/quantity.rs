@@ -204,10 +204,7 @@ impl Quantity {
 
     /// Returns whether it has no derivative at a state without strain and stress.
     pub fn has_kink_at_rest(self) -> bool {
-        matches!(
-            self,
-            Self::PrincipalStrain | Self::Principal | Self::VonMises
-        )
+        matches!(self, Self::PrincipalStrain | Self::Principal | Self::VonMises)
     }
 
     /// Returns whether it requires det F, a strain or a stress.

@@ -55,7 +55,6 @@ impl<'a> Snapshot<'a> {
     /// Returns the strain and the total stress at a point.
     pub(super) fn dynamic_state_at(&self, place: &ElementPoint) -> PointState {
         let fields = self.fields();
-        self.solid
-            .dynamic_state_at(&fields, &self.stress_context, place)
+        self.solid.dynamic_state_at(&fields, &self.stress_context, place)
     }
 }

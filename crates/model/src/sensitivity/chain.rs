@@ -17,19 +17,11 @@ impl ChainDependence {
     /// Creates the dependence of network number `network` with the derivative `own_weight` times
     /// its own value plus, for each perturbed network, its weight times its value.
     pub fn new(network: usize, own_weight: f64, perturbed: Vec<(f64, Oscillators)>) -> Self {
-        Self {
-            network,
-            own_weight,
-            perturbed,
-            is_start: false,
-        }
+        Self { network, own_weight, perturbed, is_start: false }
     }
 
     /// Creates the dependence on the initial position of all its oscillators.
     pub fn of_start(network: usize) -> Self {
-        Self {
-            is_start: true,
-            ..Self::new(network, 0.0, Vec::new())
-        }
+        Self { is_start: true, ..Self::new(network, 0.0, Vec::new()) }
     }
 }

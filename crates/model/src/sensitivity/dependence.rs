@@ -102,9 +102,7 @@ impl Dependence {
     pub fn stencil<'a>(&'a self, own: &'a Muscle) -> Vec<(f64, &'a Muscle)> {
         let perturbed = self.perturbed.iter();
         let perturbed = perturbed.map(|(weight, model)| (*weight, model.muscle()));
-        std::iter::once((self.own_weight, own))
-            .chain(perturbed)
-            .collect()
+        std::iter::once((self.own_weight, own)).chain(perturbed).collect()
     }
 
     /// States that the parameter does not affect the element integrals: inertia, damping, or the
@@ -112,29 +110,20 @@ impl Dependence {
     /// passes.
     #[must_use]
     pub fn outside_elements(self) -> Self {
-        Self {
-            scope: Scope::OutsideElements,
-            ..self
-        }
+        Self { scope: Scope::OutsideElements, ..self }
     }
 
     /// States that the parameter only affects the law's stress, so that only element forces are
     /// computed for it.
     #[must_use]
     pub fn on_forces(self) -> Self {
-        Self {
-            scope: Scope::ElementForces,
-            ..self
-        }
+        Self { scope: Scope::ElementForces, ..self }
     }
 
     /// States that the parameter only affects loads, so that only loads are computed for it.
     #[must_use]
     pub fn on_loads(self) -> Self {
-        Self {
-            scope: Scope::Loads,
-            ..self
-        }
+        Self { scope: Scope::Loads, ..self }
     }
 
     /// Returns the parameter.
@@ -200,11 +189,7 @@ struct Evaluation {
 impl Dependences {
     /// Creates the dependences of a muscle without chains.
     pub fn new(all: Vec<Dependence>) -> Self {
-        Self {
-            list: all.iter().map(|one| one.parameter.clone()).collect(),
-            all,
-            ..Self::default()
-        }
+        Self { list: all.iter().map(|one| one.parameter.clone()).collect(), all, ..Self::default() }
     }
 
     /// Adds the dependences of the muscle's chains on the same parameters.
@@ -325,12 +310,7 @@ impl Parameters<MuscleDae> for Dependences {
         y_dot: &[f64],
         out: &mut [f64],
     ) -> Result<(), StepError> {
-        let Dependence {
-            own_weight,
-            perturbed,
-            scope,
-            ..
-        } = &mut self.all[j];
+        let Dependence { own_weight, perturbed, scope, .. } = &mut self.all[j];
         if *scope == Scope::Loads {
             out.fill(0.0);
             problem.add_load(t, y, -*own_weight, out);
@@ -356,19 +336,8 @@ impl Parameters<MuscleDae> for Dependences {
         if wanted || *scope == Scope::OutsideElements {
             self.know(problem, (t, y, y_dot), wanted)?;
         }
-        let Self {
-            all,
-            copy,
-            evaluation,
-            residual,
-            ..
-        } = self;
-        let Dependence {
-            own_weight,
-            perturbed,
-            scope,
-            ..
-        } = &mut all[j];
+        let Self { all, copy, evaluation, residual, .. } = self;
+        let Dependence { own_weight, perturbed, scope, .. } = &mut all[j];
         match *own_weight {
             0.0 => out.fill(0.0),
             weight => {
@@ -383,9 +352,7 @@ impl Parameters<MuscleDae> for Dependences {
                 false => model.residual(t, y, y_dot, residual)?,
             }
             let residual = residual.iter();
-            out.iter_mut()
-                .zip(residual)
-                .for_each(|(o, f)| *o += *weight * f);
+            out.iter_mut().zip(residual).for_each(|(o, f)| *o += *weight * f);
         }
         Ok(())
     }

@@ -64,12 +64,7 @@ fn copy_of<'a>(slot: &'a mut Option<Box<Driving>>, dae: &Driving) -> &'a mut Dri
 
 /// Restricts a linearization of the coupled system to the muscle.
 fn of_muscle<'a>(at: &Linearization<'a>, n: usize) -> Linearization<'a> {
-    Linearization {
-        y: &at.y[..n],
-        y_dot: &at.y_dot[..n],
-        weights: &at.weights[..n],
-        ..*at
-    }
+    Linearization { y: &at.y[..n], y_dot: &at.y_dot[..n], weights: &at.weights[..n], ..*at }
 }
 
 impl Parameters<Driving> for DrivenDependences {
@@ -89,18 +84,14 @@ impl Parameters<Driving> for DrivenDependences {
         let n = problem.body_range().len();
         let (of_muscle, of_chains) = out.split_at_mut(n);
         let muscle = problem.body_mut();
-        self.all
-            .derivative(muscle, j, t, &y[..n], &y_dot[..n], of_muscle)?;
+        self.all.derivative(muscle, j, t, &y[..n], &y_dot[..n], of_muscle)?;
         of_chains.fill(0.0);
         let Some(chain) = self.all.chains.get(j).and_then(Option::as_ref) else {
             return Ok(());
         };
         let range = problem.range(chain.network);
         self.residual.resize(range.len(), 0.0);
-        let perturbed = chain
-            .perturbed
-            .iter()
-            .map(|(weight, other)| (*weight, Some(other)));
+        let perturbed = chain.perturbed.iter().map(|(weight, other)| (*weight, Some(other)));
         let own = std::iter::once((chain.own_weight, None));
         for (weight, oscillators) in own.chain(perturbed).filter(|(weight, _)| *weight != 0.0) {
             let of = (chain.network, oscillators);
@@ -152,8 +143,7 @@ impl Parameters<Driving> for DrivenDependences {
         let mut start = x.len() / n_columns - states.sum::<usize>();
         let (x_muscle, x_dot_muscle) = (&x[..start * n_columns], &x_dot[..start * n_columns]);
         let of_muscle = &mut out[..start * n_columns];
-        self.all
-            .subtract_tangents(place, [x_muscle, x_dot_muscle], of_muscle, n_columns)?;
+        self.all.subtract_tangents(place, [x_muscle, x_dot_muscle], of_muscle, n_columns)?;
         let parts = self.networks.iter().zip(&mut self.products);
         for ((own, product), values) in parts.zip(&self.places[place]) {
             let end = start + own.network().n_states();
@@ -196,13 +186,7 @@ impl PerturbedSystems<Driving> for DrivenDependences {
             read
         })?;
         let chain = self.all.chains.get_mut(j).and_then(Option::as_mut);
-        let Some(ChainDependence {
-            network,
-            own_weight,
-            perturbed,
-            ..
-        }) = chain
-        else {
+        let Some(ChainDependence { network, own_weight, perturbed, .. }) = chain else {
             return Ok(sum);
         };
         let mut add = |weight: f64, values: &[f64]| {

@@ -55,10 +55,7 @@ impl ElementProduct {
         let rate = row_of(Equation::ConstraintRate);
         let context = dae.context();
         Some(Self {
-            at: TangentProduct {
-                beta: context.beta,
-                constraint_rate: rate.is_some(),
-            },
+            at: TangentProduct { beta: context.beta, constraint_rate: rate.is_some() },
             momentum: range(Field::Velocity)?,
             constraint: rate.or(row_of(Equation::Constraint)).and_then(range),
             displacement: range(Field::Displacement)?,
@@ -109,17 +106,14 @@ impl ElementProduct {
             false => (self.pressure_rate.as_ref(), x),
         };
         for (c, column) in self.columns.iter_mut().enumerate() {
-            for (to, rows) in [
-                (&mut column.u, &self.displacement),
-                (&mut column.v, &self.velocity),
-            ] {
+            for (to, rows) in [(&mut column.u, &self.displacement), (&mut column.v, &self.velocity)]
+            {
                 let own = x[rows.start * n_columns + c..].iter().step_by(n_columns);
                 free.iter().zip(own).for_each(|(&i, x)| to[i] = *x);
             }
-            for (to, (rows, of)) in [
-                (&mut column.p, (self.pressure.as_ref(), x)),
-                (&mut column.p_rate, df_dyp),
-            ] {
+            for (to, (rows, of)) in
+                [(&mut column.p, (self.pressure.as_ref(), x)), (&mut column.p_rate, df_dyp)]
+            {
                 if let Some(rows) = rows {
                     let own = of[rows.start * n_columns + c..].iter().step_by(n_columns);
                     to.iter_mut().zip(own).for_each(|(to, x)| *to = *x);
@@ -144,8 +138,7 @@ impl ElementProduct {
             if let Some(constraint) = &self.constraint {
                 let rows = &mut out[constraint.start * n_columns + c..];
                 let rows = rows.iter_mut().step_by(n_columns);
-                rows.zip(&column.volume_residual)
-                    .for_each(|(row, d)| *row -= d);
+                rows.zip(&column.volume_residual).for_each(|(row, d)| *row -= d);
             }
         }
         Ok(())

@@ -54,10 +54,7 @@ impl SensitiveIntegrator {
         let starts = dependences.starts(dae.n_unknowns());
         let inner = RadauIntegrator::starting_at(dae, settings, 0.0, y, y_dot)?;
         let sensitivities = ForwardSensitivities::new(inner.solver(), dependences, starts)?;
-        Ok(Self {
-            inner,
-            sensitivities,
-        })
+        Ok(Self { inner, sensitivities })
     }
 }
 
@@ -83,10 +80,7 @@ impl DrivingIntegrator {
         let inner =
             RadauIntegrator::coupled_at(dae, test, options, linear_solver, times, y, y_dot)?;
         let sensitivities = ForwardSensitivities::new(inner.solver(), dependences, starts)?;
-        Ok(Self {
-            inner,
-            sensitivities,
-        })
+        Ok(Self { inner, sensitivities })
     }
 }
 
@@ -100,20 +94,14 @@ where
     /// tolerance.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
-        Self {
-            sensitivities: self.sensitivities.with_tolerance(tolerance),
-            ..self
-        }
+        Self { sensitivities: self.sensitivities.with_tolerance(tolerance), ..self }
     }
 
     /// Includes the errors of the sensitivities in the step-size control.
     #[must_use]
     pub fn controlling_steps(self) -> Self {
         let sensitivities = self.sensitivities.controlling_steps(self.inner.solver());
-        Self {
-            sensitivities,
-            ..self
-        }
+        Self { sensitivities, ..self }
     }
 
     /// Returns the work for the sensitivities in addition to the integration.
@@ -148,8 +136,7 @@ where
         let n = y.len();
         let mut s = [vec![0.0; n], vec![0.0; n]];
         for (derivative, s) in s.iter_mut().enumerate() {
-            self.sensitivities
-                .dense_output(self.inner.solver(), j, t, derivative, s)?;
+            self.sensitivities.dense_output(self.inner.solver(), j, t, derivative, s)?;
         }
         let parameters = self.sensitivities.parameters_mut();
         let scale = parameters.list()[j].scale;

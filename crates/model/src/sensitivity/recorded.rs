@@ -67,10 +67,7 @@ impl RecordedIntegrator {
                 return Err(RadauError::Adjoint { t, message });
             }
             let later = misfit.samples.partition_point(|(at, _)| *at < t);
-            for &(t, share) in misfit.samples[later..]
-                .iter()
-                .take_while(|(t, _)| *t <= end)
-            {
+            for &(t, share) in misfit.samples[later..].iter().take_while(|(t, _)| *t <= end) {
                 if !step.covers(t) {
                     continue;
                 }

@@ -200,19 +200,13 @@ impl Tangents {
         let side_by_side = |rows: &Range<usize>| rows.start * n_columns..rows.end * n_columns;
         for (rows, matrices) in &self.rows {
             let out = &mut out[side_by_side(rows)];
-            for PlacedMatrix {
-                matrix,
-                multiplication,
-                operands,
-            } in matrices
-            {
+            for PlacedMatrix { matrix, multiplication, operands } in matrices {
                 let values = dae.matrix_values(*matrix);
                 let operand = match &operands[..] {
                     [one] if one.is_value() => &x[side_by_side(&one.unknowns)],
                     several => {
                         self.operand.clear();
-                        self.operand
-                            .resize(several[0].unknowns.len() * n_columns, 0.0);
+                        self.operand.resize(several[0].unknowns.len() * n_columns, 0.0);
                         for one in several {
                             for (factor, of) in [(one.df_dy, x), (one.df_dyp, x_dot)] {
                                 if factor != 0.0 {
@@ -257,12 +251,7 @@ impl Tangents {
         };
         for (rows, matrices) in &self.rows {
             let x = &x[rows.clone()];
-            for PlacedMatrix {
-                matrix,
-                multiplication,
-                operands,
-            } in matrices
-            {
+            for PlacedMatrix { matrix, multiplication, operands } in matrices {
                 let values = places[place].matrix_values(*matrix);
                 let alone = match &operands[..] {
                     [one] if one.is_value() => Some(one),

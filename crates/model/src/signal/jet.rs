@@ -16,29 +16,17 @@ pub struct Jet {
 impl Jet {
     /// Returns a constant function.
     pub fn constant(value: f64) -> Self {
-        Self {
-            value,
-            d1: 0.0,
-            d2: 0.0,
-        }
+        Self { value, d1: 0.0, d2: 0.0 }
     }
 
     /// Returns the function t.
     pub fn variable(t: f64) -> Self {
-        Self {
-            value: t,
-            d1: 1.0,
-            d2: 0.0,
-        }
+        Self { value: t, d1: 1.0, d2: 0.0 }
     }
 
     /// Returns g(f(t)) from g, g', g'' at f(t) (chain rule).
     pub(crate) fn compose(self, g: f64, dg: f64, ddg: f64) -> Self {
-        Self {
-            value: g,
-            d1: dg * self.d1,
-            d2: ddg * self.d1 * self.d1 + dg * self.d2,
-        }
+        Self { value: g, d1: dg * self.d1, d2: ddg * self.d1 * self.d1 + dg * self.d2 }
     }
 
     /// Returns sin f.
@@ -58,11 +46,7 @@ impl Jet {
 impl Add for Jet {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        Self {
-            value: self.value + other.value,
-            d1: self.d1 + other.d1,
-            d2: self.d2 + other.d2,
-        }
+        Self { value: self.value + other.value, d1: self.d1 + other.d1, d2: self.d2 + other.d2 }
     }
 }
 

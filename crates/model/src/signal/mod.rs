@@ -249,11 +249,7 @@ mod tests {
     fn signals() -> Vec<Signal> {
         vec![
             Signal::constant(3.0),
-            Signal::from(formula::Sine {
-                amplitude: 2.0,
-                frequency: 0.7,
-                phase: 0.3,
-            }),
+            Signal::from(formula::Sine { amplitude: 2.0, frequency: 0.7, phase: 0.3 }),
             Signal::from(formula::Chirp {
                 amplitude: 2.0,
                 frequency: 3.0,
@@ -262,27 +258,15 @@ mod tests {
                 phase: 0.3,
             }),
             Signal::paper(100.0),
-            Signal::from(formula::Step {
-                value: 4.0,
-                start: 0.2,
-                rise: 0.4,
-            }),
-            Signal::from(formula::Ramp {
-                value: 2.0,
-                start: 0.1,
-                end: 1.3,
-            }),
+            Signal::from(formula::Step { value: 4.0, start: 0.2, rise: 0.4 }),
+            Signal::from(formula::Ramp { value: 2.0, start: 0.1, end: 1.3 }),
             Signal::from(
                 Spline::new(vec![-1.0, 0.5, 1.0, 2.0], vec![0.0, 2.0, -1.0, 3.0]).unwrap(),
             ),
             Signal::sum(vec![Signal::constant(1.0), Signal::paper(2.0)]),
             Signal::product(vec![
                 Signal::paper(2.0),
-                Signal::from(formula::Sine {
-                    amplitude: 3.0,
-                    frequency: 1.0,
-                    phase: 0.1,
-                }),
+                Signal::from(formula::Sine { amplitude: 3.0, frequency: 1.0, phase: 0.1 }),
             ]),
         ]
     }
@@ -303,13 +287,8 @@ mod tests {
 
     #[test]
     fn the_frequency_is_the_frequency_of_the_oscillating_factor() {
-        let sine = |frequency| {
-            Signal::from(formula::Sine {
-                amplitude: 1.0,
-                frequency,
-                phase: 0.0,
-            })
-        };
+        let sine =
+            |frequency| Signal::from(formula::Sine { amplitude: 1.0, frequency, phase: 0.0 });
         assert_eq!(sine(0.0).frequency(), None);
         assert_eq!(sine(-8.0).frequency(), Some(8.0));
         let sum = Signal::sum(vec![sine(-8.0), sine(3.0), Signal::constant(1.0)]);
@@ -352,11 +331,7 @@ mod tests {
 
     #[test]
     fn steps_have_the_derivatives_they_claim_at_their_ends() {
-        let step = Signal::from(formula::Step {
-            value: 4.0,
-            start: 0.2,
-            rise: 0.4,
-        });
+        let step = Signal::from(formula::Step { value: 4.0, start: 0.2, rise: 0.4 });
         assert_eq!(step.lowest_jump(), 3);
         for end in [0.2, 0.2 + 0.4] {
             let (before, after) = (step.at(end - 1e-9), step.at(end + 1e-9));
@@ -367,18 +342,10 @@ mod tests {
         assert_eq!((step.at(0.0).value, step.at(5.0).value), (0.0, 4.0));
         let kinked = Signal::sum(vec![
             step,
-            Signal::from(formula::Ramp {
-                value: 1.0,
-                start: 0.0,
-                end: 1.0,
-            }),
+            Signal::from(formula::Ramp { value: 1.0, start: 0.0, end: 1.0 }),
         ]);
         assert_eq!(kinked.lowest_jump(), 1);
-        let sudden = Signal::from(formula::Step {
-            value: 1.0,
-            start: 0.0,
-            rise: 0.0,
-        });
+        let sudden = Signal::from(formula::Step { value: 1.0, start: 0.0, rise: 0.0 });
         let jumps = Signal::product(vec![kinked, sudden]);
         assert_eq!(jumps.lowest_jump(), 0);
     }
@@ -387,19 +354,11 @@ mod tests {
     #[test]
     fn a_step_without_a_rise_has_a_value_on_each_side() {
         for start in [0.0, 0.3, 7.0, -2.0] {
-            let jump = Signal::from(formula::Step {
-                value: 4.0,
-                start,
-                rise: 0.0,
-            });
+            let jump = Signal::from(formula::Step { value: 4.0, start, rise: 0.0 });
             let after = just_after(start);
             assert!(after > start);
             for (t, value) in [(start, 0.0), (start.next_up(), 0.0), (after, 4.0)] {
-                let expected = if start == 0.0 && t == start.next_up() {
-                    0.0
-                } else {
-                    value
-                };
+                let expected = if start == 0.0 && t == start.next_up() { 0.0 } else { value };
                 assert_eq!(jump.at(t), Jet::constant(expected));
             }
             let breaks: Vec<_> = jump.breaks(start - 1.0, start + 1.0).collect();

@@ -44,10 +44,7 @@ impl Schedule {
     pub fn next_break(&self, after: f64) -> Option<Break> {
         let breaks = self.drives.iter().filter_map(|(drive, derivatives)| {
             let next = drive.next_break(after)?;
-            Some(Break {
-                order: next.order.saturating_sub(*derivatives),
-                ..next
-            })
+            Some(Break { order: next.order.saturating_sub(*derivatives), ..next })
         });
         breaks.reduce(Break::earlier)
     }
@@ -132,11 +129,7 @@ mod tests {
     }
 
     fn step(start: f64) -> Signal {
-        Signal::from(formula::Step {
-            value: 1.0,
-            start,
-            rise: 0.02,
-        })
+        Signal::from(formula::Step { value: 1.0, start, rise: 0.02 })
     }
 
     #[test]
@@ -185,13 +178,7 @@ mod tests {
 
     #[test]
     fn a_jump_is_passed_once() {
-        let jump = |start| {
-            Signal::from(formula::Step {
-                value: 1.0,
-                start,
-                rise: 0.0,
-            })
-        };
+        let jump = |start| Signal::from(formula::Step { value: 1.0, start, rise: 0.0 });
         // 0.1 + 0.2 differs from 0.3 by rounding, so a single step passes both breaks.
         let both = Signal::sum(vec![jump(0.3), jump(0.1 + 0.2), jump(0.0), step(1.0)]);
         let driven = schedule(both.clone(), 0);

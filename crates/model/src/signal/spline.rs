@@ -40,11 +40,7 @@ pub struct Overshoot {
 
 impl From<Points> for Spline {
     fn from(points: Points) -> Self {
-        Self {
-            moments: moments(&points.times, &points.values),
-            points,
-            acceleration: None,
-        }
+        Self { moments: moments(&points.times, &points.values), points, acceleration: None }
     }
 }
 
@@ -63,11 +59,7 @@ impl Spline {
 
     /// Creates the displacement of an `acceleration` that is linear between its points, at rest at t = 0.
     pub fn of_acceleration(acceleration: Points) -> Self {
-        let Points {
-            times,
-            values: moments,
-            ..
-        } = acceleration.clone();
+        let Points { times, values: moments, .. } = acceleration.clone();
         let (mut values, mut velocity) = (vec![0.0], 0.0);
         for (t, a) in times.windows(2).zip(moments.windows(2)) {
             let h = t[1] - t[0];
@@ -89,11 +81,7 @@ impl Spline {
 
     /// Returns the largest overshoot beyond the two neighboring points.
     pub fn overshoot(&self) -> Option<Overshoot> {
-        let Points {
-            times,
-            values,
-            spread,
-        } = &self.points;
+        let Points { times, values, spread } = &self.points;
         let extremum = |i: usize| {
             let [t0, t1] = [times[i], times[i + 1]];
             let (low, high) = (values[i].min(values[i + 1]), values[i].max(values[i + 1]));
@@ -102,15 +90,10 @@ impl Spline {
             let inside = (1..16).map(|k| self.at(t0 + (t1 - t0) * f64::from(k) / 16.0).value);
             let beyond = inside.map(|y| ((y - high).max(low - y).max(0.0), y));
             let (excess, value) = beyond.max_by(|a, b| a.0.total_cmp(&b.0))?;
-            Some(Overshoot {
-                between: [t0, t1],
-                value,
-                excess: excess / spread,
-            })
+            Some(Overshoot { between: [t0, t1], value, excess: excess / spread })
         };
         let all = (0..times.len() - 1).filter_map(extremum);
-        all.filter(|found| found.excess > 0.0)
-            .max_by(|a, b| a.excess.total_cmp(&b.excess))
+        all.filter(|found| found.excess > 0.0).max_by(|a, b| a.excess.total_cmp(&b.excess))
     }
 
     /// Returns the first and the last time, s.
@@ -156,11 +139,7 @@ impl Spline {
 fn moments(times: &[f64], values: &[f64]) -> Vec<f64> {
     let n = times.len();
     let h: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let slope: Vec<f64> = values
-        .windows(2)
-        .zip(&h)
-        .map(|(y, h)| (y[1] - y[0]) / h)
-        .collect();
+    let slope: Vec<f64> = values.windows(2).zip(&h).map(|(y, h)| (y[1] - y[0]) / h).collect();
     let mut upper = vec![0.0; n];
     let mut moments = vec![0.0; n];
     for i in 1..n - 1 {
@@ -216,9 +195,7 @@ mod tests {
             let spline = spline.unwrap();
             (0..1000)
                 .map(|i| f64::from(i) / 1000.0)
-                .fold(0.0_f64, |worst, t| {
-                    worst.max((spline.at(t).value - sine(t)).abs())
-                })
+                .fold(0.0_f64, |worst, t| worst.max((spline.at(t).value - sine(t)).abs()))
         };
         let order = (error(10) / error(20)).log2();
         assert!((order - 4.0).abs() < 0.1, "order {order}");

@@ -28,13 +28,7 @@ impl Points {
     /// If the lengths differ.
     pub fn new(times: Vec<f64>, values: Vec<f64>) -> Result<Self, ModelError> {
         assert_eq!(times.len(), values.len(), "a value for each time");
-        let fail = |name, value, allowed| {
-            Err(ModelError::OutOfRange {
-                name,
-                value,
-                allowed,
-            })
-        };
+        let fail = |name, value, allowed| Err(ModelError::OutOfRange { name, value, allowed });
         if times.len() < 2 {
             return fail("rows of a table", times.len() as f64, "2 or more");
         }
@@ -51,11 +45,7 @@ impl Points {
     pub(super) fn spanning(times: Vec<f64>, values: Vec<f64>) -> Self {
         let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
-        Self {
-            spread: largest - smallest,
-            times,
-            values,
-        }
+        Self { spread: largest - smallest, times, values }
     }
 
     /// Returns the first and the last time, s.
@@ -98,11 +88,7 @@ impl TimeFunction for Polyline {
     fn at(&self, t: f64) -> Jet {
         let i = self.0.interval(t);
         let slope = self.0.slope(i);
-        Jet {
-            value: self.0.values[i] + slope * (t - self.0.times[i]),
-            d1: slope,
-            d2: 0.0,
-        }
+        Jet { value: self.0.values[i] + slope * (t - self.0.times[i]), d1: slope, d2: 0.0 }
     }
 
     fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
@@ -117,10 +103,7 @@ impl TimeFunction for Polyline {
         let first = self.0.times.partition_point(|&t| t <= after);
         let inner = first.max(1)..self.0.times.len() - 1;
         let kink = { inner }.find(|&i| self.0.slope(i - 1) != self.0.slope(i))?;
-        Some(Break {
-            t: self.0.times[kink],
-            order: 1,
-        })
+        Some(Break { t: self.0.times[kink], order: 1 })
     }
 
     fn lowest_jump(&self) -> u8 {
@@ -151,16 +134,12 @@ impl From<Points> for Pchip {
         let slopes = (0..n).map(|i| match i {
             _ if n == 2 => points.slope(0),
             0 => end_slope([h(0), h(1)], [points.slope(0), points.slope(1)]),
-            _ if i == n - 1 => end_slope(
-                [h(n - 2), h(n - 3)],
-                [points.slope(n - 2), points.slope(n - 3)],
-            ),
+            _ if i == n - 1 => {
+                end_slope([h(n - 2), h(n - 3)], [points.slope(n - 2), points.slope(n - 3)])
+            }
             _ => inner_slope([h(i - 1), h(i)], [points.slope(i - 1), points.slope(i)]),
         });
-        Self {
-            slopes: slopes.collect(),
-            points,
-        }
+        Self { slopes: slopes.collect(), points }
     }
 }
 
@@ -251,10 +230,7 @@ mod tests {
 
     #[test]
     fn between_two_points_values_are_between_theirs_and_derivatives_match() {
-        for signal in [
-            Signal::from(Polyline(points())),
-            Signal::from(Pchip::from(points())),
-        ] {
+        for signal in [Signal::from(Polyline(points())), Signal::from(Pchip::from(points()))] {
             for (t, value) in TIMES.iter().zip(VALUES) {
                 // Rounding of the last point, reached from the start of its interval.
                 assert!((signal.at(*t).value - value).abs() < 1e-12 * 1000.0);

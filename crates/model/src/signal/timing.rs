@@ -17,11 +17,7 @@ pub struct Break {
 impl Break {
     /// Returns the earlier of two breaks; at equal times, the break with the lower derivative.
     pub fn earlier(self, other: Self) -> Self {
-        if (other.t, other.order) < (self.t, self.order) {
-            other
-        } else {
-            self
-        }
+        if (other.t, other.order) < (self.t, self.order) { other } else { self }
     }
 }
 
@@ -82,19 +78,11 @@ mod tests {
     use crate::signal::Signal;
 
     fn step(value: f64, start: f64) -> Signal {
-        Signal::from(Step {
-            value,
-            start,
-            rise: 0.02,
-        })
+        Signal::from(Step { value, start, rise: 0.02 })
     }
 
     fn sine(frequency: f64) -> Signal {
-        Signal::from(Sine {
-            amplitude: 1.0,
-            frequency,
-            phase: 0.0,
-        })
+        Signal::from(Sine { amplitude: 1.0, frequency, phase: 0.0 })
     }
 
     #[test]
@@ -117,11 +105,7 @@ mod tests {
     /// first derivative jumps.
     #[test]
     fn breaks_are_where_derivatives_jump() {
-        let ramp = Signal::from(Ramp {
-            value: 2.0,
-            start: 0.5,
-            end: 1.5,
-        });
+        let ramp = Signal::from(Ramp { value: 2.0, start: 0.5, end: 1.5 });
         let both = Signal::sum(vec![ramp, step(1.0, 0.5)]);
         let breaks: Vec<_> = both.breaks(0.0, 2.0).map(|b| (b.t, b.order)).collect();
         assert_eq!(breaks, [(0.5, 1), (0.52, 3), (1.5, 1)]);
@@ -137,10 +121,8 @@ mod tests {
 
     #[test]
     fn a_zero_factor_hides_the_jumps_of_the_other_factor() {
-        let burst = Signal::product(vec![
-            Signal::sum(vec![step(1.0, 1.0), step(-1.0, 2.0)]),
-            sine(500.0),
-        ]);
+        let burst =
+            Signal::product(vec![Signal::sum(vec![step(1.0, 1.0), step(-1.0, 2.0)]), sine(500.0)]);
         assert_eq!(burst.time_scale(0.0, 1.0), None);
         assert_eq!(burst.longest_step(0.0, 1.01), Some(0.0005));
         // After the ramp, the function is a sine.
@@ -152,12 +134,8 @@ mod tests {
 
     #[test]
     fn a_sigmoid_is_steep_around_its_middle_only() {
-        let switched = Signal::from(RampedSine {
-            amplitude: 1.0,
-            frequency: 2.0,
-            steepness: 1e4,
-            shift: 3e4,
-        });
+        let switched =
+            Signal::from(RampedSine { amplitude: 1.0, frequency: 2.0, steepness: 1e4, shift: 3e4 });
         assert_eq!(switched.time_scale(0.0, 2.9), Some(0.5));
         assert_eq!(switched.time_scale(0.0, 3.1), Some(4e-4));
         assert_eq!(switched.time_scale(3.1, 9.0), Some(0.5));
@@ -167,11 +145,7 @@ mod tests {
     /// A smooth step of 100 rad within 1 s is at rest at both ends, and fastest in between.
     #[test]
     fn a_rotation_has_the_time_scale_of_its_largest_speed() {
-        let angle = Signal::from(Step {
-            value: 100.0,
-            start: 0.0,
-            rise: 1.0,
-        });
+        let angle = Signal::from(Step { value: 100.0, start: 0.0, rise: 1.0 });
         let fastest = 1.0 / angle.at(0.5).d1;
         let found = Signal::sine(angle).time_scale(0.0, 1.0);
         assert_eq!(found, Some(fastest));
@@ -193,9 +167,6 @@ mod tests {
         let table = Spline::new(times.clone(), slow.collect()).unwrap();
         // √(2 · 2/(2π)²) s for a sine of 1 Hz and range 2.
         let period = Signal::from(table).time_scale(0.1, 0.9).unwrap();
-        assert!(
-            (period - 1.0 / std::f64::consts::PI).abs() < 1e-3,
-            "{period}"
-        );
+        assert!((period - 1.0 / std::f64::consts::PI).abs() < 1e-3, "{period}");
     }
 }

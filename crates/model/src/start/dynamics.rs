@@ -238,9 +238,7 @@ impl<'a> Incompressible<'a> {
         let way = DIFFERENCE * element_size(&self.muscle.solid);
         let by_velocity = way / largest(self.v);
         let by_acceleration = (way / largest(acceleration)).sqrt();
-        by_velocity
-            .min(by_acceleration)
-            .min(LONGEST_DIFFERENCE * transit_time(self.muscle))
+        by_velocity.min(by_acceleration).min(LONGEST_DIFFERENCE * transit_time(self.muscle))
     }
 }
 
@@ -255,10 +253,7 @@ pub(super) fn momentum(
     y: &[&[f64]],
     y_dot: &[&[f64]],
 ) -> Result<Vec<f64>, ModelError> {
-    let rows = dae
-        .layout()
-        .range(Field::Velocity)
-        .expect("all formulations have v");
+    let rows = dae.layout().range(Field::Velocity).expect("all formulations have v");
     let mut residual = vec![0.0; dae.n_unknowns()];
     dae.residual(t, &y.concat(), &y_dot.concat(), &mut residual)?;
     Ok(residual[rows].to_vec())

@@ -115,16 +115,12 @@ impl InitialValues {
     ) -> Result<Self, ModelError> {
         let muscle = dae.muscle().with_tangents_of_tensions(t, tensions);
         let models = dae.muscle().models().zip(tensions);
-        let tension_rates: Vec<f64> = models
-            .map(|((_, model), &tension)| model.rate(t, tension))
-            .collect();
+        let tension_rates: Vec<f64> =
+            models.map(|((_, model), &tension)| model.rate(t, tension)).collect();
         let moved = project(&muscle, t, q, v, dae.formulation())?;
         let motion = [&moved.q[..], &moved.v];
         let stresses = internal_stresses(&muscle, t, motion, internal);
-        let internal = Internal {
-            values: &stresses[0],
-            rates: &stresses[1],
-        };
+        let internal = Internal { values: &stresses[0], rates: &stresses[1] };
         let dynamics = if dae.formulation() == Formulation::Displacement {
             let system = dae.with_body(&muscle, Formulation::Displacement);
             Dynamics::without_pressure(system, t, motion, internal)?
@@ -133,10 +129,7 @@ impl InitialValues {
             Dynamics::new(system, &muscle, t, motion, internal, pressure)?
         };
         let layout = dae.layout();
-        let (mut y, mut y_dot) = (
-            vec![0.0; layout.n_unknowns()],
-            vec![0.0; layout.n_unknowns()],
-        );
+        let (mut y, mut y_dot) = (vec![0.0; layout.n_unknowns()], vec![0.0; layout.n_unknowns()]);
         for (field, range) in layout.blocks() {
             let (value, rate): (&[f64], &[f64]) = match field {
                 Field::Displacement => (&moved.q, &moved.v),
@@ -179,11 +172,7 @@ impl InitialValues {
         y: &[f64],
         pressure: Option<Range<usize>>,
     ) -> Result<Self, ModelError> {
-        let range = |field| {
-            dae.layout()
-                .range(field)
-                .expect("all formulations have q and v")
-        };
+        let range = |field| dae.layout().range(field).expect("all formulations have q and v");
         let (q, v) = (range(Field::Displacement), range(Field::Velocity));
         let tensions = dae.layout().range(Field::Tension).unwrap_or_default();
         let internal = dae.layout().range(Field::InternalStress).map(|own| &y[own]);
@@ -244,13 +233,7 @@ impl InitialValues {
     }
 
     fn unmoved(y: Vec<f64>, y_dot: Vec<f64>) -> Self {
-        Self {
-            y,
-            y_dot,
-            displacement_moved: 0.0,
-            velocity_moved: 0.0,
-            on_slow_manifold: false,
-        }
+        Self { y, y_dot, displacement_moved: 0.0, velocity_moved: 0.0, on_slow_manifold: false }
     }
 }
 
@@ -294,10 +277,7 @@ fn project(
     formulation: Formulation,
 ) -> Result<Motions, ModelError> {
     if !muscle.parameters.is_incompressible() || formulation == Formulation::Displacement {
-        return Ok(Motions {
-            q: q.to_vec(),
-            v: v.to_vec(),
-        });
+        return Ok(Motions { q: q.to_vec(), v: v.to_vec() });
     }
     let q = projection::displacement(muscle, t, q)?;
     let v = projection::velocity(muscle, t, &q, v)?;

@@ -34,30 +34,19 @@ impl<'a> Motion<'a> {
             velocity[prescribed.component] = motion.d1;
             acceleration[prescribed.component] = motion.d2;
         }
-        Self {
-            muscle,
-            displacement,
-            velocity,
-            acceleration,
-        }
+        Self { muscle, displacement, velocity, acceleration }
     }
 
     fn vectors(&self, u: &[f64], w: &[f64], out: &mut Vectors<'_>) -> Result<(), Inverted> {
         let pressure = operators::no_pressure(&self.muscle.solid);
-        let fields = Fields {
-            v: Some(w),
-            ..Fields::new(u, Pressure::Nodal(&pressure))
-        };
+        let fields = Fields { v: Some(w), ..Fields::new(u, Pressure::Nodal(&pressure)) };
         self.muscle.solid.evaluate(&fields, out)
     }
 
     /// Computes ∫ψ (J - 1).
     pub(crate) fn volume_residual(&self) -> Result<Vec<f64>, Inverted> {
         let mut volume_residual = vec![0.0; self.muscle.solid.space().n_pressures()];
-        let mut out = Vectors {
-            volume_residual: Some(&mut volume_residual),
-            ..Vectors::default()
-        };
+        let mut out = Vectors { volume_residual: Some(&mut volume_residual), ..Vectors::default() };
         self.vectors(&self.displacement, &self.velocity, &mut out)?;
         Ok(volume_residual)
     }
@@ -65,10 +54,7 @@ impl<'a> Motion<'a> {
     /// Computes ∫ψ cof F(u):∇w for nodal u and w.
     fn flux_at(&self, u: &[f64], w: &[f64]) -> Result<Vec<f64>, Inverted> {
         let mut flux = vec![0.0; self.muscle.solid.space().n_pressures()];
-        let mut out = Vectors {
-            volume_residual_rate: Some(&mut flux),
-            ..Vectors::default()
-        };
+        let mut out = Vectors { volume_residual_rate: Some(&mut flux), ..Vectors::default() };
         self.vectors(u, w, &mut out)?;
         Ok(flux)
     }

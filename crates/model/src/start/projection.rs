@@ -40,9 +40,7 @@ pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64
             *q += correction;
         }
     }
-    Err(ModelError::NotIncompressible {
-        volume_residual: last,
-    })
+    Err(ModelError::NotIncompressible { volume_residual: last })
 }
 
 /// Computes the velocity with ∫ψ cof F:∇v = 0 that is nearest to `v` in the norm of the kinetic

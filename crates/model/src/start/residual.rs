@@ -27,13 +27,7 @@ pub struct BlockResidual {
 
 impl fmt::Display for BlockResidual {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            equation,
-            largest,
-            relative,
-            worst,
-            ..
-        } = self;
+        let Self { equation, largest, relative, worst, .. } = self;
         if *largest == 0.0 {
             return write!(f, "{equation}: 0");
         }

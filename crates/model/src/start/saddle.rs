@@ -30,10 +30,7 @@ impl Saddle {
             matrix.push(column, n + row, -value);
         }
         let matrix = CscMatrix::from(&matrix);
-        let structure = Structure {
-            kind: Kind::Symmetric,
-            constraints: n..n + m,
-        };
+        let structure = Structure { kind: Kind::Symmetric, constraints: n..n + m };
         let elimination = Elimination::new(matrix.pattern(), structure, SparseOptions::default())?;
         elimination.expect_memory()?;
         let mut factors = SparseSystem::new(Arc::new(elimination));

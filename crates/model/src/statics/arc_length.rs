@@ -34,16 +34,10 @@ pub(super) struct ArcLength<'n, 'm> {
 
 impl<'n, 'm> ArcLength<'n, 'm> {
     pub(super) fn new(newton: &'n mut Newton<'m>, first_load: f64) -> Result<Self, ModelError> {
-        let at = Point {
-            x: vec![0.0; newton.layout.n_unknowns()],
-            load: 0.0,
-        };
+        let at = Point { x: vec![0.0; newton.layout.n_unknowns()], load: 0.0 };
         let direction = newton.direction(&at.x, 0.0)?;
         let metric = Metric::new(newton, &direction);
-        let direction = Point {
-            x: direction,
-            load: 1.0,
-        };
+        let direction = Point { x: direction, load: 1.0 };
         let norm = metric.length(&direction);
         let mut stability = Stability::default();
         stability.observe(newton, newton.negative_directions(), 0.0, None);
@@ -119,9 +113,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
                 interrupted |= flow.is_break();
                 flow
             };
-            let found = self
-                .newton
-                .solve_on_sphere(self.metric, &self.at, &predicted, reported)?;
+            let found = self.newton.solve_on_sphere(self.metric, &self.at, &predicted, reported)?;
             if interrupted {
                 return Ok(Err(Shortfall::Interrupted));
             }
@@ -132,11 +124,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
                 let distance = self.metric.length(&to.plus(-1.0, &predicted)) / length;
                 let factor = (ITERATIONS / iterations).sqrt().min(DISTANCE / distance);
                 self.length = length * factor.clamp(0.5, 2.0);
-                return Ok(Ok(PathStep {
-                    to,
-                    tangent,
-                    length,
-                }));
+                return Ok(Ok(PathStep { to, tangent, length }));
             }
             self.length = 0.5 * length;
             if self.length < SMALLEST_STEP * self.first_length {
@@ -185,9 +173,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
         if let Some(s) = extremum.filter(|s| end.is_none_or(|end| *s < end)) {
             let predicted = curve.at(s);
             let (from, metric) = (&self.at, self.metric);
-            let found = self
-                .newton
-                .solve_on_sphere(metric, from, &predicted, goes_on)?;
+            let found = self.newton.solve_on_sphere(metric, from, &predicted, goes_on)?;
             let located = found.unwrap_or(predicted);
             limit = Some(located.load);
             // The sign of the pivot that vanishes here is arbitrary.
@@ -202,9 +188,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
         if let Some(s) = end {
             let (predicted, load) = (curve.at(s), curve.load(s).signum());
             let from = &self.at.x;
-            let found = self
-                .newton
-                .solve(from, &predicted.x, load, false, goes_on)?;
+            let found = self.newton.solve(from, &predicted.x, load, false, goes_on)?;
             if let Some(x) = found {
                 let negative = self.newton.negative_directions();
                 self.stability.observe(self.newton, negative, load, limit);
@@ -214,8 +198,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
                 return Ok(ControlFlow::Break(()));
             }
         }
-        self.stability
-            .observe(self.newton, negative, step.to.load, limit);
+        self.stability.observe(self.newton, negative, step.to.load, limit);
         (self.at, self.tangent) = (step.to, step.tangent);
         let flow = record(last);
         Ok(match end {
@@ -279,8 +262,5 @@ fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
 }
 
 fn scaled(point: &Point, factor: f64) -> Point {
-    Point {
-        x: point.x.iter().map(|x| factor * x).collect(),
-        load: factor * point.load,
-    }
+    Point { x: point.x.iter().map(|x| factor * x).collect(), load: factor * point.load }
 }

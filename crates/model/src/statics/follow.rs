@@ -49,9 +49,8 @@ pub fn follow(
     let mut newton = Newton::new(muscle, formulation, t)?;
     match control {
         Control::Load(loads) => LoadSteps::new(&mut newton).follow(loads, watch, record),
-        Control::ArcLength {
-            first_load,
-            max_steps,
-        } => ArcLength::new(&mut newton, *first_load)?.follow(*max_steps, watch, record),
+        Control::ArcLength { first_load, max_steps } => {
+            ArcLength::new(&mut newton, *first_load)?.follow(*max_steps, watch, record)
+        }
     }
 }

@@ -100,9 +100,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
             };
             let gradient = self.newton.gradient(&slope[..n_free], 1.0);
             let left = end - self.reached;
-            let step = self
-                .increment
-                .min((GRADIENT_STEP / gradient).max(SMALLEST_STEP));
+            let step = self.increment.min((GRADIENT_STEP / gradient).max(SMALLEST_STEP));
             let is_last = step >= left.abs();
             let step = if is_last { left } else { step.copysign(left) };
             let target = if is_last { end } else { self.reached + step };
@@ -117,17 +115,11 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
                 iterations: 0,
             };
             let reported = |[iteration, iterations]: [usize; 2]| {
-                let flow = watch(&Search {
-                    iteration,
-                    iterations,
-                    ..at
-                });
+                let flow = watch(&Search { iteration, iterations, ..at });
                 interrupted |= flow.is_break();
                 flow
             };
-            let found = self
-                .newton
-                .solve(&self.x, &predicted, target, !is_last, reported)?;
+            let found = self.newton.solve(&self.x, &predicted, target, !is_last, reported)?;
             if let Some(solution) = found {
                 self.x = solution;
                 self.before = Some((step, slope));
@@ -164,11 +156,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         };
         let mut interrupted = false;
         let mut reported = |[iteration, iterations]: [usize; 2]| {
-            let flow = watch(&Search {
-                iteration,
-                iterations,
-                ..at
-            });
+            let flow = watch(&Search { iteration, iterations, ..at });
             interrupted |= flow.is_break();
             flow
         };
@@ -187,10 +175,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         let x = self.x.iter().zip(direction);
         let mut predicted: Vec<f64> = x.map(|(x, d)| x + step * d).collect();
         if let Some((length, before)) = &self.before {
-            let change = direction
-                .iter()
-                .zip(before)
-                .map(|(now, before)| now - before);
+            let change = direction.iter().zip(before).map(|(now, before)| now - before);
             let change: Vec<f64> = change.map(|d| 0.5 * step * step / length * d).collect();
             let n_free = self.newton.n_free();
             // If the direction changes fast, such as before a limit point, its change is not constant.
@@ -207,8 +192,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
 
     fn observe(&mut self) {
         let negative = self.newton.negative_directions();
-        self.stability
-            .observe(self.newton, negative, self.reached, None);
+        self.stability.observe(self.newton, negative, self.reached, None);
     }
 
     /// Converges the last equilibrium fully.

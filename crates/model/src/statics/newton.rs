@@ -105,11 +105,8 @@ impl<'a> Newton<'a> {
         let matrices = Matrices::new(muscle, entries.iter().map(|entry| entry.matrix));
         let n = layout.n_unknowns();
         let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
-        let options = SparseOptions {
-            ordering: Ordering::Amd,
-            btf: false,
-            ..SparseOptions::default()
-        };
+        let options =
+            SparseOptions { ordering: Ordering::Amd, btf: false, ..SparseOptions::default() };
         let structure = Structure {
             kind: Kind::General,
             constraints: layout.range(Field::Pressure).unwrap_or(n..n),
@@ -128,9 +125,7 @@ impl<'a> Newton<'a> {
             .iter()
             .map(|own| (own.component, own.signal.clone()))
             .partition(|(_, signal)| signal.is_linear_in_load());
-        let linear = linear
-            .into_iter()
-            .map(|(i, signal)| (i, signal.at(t).value));
+        let linear = linear.into_iter().map(|(i, signal)| (i, signal.at(t).value));
         let rates = turned.iter().map(|(i, signal)| (*i, rate(signal, 0.0, t)));
         let prescribed = linear.chain(rates).collect();
         let whole = force_at_rest(muscle, t, &load, &tensions);
@@ -208,10 +203,7 @@ impl<'a> Newton<'a> {
             *change = (before - *change) / (2.0 * step);
         }
         self.place(&x[..n_free], factor);
-        let (at, dofs) = (
-            (self.t, self.contact_factor(factor)),
-            self.muscle.solid.dofs(),
-        );
+        let (at, dofs) = ((self.t, self.contact_factor(factor)), self.muscle.solid.dofs());
         for (slope, force) in driven::slopes(dofs, &self.contacts, at, &self.displacement) {
             let moved = force / slope.by_obstacle;
             for (change, by_node) in change.iter_mut().zip(slope.by_nodes) {
@@ -295,9 +287,7 @@ impl<'a> Newton<'a> {
             }
             self.iterations += 1;
             let mut increment = r.clone();
-            let solved = self
-                .factorize()
-                .and_then(|()| self.solve_linear(&mut increment));
+            let solved = self.factorize().and_then(|()| self.solve_linear(&mut increment));
             match solved {
                 Ok(()) => {}
                 Err(error) if is_singular(&error) => return Ok(None),
@@ -403,11 +393,7 @@ fn equations(muscle: &Muscle, has_pressure: bool) -> (Layout, Vec<Entry<f64>>) {
         pressure_rate: PressureRateSource::None,
         pressed: muscle.has_boundary_forces(),
         // In equilibrium, all stress is relaxed and nothing slips.
-        added: Added {
-            relaxing: 0,
-            friction: false,
-            ..Added::of(muscle)
-        },
+        added: Added { relaxing: 0, friction: false, ..Added::of(muscle) },
         graded: solid.has_element_scales(),
         coherence: false,
     };

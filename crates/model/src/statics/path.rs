@@ -88,10 +88,7 @@ impl Stability {
         limit: Option<f64>,
     ) {
         if let Some(limit) = limit {
-            self.points.push(CriticalPoint {
-                kind: CriticalKind::Limit,
-                loads: [limit; 2],
-            });
+            self.points.push(CriticalPoint { kind: CriticalKind::Limit, loads: [limit; 2] });
         }
         let Some(now) = negative else {
             self.last = None;
@@ -104,10 +101,8 @@ impl Stability {
                 false => before.abs_diff(now) % 2 != turned,
             };
             if bifurcates {
-                self.points.push(CriticalPoint {
-                    kind: CriticalKind::Bifurcation,
-                    loads: [from, load],
-                });
+                self.points
+                    .push(CriticalPoint { kind: CriticalKind::Bifurcation, loads: [from, load] });
             }
         }
     }

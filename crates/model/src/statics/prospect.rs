@@ -35,9 +35,7 @@ impl<'a> Prospect<'a> {
         t: f64,
     ) -> Result<Self, ModelError> {
         muscle.check_at_rest()?;
-        Ok(Self {
-            newton: Newton::new(muscle, formulation, t)?,
-        })
+        Ok(Self { newton: Newton::new(muscle, formulation, t)? })
     }
 
     /// Returns the blocks of unknowns.
@@ -77,9 +75,6 @@ impl<'a> Prospect<'a> {
         let rest = vec![0.0; newton.layout.n_unknowns()];
         let answer = newton.direction(&rest, 0.0)?;
         let seconds = clock.elapsed().as_secs_f64();
-        Ok(LinearResponse {
-            displacement: newton.largest_displacement(&answer),
-            seconds,
-        })
+        Ok(LinearResponse { displacement: newton.largest_displacement(&answer), seconds })
     }
 }

@@ -30,16 +30,11 @@ impl<'a> EquilibriumDerivatives<'a> {
         let newton = |muscle| Newton::new(muscle, formulation, t);
         let stencil = |stencil: &Vec<(f64, &'a Muscle)>| {
             let muscles = stencil.iter();
-            muscles
-                .map(|(weight, muscle)| Ok((*weight, newton(muscle)?)))
-                .collect()
+            muscles.map(|(weight, muscle)| Ok((*weight, newton(muscle)?))).collect()
         };
         Ok(Self {
             newton: newton(muscle)?,
-            parameters: parameters
-                .iter()
-                .map(stencil)
-                .collect::<Result<_, ModelError>>()?,
+            parameters: parameters.iter().map(stencil).collect::<Result<_, ModelError>>()?,
         })
     }
 

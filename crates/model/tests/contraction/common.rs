@@ -14,11 +14,7 @@ pub(crate) const INF: f64 = f64::INFINITY;
 pub(crate) const HILL: ActiveStress = ActiveStress {
     tension: Tension::Nominal,
     force_length: ForceLength::Parabola { optimal: 1.1 },
-    force_velocity: Some(ForceVelocity {
-        v_max: 10.0,
-        a: 0.25,
-        plateau: 1.4,
-    }),
+    force_velocity: Some(ForceVelocity { v_max: 10.0, a: 0.25, plateau: 1.4 }),
 };
 
 /// Returns a block of the requested dimension whose cells are divided into two halves.
@@ -33,9 +29,7 @@ pub(crate) fn block(dimension: usize) -> Mesh {
 pub(crate) fn halves(mesh: &Mesh) -> [Vec<usize>; 2] {
     let is_left = |element: usize| {
         let middle = mesh.element(element).iter();
-        let x: f64 = middle
-            .map(|&v| mesh.coordinates()[mesh.dimension() * v])
-            .sum();
+        let x: f64 = middle.map(|&v| mesh.coordinates()[mesh.dimension() * v]).sum();
         x < 0.5 * mesh.element(element).len() as f64
     };
     let (left, right) = (0..mesh.n_elements()).partition(|&element| is_left(element));
@@ -89,47 +83,25 @@ pub(crate) fn on_mesh(mesh: &Mesh, parameters: Parameters, stresses: [AddedStres
             activations.push((number, activation));
         }
     }
-    Muscle {
-        foundations: foundations.into(),
-        activations,
-        ..Muscle::unloaded(solid, parameters)
-    }
+    Muscle { foundations: foundations.into(), activations, ..Muscle::unloaded(solid, parameters) }
 }
 
 /// Returns both kinds of stress, with and without dependence on the velocity.
 pub(crate) fn viscous() -> [AddedStress; 2] {
     [
-        AddedStress {
-            active: Some(HILL),
-            viscosity: 40.0,
-        },
-        AddedStress {
-            active: Some(ActiveStress::PLAIN),
-            viscosity: 90.0,
-        },
+        AddedStress { active: Some(HILL), viscosity: 40.0 },
+        AddedStress { active: Some(ActiveStress::PLAIN), viscosity: 90.0 },
     ]
 }
 
 /// Active stresses with an energy.
 pub(crate) fn elastic() -> [AddedStress; 2] {
-    let active = [
-        ActiveStress {
-            force_velocity: None,
-            ..HILL
-        },
-        ActiveStress::PLAIN,
-    ];
-    active.map(|active| AddedStress {
-        active: Some(active),
-        viscosity: 0.0,
-    })
+    let active = [ActiveStress { force_velocity: None, ..HILL }, ActiveStress::PLAIN];
+    active.map(|active| AddedStress { active: Some(active), viscosity: 0.0 })
 }
 
 pub(crate) fn neo_hooke(shear_modulus: f64) -> Law {
-    Law::MooneyRivlin {
-        c10: 0.5 * shear_modulus,
-        c01: 0.0,
-    }
+    Law::MooneyRivlin { c10: 0.5 * shear_modulus, c01: 0.0 }
 }
 
 /// Returns a contracting block whose halves differ in κ, α and β and have separate pressures.

@@ -96,12 +96,7 @@ fn the_work_of_active_stress_is_stored_or_dissipated() {
     // estimate. A power that is omitted or counted twice is detected at any tolerance.
     assert!(relative(&loose) < 1e-3, "{:e}", relative(&loose));
     assert!(relative(&tight) < 1e-5, "{:e}", relative(&tight));
-    assert!(
-        tight.taken > 0.1 * tight.active,
-        "{} {}",
-        tight.taken,
-        tight.active
-    );
+    assert!(tight.taken > 0.1 * tight.active, "{} {}", tight.taken, tight.active);
 }
 
 #[test]
@@ -120,10 +115,7 @@ fn a_body_without_active_or_viscous_stress_does_none_of_their_work() {
         run(&mut *integrator, &mut []).unwrap();
         let counters = integrator.problem().counters();
         assert!(counters.residual_passes > 0 && counters.tangent_passes > 0);
-        assert_eq!(
-            [counters.added_passes, counters.added_tangent_passes],
-            [0; 2]
-        );
+        assert_eq!([counters.added_passes, counters.added_tangent_passes], [0; 2]);
         let expected = if in_bed { counters.residual_passes } else { 0 };
         assert_eq!(counters.bed_passes, expected);
         assert_eq!(counters.relaxing_passes, 0);
@@ -135,10 +127,7 @@ fn a_body_without_active_or_viscous_stress_does_none_of_their_work() {
 fn the_skew_part_of_the_viscous_stiffness_saves_few_iterations() {
     let formulation = Formulation::Position;
     let counts = [LinearSolverKind::Condensed, LinearSolverKind::Full].map(|linear_solver| {
-        let settings = Settings {
-            linear_solver,
-            ..settings(formulation, 1e-4)
-        };
+        let settings = Settings { linear_solver, ..settings(formulation, 1e-4) };
         let muscle = contracting(2, 1e5, 0.0, viscous());
         let mut dae = MuscleDae::new(muscle, formulation).unwrap();
         let rest = vec![0.0; dae.muscle().solid.dofs().n_free()];

@@ -16,10 +16,7 @@ const SHEAR: f64 = 2e4;
 /// T, Pa.
 const TENSION: f64 = 6e3;
 
-const CURVE: ForceLength = ForceLength::Gaussian {
-    optimal: 1.05,
-    width: 0.6,
-};
+const CURVE: ForceLength = ForceLength::Gaussian { optimal: 1.05, width: 0.6 };
 
 /// Returns an incompressible block with fibers along x that is free to slide on the planes x = 0, y = 0, z = 0.
 fn block(active: ActiveStress) -> Muscle {
@@ -28,14 +25,9 @@ fn block(active: ActiveStress) -> Muscle {
     let space = Arc::new(Space::taylor_hood(&mesh));
     let points = space.node_points::<3>().to_vec();
     let held = (0..space.n_nodes()).flat_map(|node| [0, 1, 2].map(|axis| (node, axis)));
-    let held: Vec<_> = held
-        .filter(|&(node, axis)| points[node][axis] == 0.0)
-        .collect();
+    let held: Vec<_> = held.filter(|&(node, axis)| points[node][axis] == 0.0).collect();
     let dofs = DofMap::new(&space, &held).unwrap();
-    let stress = AddedStress {
-        active: Some(active),
-        viscosity: 0.0,
-    };
+    let stress = AddedStress { active: Some(active), viscosity: 0.0 };
     let solid = Solid::uniform(space, dofs, neo_hooke(SHEAR), 1e3)
         .unwrap()
         .with_added_stresses(&[(all, stress)])
@@ -69,11 +61,8 @@ fn gaussian(stretch: f64) -> f64 {
 #[test]
 fn a_free_muscle_shortens_until_its_elasticity_balances_the_tension() {
     for tension in [Tension::SecondPiolaKirchhoff, Tension::Nominal] {
-        let found = stretch(&block(ActiveStress {
-            tension,
-            force_length: CURVE,
-            force_velocity: None,
-        }));
+        let found =
+            stretch(&block(ActiveStress { tension, force_length: CURVE, force_velocity: None }));
         assert!(found < 0.97, "{found}");
         let nominal = match tension {
             Tension::SecondPiolaKirchhoff => found * TENSION * gaussian(found),
@@ -107,15 +96,10 @@ fn a_loaded_muscle_balances_tension_and_elasticity() {
     let pull = 9e3;
     let mut muscle = block(ActiveStress::PLAIN);
     let traction = load::traction(muscle.solid.space(), "right", [pull, 0.0, 0.0]).unwrap();
-    muscle
-        .loads
-        .push(Load::new(&traction, Signal::constant(1.0)));
+    muscle.loads.push(Load::new(&traction, Signal::constant(1.0)));
     let found = stretch(&muscle);
     let left = passive(found) + found * TENSION - pull;
-    assert!(
-        found > 1.0 && left.abs() < 1e-10 * SHEAR,
-        "{found} {left:e}"
-    );
+    assert!(found > 1.0 && left.abs() < 1e-10 * SHEAR, "{found} {left:e}");
 }
 
 /// A spring of stiffness k at the end, so that k (1 − λ) and the muscle's stress are in equilibrium. The foundation
@@ -124,20 +108,13 @@ fn a_loaded_muscle_balances_tension_and_elasticity() {
 fn a_muscle_shortens_against_an_elastic_bed() {
     let stiffness = 5e4;
     let mut muscle = block(ActiveStress::PLAIN);
-    let foundation = RobinSupport::new(
-        &muscle.solid,
-        "right",
-        SupportDirection::Normal,
-        [stiffness, 0.0],
-    )
-    .unwrap();
+    let foundation =
+        RobinSupport::new(&muscle.solid, "right", SupportDirection::Normal, [stiffness, 0.0])
+            .unwrap();
     muscle.foundations.push(foundation);
     let found = stretch(&muscle);
     let left = passive(found) + found * TENSION + stiffness * (found - 1.0);
-    assert!(
-        found < 1.0 && left.abs() < 1e-10 * SHEAR,
-        "{found} {left:e}"
-    );
+    assert!(found < 1.0 && left.abs() < 1e-10 * SHEAR, "{found} {left:e}");
 }
 
 /// A body without fixed nodes is supported by foundations.

@@ -58,10 +58,7 @@ fn two_materials_in_a_row_shorten_as_each_does_alone() {
                 2.0 * a * a.powf(-2.0 / 3.0) - 2.0 / 3.0 * (a * a + 2.0) * a.powf(-5.0 / 3.0);
             let stress = 0.5 * shear * isochoric + kappa * (a - 1.0);
             // Newton ends at rounding.
-            assert!(
-                (stress + push).abs() < 1e-9 * push,
-                "{formulation} {a}: {stress}"
-            );
+            assert!((stress + push).abs() < 1e-9 * push, "{formulation} {a}: {stress}");
         }
         assert!(stretches[1] < stretches[0], "{stretches:?}");
     }
@@ -72,19 +69,11 @@ fn two_materials_in_a_row_shorten_as_each_does_alone() {
 fn equal_elements_are_the_plain_body() {
     let plain = contracting(2, 1e5, 1e-2, elastic());
     let mut graded = plain.clone();
-    let ratio = myovib_fem::ElementScale {
-        kappa: 0.5,
-        alpha: 0.25,
-        beta: 2.0,
-    };
+    let ratio = myovib_fem::ElementScale { kappa: 0.5, alpha: 0.25, beta: 2.0 };
     let ratios = vec![ratio; graded.solid.space().n_elements()];
     graded.solid = graded.solid.with_element_scales(&ratios).unwrap();
     graded.parameters = parameters(4.0, 5e-3, 2e5);
-    for formulation in [
-        Formulation::Displacement,
-        Formulation::Rate,
-        Formulation::ImplicitRate,
-    ] {
+    for formulation in [Formulation::Displacement, Formulation::Rate, Formulation::ImplicitRate] {
         let residual = |muscle: &Muscle| {
             let mut dae = MuscleDae::new(muscle.clone(), formulation).unwrap();
             let n = dae.n_unknowns();
@@ -121,10 +110,7 @@ fn elements_of_two_sorts_are_refused() {
     assert!(refusal([plain, parameters(0.0, 0.0, INF)]).contains("κ = inf"));
     assert!(refusal([plain, parameters(0.0, 1e-3, 1e5)]).contains("β > 0"));
     let shared = build(false, [plain, parameters(0.0, 0.0, 2e5)]).unwrap_err();
-    assert!(matches!(
-        shared,
-        ModelError::Fem(FemError::SharedPressure { .. })
-    ));
+    assert!(matches!(shared, ModelError::Fem(FemError::SharedPressure { .. })));
     // A different α does not require separate pressures.
     build(false, [plain, parameters(3.0, 0.0, 1e5)]).unwrap();
 }

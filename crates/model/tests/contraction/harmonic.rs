@@ -89,32 +89,21 @@ fn expect_the_equations(muscle: &Muscle) {
         let mut pressure = vec![0.0; moved.len()];
         unit.add_at(0.0, 1.0, &moved, &mut pressure);
         let mut expected = vec![Complex64::ZERO; y.len()];
-        for (row, &i) in expected[range(Field::Velocity)]
-            .iter_mut()
-            .zip(dofs.free_to_full())
-        {
+        for (row, &i) in expected[range(Field::Velocity)].iter_mut().zip(dofs.free_to_full()) {
             *row = drive.force[i] + amplitude * pressure[i];
         }
         let s = Complex64::new(0.0, TAU * FREQUENCY);
         harmonic_response(&mut dae, (0.0, &y), s, &mut expected).unwrap();
         let free = dofs.free_to_full().iter();
-        let pairs = free
-            .map(|&i| found.displacement[i])
-            .zip(&expected[range(Field::Displacement)]);
+        let pairs = free.map(|&i| found.displacement[i]).zip(&expected[range(Field::Displacement)]);
         let error = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         let scale = largest(&found.displacement);
         // The solutions are refined to a backward error of 1e-12; the condition number is about 100.
-        assert!(
-            error < 1e-10 * scale,
-            "{formulation:?}: {error:e} of {scale:e}"
-        );
+        assert!(error < 1e-10 * scale, "{formulation:?}: {error:e} of {scale:e}");
         let pairs = found.pressure.iter().zip(&expected[range(Field::Pressure)]);
         let error = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         let scale = largest(&found.pressure);
-        assert!(
-            error <= 1e-9 * scale,
-            "{formulation:?}: {error:e} of {scale:e}"
-        );
+        assert!(error <= 1e-9 * scale, "{formulation:?}: {error:e} of {scale:e}");
     }
 }
 
@@ -139,20 +128,15 @@ fn all_formulations_have_the_same_response() {
 /// free components are zero; the reactions at the supports balance inertia, foundations and loads.
 #[test]
 fn shaken_supports_leave_no_force_at_free_components() {
-    for (dimension, kappa, beta, pressure) in [
-        (2, 1e5, 1e-3, Some(200.0)),
-        (2, INF, 0.0, None),
-        (3, INF, 1e-3, Some(200.0)),
-    ] {
+    for (dimension, kappa, beta, pressure) in
+        [(2, 1e5, 1e-3, Some(200.0)), (2, INF, 0.0, None), (3, INF, 1e-3, Some(200.0))]
+    {
         let muscle = loaded(contracting(dimension, kappa, beta, viscous()), pressure);
         let at = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
         let shaken = muscle.solid.space().nodes_of("left").unwrap();
         let amplitude = Complex64::new(1e-3, 2e-3);
         let drive = Drive {
-            displacement: shaken
-                .iter()
-                .map(|node| (dimension * node + 1, amplitude))
-                .collect(),
+            displacement: shaken.iter().map(|node| (dimension * node + 1, amplitude)).collect(),
             ..drive(&muscle)
         };
         let response =

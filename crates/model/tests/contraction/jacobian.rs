@@ -50,11 +50,7 @@ fn draw(dae: &MuscleDae, speed: f64, rng: &mut StdRng) -> Drawn {
         let one = |size: &f64| factor * size * rng.random_range(-1.0..1.0);
         size.iter().map(one).collect()
     };
-    let mut drawn = Drawn {
-        y: draw(1.0),
-        y_dot: draw(10.0),
-        direction: draw(1.0),
-    };
+    let mut drawn = Drawn { y: draw(1.0), y_dot: draw(10.0), direction: draw(1.0) };
     let velocities = dae.layout().range(Field::Velocity).unwrap_or_default();
     let rates = drawn.y[velocities].iter_mut().chain(&mut drawn.y_dot);
     rates.for_each(|rate| *rate *= speed);
@@ -63,11 +59,7 @@ fn draw(dae: &MuscleDae, speed: f64, rng: &mut StdRng) -> Drawn {
 
 /// Returns max_i |J δ − dF/dε|_i relative to the sum of the row's terms, along a random direction.
 fn discrepancy(dae: &mut MuscleDae, rng: &mut StdRng) -> f64 {
-    let Drawn {
-        y,
-        y_dot,
-        direction,
-    } = draw(dae, 1.0, rng);
+    let Drawn { y, y_dot, direction } = draw(dae, 1.0, rng);
     jacobian_error(dae, 0.1, [&y, &y_dot, &direction], [1.3, 70.0])
 }
 
@@ -88,24 +80,16 @@ fn jacobian_of_every_formulation_agrees_with_differences() {
 /// Returns max_i |b - A x|_i / (|A||x| + |b|)_i in the full system, where x is the solution of the reduced system.
 fn backward_error<T: Scalar>(dae: &mut MuscleDae, speed: f64, c: T, rng: &mut StdRng) -> f64 {
     let pattern = dae.jacobian_pattern();
-    let Drawn {
-        y,
-        y_dot,
-        direction,
-    } = draw(dae, speed, rng);
+    let Drawn { y, y_dot, direction } = draw(dae, speed, rng);
     let mut at = |a, b| {
         let mut values = vec![0.0; pattern.nnz()];
         dae.jacobian(0.1, &y, &y_dot, a, b, &mut values).unwrap();
         values
     };
     let (df_dy, df_dyp) = (at(1.0, 0.0), at(0.0, 1.0));
-    let mut reduced = Reduction::new(dae, SparseOptions::default())
-        .unwrap()
-        .matrix();
+    let mut reduced = Reduction::new(dae, SparseOptions::default()).unwrap().matrix();
     let mut work = LinearWork::default();
-    reduced
-        .set_up(c, |matrix| dae.matrix_values(matrix), &mut work)
-        .unwrap();
+    reduced.set_up(c, |matrix| dae.matrix_values(matrix), &mut work).unwrap();
     let b: Vec<T> = direction.iter().map(|x| T::one() * *x).collect();
     let mut x = b.clone();
     reduced.solve(&mut x, &mut work).unwrap();
@@ -116,8 +100,7 @@ fn backward_error<T: Scalar>(dae: &mut MuscleDae, speed: f64, c: T, rng: &mut St
         scale[row] += a.abs() * x[column].abs();
     }
     let rows = residual.iter().zip(&b).zip(&scale);
-    rows.map(|((r, b), scale)| r.abs() / (scale + b.abs()))
-        .fold(0.0, f64::max)
+    rows.map(|((r, b), scale)| r.abs() / (scale + b.abs())).fold(0.0, f64::max)
 }
 
 /// A row contains about fifty products, each rounded a few times during the elimination, and each
@@ -152,10 +135,7 @@ fn reduced_systems_solve_the_full_ones() {
             let real = backward_error(&mut dae, speed, 500.0, &mut rng);
             let c = Complex64::new(400.0, 300.0);
             let complex = backward_error(&mut dae, speed, c, &mut rng);
-            assert!(
-                real < bound && complex < bound,
-                "{name} {speed}: {real:e} {complex:e}"
-            );
+            assert!(real < bound && complex < bound, "{name} {speed}: {real:e} {complex:e}");
         }
     }
 }

@@ -88,10 +88,7 @@ fn eliminated_states_are_those_among_the_unknowns() {
                 let ratio = size(&differences, derivative) / size(&full, derivative);
                 // Both errors are comparable to the tolerance, increased by the lower order of dense output and by
                 // the derivative. Without the Prony terms, the states would differ by 0.1 or more.
-                assert!(
-                    ratio < most * rtol,
-                    "{case}: {field} {derivative} {ratio:e}"
-                );
+                assert!(ratio < most * rtol, "{case}: {field} {derivative} {ratio:e}");
             }
         }
         // The forces of viscoelastic stress are computed once per residual.
@@ -103,13 +100,7 @@ fn eliminated_states_are_those_among_the_unknowns() {
 #[test]
 fn a_run_with_memory_goes_on_bit_by_bit() {
     let settings = settings(Formulation::Velocity, 1e-5);
-    let start = || {
-        started(
-            (relaxing(3, 1e5, 0.0), Formulation::Velocity),
-            &settings,
-            false,
-        )
-    };
+    let start = || started((relaxing(3, 1e5, 0.0), Formulation::Velocity), &settings, false);
     let mut first = start();
     (0..7).for_each(|_| drop(first.advance().unwrap()));
     let saved = first.save().unwrap();
@@ -131,11 +122,7 @@ fn cost(terms: &[(f64, f64)]) -> [f64; 2] {
         let all = (0..mesh.n_elements()).collect();
         solid = solid.with_relaxation(&[(all, series(terms))]).unwrap();
     }
-    let signal = Signal::from(formula::Sine {
-        amplitude: 50.0,
-        frequency: 30.0,
-        phase: 0.0,
-    });
+    let signal = Signal::from(formula::Sine { amplitude: 50.0, frequency: 30.0, phase: 0.0 });
     let load = SurfaceLoad::pressure(&solid, "top", signal).unwrap();
     let muscle = Muscle {
         surface_loads: vec![load],
@@ -156,11 +143,7 @@ fn cost(terms: &[(f64, f64)]) -> [f64; 2] {
         }
     }
     let (counts, n) = (integrator.counts(), integrator.problem().n_unknowns());
-    let Counts {
-        newton_iterations,
-        linear_setups,
-        ..
-    } = counts;
+    let Counts { newton_iterations, linear_setups, .. } = counts;
     println!(
         "{} terms, {n} unknowns: {least:?} s; {newton_iterations} iterations, {linear_setups} set-ups",
         terms.len(),
@@ -171,13 +154,7 @@ fn cost(terms: &[(f64, f64)]) -> [f64; 2] {
 #[test]
 #[ignore = "slow"]
 fn five_terms_cost_little_of_a_step_that_factorizes() {
-    let five = [
-        (0.3, 0.003),
-        (0.2, 0.01),
-        (0.2, 0.05),
-        (0.1, 0.2),
-        (0.1, 1.0),
-    ];
+    let five = [(0.3, 0.003), (0.2, 0.01), (0.2, 0.05), (0.1, 0.2), (0.1, 1.0)];
     // The measurements alternate, four times, because the time of one factorization varies by 20 %.
     let mut least = [[f64::INFINITY; 2]; 3];
     for _ in 0..4 {

@@ -66,10 +66,7 @@ fn expect_the_frequency(muscle: &Muscle) {
         let modes = spectrum::lowest(muscle, at, 1).unwrap();
         modes[0].frequency().unwrap()
     });
-    assert!(
-        (loaded / unloaded - 1.0).abs() > 0.02,
-        "{loaded} {unloaded}"
-    );
+    assert!((loaded / unloaded - 1.0).abs() > 0.02, "{loaded} {unloaded}");
 }
 
 /// Returns a body whose halves contract by stress with and without dependence on the stretch, with elastic
@@ -98,17 +95,8 @@ fn contracted(
 
 #[test]
 fn a_contracted_body_vibrates_at_the_frequencies_about_its_equilibrium() {
-    let still = [
-        ActiveStress {
-            force_velocity: None,
-            ..HILL
-        },
-        ActiveStress::PLAIN,
-    ];
-    let stresses = still.map(|active| AddedStress {
-        active: Some(active),
-        viscosity: 0.0,
-    });
+    let still = [ActiveStress { force_velocity: None, ..HILL }, ActiveStress::PLAIN];
+    let stresses = still.map(|active| AddedStress { active: Some(active), viscosity: 0.0 });
     for (dimension, kappa) in [(2, 1e5), (2, INF), (3, INF)] {
         expect_the_frequency(&contracted(dimension, kappa, stresses, [3e4, 0.0]));
     }
@@ -121,9 +109,7 @@ fn a_contracted_body_has_the_damping_of_its_mode() {
     let muscle = contracted(2, 1e5, viscous(), [3e4, 2e2]);
     let at = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
     let mode = &spectrum::lowest(&muscle, &at, 1).unwrap()[0];
-    let ratio = spectrum::damping_ratio(&muscle, &at, mode)
-        .unwrap()
-        .unwrap();
+    let ratio = spectrum::damping_ratio(&muscle, &at, mode).unwrap().unwrap();
     let lost = -left_of_the_mode(&muscle, &at, 1.0).ln() / TAU;
     // Damping couples the other modes to this one, which causes a deviation of second order in the damping.
     assert!((lost / ratio - 1.0).abs() < 2.0 * ratio, "{lost} {ratio}");
@@ -141,10 +127,8 @@ fn pressed(held: &[&str], kappa: f64, pressure: f64) -> Muscle {
     let dofs = DofMap::clamped(&space, &ends).unwrap();
     let right = held.contains(&"right").then(|| nodes(&"right"));
     let right = right.into_iter().flatten();
-    let prescribed = right.map(|node| Prescribed {
-        component: 2 * node,
-        signal: Signal::constant(0.1),
-    });
+    let prescribed =
+        right.map(|node| Prescribed { component: 2 * node, signal: Signal::constant(0.1) });
     let solid = Solid::uniform(space.clone(), dofs, paper::LAW, 1e3).unwrap();
     let pressure = SurfaceLoad::pressure(&solid, "bottom", Signal::constant(pressure)).unwrap();
     Muscle {
@@ -175,10 +159,7 @@ fn pressures_on_free_edges_are_refused() {
 #[test]
 fn moved_supports_do_nothing_to_the_modes_about_rest() {
     let moved = pressed(&["left", "right"], 1e5, 1e3);
-    let still = Muscle {
-        prescribed: Vec::new(),
-        ..moved.clone()
-    };
+    let still = Muscle { prescribed: Vec::new(), ..moved.clone() };
     let [moved, still] = [&moved, &still].map(|muscle| {
         let modes = spectrum::lowest(muscle, &Equilibrium::unloaded(muscle), 2).unwrap();
         (modes, spectrum::fastest(muscle).unwrap())

@@ -17,9 +17,8 @@ fn no_index_changes() {
         generate::rectangle([0.0; 2], [1.0, 0.8], [2, 1]).unwrap(),
         generate::block([0.0; 3], [1.0, 0.8, 0.6], [1, 1, 1]).unwrap(),
     ];
-    for (mesh, formulation) in meshes
-        .iter()
-        .flat_map(|mesh| Formulation::ALL.map(|formulation| (mesh, formulation)))
+    for (mesh, formulation) in
+        meshes.iter().flat_map(|mesh| Formulation::ALL.map(|formulation| (mesh, formulation)))
     {
         for (kappa, beta) in cases {
             let parameters = Parameters::new(1.0, beta, kappa).unwrap();
@@ -50,14 +49,8 @@ fn tensions_that_cannot_be_are_refused() {
             1e5,
             0.0,
             [
-                AddedStress {
-                    active: Some(ActiveStress::PLAIN),
-                    viscosity: 0.0,
-                },
-                AddedStress {
-                    active: None,
-                    viscosity: 1.0,
-                },
+                AddedStress { active: Some(ActiveStress::PLAIN), viscosity: 0.0 },
+                AddedStress { active: None, viscosity: 1.0 },
             ],
         );
         muscle.activations = activations;
@@ -68,19 +61,13 @@ fn tensions_that_cannot_be_are_refused() {
         (vec![(7, tension())], "no such added stress"),
         (vec![(1, tension())], "not active"),
         (vec![(0, tension()), (0, tension())], "given twice"),
-        (
-            vec![(0, Activation::Bestel(Bestel::ventricle(-1.0)))],
-            "activation tension = -1",
-        ),
+        (vec![(0, Activation::Bestel(Bestel::ventricle(-1.0)))], "activation tension = -1"),
     ] {
         let message = with(activations).unwrap_err().to_string();
         assert!(message.contains(reason), "{message}");
     }
-    let pushing = Activation::Given(Signal::from(formula::Ramp {
-        value: -3.0,
-        start: 0.0,
-        end: 1.0,
-    }));
+    let pushing =
+        Activation::Given(Signal::from(formula::Ramp { value: -3.0, start: 0.0, end: 1.0 }));
     let mut dae = with(vec![(0, pushing)]).unwrap();
     let zero = vec![0.0; dae.n_unknowns()];
     let mut residual = zero.clone();
@@ -95,29 +82,15 @@ fn invalid_foundations_and_stresses_are_rejected() {
     let foundation = |constants| {
         RobinSupport::new(&muscle.solid, "right", SupportDirection::All, constants).unwrap_err()
     };
-    assert!(
-        foundation([-1.0, 0.0])
-            .to_string()
-            .contains("stiffness = -1")
-    );
-    assert!(
-        foundation([0.0, f64::NAN])
-            .to_string()
-            .contains("damping = NaN")
-    );
-    let negative = AddedStress {
-        active: None,
-        viscosity: -1.0,
-    };
+    assert!(foundation([-1.0, 0.0]).to_string().contains("stiffness = -1"));
+    assert!(foundation([0.0, f64::NAN]).to_string().contains("damping = NaN"));
+    let negative = AddedStress { active: None, viscosity: -1.0 };
     let add = |regions: &[(Vec<usize>, AddedStress)]| {
         let added = muscle.solid.clone().with_added_stresses(regions);
         added.unwrap_err().to_string()
     };
     assert!(add(&[(vec![0], negative)]).contains("viscosity = -1"));
-    let fine = AddedStress {
-        viscosity: 1.0,
-        ..negative
-    };
+    let fine = AddedStress { viscosity: 1.0, ..negative };
     assert!(add(&[(vec![0, 1], fine), (vec![1], fine)]).contains("element 1 "));
     assert!(add(&[(vec![10_000], fine)]).contains("10000"));
 }

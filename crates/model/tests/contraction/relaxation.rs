@@ -30,10 +30,7 @@ pub(crate) fn relaxing(dimension: usize, kappa: f64, beta: f64) -> Muscle {
     let stresses = if beta > 0.0 { viscous() } else { elastic() };
     let mut muscle = contracting(dimension, kappa, beta, stresses);
     let [left, right] = halves(&block(dimension));
-    let regions = [
-        (left, series(&[(0.5, 0.02), (0.3, 0.4)])),
-        (right, series(&[(0.7, 0.1)])),
-    ];
+    let regions = [(left, series(&[(0.5, 0.02), (0.3, 0.4)])), (right, series(&[(0.7, 0.1)]))];
     muscle.solid = muscle.solid.with_relaxation(&regions).unwrap();
     muscle
 }
@@ -87,9 +84,7 @@ fn elimination_solves_the_linearized_equations() {
             cases += 1;
             let mut draw = |sizes: &dyn Fn(Field) -> f64| -> Vec<f64> {
                 let size = dae.layout().fill(sizes);
-                size.iter()
-                    .map(|s| s * rng.random_range(-1.0..1.0))
-                    .collect()
+                size.iter().map(|s| s * rng.random_range(-1.0..1.0)).collect()
             };
             let sizes = |field| match field {
                 Field::Displacement => 0.01,
@@ -110,33 +105,19 @@ fn elimination_solves_the_linearized_equations() {
             let image = |dae: &mut MuscleDae, [re, im]: [&[f64]; 2]| {
                 let rate_re = sum(&scaled(re, c.re), &scaled(im, -c.im));
                 let rate_im = sum(&scaled(re, c.im), &scaled(im, c.re));
-                [
-                    along(dae, [&y, &y_dot], re, &rate_re),
-                    along(dae, [&y, &y_dot], im, &rate_im),
-                ]
+                [along(dae, [&y, &y_dot], re, &rate_re), along(dae, [&y, &y_dot], im, &rate_im)]
             };
             let right = image(&mut dae, [&wanted[0], &wanted[1]]);
             let mut solver = CondensedSolver::new(&dae, SparseOptions::default()).unwrap();
             let weights = vec![1.0; y.len()];
-            let at = Linearization {
-                t: 0.1,
-                y: &y,
-                y_dot: &y_dot,
-                step: 1e-3,
-                weights: &weights,
-            };
+            let at = Linearization { t: 0.1, y: &y, y_dot: &y_dot, step: 1e-3, weights: &weights };
             solver.evaluate(&mut dae, &at).unwrap();
             solver.set_up(&mut dae, c.re, &[c]).unwrap();
-            let mut x: Vec<Complex64> = right[0]
-                .iter()
-                .zip(&right[1])
-                .map(|(re, im)| Complex64::new(*re, *im))
-                .collect();
+            let mut x: Vec<Complex64> =
+                right[0].iter().zip(&right[1]).map(|(re, im)| Complex64::new(*re, *im)).collect();
             solver.solve_complex(&mut dae, 0, &mut x).unwrap();
-            let found: [Vec<f64>; 2] = [
-                x.iter().map(|z| z.re).collect(),
-                x.iter().map(|z| z.im).collect(),
-            ];
+            let found: [Vec<f64>; 2] =
+                [x.iter().map(|z| z.re).collect(), x.iter().map(|z| z.im).collect()];
             let again = image(&mut dae, [&found[0], &found[1]]);
             let errors = [0, 1].map(|k| mismatch(&dae, &again[k], &right[k]));
             let case = format!("{dimension} {formulation} {kappa} {beta} {speed}: {errors:?}");
@@ -183,15 +164,9 @@ fn pulled(relaxes: bool) -> Muscle {
     if relaxes {
         solid = solid.with_relaxation(&[(all, series(&TERMS))]).unwrap();
     }
-    let signal = Signal::from(formula::Step {
-        value: STRETCH - 1.0,
-        start: 0.0,
-        rise: RISE,
-    });
-    let prescribed = right.into_iter().map(|node| Prescribed {
-        component: 2 * node,
-        signal: signal.clone(),
-    });
+    let signal = Signal::from(formula::Step { value: STRETCH - 1.0, start: 0.0, rise: RISE });
+    let prescribed =
+        right.into_iter().map(|node| Prescribed { component: 2 * node, signal: signal.clone() });
     Muscle {
         prescribed: prescribed.collect(),
         ..Muscle::unloaded(solid, Parameters::new(0.0, 0.0, INF).unwrap())
@@ -249,10 +224,7 @@ fn forces(muscle: Muscle, kind: IntegratorKind, rtol: f64, times: &[f64]) -> (Ve
         }
         integrator.dense_output(t, 0, &mut y).unwrap();
         integrator.dense_output(t, 1, &mut y_dot).unwrap();
-        let force = integrator
-            .problem_mut()
-            .unbalanced_force(t, &y, &y_dot)
-            .unwrap();
+        let force = integrator.problem_mut().unbalanced_force(t, &y, &y_dot).unwrap();
         forces.push(right.iter().map(|node| force[2 * node]).sum());
     }
     (forces, integrator.problem().clone())
@@ -272,10 +244,7 @@ fn a_held_stretch_relaxes_as_in_the_closed_form() {
             let exact = exact_force(*t);
             // Thirty times the tolerance, for the error that BDF accumulates over its steps.
             let error = (found / exact - 1.0).abs();
-            assert!(
-                error < 30.0 * rtol,
-                "{kind:?} t = {t}: {found} {exact} {error:e}"
-            );
+            assert!(error < 30.0 * rtol, "{kind:?} t = {t}: {found} {exact} {error:e}");
         }
         let counters = dae.counters();
         assert_eq!(counters.relaxing_tangent_passes, counters.tangent_passes);
@@ -350,8 +319,7 @@ fn initial_overstress_is_relaxed_or_given() {
     let again = InitialValues::of(&mut dae, 0.9, &y).unwrap();
     assert_eq!(again.y[own.clone()], y[own]);
     let mut residual = vec![0.0; y.len()];
-    dae.residual(0.9, &again.y, &again.y_dot, &mut residual)
-        .unwrap();
+    dae.residual(0.9, &again.y, &again.y_dot, &mut residual).unwrap();
     // Rounding of stresses of 1e4 Pa.
     assert!(largest(&residual) < 1e-8, "{:e}", largest(&residual));
 }
@@ -365,12 +333,7 @@ fn the_whole_matrix_is_refused() {
     let message = refused.unwrap_err().to_string();
     let mut solver = CondensedSolver::new(&dae, SparseOptions::default()).unwrap();
     let adjoint = solver.solve_real_transposed(&mut dae, &mut vec![0.0; zero.len()]);
-    assert!(
-        adjoint
-            .unwrap_err()
-            .to_string()
-            .contains("does not support")
-    );
+    assert!(adjoint.unwrap_err().to_string().contains("does not support"));
     assert!(message.contains("condensed linear solver"), "{message}");
 }
 

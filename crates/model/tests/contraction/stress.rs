@@ -50,11 +50,7 @@ fn pulled(block: Block, kappa: f64, (terms, beta, eta): Parts) -> Muscle {
     };
     let space = Arc::new(Space::taylor_hood(&mesh));
     let (mut held, mut prescribed) = (Vec::new(), Vec::new());
-    let signal = Signal::from(formula::Step {
-        value: STRETCH - 1.0,
-        start: 0.0,
-        rise: RISE,
-    });
+    let signal = Signal::from(formula::Step { value: STRETCH - 1.0, start: 0.0, rise: RISE });
     for node in 0..space.n_nodes() {
         let place = space.node_point(node);
         for axis in 0..dimension {
@@ -64,10 +60,7 @@ fn pulled(block: Block, kappa: f64, (terms, beta, eta): Parts) -> Muscle {
                 held.push((node, axis));
             }
             if is_pulled {
-                prescribed.push(Prescribed {
-                    component: dimension * node,
-                    signal: signal.clone(),
-                });
+                prescribed.push(Prescribed { component: dimension * node, signal: signal.clone() });
             }
         }
     }
@@ -79,16 +72,10 @@ fn pulled(block: Block, kappa: f64, (terms, beta, eta): Parts) -> Muscle {
         solid = solid.with_relaxation(&regions).unwrap();
     }
     if eta > 0.0 {
-        let viscous = AddedStress {
-            active: None,
-            viscosity: eta,
-        };
+        let viscous = AddedStress { active: None, viscosity: eta };
         solid = solid.with_added_stresses(&[(all, viscous)]).unwrap();
     }
-    Muscle {
-        prescribed,
-        ..Muscle::unloaded(solid, Parameters::new(0.0, beta, kappa).unwrap())
-    }
+    Muscle { prescribed, ..Muscle::unloaded(solid, Parameters::new(0.0, beta, kappa).unwrap()) }
 }
 
 /// Output values.
@@ -122,12 +109,8 @@ fn read(muscle: Muscle, formulation: Formulation, kind: IntegratorKind) -> Read 
     let force = dae.unbalanced_force(READ, &y, &y_dot).unwrap();
     let pulled = (0..space.n_nodes()).filter(|&node| space.node_point(node)[0] == 1.0);
     let force: f64 = pulled.map(|node| force[d * node]).sum();
-    let quantities = [
-        Quantity::Displacement,
-        Quantity::Stress,
-        Quantity::Principal,
-        Quantity::VonMises,
-    ];
+    let quantities =
+        [Quantity::Displacement, Quantity::Stress, Quantity::Principal, Quantity::VonMises];
     let corner = Measurement::at(&space, &[1.0; 3][..d], &quantities).unwrap();
     let mut values = Vec::new();
     corner.read(&dae.snapshot(READ, &y, &y_dot), &mut values);
@@ -162,10 +145,7 @@ const CASES: [(Formulation, f64, Parts); 7] = [
 fn cases() -> impl Iterator<Item = (IntegratorKind, (Formulation, f64, Parts))> {
     let [relaxing, _, damped, _, _, _, all] = CASES;
     let by_bdf = [relaxing, damped, all].map(|case| (IntegratorKind::Bdf, case));
-    CASES
-        .map(|case| (IntegratorKind::Radau9, case))
-        .into_iter()
-        .chain(by_bdf)
+    CASES.map(|case| (IntegratorKind::Radau9, case)).into_iter().chain(by_bdf)
 }
 
 #[test]

@@ -23,10 +23,7 @@ pub(crate) const EVERY: f64 = 0.01;
 pub(crate) fn rod_and_chain(chain: &Chain, gain: f64) -> CoupledDae<RodDae> {
     let rod = paper::rod().unwrap();
     let point = rod.displacement_at(paper::ROD_POINT).unwrap();
-    let drive = Drive {
-        gain,
-        reach: chain.reach,
-    };
+    let drive = Drive { gain, reach: chain.reach };
     let network = chain.network().unwrap();
     let oscillators = Oscillators::new(network, drive, vec![Source::Body(point)]).unwrap();
     CoupledDae::new(rod, vec![oscillators])
@@ -34,10 +31,7 @@ pub(crate) fn rod_and_chain(chain: &Chain, gain: f64) -> CoupledDae<RodDae> {
 
 /// `chain` driven by `source` alone.
 pub(crate) fn chain_alone(chain: &Chain, gain: f64, source: Source) -> CoupledDae<NoBody> {
-    let drive = Drive {
-        gain,
-        reach: chain.reach,
-    };
+    let drive = Drive { gain, reach: chain.reach };
     let oscillators = Oscillators::new(chain.network().unwrap(), drive, vec![source]).unwrap();
     CoupledDae::new(NoBody, vec![oscillators])
 }
@@ -69,11 +63,7 @@ pub(crate) fn start<B: Body>(
 
 /// The paper's mesh.
 pub(crate) fn muscle_mesh() -> Mesh {
-    Mesh::parse_msh(
-        include_str!("../../../../data/meshes/muscle.msh"),
-        "muscle.msh",
-    )
-    .unwrap()
+    Mesh::parse_msh(include_str!("../../../../data/meshes/muscle.msh"), "muscle.msh").unwrap()
 }
 
 /// Returns the paper's muscle in the formulation of Figure 7.
@@ -92,10 +82,7 @@ pub(crate) fn origin(muscle: &MuscleDae) -> Displacement {
 pub(crate) fn muscle_and_chain(chain: &Chain, gain: f64) -> CoupledDae<MuscleDae> {
     let muscle = muscle();
     let source = Source::Body(origin(&muscle));
-    let drive = Drive {
-        gain,
-        reach: chain.reach,
-    };
+    let drive = Drive { gain, reach: chain.reach };
     let oscillators = Oscillators::new(chain.network().unwrap(), drive, vec![source]).unwrap();
     CoupledDae::new(muscle, vec![oscillators])
 }
@@ -124,11 +111,10 @@ pub(crate) fn observe<B: Body>(
     use myovib_model::Integrator as _;
     let mut history = CoherenceHistory::default();
     let n = integrator.problem().n_unknowns();
-    let mut sampler = Sampler::new(
-        SampleTimes::new(every, t_end),
-        n,
-        |dae: &mut CoupledDae<B>, t, y: &[f64]| Ok(history.record(dae, 0, t, y)?),
-    );
+    let mut sampler =
+        Sampler::new(SampleTimes::new(every, t_end), n, |dae: &mut CoupledDae<B>, t, y: &[f64]| {
+            Ok(history.record(dae, 0, t, y)?)
+        });
     let mut observers: Vec<&mut dyn Observer<CoupledDae<B>>> = vec![&mut sampler];
     for observer in further {
         observers.push(&mut **observer);
@@ -159,8 +145,7 @@ pub(crate) fn backward_error<P: Problem, T: Scalar>(
     let pattern = dae.jacobian_pattern();
     let mut at = |df_dy, df_dyp| {
         let mut values = vec![0.0; pattern.nnz()];
-        dae.jacobian(t, y, y_dot, df_dy, df_dyp, &mut values)
-            .unwrap();
+        dae.jacobian(t, y, y_dot, df_dy, df_dyp, &mut values).unwrap();
         values
     };
     let (df_dy, df_dyp) = (at(1.0, 0.0), at(0.0, 1.0));
@@ -171,6 +156,5 @@ pub(crate) fn backward_error<P: Problem, T: Scalar>(
         scale[row] += a.abs() * x[column].abs();
     }
     let rows = residual.iter().zip(b).zip(&scale);
-    rows.map(|((r, b), scale)| r.abs() / (scale + b.abs()))
-        .fold(0.0, f64::max)
+    rows.map(|((r, b), scale)| r.abs() / (scale + b.abs())).fold(0.0, f64::max)
 }

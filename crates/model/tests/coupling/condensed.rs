@@ -23,10 +23,7 @@ fn coupled_muscle(formulation: Formulation, kappa: f64, beta: f64) -> CoupledDae
         let probe = Probe::at(muscle.muscle().solid.space(), point).unwrap();
         Source::Body(muscle.displacement_at(&probe, axis))
     };
-    let drive = Drive {
-        gain: 4e3,
-        reach: Reach::All,
-    };
+    let drive = Drive { gain: 4e3, reach: Reach::All };
     let chain = paper::chain(5, 0.5).unwrap();
     let array = Array {
         columns: 2,
@@ -39,11 +36,7 @@ fn coupled_muscle(formulation: Formulation, kappa: f64, beta: f64) -> CoupledDae
     let point = [0.031, 0.004];
     let parts = vec![
         Oscillators::new(chain.network().unwrap(), drive, vec![at([0.0, 0.0], 1)]),
-        Oscillators::new(
-            array.network().unwrap(),
-            drive,
-            vec![at(point, 0), at(point, 1)],
-        ),
+        Oscillators::new(array.network().unwrap(), drive, vec![at(point, 0), at(point, 1)]),
     ];
     CoupledDae::new(muscle, parts.into_iter().map(Result::unwrap).collect())
 }
@@ -61,9 +54,7 @@ fn random_state(dae: &CoupledDae<MuscleDae>, rng: &mut StdRng) -> (Vec<f64>, Vec
     });
     size.resize(dae.n_unknowns(), 2.0);
     let mut draw = |factor: f64| -> Vec<f64> {
-        size.iter()
-            .map(|s| factor * s * rng.random_range(-1.0..1.0))
-            .collect()
+        size.iter().map(|s| factor * s * rng.random_range(-1.0..1.0)).collect()
     };
     (draw(1.0), draw(50.0))
 }
@@ -74,10 +65,7 @@ const T_NOW: f64 = 0.9;
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
 fn klu() -> SparseOptions {
-    SparseOptions {
-        btf: false,
-        ..SparseOptions::default()
-    }
+    SparseOptions { btf: false, ..SparseOptions::default() }
 }
 
 #[test]
@@ -122,10 +110,7 @@ fn solutions_solve_the_full_system_to_rounding() {
         let mut x = b.clone();
         solver.solve_complex(&mut dae, 0, &mut x).unwrap();
         let complex = backward_error(&mut dae, T_NOW, [&state.0, &state.1], shift, &b, &x);
-        assert!(
-            complex < ROUNDING,
-            "{formulation}, c = {shift}: {complex:e}"
-        );
+        assert!(complex < ROUNDING, "{formulation}, c = {shift}: {complex:e}");
     }
 }
 
@@ -133,30 +118,17 @@ fn solutions_solve_the_full_system_to_rounding() {
 fn condensed_and_full_runs_take_the_same_steps() {
     let steps = |linear_solver| {
         let dae = muscle_and_chain(&paper::chain(5, 0.5).unwrap(), 1.0);
-        let settings = Settings {
-            t_end: 1.0,
-            linear_solver,
-            ..Settings::paper(Formulation::Rate)
-        };
+        let settings = Settings { t_end: 1.0, linear_solver, ..Settings::paper(Formulation::Rate) };
         let mut integrator = start_muscle(dae, &settings, StateTolerances::default());
         let statistics = run(&mut integrator, &mut []).unwrap();
         assert_eq!(statistics.outcome, Outcome::Finished);
         let work = integrator.problem().body().counters().linear;
-        assert_eq!(
-            work.solves > 0,
-            linear_solver == LinearSolverKind::Condensed
-        );
+        assert_eq!(work.solves > 0, linear_solver == LinearSolverKind::Condensed);
         // The load has started, and the number of steps is large enough for the comparison.
         assert!(statistics.counts.steps > 50);
         statistics.counts.steps as f64
     };
-    let (condensed, full) = (
-        steps(LinearSolverKind::Condensed),
-        steps(LinearSolverKind::Full),
-    );
+    let (condensed, full) = (steps(LinearSolverKind::Condensed), steps(LinearSolverKind::Full));
     // Rounding changes a few Newton iterations and rejections; 2 % of 3000 steps are about 60.
-    assert!(
-        (condensed / full - 1.0).abs() <= 0.02,
-        "{condensed} and {full}"
-    );
+    assert!((condensed / full - 1.0).abs() <= 0.02, "{condensed} and {full}");
 }

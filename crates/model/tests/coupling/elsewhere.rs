@@ -39,15 +39,10 @@ fn coupled(
 ) -> FeedbackDae {
     let dae = MuscleDae::new(muscle, formulation).unwrap();
     let last = dae.muscle().solid.space().n_elements() - 1;
-    let parts = vec![
-        chains(&dae, &[last], 0),
-        chains(&dae, &[0], 1),
-        chains(&dae, &active, 2),
-    ];
+    let parts = vec![chains(&dae, &[last], 0), chains(&dae, &[0], 1), chains(&dae, &active, 2)];
     let acting = effects.iter();
-    let mut feedbacks: Vec<Feedback> = acting
-        .map(|&(network, effect)| everywhere(&dae, network, effect, &active))
-        .collect();
+    let mut feedbacks: Vec<Feedback> =
+        acting.map(|&(network, effect)| everywhere(&dae, network, effect, &active)).collect();
     feedbacks.push(feedback(&dae, 2, Effect::Tension, &active));
     FeedbackDae::new(CoupledDae::new(dae, parts), feedbacks)
 }
@@ -55,11 +50,7 @@ fn coupled(
 #[test]
 fn places_that_act_elsewhere_solve_the_full_system() {
     let mut rng = StdRng::seed_from_u64(33);
-    let effects = [
-        (0, Effect::Tension),
-        (0, Effect::Stiffness),
-        (1, Effect::Stiffness),
-    ];
+    let effects = [(0, Effect::Tension), (0, Effect::Stiffness), (1, Effect::Stiffness)];
     for dimension in [2, 3] {
         for (formulation, kappa, beta) in cases() {
             let case = format!("{dimension} {formulation} {kappa} {beta}");

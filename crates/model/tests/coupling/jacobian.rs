@@ -16,9 +16,7 @@ use rand::{Rng, SeedableRng};
 fn discrepancy<P: Problem>(dae: &mut P, size: impl Fn(usize) -> f64, rng: &mut StdRng) -> f64 {
     let n = dae.n_unknowns();
     let mut draw = |factor: f64| -> Vec<f64> {
-        (0..n)
-            .map(|i| factor * size(i) * rng.random_range(-1.0..1.0))
-            .collect()
+        (0..n).map(|i| factor * size(i) * rng.random_range(-1.0..1.0)).collect()
     };
     let (y, y_dot, direction) = (draw(1.0), draw(10.0), draw(1.0));
     let (a, b) = (rng.random_range(0.5..2.0), rng.random_range(1.0..1e3));
@@ -32,10 +30,7 @@ const CLOSE: f64 = 1e-6;
 fn chain(reach: Reach) -> Chain {
     Chain {
         reach,
-        coefficients: Coefficients {
-            duffing: 0.7,
-            ..Coefficients::default()
-        },
+        coefficients: Coefficients { duffing: 0.7, ..Coefficients::default() },
         ..paper::chain(4, 0.5).unwrap()
     }
 }
@@ -67,11 +62,8 @@ fn a_chain_without_a_body() {
 }
 
 fn small_muscle(formulation: Formulation) -> MuscleDae {
-    let mesh = Mesh::parse_msh(
-        include_str!("../../../../data/meshes/block.msh"),
-        "small.msh",
-    )
-    .unwrap();
+    let mesh =
+        Mesh::parse_msh(include_str!("../../../../data/meshes/block.msh"), "small.msh").unwrap();
     let muscle = paper::muscle(&mesh, 1e5, 1e-2).unwrap();
     MuscleDae::for_analysis(muscle, formulation)
 }
@@ -94,16 +86,10 @@ fn muscle_with_a_chain_and_an_array_at_any_point() {
             ends: Ends::Open,
             reach: Reach::Boundary,
         };
-        let in_a_line = Oscillators::new(
-            chain(Reach::All).network().unwrap(),
-            drive(Reach::All),
-            vec![at(1)],
-        );
-        let in_the_plane = Oscillators::new(
-            array.network().unwrap(),
-            drive(Reach::Boundary),
-            vec![at(0), at(1)],
-        );
+        let in_a_line =
+            Oscillators::new(chain(Reach::All).network().unwrap(), drive(Reach::All), vec![at(1)]);
+        let in_the_plane =
+            Oscillators::new(array.network().unwrap(), drive(Reach::Boundary), vec![at(0), at(1)]);
         let layout = muscle.layout().clone();
         let parts = vec![in_a_line.unwrap(), in_the_plane.unwrap()];
         let mut dae = CoupledDae::new(muscle, parts);
@@ -197,10 +183,8 @@ fn the_pattern_holds_one_coupling_entry_per_forced_row_and_unknown() {
     let dae = rod_and_chain(&chain(Reach::Boundary), 1.0);
     let pattern = dae.jacobian_pattern();
     let n_body = dae.body_range().len();
-    let coupling: Vec<(usize, usize)> = pattern
-        .entries()
-        .filter(|(column, row)| *column < n_body && *row >= n_body)
-        .collect();
+    let coupling: Vec<(usize, usize)> =
+        pattern.entries().filter(|(column, row)| *column < n_body && *row >= n_body).collect();
     // L/2 is node 5, the unknown q_5 = y[4]; oscillators 1 and 4 are forced.
     assert_eq!(coupling, [(4, n_body + 4), (4, n_body + 7)]);
 }

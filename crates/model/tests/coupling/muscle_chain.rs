@@ -13,11 +13,7 @@ use myovib_model::{Formulation, Integrator, Outcome, Settings, paper, run};
 fn settings(t_end: f64, factor: f64) -> Settings {
     let paper = Settings::paper(Formulation::Rate);
     let rtol = factor * paper.relative_tolerance;
-    Settings {
-        t_end,
-        max_order: 5,
-        ..paper.with_relative_tolerance(rtol)
-    }
+    Settings { t_end, max_order: 5, ..paper.with_relative_tolerance(rtol) }
 }
 
 /// Integrates muscle and chain as one system.
@@ -66,14 +62,8 @@ fn output_times_do_not_change_the_results() {
         let mut end = vec![0.0; dae.n_unknowns()];
         let mut integrator = start_muscle(dae, &settings, StateTolerances::default());
         let (_, statistics) = observe(&mut integrator, every, settings.t_end, &mut []);
-        integrator
-            .dense_output(settings.t_end, 0, &mut end)
-            .unwrap();
-        (
-            end,
-            statistics.counts.steps,
-            statistics.counts.newton_iterations,
-        )
+        integrator.dense_output(settings.t_end, 0, &mut end).unwrap();
+        (end, statistics.counts.steps, statistics.counts.newton_iterations)
     };
     assert_eq!(with_samples_every(0.25), with_samples_every(1e-3));
 }
@@ -90,13 +80,7 @@ fn assert_settled(history: &CoherenceHistory) {
 
 #[test]
 fn five_oscillators_on_the_replayed_muscle_settle_where_they_should() {
-    assert_settled(&replayed(
-        1.0,
-        &Settings {
-            max_order: 2,
-            ..settings(50.0, 1.0)
-        },
-    ));
+    assert_settled(&replayed(1.0, &Settings { max_order: 2, ..settings(50.0, 1.0) }));
 }
 
 #[test]

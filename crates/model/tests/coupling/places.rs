@@ -20,10 +20,7 @@ fn chain(places: usize, omega: &[f64]) -> Chain {
 }
 
 fn omega() -> Vec<f64> {
-    let detuning = Detuning {
-        half_width: 0.5,
-        ..Detuning::default()
-    };
+    let detuning = Detuning { half_width: 0.5, ..Detuning::default() };
     detuning.frequencies(5).unwrap()
 }
 
@@ -31,13 +28,8 @@ fn omega() -> Vec<f64> {
 fn at_points(points: &[f64]) -> CoupledDae<RodDae> {
     let rod = paper::rod().unwrap();
     let chain = chain(points.len(), &omega());
-    let drive = Drive {
-        gain: GAIN,
-        reach: chain.reach,
-    };
-    let sources = points
-        .iter()
-        .map(|x| Source::Body(rod.displacement_at(*x).unwrap()));
+    let drive = Drive { gain: GAIN, reach: chain.reach };
+    let sources = points.iter().map(|x| Source::Body(rod.displacement_at(*x).unwrap()));
     let network = chain.network_at(points.len()).unwrap();
     let oscillators = Oscillators::new(network, drive, sources.collect()).unwrap();
     CoupledDae::new(rod, vec![oscillators])
@@ -70,15 +62,13 @@ fn places_with_the_same_drive_are_the_single_chain_bit_by_bit() {
     single.residual(0.4, &y, &y_dot, &mut residual).unwrap();
     let repeat = |v: &[f64]| [&v[..body], &repeated(&v[body..], places)].concat();
     let mut of_many = vec![0.0; many.n_unknowns()];
-    many.residual(0.4, &repeat(&y), &repeat(&y_dot), &mut of_many)
-        .unwrap();
+    many.residual(0.4, &repeat(&y), &repeat(&y_dot), &mut of_many).unwrap();
     assert!(of_many == repeat(&residual));
     // Checks the derivative, too: the image of a repeated direction is repeated.
     let image = |dae: &mut CoupledDae<RodDae>, y: &[f64], y_dot: &[f64], x: &[f64]| {
         let pattern = dae.jacobian_pattern();
         let mut values = vec![0.0; pattern.nnz()];
-        dae.jacobian(0.4, y, y_dot, 1.0, 300.0, &mut values)
-            .unwrap();
+        dae.jacobian(0.4, y, y_dot, 1.0, 300.0, &mut values).unwrap();
         let mut image = vec![0.0; x.len()];
         for ((column, row), value) in pattern.entries().zip(values) {
             image[row] += value * x[column];

@@ -64,11 +64,7 @@ fn output_times_do_not_change_the_results() {
         let (_, statistics) = observe(&mut integrator, every, 2.0, &mut []);
         let mut end = vec![0.0; n];
         integrator.dense_output(2.0, 0, &mut end).unwrap();
-        (
-            end,
-            statistics.counts.steps,
-            statistics.counts.newton_iterations,
-        )
+        (end, statistics.counts.steps, statistics.counts.newton_iterations)
     };
     assert_eq!(with_samples_every(0.5), with_samples_every(1e-3));
 }

@@ -61,10 +61,7 @@ fn identical_oscillators_move_as_one() {
 fn wider_detuning_and_weaker_coupling_cost_coherence() {
     let coherence = |half_width: f64, coupling: f64| {
         let chain = Chain {
-            coefficients: Coefficients {
-                coupling,
-                ..Coefficients::default()
-            },
+            coefficients: Coefficients { coupling, ..Coefficients::default() },
             ..paper::chain(5, half_width).unwrap()
         };
         let (history, _) = from_rest(&chain, 1.0, 40.0);
@@ -80,10 +77,7 @@ fn judged(rod: &Arc<Recording>, gain: f64, t_end: f64) -> (Synchrony, Settling) 
     let chain = paper::chain(20, 0.05).unwrap();
     let dae = chain_alone(&chain, gain, Source::Recorded(Arc::clone(rod)));
     let n = dae.n_unknowns();
-    let tolerances = StateTolerances {
-        relative: 1e-6,
-        ..StateTolerances::default()
-    };
+    let tolerances = StateTolerances { relative: 1e-6, ..StateTolerances::default() };
     let mut integrator = start(dae, tolerances, t_end, &vec![0.0; n]);
     let (history, _) = observe(&mut integrator, EVERY, t_end, &mut []);
     let settled = history.settled(20.0).unwrap();

@@ -32,11 +32,7 @@ const STRESS: AddedStress = AddedStress {
     active: Some(ActiveStress {
         tension: Tension::Nominal,
         force_length: ForceLength::Parabola { optimal: 1.1 },
-        force_velocity: Some(ForceVelocity {
-            v_max: 10.0,
-            a: 0.25,
-            plateau: 1.4,
-        }),
+        force_velocity: Some(ForceVelocity { v_max: 10.0, a: 0.25, plateau: 1.4 }),
     }),
     viscosity: 40.0,
 };
@@ -65,14 +61,10 @@ pub(crate) fn body(dimension: usize, kappa: f64, beta: f64) -> (Muscle, Vec<usiz
         .with_added_stresses(&[(active.clone(), STRESS)])
         .unwrap()
         .with_fibers(fibers);
-    let coherence = Activation::Coherence {
-        unsynchronized: REST,
-    };
+    let coherence = Activation::Coherence { unsynchronized: REST };
     let parameters = Parameters::new(1.0, beta, kappa).unwrap();
-    let muscle = Muscle {
-        activations: vec![(0, coherence)],
-        ..Muscle::unloaded(solid, parameters)
-    };
+    let muscle =
+        Muscle { activations: vec![(0, coherence)], ..Muscle::unloaded(solid, parameters) };
     (muscle, active)
 }
 
@@ -117,10 +109,7 @@ pub(crate) fn feedback(
         effect,
         unsynchronized,
         coherent,
-        weights: elements
-            .iter()
-            .map(|element| own(element).collect())
-            .collect(),
+        weights: elements.iter().map(|element| own(element).collect()).collect(),
     }
 }
 
@@ -229,13 +218,7 @@ pub(crate) fn assert_solved_by_differences(mut dae: FeedbackDae, case: &str, rng
     let right = along(&mut dae, [&y, &y_dot], &wanted, c);
     let mut solver = FeedbackSolver::new(&mut dae, SparseOptions::default()).unwrap();
     let weights = vec![1.0; size.len()];
-    let at = Linearization {
-        t: 0.1,
-        y: &y,
-        y_dot: &y_dot,
-        step: 1e-3,
-        weights: &weights,
-    };
+    let at = Linearization { t: 0.1, y: &y, y_dot: &y_dot, step: 1e-3, weights: &weights };
     solver.evaluate(&mut dae, &at).unwrap();
     solver.set_up(&mut dae, c, &[]).unwrap();
     let mut x = right.clone();
@@ -246,9 +229,7 @@ pub(crate) fn assert_solved_by_differences(mut dae: FeedbackDae, case: &str, rng
     let blocks = one_way.body().layout().blocks().iter();
     let blocks = blocks.map(|(_, range)| range.clone()).chain(networks);
     for range in blocks {
-        let largest = right[range.clone()]
-            .iter()
-            .fold(0.0_f64, |m, r| m.max(r.abs()));
+        let largest = right[range.clone()].iter().fold(0.0_f64, |m, r| m.max(r.abs()));
         for row in range {
             let error = (found[row] - right[row]).abs() / largest;
             // Truncation and rounding errors of the differences; a missing term results in an error of 1e-2 or more.
@@ -262,10 +243,7 @@ fn along(dae: &mut FeedbackDae, [y, y_dot]: [&[f64]; 2], x: &[f64], c: f64) -> V
     let step = 1e-6;
     let mut at = |step: f64| {
         let moved = |from: &[f64], step: f64| -> Vec<f64> {
-            from.iter()
-                .zip(x)
-                .map(|(from, x)| from + step * x)
-                .collect()
+            from.iter().zip(x).map(|(from, x)| from + step * x).collect()
         };
         let mut residual = vec![0.0; y.len()];
         let (y, y_dot) = (moved(y, step), moved(y_dot, c * step));
@@ -290,13 +268,7 @@ pub(crate) fn assert_solved(mut dae: FeedbackDae, case: &str, rng: &mut StdRng) 
     let klu = SparseOptions::default();
     let mut solver = FeedbackSolver::new(&mut dae, klu).unwrap();
     let weights = vec![1.0; size.len()];
-    let at = Linearization {
-        t: 0.1,
-        y: &y,
-        y_dot: &y_dot,
-        step: 1e-3,
-        weights: &weights,
-    };
+    let at = Linearization { t: 0.1, y: &y, y_dot: &y_dot, step: 1e-3, weights: &weights };
     solver.evaluate(&mut dae, &at).unwrap();
     let (c, shift) = (3e2, Complex64::new(3e2, 2e2));
     solver.set_up(&mut dae, c, &[shift]).unwrap();
@@ -355,11 +327,7 @@ fn many_places_are_as_many_networks_of_one_place() {
 #[test]
 fn tensions_are_those_of_the_coherence() {
     let (muscle, active) = body(2, 1e5, 0.0);
-    let mut dae = two_way(
-        (muscle.clone(), active.clone()),
-        Formulation::Position,
-        false,
-    );
+    let mut dae = two_way((muscle.clone(), active.clone()), Formulation::Position, false);
     let mut y = vec![0.0; dae.n_unknowns()];
     // All oscillators of one place are displaced far in the same direction, so the coherence is 1 up to ε²/r².
     let network = dae.one_way().range(1);
@@ -372,10 +340,7 @@ fn tensions_are_those_of_the_coherence() {
     };
     for (element, tension) in snapshot.stress_context.tensions.iter().enumerate() {
         // (ε/r)² = 2.5e-13 of the difference.
-        assert!(
-            (tension - expected(&element)).abs() < 1e-8,
-            "{element}: {tension}"
-        );
+        assert!((tension - expected(&element)).abs() < 1e-8, "{element}: {tension}");
     }
     let means = dae.factors(&y);
     let mean = REST + (COHERENT - REST) / active.len() as f64;
@@ -405,14 +370,8 @@ fn run(
 ) -> (Vec<f64>, f64, FeedbackDae) {
     let (mut muscle, active) = body(2, 1e5, 1e-4);
     let n = muscle.solid.space().n_components();
-    let down: Vec<f64> = (0..n)
-        .map(|i| if i % 2 == 1 { -2.0 } else { 0.0 })
-        .collect();
-    let signal = Signal::from(formula::Step {
-        value: 1.0,
-        start: 0.0,
-        rise: 0.05,
-    });
+    let down: Vec<f64> = (0..n).map(|i| if i % 2 == 1 { -2.0 } else { 0.0 }).collect();
+    let signal = Signal::from(formula::Step { value: 1.0, start: 0.0, rise: 0.05 });
     muscle.loads.push(Load::new(&down, signal));
     let mut dae = two_way((muscle, active), Formulation::ImplicitRate, false);
     // From rest, without tension.
@@ -455,21 +414,12 @@ fn eliminated_and_full_runs_agree() {
         assert!(work(&dae).linear.solves > 0 && work(&full).linear.solves == 0);
         assert!(work(&dae).coherence_passes > 0);
         // Rounding changes single Newton iterations and rejections.
-        assert!(
-            (steps / steps_full - 1.0).abs() <= 0.02,
-            "{steps} {steps_full}"
-        );
+        assert!((steps / steps_full - 1.0).abs() <= 0.02, "{steps} {steps_full}");
         // The oscillators have acted.
         let factors = dae.factors(&y);
         assert!(factors[0] < 2.9 && factors[1] > 1e3, "{factors:?}");
-        for range in [
-            dae.one_way().body_range(),
-            dae.one_way().range(0),
-            dae.one_way().range(1),
-        ] {
-            let largest = y[range.clone()]
-                .iter()
-                .fold(0.0, |m: f64, x| m.max(x.abs()));
+        for range in [dae.one_way().body_range(), dae.one_way().range(0), dae.one_way().range(1)] {
+            let largest = y[range.clone()].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             let pairs = y[range.clone()].iter().zip(&y_full[range]);
             let error = pairs.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) / largest;
             // The tolerance, which is larger than the errors of both runs.

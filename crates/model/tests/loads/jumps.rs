@@ -15,11 +15,7 @@ use myovib_model::{
 use crate::common::{beam, tolerances};
 
 fn jump(value: f64, start: f64) -> Signal {
-    Signal::from(formula::Step {
-        value,
-        start,
-        rise: 0.0,
-    })
+    Signal::from(formula::Step { value, start, rise: 0.0 })
 }
 
 /// Returns y at intervals of `every` seconds, as sampled by a run.
@@ -61,20 +57,13 @@ fn an_oscillator_under_an_impact_moves_as_in_the_closed_form() {
         let parts: Vec<_> = hits.iter().map(of_hit).collect();
         [0, 1].map(|k| parts.iter().map(|part| part[k]).sum::<f64>())
     };
-    let load = Signal::sum(
-        hits.iter()
-            .map(|(value, start)| jump(*value, *start))
-            .collect(),
-    );
+    let load = Signal::sum(hits.iter().map(|(value, start)| jump(*value, *start)).collect());
     for integrator in IntegratorKind::ALL {
         for relative in [1e-4, 1e-7] {
             let dae = RodDae::new(rod.clone(), EndLoad::Traction, load.clone()).unwrap();
             let dae = CoupledDae::new(dae, Vec::new());
-            let tolerances = StateTolerances {
-                relative,
-                absolute: relative,
-                ..StateTolerances::default()
-            };
+            let tolerances =
+                StateTolerances { relative, absolute: relative, ..StateTolerances::default() };
             let test = ErrorTest::of_states(2, tolerances);
             let options = CoupledOptions::of_states(integrator);
             let mut integrator_of_it = start_coupled(dae, test, options, 1.0, &[0.0; 2]).unwrap();
@@ -118,30 +107,17 @@ fn motion(dae: MuscleDae, settings: &Settings) -> Vec<[Vec<f64>; 2]> {
     let ranges = [Field::Displacement, Field::Pressure].map(|field| dae.layout().range(field));
     let mut integrator = start_at_rest(dae, settings).unwrap();
     let rows = rows(integrator.as_mut(), 0.0125, settings.t_end).into_iter();
-    rows.map(|y| {
-        ranges
-            .clone()
-            .map(|range| y[range.unwrap_or_default()].to_vec())
-    })
-    .collect()
+    rows.map(|y| ranges.clone().map(|range| y[range.unwrap_or_default()].to_vec())).collect()
 }
 
 /// Returns the largest differences of displacements and pressures, as fractions of their largest values.
 fn apart(a: &[[Vec<f64>; 2]], b: &[[Vec<f64>; 2]]) -> [f64; 2] {
     [0, 1].map(|k| {
-        let pairs = || {
-            a.iter()
-                .flat_map(|a| &a[k])
-                .zip(b.iter().flat_map(|b| &b[k]))
-        };
+        let pairs = || a.iter().flat_map(|a| &a[k]).zip(b.iter().flat_map(|b| &b[k]));
         assert_eq!(a.len(), b.len());
         let size = pairs().fold(0.0, |m: f64, (a, _)| m.max(a.abs()));
         let difference = pairs().fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-        if size > 0.0 {
-            difference / size
-        } else {
-            difference
-        }
+        if size > 0.0 { difference / size } else { difference }
     })
 }
 
@@ -152,18 +128,9 @@ fn apart(a: &[[Vec<f64>; 2]], b: &[[Vec<f64>; 2]]) -> [f64; 2] {
 fn a_jump_is_the_limit_of_a_steep_rise() {
     use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
     let load = |rise| {
-        let step = |value, middle| {
-            Signal::from(formula::Step {
-                value,
-                start: middle - 0.5 * rise,
-                rise,
-            })
-        };
-        Signal::sum(vec![
-            step(60.0, 0.0101),
-            step(-90.0, 0.0998),
-            step(40.0, 0.1503),
-        ])
+        let step =
+            |value, middle| Signal::from(formula::Step { value, start: middle - 0.5 * rise, rise });
+        Signal::sum(vec![step(60.0, 0.0101), step(-90.0, 0.0998), step(40.0, 0.1503)])
     };
     for (formulation, kappa) in [
         (Displacement, 1e5),
@@ -224,23 +191,13 @@ fn jumps_of_smooth_quantities_are_rejected_with_a_remedy() {
     let hit = jump(1.0, 0.1);
     let rod = Rod::new(RodData::default()).unwrap();
     let strained = RodDae::new(rod.clone(), EndLoad::Strain, hit.clone()).unwrap_err();
-    let mut muscle = beam(Formulation::Position, 1e5, hit.clone())
-        .muscle()
-        .clone();
+    let mut muscle = beam(Formulation::Position, 1e5, hit.clone()).muscle().clone();
     let free = muscle.solid.dofs().free_to_full();
     let component = (0..).find(|i| free.binary_search(i).is_err()).unwrap();
-    muscle.prescribed.push(Prescribed {
-        component,
-        signal: hit,
-    });
-    let moved = MuscleDae::new(muscle, Formulation::Position)
-        .map(|_| ())
-        .unwrap_err();
+    muscle.prescribed.push(Prescribed { component, signal: hit });
+    let moved = MuscleDae::new(muscle, Formulation::Position).map(|_| ()).unwrap_err();
     for error in [strained, moved] {
         let text = error.to_string();
-        assert!(
-            text.contains("jumps") && text.contains("give the step a rise"),
-            "{text}"
-        );
+        assert!(text.contains("jumps") && text.contains("give the step a rise"), "{text}");
     }
 }

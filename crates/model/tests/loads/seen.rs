@@ -45,10 +45,7 @@ fn motion(signal: &Signal, settings: &Settings) -> (Vec<Vec<f64>>, Statistics) {
 
 /// Returns the motion computed with steps much shorter than all changes of the load.
 fn reference(signal: &Signal) -> Vec<Vec<f64>> {
-    let settings = Settings {
-        max_step: Some(1e-3),
-        ..settings(IntegratorKind::Radau5, 1e-6)
-    };
+    let settings = Settings { max_step: Some(1e-3), ..settings(IntegratorKind::Radau5, 1e-6) };
     motion(signal, &settings).0
 }
 
@@ -67,10 +64,7 @@ fn step(value: f64, start: f64, rise: f64) -> Signal {
 }
 
 fn pulse(value: f64, start: f64, length: f64, rise: f64) -> Signal {
-    Signal::sum(vec![
-        step(value, start, rise),
-        step(-value, start + length, rise),
-    ])
+    Signal::sum(vec![step(value, start, rise), step(-value, start + length, rise)])
 }
 
 fn table(rows: impl Iterator<Item = (f64, f64)>) -> Signal {
@@ -102,27 +96,13 @@ fn check(name: &str, signal: &Signal) {
 fn pulses_ramps_and_tables_after_a_rest_are_seen() {
     check("a pulse of 100 ms", &pulse(100.0, 1.0, 0.1, 0.02));
     check("a pulse of 2 ms", &pulse(1000.0, 1.3, 2e-3, 5e-4));
-    let steep = Signal::from(formula::Ramp {
-        value: 20.0,
-        start: 1.1,
-        end: 1.1 + 1e-4,
-    });
+    let steep = Signal::from(formula::Ramp { value: 20.0, start: 1.1, end: 1.1 + 1e-4 });
     check("a steep ramp", &steep);
-    let tapped = every_millisecond(|i| {
-        if (1500..1502).contains(&i) {
-            1000.0
-        } else {
-            0.0
-        }
-    });
+    let tapped = every_millisecond(|i| if (1500..1502).contains(&i) { 1000.0 } else { 0.0 });
     check("a table with a pulse of 2 ms", &tapped);
     let burst = Signal::product(vec![
         pulse(1.0, 1.2, 0.2, 1e-2),
-        Signal::from(formula::Sine {
-            amplitude: 300.0,
-            frequency: 100.0,
-            phase: 0.0,
-        }),
+        Signal::from(formula::Sine { amplitude: 300.0, frequency: 100.0, phase: 0.0 }),
     ]);
     check("a burst of 100 Hz", &burst);
 }
@@ -136,11 +116,9 @@ fn random_load(draw: &mut impl FnMut() -> f64) -> Signal {
         match (duration(), duration()) {
             (long, rise) if long > 3.0 * rise => pulse(value, start, long, 0.0),
             (long, rise) if long > rise => pulse(value, start, long, rise),
-            (long, _) if value > 0.0 => Signal::from(formula::Ramp {
-                value,
-                start,
-                end: start + long,
-            }),
+            (long, _) if value > 0.0 => {
+                Signal::from(formula::Ramp { value, start, end: start + long })
+            }
             (long, rise) => {
                 let shape = |t: f64| value * (-((t - start) / (long + rise)).powi(2)).exp();
                 every_millisecond(|i| shape(1e-3 * i as f64))
@@ -156,9 +134,8 @@ fn random_loads_are_seen_by_all_methods() {
     // A linear congruential generator is sufficient (Knuth's MMIX).
     let mut state = 1_u64;
     let mut draw = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
     for k in 0..12 {
@@ -183,10 +160,7 @@ fn a_second_run_bounds_the_error_of_the_first() {
         let estimates = ErrorEstimate::between(&found, &looser);
         let (size, off) = compare(&exact, &found);
         let most = estimates.iter().fold(0.0_f64, |m, e| m.max(e.difference));
-        assert!(
-            off < most && most < 10.0 * ratio * off,
-            "{integrator:?}: {off:e} {most:e}"
-        );
+        assert!(off < most && most < 10.0 * ratio * off, "{integrator:?}: {off:e} {most:e}");
         let largest = estimates.iter().fold(0.0_f64, |m, e| m.max(e.size));
         // Difference of the runs.
         assert!((largest - size).abs() <= off, "{largest} {size}");

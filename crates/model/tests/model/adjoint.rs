@@ -19,11 +19,7 @@ fn start(integrator: IntegratorKind) -> Run {
     let mesh = Mesh::parse_msh(mesh, "muscle.msh").unwrap();
     let muscle = paper::muscle(&mesh, f64::INFINITY, 0.0).unwrap();
     let dae = MuscleDae::new(muscle, Formulation::Position).unwrap();
-    let settings = Settings {
-        integrator,
-        t_end: T_END,
-        ..Settings::paper(Formulation::Position)
-    };
+    let settings = Settings { integrator, t_end: T_END, ..Settings::paper(Formulation::Position) };
     let options = radau::options(&dae, &settings);
     let matrices = CondensedSolver::new(&dae, options.sparse).unwrap();
     let rest = vec![0.0; dae.n_unknowns()];
@@ -147,20 +143,13 @@ fn forward(integrator: IntegratorKind, all: Vec<Vec<f64>>) -> Vec<f64> {
 /// Checks ten digits of the gradient, for directions to which all elements contribute and for single elements.
 #[test]
 fn the_gradient_by_311_stiffnesses_is_that_of_forward_sensitivities() {
-    for integrator in [
-        IntegratorKind::Radau5,
-        IntegratorKind::Radau9,
-        IntegratorKind::Radau13,
-    ] {
+    for integrator in [IntegratorKind::Radau5, IntegratorKind::Radau9, IntegratorKind::Radau13] {
         let gradient = adjoint(integrator, false).parameters;
         let n = gradient.len();
         assert_eq!(n, 311);
         let of = |f: &dyn Fn(usize) -> f64| (0..n).map(f).collect::<Vec<f64>>();
-        let directions = vec![
-            of(&|_| 1.0),
-            of(&|e| (e as f64).sin()),
-            of(&|e| f64::from(u8::from(e == 100))),
-        ];
+        let directions =
+            vec![of(&|_| 1.0), of(&|e| (e as f64).sin()), of(&|e| f64::from(u8::from(e == 100)))];
         let dot = |d: &Vec<f64>| d.iter().zip(&gradient).map(|(d, g)| d * g).sum::<f64>();
         let by_adjoint: Vec<f64> = directions.iter().map(dot).collect();
         let by_forward = forward(integrator, directions);
@@ -168,10 +157,7 @@ fn the_gradient_by_311_stiffnesses_is_that_of_forward_sensitivities() {
             println!("{integrator:?}: {f:e} {:.1e}", (f - a) / f);
         }
         for (f, a) in by_forward.iter().zip(&by_adjoint) {
-            assert!(
-                (f - a).abs() <= 1e-10 * f.abs(),
-                "{integrator:?}: {f:e} {a:e}"
-            );
+            assert!((f - a).abs() <= 1e-10 * f.abs(), "{integrator:?}: {f:e} {a:e}");
         }
         let repeated = adjoint(integrator, true).parameters;
         let size = gradient.iter().fold(0.0, |max, g| f64::max(max, g.abs()));

@@ -32,19 +32,11 @@ impl Run {
             max_order: order,
             ..Settings::paper(formulation)
         };
-        Self {
-            mesh,
-            formulation,
-            beta,
-            settings,
-        }
+        Self { mesh, formulation, beta, settings }
     }
 
     fn with_tolerance(self, rtol: f64) -> Self {
-        Self {
-            settings: self.settings.with_relative_tolerance(rtol),
-            ..self
-        }
+        Self { settings: self.settings.with_relative_tolerance(rtol), ..self }
     }
 
     fn until(mut self, t_end: f64) -> Self {
@@ -97,12 +89,7 @@ impl Run {
             for remedy in &cause.remedies {
                 remedy.apply(&mut formulation, &mut settings);
             }
-            let mended = Run {
-                mesh: self.mesh.clone(),
-                formulation,
-                beta: self.beta,
-                settings,
-            };
+            let mended = Run { mesh: self.mesh.clone(), formulation, beta: self.beta, settings };
             assert_eq!(mended.integrate().outcome, Outcome::Finished, "{cause}");
         }
     }
@@ -191,19 +178,12 @@ fn check_names_units_that_do_not_go_together_and_endless_runs() {
     run.settings.t_end = 1e10;
     assert!(found(&run).contains("8e10 periods"), "{}", found(&run));
     run.settings.t_end = 1.0;
-    let in_mm: Vec<[f64; 2]> = run
-        .mesh
-        .points()
-        .iter()
-        .map(|x: &[f64; 2]| x.map(|x| 1e3 * x))
-        .collect();
+    let in_mm: Vec<[f64; 2]> =
+        run.mesh.points().iter().map(|x: &[f64; 2]| x.map(|x| 1e3 * x)).collect();
     let triangles = run.mesh.connectivity::<3>().to_vec();
     run.mesh = Mesh::new(in_mm, triangles, run.mesh.groups().clone()).unwrap();
     let words = found(&run);
-    assert!(
-        words.contains("200.000 m") && words.contains("1e-3"),
-        "{words}"
-    );
+    assert!(words.contains("200.000 m") && words.contains("1e-3"), "{words}");
 }
 
 /// At a tight tolerance, λ determines the convergence test of Newton's method even if it is
@@ -229,11 +209,8 @@ fn a_tight_tolerance_wants_weights_that_follow_the_step() {
 /// The maximum order of BDF is limited by the damping of the modes that steps do not resolve.
 #[test]
 fn order_by_damping() {
-    let order = |beta: f64| {
-        Run::new(spindle(), Formulation::Rate, beta, &[], 5)
-            .advice()
-            .max_order()
-    };
+    let order =
+        |beta: f64| Run::new(spindle(), Formulation::Rate, beta, &[], 5).advice().max_order();
     // Damping ratio at ω = 10 · 2π · 8 Hz = 503 rad/s, βω/2 for the most part: 0.026, 0.10, 0.35,
     // 0.75 against 0.069 (order 3), 0.287 (4), 0.618 (5).
     assert_eq!([1e-4, 4e-4, 1.4e-3, 3e-3].map(order), [2, 3, 4, 5]);
@@ -279,11 +256,7 @@ impl Integrator<Strained> for Scripted {
             work.inverted = Some(ELEMENT);
         }
         Ok(if self.inversions.is_empty() {
-            Advance::Stopped {
-                reason: self.end,
-                message: "stopped".to_owned(),
-                inverted: None,
-            }
+            Advance::Stopped { reason: self.end, message: "stopped".to_owned(), inverted: None }
         } else {
             Advance::Stepped
         })
@@ -313,30 +286,21 @@ impl Integrator<Strained> for Scripted {
 /// The element with the smallest det F.
 const FLATTEST: usize = 3;
 
-const ELEMENT: Inverted = Inverted {
-    element: 7,
-    barycentric: Barycentric::new(&[1.0, 0.0, 0.0]),
-    jacobian: -0.5,
-};
+const ELEMENT: Inverted =
+    Inverted { element: 7, barycentric: Barycentric::new(&[1.0, 0.0, 0.0]), jacobian: -0.5 };
 
 #[test]
 fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
     let named = |inversions: [u64; 2], end| {
         let inner = Scripted {
-            problem: Strained {
-                work: WorkCounters::default(),
-                ratio: 1.0,
-            },
+            problem: Strained { work: WorkCounters::default(), ratio: 1.0 },
             inversions: inversions.into(),
             end,
         };
         let bad = Run::new(spindle(), Formulation::Position, 0.0, &[], 5);
         let mut advised = Advised::new(Box::new(inner), bad.advice());
         let outcome = run(&mut advised, &mut []).unwrap().outcome;
-        let Outcome::Stopped {
-            message, inverted, ..
-        } = outcome
-        else {
+        let Outcome::Stopped { message, inverted, .. } = outcome else {
             panic!("the script ends in a stop");
         };
         // The advice names either the element or the index as the cause.
@@ -358,10 +322,7 @@ fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
 fn a_flat_element_is_blamed_before_the_index() {
     let message = |ratio: f64| {
         let inner = Scripted {
-            problem: Strained {
-                work: WorkCounters::default(),
-                ratio,
-            },
+            problem: Strained { work: WorkCounters::default(), ratio },
             inversions: [0].into(),
             end: EndReason::ErrorTestFailures,
         };

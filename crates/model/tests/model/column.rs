@@ -13,10 +13,7 @@ const SLENDERNESS: f64 = 50.0;
 /// Returns a clamped column of length 1 under `part` of Euler's load π² EI/4, with EI for plane strain.
 fn column(part: f64, kappa: f64) -> Muscle {
     let mesh = generate::beam(1.0, 1.0 / SLENDERNESS, [100, 2]).unwrap();
-    let law = myovib_fem::Law::MooneyRivlin {
-        c10: 0.5 * SHEAR,
-        c01: 0.0,
-    };
+    let law = myovib_fem::Law::MooneyRivlin { c10: 0.5 * SHEAR, c01: 0.0 };
     let mut muscle =
         paper::muscle_with_load(&mesh, law, kappa, 0.0, Signal::constant(0.0)).unwrap();
     // E/(1 - ν²), which equals 4 G for κ = ∞.
@@ -43,10 +40,7 @@ fn beam(part: f64) -> f64 {
     let determinant = |omega: f64| {
         let root = (load * load + 4.0 * omega * omega).sqrt();
         let (a, b) = ((0.5 * (root - load)).sqrt(), (0.5 * (root + load)).sqrt());
-        let bending = [
-            a * a * a.cosh() + b * b * b.cos(),
-            a * a * a.sinh() + a * b * b.sin(),
-        ];
+        let bending = [a * a * a.cosh() + b * b * b.cos(), a * a * a.sinh() + a * b * b.sin()];
         let shear = [
             a * b * b * a.sinh() - a * a * b * b.sin(),
             a * b * b * a.cosh() + a * a * a * b.cos(),

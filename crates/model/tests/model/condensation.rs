@@ -14,19 +14,10 @@ use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
-const LAWS: [Law; 2] = [
-    paper::LAW,
-    Law::SmallStrain {
-        shear_modulus: 2.04e4,
-    },
-];
+const LAWS: [Law; 2] = [paper::LAW, Law::SmallStrain { shear_modulus: 2.04e4 }];
 
 fn muscle_mesh() -> Mesh {
-    Mesh::parse_msh(
-        include_str!("../../../../data/meshes/muscle.msh"),
-        "muscle.msh",
-    )
-    .unwrap()
+    Mesh::parse_msh(include_str!("../../../../data/meshes/muscle.msh"), "muscle.msh").unwrap()
 }
 
 /// Returns all combinations that can be run, on the paper's mesh.
@@ -63,9 +54,7 @@ fn random_state(dae: &MuscleDae, rng: &mut StdRng) -> (Vec<f64>, Vec<f64>) {
         Field::Tension | Field::InternalStress => 1e3,
     });
     let mut draw = |factor: f64| -> Vec<f64> {
-        size.iter()
-            .map(|s| factor * s * rng.random_range(-1.0..1.0))
-            .collect()
+        size.iter().map(|s| factor * s * rng.random_range(-1.0..1.0)).collect()
     };
     (draw(1.0), draw(50.0))
 }
@@ -106,21 +95,12 @@ fn solve_and_measure<T: Scalar>(
         values
     };
     let (df_dy, df_dyp) = (at(1.0, 0.0), at(0.0, 1.0));
-    let values: Vec<T> = df_dy
-        .iter()
-        .zip(&df_dyp)
-        .map(|(&v, &r)| T::one() * v + c * r)
-        .collect();
+    let values: Vec<T> = df_dy.iter().zip(&df_dyp).map(|(&v, &r)| T::one() * v + c * r).collect();
 
-    let options = SparseOptions {
-        btf: false,
-        ..SparseOptions::default()
-    };
+    let options = SparseOptions { btf: false, ..SparseOptions::default() };
     let mut reduced = Reduction::new(dae, options).unwrap().matrix();
     let mut work = LinearWork::default();
-    reduced
-        .set_up(c, |matrix| dae.matrix_values(matrix), &mut work)
-        .unwrap();
+    reduced.set_up(c, |matrix| dae.matrix_values(matrix), &mut work).unwrap();
     let b: Vec<T> = y.iter().map(|_| right_hand_side(rng)).collect();
     let mut x = b.clone();
     reduced.solve(&mut x, &mut work).unwrap();
@@ -148,9 +128,7 @@ fn reduced_solution_solves_the_full_system_to_rounding() {
     assert_eq!(daes.len(), 2 * (2 + 2 + 2 + 2 + 2 + 1));
     // Below and above the fastest vibrations of the mesh, where stiffness or inertia dominates.
     let decades = [1.0..3.0, 3.0..5.0];
-    for (mut dae, decades) in daes
-        .iter()
-        .flat_map(|dae| decades.clone().map(|d| (dae.clone(), d)))
+    for (mut dae, decades) in daes.iter().flat_map(|dae| decades.clone().map(|d| (dae.clone(), d)))
     {
         let c = 10f64.powf(rng.random_range(decades));
         let case = format!("{} {:?}", dae.formulation(), dae.muscle().parameters);
@@ -163,14 +141,8 @@ fn reduced_solution_solves_the_full_system_to_rounding() {
         let draw = |rng: &mut StdRng| Complex64::new(draw(rng), draw(rng));
         let state = random_state(&dae, &mut rng);
         let (complex, _) = solve_and_measure(&mut dae, state, shift, draw, &mut rng);
-        assert!(
-            complex[0] < ROUNDING,
-            "{case}, c = {c}(1 + 0.7i): {complex:?}"
-        );
-        assert!(
-            complex[1] < UNCHECKED,
-            "{case}, c = {c}(1 + 0.7i): {complex:?}"
-        );
+        assert!(complex[0] < ROUNDING, "{case}, c = {c}(1 + 0.7i): {complex:?}");
+        assert!(complex[1] < UNCHECKED, "{case}, c = {c}(1 + 0.7i): {complex:?}");
     }
 }
 
@@ -259,22 +231,13 @@ fn condensed_and_full_runs_take_the_same_steps() {
             let statistics = run(&mut integrator, &mut []).unwrap();
             assert_eq!(statistics.outcome, Outcome::Finished);
             let work = integrator.problem().counters().linear;
-            assert_eq!(
-                work.solves > 0,
-                linear_solver == LinearSolverKind::Condensed
-            );
+            assert_eq!(work.solves > 0, linear_solver == LinearSolverKind::Condensed);
             // The load has started, and the number of steps is large enough for the comparison.
             assert!(statistics.counts.steps > 50);
             statistics.counts.steps as f64
         };
-        let (condensed, full) = (
-            steps(LinearSolverKind::Condensed),
-            steps(LinearSolverKind::Full),
-        );
+        let (condensed, full) = (steps(LinearSolverKind::Condensed), steps(LinearSolverKind::Full));
         // Rounding changes a few Newton iterations and rejections; 2 % of 3000 steps are about 60.
-        assert!(
-            (condensed / full - 1.0).abs() <= 0.02,
-            "{formulation}: {condensed} and {full}"
-        );
+        assert!((condensed / full - 1.0).abs() <= 0.02, "{formulation}: {condensed} and {full}");
     }
 }

@@ -93,10 +93,7 @@ impl Consistent for Masses {
         let first = LEVER * second + a_ddot;
         let lambda = self.force * cosine - r1 - MASS[0] * first;
         let acceleration = [first, second, -r3 / MASS[2]];
-        Ok([
-            [&x[..], &v, &[lambda]].concat(),
-            [&v[..], &acceleration, &[0.0]].concat(),
-        ])
+        Ok([[&x[..], &v, &[lambda]].concat(), [&v[..], &acceleration, &[0.0]].concat()])
     }
 }
 
@@ -119,10 +116,7 @@ fn start(
 
 fn assert_close(found: f64, expected: Complex64, size: f64) {
     // The tolerance of the state is 1e-9.
-    assert!(
-        (found - expected.re).abs() < 1e-8 * size,
-        "{found} {expected}"
-    );
+    assert!((found - expected.re).abs() < 1e-8 * size, "{found} {expected}");
 }
 
 /// Checks the response to a force and to a prescribed motion at frequencies below, at and above the resonances of 2.99
@@ -135,11 +129,7 @@ fn constrained_masses_respond_as_the_closed_form() {
     ];
     for (force, motion) in [(1.0, 0.0), (0.0, 0.01)] {
         for frequency in [0.5, 2.0, 3.0, 4.0, 5.0, 10.0] {
-            let dae = Masses {
-                omega: TAU * frequency,
-                force,
-                motion,
-            };
+            let dae = Masses { omega: TAU * frequency, force, motion };
             let period = 1.0 / frequency;
             let mut map = PeriodMap::new(dae, start, [0.0, period], &[0.0; 7]).unwrap();
             let s = Complex64::new(0.0, dae.omega);
@@ -158,10 +148,7 @@ fn constrained_masses_respond_as_the_closed_form() {
             for (pair, expected) in leading.values.chunks(2).zip(expected) {
                 let distance = |z: &Complex64| (z - expected).norm();
                 // Differences of the map have errors of 1e-7.
-                assert!(
-                    pair.iter().any(|z| distance(z) < 1e-6),
-                    "{pair:?} {expected}"
-                );
+                assert!(pair.iter().any(|z| distance(z) < 1e-6), "{pair:?} {expected}");
             }
             let [y, _] = map.consistent(&found.state).unwrap();
             for (i, x) in [x1, x2, x3].into_iter().enumerate() {
@@ -177,30 +164,15 @@ fn constrained_masses_respond_as_the_closed_form() {
 #[test]
 fn the_closed_form_has_published_digits() {
     for (force, motion, frequency, expected) in [
-        (
-            1.0,
-            0.0,
-            3.0,
-            (0.0205167648368, -96.487992033, 2.14197591976, 80.761996182),
-        ),
-        (
-            0.0,
-            0.01,
-            5.0,
-            (0.02954991203, 17.090506812, 4.97473375542, -157.130554707),
-        ),
+        (1.0, 0.0, 3.0, (0.0205167648368, -96.487992033, 2.14197591976, 80.761996182)),
+        (0.0, 0.01, 5.0, (0.02954991203, 17.090506812, 4.97473375542, -157.130554707)),
     ] {
         let omega = TAU * frequency;
-        let dae = Masses {
-            omega,
-            force,
-            motion,
-        };
+        let dae = Masses { omega, force, motion };
         let [_, _, x3, lambda] = dae.amplitudes();
-        for (found, (amplitude, degrees)) in [
-            (x3, (expected.0, expected.1)),
-            (lambda, (expected.2, expected.3)),
-        ] {
+        for (found, (amplitude, degrees)) in
+            [(x3, (expected.0, expected.1)), (lambda, (expected.2, expected.3))]
+        {
             // Eleven digits of the amplitude and nine decimals of the phase are given.
             assert!((found.norm() / amplitude - 1.0).abs() < 1e-9);
             assert!((found.arg().to_degrees() - degrees).abs() < 1e-8);

@@ -16,12 +16,7 @@ fn the_extra_multiplier_needs_the_pressures_space() {
     assert!(right.multiplier < 1e-11, "{}", right.multiplier);
 
     let wrong = solve(&mesh, MultiplierSpace::Quadratic).unwrap();
-    assert_eq!(
-        wrong.index,
-        Index::Singular {
-            nullity: wrong.dependent
-        }
-    );
+    assert_eq!(wrong.index, Index::Singular { nullity: wrong.dependent });
     assert_eq!((wrong.multipliers, wrong.dependent), (45, 3));
     assert!(wrong.multiplier > 0.9, "{}", wrong.multiplier);
     assert!(wrong.error(&right) > 0.3, "{}", wrong.error(&right));

@@ -28,20 +28,13 @@ fn beam_and_chain() -> CoupledDae<MuscleDae> {
 }
 
 fn settings() -> Settings {
-    Settings {
-        t_end: T_END,
-        ..Settings::paper(Formulation::Velocity)
-    }
+    Settings { t_end: T_END, ..Settings::paper(Formulation::Velocity) }
 }
 
 /// Returns the number of steps, and the constraint drift at the end.
 fn end(settings: &Settings) -> Result<(u64, f64), ModelError> {
     let dae = beam_and_chain();
-    let loose = StateTolerances {
-        relative: 1e-3,
-        absolute: 1e-5,
-        tested: true,
-    };
+    let loose = StateTolerances { relative: 1e-3, absolute: 1e-5, tested: true };
     let test = ErrorTest::of_muscle(dae.body(), settings).with_oscillators(&dae, loose);
     let options = CoupledOptions::of_muscle(dae.body(), settings);
     let n = dae.n_unknowns();
@@ -60,10 +53,7 @@ fn end(settings: &Settings) -> Result<(u64, f64), ModelError> {
 #[test]
 fn a_chain_changes_neither_projection_nor_weights() {
     let (steps, drift) = end(&settings()).unwrap();
-    let projected = Settings {
-        projection_interval: Some(1e-3),
-        ..settings()
-    };
+    let projected = Settings { projection_interval: Some(1e-3), ..settings() };
     let (restarted, less) = end(&projected).unwrap();
     assert!(restarted > steps, "{restarted} {steps}");
     assert!(less < 0.1 * drift, "{less:e} {drift:e}");
@@ -81,26 +71,14 @@ fn a_chain_changes_neither_projection_nor_weights() {
 #[test]
 fn settings_without_effect_on_integrator_or_system_are_rejected() {
     let radau = settings().with_integrator(IntegratorKind::Radau5);
-    let projected = Settings {
-        projection_interval: Some(0.1),
-        ..radau.clone()
-    };
-    let weighted = Settings {
-        multiplier_weights: MultiplierWeights::StepScaled,
-        ..radau
-    };
+    let projected = Settings { projection_interval: Some(0.1), ..radau.clone() };
+    let weighted = Settings { multiplier_weights: MultiplierWeights::StepScaled, ..radau };
     for settings in [projected, weighted] {
         let refused = end(&settings);
-        assert!(
-            matches!(refused, Err(ModelError::OnlyBdf { .. })),
-            "{refused:?}"
-        );
+        assert!(matches!(refused, Err(ModelError::OnlyBdf { .. })), "{refused:?}");
     }
 
-    let settings = Settings {
-        projection_interval: Some(0.1),
-        ..settings()
-    };
+    let settings = Settings { projection_interval: Some(0.1), ..settings() };
     let one_way = beam_and_chain();
     let n_elements = one_way.body().muscle().solid.space().n_elements();
     let test = ErrorTest::of_muscle(one_way.body(), &settings)
@@ -117,8 +95,5 @@ fn settings_without_effect_on_integrator_or_system_are_rejected() {
     };
     let dae = FeedbackDae::new(one_way, vec![feedback]);
     let refused = start_with_feedback(dae, test, options, [0.0, T_END], &rest, &rest);
-    assert!(matches!(
-        refused.err(),
-        Some(ModelError::NotWithFeedback { .. })
-    ));
+    assert!(matches!(refused.err(), Some(ModelError::NotWithFeedback { .. })));
 }

@@ -36,27 +36,15 @@ fn a_rod_with_a_chain_starts_alike_for_any_end_time() {
         let chain = Oscillators::new(network, Drive::default(), source).unwrap();
         let mut dae = CoupledDae::new(rod, vec![chain]);
         // The default tolerances of scenes.
-        let tolerances = StateTolerances {
-            relative: 1e-7,
-            absolute: 1e-10,
-            tested: true,
-        };
+        let tolerances = StateTolerances { relative: 1e-7, absolute: 1e-10, tested: true };
         let test = ErrorTest::of_states(dae.body_range().len(), tolerances)
             .with_oscillators(&dae, tolerances);
         let rest = vec![0.0; dae.n_unknowns()];
         let options = IdaOptions::default();
         let [y, y_dot] = dae.consistent(0.0, &rest).unwrap();
         let times = [0.0, t_end];
-        IdaIntegrator::coupled_at(
-            dae,
-            test,
-            options,
-            LinearSolverKind::Full,
-            times,
-            &y,
-            &y_dot,
-        )
-        .unwrap()
+        IdaIntegrator::coupled_at(dae, test, options, LinearSolverKind::Full, times, &y, &y_dot)
+            .unwrap()
     };
     let (short, long) = (steps(&mut start(1.0), 0.9), steps(&mut start(2000.0), 0.9));
     assert!(short.len() > 100, "{}", short.len());
@@ -69,11 +57,7 @@ fn a_muscle_starts_alike_for_any_end_time() {
     let start = |integrator: IntegratorKind, t_end: f64| {
         let muscle = paper::muscle_with_load(&mesh, paper::LAW, 1e5, 0.0, Signal::paper(1.0));
         let dae = MuscleDae::new(muscle.unwrap(), Formulation::Position).unwrap();
-        let settings = Settings {
-            integrator,
-            t_end,
-            ..Settings::paper(Formulation::Position)
-        };
+        let settings = Settings { integrator, t_end, ..Settings::paper(Formulation::Position) };
         start_at_rest(dae, &settings).unwrap()
     };
     for integrator in [IntegratorKind::Bdf, IntegratorKind::Radau5] {

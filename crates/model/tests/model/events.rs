@@ -89,25 +89,16 @@ fn a_run_ends_where_its_condition_is_first_met() {
         for fraction in [0.3, 0.6, 0.97, 0.9999] {
             let above = fraction * most;
             let at = raster.values.iter().position(|(_, u)| *u > above).unwrap();
-            let (expected, spacing) = (
-                raster.values[at].0,
-                raster.values[at].0 - raster.values[at - 1].0,
-            );
+            let (expected, spacing) =
+                (raster.values[at].0, raster.values[at].0 - raster.values[at - 1].0);
             let (mut stopped, tip) = start(integrator);
             let y = vec![0.0; n];
             let mut stop = Stop { tip, above, y };
             let statistics = run(stopped.as_mut(), &mut [&mut stop]).unwrap();
             let name = format!("{integrator:?}, {fraction}: {statistics:?}, expected {expected}");
-            assert_eq!(
-                statistics.outcome.reason(),
-                Some(EndReason::Event),
-                "{name}"
-            );
+            assert_eq!(statistics.outcome.reason(), Some(EndReason::Event), "{name}");
             let late = expected - statistics.t_reached;
-            assert!(
-                (0.0..=spacing.max(1e-12)).contains(&late),
-                "{name}: {late:e}"
-            );
+            assert!((0.0..=spacing.max(1e-12)).contains(&late), "{name}: {late:e}");
         }
     }
 }

@@ -11,33 +11,19 @@ use myovib_structure::Index;
 fn the_spindle_under_three_refinements() {
     let mesh = generate::spindle([10, 2]).unwrap();
     let stable = levels(Pair::TaylorHood, &mesh, &["fixed"], 4, |_, _| ()).unwrap();
-    assert!(
-        stable
-            .iter()
-            .all(|level| level.nullity == 0 && level.constant > 0.57),
-        "{stable:?}"
-    );
+    assert!(stable.iter().all(|level| level.nullity == 0 && level.constant > 0.57), "{stable:?}");
     // The constant has converged, so the bound holds for all h: 0.5809, 0.5715, 0.5706, 0.5705.
-    assert!(
-        (stable[3].constant / stable[2].constant - 1.0).abs() < 1e-3,
-        "{stable:?}"
-    );
+    assert!((stable[3].constant / stable[2].constant - 1.0).abs() < 1e-3, "{stable:?}");
 
     // Two pressures are undetermined on every level. The constants of the others decrease (0.0267,
     // 0.0230, 0.0171 after the first refinement), and are below a twentieth of the constant of
     // P2-P1.
     let unstable = levels(Pair::EqualOrder, &mesh, &["fixed"], 4, |_, _| ()).unwrap();
-    assert!(
-        unstable.iter().all(|level| level.nullity == 2),
-        "{unstable:?}"
-    );
+    assert!(unstable.iter().all(|level| level.nullity == 2), "{unstable:?}");
     for pair in unstable[1..].windows(2) {
         assert!(pair[1].constant < 0.9 * pair[0].constant, "{pair:?}");
     }
-    assert!(
-        unstable[3].constant < 0.05 * stable[3].constant,
-        "{unstable:?}"
-    );
+    assert!(unstable[3].constant < 0.05 * stable[3].constant, "{unstable:?}");
 
     // Without scaling, both decay: σ_min does not distinguish them.
     for family in [&stable, &unstable] {
@@ -71,14 +57,8 @@ fn pressures_of_two_regions_under_three_refinements() {
         })
         .collect();
     // The constant has converged, from above or below, as with one region (0.57 on the spindle).
-    assert!(
-        constants.iter().all(|constant| *constant > 0.3),
-        "{constants:?}"
-    );
-    assert!(
-        (constants[2] / constants[1] - 1.0).abs() < 0.1,
-        "{constants:?}"
-    );
+    assert!(constants.iter().all(|constant| *constant > 0.3), "{constants:?}");
+    assert!((constants[2] / constants[1] - 1.0).abs() < 0.1, "{constants:?}");
 }
 
 /// Undetermined pressures: three on a square of right diagonals clamped at two sides, so the index

@@ -72,13 +72,8 @@ fn long_run<B: Body>(
     t_end: f64,
     quantity: impl FnMut(&mut CoupledDae<B>, f64, &[f64]) -> f64,
 ) {
-    let mut halves = Halves {
-        middle: 0.5 * t_end,
-        quantity,
-        y: vec![0.0; n],
-        largest: [0.0; 2],
-        memory: None,
-    };
+    let mut halves =
+        Halves { middle: 0.5 * t_end, quantity, y: vec![0.0; n], largest: [0.0; 2], memory: None };
     let statistics = run(&mut integrator, &mut [&mut halves]).unwrap();
     assert_eq!(statistics.outcome, Outcome::Finished, "{name}");
     let [first, second] = halves.largest;
@@ -166,11 +161,7 @@ fn muscle_with_chain() {
     let muscle = paper::muscle(&mesh, paper::KAPPA, paper::BETA).unwrap();
     let origin = Probe::at(muscle.solid.space(), [0.0, 0.0]).unwrap();
     let muscle = MuscleDae::new(muscle, Formulation::Rate).unwrap();
-    let settings = Settings {
-        max_order: 5,
-        t_end: T_END,
-        ..Settings::paper(Formulation::Rate)
-    };
+    let settings = Settings { max_order: 5, t_end: T_END, ..Settings::paper(Formulation::Rate) };
     let options = ida::options(&muscle, &settings);
     let point = muscle.displacement_at(&origin, 1);
     let mut dae = CoupledDae::new(muscle, vec![oscillators(5, 0.5, point)]);

@@ -44,19 +44,13 @@ fn motion(mesh: &Mesh, formulation: Formulation, law: Law) -> (Vec<f64>, u64) {
         _ => load::traction(&space, "right", [0.0, 1.0, 0.0]),
     };
     let solid = Solid::uniform(space, dofs, law, 1.1e3).unwrap();
-    let signal = Signal::from(myovib_model::formula::Sine {
-        amplitude: 400.0,
-        frequency: 8.0,
-        phase: 0.0,
-    });
+    let signal =
+        Signal::from(myovib_model::formula::Sine { amplitude: 400.0, frequency: 8.0, phase: 0.0 });
     let muscle = Muscle {
         loads: vec![Load::new(&pull.unwrap(), signal)],
         ..Muscle::unloaded(solid, Parameters::new(1.0, 1e-3, 1e5).unwrap())
     };
-    let settings = Settings {
-        t_end: 0.03,
-        ..Settings::paper(formulation)
-    };
+    let settings = Settings { t_end: 0.03, ..Settings::paper(formulation) };
     let dae = MuscleDae::new(muscle, formulation).unwrap();
     let mut y = vec![0.0; dae.n_unknowns()];
     let mut integrator = start_at_rest(dae, &settings).unwrap();
@@ -83,12 +77,7 @@ fn a_law_by_reference_moves_a_body_in_space_as_that_of_the_list_bit_by_bit() {
         let of_list = motion(&block(), formulation, BUILT_IN);
         let own = motion(&block(), formulation, Law::custom("rubber", &BY_REFERENCE));
         assert!(largest(of_list.0.iter().copied()) > 1e-3, "it moves");
-        assert!(
-            of_list == own,
-            "{formulation}: {} steps, {}",
-            of_list.1,
-            own.1
-        );
+        assert!(of_list == own, "{formulation}: {} steps, {}", of_list.1, own.1);
     }
 }
 

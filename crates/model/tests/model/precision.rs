@@ -26,14 +26,8 @@ fn integrate(
     let mut integrator = start_at_rest(dae, &settings).unwrap();
     let statistics = run(&mut *integrator, &mut []).unwrap();
     let mut state = vec![0.0; integrator.problem_mut().n_unknowns()];
-    integrator
-        .dense_output(settings.t_end, 0, &mut state)
-        .unwrap();
-    (
-        statistics,
-        integrator.problem_mut().counters().linear,
-        state,
-    )
+    integrator.dense_output(settings.t_end, 0, &mut state).unwrap();
+    (statistics, integrator.problem_mut().counters().linear, state)
 }
 
 #[test]
@@ -57,11 +51,7 @@ fn single_precision_changes_neither_steps_nor_results() {
             let of = |precision| integrate(formulation, parameters, method, precision);
             let (double, _, exact) = of(Precision::Double);
             let (mixed, linear, state) = of(Precision::Mixed);
-            assert_eq!(
-                [&double.outcome, &mixed.outcome],
-                [&Outcome::Finished; 2],
-                "{name}"
-            );
+            assert_eq!([&double.outcome, &mixed.outcome], [&Outcome::Finished; 2], "{name}");
             let in_single = match formulation {
                 Stabilized => 0,
                 _ => linear.factorizations,

@@ -11,11 +11,8 @@ const RTOL: f64 = 1e-6;
 
 /// Returns the displacement at t = 1 of an incompressible block under the paper's load.
 fn displacement(formulation: Formulation) -> Vec<f64> {
-    let mesh = Mesh::parse_msh(
-        include_str!("../../../../data/meshes/block.msh"),
-        "small.msh",
-    )
-    .unwrap();
+    let mesh =
+        Mesh::parse_msh(include_str!("../../../../data/meshes/block.msh"), "small.msh").unwrap();
     let signal = Signal::paper(1e3);
     let muscle = paper::muscle_with_load(&mesh, paper::LAW, f64::INFINITY, 0.0, signal).unwrap();
     let dae = MuscleDae::new(muscle, formulation).unwrap();
@@ -51,29 +48,19 @@ fn index_3_moves_as_the_reduced_formulations_do() {
     let size = pure.iter().fold(0.0_f64, |max, u| max.max(u.abs()));
     for formulation in [Formulation::Velocity, Formulation::Stabilized] {
         let reduced = displacement(formulation);
-        let difference = pure
-            .iter()
-            .zip(&reduced)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
+        let difference = pure.iter().zip(&reduced).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         // Local errors of the order of the tolerance (see above for displacements) add up over a
         // few hundred steps, but most are far smaller.
         let tolerance = RTOL * (1e-2 + size);
-        assert!(
-            difference < 10.0 * tolerance,
-            "{formulation:?}: {difference:e} of {size:e}"
-        );
+        assert!(difference < 10.0 * tolerance, "{formulation:?}: {difference:e} of {size:e}");
     }
 }
 
 /// ∂F/∂y and ∂F/∂ẏ are computed in one element pass, with and without condensation.
 #[test]
 fn a_jacobian_takes_one_pass_over_the_elements() {
-    let mesh = Mesh::parse_msh(
-        include_str!("../../../../data/meshes/block.msh"),
-        "small.msh",
-    )
-    .unwrap();
+    let mesh =
+        Mesh::parse_msh(include_str!("../../../../data/meshes/block.msh"), "small.msh").unwrap();
     for linear_solver in [LinearSolverKind::Condensed, LinearSolverKind::Full] {
         let muscle = paper::muscle(&mesh, f64::INFINITY, 0.0).unwrap();
         let dae = MuscleDae::new(muscle, Formulation::Position).unwrap();

@@ -18,10 +18,7 @@ use sundials_wrap::IdaOptions;
 /// Returns `body` with the paper's chain of five oscillators, driven by `source`.
 fn with_chain<B: Body>(body: B, source: Source) -> CoupledDae<B> {
     let chain = paper::chain(5, 0.5).unwrap();
-    let drive = Drive {
-        gain: 1.0,
-        reach: chain.reach,
-    };
+    let drive = Drive { gain: 1.0, reach: chain.reach };
     let oscillators = Oscillators::new(chain.network().unwrap(), drive, vec![source]).unwrap();
     CoupledDae::new(body, vec![oscillators])
 }
@@ -99,10 +96,7 @@ fn the_rods_chain_moves_as_under_idas() {
     let theirs = chain_at_end(&mut ida, t_end);
     for stages in [3, 5] {
         let (dae, test) = system();
-        let options = RadauOptions {
-            stages,
-            ..RadauOptions::default()
-        };
+        let options = RadauOptions { stages, ..RadauOptions::default() };
         let mut radau =
             RadauIntegrator::coupled_at(dae, test, options, full, times, &y, &y_dot).unwrap();
         let ours = chain_at_end(&mut radau, t_end);
@@ -139,10 +133,7 @@ fn idas_on_the_muscles_chain_tends_to_the_same_motion() {
     // compared with BDF of order 2: observed errors are 1.4e-4 for Radau IIA at 1e-5, and 1.3e-2, 7.3e-3 and 2.0e-3 for
     // IDAS at 1e-5, 1e-6 and 1e-7.
     let radau = distance(&ours(1e-5), &limit);
-    let (coarse, fine) = (
-        distance(&theirs(1e-5), &limit),
-        distance(&theirs(1e-7), &limit),
-    );
+    let (coarse, fine) = (distance(&theirs(1e-5), &limit), distance(&theirs(1e-7), &limit));
     assert!(radau < 3e-4, "{radau:e}");
     assert!(fine < 3e-3 && coarse > 4.0 * fine, "{coarse:e} {fine:e}");
 }

@@ -79,16 +79,13 @@ fn samples(integrator: &mut dyn Integrator<MuscleDae>, t_end: f64) -> Samples {
     let origin = Probe::at(dae.muscle().solid.space(), [0.0, 0.0]).unwrap();
     let n = dae.n_unknowns();
     let (mut u_y, mut p) = (Vec::new(), Vec::new());
-    let mut sampler = Sampler::new(
-        SampleTimes::new(EVERY, t_end),
-        n,
-        |dae: &mut MuscleDae, t, y: &[f64]| {
+    let mut sampler =
+        Sampler::new(SampleTimes::new(EVERY, t_end), n, |dae: &mut MuscleDae, t, y: &[f64]| {
             let value = dae.read(&origin, t, y);
             u_y.push(value.displacement[1]);
             p.push(value.pressure);
             Ok(())
-        },
-    );
+        });
     let mut steps = Steps::default();
     let statistics = run(integrator, &mut [&mut sampler, &mut steps]).unwrap();
     assert_eq!(statistics.outcome, Outcome::Finished);
@@ -98,10 +95,7 @@ fn samples(integrator: &mut dyn Integrator<MuscleDae>, t_end: f64) -> Samples {
 
 fn adaptive(row: Row, integrator: IntegratorKind, rtol: f64, t_end: f64) -> Samples {
     let settings = settings(row, integrator, rtol, t_end);
-    samples(
-        start_at_rest(start(row), &settings).unwrap().as_mut(),
-        t_end,
-    )
+    samples(start_at_rest(start(row), &settings).unwrap().as_mut(), t_end)
 }
 
 /// Returns the largest difference, relative to the largest value of `reference`.
@@ -121,23 +115,11 @@ fn all_rows_hold_their_tolerance() {
     let (t_end, rtol) = (1.5, 1e-5);
     for row in ROWS {
         let reference = adaptive(row, IntegratorKind::Radau13, 1e-9, t_end);
-        for kind in [
-            IntegratorKind::Radau5,
-            IntegratorKind::Radau9,
-            IntegratorKind::Radau13,
-        ] {
+        for kind in [IntegratorKind::Radau5, IntegratorKind::Radau9, IntegratorKind::Radau13] {
             let ours = adaptive(row, kind, rtol, t_end);
             let error = error(&ours.u_y, &reference.u_y);
-            println!(
-                "{row:?} {}: {} steps, {error:.1e}",
-                kind.name(),
-                ours.steps.0.len()
-            );
-            assert!(
-                error < OF_TOLERANCE * rtol,
-                "{row:?} {}: {error:e}",
-                kind.name()
-            );
+            println!("{row:?} {}: {} steps, {error:.1e}", kind.name(), ours.steps.0.len());
+            assert!(error < OF_TOLERANCE * rtol, "{row:?} {}: {error:e}", kind.name());
         }
     }
 }
@@ -153,10 +135,7 @@ fn index_3_agrees_with_the_stabilized_formulation_to_the_tolerance() {
     // In addition to the tolerance, the pressure has an error C h^(s − 1), where h is the step that contains the
     // sample. For s = 3 it is 0.07 to 0.15 s⁻² h², as with fixed steps; for s = 5 it was up to 14 s⁻⁴ h⁴ in the first
     // run of this test. The mean step size cannot be used, because the first steps are twice as long.
-    for (kind, c, order) in [
-        (IntegratorKind::Radau5, 0.2, 2),
-        (IntegratorKind::Radau9, 20.0, 4),
-    ] {
+    for (kind, c, order) in [(IntegratorKind::Radau5, 0.2, 2), (IntegratorKind::Radau9, 20.0, 4)] {
         for digits in 3..=8 {
             let rtol = 10f64.powi(-digits);
             let ours = adaptive(INDEX_3, kind, rtol, t_end);
@@ -170,10 +149,8 @@ fn index_3_agrees_with_the_stabilized_formulation_to_the_tolerance() {
             );
             for (sample, (ours_p, p)) in ours.p.iter().zip(&reference.p).enumerate() {
                 let h = ours.steps.of_sample(sample);
-                let (error, allowed) = (
-                    (ours_p - p).abs() / size,
-                    OF_TOLERANCE * rtol + c * h.powi(order),
-                );
+                let (error, allowed) =
+                    ((ours_p - p).abs() / size, OF_TOLERANCE * rtol + c * h.powi(order));
                 assert!(error < allowed, "{rtol:e}, {h:e}: {error:e} of {allowed:e}");
             }
         }
@@ -186,10 +163,8 @@ fn in_index_3_the_pressure_errs_by_the_cube_of_the_step() {
     let fixed = |kind, h: f64| {
         let dae = start(INDEX_3);
         let settings = settings(INDEX_3, kind, 1e-9, t_end);
-        let options = RadauOptions {
-            step_size: StepSize::Fixed(h),
-            ..radau::options(&dae, &settings)
-        };
+        let options =
+            RadauOptions { step_size: StepSize::Fixed(h), ..radau::options(&dae, &settings) };
         let matrices = radau::matrices(&dae, &options, settings.linear_solver).unwrap();
         let zero = vec![0.0; dae.n_unknowns()];
         let mut integrator =
@@ -203,10 +178,7 @@ fn in_index_3_the_pressure_errs_by_the_cube_of_the_step() {
         .into_iter()
         .map(|h| {
             let ours = fixed(IntegratorKind::Radau5, h);
-            let errors = [
-                error(&ours.u_y, &reference.u_y),
-                error(&ours.p, &reference.p),
-            ];
+            let errors = [error(&ours.u_y, &reference.u_y), error(&ours.p, &reference.p)];
             println!(
                 "h = {h}: u_y {:.1e}, p {:.1e} = {:.2} h³",
                 errors[0],

@@ -11,11 +11,7 @@ use myovib_model::{IntegratorKind, Outcome, RodDae, Signal, formula, run};
 const T_END: f64 = 0.3;
 
 fn rod(load: EndLoad, phase: f64) -> CoupledDae<RodDae> {
-    let signal = Signal::from(formula::Sine {
-        amplitude: 1.0,
-        frequency: 8.0,
-        phase,
-    });
+    let signal = Signal::from(formula::Sine { amplitude: 1.0, frequency: 8.0, phase });
     let rod = Rod::new(RodData::default()).unwrap();
     CoupledDae::new(RodDae::new(rod, load, signal).unwrap(), Vec::new())
 }
@@ -48,10 +44,7 @@ fn a_rod_starts_under_a_sine() {
                 let pairs = reference.iter().zip(other);
                 let off = pairs.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
                 // A relative tolerance of 1e-7, for slowly decaying waves.
-                assert!(
-                    off < 1e-4 * size,
-                    "{load:?} {integrator:?}: {off:e} of {size:e}"
-                );
+                assert!(off < 1e-4 * size, "{load:?} {integrator:?}: {off:e} of {size:e}");
             }
         }
     }

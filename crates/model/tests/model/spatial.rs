@@ -61,10 +61,7 @@ fn jacobian_of_every_formulation_agrees_with_differences() {
                 }
                 let error = discrepancy(&mut dae(formulation, law, kappa, beta), &mut rng);
                 // Truncation and rounding errors of the differences are below 1e-8, as in 2D.
-                assert!(
-                    error < 1e-7,
-                    "{formulation} {law:?} {kappa} {beta}: {error:e}"
-                );
+                assert!(error < 1e-7, "{formulation} {law:?} {kappa} {beta}: {error:e}");
             }
         }
     }
@@ -83,11 +80,7 @@ fn the_index_is_that_of_the_plane() {
         let rule = usize::from(case.formulation.index(&parameters));
         let report = case.at_random_state(&mesh, 1).unwrap();
         assert_eq!(report.decided(), Some(rule), "{case:?}");
-        assert_eq!(
-            report.decided(),
-            case.printed.or(report.decided()),
-            "{case:?}"
-        );
+        assert_eq!(report.decided(), case.printed.or(report.decided()), "{case:?}");
     }
 }
 
@@ -97,10 +90,7 @@ fn inf_sup_constants_in_space() {
     let mesh = generate::block([0.0; 3], [1.0; 3], [1, 1, 1]).unwrap();
     let stable = levels(Pair::TaylorHood, &mesh, &["left", "right"], 3, |_, _| ()).unwrap();
     let constants: Vec<f64> = stable.iter().map(|level| level.constant).collect();
-    assert!(
-        stable.iter().all(|level| level.nullity == 0),
-        "{constants:?}"
-    );
+    assert!(stable.iter().all(|level| level.nullity == 0), "{constants:?}");
     // The constant of an unstable pair decreases by a factor of two to four when h is halved.
     assert!(constants[2] > 0.8 * constants[1], "{constants:?}");
     let unstable = levels(Pair::EqualOrder, &mesh, &["left", "right"], 3, |_, _| ()).unwrap();
@@ -114,12 +104,7 @@ fn inf_sup_constants_in_space() {
 /// Returns u_z at (10, 0.5, 1) mm of the beam of Land et al. (2015), problem 1.
 fn land(cells: [usize; 3]) -> f64 {
     let mesh = generate::block([0.0; 3], [0.01, 0.001, 0.001], cells).unwrap();
-    let law = Law::Guccione {
-        c: 2e3,
-        b_f: 8.0,
-        b_t: 2.0,
-        b_fs: 4.0,
-    };
+    let law = Law::Guccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 };
     let solid = held(&mesh, "left", law);
     let pressure = SurfaceLoad::pressure(&solid, "bottom", Signal::constant(4.0)).unwrap();
     let mut muscle = Muscle::unloaded(solid, Parameters::new(0.0, 0.0, INF).unwrap());

@@ -8,9 +8,7 @@ use myovib_model::{Formulation, Muscle, Parameters, Signal, paper, spectrum, sta
 use myovib_structure::Mode;
 
 const SHEAR: f64 = 2.04e4;
-const LAW: Law = Law::SmallStrain {
-    shear_modulus: SHEAR,
-};
+const LAW: Law = Law::SmallStrain { shear_modulus: SHEAR };
 
 fn cantilever(slenderness: f64, cells: [usize; 2], kappa: f64) -> Muscle {
     let mesh = generate::beam(1.0, 1.0 / slenderness, cells).unwrap();
@@ -24,11 +22,7 @@ fn modes(muscle: &Muscle, count: usize) -> Vec<Mode> {
 /// Returns ω of the n-th bending mode of a slender cantilever of length 1 with this modulus.
 fn bending(n: usize, slenderness: f64, modulus: f64) -> f64 {
     // Roots of 1 + cos x cosh x.
-    let root: f64 = [
-        1.875_104_068_711_961,
-        4.694_091_132_974_175,
-        7.854_757_438_237_613,
-    ][n];
+    let root: f64 = [1.875_104_068_711_961, 4.694_091_132_974_175, 7.854_757_438_237_613][n];
     root * root * (modulus / (12.0 * paper::DENSITY)).sqrt() / slenderness
 }
 
@@ -56,16 +50,10 @@ fn slender_beams() {
         let coarse = ratios(40.0, [40, 1], kappa);
         let fine = ratios(40.0, [80, 2], kappa);
         assert!((fine[0] - 1.0).abs() < 5e-3, "{fine:?}");
-        assert!(
-            (fine[0] - 1.0).abs() < 0.5 * (coarse[0] - 1.0).abs(),
-            "{coarse:?} {fine:?}"
-        );
+        assert!((fine[0] - 1.0).abs() < 0.5 * (coarse[0] - 1.0).abs(), "{coarse:?} {fine:?}");
         assert!((fine[1] - 1.0).abs() < 2e-3, "{fine:?}");
         let stout = ratios(10.0, [20, 2], kappa);
-        assert!(
-            stout[2] < stout[1] && stout[1] < stout[0] && stout[2] < 0.9,
-            "{stout:?}"
-        );
+        assert!(stout[2] < stout[1] && stout[1] < stout[0] && stout[2] < 0.9, "{stout:?}");
     }
 }
 
@@ -95,10 +83,7 @@ fn a_slender_beam_in_space_bends_both_ways() {
             // Twice the deviation of the plane beam, because the clamped end is twice as large a
             // part of the length.
             assert!((fine - 1.0).abs() < 1e-2, "{kappa}: {fine}");
-            assert!(
-                (fine - 1.0).abs() < 0.5 * (coarse - 1.0).abs(),
-                "{kappa}: {coarse} {fine}"
-            );
+            assert!((fine - 1.0).abs() < 0.5 * (coarse - 1.0).abs(), "{kappa}: {coarse} {fine}");
         }
         // The diagonals of the cells distinguish the two directions, by less than the change under
         // refinement.
@@ -143,10 +128,7 @@ fn shapes_are_orthonormal_in_the_mass() {
         for (j, b) in found.iter().enumerate() {
             let product: f64 = nodal(&b.shape).iter().zip(&image).map(|(b, m)| b * m).sum();
             // Rounding, amplified by the orthogonalization of a Krylov space.
-            assert!(
-                (product - f64::from(u8::from(i == j))).abs() < 1e-9,
-                "{i} {j} {product}"
-            );
+            assert!((product - f64::from(u8::from(i == j))).abs() < 1e-9, "{i} {j} {product}");
         }
     }
 }
@@ -159,10 +141,7 @@ fn the_muscle_beside_its_load() {
     let mesh = Mesh::read_msh(path).unwrap();
     let frequencies = |kappa| -> Vec<f64> {
         let muscle = paper::muscle(&mesh, kappa, 0.0).unwrap();
-        modes(&muscle, 10)
-            .iter()
-            .map(|m| m.frequency().unwrap())
-            .collect()
+        modes(&muscle, 10).iter().map(|m| m.frequency().unwrap()).collect()
     };
     let (soft, stiff) = (frequencies(1e5), frequencies(f64::INFINITY));
     assert!(soft[0] < 8.0 && 8.0 < soft[1], "{soft:?}");
@@ -181,10 +160,7 @@ fn the_fastest_mode() {
         let all = modes(&muscle, muscle.solid.dofs().n_free() - held);
         let fastest = all.last().unwrap().angular_frequency().unwrap();
         let found = spectrum::fastest(&muscle).unwrap();
-        assert!(
-            found <= fastest * (1.0 + 1e-9) && found > 0.95 * fastest,
-            "{found} of {fastest}"
-        );
+        assert!(found <= fastest * (1.0 + 1e-9) && found > 0.95 * fastest, "{found} of {fastest}");
     }
 }
 

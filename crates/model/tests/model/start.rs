@@ -21,11 +21,8 @@ fn bent(dae: &MuscleDae) -> (Vec<f64>, Vec<f64>) {
         let (x, y, z) = (point[0], point[1], point.get(2).unwrap_or(&0.0));
         let s = x / LENGTH;
         // A beam that bends and shortens, with rotating cross sections; in 3D, it also twists.
-        [
-            -2.0 * size * s * y / LENGTH,
-            size * s * s - size * s * z / LENGTH,
-            size * s * y / LENGTH,
-        ][i % dimension]
+        [-2.0 * size * s * y / LENGTH, size * s * s - size * s * z / LENGTH, size * s * y / LENGTH]
+            [i % dimension]
     };
     let free = dae.muscle().solid.dofs().free_to_full();
     (
@@ -38,11 +35,7 @@ const LENGTH: f64 = 0.1;
 const INFINITE: f64 = f64::INFINITY;
 
 fn sine(amplitude: f64) -> Signal {
-    Signal::from(formula::Sine {
-        amplitude,
-        frequency: 8.0,
-        phase: 0.5,
-    })
+    Signal::from(formula::Sine { amplitude, frequency: 8.0, phase: 0.5 })
 }
 
 fn dae(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
@@ -54,9 +47,7 @@ fn dae(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
 /// Returns the corresponding body in 3D, with equal thickness and height.
 fn in_space(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
     let (lower, upper) = ([0.0, -0.01, -0.01], [LENGTH, 0.01, 0.01]);
-    let space = Arc::new(Space::taylor_hood(
-        &generate::block(lower, upper, [4, 1, 1]).unwrap(),
-    ));
+    let space = Arc::new(Space::taylor_hood(&generate::block(lower, upper, [4, 1, 1]).unwrap()));
     let load = load::traction(&space, "right", [0.0, 1.0, 0.0]).unwrap();
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
     let solid = Solid::uniform(space, dofs, paper::LAW, paper::DENSITY).unwrap();
@@ -74,10 +65,9 @@ fn shaken(dae: &MuscleDae) -> MuscleDae {
     let space = muscle.solid.space();
     let left = |node: &usize| space.node_point(*node)[0] == 0.0;
     let held: Vec<usize> = (0..space.n_nodes()).filter(left).collect();
-    let prescribed = held.iter().map(|node| Prescribed {
-        component: space.dimension() * node + 1,
-        signal: sine(1e-3),
-    });
+    let prescribed = held
+        .iter()
+        .map(|node| Prescribed { component: space.dimension() * node + 1, signal: sine(1e-3) });
     muscle.prescribed = prescribed.collect();
     MuscleDae::new(muscle, dae.formulation()).unwrap()
 }
@@ -122,10 +112,7 @@ fn the_residual_is_at_rounding_level() {
         // 0.5 m/s.
         let moved = kappa.is_infinite();
         assert_eq!(start.displacement_moved > 0.0, moved);
-        assert!(
-            start.displacement_moved < 5e-3 && start.velocity_moved < 0.1,
-            "{formulation}"
-        );
+        assert!(start.displacement_moved < 5e-3 && start.velocity_moved < 0.1, "{formulation}");
         assert_eq!(start.on_slow_manifold, moved && beta > 0.0);
     }
 }
@@ -134,10 +121,7 @@ fn the_residual_is_at_rounding_level() {
 fn volume_residual(dae: &MuscleDae, start: &InitialValues, t: f64) -> Vec<f64> {
     let solid = &dae.muscle().solid;
     let block = |of: &[f64], field| of[dae.layout().range(field).unwrap()].to_vec();
-    let (q, v) = (
-        block(&start.y, Field::Displacement),
-        block(&start.y, Field::Velocity),
-    );
+    let (q, v) = (block(&start.y, Field::Displacement), block(&start.y, Field::Velocity));
     let acceleration = block(&start.y_dot, Field::Velocity);
     let path = |i: usize| q[i] + t * (v[i] + 0.5 * t * acceleration[i]);
     let free: Vec<f64> = (0..q.len()).map(path).collect();
@@ -148,10 +132,7 @@ fn volume_residual(dae: &MuscleDae, start: &InitialValues, t: f64) -> Vec<f64> {
     }
     let n_pressures = solid.space().n_pressures();
     let (pressure, mut volume_residual) = (vec![0.0; n_pressures], vec![0.0; n_pressures]);
-    let mut out = Vectors {
-        volume_residual: Some(&mut volume_residual),
-        ..Vectors::default()
-    };
+    let mut out = Vectors { volume_residual: Some(&mut volume_residual), ..Vectors::default() };
     let fields = Fields::new(&u, Pressure::Nodal(&pressure));
     solid.evaluate(&fields, &mut out).unwrap();
     volume_residual
@@ -185,10 +166,8 @@ fn velocities_and_accelerations_keep_the_volume() {
                     first += FIRST[k] * (after[i] - before[i]);
                     second += SECOND[k] * (after[i] + before[i]);
                 }
-                let found = [
-                    first / H / (weight * rate),
-                    second / H.powi(2) / (weight * rate.powi(2)),
-                ];
+                let found =
+                    [first / H / (weight * rate), second / H.powi(2) / (weight * rate.powi(2))];
                 // Rounding of J, 1e-16, divided by h times the rate, 1e-3, and by its square, for
                 // sums of about ten terms; and the truncation of the sine, (2 ω h)⁶ / 140 = 5e-13
                 // with ω = 50 per second, times about ten.
@@ -213,10 +192,7 @@ fn a_wrong_start_is_located() {
     let blocks = residuals(&mut dae, 0.0, &start.y, &start.y_dot).unwrap();
     let wrong: Vec<_> = blocks.iter().filter(|b| b.relative > ROUNDING).collect();
     assert_eq!(wrong.len(), 1, "{wrong:?}");
-    assert_eq!(
-        (wrong[0].field, &wrong[0].worst),
-        (Field::Velocity, &dae.component_name(row))
-    );
+    assert_eq!((wrong[0].field, &wrong[0].worst), (Field::Velocity, &dae.component_name(row)));
     let reported = wrong[0].to_string();
     assert!(reported.starts_with("momentum: "), "{reported}");
 }
@@ -228,10 +204,7 @@ fn integrator(
     rtol: f64,
     t_end: f64,
 ) -> IdaIntegrator<MuscleDae> {
-    let settings = Settings {
-        relative_tolerance: rtol,
-        ..Settings::paper(dae.formulation())
-    };
+    let settings = Settings { relative_tolerance: rtol, ..Settings::paper(dae.formulation()) };
     let options = ida::options(&dae, &settings);
     IdaIntegrator::new(dae, options, t_end, &start.y, &start.y_dot).unwrap()
 }
@@ -265,10 +238,7 @@ fn the_first_steps_show_no_transient() {
                 let mut dae = dae(formulation, kappa, beta);
                 let start = start(&mut dae);
                 let found = departure(dae, &start, field);
-                assert!(
-                    found < bound,
-                    "{field} of {formulation} kappa={kappa}: {found:.1e}"
-                );
+                assert!(found < bound, "{field} of {formulation} kappa={kappa}: {found:.1e}");
             }
         }
     }
@@ -302,10 +272,7 @@ fn off_the_slow_manifold_there_is_a_transient() {
         [&start.y, &y].map(|y| y[mu.clone()].iter().fold(0.0, |m: f64, mu| m.max(mu.abs())))
     };
     let [before, after] = sizes(0.0);
-    assert!(
-        (0.5..2.0).contains(&(after / before)),
-        "{before:.1e} {after:.1e}"
-    );
+    assert!((0.5..2.0).contains(&(after / before)), "{before:.1e} {after:.1e}");
     let [off, later] = sizes(0.1);
     assert!(off > 5.0 * before, "{off:.1e} against {before:.1e}");
     assert!(later < 0.3 * off, "{off:.1e} {later:.1e}");
@@ -322,16 +289,9 @@ fn the_stabilizing_multiplier_stays_zero() {
     let mut y = vec![0.0; start.y.len()];
     for _ in 0..9 {
         integrator.advance().unwrap();
-        integrator
-            .dense_output(integrator.time(), 0, &mut y)
-            .unwrap();
-        let largest = y[range.clone()]
-            .iter()
-            .fold(0.0_f64, |m, mu| m.max(mu.abs()));
-        assert!(
-            largest < 1e-6 * paper::DENSITY * 0.5 * LENGTH,
-            "{largest:.1e}"
-        );
+        integrator.dense_output(integrator.time(), 0, &mut y).unwrap();
+        let largest = y[range.clone()].iter().fold(0.0_f64, |m, mu| m.max(mu.abs()));
+        assert!(largest < 1e-6 * paper::DENSITY * 0.5 * LENGTH, "{largest:.1e}");
     }
 }
 
@@ -360,11 +320,8 @@ fn formulations_agree_after_the_start() {
         let size = reference.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
         for formulation in &formulations[1..] {
             let other = pressure_at(*formulation, kappa, beta);
-            let apart = reference
-                .iter()
-                .zip(&other)
-                .map(|(a, b)| (a - b).abs())
-                .fold(0.0, f64::max);
+            let apart =
+                reference.iter().zip(&other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             // The error of hundreds of steps with a tolerance of 1e-6, in a variable of index up to 3.
             assert!(
                 apart < 5e-3 * size,
@@ -383,16 +340,10 @@ fn equilibrium_is_a_start_at_rest() {
         let start =
             InitialValues::equilibrium(&mut dae, 0.0, &mut |_| ControlFlow::Continue(())).unwrap();
         let v = dae.layout().range(Field::Velocity).unwrap();
-        assert!(
-            start.y[v.clone()].iter().all(|v| v.abs() < 1e-15),
-            "{formulation}"
-        );
+        assert!(start.y[v.clone()].iter().all(|v| v.abs() < 1e-15), "{formulation}");
         // The load over the mass of an element's patch would be 200 Pa / (1.1e3 kg/m³ 5e-3 m).
         let largest = start.y_dot[v].iter().fold(0.0_f64, |m, a| m.max(a.abs()));
-        assert!(
-            largest < 1e-8 * 200.0 / (1.1e3 * 5e-3),
-            "{formulation}: {largest:.1e}"
-        );
+        assert!(largest < 1e-8 * 200.0 / (1.1e3 * 5e-3), "{formulation}: {largest:.1e}");
         for block in residuals(&mut dae, 0.0, &start.y, &start.y_dot).unwrap() {
             assert!(block.relative < ROUNDING, "{formulation} {block}");
         }

@@ -14,19 +14,12 @@ fn body(mesh: &Mesh, groups: &[&str], axes: &[usize], kappa: f64) -> Muscle {
     let mut held = Vec::new();
     for group in groups {
         let nodes = space.nodes_of(group).expect("a valid body");
-        held.extend(
-            nodes
-                .iter()
-                .flat_map(|&n| axes.iter().map(move |&a| (n, a))),
-        );
+        held.extend(nodes.iter().flat_map(|&n| axes.iter().map(move |&a| (n, a))));
     }
     let dofs = DofMap::new(&space, &held).expect("a valid body");
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     let solid = Solid::uniform(space, dofs, law, 1.1e3).expect("a valid body");
-    Muscle::unloaded(
-        solid,
-        Parameters::new(1.0, 1e-4, kappa).expect("a valid body"),
-    )
+    Muscle::unloaded(solid, Parameters::new(1.0, 1e-4, kappa).expect("a valid body"))
 }
 
 fn block() -> Mesh {
@@ -38,9 +31,7 @@ fn supports_of_one_component_leave_a_slide() {
     for kappa in [1e5, f64::INFINITY] {
         let muscle = body(&block(), &["left", "right"], &[0], kappa);
         assert_eq!(
-            statics::equilibrium(&muscle, Formulation::Position, 0.0)
-                .unwrap_err()
-                .to_string(),
+            statics::equilibrium(&muscle, Formulation::Position, 0.0).unwrap_err().to_string(),
             "the supports do not fix the body: the body can slide in y; \
              fix more components or more nodes of each part"
         );
@@ -93,10 +84,7 @@ fn two_blocks(joined: bool) -> Mesh {
             (points[v][0] - place[0]).hypot(points[v][1] - place[1]) < 1e-12
         };
         let corner = |range: std::ops::Range<usize>| {
-            range
-                .into_iter()
-                .find(|&v| at(&points, v, [0.2, 0.04]))
-                .expect("a valid mesh")
+            range.into_iter().find(|&v| at(&points, v, [0.2, 0.04])).expect("a valid mesh")
         };
         let (kept, merged) = (corner(0..shift), corner(shift..points.len()));
         points.remove(merged);
@@ -110,12 +98,7 @@ fn two_blocks(joined: bool) -> Mesh {
     }
     assert_eq!(triangles.len(), 2 * cells);
     let left = one.group("left").expect("a valid mesh").clone();
-    Mesh::new(
-        points,
-        triangles,
-        BTreeMap::from([("left".to_owned(), left)]),
-    )
-    .expect("a valid mesh")
+    Mesh::new(points, triangles, BTreeMap::from([("left".to_owned(), left)])).expect("a valid mesh")
 }
 
 #[test]
@@ -134,10 +117,7 @@ fn parts_are_counted_and_named() {
         hinged.to_string(),
         "a part of 40 elements near (0.300, 0.060) can turn about (0.2, 0.04)"
     );
-    assert_eq!(
-        support::free_parts(&body(&block(), &["left"], &[0, 1], 1e5)),
-        None
-    );
+    assert_eq!(support::free_parts(&body(&block(), &["left"], &[0, 1], 1e5)), None);
 }
 
 #[test]
@@ -162,10 +142,7 @@ fn a_boundary_that_is_held_leaves_the_level_of_the_pressure_open() {
     };
     let all = ["left", "right", "top", "bottom"];
     let level = printed(&all, f64::INFINITY);
-    assert!(
-        level.len() == 1 && level[0].contains("pressure"),
-        "{level:?}"
-    );
+    assert!(level.len() == 1 && level[0].contains("pressure"), "{level:?}");
     assert_eq!(printed(&all[..3], f64::INFINITY), Vec::<String>::new());
     assert_eq!(printed(&all, 1e5), Vec::<String>::new());
 }

@@ -14,21 +14,14 @@ const DECISIVE_DECADES: f64 = 3.0;
 #[test]
 fn the_table_and_our_formulations() {
     let cases = table1::cases();
-    assert_eq!(
-        cases.iter().filter(|case| case.printed.is_some()).count(),
-        9
-    );
+    assert_eq!(cases.iter().filter(|case| case.printed.is_some()).count(), 9);
     for case in cases {
         let parameters = Parameters::new(paper::ALPHA, case.beta, case.kappa).unwrap();
         let rule = case.formulation.index(&parameters);
         for sample in case.samples().unwrap() {
             let report = &sample.report;
             assert_eq!(report.decided(), Some(usize::from(rule)), "{case:?}");
-            assert_eq!(
-                report.decided(),
-                case.printed.or(report.decided()),
-                "{case:?}"
-            );
+            assert_eq!(report.decided(), case.printed.or(report.decided()), "{case:?}");
             assert!(report.gap >= DECISIVE_DECADES, "{case:?}: {}", report.gap);
             for (field, found) in &report.blocks {
                 let rule = case.formulation.variable_index(*field, &parameters);
@@ -50,15 +43,8 @@ fn the_limit_of_29() {
     let (on_the_way, limit) = reports.split_at(reports.len() - 1);
     assert_eq!(limit[0].1.decided(), Some(4));
     for pair in on_the_way.windows(2) {
-        let [(_, before), (case, after)] = pair else {
-            unreachable!("windows of two")
-        };
-        assert!(
-            after.gap < before.gap - 1.0,
-            "{} at kappa = {}",
-            after.gap,
-            case.kappa
-        );
+        let [(_, before), (case, after)] = pair else { unreachable!("windows of two") };
+        assert!(after.gap < before.gap - 1.0, "{} at kappa = {}", after.gap, case.kappa);
         assert_eq!(before.decided(), Some(2));
     }
 }
@@ -68,14 +54,7 @@ fn mesh() -> Mesh {
 }
 
 fn index_of(formulation: Formulation, kappa: f64, beta: f64) -> IndexReport {
-    let case = Case {
-        equation: None,
-        law: paper::LAW,
-        formulation,
-        kappa,
-        beta,
-        printed: None,
-    };
+    let case = Case { equation: None, law: paper::LAW, formulation, kappa, beta, printed: None };
     case.at_random_state(&mesh(), 7).unwrap()
 }
 
@@ -86,11 +65,7 @@ fn the_blocks_of_29_with_a_finite_bulk_modulus() {
     let parameters = Parameters::new(paper::ALPHA, 1e-4, 1e5).unwrap();
     for (field, found) in &report.blocks {
         let rule = Formulation::Rate.variable_index(*field, &parameters);
-        assert_eq!(
-            (found.index, found.verdict),
-            (rule, Verdict::Decisive),
-            "{field}"
-        );
+        assert_eq!((found.index, found.verdict), (rule, Verdict::Decisive), "{field}");
     }
 }
 
@@ -102,12 +77,7 @@ fn other_parameters_give_another_index() {
         (Formulation::Position, (infinite, 0.0), (1e5, 0.0), (3, 1)),
         (Formulation::Rate, (infinite, 1e-4), (infinite, 0.0), (3, 4)),
         (Formulation::Rate, (infinite, 1e-4), (1e5, 1e-4), (3, 2)),
-        (
-            Formulation::ImplicitRate,
-            (infinite, 1e-4),
-            (infinite, 0.0),
-            (2, 3),
-        ),
+        (Formulation::ImplicitRate, (infinite, 1e-4), (infinite, 0.0), (2, 3)),
         (Formulation::Velocity, (infinite, 0.0), (1e5, 0.0), (2, 0)),
     ] {
         let found =

@@ -11,34 +11,19 @@ const EVERY: f64 = 0.02;
 /// A load that is slow compared with the first mode (about 1 Hz for the meter-sized block); it
 /// bends the body by 10 %.
 fn load() -> Signal {
-    Signal::from(formula::Sine {
-        amplitude: 400.0,
-        frequency: 1.0,
-        phase: 0.0,
-    })
+    Signal::from(formula::Sine { amplitude: 400.0, frequency: 1.0, phase: 0.0 })
 }
 
 #[test]
 fn incompressible_formulations_agree_as_tolerances_tighten() {
     let block = || loaded_block(1, paper::LAW, f64::INFINITY, 0.0, load());
     let at = |formulation, rtol| {
-        history(
-            block(),
-            formulation,
-            &accurate(formulation, rtol, T_END),
-            TIP,
-            EVERY,
-        )
+        history(block(), formulation, &accurate(formulation, rtol, T_END), TIP, EVERY)
     };
     let reference = at(Formulation::Stabilized, 1e-7);
-    for formulation in [
-        Formulation::Position,
-        Formulation::Velocity,
-        Formulation::Stabilized,
-    ] {
-        let errors: Vec<f64> = [1e-3, 1e-5]
-            .map(|rtol| relative_difference(&at(formulation, rtol), &reference))
-            .into();
+    for formulation in [Formulation::Position, Formulation::Velocity, Formulation::Stabilized] {
+        let errors: Vec<f64> =
+            [1e-3, 1e-5].map(|rtol| relative_difference(&at(formulation, rtol), &reference)).into();
         // BDF 2: the global error is proportional to rtol^(2/3), a factor of 21 for 1e-3 to 1e-5;
         // half of the digits are required.
         assert!(errors[1] < errors[0] / 5.0, "{formulation}: {errors:?}");
@@ -50,13 +35,7 @@ fn incompressible_formulations_agree_as_tolerances_tighten() {
 fn the_damped_formulations_agree_and_tend_to_the_undamped_one() {
     let at = |formulation, beta| {
         let block = loaded_block(1, paper::LAW, f64::INFINITY, beta, load());
-        history(
-            block,
-            formulation,
-            &accurate(formulation, 1e-6, T_END),
-            TIP,
-            EVERY,
-        )
+        history(block, formulation, &accurate(formulation, 1e-6, T_END), TIP, EVERY)
     };
     let undamped = at(Formulation::Position, 0.0);
     let gaps: Vec<f64> = [1e-3, 1e-4, 1e-5]
@@ -79,13 +58,7 @@ fn displacement_and_position_agree_under_refinement() {
     const MIDDLE: [f64; 2] = [0.5, 0.6];
     let at = |levels, formulation| {
         let block = loaded_block(levels, paper::LAW, 1e5, 0.0, load());
-        history(
-            block,
-            formulation,
-            &accurate(formulation, 1e-5, 0.1),
-            MIDDLE,
-            EVERY,
-        )
+        history(block, formulation, &accurate(formulation, 1e-5, 0.1), MIDDLE, EVERY)
     };
     let gaps: Vec<f64> = [1, 2, 3]
         .map(|levels| {
@@ -95,8 +68,5 @@ fn displacement_and_position_agree_under_refinement() {
         .into();
     // The difference of two discretizations of one problem decreases with the mesh width. Because of the singular
     // corners of the clamped edge, it decreases more slowly than the order of the elements suggests.
-    assert!(
-        gaps[1] < gaps[0] / 1.5 && gaps[2] < gaps[1] / 1.5,
-        "{gaps:?}"
-    );
+    assert!(gaps[1] < gaps[0] / 1.5 && gaps[2] < gaps[1] / 1.5, "{gaps:?}");
 }

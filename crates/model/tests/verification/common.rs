@@ -7,21 +7,13 @@ use myovib_model::{
     Settings, Signal, paper, run,
 };
 
-pub(crate) const LAWS: [Law; 2] = [
-    paper::LAW,
-    Law::SmallStrain {
-        shear_modulus: 2.04e4,
-    },
-];
+pub(crate) const LAWS: [Law; 2] = [paper::LAW, Law::SmallStrain { shear_modulus: 2.04e4 }];
 
 /// Returns a block of 1.1 m by 1 m, fixed on the left edge and loaded on the right edge: four triangles around a free
 /// node, refined `levels` times.
 pub(crate) fn block(levels: usize) -> Mesh {
-    let coarse = Mesh::parse_msh(
-        include_str!("../../../../data/meshes/block.msh"),
-        "block.msh",
-    )
-    .unwrap();
+    let coarse =
+        Mesh::parse_msh(include_str!("../../../../data/meshes/block.msh"), "block.msh").unwrap();
     (0..levels).fold(coarse, |mesh, _| mesh.refined().unwrap())
 }
 

@@ -10,11 +10,7 @@ use crate::common::{accurate, loaded_block};
 /// Returns the largest difference between energy and work, relative to the largest energy.
 fn imbalance(rtol: f64) -> f64 {
     const EVERY: f64 = 1e-3;
-    let load = Signal::from(formula::Sine {
-        amplitude: 400.0,
-        frequency: 1.0,
-        phase: 0.0,
-    });
+    let load = Signal::from(formula::Sine { amplitude: 400.0, frequency: 1.0, phase: 0.0 });
     let mut block = loaded_block(1, paper::LAW, 1e5, 0.0, load);
     block.parameters.alpha = 0.0;
     let settings = accurate(Formulation::Position, rtol, 0.4);

@@ -44,10 +44,7 @@ fn muscle(
 
 /// Returns the paper's settings with all tolerances in proportion to the relative tolerance.
 fn settings(formulation: Formulation, rtol: f64, t_end: f64) -> Settings {
-    Settings {
-        t_end,
-        ..Settings::paper(formulation).with_relative_tolerance(rtol)
-    }
+    Settings { t_end, ..Settings::paper(formulation).with_relative_tolerance(rtol) }
 }
 
 /// Returns settings with λ excluded from and included in the error test. In both cases the weights depend on the step,
@@ -58,10 +55,7 @@ fn both_ways(formulation: Formulation, rtol: f64, t_end: f64) -> [Settings; 2] {
         multiplier_weights: MultiplierWeights::StepScaled,
         ..settings(formulation, rtol, t_end)
     };
-    let tested = Settings {
-        suppressed: Vec::new(),
-        ..left_out.clone()
-    };
+    let tested = Settings { suppressed: Vec::new(), ..left_out.clone() };
     [left_out, tested]
 }
 
@@ -95,10 +89,7 @@ fn index_3_goes_to_the_end_at_all_tolerances() {
 
 #[test]
 fn plain_weights_stop_it_with_lambda_at_fault() {
-    let plain = Settings {
-        suppressed: Vec::new(),
-        ..settings(Formulation::Position, 1e-6, 2.0)
-    };
+    let plain = Settings { suppressed: Vec::new(), ..settings(Formulation::Position, 1e-6, 2.0) };
     let (statistics, ..) = muscle(Formulation::Position, INCOMPRESSIBLE, &plain);
     let Outcome::Stopped { message, .. } = statistics.outcome else {
         panic!("went through: the weights that follow the step are then for nothing")
@@ -149,10 +140,7 @@ fn a_little_damping_carries_order_5() {
 #[test]
 fn the_motion_tends_to_the_incompressible_one_like_the_inverse_bulk_modulus() {
     const T_END: f64 = 0.6;
-    for (formulation, beta) in [
-        (Formulation::Position, 0.0),
-        (Formulation::Rate, paper::BETA),
-    ] {
+    for (formulation, beta) in [(Formulation::Position, 0.0), (Formulation::Rate, paper::BETA)] {
         let at = |kappa| {
             // The same integrator at 1e-6, whose error of 1e-5 is far below the nearest gap.
             let radau = Settings {
@@ -160,11 +148,7 @@ fn the_motion_tends_to_the_incompressible_one_like_the_inverse_bulk_modulus() {
                 ..settings(formulation, 1e-6, T_END)
             };
             let (statistics, u_y, _) = muscle(formulation, [kappa, beta], &radau);
-            assert_eq!(
-                statistics.outcome,
-                Outcome::Finished,
-                "{formulation}, {kappa}"
-            );
+            assert_eq!(statistics.outcome, Outcome::Finished, "{formulation}, {kappa}");
             u_y
         };
         let limit = at(1e12);
@@ -191,10 +175,8 @@ fn projection_takes_the_drift_off_velocity() {
     let muscle = paper::muscle_with_load(&mesh(), paper::LAW, f64::INFINITY, 0.0, load).unwrap();
     let dae = MuscleDae::new(muscle, Formulation::Velocity).unwrap();
     let mut y = vec![0.0; dae.n_unknowns()];
-    let settings = Settings {
-        projection_interval: Some(EVERY),
-        ..settings(Formulation::Velocity, 1e-3, 1.0)
-    };
+    let settings =
+        Settings { projection_interval: Some(EVERY), ..settings(Formulation::Velocity, 1e-3, 1.0) };
     let mut integrator = start_at_rest(dae, &settings).unwrap();
     while integrator.time() < EVERY {
         assert_eq!(integrator.advance().unwrap(), Advance::Stepped);
@@ -210,11 +192,7 @@ fn projection_takes_the_drift_off_velocity() {
     assert!(drifted > 1e-7, "{drifted:e}");
     assert!(projected < 1e-12, "{projected:e}");
     assert_eq!(integrator.counts().steps, steps + 1, "counts go on");
-    assert_eq!(
-        integrator.counts().last_order,
-        1,
-        "it starts again at order 1"
-    );
+    assert_eq!(integrator.counts().last_order, 1, "it starts again at order 1");
     let statistics = run(integrator.as_mut(), &mut []).unwrap();
     assert_eq!(statistics.outcome, Outcome::Finished);
 }

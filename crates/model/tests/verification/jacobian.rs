@@ -10,10 +10,7 @@ use rand::{Rng, SeedableRng};
 use crate::common::{LAWS, loaded_block};
 
 fn dae(formulation: Formulation, law: Law, kappa: f64, beta: f64) -> MuscleDae {
-    MuscleDae::for_analysis(
-        loaded_block(0, law, kappa, beta, Signal::paper(1e3)),
-        formulation,
-    )
+    MuscleDae::for_analysis(loaded_block(0, law, kappa, beta, Signal::paper(1e3)), formulation)
 }
 
 /// Returns a random state with moderate strains in which all fields have typical magnitudes, and these magnitudes.
@@ -27,9 +24,7 @@ fn random_state(dae: &MuscleDae, rng: &mut StdRng) -> (Vec<f64>, Vec<f64>) {
         Field::Tension | Field::InternalStress => 1e3,
     });
     let mut draw = |factor: f64| -> Vec<f64> {
-        size.iter()
-            .map(|s| factor * s * rng.random_range(-1.0..1.0))
-            .collect()
+        size.iter().map(|s| factor * s * rng.random_range(-1.0..1.0)).collect()
     };
     (draw(1.0), draw(10.0))
 }
@@ -112,18 +107,14 @@ fn algebraic_unknowns_have_no_rate_in_the_equations() {
         let (y, y_dot) = random_state(&dae, &mut rng);
         let pattern = dae.jacobian_pattern();
         let mut values = vec![0.0; pattern.nnz()];
-        dae.jacobian(0.9, &y, &y_dot, 0.0, 1.0, &mut values)
-            .unwrap();
+        dae.jacobian(0.9, &y, &y_dot, 0.0, 1.0, &mut values).unwrap();
         let kinds = dae.kinds().unwrap();
         for &(field, _) in formulation.rows() {
             let columns = dae.layout().range(field).unwrap();
             let mut entries = pattern.entries().zip(&values);
             let has_rate = entries.any(|((c, _), v)| columns.contains(&c) && *v != 0.0);
             let differential = kinds[columns.start] == VariableKind::Differential;
-            assert_eq!(
-                differential, has_rate,
-                "{formulation} kappa = {kappa}: {field}"
-            );
+            assert_eq!(differential, has_rate, "{formulation} kappa = {kappa}: {field}");
         }
     }
 }

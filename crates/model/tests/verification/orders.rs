@@ -26,24 +26,15 @@ fn block(dimension: usize, (formulation, kappa, beta): Case) -> MuscleDae {
     let mesh = mesh.unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
-    let law = Law::MooneyRivlin {
-        c10: 100.0,
-        c01: 10.0,
-    };
+    let law = Law::MooneyRivlin { c10: 100.0, c01: 10.0 };
     let solid = Solid::uniform(space, dofs, law, 1e3).unwrap();
     // 20 Pa (1 − cos ωt)
-    let falling = Signal::from(formula::Sine {
-        amplitude: 20.0,
-        frequency: 0.1,
-        phase: -0.25 * TAU,
-    });
+    let falling =
+        Signal::from(formula::Sine { amplitude: 20.0, frequency: 0.1, phase: -0.25 * TAU });
     let pressures = [Signal::constant(20.0), falling];
     let pressures = pressures.map(|signal| SurfaceLoad::pressure(&solid, "right", signal).unwrap());
     let parameters = Parameters::new(0.1, beta, kappa).unwrap();
-    let muscle = Muscle {
-        surface_loads: pressures.into(),
-        ..Muscle::unloaded(solid, parameters)
-    };
+    let muscle = Muscle { surface_loads: pressures.into(), ..Muscle::unloaded(solid, parameters) };
     MuscleDae::new(muscle, formulation).unwrap()
 }
 

@@ -12,22 +12,13 @@ fn parameters_out_of_range_are_named_with_the_range() {
         (0.0, 0.0, -1e5, "bulk modulus = -100000"),
         (0.0, 0.0, f64::NAN, "bulk modulus = NaN"),
         (0.0, -1e-4, 1e5, "stiffness-proportional damping = -0.0001"),
-        (
-            0.0,
-            f64::INFINITY,
-            1e5,
-            "stiffness-proportional damping = inf",
-        ),
+        (0.0, f64::INFINITY, 1e5, "stiffness-proportional damping = inf"),
         (-1.0, 0.0, 1e5, "mass-proportional damping = -1"),
     ] {
         let message = Parameters::new(alpha, beta, kappa).unwrap_err().to_string();
         assert!(message.starts_with(words), "{message}");
     }
-    assert!(
-        Parameters::new(1.0, 0.0, f64::INFINITY)
-            .unwrap()
-            .is_incompressible()
-    );
+    assert!(Parameters::new(1.0, 0.0, f64::INFINITY).unwrap().is_incompressible());
 }
 
 #[test]
@@ -46,10 +37,7 @@ fn incompatible_formulations_list_the_compatible_ones() {
     ] {
         let muscle = loaded_block(0, paper::LAW, kappa, beta, Signal::constant(0.0));
         let message = MuscleDae::new(muscle, formulation).unwrap_err().to_string();
-        assert!(
-            message.contains(formulation.name()) && message.contains(words),
-            "{message}"
-        );
+        assert!(message.contains(formulation.name()) && message.contains(words), "{message}");
     }
 }
 
@@ -71,18 +59,12 @@ fn formulations_go_by_their_names_and_the_papers_numbers() {
         ("implicit-rate", "26"),
     ];
     for (formulation, (name, equation)) in Formulation::ALL.into_iter().zip(expected) {
-        assert_eq!(
-            (formulation.name(), formulation.equation()),
-            (name, equation)
-        );
+        assert_eq!((formulation.name(), formulation.equation()), (name, equation));
         assert_eq!(formulation.to_string(), name);
         assert_eq!(name.parse(), Ok(formulation));
     }
     let error = "velocities".parse::<Formulation>().unwrap_err();
-    assert!(
-        error.contains("`velocities`") && error.contains("stabilized"),
-        "{error}"
-    );
+    assert!(error.contains("`velocities`") && error.contains("stabilized"), "{error}");
 }
 
 #[test]

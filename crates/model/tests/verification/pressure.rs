@@ -41,11 +41,7 @@ fn a_block_under_pressure_all_round_shrinks_evenly_to_the_exact_size() {
     let space = muscle.solid.space();
     let mut u = vec![0.0; space.n_components()];
     muscle.solid.dofs().expand(&solution.displacement, &mut u);
-    let corner = space
-        .node_points()
-        .iter()
-        .position(|x| *x == [1.0, 0.5])
-        .unwrap();
+    let corner = space.node_points().iter().position(|x| *x == [1.0, 0.5]).unwrap();
     let a = 1.0 + u[2 * corner];
     assert!(a < 0.95, "{a}");
     for (node, x) in space.node_points::<2>().iter().enumerate() {
@@ -61,11 +57,7 @@ fn a_block_under_pressure_all_round_shrinks_evenly_to_the_exact_size() {
         (4.0 * a.powi(3) + 4.0 * a) * a.powf(-8.0 / 3.0) - 8.0 / 3.0 * i2 * a.powf(-11.0 / 3.0);
     let slope = c10 * i1_slope + c01 * i2_slope + 2.0 * kappa * (a * a - 1.0) * a;
     // The error of a is 1e-12, as above; W'' is about 6 κ.
-    assert!(
-        (slope + 2.0 * p * a).abs() < 1e-12 * 6.0 * kappa,
-        "{:e}",
-        slope + 2.0 * p * a
-    );
+    assert!((slope + 2.0 * p * a).abs() < 1e-12 * 6.0 * kappa, "{:e}", slope + 2.0 * p * a);
 }
 
 /// Returns the loaded block with an additional pressure on the loaded edge.
@@ -80,9 +72,7 @@ fn pressed(law: Law, beta: f64, signal: Signal) -> Muscle {
 /// derivative of the difference of the residuals.
 #[test]
 fn the_jacobian_of_every_formulation_has_its_exact_derivative() {
-    let small = Law::SmallStrain {
-        shear_modulus: 2.04e4,
-    };
+    let small = Law::SmallStrain { shear_modulus: 2.04e4 };
     for (law, beta) in [(paper::LAW, 1e-2), (small, 0.0), (paper::LAW, 0.0)] {
         for formulation in Formulation::ALL {
             let with = pressed(law, beta, Signal::paper(1e4));
@@ -91,11 +81,7 @@ fn the_jacobian_of_every_formulation_has_its_exact_derivative() {
             let mut with = MuscleDae::for_analysis(with, formulation);
             let mut without = MuscleDae::for_analysis(without, formulation);
             let n = with.n_unknowns();
-            let wave = |k: f64| {
-                (0..n)
-                    .map(|i| 0.02 * (k * i as f64).sin())
-                    .collect::<Vec<_>>()
-            };
+            let wave = |k: f64| (0..n).map(|i| 0.02 * (k * i as f64).sin()).collect::<Vec<_>>();
             let (y, d, y_dot) = (wave(1.0), wave(2.0), vec![0.0; n]);
             let moved: Vec<f64> = y.iter().zip(&d).map(|(y, d)| y + d).collect();
             // Evaluated twice, because a linear law keeps its matrices after the first evaluation.
@@ -124,10 +110,7 @@ fn the_jacobian_of_every_formulation_has_its_exact_derivative() {
                     largest = largest.max(expected.abs());
                     // Differences of nodal forces of up to 1e4.
                     let error = (a[i] - b[i] - expected).abs();
-                    assert!(
-                        error < 1e-9,
-                        "{formulation} {law:?} t={t}, row {i}: {error:e}"
-                    );
+                    assert!(error < 1e-9, "{formulation} {law:?} t={t}, row {i}: {error:e}");
                 }
                 assert!(largest > 1e-2, "{formulation}: the pressure does nothing");
             }
@@ -141,11 +124,8 @@ fn a_pulse_of_pressure_is_followed_with_either_linear_solver() {
     let steps = [LinearSolverKind::Condensed, LinearSolverKind::Full].map(|linear_solver| {
         let pulse = Signal::paper(2e3);
         let dae = MuscleDae::new(pressed(paper::LAW, 0.0, pulse), Formulation::Position).unwrap();
-        let settings = Settings {
-            t_end: 1.0,
-            linear_solver,
-            ..Settings::paper(Formulation::Position)
-        };
+        let settings =
+            Settings { t_end: 1.0, linear_solver, ..Settings::paper(Formulation::Position) };
         let mut integrator = start_at_rest(dae, &settings).unwrap();
         let statistics = run(integrator.as_mut(), &mut []).unwrap();
         assert_eq!(statistics.t_reached, 1.0, "{:?}", statistics.outcome);

@@ -12,28 +12,18 @@ fn the_muscle_under_its_constant_load() {
     let text = include_str!("../../../../data/meshes/muscle.msh");
     let mesh = Mesh::parse_msh(text, "muscle.msh").unwrap();
     // u_y and p at the origin from an independent program, with all its printed digits.
-    for (kappa, u_y, p) in [
-        (1e5, 6.5395e-4, -19.769),
-        (f64::INFINITY, 5.7108e-4, -22.170),
-    ] {
+    for (kappa, u_y, p) in [(1e5, 6.5395e-4, -19.769), (f64::INFINITY, 5.7108e-4, -22.170)] {
         let load = Signal::constant(paper::LOAD_AMPLITUDE);
         let muscle = paper::muscle_with_load(&mesh, paper::LAW, kappa, 0.0, load).unwrap();
         let solution = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
         let mut full = vec![0.0; muscle.solid.space().n_components()];
-        muscle
-            .solid
-            .dofs()
-            .expand(&solution.displacement, &mut full);
+        muscle.solid.dofs().expand(&solution.displacement, &mut full);
         let origin = Probe::at(muscle.solid.space(), [0.0, 0.0]).unwrap();
         let value = origin.read(&full, Some(&solution.pressure));
         assert!((value.displacement[1] - u_y).abs() < 0.5e-8, "{value:?}");
         assert!((value.pressure - p).abs() < 0.5e-3, "{value:?}");
         assert_eq!(solution.load_steps, 1);
-        assert!(
-            solution.newton_iterations <= 4,
-            "{}",
-            solution.newton_iterations
-        );
+        assert!(solution.newton_iterations <= 4, "{}", solution.newton_iterations);
     }
 }
 
@@ -55,10 +45,7 @@ fn an_equilibrium_is_one_in_every_formulation() {
                 let largest = residual.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
                 // Nodal forces are of order 300 N/m. Newton's method converges to the rounding of their terms, which
                 // are a hundred times as large.
-                assert!(
-                    largest < 1e-9,
-                    "{formulation} {law:?} kappa={kappa}: {largest:e}"
-                );
+                assert!(largest < 1e-9, "{formulation} {law:?} kappa={kappa}: {largest:e}");
             }
         }
     }
@@ -89,11 +76,7 @@ fn without_a_pressure_the_penalty_holds_the_load() {
 fn a_load_too_great_for_one_step_is_applied_in_steps() {
     let muscle = loaded_block(1, paper::LAW, f64::INFINITY, 0.0, Signal::constant(1.0e6));
     let solution = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
-    assert!(
-        solution.load_steps > 1,
-        "{} load steps",
-        solution.load_steps
-    );
+    assert!(solution.load_steps > 1, "{} load steps", solution.load_steps);
 }
 
 /// The linear response in `check` equals ten thousand times the equilibrium under 1/10000 of the load. It also detects
@@ -114,10 +97,7 @@ fn the_linear_response_is_that_of_a_small_load() {
     let expected = 1e4 * lengths.fold(0.0, f64::max);
     let linear = found.linear_displacement.unwrap();
     // Second-order effect of a load that displaces the body by a thousandth of its size.
-    assert!(
-        (linear / expected - 1.0).abs() < 1e-2,
-        "{linear} {expected}"
-    );
+    assert!((linear / expected - 1.0).abs() < 1e-2, "{linear} {expected}");
     assert!(found.iteration_time.unwrap() > 0.0);
     assert!(found.findings.is_empty(), "{:?}", found.findings);
     let wrong = report(1e3 * strong).findings;

@@ -21,10 +21,8 @@ fn shaken(signal: &Signal) -> Muscle {
     let left = space.nodes_of("left").unwrap();
     let dofs = DofMap::clamped(&space, &left).unwrap();
     let solid = Solid::uniform(space, dofs, paper::LAW, paper::DENSITY).unwrap();
-    let prescribed = left.iter().map(|node| Prescribed {
-        component: 2 * node + 1,
-        signal: signal.clone(),
-    });
+    let prescribed =
+        left.iter().map(|node| Prescribed { component: 2 * node + 1, signal: signal.clone() });
     Muscle {
         prescribed: prescribed.collect(),
         ..Muscle::unloaded(solid, Parameters::new(ALPHA, BETA, KAPPA).unwrap())
@@ -44,10 +42,7 @@ fn state(dae: &MuscleDae, at: impl Fn([f64; 2], usize) -> [f64; 3]) -> [Vec<f64>
     let space = dae.muscle().solid.space();
     let free = dae.muscle().solid.dofs().free_to_full();
     let (mut y, mut y_dot) = (vec![0.0; dae.n_unknowns()], vec![0.0; dae.n_unknowns()]);
-    for (derivative, field) in [Field::Displacement, Field::Velocity]
-        .into_iter()
-        .enumerate()
-    {
+    for (derivative, field) in [Field::Displacement, Field::Velocity].into_iter().enumerate() {
         let range = dae.layout().range(field).unwrap();
         for (k, i) in range.zip(free) {
             let motion = at(space.node_points()[i / 2], i % 2);
@@ -68,14 +63,8 @@ fn a_body_that_moves_as_a_whole_takes_its_inertia_and_alpha_from_the_supports() 
         0 => [0.0; 3],
         _ => [motion.value, motion.d1, motion.d2],
     });
-    let Energies {
-        kinetic,
-        elastic,
-        load,
-        support,
-        active,
-        dissipation,
-    } = dae.energies(t, &y, &y_dot).unwrap();
+    let Energies { kinetic, elastic, load, support, active, dissipation } =
+        dae.energies(t, &y, &y_dot).unwrap();
     let mass = paper::DENSITY * 0.06 * 0.03;
     let (v, a) = (motion.d1, motion.d2);
     let expected = [
@@ -118,16 +107,8 @@ fn beta_takes_the_second_derivative_of_the_energy() {
 #[test]
 fn work_of_a_moving_support_is_stored_or_dissipated() {
     let shake = Signal::product(vec![
-        Signal::from(formula::Step {
-            value: 1.0,
-            start: 0.0,
-            rise: 0.1,
-        }),
-        Signal::from(formula::Sine {
-            amplitude: 2e-3,
-            frequency: 8.0,
-            phase: 0.0,
-        }),
+        Signal::from(formula::Step { value: 1.0, start: 0.0, rise: 0.1 }),
+        Signal::from(formula::Sine { amplitude: 2e-3, frequency: 8.0, phase: 0.0 }),
     ]);
     let dae = MuscleDae::new(shaken(&shake), Formulation::ImplicitRate).unwrap();
     let rtol = 1e-7;
@@ -159,39 +140,27 @@ fn work_of_a_moving_support_is_stored_or_dissipated() {
     drop(sampler);
     let total = |power: fn(&Energies) -> f64| -> f64 {
         let pairs = states.windows(3).step_by(2);
-        pairs
-            .map(|e| 2e-3 / 6.0 * (power(&e[0]) + 4.0 * power(&e[1]) + power(&e[2])))
-            .sum()
+        pairs.map(|e| 2e-3 / 6.0 * (power(&e[0]) + 4.0 * power(&e[1]) + power(&e[2]))).sum()
     };
     let (work, lost) = (total(|e| e.support), total(|e| e.dissipation));
     let stored = states.last().map(|e| e.kinetic + e.elastic).unwrap();
     assert!(lost > 0.3 * work, "{lost} {work}: damping is to count");
     let imbalance = (stored + lost - work).abs() / work;
-    assert!(
-        imbalance < 1e-4,
-        "{imbalance:e}: {stored} + {lost} against {work}"
-    );
+    assert!(imbalance < 1e-4, "{imbalance:e}: {stored} + {lost} against {work}");
 }
 
 /// Regression: a prescribed motion of a free component was accepted and caused an inconsistent system.
 #[test]
 fn only_constrained_components_that_move_smoothly_are_prescribed() {
     let smooth = accelerated();
-    let kinked = Signal::from(formula::Ramp {
-        value: 1.0,
-        start: 0.1,
-        end: 0.2,
-    });
+    let kinked = Signal::from(formula::Ramp { value: 1.0, start: 0.1, end: 0.2 });
     let refused = |change: fn(&mut Muscle, &Signal), signal: &Signal| {
         let mut muscle = shaken(&smooth);
         change(&mut muscle, signal);
         let composed = MuscleDae::new(muscle.clone(), Formulation::Displacement).map(|_| ());
         let at_rest = myovib_model::statics::equilibrium(&muscle, Formulation::Displacement, 0.0);
         for result in [composed, at_rest.map(|_| ())] {
-            assert!(
-                matches!(result, Err(ModelError::Prescribed { .. })),
-                "{result:?}"
-            );
+            assert!(matches!(result, Err(ModelError::Prescribed { .. })), "{result:?}");
         }
     };
     let prescribe = |muscle: &mut Muscle, signal: &Signal| {
@@ -200,14 +169,8 @@ fn only_constrained_components_that_move_smoothly_are_prescribed() {
         muscle.prescribed[0].signal = signal.clone();
     };
     refused(prescribe, &smooth);
-    refused(
-        |muscle, _| muscle.prescribed[0].component = 1_000_000,
-        &smooth,
-    );
-    refused(
-        |muscle, _| muscle.prescribed[1].component = muscle.prescribed[0].component,
-        &smooth,
-    );
+    refused(|muscle, _| muscle.prescribed[0].component = 1_000_000, &smooth);
+    refused(|muscle, _| muscle.prescribed[1].component = muscle.prescribed[0].component, &smooth);
     // An equilibrium uses the value at a single time.
     let mut muscle = shaken(&smooth);
     muscle.prescribed[0].signal = kinked;

@@ -110,12 +110,7 @@ impl<T: MumpsScalar> Matrix<T> {
         let status = unsafe { (T::MUMPS.begin)(run.as_mut_ptr(), c_int::from(is_symmetric)) };
         Self {
             run,
-            entries: Entries {
-                n: 0,
-                rows: Vec::new(),
-                columns: Vec::new(),
-                values: Vec::new(),
-            },
+            entries: Entries { n: 0, rows: Vec::new(), columns: Vec::new(), values: Vec::new() },
             status,
         }
     }
@@ -136,21 +131,15 @@ impl<T: MumpsScalar> Matrix<T> {
     pub(crate) fn analyze(&mut self, n: usize, places: impl Iterator<Item = (usize, usize)>) {
         let narrow =
             |k: usize| c_int::try_from(k).expect("the number of unknowns fits into an int");
-        let (rows, columns) = places
-            .map(|(row, column)| (narrow(row + 1), narrow(column + 1)))
-            .unzip();
+        let (rows, columns) =
+            places.map(|(row, column)| (narrow(row + 1), narrow(column + 1))).unzip();
         self.entries.n = narrow(n);
         self.entries.rows = rows;
         self.entries.columns = columns;
         self.entries.values = vec![T::zero(); self.entries.rows.len()];
         let (n, nnz) = (self.entries.n, self.entries.rows.len() as c_longlong);
-        let [rows, columns] = [&mut self.entries.rows, &mut self.entries.columns].map(|indices| {
-            if indices.is_empty() {
-                ptr::null_mut()
-            } else {
-                indices.as_mut_ptr()
-            }
-        });
+        let [rows, columns] = [&mut self.entries.rows, &mut self.entries.columns]
+            .map(|indices| if indices.is_empty() { ptr::null_mut() } else { indices.as_mut_ptr() });
         // SAFETY: the structure is initialized. At rank 0, both arrays have nnz indices from 1 to n and stay unchanged
         // until the structure is destroyed; on other ranks MUMPS does not read them.
         self.status = unsafe { (T::MUMPS.analyze)(self.run.as_mut_ptr(), n, nnz, rows, columns) };
@@ -172,11 +161,7 @@ impl<T: MumpsScalar> Matrix<T> {
 
     /// Solves in place; `x` is the right-hand side at rank 0 and empty on other ranks.
     pub(crate) fn solve(&mut self, x: &mut [T]) {
-        assert_eq!(
-            x.len(),
-            self.entries.n as usize,
-            "length of the right-hand side"
-        );
+        assert_eq!(x.len(), self.entries.n as usize, "length of the right-hand side");
         // SAFETY: the structure is initialized, and MUMPS rejects it without factors. At rank 0, the length of the
         // vector is the order of the matrix; on other ranks MUMPS does not read it.
         self.status =

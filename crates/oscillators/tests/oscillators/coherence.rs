@@ -38,10 +38,7 @@ fn evenly_spread_phases_are_incoherent() {
 fn an_oscillator_at_rest_has_no_phase() {
     let half = Coherence::new(&[50.0; 2], &[0.0, 3.0], &[0.0, 0.0]);
     assert_eq!((half.centroid.re, half.phase.re), (1.5, 0.5));
-    assert_eq!(
-        Coherence::new(&[50.0], &[0.0], &[0.0]).phase,
-        Complex64::ZERO
-    );
+    assert_eq!(Coherence::new(&[50.0], &[0.0], &[0.0]).phase, Complex64::ZERO);
     // A tiny radius is different from rest.
     assert_eq!(Coherence::new(&[50.0], &[1e-200], &[0.0]).phase.re, 1.0);
 }
@@ -68,18 +65,13 @@ fn the_frequency_is_the_turning_of_the_phase() {
         let moved = |x: &[f64], v: &[f64]| -> Vec<f64> {
             x.iter().zip(v).map(|(x, v)| x + t * v).collect()
         };
-        Coherence::new(&omega, &moved(&y, &w), &moved(&w, &w_dot))
-            .centroid
-            .arg()
+        Coherence::new(&omega, &moved(&y, &w), &moved(&w, &w_dot)).centroid.arg()
     };
     let h = 1e-6;
     let turning = -(argument(h) - argument(-h)) / (2.0 * h) / TAU;
     let measured = centroid_frequency(&omega, &y, &w, &w_dot).unwrap();
     // h² Θ'''/6 ≈ 1e-12 · 50³/6 and ε/h ≈ 1e-10, relative to a few Hz.
-    assert!(
-        (turning - measured).abs() < 1e-6 * measured.abs().max(1.0),
-        "{turning} {measured}"
-    );
+    assert!((turning - measured).abs() < 1e-6 * measured.abs().max(1.0), "{turning} {measured}");
 }
 
 #[test]
@@ -89,18 +81,12 @@ fn window_statistics_are_time_averages() {
         .map(|k| f64::from(k) / 1000.0)
         .map(|t| t + 2e-4 * (37.0 * t).sin())
         .collect();
-    let ripple: Vec<f64> = t
-        .iter()
-        .map(|t| 1.64 + 0.02 * (16.0 * PI * t).sin())
-        .collect();
+    let ripple: Vec<f64> = t.iter().map(|t| 1.64 + 0.02 * (16.0 * PI * t).sin()).collect();
     let settled = Settled::over_window(&t, &ripple, 20.0).unwrap();
     // The trapezoidal rule with 125 points per cycle has an error of order 0.02 (2π/125)²/12 = 4e-6; a window that
     // differs from whole cycles by up to 1e-3 s in 20 s adds 0.02 · 5e-5 = 1e-6.
     assert!((settled.mean - 1.64).abs() < 5e-6, "{settled:?}");
-    assert!(
-        (settled.std - 0.02 / 2_f64.sqrt()).abs() < 1e-5,
-        "{settled:?}"
-    );
+    assert!((settled.std - 0.02 / 2_f64.sqrt()).abs() < 1e-5, "{settled:?}");
     // Samples are within half a step, 0.025 rad, of the crests: 0.02 · 0.025²/2 = 6e-6.
     assert!((settled.max - 1.66).abs() < 7e-6 && (settled.min - 1.62).abs() < 7e-6);
 }
@@ -115,18 +101,9 @@ fn a_window_includes_a_sample_at_its_start() {
 fn a_window_requires_two_samples() {
     assert_eq!(
         Settled::over_window(&[0.0, 1.0, 2.0], &[1.0; 3], 0.5),
-        Err(Error::Window {
-            window: 0.5,
-            found: 1
-        })
+        Err(Error::Window { window: 0.5, found: 1 })
     );
-    assert_eq!(
-        Settled::over_window(&[], &[], 0.5),
-        Err(Error::Window {
-            window: 0.5,
-            found: 0
-        })
-    );
+    assert_eq!(Settled::over_window(&[], &[], 0.5), Err(Error::Window { window: 0.5, found: 0 }));
     assert!(Settled::over_window(&[2.0, 2.0], &[1.0; 2], 0.5).is_err());
     for window in [-1.0, f64::NAN] {
         assert!(matches!(
@@ -144,14 +121,9 @@ fn the_smooth_coherence_tends_to_the_phase_coherence() {
     let (omega, y, w) = ([50.0, 49.0, 52.0], [1.0, -0.3, 0.8], [20.0, 30.0, -10.0]);
     let chi = Coherence::new(&omega, &y, &w).phase.norm_sqr();
     for radius in [1e-2, 1e-3, 1e-4] {
-        let smooth = SmoothCoherence::new(radius)
-            .unwrap()
-            .squared(&omega, &y, &w);
+        let smooth = SmoothCoherence::new(radius).unwrap().squared(&omega, &y, &w);
         // Each unit vector is short by ε²/(2 r²), r > 0.66: |χ|² changes by at most ε²/r².
-        assert!(
-            (smooth - chi).abs() < radius * radius / 0.66_f64.powi(2),
-            "{radius}"
-        );
+        assert!((smooth - chi).abs() < radius * radius / 0.66_f64.powi(2), "{radius}");
     }
     assert!(SmoothCoherence::new(0.0).is_err());
 }
@@ -161,10 +133,7 @@ fn the_gradient_is_the_derivative_of_the_smooth_coherence() {
     let n = 4;
     let omega = [50.0, 49.0, 52.0, 51.0];
     let smooth = SmoothCoherence::new(0.1).unwrap();
-    let moving = (
-        random(4, n),
-        random(5, n).iter().map(|w| 50.0 * w).collect::<Vec<_>>(),
-    );
+    let moving = (random(4, n), random(5, n).iter().map(|w| 50.0 * w).collect::<Vec<_>>());
     let at_rest = (vec![0.0; n], vec![0.0; n]);
     for (y, w) in [moving, at_rest] {
         let (mut by_position, mut by_velocity) = (vec![f64::NAN; n], vec![f64::NAN; n]);
@@ -182,10 +151,7 @@ fn the_gradient_is_the_derivative_of_the_smooth_coherence() {
             plus[k] += h;
             minus[k] -= h;
             let slope = smooth.squared(&omega, &y, &plus) - smooth.squared(&omega, &y, &minus);
-            assert!(
-                (slope / (2.0 * h) - by_velocity[k]).abs() < 1e-7 / 50.0,
-                "w {k}"
-            );
+            assert!((slope / (2.0 * h) - by_velocity[k]).abs() < 1e-7 / 50.0, "w {k}");
         }
     }
 }
@@ -210,18 +176,11 @@ fn neighborhoods_contain_all_places_within_the_radius() {
             let near: Vec<usize> = (0..n).filter(|&j| distance(&places[j]) <= radius).collect();
             // The coherence of all oscillators at these places.
             let own = |all: &[f64]| -> Vec<f64> {
-                near.iter()
-                    .flat_map(|j| [all[2 * j], all[2 * j + 1]])
-                    .collect()
+                near.iter().flat_map(|j| [all[2 * j], all[2 * j + 1]]).collect()
             };
-            let all = Coherence::new(&own(&omega), &own(&y), &own(&w))
-                .phase
-                .norm();
+            let all = Coherence::new(&own(&omega), &own(&y), &own(&w)).phase.norm();
             // Sums of at most 600 numbers of magnitude 1, in a different order.
-            assert!(
-                (found - all).abs() < 600.0 * f64::EPSILON,
-                "{radius}: {found} {all}"
-            );
+            assert!((found - all).abs() < 600.0 * f64::EPSILON, "{radius}: {found} {all}");
         }
     }
     let alone = Neighborhood::new(places.clone(), 1e-300).unwrap();

@@ -5,29 +5,17 @@ use serde_json::Value;
 
 /// Returns `n` reproducible numbers in (−1, 1).
 pub(crate) fn random(seed: u32, n: usize) -> Vec<f64> {
-    Generator::ChaCha8
-        .uniform(seed, n)
-        .iter()
-        .map(|x| 2.0 * x - 1.0)
-        .collect()
+    Generator::ChaCha8.uniform(seed, n).iter().map(|x| 2.0 * x - 1.0).collect()
 }
 
 /// Returns the published values of case S9; the file states their source.
 pub(crate) fn references() -> Value {
-    serde_json::from_str(include_str!(
-        "../../../../data/references/s9_oscillators.json"
-    ))
-    .unwrap()
+    serde_json::from_str(include_str!("../../../../data/references/s9_oscillators.json")).unwrap()
 }
 
 /// Converts a JSON list to numbers.
 pub(crate) fn numbers(value: &Value) -> Vec<f64> {
-    value
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|x| x.as_f64().unwrap())
-        .collect()
+    value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
 }
 
 /// Returns max |a − b|.
@@ -94,8 +82,5 @@ fn midpoint(f: impl Fn(f64, &[f64]) -> Vec<f64>, t: f64, s: &[f64], h: f64, n: u
 }
 
 fn axpy(x: &[f64], factor: f64, direction: &[f64]) -> Vec<f64> {
-    x.iter()
-        .zip(direction)
-        .map(|(x, d)| x + factor * d)
-        .collect()
+    x.iter().zip(direction).map(|(x, d)| x + factor * d).collect()
 }

@@ -8,18 +8,11 @@ use myovib_oscillators::{Detuning, Error, Generator};
 #[test]
 fn the_matlab_stream_matches_published_values() {
     let numbers = Generator::Matlab.uniform(5489, 5);
-    let long = [
-        "0.814723686393179",
-        "0.905791937075619",
-        "0.126986816293506",
-    ];
+    let long = ["0.814723686393179", "0.905791937075619", "0.126986816293506"];
     for (number, digits) in numbers.iter().zip(long) {
         // MATLAB's `format long` rounds to 15 decimals.
         let printed: f64 = digits.parse().unwrap();
-        assert!(
-            (number - printed).abs() <= 0.5000001e-15,
-            "{number} {digits}"
-        );
+        assert!((number - printed).abs() <= 0.5000001e-15, "{number} {digits}");
     }
     for (number, digits) in numbers[3..].iter().zip([0.9134, 0.6324]) {
         assert!((number - digits).abs() <= 0.5e-4, "{number} {digits}");
@@ -55,22 +48,14 @@ fn the_interval_is_filled_symmetrically() {
     assert!(omega.iter().all(|w| (w - 16.0 * PI).abs() <= 0.05));
     assert!(omega.iter().any(|w| *w < 16.0 * PI) && omega.iter().any(|w| *w > 16.0 * PI));
 
-    let identical = Detuning {
-        half_width: 0.0,
-        ..Detuning::default()
-    }
-    .frequencies(3)
-    .unwrap();
+    let identical = Detuning { half_width: 0.0, ..Detuning::default() }.frequencies(3).unwrap();
     assert_eq!(identical, [16.0 * PI; 3]);
 }
 
 #[test]
 fn generators_are_selected_by_name() {
     for generator in Generator::ALL {
-        assert_eq!(
-            generator.to_string().parse::<Generator>().unwrap(),
-            generator
-        );
+        assert_eq!(generator.to_string().parse::<Generator>().unwrap(), generator);
     }
     assert!(matches!(
         "mt".parse::<Generator>(),
@@ -80,21 +65,9 @@ fn generators_are_selected_by_name() {
 
 #[test]
 fn invalid_intervals_are_rejected() {
-    let negative = Detuning {
-        half_width: -0.1,
-        ..Detuning::default()
-    };
-    assert_eq!(
-        negative.frequencies(5),
-        Err(Error::HalfWidth { value: -0.1 })
-    );
-    let nan = Detuning {
-        half_width: f64::NAN,
-        ..Detuning::default()
-    };
+    let negative = Detuning { half_width: -0.1, ..Detuning::default() };
+    assert_eq!(negative.frequencies(5), Err(Error::HalfWidth { value: -0.1 }));
+    let nan = Detuning { half_width: f64::NAN, ..Detuning::default() };
     assert!(matches!(nan.frequencies(5), Err(Error::HalfWidth { .. })));
-    assert_eq!(
-        Detuning::default().frequencies(0),
-        Err(Error::NoOscillators)
-    );
+    assert_eq!(Detuning::default().frequencies(0), Err(Error::NoOscillators));
 }

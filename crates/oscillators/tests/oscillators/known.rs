@@ -13,11 +13,7 @@ use myovib_oscillators::{Chain, Coefficients, Ends, Reach};
 pub(crate) fn van_der_pol(vdp_mu: f64, omega: f64) -> Chain {
     Chain {
         omega: vec![omega],
-        coefficients: Coefficients {
-            vdp_mu,
-            duffing: 0.0,
-            coupling: 0.0,
-        },
+        coefficients: Coefficients { vdp_mu, duffing: 0.0, coupling: 0.0 },
         ends: Ends::Open,
         reach: Reach::All,
     }

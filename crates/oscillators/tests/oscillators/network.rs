@@ -4,36 +4,20 @@ use crate::common::{distance, random, rhs};
 use myovib_oscillators::{Array, Chain, Coefficients, Ends, Error, Network, Reach};
 use nalgebra_sparse::CscMatrix;
 
-const ALL_TERMS: Coefficients = Coefficients {
-    vdp_mu: 2.0,
-    duffing: 0.7,
-    coupling: 3.0,
-};
+const ALL_TERMS: Coefficients = Coefficients { vdp_mu: 2.0, duffing: 0.7, coupling: 3.0 };
 
 fn chain(omega: &[f64], ends: Ends, reach: Reach) -> Network {
     chains(1, omega, ends, reach)
 }
 
 fn chains(places: usize, omega: &[f64], ends: Ends, reach: Reach) -> Network {
-    let chain = Chain {
-        omega: omega.to_vec(),
-        coefficients: ALL_TERMS,
-        ends,
-        reach,
-    };
+    let chain = Chain { omega: omega.to_vec(), coefficients: ALL_TERMS, ends, reach };
     chain.network_at(places).unwrap()
 }
 
 fn array(columns: usize, rows: usize, ends: Ends) -> Array {
     let omega = random(3, columns * rows).iter().map(|x| 50.0 + x).collect();
-    Array {
-        columns,
-        rows,
-        omega,
-        coefficients: ALL_TERMS,
-        ends,
-        reach: Reach::Boundary,
-    }
+    Array { columns, rows, omega, coefficients: ALL_TERMS, ends, reach: Reach::Boundary }
 }
 
 /// Returns chains of all edge-case lengths, arrays, and chains at several places.
@@ -42,10 +26,7 @@ fn networks() -> Vec<(String, Network)> {
     for ends in [Ends::Periodic, Ends::Open] {
         for n in [1, 2, 3, 7] {
             let omega: Vec<f64> = random(n as u32, n).iter().map(|x| 50.0 + x).collect();
-            all.push((
-                format!("{ends:?} chain of {n}"),
-                chain(&omega, ends, Reach::All),
-            ));
+            all.push((format!("{ends:?} chain of {n}"), chain(&omega, ends, Reach::All)));
         }
         for (columns, rows) in [(1, 1), (2, 1), (3, 2), (4, 3)] {
             let network = array(columns, rows, ends).network().unwrap();
@@ -81,27 +62,16 @@ fn the_periodic_chain_is_the_printed_equation() {
         assert_eq!(s_dot[..n], s[n..]);
         let expected = printed_acceleration(&omega, &s[..n], &s[n..], 0.3);
         // Rounding of a sum of terms up to ω² ≈ 2600.
-        assert!(
-            distance(&s_dot[n..], &expected) < 8.0 * 2600.0 * f64::EPSILON,
-            "N = {n}"
-        );
+        assert!(distance(&s_dot[n..], &expected) < 8.0 * 2600.0 * f64::EPSILON, "N = {n}");
     }
 }
 
 #[test]
 fn identical_oscillators_move_as_one() {
-    let one = rhs(
-        &chain(&[50.0], Ends::Periodic, Reach::All),
-        &[0.4, -7.0],
-        &[1.5],
-    );
+    let one = rhs(&chain(&[50.0], Ends::Periodic, Reach::All), &[0.4, -7.0], &[1.5]);
     for n in [2, 3, 20] {
         let s = [vec![0.4; n], vec![-7.0; n]].concat();
-        let all = rhs(
-            &chain(&vec![50.0; n], Ends::Periodic, Reach::All),
-            &s,
-            &[1.5],
-        );
+        let all = rhs(&chain(&vec![50.0; n], Ends::Periodic, Reach::All), &s, &[1.5]);
         // The two couplings are subtracted one after the other in every chain.
         assert_eq!(all, [vec![one[0]; n], vec![one[1]; n]].concat(), "N = {n}");
     }
@@ -122,14 +92,8 @@ fn open_ends_have_no_outer_coupling() {
 fn the_forcing_acts_on_the_selected_oscillators() {
     let rows = |network: &Network, channel| network.forced_rows(channel).collect::<Vec<_>>();
     let omega = [50.0; 4];
-    assert_eq!(
-        rows(&chain(&omega, Ends::Periodic, Reach::All), 0),
-        [4, 5, 6, 7]
-    );
-    assert_eq!(
-        rows(&chain(&omega, Ends::Periodic, Reach::Boundary), 0),
-        [4, 7]
-    );
+    assert_eq!(rows(&chain(&omega, Ends::Periodic, Reach::All), 0), [4, 5, 6, 7]);
+    assert_eq!(rows(&chain(&omega, Ends::Periodic, Reach::Boundary), 0), [4, 7]);
     assert_eq!(rows(&chain(&[50.0], Ends::Open, Reach::Boundary), 0), [1]);
     let network = array(3, 3, Ends::Open).network().unwrap();
     assert_eq!(rows(&network, 0), [18, 19, 20, 21, 23, 24, 25, 26]);
@@ -147,15 +111,10 @@ fn the_coupling_column_is_the_derivative_by_the_forcing() {
             forcing[channel] = 1.0;
             let forced = rhs(&network, &s, &forcing);
             let mut column = vec![0.0; network.n_states()];
-            network
-                .forced_rows(channel)
-                .for_each(|row| column[row] = 1.0);
+            network.forced_rows(channel).for_each(|row| column[row] = 1.0);
             let difference: Vec<f64> = base.iter().zip(&forced).map(|(b, f)| b - f).collect();
             // F is affine in c, so only the rounding of terms up to ω² remains.
-            assert!(
-                distance(&difference, &column) < 8.0 * 2700.0 * f64::EPSILON,
-                "{name}"
-            );
+            assert!(distance(&difference, &column) < 8.0 * 2700.0 * f64::EPSILON, "{name}");
         }
     }
 }
@@ -188,9 +147,7 @@ fn the_jacobian_is_the_derivative_of_the_residual() {
             let (plus, minus) = (at(1.0), at(-1.0));
             for row in 0..n {
                 let slope = (plus[row] - minus[row]) / (2.0 * h);
-                let entry = jacobian
-                    .get_entry(row, column)
-                    .map_or(0.0, |e| e.into_value());
+                let entry = jacobian.get_entry(row, column).map_or(0.0, |e| e.into_value());
                 assert!(
                     (entry - slope).abs() < 1e-7,
                     "{name}: ({row}, {column}) is {entry}, difference {slope}"
@@ -278,10 +235,7 @@ fn an_open_single_row_is_the_open_chain_in_each_direction() {
 #[test]
 fn an_array_couples_along_both_axes() {
     // Oscillator (1, 1) of a 3 × 3 array, displaced by 1, acts with D_n/2 on its four neighbors.
-    let array = Array {
-        omega: vec![50.0; 9],
-        ..array(3, 3, Ends::Open)
-    };
+    let array = Array { omega: vec![50.0; 9], ..array(3, 3, Ends::Open) };
     let network = array.network().unwrap();
     let mut s = vec![0.0; 36];
     s[4] = 1.0;
@@ -294,40 +248,19 @@ fn an_array_couples_along_both_axes() {
 
 #[test]
 fn a_periodic_array_moves_as_one_under_both_axes() {
-    let array = Array {
-        omega: vec![50.0; 12],
-        reach: Reach::All,
-        ..array(4, 3, Ends::Periodic)
-    };
+    let array = Array { omega: vec![50.0; 12], reach: Reach::All, ..array(4, 3, Ends::Periodic) };
     let (y, w, c) = ([0.4, -0.2], [-7.0, 3.0], [1.5, 0.25]);
     let spread = |x: [f64; 2]| x.map(|x| [x; 12]).concat();
-    let moved = rhs(
-        &array.network().unwrap(),
-        &[spread(y), spread(w)].concat(),
-        &c,
-    );
+    let moved = rhs(&array.network().unwrap(), &[spread(y), spread(w)].concat(), &c);
     for direction in 0..2 {
         // Two couplings of D_n/2 per axis: one oscillator with twice the coupling.
-        let coefficients = Coefficients {
-            coupling: 6.0,
-            ..ALL_TERMS
-        };
+        let coefficients = Coefficients { coupling: 6.0, ..ALL_TERMS };
         let (omega, ends, reach) = (vec![50.0], Ends::Periodic, Reach::All);
-        let one = Chain {
-            omega,
-            coefficients,
-            ends,
-            reach,
-        }
-        .network()
-        .unwrap();
+        let one = Chain { omega, coefficients, ends, reach }.network().unwrap();
         let expected = rhs(&one, &[y[direction], w[direction]], &[c[direction]])[1];
         for oscillator in array.direction(direction) {
             let error = moved[24 + oscillator] - expected;
-            assert!(
-                error.abs() < 8.0 * 2600.0 * f64::EPSILON,
-                "{direction} {oscillator}"
-            );
+            assert!(error.abs() < 8.0 * 2600.0 * f64::EPSILON, "{direction} {oscillator}");
         }
     }
 }
@@ -335,42 +268,19 @@ fn a_periodic_array_moves_as_one_under_both_axes() {
 #[test]
 fn invalid_descriptions_are_rejected() {
     let build = |omega: Vec<f64>, coefficients| {
-        Chain {
-            omega,
-            coefficients,
-            ends: Ends::Open,
-            reach: Reach::All,
-        }
-        .network()
-        .unwrap_err()
+        Chain { omega, coefficients, ends: Ends::Open, reach: Reach::All }.network().unwrap_err()
     };
     assert_eq!(build(vec![], ALL_TERMS), Error::NoOscillators);
     for value in [-1.0, 0.0] {
         let refused = build(vec![50.0, value], ALL_TERMS);
         assert_eq!(refused, Error::Frequency { number: 2, value });
     }
-    let infinite = Coefficients {
-        coupling: f64::INFINITY,
-        ..ALL_TERMS
-    };
+    let infinite = Coefficients { coupling: f64::INFINITY, ..ALL_TERMS };
     let value = f64::INFINITY;
-    assert_eq!(
-        build(vec![50.0], infinite),
-        Error::Coefficient {
-            name: "coupling",
-            value
-        }
-    );
-    let few = Array {
-        omega: vec![50.0; 5],
-        ..array(3, 2, Ends::Open)
-    };
+    assert_eq!(build(vec![50.0], infinite), Error::Coefficient { name: "coupling", value });
+    let few = Array { omega: vec![50.0; 5], ..array(3, 2, Ends::Open) };
     assert_eq!(
         few.network().unwrap_err(),
-        Error::ArrayFrequencies {
-            columns: 3,
-            rows: 2,
-            given: 5
-        }
+        Error::ArrayFrequencies { columns: 3, rows: 2, given: 5 }
     );
 }

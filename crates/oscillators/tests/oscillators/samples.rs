@@ -23,19 +23,15 @@ fn limit_cycle(network: &Network, h: f64, duration: f64) -> (f64, f64) {
         }
         s = next;
     }
-    let [.., before, last] = crests[..] else {
-        panic!("two crests")
-    };
+    let [.., before, last] = crests[..] else { panic!("two crests") };
     (last.1, last.0 - before.0)
 }
 
 #[test]
 fn van_der_pol_reaches_the_published_limit_cycle() {
     let published = &references()["limit_cycle"];
-    let (amplitude, period) = (
-        published["amplitude"].as_f64().unwrap(),
-        published["period"].as_f64().unwrap(),
-    );
+    let (amplitude, period) =
+        (published["amplitude"].as_f64().unwrap(), published["period"].as_f64().unwrap());
     let network = van_der_pol(1.0, 1.0).network().unwrap();
     // Perturbations decrease by e^{-7} per revolution: after 8 revolutions only rounding remains, of 10³ steps and of t
     // ≈ 60 in the difference of two times.
@@ -47,10 +43,8 @@ fn van_der_pol_reaches_the_published_limit_cycle() {
 #[test]
 fn the_limit_cycle_scales_with_the_frequency() {
     let published = &references()["limit_cycle"];
-    let (amplitude, period) = (
-        published["amplitude"].as_f64().unwrap(),
-        published["period"].as_f64().unwrap(),
-    );
+    let (amplitude, period) =
+        (published["amplitude"].as_f64().unwrap(), published["period"].as_f64().unwrap());
     let omega = 16.0 * PI;
     let network = van_der_pol(omega, omega).network().unwrap();
     let (a, t) = limit_cycle(&network, 0.05 / omega, 60.0 / omega);
@@ -73,11 +67,7 @@ fn wave() -> ChainMode {
 fn the_frequencies_of_small_waves_are_the_published_ones() {
     let published = &references()["chain_mode"];
     for (wave_number, frequency) in numbers(&published["frequencies"]).into_iter().enumerate() {
-        let squared = ChainMode {
-            wave_number,
-            ..wave()
-        }
-        .squared_frequency();
+        let squared = ChainMode { wave_number, ..wave() }.squared_frequency();
         // Rounding of a few operations.
         assert!((squared.sqrt() - frequency).abs() < 8.0 * f64::EPSILON * frequency);
     }
@@ -95,11 +85,8 @@ fn the_velocities_of_a_small_wave_are_consistent() {
     // ε^(1/3) of the time scale 1/(50 rad/s): differences retain two thirds of the digits, 1e-10.
     let h = 1e-7;
     let (before, now, after) = (mode.states(t - h), mode.states(t), mode.states(t + h));
-    let slope: Vec<f64> = after[..5]
-        .iter()
-        .zip(&before[..5])
-        .map(|(a, b)| (a - b) / (2.0 * h))
-        .collect();
+    let slope: Vec<f64> =
+        after[..5].iter().zip(&before[..5]).map(|(a, b)| (a - b) / (2.0 * h)).collect();
     let size = now[5..].iter().fold(0.0, |m: f64, w| m.max(w.abs()));
     assert!(size > 10.0 * mode.amplitude, "{size}");
     assert!(distance(&slope, &now[5..]) < 1e-8 * size);
@@ -118,10 +105,7 @@ fn a_small_wave_on_the_chain_is_the_closed_form() {
     let error = distance(&integrated[..5], &published) / 4.4e-6;
     assert!(error < 4e-11, "{error:e}");
     // With an amplitude a thousand times smaller, only the rounding of the integration remains.
-    let tiny = ChainMode {
-        amplitude: 1e-9,
-        ..mode
-    };
+    let tiny = ChainMode { amplitude: 1e-9, ..mode };
     let integrated = integrate(&network, &tiny.states(0.0), 1.0, 1000);
     let error = distance(&integrated, &tiny.states(1.0)) / 4.4e-9 / (16.0 * PI);
     assert!(error < 1e-12, "{error:e}");

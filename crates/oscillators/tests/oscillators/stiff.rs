@@ -60,11 +60,7 @@ fn integrate(network: &Network, s: [f64; 2], t_end: f64, tolerance: f64) -> (DVe
         }
         // A NaN error (from an overflow) shortens the step like a large one.
         let factor = 0.8 * (tolerance / error).powf(1.0 / ORDER as f64);
-        h *= if factor.is_finite() {
-            factor.clamp(0.2, 4.0)
-        } else {
-            0.2
-        };
+        h *= if factor.is_finite() { factor.clamp(0.2, 4.0) } else { 0.2 };
     }
     (s, steps)
 }
@@ -73,22 +69,12 @@ fn integrate(network: &Network, s: [f64; 2], t_end: f64, tolerance: f64) -> (DVe
 fn the_stiff_oscillator_matches_the_test_set() {
     let published = &references()["vdpolm"];
     let y = numbers(&published["y"]);
-    let network = van_der_pol(published["vdp_mu"].as_f64().unwrap(), 1.0)
-        .network()
-        .unwrap();
+    let network = van_der_pol(published["vdp_mu"].as_f64().unwrap(), 1.0).network().unwrap();
     let t_end = published["t"].as_f64().unwrap();
     let (s, steps) = integrate(&network, [2.0, 0.0], t_end, 1e-10);
     // The flow between the jumps is contractive, so the error at the end is at most the tolerance of one step.
-    assert!(
-        (s[0] - y[0]).abs() < 1e-10 * y[0].abs(),
-        "{:e}",
-        s[0] - y[0]
-    );
-    assert!(
-        (s[1] - y[1]).abs() < 1e-10 * y[1].abs(),
-        "{:e}",
-        s[1] - y[1]
-    );
+    assert!((s[0] - y[0]).abs() < 1e-10 * y[0].abs(), "{:e}", s[0] - y[0]);
+    assert!((s[1] - y[1]).abs() < 1e-10 * y[1].abs(), "{:e}", s[1] - y[1]);
     // The right Jacobian needs 1200 steps; a step limited by stability, h < 2/(3 μ), would need 3 million.
     assert!(steps < 2500, "{steps}");
 }

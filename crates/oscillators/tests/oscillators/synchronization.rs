@@ -49,10 +49,7 @@ fn course(network: &Network, s: Vec<f64>, t_end: f64, c: impl Fn(f64) -> f64) ->
 /// Returns c(t) of the paper's rod: the ramp of the load and the steady amplitude at 8 Hz (|U(L/2)| = 0.0506 of case
 /// S8, whose phase of 6e-4 is neglected).
 fn rod_forcing(gain: f64) -> impl Fn(f64) -> f64 {
-    let drive = Drive {
-        gain,
-        reach: Reach::All,
-    };
+    let drive = Drive { gain, reach: Reach::All };
     move |t| {
         let ramp = 1.0 / (1.0 + (8.0 - 10.0 * t).exp()) - 1.0 / (1.0 + 8.0_f64.exp());
         drive.forcing(0.0506 * ramp * (16.0 * PI * t).sin())
@@ -61,16 +58,8 @@ fn rod_forcing(gain: f64) -> impl Fn(f64) -> f64 {
 
 fn chain(n: usize, half_width: f64, coupling: f64) -> Network {
     Chain {
-        omega: Detuning {
-            half_width,
-            ..Detuning::default()
-        }
-        .frequencies(n)
-        .unwrap(),
-        coefficients: Coefficients {
-            coupling,
-            ..Coefficients::default()
-        },
+        omega: Detuning { half_width, ..Detuning::default() }.frequencies(n).unwrap(),
+        coefficients: Coefficients { coupling, ..Coefficients::default() },
         ends: Ends::Periodic,
         reach: Reach::All,
     }
@@ -79,22 +68,12 @@ fn chain(n: usize, half_width: f64, coupling: f64) -> Network {
 }
 
 fn from_rest(network: &Network, t_end: f64, gain: f64) -> Course {
-    course(
-        network,
-        vec![0.0; network.n_states()],
-        t_end,
-        rod_forcing(gain),
-    )
+    course(network, vec![0.0; network.n_states()], t_end, rod_forcing(gain))
 }
 
 #[test]
 fn twenty_oscillators_reach_the_reference_coherence() {
-    let Course {
-        centroid,
-        phase,
-        frequency,
-        rise,
-    } = from_rest(&chain(20, 0.05, 3.0), 200.0, 1.0);
+    let Course { centroid, phase, frequency, rise } = from_rest(&chain(20, 0.05, 3.0), 200.0, 1.0);
     // The independent integration gives means over 20 s with these margins,
     assert!((centroid.mean - 1.642).abs() < 0.002, "{centroid:?}");
     assert!((phase.mean - 0.836).abs() < 0.001, "{phase:?}");
@@ -105,17 +84,12 @@ fn twenty_oscillators_reach_the_reference_coherence() {
     // and a rise "to about 1.99 near t = 15" before.
     let crest = rise.iter().copied().fold(0.0, f64::max);
     let at = rise.iter().position(|r| *r == crest).unwrap() as f64 * STEP;
-    assert!(
-        (crest - 1.99).abs() < 0.005 && (at - 15.0).abs() < 2.5,
-        "{crest} at {at}"
-    );
+    assert!((crest - 1.99).abs() < 0.005 && (at - 15.0).abs() < 2.5, "{crest} at {at}");
 }
 
 #[test]
 fn five_oscillators_reach_the_reference_coherence() {
-    let Course {
-        centroid, phase, ..
-    } = from_rest(&chain(5, 0.5, 3.0), 50.0, 1.0);
+    let Course { centroid, phase, .. } = from_rest(&chain(5, 0.5, 3.0), 50.0, 1.0);
     // "|Ψ| within [1.64, 1.70] over a cycle, |χ| 0.94", to the printed digits.
     assert!(centroid.min > 1.635 && centroid.max < 1.705, "{centroid:?}");
     assert!((phase.mean - 0.94).abs() < 0.005, "{phase:?}");
@@ -125,23 +99,15 @@ fn five_oscillators_reach_the_reference_coherence() {
 fn identical_oscillators_move_at_the_coupled_frequency() {
     let network = chain(20, 0.0, 3.0);
     let start = [vec![1.0; 20], vec![0.0; 20]].concat();
-    let Course {
-        phase, frequency, ..
-    } = course(&network, start, 40.0, |_| 0.0);
+    let Course { phase, frequency, .. } = course(&network, start, 40.0, |_| 0.0);
     // Sums of 20 equal numbers.
     let rounding = 20.0 * f64::EPSILON;
-    assert!(
-        (phase.min - 1.0).abs() < rounding && (phase.max - 1.0).abs() < rounding,
-        "{phase:?}"
-    );
+    assert!((phase.min - 1.0).abs() < rounding && (phase.max - 1.0).abs() < rounding, "{phase:?}");
     // Ω² = ω² − D ω, lowered by Van der Pol's (μ/Ω)²/16. The next term is of relative order
     // (μ/Ω)⁴ = 3e-6; a window of 20 s with a phase ripple of 0.05 rad resolves 4e-4 Hz.
     let coupled = ((16.0 * PI).powi(2) - 3.0 * 16.0 * PI).sqrt();
     let expected = coupled / TAU * (1.0 - (2.0 / coupled).powi(2) / 16.0);
-    assert!(
-        (frequency.mean - expected).abs() < 4e-4,
-        "{frequency:?} {expected}"
-    );
+    assert!((frequency.mean - expected).abs() < 4e-4, "{frequency:?} {expected}");
     // The published value, to its digits.
     assert!((frequency.mean - 7.757).abs() < 5e-4, "{frequency:?}");
 }
@@ -150,11 +116,8 @@ fn identical_oscillators_move_at_the_coupled_frequency() {
 /// a smaller coherence." Paper: section 3.1.
 #[test]
 fn narrower_detuning_and_stronger_coupling_give_more_coherence() {
-    let coherence = |half_width, coupling| {
-        from_rest(&chain(5, half_width, coupling), 60.0, 1.0)
-            .phase
-            .mean
-    };
+    let coherence =
+        |half_width, coupling| from_rest(&chain(5, half_width, coupling), 60.0, 1.0).phase.mean;
     let paper = coherence(0.5, 3.0);
     assert!(coherence(0.25, 3.0) > paper && paper > coherence(1.0, 3.0));
     assert!(coherence(0.5, 6.0) > paper && paper > coherence(0.5, 1.5));
@@ -165,27 +128,11 @@ fn a_strong_drive_entrains_the_chain() {
     let driven = |gain| from_rest(&chain(20, 0.05, 3.0), 100.0, gain);
     // Near γ = 3000 the drive competes with the chain's own frequency: |Ψ| beats down to 0.
     let contest = driven(3000.0);
-    assert!(
-        contest.centroid.min < 0.1 && contest.centroid.max > 1.9,
-        "{:?}",
-        contest.centroid
-    );
+    assert!(contest.centroid.min < 0.1 && contest.centroid.max > 1.9, "{:?}", contest.centroid);
     // At 4000 the centroid is locked to 8 Hz at reduced coherence; at 6000 the coherence is high as well.
     // 8.000 Hz to the resolution of the window, 4e-4 Hz.
     let (locked, firm) = (driven(4000.0), driven(6000.0));
-    assert!(
-        (locked.frequency.mean - 8.0).abs() < 4e-4,
-        "{:?}",
-        locked.frequency
-    );
-    assert!(
-        (firm.frequency.mean - 8.0).abs() < 4e-4,
-        "{:?}",
-        firm.frequency
-    );
-    assert!(
-        locked.phase.max < 0.836 && firm.phase.min > 0.98,
-        "{:?}",
-        firm.phase
-    );
+    assert!((locked.frequency.mean - 8.0).abs() < 4e-4, "{:?}", locked.frequency);
+    assert!((firm.frequency.mean - 8.0).abs() < 4e-4, "{:?}", firm.frequency);
+    assert!(locked.phase.max < 0.836 && firm.phase.min > 0.98, "{:?}", firm.phase);
 }

@@ -31,10 +31,7 @@ pub(super) struct Form {
 impl Form {
     /// Returns the function q, the value at the start of the step.
     pub(super) fn state() -> Self {
-        Self {
-            of_state: 1.0,
-            ..Self::default()
-        }
+        Self { of_state: 1.0, ..Self::default() }
     }
 
     /// Returns a driving quantity.
@@ -157,8 +154,8 @@ impl TermStep<'_> {
         let begin = Form::state() * if derivative == 0 { 1.0 } else { 0.0 };
         let response = self.response_of(Form::drive(BEGIN), Form::state());
         let slope = response * (of_slope / self.term.time);
-        of_stages.enumerate().fold(begin + slope, |sum, (j, b)| {
-            sum + (self.stage(j) - Form::state()) * b
-        })
+        of_stages
+            .enumerate()
+            .fold(begin + slope, |sum, (j, b)| sum + (self.stage(j) - Form::state()) * b)
     }
 }

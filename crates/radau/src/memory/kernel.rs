@@ -96,10 +96,7 @@ impl Driven<'_> {
     /// Calls the function for each block of the part, given as ranges within the part and within
     /// all points, with vector instructions enabled.
     fn in_pieces(&self, function: impl FnMut(Range<usize>, Range<usize>)) {
-        Arch::new().dispatch(Pieces {
-            slots: self.slots,
-            function,
-        });
+        Arch::new().dispatch(Pieces { slots: self.slots, function });
     }
 }
 

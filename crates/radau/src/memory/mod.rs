@@ -82,9 +82,7 @@ impl MemoryState {
 
 impl<P> std::fmt::Debug for Memory<P> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Memory")
-            .field("parts", &self.parts)
-            .finish_non_exhaustive()
+        f.debug_struct("Memory").field("parts", &self.parts).finish_non_exhaustive()
     }
 }
 
@@ -95,9 +93,7 @@ fn forms(
     form: impl Fn(TermStep<'_>) -> Form,
 ) -> Vec<Form> {
     let terms = part.terms.iter();
-    terms
-        .map(|&term| form(TermStep { term, method, h }))
-        .collect()
+    terms.map(|&term| form(TermStep { term, method, h })).collect()
 }
 
 impl<P: Problem> Memory<P> {
@@ -129,10 +125,7 @@ impl<P: Problem> Memory<P> {
             tolerances: (factor * relative, factor * variables.absolute),
             constants: vec![room.clone(); stages],
             present: room,
-            last: LastStep {
-                states: variables.start.clone(),
-                drives: drives.clone(),
-            },
+            last: LastStep { states: variables.start.clone(), drives: drives.clone() },
             drives,
             states: variables.start,
             error: 0.0,
@@ -148,11 +141,7 @@ impl<P: Problem> Memory<P> {
         parts.iter().map(move |part| {
             let own = end..end + part.slots.len() * part.terms.len();
             end = own.end;
-            let driven = Driven {
-                slots: &part.slots,
-                states: &states[own.clone()],
-                drives,
-            };
+            let driven = Driven { slots: &part.slots, states: &states[own.clone()], drives };
             (part, own, driven)
         })
     }
@@ -221,10 +210,7 @@ impl<P: Problem> Memory<P> {
         let response = (self.functions.response)(problem);
         response.copy_from_slice(&self.constants[i]);
         for (part, _, driven) in Self::driven(&self.parts, &self.states, &self.drives) {
-            let of_drives = |term: TermStep<'_>| Form {
-                of_state: 0.0,
-                ..term.response(i)
-            };
+            let of_drives = |term: TermStep<'_>| Form { of_state: 0.0, ..term.response(i) };
             driven.add_sum(&forms(part, step, of_drives), response);
         }
     }
@@ -291,13 +277,7 @@ impl<P: Problem> Memory<P> {
     /// Accepts the current step as the last one.
     pub(crate) fn accept(&mut self, (method, h): (&Method, f64)) {
         let end = method.stages() - 1;
-        let Self {
-            parts,
-            states,
-            drives,
-            last,
-            ..
-        } = self;
+        let Self { parts, states, drives, last, .. } = self;
         for (part, own, driven) in Self::driven(parts, states, drives) {
             let at_end = forms(part, (method, h), |term| term.stage(end));
             driven.write(&at_end, &mut last.states[own]);
@@ -354,10 +334,7 @@ impl<P: Problem> Memory<P> {
     }
 
     pub(crate) fn state(&self) -> MemoryState {
-        MemoryState {
-            states: self.states.clone(),
-            last: self.last.clone(),
-        }
+        MemoryState { states: self.states.clone(), last: self.last.clone() }
     }
 
     /// Checks that the problem has one response per slot.

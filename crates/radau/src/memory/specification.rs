@@ -68,19 +68,9 @@ impl InternalVariables {
         let mut end = 0;
         for MemoryPart { slots, terms } in &self.parts {
             let (start, expected) = (slots.start as f64, "the end of the part before, or 0");
-            expect(
-                "first slot of a memory part",
-                start,
-                slots.start == end,
-                expected,
-            )?;
+            expect("first slot of a memory part", start, slots.start == end, expected)?;
             let is_range = slots.end >= slots.start;
-            expect(
-                "end of a memory part",
-                slots.end as f64,
-                is_range,
-                "at least its first slot",
-            )?;
+            expect("end of a memory part", slots.end as f64, is_range, "at least its first slot")?;
             end = slots.end;
             for term in terms {
                 expect_positive("time of a memory term", term.time)?;

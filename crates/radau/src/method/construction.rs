@@ -45,11 +45,8 @@ pub(super) fn radau_nodes(stages: usize) -> Vec<f64> {
             _ => 0.0,
         }
     });
-    let mut nodes: Vec<f64> = jacobi
-        .symmetric_eigenvalues()
-        .iter()
-        .map(|x| 0.5 * (1.0 + x))
-        .collect();
+    let mut nodes: Vec<f64> =
+        jacobi.symmetric_eigenvalues().iter().map(|x| 0.5 * (1.0 + x)).collect();
     nodes.sort_by(f64::total_cmp);
     nodes[stages - 1] = 1.0;
     nodes
@@ -65,18 +62,13 @@ pub(super) fn lagrange_derivative(nodes: &[f64], j: usize, theta: f64) -> f64 {
     let c_j = nodes[j];
     let scale = others(nodes, j).fold(c_j, |product, c| product * (c_j - c));
     // The product rule, one factor at a time: (f g)' = f' g + f g'.
-    let (_, derivative) = others(nodes, j).fold((theta, 1.0), |(f, df), c| {
-        (f * (theta - c), df * (theta - c) + f)
-    });
+    let (_, derivative) =
+        others(nodes, j).fold((theta, 1.0), |(f, df), c| (f * (theta - c), df * (theta - c) + f));
     derivative / scale
 }
 
 fn others(nodes: &[f64], j: usize) -> impl Iterator<Item = f64> {
-    nodes
-        .iter()
-        .enumerate()
-        .filter(move |&(k, _)| k != j)
-        .map(|(_, &c)| c)
+    nodes.iter().enumerate().filter(move |&(k, _)| k != j).map(|(_, &c)| c)
 }
 
 /// Returns the last row b of A from b A⁻¹ = e_s.
@@ -111,26 +103,13 @@ pub(super) fn modes(a_inverse: &DMatrix<f64>) -> (RealMode, Vec<ComplexMode>) {
         let right = null_vector(&matrix, lambda);
         let product = dot(&left, &right);
         left.iter_mut().for_each(|l| *l /= product);
-        ComplexMode {
-            lambda,
-            right,
-            left,
-        }
+        ComplexMode { lambda, right, left }
     };
     let real = mode(Complex64::from(eigenvalues[middle].re));
     let parts = |v: Vec<Complex64>| v.iter().map(|x| x.re).collect();
-    let real = RealMode {
-        lambda: real.lambda.re,
-        right: parts(real.right),
-        left: parts(real.left),
-    };
-    (
-        real,
-        eigenvalues[middle + 1..]
-            .iter()
-            .map(|&lambda| mode(lambda))
-            .collect(),
-    )
+    let real =
+        RealMode { lambda: real.lambda.re, right: parts(real.right), left: parts(real.left) };
+    (real, eigenvalues[middle + 1..].iter().map(|&lambda| mode(lambda)).collect())
 }
 
 /// Returns the vector v with (M − λI) v = 0 and last component 1.
@@ -143,9 +122,6 @@ fn null_vector(matrix: &DMatrix<Complex64>, lambda: Complex64) -> Vec<Complex64>
     let mut v = DVector::zeros(s);
     v[s - 1] = Complex64::ONE;
     let solved = system.lu().solve_mut(&mut v);
-    assert!(
-        solved,
-        "no eigenvector of a Radau IIA matrix vanishes in its last component"
-    );
+    assert!(solved, "no eigenvector of a Radau IIA matrix vanishes in its last component");
     v.iter().copied().collect()
 }

@@ -170,10 +170,7 @@ impl<Q> Adjoint<Q> {
         solver.restore(&end)?;
         self.work.repeated_steps += repeated?;
         let Carried { y, products, .. } = carried;
-        Ok(Gradient {
-            parameters: products.iter().map(|product| -product).collect(),
-            start: y,
-        })
+        Ok(Gradient { parameters: products.iter().map(|product| -product).collect(), start: y })
     }
 
     /// Traverses one step backward. `until` is its size.
@@ -194,11 +191,7 @@ impl<Q> Adjoint<Q> {
         add_scaled(&mut self.residual[last..], 1.0, &carried.y);
         let stages = self.residual.chunks_exact_mut(n).enumerate();
         stages.for_each(|(j, out)| {
-            add_scaled(
-                out,
-                method.a_inverse(method.stages() - 1, j) / h,
-                &carried.y_dot,
-            );
+            add_scaled(out, method.a_inverse(method.stages() - 1, j) / h, &carried.y_dot);
         });
         carried.y_dot.fill(0.0);
         misfit(&mut Cotangents {
@@ -224,20 +217,13 @@ impl<Q> Adjoint<Q> {
             return Ok(());
         }
         self.solve(step, carried).map_err(|trouble| match trouble {
-            SweepFailure::Failed(StepError::Fatal(source)) => RadauError::Fatal {
-                function: "adjoint",
-                t,
-                h,
-                source,
-            },
-            SweepFailure::Failed(error) => RadauError::Adjoint {
-                t,
-                message: error.to_string(),
-            },
-            SweepFailure::Stalled(stalled) => RadauError::Adjoint {
-                t,
-                message: stalled.to_string(),
-            },
+            SweepFailure::Failed(StepError::Fatal(source)) => {
+                RadauError::Fatal { function: "adjoint", t, h, source }
+            }
+            SweepFailure::Failed(error) => RadauError::Adjoint { t, message: error.to_string() },
+            SweepFailure::Stalled(stalled) => {
+                RadauError::Adjoint { t, message: stalled.to_string() }
+            }
         })
     }
 
@@ -251,15 +237,7 @@ impl<Q> Adjoint<Q> {
     where
         Q: Parameters<P>,
     {
-        let AcceptedStep {
-            problem,
-            matrices,
-            method,
-            options,
-            weights,
-            collocation,
-            ..
-        } = step;
+        let AcceptedStep { problem, matrices, method, options, weights, collocation, .. } = step;
         let (n, h) = (collocation.y0.len(), collocation.h);
         weights.write_at(problem, options, &collocation.y0, h, &mut self.weights[..n])?;
         let own = &self.weights[..n];
@@ -269,13 +247,7 @@ impl<Q> Adjoint<Q> {
             self.work.factorizations += 1;
         }
         self.operator
-            .linearize(
-                (problem, &mut self.parameters),
-                method,
-                &collocation,
-                own,
-                true,
-            )
+            .linearize((problem, &mut self.parameters), method, &collocation, own, true)
             .map_err(SweepFailure::Failed)?;
         self.work.jacobian_evaluations += method.stages() as u64;
         // z̄ · z has the units of J. The residual of z̄ is weighted by the tolerances of z, without the powers of 1/h
@@ -299,8 +271,7 @@ impl<Q> Adjoint<Q> {
             Ok(())
         };
         let (adjoint, residual) = (&mut self.adjoint, &mut self.residual);
-        self.krylov
-            .solve(adjoint, residual, &self.weights, tolerance, apply)?;
+        self.krylov.solve(adjoint, residual, &self.weights, tolerance, apply)?;
         self.system
             .solve_transposed(problem, matrices, method, adjoint, counters)
             .map_err(SweepFailure::Failed)?;
@@ -308,8 +279,7 @@ impl<Q> Adjoint<Q> {
         let mut factors = old.unwrap_or_else(|| Factors::new(h, None));
         factors.note(directions);
         self.factors = Some(factors);
-        self.operator
-            .subtract_transposed_from_start(&mut self.parameters, adjoint, &mut carried.y);
+        self.operator.subtract_transposed_from_start(&mut self.parameters, adjoint, &mut carried.y);
         for (stage, adjoint) in self.operator.stages.iter().zip(adjoint.chunks_exact(n)) {
             let state = [&stage.y[..], &stage.y_dot];
             self.parameters
@@ -331,13 +301,7 @@ fn set_up<P: Problem, M: LinearSolver<P>>(
 ) -> Result<(), StepError> {
     let mut stage = Stage::new(step.y0.len());
     stage.move_to(method, step, method.stages() / 2);
-    let at = Linearization {
-        t: stage.t,
-        y: &stage.y,
-        y_dot: &stage.y_dot,
-        step: step.h,
-        weights,
-    };
+    let at = Linearization { t: stage.t, y: &stage.y, y_dot: &stage.y_dot, step: step.h, weights };
     matrices.evaluate(problem, &at)?;
     let real = method.real_mode().lambda / step.h;
     matrices.set_up(problem, real, &method.shifts(step.h))

@@ -55,11 +55,7 @@ impl Block {
         mut apply: impl FnMut(&[f64], &mut [f64]) -> Result<(), E>,
     ) -> Result<(), E> {
         let columns = Columns { weights, n_columns };
-        let least = if of_newton > 0.0 {
-            of_newton
-        } else {
-            LEAST_TRUST
-        };
+        let least = if of_newton > 0.0 { of_newton } else { LEAST_TRUST };
         let trusted = self.contraction.map(|c| c.powf(0.8).max(least));
         let mut contraction = trusted.unwrap_or(1.0);
         let mut measured: Option<f64> = None;
@@ -73,11 +69,7 @@ impl Block {
                 return Ok(());
             }
             if used == MOST || !worst.is_finite() {
-                return Err(Stalled {
-                    norm: worst,
-                    column,
-                }
-                .into());
+                return Err(Stalled { norm: worst, column }.into());
             }
             if used == self.directions.len() {
                 self.directions.push(Direction::default());
@@ -87,10 +79,7 @@ impl Block {
             q.resize(r.len(), 0.0);
             apply(r, q)?;
             let mut sums = columns.sums(r, q);
-            let unsolved = sums
-                .iter()
-                .zip(&sizes)
-                .filter(|(_, size)| **size > tolerance);
+            let unsolved = sums.iter().zip(&sizes).filter(|(_, size)| **size > tolerance);
             let ratio = unsolved.map(|([left, ..], size)| left.sqrt() / size);
             let ratio = ratio.fold(0.0, f64::max);
             measured = Some(measured.map_or(ratio, |largest| largest.max(ratio)));
@@ -159,9 +148,7 @@ impl Columns<'_> {
         add_squares(&mut lanes, self.weights, a, b);
         let of = |j: usize| {
             let column = (j, self.n_columns);
-            lanes
-                .each_ref()
-                .map(|lanes| mean_of_column(lanes, column, a.len()))
+            lanes.each_ref().map(|lanes| mean_of_column(lanes, column, a.len()))
         };
         (0..self.n_columns).map(of).collect()
     }
@@ -176,13 +163,7 @@ impl Columns<'_> {
     fn step(&self, [x, r]: [&mut [f64]; 2], [p, q]: [&[f64]; 2], shares: &[f64]) -> Vec<f64> {
         let mut lanes = vec![0.0; ROWS * self.n_columns];
         let length = r.len();
-        step(
-            &mut lanes,
-            self.weights,
-            &shares.repeat(ROWS),
-            [x, r],
-            [p, q],
-        );
+        step(&mut lanes, self.weights, &shares.repeat(ROWS), [x, r], [p, q]);
         let columns = (0..self.n_columns).map(|j| (j, self.n_columns));
         let squares = columns.map(|column| mean_of_column(&lanes, column, length));
         squares.map(f64::sqrt).collect()
@@ -276,11 +257,7 @@ mod tests {
     /// circle around 1; in the last of three columns K = I.
     fn apply(v: &[f64], out: &mut [f64]) -> Result<(), Stalled> {
         for (k, out) in out.iter_mut().enumerate() {
-            let shifted = if k % 3 == 2 {
-                0.0
-            } else {
-                v[(k + 3) % v.len()]
-            };
+            let shifted = if k % 3 == 2 { 0.0 } else { v[(k + 3) % v.len()] };
             *out = -(v[k] + 0.3 * shifted);
         }
         Ok(())
@@ -299,9 +276,7 @@ mod tests {
                 count += 1;
                 apply(v, out)
             };
-            block
-                .solve(&mut x, &mut r, (&weights, 3), [tolerance, 0.0], counted)
-                .unwrap();
+            block.solve(&mut x, &mut r, (&weights, 3), [tolerance, 0.0], counted).unwrap();
             assert!(applications.contains(&count), "{count}");
             let mut image = vec![0.0; 3 * n];
             apply(&x, &mut image).unwrap();
@@ -320,12 +295,6 @@ mod tests {
         };
         let (weights, mut r) = ([1.0], [1.0]);
         let solved = Block::default().solve(&mut [0.0], &mut r, (&weights, 1), [1e-3, 0.0], zero);
-        assert_eq!(
-            solved,
-            Err(Stalled {
-                norm: 1.0,
-                column: 0
-            })
-        );
+        assert_eq!(solved, Err(Stalled { norm: 1.0, column: 0 }));
     }
 }

@@ -144,9 +144,7 @@ mod tests {
         };
         let rows = 0..1100;
         let weights: Vec<f64> = rows.clone().flat_map(|_| [2.0, 3.0]).collect();
-        let vector: Vec<f64> = rows
-            .flat_map(|row| [number(row, 1.0), number(row, 5.0)])
-            .collect();
+        let vector: Vec<f64> = rows.flat_map(|row| [number(row, 1.0), number(row, 5.0)]).collect();
         let mut sums = Vec::new();
         let vectors = [[&vector[..], &vector]; 2];
         Sums::default().of(&vectors, 0.5, (&weights, 2), &mut sums);

@@ -54,9 +54,7 @@ impl Cotangents<'_> {
         let (of_slope, of_stages) = self.step.coefficients(self.method, t, derivative);
         add_scaled(self.start_slope, of_slope, cotangent);
         let stages = self.stages.chunks_exact_mut(cotangent.len());
-        stages
-            .zip(of_stages)
-            .for_each(|(stage, b)| add_scaled(stage, b, cotangent));
+        stages.zip(of_stages).for_each(|(stage, b)| add_scaled(stage, b, cotangent));
     }
 
     /// Returns the times of the stages with the weights of h Σ_i b_i f(t_i) ≈ ∫ f dt over the step,

@@ -75,14 +75,8 @@ impl Curves {
         let (t, h) = (step.t0, step.h);
         let now = Beginning {
             h,
-            columns: Vectors {
-                values: [&self.s, &self.s_dot],
-                weights: columns,
-            },
-            state: Vectors {
-                values: [&step.y0, &step.y_dot0],
-                weights: state,
-            },
+            columns: Vectors { values: [&self.s, &self.s_dot], weights: columns },
+            state: Vectors { values: [&step.y0, &step.y_dot0], weights: state },
             tolerance,
         };
         let (last, history) = (&self.step, &mut self.history);
@@ -124,9 +118,7 @@ impl Curves {
             // Ṡ is unknown at the start.
             self.step.free_start(method, 0..length);
         } else {
-            let rows = algebraic
-                .iter()
-                .map(|i| i * self.n_columns..(i + 1) * self.n_columns);
+            let rows = algebraic.iter().map(|i| i * self.n_columns..(i + 1) * self.n_columns);
             self.step.free_start(method, rows.flatten());
         }
         self.history.push(&self.step, state);

@@ -24,11 +24,7 @@ const WINDOW: f64 = 1.1;
 impl Factors {
     /// Creates the record of factors for step size `h`.
     pub(super) fn new(h: f64, fresh: Option<usize>) -> Self {
-        Self {
-            h,
-            fresh,
-            is_stale: false,
-        }
+        Self { h, fresh, is_stale: false }
     }
 
     /// Returns the number of directions with newly computed factors, if known.

@@ -156,10 +156,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// the steps, and if [`newton_tolerance`](field@crate::RadauOptions::newton_tolerance) is set.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
-        Self {
-            tolerance: Some(tolerance),
-            ..self
-        }
+        Self { tolerance: Some(tolerance), ..self }
     }
 
     /// Includes the errors of the sensitivities in the step-size control. Each error is estimated like the error of y,
@@ -178,11 +175,7 @@ impl<Q> ForwardSensitivities<Q> {
     ) -> Self {
         let mut operator = self.operator;
         operator.add_start(solver.method());
-        Self {
-            is_controlling: true,
-            operator,
-            ..self
-        }
+        Self { is_controlling: true, operator, ..self }
     }
 
     /// Returns the parameters.
@@ -224,12 +217,7 @@ impl<Q> ForwardSensitivities<Q> {
         expect_length("dense output", self.curves.of(j).len(), out.len())?;
         let [from, to] = solver.last_step_interval();
         if derivative > 1 || !covers([from, to], t) {
-            return Err(RadauError::NoDenseOutput {
-                t,
-                derivative,
-                from,
-                to,
-            });
+            return Err(RadauError::NoDenseOutput { t, derivative, from, to });
         }
         let column = (j, self.n_parameters());
         let step = &self.curves.step;
@@ -289,34 +277,26 @@ impl<Q> ForwardSensitivities<Q> {
             return Ok(());
         }
         if n_steps != self.followed + 1 {
-            return Err(RadauError::Missed {
-                steps: n_steps.abs_diff(self.followed),
-            });
+            return Err(RadauError::Missed { steps: n_steps.abs_diff(self.followed) });
         }
         let h = step.collocation.h;
-        let error = self
-            .advance(step, contraction, is_constrained)
-            .map_err(|(j, trouble)| {
-                let parameter = self.parameters.list()[j].name.clone();
-                match trouble {
-                    SweepFailure::Failed(StepError::Fatal(source)) => RadauError::Fatal {
-                        function: "derivative with respect to a parameter",
-                        t,
-                        h,
-                        source,
-                    },
-                    SweepFailure::Failed(error) => RadauError::Sensitivity {
-                        parameter,
-                        t,
-                        message: error.to_string(),
-                    },
-                    SweepFailure::Stalled(stalled) => RadauError::Sensitivity {
-                        parameter,
-                        t,
-                        message: stalled.to_string(),
-                    },
+        let error = self.advance(step, contraction, is_constrained).map_err(|(j, trouble)| {
+            let parameter = self.parameters.list()[j].name.clone();
+            match trouble {
+                SweepFailure::Failed(StepError::Fatal(source)) => RadauError::Fatal {
+                    function: "derivative with respect to a parameter",
+                    t,
+                    h,
+                    source,
+                },
+                SweepFailure::Failed(error) => {
+                    RadauError::Sensitivity { parameter, t, message: error.to_string() }
                 }
-            })?;
+                SweepFailure::Stalled(stalled) => {
+                    RadauError::Sensitivity { parameter, t, message: stalled.to_string() }
+                }
+            }
+        })?;
         self.followed += 1;
         self.work.steps += 1;
         if self.is_controlling {
@@ -357,27 +337,12 @@ impl<Q> ForwardSensitivities<Q> {
         if n_columns == 0 {
             return Ok(0.0);
         }
-        let Self {
-            parameters,
-            operator,
-            curves,
-            work,
-            counters,
-            system,
-            image,
-            ..
-        } = self;
+        let Self { parameters, operator, curves, work, counters, system, image, .. } = self;
         weights
             .write_at(problem, options, &collocation.y0, h, &mut self.weights)
             .map_err(|failure| (0, SweepFailure::from(failure)))?;
         operator
-            .linearize(
-                (problem, parameters),
-                method,
-                &collocation,
-                &self.weights,
-                false,
-            )
+            .linearize((problem, parameters), method, &collocation, &self.weights, false)
             .map_err(|error| (0, SweepFailure::Failed(error)))?;
         work.jacobian_evaluations += operator.stages.len() as u64;
         let stages = operator.stages.iter().take(method.stages());
@@ -424,18 +389,12 @@ impl<Q> ForwardSensitivities<Q> {
         };
         let (increments, residual) = (&mut curves.step.increments, &mut curves.residual);
         let weighted = (&self.columns_weights[..], n_columns);
-        self.block
-            .solve(
-                increments,
-                residual,
-                weighted,
-                [tolerance, contraction],
-                apply,
-            )
-            .map_err(|trouble| match trouble {
+        self.block.solve(increments, residual, weighted, [tolerance, contraction], apply).map_err(
+            |trouble| match trouble {
                 SweepFailure::Stalled(Stalled { column, .. }) => (column, trouble),
                 SweepFailure::Failed(_) => (0, trouble),
-            })?;
+            },
+        )?;
         let mut largest = 0.0_f64;
         if self.is_controlling {
             image.resize(n * n_columns, 0.0);
@@ -456,12 +415,7 @@ impl<Q> ForwardSensitivities<Q> {
                 largest = largest.max(norm((0..n).map(error), n));
             }
         }
-        curves.end(
-            method,
-            &collocation,
-            &self.columns_weights,
-            (is_first, algebraic),
-        );
+        curves.end(method, &collocation, &self.columns_weights, (is_first, algebraic));
         Ok(largest)
     }
 }

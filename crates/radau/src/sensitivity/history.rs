@@ -146,35 +146,25 @@ impl History {
 
     /// Computes the coefficients of each column for the `count` usable steps.
     fn combine(&self, now: &Beginning<'_>, count: usize, room: &mut Workspace) -> bool {
-        let Beginning {
-            h, columns, state, ..
-        } = now;
+        let Beginning { h, columns, state, .. } = now;
         let mut places = [columns.values; PLACES];
         for (place, past) in places.iter_mut().zip(self.usable(*h)) {
             *place = [&past.curves.y0, &past.curves.y_dot0];
         }
         let n_columns = columns.weights.len() / state.weights.len();
         let mut of_columns = std::mem::take(&mut room.of_columns);
-        room.sums.of(
-            &places[..=count],
-            *h,
-            (columns.weights, n_columns),
-            &mut of_columns,
-        );
+        room.sums.of(&places[..=count], *h, (columns.weights, n_columns), &mut of_columns);
         let mut places = [state.values; PLACES];
         for (place, past) in places.iter_mut().zip(self.usable(*h)) {
             *place = past.state.each_ref().map(|values| &values[..]);
         }
         let mut of_state = std::mem::take(&mut room.of_state);
-        room.sums
-            .of(&places[..=count], *h, (state.weights, 1), &mut of_state);
+        room.sums.of(&places[..=count], *h, (state.weights, 1), &mut of_state);
         let largest = of_columns.iter().map(|products| products[(count, count)]);
         let is_known = DIGITS * largest.fold(0.0, f64::max) < now.tolerance.powi(2);
         room.coefficients.clear();
         room.coefficients.extend(
-            of_columns
-                .iter()
-                .map(|column| combination(column, &of_state[0], count, now.tolerance)),
+            of_columns.iter().map(|column| combination(column, &of_state[0], count, now.tolerance)),
         );
         (room.of_columns, room.of_state) = (of_columns, of_state);
         is_known
@@ -265,14 +255,8 @@ mod tests {
     ) -> Beginning<'a> {
         Beginning {
             h: columns.h,
-            columns: Vectors {
-                values: [&columns.y0, &columns.y_dot0],
-                weights,
-            },
-            state: Vectors {
-                values: [&state.y0, &state.y_dot0],
-                weights: &[1.0; 6],
-            },
+            columns: Vectors { values: [&columns.y0, &columns.y_dot0], weights },
+            state: Vectors { values: [&state.y0, &state.y_dot0], weights: &[1.0; 6] },
             tolerance,
         }
     }
@@ -293,11 +277,7 @@ mod tests {
         assert_eq!(history.steps.len(), STEPS);
         let [expected, of_state] = [columns, state].map(|of| step(&method, of, t, last));
         let mut z = vec![0.0; 7 * 12];
-        assert!(history.guess(
-            &method,
-            &beginning(&expected, &of_state, &[1.0; 12], 1e-6),
-            &mut z
-        ));
+        assert!(history.guess(&method, &beginning(&expected, &of_state, &[1.0; 12], 1e-6), &mut z));
         let errors = z.iter().zip(&expected.increments);
         errors.map(|(z, e)| (z - e).abs()).fold(0.0, f64::max)
     }

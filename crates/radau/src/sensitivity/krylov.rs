@@ -166,9 +166,7 @@ mod tests {
         let weights = vec![1.0; n];
         let b: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
         let (mut krylov, mut x, mut r) = (Krylov::default(), vec![0.0; n], b.clone());
-        krylov
-            .solve(&mut x, &mut r, &weights, 1e-10, apply)
-            .unwrap();
+        krylov.solve(&mut x, &mut r, &weights, 1e-10, apply).unwrap();
         assert!((3..=18).contains(&krylov.directions()), "{krylov:?}");
         apply(&mut x).unwrap();
         let left = difference(&x, &b, &weights);

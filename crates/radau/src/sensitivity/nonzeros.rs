@@ -19,11 +19,7 @@ impl Nonzeros {
     /// Creates an empty set.
     pub(super) fn new(pattern: &SparsityPattern) -> Self {
         let is_kept = vec![false; pattern.nnz()];
-        Self {
-            product: product(pattern, &is_kept),
-            places: Vec::new(),
-            is_kept,
-        }
+        Self { product: product(pattern, &is_kept), places: Vec::new(), is_kept }
     }
 
     /// Adds the nonzero entries of matrices with these `values` in the order of the pattern.
@@ -41,11 +37,7 @@ impl Nonzeros {
             }
         }
         if is_new {
-            let kept = self
-                .is_kept
-                .iter()
-                .enumerate()
-                .filter(|(_, is_kept)| **is_kept);
+            let kept = self.is_kept.iter().enumerate().filter(|(_, is_kept)| **is_kept);
             self.places = kept.map(|(place, _)| place).collect();
             self.product = product(pattern, &self.is_kept);
         }
@@ -78,11 +70,7 @@ fn product(pattern: &SparsityPattern, is_kept: &[bool]) -> Product {
     let (mut offsets, mut rows) = (vec![0], Vec::new());
     for column in pattern.major_offsets().windows(2) {
         let entries = column[0]..column[1];
-        rows.extend(
-            entries
-                .filter(|&k| is_kept[k])
-                .map(|k| pattern.minor_indices()[k]),
-        );
+        rows.extend(entries.filter(|&k| is_kept[k]).map(|k| pattern.minor_indices()[k]));
         offsets.push(rows.len());
     }
     let (columns, n) = (pattern.major_dim(), pattern.minor_dim());

@@ -42,11 +42,7 @@ pub(super) struct Stage {
 impl Stage {
     /// Allocates a point for `n` unknowns.
     pub(super) fn new(n: usize) -> Self {
-        Self {
-            t: 0.0,
-            y: vec![0.0; n],
-            y_dot: vec![0.0; n],
-        }
+        Self { t: 0.0, y: vec![0.0; n], y_dot: vec![0.0; n] }
     }
 
     /// Moves the point to stage `i` of a step.
@@ -81,8 +77,7 @@ impl StageOperator {
     /// Adds the start of the step as a point.
     pub(super) fn add_start(&mut self, method: &Method) {
         self.stages_and_start = method.stages() + 1;
-        self.stages
-            .resize(self.stages_and_start, self.stages[0].clone());
+        self.stages.resize(self.stages_and_start, self.stages[0].clone());
     }
 
     /// Linearizes at the stages of a step, and also at its start if the start was added.
@@ -157,8 +152,7 @@ impl StageOperator {
             let mut value = &x[i * n..(i + 1) * n];
             if let Some(start) = start {
                 self.value.clear();
-                self.value
-                    .extend(start.iter().zip(value).map(|(s, x)| s + x));
+                self.value.extend(start.iter().zip(value).map(|(s, x)| s + x));
                 value = &self.value;
             }
             let rate = &self.rates[i * n..(i + 1) * n];

@@ -82,11 +82,7 @@ impl Recording {
             return Err(RadauError::AfterTheStart { t: solver.t() });
         }
         solver.expect_no_memory()?;
-        Ok(Self {
-            recorded_steps,
-            steps: Vec::new(),
-            restarts: solver.restarts(),
-        })
+        Ok(Self { recorded_steps, steps: Vec::new(), restarts: solver.restarts() })
     }
 
     /// Returns the number of recorded steps.
@@ -102,16 +98,10 @@ impl Recording {
         };
         let n_bytes = match &self.recorded_steps {
             RecordedSteps::Stages(steps) => of_stages(steps),
-            RecordedSteps::Checkpoints {
-                states,
-                spacing,
-                recent,
-            } => {
+            RecordedSteps::Checkpoints { states, spacing, recent } => {
                 let of_states: usize = states.iter().map(RadauState::n_bytes).sum();
                 // There are `spacing` steps between two states, unless the run is shorter.
-                let of_one = recent
-                    .first()
-                    .map_or(0, |step| of_stages(std::slice::from_ref(step)));
+                let of_one = recent.first().map_or(0, |step| of_stages(std::slice::from_ref(step)));
                 of_states + of_one * self.steps.len().min(*spacing)
             }
         };
@@ -148,25 +138,15 @@ impl Recording {
             return Ok(());
         }
         if n_steps != recorded + 1 {
-            return Err(RadauError::Missed {
-                steps: n_steps.abs_diff(recorded),
-            });
+            return Err(RadauError::Missed { steps: n_steps.abs_diff(recorded) });
         }
         let time_limits = solver.time_limits();
         let (h, end) = (solver.last_step_size(), solver.step_end());
-        self.steps.push(StepRequest {
-            time_limits,
-            h,
-            end,
-        });
+        self.steps.push(StepRequest { time_limits, h, end });
         let step = solver.accepted().collocation;
         match &mut self.recorded_steps {
             RecordedSteps::Stages(steps) => steps.push(step),
-            RecordedSteps::Checkpoints {
-                states,
-                spacing,
-                recent,
-            } => {
+            RecordedSteps::Checkpoints { states, spacing, recent } => {
                 if (self.steps.len() - 1).is_multiple_of(*spacing) {
                     recent.clear();
                 }
@@ -201,11 +181,7 @@ impl Recording {
     ) -> Result<u64, RadauError> {
         match &self.recorded_steps {
             RecordedSteps::Stages(steps) => visit(solver, 0, steps).map(|()| 0),
-            RecordedSteps::Checkpoints {
-                states,
-                spacing,
-                recent,
-            } => {
+            RecordedSteps::Checkpoints { states, spacing, recent } => {
                 let (n_steps, mut n_repeated) = (self.steps.len(), 0);
                 for (k, state) in states.iter().enumerate().rev() {
                     let first = k * spacing;

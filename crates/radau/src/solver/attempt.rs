@@ -60,14 +60,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         let (rounding, counters) = (&mut self.rounding, &mut self.counters);
         let at_start = (&self.y_dot[..], last);
-        rounding.sample(
-            problem,
-            matrices,
-            &step,
-            at_start,
-            Sampling::THOROUGH,
-            counters,
-        )
+        rounding.sample(problem, matrices, &step, at_start, Sampling::THOROUGH, counters)
     }
 
     /// Evaluates the integrands at the stages, with the multipliers corrected for their errors.
@@ -97,14 +90,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let (z, filter_twice) = (&self.newton.z, self.fresh || failures.any());
         let (memory, counters) = (self.memory.as_mut(), &mut self.counters);
         let test = &mut self.error_test;
-        let mut error = test.estimate(
-            problem,
-            matrices,
-            memory,
-            &step,
-            (z, filter_twice),
-            counters,
-        )?;
+        let mut error =
+            test.estimate(problem, matrices, memory, &step, (z, filter_twice), counters)?;
         if let Some(memory) = &self.memory {
             memory.show_present(problem);
         }
@@ -276,9 +263,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 step: h,
                 weights: self.weights.plain(),
             };
-            self.matrices
-                .evaluate(&mut self.problem, &at)
-                .map_err(Operation::Jacobian.failed())?;
+            self.matrices.evaluate(&mut self.problem, &at).map_err(Operation::Jacobian.failed())?;
             let response = self.memory.as_ref().map_or(&[][..], Memory::present);
             self.jacobian_point.note(&at, response);
             self.jacobian = Jacobian::Current;
@@ -296,8 +281,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.counters.statistics.linear_setups += 1;
         self.counters.work.real_factorizations += 1;
         self.counters.work.complex_factorizations += self.shifts.len() as u64;
-        self.choose_pivots_and_factorize(h)
-            .map_err(Operation::LinearSetUp.failed())?;
+        self.choose_pivots_and_factorize(h).map_err(Operation::LinearSetUp.failed())?;
         self.set_up_for = Some(h);
         Ok(())
     }

@@ -160,14 +160,7 @@ impl<P: Problem> RadauBuilder<P> {
         y0: &[f64],
         y_dot0: &[f64],
     ) -> Result<RadauSolver<P, M>, RadauError> {
-        let Self {
-            mut problem,
-            mut options,
-            weights,
-            roots,
-            quadrature,
-            memory,
-        } = self;
+        let Self { mut problem, mut options, weights, roots, quadrature, memory } = self;
         let n = problem.n_unknowns();
         expect_length("initial values y0", n, y0.len())?;
         expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
@@ -193,10 +186,7 @@ impl<P: Problem> RadauBuilder<P> {
             (options.suppressed).loosened(options.tolerances, stated.as_deref())?;
         let mask = options.error_mask(&kinds, stated.as_deref())?;
         if let Some(stop_time) = options.stop_time.filter(|stop_time| *stop_time < t0) {
-            return Err(RadauError::TimeBehind {
-                t_out: stop_time,
-                t: t0,
-            });
+            return Err(RadauError::TimeBehind { t_out: stop_time, t: t0 });
         }
         let method = Method::radau_iia(options.stages)?;
         if let Some((start, _)) = &quadrature {
@@ -226,14 +216,7 @@ impl<P: Problem> RadauBuilder<P> {
             error_test: ErrorTest::new(mask),
             rounding: Rounding::new(&indices, &powers),
             interpolation: Interpolation::new(options.dense_output, n),
-            corrected: vec![
-                0.0;
-                if multipliers.any() {
-                    method.stages() * n
-                } else {
-                    0
-                }
-            ],
+            corrected: vec![0.0; if multipliers.any() { method.stages() * n } else { 0 }],
             control: options.control(multipliers.any()),
             multipliers,
             jacobian: Jacobian::Due,
@@ -243,9 +226,7 @@ impl<P: Problem> RadauBuilder<P> {
             pivots_due: true,
             pivot_choices: 0,
             shifts: method.shifts(1.0),
-            algebraic: (0..n)
-                .filter(|&i| kinds[i] == VariableKind::Algebraic)
-                .collect(),
+            algebraic: (0..n).filter(|&i| kinds[i] == VariableKind::Algebraic).collect(),
             kinds,
             weights: Weights::new(
                 weights,

@@ -48,19 +48,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let Some(roots) = &mut self.roots else {
             return Ok(None);
         };
-        let last = LastStep {
-            method: &self.method,
-            collocation: &self.collocation,
-        };
+        let last = LastStep { method: &self.method, collocation: &self.collocation };
         let found = roots.next(&mut self.problem, &last, t, &mut self.counters);
         match found.map_err(Operation::RootFunction.failed()) {
             Ok(None) => Ok(None),
             Ok(Some(root)) => {
                 self.pause_at(root.t);
-                Ok(Some(Outcome::Root {
-                    t: root.t,
-                    crossings: root.crossings,
-                }))
+                Ok(Some(Outcome::Root { t: root.t, crossings: root.crossings }))
             }
             Err(Failure::Rejected(rejection)) => {
                 Ok(Some(self.stop(rejection.reason, rejection.message)))
@@ -76,8 +70,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     fn pause_at(&mut self, t: f64) {
         let at = |derivative| {
             let mut value = vec![0.0; self.y.len()];
-            self.collocation
-                .evaluate(&self.method, t, derivative, &mut value);
+            self.collocation.evaluate(&self.method, t, derivative, &mut value);
             value
         };
         let (y, y_dot) = (at(0), at(1));

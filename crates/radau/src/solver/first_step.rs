@@ -27,11 +27,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             return Ok(h.max(min).min(max));
         }
         let resolved = RESOLVED_T * self.rounding_of_t();
-        let h = self
-            .estimated_first_step(t_out)
-            .max(min)
-            .max(resolved)
-            .min(max);
+        let h = self.estimated_first_step(t_out).max(min).max(resolved).min(max);
         match self.resolving_step(h) {
             Ok(resolving) => {
                 let longest = LARGEST_PART * (t_out - self.t);

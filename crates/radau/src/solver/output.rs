@@ -105,12 +105,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let [from, to] = self.last_step_interval();
         match derivative <= 1 && covers([from, to], t) {
             true => Ok(()),
-            false => Err(RadauError::NoDenseOutput {
-                t,
-                derivative,
-                from,
-                to,
-            }),
+            false => Err(RadauError::NoDenseOutput { t, derivative, from, to }),
         }
     }
 
@@ -151,10 +146,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     pub fn set_stop_time(&mut self, t: f64) -> Result<(), RadauError> {
         expect_finite("stop_time", &[t])?;
         if t < self.t() {
-            return Err(RadauError::TimeBehind {
-                t_out: t,
-                t: self.t(),
-            });
+            return Err(RadauError::TimeBehind { t_out: t, t: self.t() });
         }
         self.options.stop_time = Some(t);
         Ok(())
@@ -172,9 +164,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Returns the derivative of the collocation polynomial at the current time; ẏ_0 at the start.
     pub fn y_dot(&self) -> &[f64] {
-        self.pause
-            .as_ref()
-            .map_or(&self.y_dot, |pause| &pause.y_dot)
+        self.pause.as_ref().map_or(&self.y_dot, |pause| &pause.y_dot)
     }
 
     /// Returns the problem.
@@ -204,10 +194,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         statistics.current_order = self.method.order();
         statistics.current_step = self.h.unwrap_or(0.0);
         statistics.t_reached = self.t();
-        statistics.difference_evaluations = self
-            .matrices
-            .difference_evaluations()
-            .wrapping_sub(self.differences_before);
+        statistics.difference_evaluations =
+            self.matrices.difference_evaluations().wrapping_sub(self.differences_before);
         statistics.work = Some(self.counters.work);
         statistics
     }

@@ -58,11 +58,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         let (step, last) = (step_of!(self, h), &self.collocation);
         self.corrected.copy_from_slice(&self.newton.z);
-        self.multipliers
-            .remove_from_copy(&step, &mut self.corrected);
+        self.multipliers.remove_from_copy(&step, &mut self.corrected);
         let at_start = (&self.y_dot[..], &self.algebraic[..]);
-        self.interpolation
-            .measure(&step, &self.corrected, at_start, last);
+        self.interpolation.measure(&step, &self.corrected, at_start, last);
         let proposal = self.propose_for_output_of_index_2(h, order, |_| 0.0);
         if proposal >= limit {
             return Ok(proposal);

@@ -169,12 +169,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         );
         match corrected {
             Ok(()) => self.reinit(t, &y, &y_dot),
-            Err(Inconsistent::Failed(StepError::Fatal(source))) => Err(RadauError::Fatal {
-                function: "residual or Jacobian",
-                t,
-                h: 0.0,
-                source,
-            }),
+            Err(Inconsistent::Failed(StepError::Fatal(source))) => {
+                Err(RadauError::Fatal { function: "residual or Jacobian", t, h: 0.0, source })
+            }
             Err(source) => Err(RadauError::Inconsistent { t, source }),
         }
     }

@@ -152,18 +152,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         self.pause = state.pause.clone();
         self.update_weights();
-        self.restore_matrices(state)
-            .map_err(|error| RadauError::Fatal {
-                function: "Jacobian",
-                t: state.t,
-                h: state.h.unwrap_or(0.0),
-                source: error.into(),
-            })?;
+        self.restore_matrices(state).map_err(|error| RadauError::Fatal {
+            function: "Jacobian",
+            t: state.t,
+            h: state.h.unwrap_or(0.0),
+            source: error.into(),
+        })?;
         self.restarts += 1;
-        self.counters = Counters {
-            statistics: state.statistics,
-            work: state.work,
-        };
+        self.counters = Counters { statistics: state.statistics, work: state.work };
         let evaluations = self.matrices.difference_evaluations();
         self.differences_before = evaluations.wrapping_sub(state.statistics.difference_evaluations);
         Ok(())
@@ -180,10 +176,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let times = [Some(state.t), state.stop_time];
         let times: Vec<f64> = times.into_iter().flatten().collect();
         expect_finite("times of the state", &times)?;
-        expect_finite(
-            "jump of the state",
-            state.jump.as_ref().map_or(&[], |jump| jump),
-        )?;
+        expect_finite("jump of the state", state.jump.as_ref().map_or(&[], |jump| jump))?;
         let steps = [state.h, state.pivots.as_ref().map(|(_, h)| *h)];
         let set_up_for = state.jacobian.as_ref().and_then(|(_, h)| *h);
         for h in steps.into_iter().flatten().chain(set_up_for) {
@@ -192,19 +185,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         expect_finite("convergence of the state", &state.newton)?;
         state.control.validate()?;
         let n_multipliers = self.multipliers.known().len();
-        expect_length(
-            "multipliers of the state",
-            n_multipliers,
-            state.multipliers.len(),
-        )?;
-        let of_multipliers: Vec<f64> = (state.multipliers.iter())
-            .flat_map(PreviousMultipliers::numbers)
-            .collect();
+        expect_length("multipliers of the state", n_multipliers, state.multipliers.len())?;
+        let of_multipliers: Vec<f64> =
+            (state.multipliers.iter()).flat_map(PreviousMultipliers::numbers).collect();
         expect_finite("multipliers of the state", &of_multipliers)?;
-        let n_response = self
-            .memory
-            .as_ref()
-            .map_or(0, |memory| memory.present().len());
+        let n_response = self.memory.as_ref().map_or(0, |memory| memory.present().len());
         let jacobian = state.jacobian.as_ref().map(|(at, _)| at);
         let pivots = state.pivots.as_ref().map(|(at, _)| at);
         for at in [jacobian, pivots].into_iter().flatten() {

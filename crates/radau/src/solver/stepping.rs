@@ -33,12 +33,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.interpolation.active = self.options.dense_output;
         if self.counters.statistics.steps == 0 {
             let is_other = t_out != self.t;
-            expect(
-                "t_out",
-                t_out,
-                is_other,
-                "another time than t at the first step",
-            )?;
+            expect("t_out", t_out, is_other, "another time than t at the first step")?;
         }
         let outcome = self.step_within(t_out, self.options.stop_time)?;
         if matches!(outcome, Outcome::StopTime { .. }) {
@@ -92,9 +87,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     pub(super) fn accepted_step(&mut self, t_out: f64, limit: f64) -> Result<Outcome, RadauError> {
         match std::mem::replace(&mut self.weights_result, Ok(())) {
             Ok(()) => {}
-            Err(Failure::Rejected(Rejection {
-                reason, message, ..
-            })) => {
+            Err(Failure::Rejected(Rejection { reason, message, .. })) => {
                 self.update_weights();
                 return Ok(self.stop(reason, message));
             }
@@ -127,11 +120,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 return Ok(self.stop(StopReason::StepTooSmall, message));
             }
             let mut h = self.step_size_within(wanted, limit);
-            let Rejection {
-                reason,
-                message,
-                step_factor,
-            } = match self.attempt(&mut h, failures) {
+            let Rejection { reason, message, step_factor } = match self.attempt(&mut h, failures) {
                 Ok(proposal) => {
                     let next = match failures.any() {
                         true => proposal.min(h),
@@ -192,11 +181,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         };
         self.h = Some(next.min(self.largest_step()));
         let t = self.t;
-        if at_limit {
-            Outcome::StopTime { t }
-        } else {
-            Outcome::StepTaken { t }
-        }
+        if at_limit { Outcome::StopTime { t } } else { Outcome::StepTaken { t } }
     }
 
     /// Makes the step just computed, which ends at `t`, the last step.
@@ -209,8 +194,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.collocation.y_dot0.copy_from_slice(&self.y_dot);
         std::mem::swap(&mut self.collocation.increments, &mut self.newton.z);
         let step = step_of!(self, h);
-        self.multipliers
-            .remove(&step, &mut self.collocation.increments);
+        self.multipliers.remove(&step, &mut self.collocation.increments);
         if is_after_jump || self.starts_far_from_multipliers() {
             self.extrapolate_start();
             self.collocation.free_start(&self.method, 0..self.y.len());
@@ -241,11 +225,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             (self.pivots_due, self.set_up_for) = (true, None);
         }
         let reusable = self.newton.contraction <= self.options.jacobian_reuse;
-        self.jacobian = if reusable {
-            Jacobian::Old
-        } else {
-            Jacobian::Due
-        };
+        self.jacobian = if reusable { Jacobian::Old } else { Jacobian::Due };
 
         let statistics = &mut self.counters.statistics;
         if statistics.steps == 0 {
@@ -292,8 +272,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let implied = self.weights.implied_relative(&self.y);
         if let Some(internal) = implied.filter(|_| self.weights_result.is_ok()) {
             let relative = options.relative_for(internal);
-            self.newton
-                .set_tolerance(options.newton_tolerance(relative, self.multipliers.any()));
+            self.newton.set_tolerance(options.newton_tolerance(relative, self.multipliers.any()));
             self.weights.set_factors(options.weight_factors(relative));
             self.control.set_loosened(options.internal_factor(relative));
         }
@@ -347,12 +326,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     pub(super) fn stop(&self, reason: StopReason, message: String) -> Outcome {
         let n = self.y.len();
         let weighted: Vec<f64> = match reason {
-            StopReason::ConvergenceFailures => (0..n)
-                .map(|i| self.newton.correction()[i] * self.weights.scaled()[i])
-                .collect(),
-            _ => (0..n)
-                .map(|i| self.error_test.error(i) * self.weights.scaled()[i])
-                .collect(),
+            StopReason::ConvergenceFailures => {
+                (0..n).map(|i| self.newton.correction()[i] * self.weights.scaled()[i]).collect()
+            }
+            _ => (0..n).map(|i| self.error_test.error(i) * self.weights.scaled()[i]).collect(),
         };
         let worst = WorstComponent::largest(&self.problem, weighted);
         let stop = Stop::new(reason, message, self.t(), self.statistics(), worst).advised(

@@ -189,10 +189,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
-        let (solved, counters) = (
-            (&self.newton.z[..], &self.algebraic[..]),
-            &mut self.counters,
-        );
+        let (solved, counters) = ((&self.newton.z[..], &self.algebraic[..]), &mut self.counters);
         let multipliers = &mut self.multipliers;
         match multipliers.measure_within(problem, matrices, &step, solved, counters) {
             Ok(()) => {}
@@ -208,11 +205,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         if self.fresh {
             // After a jump, a difference from the values at the start does not indicate an error.
-            let factor = if self.last_step_jumped() {
-                0.0
-            } else {
-                DIFFERENT
-            };
+            let factor = if self.last_step_jumped() { 0.0 } else { DIFFERENT };
             let tolerance = |i| factor * self.weights.solution_tolerance(i);
             self.multipliers.use_within(&self.method, tolerance);
         }

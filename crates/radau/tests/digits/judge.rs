@@ -48,14 +48,7 @@ where
     S: Sample + Clone + 'static,
 {
     let reference = sample.exact(t_end).unwrap();
-    Case {
-        name,
-        sample: &copies(&sample),
-        t_end,
-        reference,
-        breaks,
-    }
-    .judge();
+    Case { name, sample: &copies(&sample), t_end, reference, breaks }.judge();
 }
 
 /// Compares runs with a converged solution.
@@ -65,14 +58,7 @@ where
 {
     let sample = &copies(sample);
     let reference = reference(sample, t_end, breaks);
-    Case {
-        name,
-        sample,
-        t_end,
-        reference,
-        breaks,
-    }
-    .judge();
+    Case { name, sample, t_end, reference, breaks }.judge();
 }
 
 /// Returns the reference on which two methods agree.
@@ -132,9 +118,7 @@ fn multipliers(sample: &dyn Sample) -> Vec<bool> {
     let differential = || vec![VariableKind::Differential; indices.len()];
     let kinds = sample.kinds().unwrap_or_else(differential);
     let variables = kinds.iter().zip(&indices);
-    variables
-        .map(|(&kind, &index)| kind == VariableKind::Algebraic && index > 1)
-        .collect()
+    variables.map(|(&kind, &index)| kind == VariableKind::Algebraic && index > 1).collect()
 }
 
 /// Runs to the end with a stop at each break.
@@ -165,9 +149,7 @@ impl Case<'_> {
                 let ended = run(&mut solver, self.t_end, self.breaks);
                 let entry = self.entry(&solver, &ended, tolerance);
                 if ended.is_err() || self.error(solver.y(), false) > PROMISED * tolerance {
-                    broken.push(format!(
-                        "Radau IIA, {stages} stages, {tolerance:e}: {entry}"
-                    ));
+                    broken.push(format!("Radau IIA, {stages} stages, {tolerance:e}: {entry}"));
                 }
                 rows += &entry;
             }
@@ -197,9 +179,7 @@ impl Case<'_> {
         let left_out = multipliers(&*(self.sample)());
         let counts = |i: &usize| !(tested && left_out[*i]);
         let errors = (0..y.len()).filter(counts);
-        errors
-            .map(|i| largest(y, &self.reference, i..i + 1))
-            .fold(0.0, f64::max)
+        errors.map(|i| largest(y, &self.reference, i..i + 1)).fold(0.0, f64::max)
     }
 
     fn entry<I: Integrator<Box<dyn Sample>>>(
@@ -214,15 +194,11 @@ impl Case<'_> {
         let indices = (self.sample)().indices().unwrap();
         let of_index = |index: u8| {
             let of_it = (0..indices.len()).filter(|&i| indices[i].clamp(1, 3) == index);
-            of_it
-                .map(|i| largest(solver.y(), &self.reference, i..i + 1))
-                .reduce(f64::max)
+            of_it.map(|i| largest(solver.y(), &self.reference, i..i + 1)).reduce(f64::max)
         };
         let errors: Vec<f64> = (1..=3).filter_map(of_index).collect();
-        let digits: Vec<String> = errors
-            .iter()
-            .map(|error| format!("{:.1}", -error.log10()))
-            .collect();
+        let digits: Vec<String> =
+            errors.iter().map(|error| format!("{:.1}", -error.log10())).collect();
         let less = errors.iter().any(|&error| error > PROMISED * tolerance);
         let statistics = solver.statistics();
         let failed = statistics.error_test_failures + statistics.step_solve_failures;

@@ -90,11 +90,7 @@ fn total<S: ParametricSample>(sample: S, gradient: &Gradient) -> Vec<f64> {
         let by_start = start.iter().zip(&gradient.start).map(|(s, g)| s * g);
         p + by_start.sum::<f64>()
     };
-    starts(sample)
-        .into_iter()
-        .zip(&gradient.parameters)
-        .map(of)
-        .collect()
+    starts(sample).into_iter().zip(&gradient.parameters).map(of).collect()
 }
 
 /// Returns the gradient computed from forward sensitivities, with respect to the parameters (including their effect on
@@ -112,16 +108,12 @@ fn forward<S: ParametricSample + Copy + 'static>(
         None => (sample.differenced(), starts(sample)),
         Some(_) => {
             let list = vec![Parameter::new("a start", 1.0)];
-            (
-                Differenced::new(list, |_: &S, _| 1.0, |_: &mut S, _, _| {}),
-                vec![start],
-            )
+            (Differenced::new(list, |_: &S, _| 1.0, |_: &mut S, _, _| {}), vec![start])
         }
     };
     let count = starts.len();
-    let mut followed = ForwardSensitivities::new(&solver, parameters, starts)
-        .unwrap()
-        .with_tolerance(1e-11);
+    let mut followed =
+        ForwardSensitivities::new(&solver, parameters, starts).unwrap().with_tolerance(1e-11);
     solver.set_stop_time(1.0).unwrap();
     let mut sums = vec![0.0; count];
     let mut s = vec![0.0; n];
@@ -137,9 +129,7 @@ fn forward<S: ParametricSample + Copy + 'static>(
             }
             for (j, sum) in sums.iter_mut().enumerate() {
                 for derivative in derivatives(t) {
-                    followed
-                        .dense_output(&solver, j, t, derivative, &mut s)
-                        .unwrap();
+                    followed.dense_output(&solver, j, t, derivative, &mut s).unwrap();
                     let g = cotangent(n, t, derivative);
                     *sum += g.iter().zip(&s).map(|(g, s)| g * s).sum::<f64>();
                 }
@@ -191,22 +181,12 @@ const LONG: StepSize = StepSize::Fixed(0.02);
 
 #[test]
 fn forward_and_adjoint_agree_on_an_ordinary_differential_equation() {
-    compare(
-        "oscillator",
-        Oscillator { omega: 3.0 },
-        2,
-        StepSize::Adaptive,
-    );
+    compare("oscillator", Oscillator { omega: 3.0 }, 2, StepSize::Adaptive);
 }
 
 #[test]
 fn forward_and_adjoint_agree_at_index_1() {
-    compare(
-        "linear",
-        ScaledLinear { p: 2.0, q: 0.6 },
-        1,
-        StepSize::Adaptive,
-    );
+    compare("linear", ScaledLinear { p: 2.0, q: 0.6 }, 1, StepSize::Adaptive);
 }
 
 #[test]
@@ -226,10 +206,7 @@ fn forward_and_adjoint_agree_at_index_3() {
 fn steps_from_checkpoints_are_the_same_bit_by_bit() {
     fn expect_same<S: ParametricSample + Copy + 'static>(sample: S) {
         for stages in [3, 5, 7] {
-            let options = || RadauOptions {
-                stages,
-                ..tolerance(1e-6)
-            };
+            let options = || RadauOptions { stages, ..tolerance(1e-6) };
             let [stored, repeated] = [false, true].map(|how| adjoint(sample, options(), how).1);
             assert!(stored.len() > 10 && stored == repeated, "{stages} stages");
         }
@@ -261,10 +238,7 @@ fn the_taylor_remainder_has_order_2() {
     let mut solver = solver(pendulum(), options());
     let mut recording = Recording::of_stages(&solver).unwrap();
     recording.integrate_to(&mut solver, 1.0).unwrap();
-    let (mut adjoint, n) = (
-        Adjoint::new(&solver, pendulum().differenced()),
-        solver.y().len(),
-    );
+    let (mut adjoint, n) = (Adjoint::new(&solver, pendulum().differenced()), solver.y().len());
     let gradient = adjoint
         .gradient(&mut solver, &recording, &mut |step| {
             if step.covers(1.0) {
@@ -320,10 +294,7 @@ fn integrals_are_summed_over_the_stages() {
 #[test]
 fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
     let record = |h: f64, t_end: f64, last: u64| {
-        let options = RadauOptions {
-            step_size: StepSize::Fixed(h),
-            ..tolerance(1e-4)
-        };
+        let options = RadauOptions { step_size: StepSize::Fixed(h), ..tolerance(1e-4) };
         let sample = Oscillator { omega: 3.0 };
         let mut solver = solver(sample, options);
         let mut recording = Recording::of_checkpoints(&solver).unwrap();
@@ -355,10 +326,7 @@ fn misuse_is_told() {
     let mut recording = Recording::of_checkpoints(&solver).unwrap();
     solver.step(1.0).unwrap();
     recording.follow(&mut solver).unwrap();
-    assert!(matches!(
-        Recording::of_stages(&solver).err(),
-        Some(RadauError::AfterTheStart { .. })
-    ));
+    assert!(matches!(Recording::of_stages(&solver).err(), Some(RadauError::AfterTheStart { .. })));
     // If the solver is changed between steps, the steps cannot be repeated.
     for _ in 0..20 {
         solver.restart();
@@ -368,14 +336,8 @@ fn misuse_is_told() {
     let mut adjoint = Adjoint::new(&solver, sample.differenced());
     let mut gradient =
         |solver: &mut RadauSolver<_>| adjoint.gradient(solver, &recording, &mut |_| Ok(()));
-    assert!(matches!(
-        gradient(&mut solver),
-        Err(RadauError::NotRepeated { .. })
-    ));
+    assert!(matches!(gradient(&mut solver), Err(RadauError::NotRepeated { .. })));
     solver.step(1.0).unwrap();
     solver.step(1.0).unwrap();
-    assert!(matches!(
-        recording.follow(&mut solver),
-        Err(RadauError::StartedAgain { .. })
-    ));
+    assert!(matches!(recording.follow(&mut solver), Err(RadauError::StartedAgain { .. })));
 }

@@ -43,16 +43,8 @@ impl Problem for Sine {
 
 impl Sample for Sine {
     fn start(&self) -> Start {
-        let (y0, v0) = if self.index == 1 {
-            (1.0, -1.0)
-        } else {
-            (0.0, 0.0)
-        };
-        Start {
-            t: 0.0,
-            y: vec![y0, 0.0],
-            y_dot: vec![v0, 5.0],
-        }
+        let (y0, v0) = if self.index == 1 { (1.0, -1.0) } else { (0.0, 0.0) };
+        Start { t: 0.0, y: vec![y0, 0.0], y_dot: vec![v0, 5.0] }
     }
 
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
@@ -117,31 +109,16 @@ fn dense_output_is_as_accurate_as_the_ends_of_steps() {
         ("linear", &|| Box::new(LinearIndex1), 10.0),
         ("Jay", &|| Box::new(JayIndex2), 1.0),
         ("skate", &|| Box::new(Differentiated::new(Skate)), 3.0),
-        (
-            "time scales",
-            &|| Box::new(Differentiated::new(TimeScales)),
-            2.0,
-        ),
-        (
-            "capacitor loop",
-            &|| Box::new(Differentiated::new(CapacitorLoop)),
-            2e-6,
-        ),
+        ("time scales", &|| Box::new(Differentiated::new(TimeScales)), 2.0),
+        ("capacitor loop", &|| Box::new(Differentiated::new(CapacitorLoop)), 2e-6),
         ("pendulum, index 2", &pendulum(MechanicalForm::Index2), 2.0),
-        (
-            "pendulum, stabilized",
-            &pendulum(MechanicalForm::Stabilized),
-            2.0,
-        ),
+        ("pendulum, stabilized", &pendulum(MechanicalForm::Stabilized), 2.0),
     ];
     let mut exceeded = Vec::new();
     for (name, make, t_end) in cases {
         for stages in [3, 5, 7] {
             for tol in [1e-4, 1e-6, 1e-8] {
-                let options = RadauOptions {
-                    stages,
-                    ..tolerance(tol)
-                };
+                let options = RadauOptions { stages, ..tolerance(tol) };
                 for (i, [at_ends, between]) in errors(make, t_end, &options).into_iter().enumerate()
                 {
                     if between > 2.0 * at_ends + TOLERANCES {
@@ -161,10 +138,7 @@ fn events_of_algebraic_variables_are_found_where_they_are() {
     for stages in [3, 5, 7] {
         let tol = 1e-6;
         let start = Sine { index: 1 }.start();
-        let options = RadauOptions {
-            stages,
-            ..tolerance(tol)
-        };
+        let options = RadauOptions { stages, ..tolerance(tol) };
         let builder = RadauSolver::builder(Sine { index: 1 }).options(options);
         let builder = builder.roots([Direction::Both], |_, _, y, _, g| {
             g[0] = y[1] - 0.9;
@@ -176,10 +150,7 @@ fn events_of_algebraic_variables_are_found_where_they_are() {
             assert!(matches!(outcome, Outcome::Root { .. }), "{outcome:?}");
             let slope = 5.0 * expected.cos().abs();
             let error = (solver.t() - expected / 5.0).abs();
-            assert!(
-                error < 4.0 * 1.9 * tol / slope,
-                "{stages} stages: {error:e}"
-            );
+            assert!(error < 4.0 * 1.9 * tol / slope, "{stages} stages: {error:e}");
         }
     }
 }
@@ -191,19 +162,12 @@ fn long_first_steps_are_verified() {
     for stages in [3, 5, 7] {
         for index in [1, 2] {
             let tol = 1e-6;
-            let options = RadauOptions {
-                stages,
-                initial_step: Some(0.6),
-                ..tolerance(tol)
-            };
+            let options = RadauOptions { stages, initial_step: Some(0.6), ..tolerance(tol) };
             let mut solver = solver(Sine { index }, options);
             solver.step(3.0).unwrap();
             let exact = Sine { index }.exact(solver.t()).unwrap();
             let error = (solver.y()[1] - exact[1]).abs();
-            assert!(
-                error < 100.0 * tol,
-                "{stages} stages, index {index}: {error:e}"
-            );
+            assert!(error < 100.0 * tol, "{stages} stages, index {index}: {error:e}");
         }
     }
 }

@@ -76,10 +76,7 @@ pub(crate) const CIRCUITS: [Circuit; 6] = [
         },
         exact: |[v, slope]| {
             let current = capacitance(v) * slope + diode(v);
-            [
-                vec![v, v + 4.0 * above(2.0, v), current],
-                vec![slope, capacitance(v) * slope, 0.0],
-            ]
+            [vec![v, v + 4.0 * above(2.0, v), current], vec![slope, capacitance(v) * slope, 0.0]]
         },
     },
     Circuit {
@@ -140,10 +137,7 @@ pub(crate) const CIRCUITS: [Circuit; 6] = [
                 false => (3.0, 3.0 * v),
             };
             let load = 2.0 * gain * slope + out;
-            [
-                vec![v, out, slope + 0.1 * load, load],
-                vec![slope, gain * slope, 0.0, 0.0],
-            ]
+            [vec![v, out, slope + 0.1 * load, load], vec![slope, gain * slope, 0.0, 0.0]]
         },
     },
 ];
@@ -152,21 +146,9 @@ pub(crate) const WAVES: [(&str, Wave, f64); 6] = [
     ("ramp", &[[0.0, 0.0], [2.0, 10.0]], 1.0),
     ("ramp and rest", &[[0.0, 0.0], [1.0, 5.0]], 3.0),
     ("late ramp", &[[0.0, 0.0], [10.0, 0.0], [11.0, 5.0]], 10.9),
-    (
-        "late ramp and rest",
-        &[[0.0, 0.0], [10.0, 0.0], [11.0, 5.0]],
-        13.0,
-    ),
-    (
-        "pulse",
-        &[[0.0, 0.1], [2.0, 0.6], [2.1, 4.0], [4.0, 4.2], [4.1, 0.3]],
-        4.05,
-    ),
-    (
-        "fast ramp after a slow one",
-        &[[0.0, 0.0], [1000.0, 1.0], [1001.0, 5.0]],
-        1000.7,
-    ),
+    ("late ramp and rest", &[[0.0, 0.0], [10.0, 0.0], [11.0, 5.0]], 13.0),
+    ("pulse", &[[0.0, 0.1], [2.0, 0.6], [2.1, 4.0], [4.0, 4.2], [4.1, 0.3]], 4.05),
+    ("fast ramp after a slow one", &[[0.0, 0.0], [1000.0, 1.0], [1001.0, 5.0]], 1000.7),
 ];
 
 /// A circuit, converted to other units of time and of index-2 variables.
@@ -235,11 +217,7 @@ impl Driven {
         let mut times: Vec<f64> = self.wave.iter().map(|[t, _]| *t).collect();
         for pair in self.wave.windows(2) {
             let ([t0, v0], [t1, v1]) = (pair[0], pair[1]);
-            let crossings = self
-                .circuit
-                .kinks
-                .iter()
-                .map(|kink| (kink - v0) / (v1 - v0));
+            let crossings = self.circuit.kinks.iter().map(|kink| (kink - v0) / (v1 - v0));
             let within = crossings.filter(|part| (0.0..1.0).contains(part));
             times.extend(within.map(|part| t0 + part * (t1 - t0)));
         }
@@ -269,9 +247,7 @@ impl Driven {
         let [mut y, mut y_dot] = self.exact(0.0);
         if start == Start::AtRest {
             [y, _] = (self.circuit.exact)([wave(self.wave, 0.0)[0], 0.0]);
-            y.iter_mut()
-                .enumerate()
-                .for_each(|(i, y)| *y *= self.unit(i));
+            y.iter_mut().enumerate().for_each(|(i, y)| *y *= self.unit(i));
             y_dot.fill(0.0);
         }
         let exact = Self { ..self };
@@ -310,15 +286,10 @@ fn multipliers_of_fast_inputs_are_accurate_or_a_remedy_works() {
     let [mut runs, mut stops] = [0; 2];
     for (circuit, (name, wave, t_end)) in pairs(&CIRCUITS, &WAVES) {
         for (units, stages) in pairs(&[[1.0, 1.0], [1e-6, 1e-3]], &[3, 5, 7]) {
-            for (tolerance, start) in pairs(
-                &[1e-3, 1e-4, 1e-6, 1e-8],
-                &[Start::Consistent, Start::AtRest],
-            ) {
-                let driven = || Driven {
-                    circuit,
-                    wave,
-                    units,
-                };
+            for (tolerance, start) in
+                pairs(&[1e-3, 1e-4, 1e-6, 1e-8], &[Start::Consistent, Start::AtRest])
+            {
+                let driven = || Driven { circuit, wave, units };
                 let what = format!(
                     "{}, {name}, {units:?}, {stages} stages, {tolerance:e}, {start:?}",
                     circuit.name

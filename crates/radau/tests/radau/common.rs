@@ -8,10 +8,7 @@ use serde_json::Value;
 
 /// Returns a reference file of the repository.
 pub(crate) fn reference(name: &str) -> Value {
-    let path = format!(
-        "{}/../../data/references/{name}.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let path = format!("{}/../../data/references/{name}.json", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).expect("the reference file is in the repository");
     serde_json::from_str(&text).expect("the reference file is JSON")
 }
@@ -28,18 +25,12 @@ pub(crate) fn stopped(outcome: Outcome) -> Box<Stop> {
 /// An array of numbers.
 pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     let entries = value.as_array().expect("an array");
-    entries
-        .iter()
-        .map(|v| v.as_f64().expect("a number"))
-        .collect()
+    entries.iter().map(|v| v.as_f64().expect("a number")).collect()
 }
 
 /// Returns options with one value as relative and absolute tolerance.
 pub(crate) fn tolerance(tol: f64) -> RadauOptions {
-    RadauOptions {
-        tolerances: Tolerances::scalar(tol, tol),
-        ..RadauOptions::default()
-    }
+    RadauOptions { tolerances: Tolerances::scalar(tol, tol), ..RadauOptions::default() }
 }
 
 /// Returns a solver at the start of a sample.
@@ -63,19 +54,14 @@ where
     let start = sample.start();
     let boxed: Box<dyn Sample> = Box::new(sample);
     let mut solver = started(boxed, &start, options);
-    let outcome = solver
-        .integrate_to(t_end)
-        .expect("the problem raises no errors");
+    let outcome = solver.integrate_to(t_end).expect("the problem raises no errors");
     assert_eq!(outcome, Outcome::Reached { t: t_end });
     solver
 }
 
 /// Returns the mixed-error significant correct digits: −log10 of the largest error relative to 1 + |reference|.
 pub(crate) fn mescd(y: &[f64], reference: &[f64]) -> f64 {
-    let errors = y
-        .iter()
-        .zip(reference)
-        .map(|(y, r)| (y - r).abs() / (1.0 + r.abs()));
+    let errors = y.iter().zip(reference).map(|(y, r)| (y - r).abs() / (1.0 + r.abs()));
     -largest(errors).log10()
 }
 
@@ -138,11 +124,7 @@ impl Problem for Oscillator {
 
 impl Sample for Oscillator {
     fn start(&self) -> Start {
-        Start {
-            t: 0.0,
-            y: vec![0.0, 1.0],
-            y_dot: vec![1.0, 0.0],
-        }
+        Start { t: 0.0, y: vec![0.0, 1.0], y_dot: vec![1.0, 0.0] }
     }
 
     fn exact(&self, t: f64) -> Option<Vec<f64>> {

@@ -12,10 +12,7 @@ impl Method for Radau {
     type Integrator<P: Problem + 'static> = RadauSolver<P>;
 
     fn weight_factor(&self, relative: f64) -> f64 {
-        let options = RadauOptions {
-            stages: self.stages,
-            ..RadauOptions::default()
-        };
+        let options = RadauOptions { stages: self.stages, ..RadauOptions::default() };
         options.internal_factor(relative)
     }
 

@@ -48,10 +48,7 @@ fn a_restart_goes_on_from_where_it_is() {
     let before = solver.statistics();
     solver.restart();
     assert_eq!(solver.t(), 1.0);
-    assert!(matches!(
-        solver.step(2.0).unwrap(),
-        Outcome::StepTaken { .. }
-    ));
+    assert!(matches!(solver.step(2.0).unwrap(), Outcome::StepTaken { .. }));
     let after = solver.statistics();
     assert_eq!(after.steps, before.steps + 1);
     assert!(after.last_step < 0.5 * before.last_step, "{after:?}");
@@ -59,9 +56,6 @@ fn a_restart_goes_on_from_where_it_is() {
     let exact = sample.exact(2.0).unwrap();
     for (y, exact) in solver.y()[..4].iter().zip(&exact) {
         // Allowed error: a hundred times the tolerance.
-        assert!(
-            (y - exact).abs() < 1e-4 * (1.0 + exact.abs()),
-            "{y} {exact}"
-        );
+        assert!((y - exact).abs() < 1e-4 * (1.0 + exact.abs()), "{y} {exact}");
     }
 }

@@ -18,25 +18,15 @@ fn outcome<S: Sample + 'static>(
 ) -> (u64, Vec<f64>) {
     let tolerances = tolerances.clone();
     if let Some(stages) = stages {
-        let options = RadauOptions {
-            stages,
-            tolerances,
-            max_steps: Some(10_000),
-            ..RadauOptions::default()
-        };
+        let options =
+            RadauOptions { stages, tolerances, max_steps: Some(10_000), ..RadauOptions::default() };
         let solver = run(sample, t_end, options);
         return (solver.statistics().steps, solver.y().to_vec());
     }
-    let options = IdaOptions {
-        tolerances,
-        max_steps: Some(10_000),
-        ..IdaOptions::default()
-    };
+    let options = IdaOptions { tolerances, max_steps: Some(10_000), ..IdaOptions::default() };
     let start = sample.start();
-    let mut solver = IdaSolver::builder(sample)
-        .options(options)
-        .build(start.t, &start.y, &start.y_dot)
-        .unwrap();
+    let mut solver =
+        IdaSolver::builder(sample).options(options).build(start.t, &start.y, &start.y_dot).unwrap();
     let outcome = solver.integrate_to(t_end).unwrap();
     assert_eq!(outcome, Outcome::Reached { t: t_end });
     (solver.statistics().steps, solver.y().to_vec())

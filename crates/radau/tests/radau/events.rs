@@ -39,11 +39,7 @@ fn root(outcome: Outcome) -> (f64, Vec<i32>) {
 #[test]
 fn roots_are_found_in_the_direction_asked_for() {
     for stages in [3, 5, 7] {
-        let options = RadauOptions {
-            stages,
-            step_size: StepSize::Fixed(0.45),
-            ..tolerance(1e-9)
-        };
+        let options = RadauOptions { stages, step_size: StepSize::Fixed(0.45), ..tolerance(1e-9) };
         let directions = [Direction::Falling, Direction::Rising, Direction::Both];
         let mut solver = watched(Oscillator, options, &directions, |_, _, y, _, g| {
             g.fill(y[0]);
@@ -71,10 +67,7 @@ fn the_pendulum_passes_below_its_pivot_in_time() {
     // A quarter of the period, K(1/√2)/√g, and three quarters.
     let quarter = 1.854_074_677_301_372 / 9.81_f64.sqrt();
     for stages in [3, 5, 7] {
-        let options = RadauOptions {
-            stages,
-            ..tolerance(1e-10)
-        };
+        let options = RadauOptions { stages, ..tolerance(1e-10) };
         let pendulum = Pendulum::new(MechanicalForm::Index3);
         let both = [Direction::Both];
         let mut solver = watched(pendulum, options, &both, |_, _, y, _, g| {
@@ -94,11 +87,7 @@ fn the_pendulum_passes_below_its_pivot_in_time() {
 /// x crosses 0.9 twice within 0.9 s, and another function crosses zero in between, all within one step.
 #[test]
 fn several_events_of_one_step_come_in_their_order() {
-    let options = RadauOptions {
-        stages: 7,
-        step_size: StepSize::Fixed(2.5),
-        ..tolerance(1e-9)
-    };
+    let options = RadauOptions { stages: 7, step_size: StepSize::Fixed(2.5), ..tolerance(1e-9) };
     let both = [Direction::Both; 2];
     let mut solver = watched(Oscillator, options, &both, |_, t, y, _, g| {
         (g[0], g[1]) = (1.5 - t, y[0] - 0.9);
@@ -109,25 +98,15 @@ fn several_events_of_one_step_come_in_their_order() {
         let (t, crossings) = root(solver.step(10.0).unwrap());
         // Error of the polynomial of degree 7 over 2.5 s.
         assert!((t - exact).abs() < 1e-3, "{t} {exact}");
-        assert_eq!(
-            (crossings, solver.statistics().steps),
-            (expected.to_vec(), 1)
-        );
+        assert_eq!((crossings, solver.statistics().steps), (expected.to_vec(), 1));
     }
-    assert_eq!(
-        solver.step(10.0).unwrap(),
-        Outcome::StepTaken { t: 2.5 },
-        "the rest of the step"
-    );
+    assert_eq!(solver.step(10.0).unwrap(), Outcome::StepTaken { t: 2.5 }, "the rest of the step");
     assert_eq!(solver.statistics().steps, 1);
 }
 
 #[test]
 fn events_at_the_same_time_come_together() {
-    let options = RadauOptions {
-        step_size: StepSize::Fixed(0.5),
-        ..tolerance(1e-9)
-    };
+    let options = RadauOptions { step_size: StepSize::Fixed(0.5), ..tolerance(1e-9) };
     let both = [Direction::Both; 3];
     let mut solver = watched(Oscillator, options, &both, |_, t, _, _, g| {
         g.copy_from_slice(&[t - 0.3, 0.6 - 2.0 * t, t - 0.4]);
@@ -143,10 +122,7 @@ fn events_at_the_same_time_come_together() {
 
 #[test]
 fn a_time_within_an_interrupted_step_can_be_reached() {
-    let options = RadauOptions {
-        step_size: StepSize::Fixed(1.0),
-        ..tolerance(1e-9)
-    };
+    let options = RadauOptions { step_size: StepSize::Fixed(1.0), ..tolerance(1e-9) };
     let falling = [Direction::Falling];
     let mut solver = watched(Oscillator, options, &falling, |_, t, _, _, g| {
         g[0] = 0.25 - t;
@@ -158,29 +134,20 @@ fn a_time_within_an_interrupted_step_can_be_reached() {
     let mut out = [0.0; 2];
     solver.dense_output(0.5, 0, &mut out).unwrap();
     assert_eq!(solver.y(), out);
-    assert!(matches!(
-        solver.step(0.4),
-        Err(RadauError::TimeBehind { t_out: 0.4, t: 0.5 })
-    ));
+    assert!(matches!(solver.step(0.4), Err(RadauError::TimeBehind { t_out: 0.4, t: 0.5 })));
     solver.set_stop_time(0.75).unwrap();
     let stopped = Outcome::StopTime { t: 0.75 };
     assert_eq!(solver.step(5.0).unwrap(), stopped);
     assert_eq!(solver.statistics().steps, 1);
     solver.set_stop_time(5.0).unwrap();
     let end = solver.integrate_to(1.0).unwrap();
-    assert_eq!(
-        (end, solver.statistics().steps),
-        (Outcome::Reached { t: 1.0 }, 1)
-    );
+    assert_eq!((end, solver.statistics().steps), (Outcome::Reached { t: 1.0 }, 1));
 }
 
 #[test]
 fn events_do_not_change_the_steps_if_dense_output_does_not() {
     let start = Oscillator.start();
-    let options = || RadauOptions {
-        dense_output: false,
-        ..tolerance(1e-6)
-    };
+    let options = || RadauOptions { dense_output: false, ..tolerance(1e-6) };
     let mut plain = RadauSolver::builder(Oscillator)
         .options(options())
         .build(start.t, &start.y, &start.y_dot)
@@ -228,14 +195,9 @@ fn a_root_function_that_fails_stops_or_is_handed_back() {
     }
     let fatal = || Err(StepError::Fatal("the probe fell off".into()));
     match failing(fatal).integrate_to(1.0) {
-        Err(RadauError::Fatal {
-            function, source, ..
-        }) => {
+        Err(RadauError::Fatal { function, source, .. }) => {
             let printed = source.to_string();
-            assert_eq!(
-                (function, printed.as_str()),
-                ("root function", "the probe fell off")
-            );
+            assert_eq!((function, printed.as_str()), ("root function", "the probe fell off"));
         }
         other => panic!("{other:?}"),
     }

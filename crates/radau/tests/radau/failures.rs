@@ -22,10 +22,7 @@ pub(crate) struct Touchy {
 }
 
 pub(crate) fn touchy(trouble: fn(f64, f64) -> Result<f64, StepError>) -> Touchy {
-    Touchy {
-        trouble,
-        jacobian_factor: 1.0,
-    }
+    Touchy { trouble, jacobian_factor: 1.0 }
 }
 
 /// The problem without failures.
@@ -76,10 +73,7 @@ impl Problem for Touchy {
 }
 
 pub(crate) fn solver(problem: Touchy, options: RadauOptions) -> RadauSolver<Touchy> {
-    RadauSolver::builder(problem)
-        .options(options)
-        .build(0.0, &[0.0], &[1.0])
-        .unwrap()
+    RadauSolver::builder(problem).options(options).build(0.0, &[0.0], &[1.0]).unwrap()
 }
 
 fn recoverable(message: &str) -> Result<f64, StepError> {
@@ -90,52 +84,23 @@ fn recoverable(message: &str) -> Result<f64, StepError> {
 fn a_recoverable_error_halves_the_step() {
     // The state at the end of the first step, 0.02, is rejected; the state after a halved step is
     // not.
-    let problem = touchy(|_, y| {
-        if y > 0.012 {
-            recoverable("too large")
-        } else {
-            Ok(0.0)
-        }
-    });
-    let options = RadauOptions {
-        initial_step: Some(0.02),
-        ..RadauOptions::default()
-    };
+    let problem = touchy(|_, y| if y > 0.012 { recoverable("too large") } else { Ok(0.0) });
+    let options = RadauOptions { initial_step: Some(0.02), ..RadauOptions::default() };
     let mut solver = solver(problem, options);
     assert_eq!(solver.step(1.0).unwrap(), Outcome::StepTaken { t: 0.01 });
     let stats = solver.statistics();
-    assert_eq!(
-        (
-            stats.steps,
-            stats.step_solve_failures,
-            stats.newton_failures
-        ),
-        (1, 1, 1)
-    );
+    assert_eq!((stats.steps, stats.step_solve_failures, stats.newton_failures), (1, 1, 1));
 }
 
 #[test]
 fn a_lasting_recoverable_error_stops_with_its_message_and_the_last_state() {
-    let problem = touchy(|t, _| {
-        if t > 0.5 {
-            recoverable("t is late")
-        } else {
-            Ok(0.0)
-        }
-    });
+    let problem = touchy(|t, _| if t > 0.5 { recoverable("t is late") } else { Ok(0.0) });
     let mut solver = solver(problem, RadauOptions::default());
     let stop = stopped(solver.integrate_to(1.0).unwrap());
     // Halved steps approach t = 0.5, which the last step cannot reach.
     assert_eq!(stop.reason, StopReason::StepTooSmall);
-    assert!(
-        stop.message.ends_with("after: t is late"),
-        "{}",
-        stop.message
-    );
-    assert!(
-        (stop.t - 0.5).abs() < 1e-14 && stop.t == solver.t(),
-        "{stop:?}"
-    );
+    assert!(stop.message.ends_with("after: t is late"), "{}", stop.message);
+    assert!((stop.t - 0.5).abs() < 1e-14 && stop.t == solver.t(), "{stop:?}");
     let exact = (2f64.sqrt() * stop.t).tanh() / 2f64.sqrt();
     // The relative tolerance is 1e-4.
     assert!((solver.y()[0] - exact).abs() < 1e-4);
@@ -143,18 +108,9 @@ fn a_lasting_recoverable_error_stops_with_its_message_and_the_last_state() {
 
 #[test]
 fn too_many_recoverable_errors_in_one_step_stop() {
-    let problem = touchy(|t, _| {
-        if t > 0.0 {
-            recoverable("never")
-        } else {
-            Ok(0.0)
-        }
-    });
+    let problem = touchy(|t, _| if t > 0.0 { recoverable("never") } else { Ok(0.0) });
     let stop = stopped(solver(problem, RadauOptions::default()).step(1.0).unwrap());
-    assert_eq!(
-        (stop.reason, stop.message.as_str()),
-        (StopReason::ResidualFailed, "never")
-    );
+    assert_eq!((stop.reason, stop.message.as_str()), (StopReason::ResidualFailed, "never"));
     assert_eq!(stop.statistics.step_solve_failures, 10);
 }
 
@@ -163,10 +119,7 @@ fn nan_is_recoverable() {
     let problem = touchy(|t, _| Ok(if t > 0.0 { f64::NAN } else { 0.0 }));
     let stop = stopped(solver(problem, RadauOptions::default()).step(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::ResidualFailed);
-    assert!(
-        stop.message.starts_with("residual[0] = NaN at t = "),
-        "{stop}"
-    );
+    assert!(stop.message.starts_with("residual[0] = NaN at t = "), "{stop}");
 }
 
 /// The default linear solver with a fault: after `healthy` real solves, the next `failures` solves return NaN.
@@ -205,10 +158,7 @@ impl<P: Problem> LinearSolver<P> for Overflowing {
 fn an_error_estimate_of_nan_halves_the_step() {
     let start = |healthy, failures| {
         let problem = well_behaved();
-        let options = RadauOptions {
-            initial_step: Some(0.01),
-            ..RadauOptions::default()
-        };
+        let options = RadauOptions { initial_step: Some(0.01), ..RadauOptions::default() };
         let pattern = problem.jacobian_pattern();
         let matrices = Overflowing {
             klu: SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap(),
@@ -229,10 +179,7 @@ fn an_error_estimate_of_nan_halves_the_step() {
     solver.step(1.0).unwrap();
     let stats = solver.statistics();
     assert_eq!(stats.last_step, 0.5 * healthy.statistics().last_step);
-    assert_eq!(
-        (stats.step_solve_failures, stats.error_test_failures),
-        (1, 0)
-    );
+    assert_eq!((stats.step_solve_failures, stats.error_test_failures), (1, 0));
 }
 
 /// The default linear solver with a fault: all solves fail.
@@ -261,14 +208,10 @@ fn a_linear_solve_that_fails_is_named() {
     let problem = well_behaved();
     let pattern = problem.jacobian_pattern();
     let klu = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();
-    let mut solver = RadauSolver::builder(problem)
-        .build_with(Broken(klu), 0.0, &[0.0], &[1.0])
-        .unwrap();
+    let mut solver =
+        RadauSolver::builder(problem).build_with(Broken(klu), 0.0, &[0.0], &[1.0]).unwrap();
     let error = solver.step(1.0).unwrap_err().to_string();
-    assert!(
-        error.starts_with("the linear solve failed at t = 0"),
-        "{error}"
-    );
+    assert!(error.starts_with("the linear solve failed at t = 0"), "{error}");
     assert!(error.ends_with("the solver is broken"), "{error}");
 }
 
@@ -299,10 +242,7 @@ fn an_output_time_at_the_start_gives_no_first_step() {
     };
     for t0 in [0.0, 1.0] {
         let refused = start(t0).step(t0);
-        assert!(
-            matches!(refused, Err(RadauError::InvalidOption { .. })),
-            "{refused:?}"
-        );
+        assert!(matches!(refused, Err(RadauError::InvalidOption { .. })), "{refused:?}");
         let reached = start(t0).integrate_to(t0).unwrap();
         assert_eq!(reached, Outcome::Reached { t: t0 });
     }
@@ -310,20 +250,14 @@ fn an_output_time_at_the_start_gives_no_first_step() {
 
 #[test]
 fn a_fatal_error_is_handed_back() {
-    let problem = touchy(|t, _| {
-        if t > 0.5 {
-            Err(StepError::Fatal("the probe fell off".into()))
-        } else {
-            Ok(0.0)
-        }
-    });
+    let problem =
+        touchy(
+            |t, _| {
+                if t > 0.5 { Err(StepError::Fatal("the probe fell off".into())) } else { Ok(0.0) }
+            },
+        );
     match solver(problem, RadauOptions::default()).integrate_to(1.0) {
-        Err(RadauError::Fatal {
-            function: "residual",
-            t,
-            h,
-            source,
-        }) => {
+        Err(RadauError::Fatal { function: "residual", t, h, source }) => {
             assert_eq!(source.to_string(), "the probe fell off");
             assert!(t <= 0.5 && t + h > 0.5, "t = {t}, h = {h}");
         }
@@ -336,21 +270,12 @@ fn a_panic_passes_through() {
     let problem = touchy(|t, _| if t > 0.5 { panic!("at {t}") } else { Ok(0.0) });
     let mut solver = solver(problem, RadauOptions::default());
     let caught = catch_unwind(AssertUnwindSafe(|| solver.integrate_to(1.0)));
-    assert!(
-        caught
-            .unwrap_err()
-            .downcast_ref::<String>()
-            .unwrap()
-            .starts_with("at 0.")
-    );
+    assert!(caught.unwrap_err().downcast_ref::<String>().unwrap().starts_with("at 0."));
 }
 
 #[test]
 fn a_singular_matrix_stops() {
-    let problem = Touchy {
-        jacobian_factor: 0.0,
-        ..touchy(|_, _| Ok(0.0))
-    };
+    let problem = Touchy { jacobian_factor: 0.0, ..touchy(|_, _| Ok(0.0)) };
     let stop = stopped(solver(problem, RadauOptions::default()).step(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::LinearSetupFailed);
     assert!(stop.message.contains("singular"), "{}", stop.message);
@@ -360,13 +285,8 @@ fn a_singular_matrix_stops() {
 fn a_wrong_jacobian_stops_by_convergence_failures() {
     // Corrections a hundred times too large diverge for any step size. The inconsistent value ẏ0 = 0 makes a
     // correction necessary.
-    let problem = Touchy {
-        jacobian_factor: 0.01,
-        ..touchy(|_, _| Ok(0.0))
-    };
-    let mut solver = RadauSolver::builder(problem)
-        .build(0.0, &[0.0], &[0.0])
-        .unwrap();
+    let problem = Touchy { jacobian_factor: 0.01, ..touchy(|_, _| Ok(0.0)) };
+    let mut solver = RadauSolver::builder(problem).build(0.0, &[0.0], &[0.0]).unwrap();
     let stop = stopped(solver.step(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::ConvergenceFailures);
     assert_eq!(stop.statistics.newton_failures, 10);
@@ -383,19 +303,13 @@ fn too_many_failed_error_tests_stop_with_the_component_at_fault() {
     let stop = stopped(solver(touchy(|_, _| Ok(0.0)), options).step(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::ErrorTestFailures);
     let worst = &stop.worst_components[0];
-    assert!(
-        worst.name == "y[0]" && worst.weighted_error > 1.0,
-        "{worst:?}"
-    );
+    assert!(worst.name == "y[0]" && worst.weighted_error > 1.0, "{worst:?}");
 }
 
 #[test]
 fn a_jump_stops_at_the_smallest_step_allowed() {
     let jump = |t: f64, _: f64| Ok(if t > 0.5 { -1e9 } else { 0.0 });
-    let options = RadauOptions {
-        min_step: 1e-3,
-        ..RadauOptions::default()
-    };
+    let options = RadauOptions { min_step: 1e-3, ..RadauOptions::default() };
     let stop = stopped(solver(touchy(jump), options).integrate_to(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::StepTooSmall);
 }
@@ -445,10 +359,7 @@ fn the_state_before_a_wall_is_as_accurate_as_any_other() {
             let errors = (0..4).map(|i| (solver.y()[i] - exact[i]).abs());
             let error = errors.fold(0.0, f64::max);
             // Allowed error of a successful run: 100 times the tolerance (two digits).
-            assert!(
-                error < 100.0 * tolerance,
-                "{form:?}, {stages} stages: {error:e}"
-            );
+            assert!(error < 100.0 * tolerance, "{form:?}, {stages} stages: {error:e}");
         }
     }
 }

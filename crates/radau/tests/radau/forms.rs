@@ -24,10 +24,7 @@ fn samples(form: MechanicalForm) -> Vec<Box<dyn Sample>> {
         Box::new(Differentiated::new(Constrained::new(SliderCrank, form))),
         Box::new(Differentiated::new(Constrained::new(FourBar, form))),
         Box::new(Differentiated::new(Constrained::new(Press, form))),
-        Box::new(Differentiated::new(Constrained::new(
-            SphericalPendulums,
-            form,
-        ))),
+        Box::new(Differentiated::new(Constrained::new(SphericalPendulums, form))),
         Box::new(Differentiated::new(Constrained::new(Charges, form))),
     ]
 }
@@ -50,10 +47,9 @@ fn regularity(sample: &mut dyn Sample, [y, y_dot]: &[Vec<f64>; 2]) -> f64 {
     let kinds = sample.kinds().unwrap();
     let pattern = sample.jacobian_pattern();
     let mut matrix = DMatrix::<f64>::zeros(n, n);
-    for (kind, [a, b]) in [
-        (VariableKind::Algebraic, [1.0, 0.0]),
-        (VariableKind::Differential, [0.0, 1.0]),
-    ] {
+    for (kind, [a, b]) in
+        [(VariableKind::Algebraic, [1.0, 0.0]), (VariableKind::Differential, [0.0, 1.0])]
+    {
         let mut values = vec![0.0; pattern.nnz()];
         sample.jacobian(0.3, y, y_dot, a, b, &mut values).unwrap();
         for ((column, row), value) in pattern.entries().zip(&values) {

@@ -245,10 +245,7 @@ impl Generated {
     fn exact(&self, t: f64) -> [Vec<f64>; 2] {
         let [x, rate] = (self.plain.exact)(t / self.time);
         let scaled = |x: Vec<f64>, unit: f64| -> Vec<f64> {
-            x.iter()
-                .zip(&self.units)
-                .map(|(x, u)| x * u / unit)
-                .collect()
+            x.iter().zip(&self.units).map(|(x, u)| x * u / unit).collect()
         };
         [scaled(x, 1.0), scaled(rate, self.time)]
     }
@@ -300,9 +297,7 @@ fn largest_error<I: Integrator<Generated>>(
 ) -> Result<f64, String> {
     let n = exact.units.len();
     let (mut y, mut largest) = (vec![0.0; n], 0.0_f64);
-    solver
-        .set_stop_time(exact.end())
-        .map_err(|e| e.to_string())?;
+    solver.set_stop_time(exact.end()).map_err(|e| e.to_string())?;
     let mut events = 0;
     for _ in 0..20_000 {
         let outcome = solver.step(exact.end()).map_err(|e| e.to_string())?;
@@ -319,14 +314,8 @@ fn largest_error<I: Integrator<Generated>>(
         }
         let [from, to] = solver.last_step_interval();
         for theta in [0.05, 0.4, 0.83, 1.0] {
-            let t = if theta == 1.0 {
-                to
-            } else {
-                from + theta * (to - from)
-            };
-            solver
-                .dense_output(t, 0, &mut y)
-                .map_err(|e| e.to_string())?;
+            let t = if theta == 1.0 { to } else { from + theta * (to - from) };
+            solver.dense_output(t, 0, &mut y).map_err(|e| e.to_string())?;
             let [solution, _] = exact.exact(t);
             let highest = if theta < 1.0 { highest.min(2) } else { highest };
             for i in (0..n).filter(|&i| exact.plain.indices[i] <= highest) {
@@ -337,11 +326,7 @@ fn largest_error<I: Integrator<Generated>>(
                 let allowed = relative * (exact.units[i] + solution[i].abs());
                 let error = (y[i] - solution[i]).abs() / allowed;
                 // NaN is treated as larger than every bound.
-                largest = if error > largest || error.is_nan() {
-                    error
-                } else {
-                    largest
-                };
+                largest = if error > largest || error.is_nan() { error } else { largest };
             }
         }
         if matches!(outcome, Outcome::StopTime { .. }) {
@@ -378,12 +363,8 @@ fn run(make: impl Fn() -> Generated, stages: usize, tolerance: f64) -> Result<f6
         let solver = builder.build(0.0, &y, &y_dot).map_err(|e| e.to_string())?;
         return largest_error(solver, &exact, (tolerance, 1));
     }
-    let options = RadauOptions {
-        stages,
-        tolerances,
-        dense_output: true,
-        ..RadauOptions::default()
-    };
+    let options =
+        RadauOptions { stages, tolerances, dense_output: true, ..RadauOptions::default() };
     let builder = RadauSolver::builder(make()).options(options);
     let builder = builder.roots([Direction::Both], |p: &mut Generated, t, y, _, g| {
         g[0] = p.event(t, y);
@@ -429,9 +410,5 @@ fn generated_equations_are_solved_accurately() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
-    assert!(
-        20 * stops.len() <= runs,
-        "{} of {runs}: {stops:#?}",
-        stops.len()
-    );
+    assert!(20 * stops.len() <= runs, "{} of {runs}: {stops:#?}", stops.len());
 }

@@ -80,12 +80,7 @@ const CASES: [Case; 20] = [
     Case {
         name: "two thirds",
         span: [1e-6, 1.0],
-        exact: |t| {
-            [
-                vec![t.powf(2.0 / 3.0)],
-                vec![2.0 / 3.0 * t.powf(-1.0 / 3.0)],
-            ]
-        },
+        exact: |t| [vec![t.powf(2.0 / 3.0)], vec![2.0 / 3.0 * t.powf(-1.0 / 3.0)]],
         residual: |_, y, v, r| r[0] = y[0] * v[0] * v[0] - 4.0 / 9.0,
     },
     Case {
@@ -197,10 +192,7 @@ const CASES: [Case; 20] = [
 fn error(case: &Case, stages: usize, tolerance: f64) -> Option<f64> {
     let [start, end] = case.span;
     let [y, v] = (case.exact)(start);
-    let problem = Implicit {
-        n: y.len(),
-        residual: case.residual,
-    };
+    let problem = Implicit { n: y.len(), residual: case.residual };
     let options = RadauOptions {
         stages,
         tolerances: Tolerances::scalar(tolerance, tolerance),

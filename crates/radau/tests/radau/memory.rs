@@ -27,11 +27,7 @@ struct Oscillator {
 
 impl Problem for Oscillator {
     fn n_unknowns(&self) -> usize {
-        2 + if self.response.is_some() {
-            0
-        } else {
-            TERMS.len()
-        }
+        2 + if self.response.is_some() { 0 } else { TERMS.len() }
     }
 
     fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
@@ -80,9 +76,9 @@ where
         + Div<Output = T>,
 {
     let terms = TERMS.iter();
-    let stiffness = terms.fold(one, |sum, &(weight, time)| {
-        sum + c * (weight * time) / (one + c * time)
-    }) * slope;
+    let stiffness = terms
+        .fold(one, |sum, &(weight, time)| sum + c * (weight * time) / (one + c * time))
+        * slope;
     let u = (rhs[1] + c * rhs[0]) / (stiffness + c * c);
     (rhs[0], rhs[1]) = (u, c * u - rhs[0]);
 }
@@ -127,21 +123,13 @@ fn eliminated(stages: usize, tol: f64) -> RadauSolver<Oscillator, Eliminated> {
     let memory = InternalVariables {
         parts: vec![MemoryPart {
             slots: 0..1,
-            terms: TERMS
-                .map(|(weight, time)| MemoryTerm { weight, time })
-                .to_vec(),
+            terms: TERMS.map(|(weight, time)| MemoryTerm { weight, time }).to_vec(),
         }],
         start: vec![0.3, 0.0, -0.2],
         absolute: tol,
     };
-    let problem = Oscillator {
-        response: Some([0.0]),
-        u: 0.0,
-    };
-    let options = myovib_radau::RadauOptions {
-        stages,
-        ..tolerance(tol)
-    };
+    let problem = Oscillator { response: Some([0.0]), u: 0.0 };
+    let options = myovib_radau::RadauOptions { stages, ..tolerance(tol) };
     RadauSolver::builder(problem)
         .options(options)
         .roots([Direction::Both], |_, _, y, _, out| {
@@ -177,13 +165,10 @@ fn end(mut solver: RadauSolver<Oscillator, Eliminated>, t: f64) -> (Vec<f64>, us
 #[test]
 fn eliminated_states_are_those_among_the_unknowns_over_restarts() {
     let y0 = [0.1, 0.0, 0.3, 0.0, -0.2];
-    let mut full = RadauSolver::builder(Oscillator {
-        response: None,
-        u: 0.0,
-    })
-    .options(tolerance(1e-11))
-    .build(0.0, &y0, &[0.0; 5])
-    .unwrap();
+    let mut full = RadauSolver::builder(Oscillator { response: None, u: 0.0 })
+        .options(tolerance(1e-11))
+        .build(0.0, &y0, &[0.0; 5])
+        .unwrap();
     full.integrate_to(3.0).unwrap();
     for stages in [1, 3, 5, 7] {
         let tol = if stages == 1 { 1e-5 } else { 1e-8 };
@@ -193,10 +178,7 @@ fn eliminated_states_are_those_among_the_unknowns_over_restarts() {
             // Errors accumulate over several hundred steps; a state truncated at a wrong time has an error of
             // 1e-3.
             let error = (found - exact).abs() / tol;
-            assert!(
-                error < 1e3,
-                "s = {stages}, {i}: {found} {exact}, {error:e} tolerances"
-            );
+            assert!(error < 1e3, "s = {stages}, {i}: {found} {exact}, {error:e} tolerances");
         }
     }
 }
@@ -204,8 +186,5 @@ fn eliminated_states_are_those_among_the_unknowns_over_restarts() {
 #[test]
 fn sensitivities_with_a_memory_are_refused() {
     let solver = eliminated(3, 1e-6);
-    assert!(matches!(
-        Recording::of_stages(&solver),
-        Err(RadauError::Fading)
-    ));
+    assert!(matches!(Recording::of_stages(&solver), Err(RadauError::Fading)));
 }

@@ -18,118 +18,67 @@ use crate::failures::well_behaved;
 fn wrong_input_is_named() {
     let build = |options: RadauOptions, y0: &[f64], y_dot0: &[f64]| {
         let builder = RadauSolver::builder(well_behaved()).options(options);
-        builder
-            .build(0.0, y0, y_dot0)
-            .map(|_| ())
-            .unwrap_err()
-            .to_string()
+        builder.build(0.0, y0, y_dot0).map(|_| ()).unwrap_err().to_string()
     };
     let default = RadauOptions::default;
     assert_eq!(
         build(default(), &[0.0, 1.0], &[0.0]),
         "initial values y0: expected length 1, got 2"
     );
-    assert_eq!(
-        build(default(), &[0.0], &[f64::NAN]),
-        "y_dot0[0] = NaN is not finite"
-    );
+    assert_eq!(build(default(), &[0.0], &[f64::NAN]), "y_dot0[0] = NaN is not finite");
     let wrong = [
         (
-            RadauOptions {
-                stages: 4,
-                ..default()
-            },
+            RadauOptions { stages: 4, ..default() },
             "Radau IIA with 4 stages is not supported: use 1, 3, 5 or 7",
         ),
         (
-            RadauOptions {
-                tolerances: Tolerances::scalar(-1.0, 0.0),
-                ..default()
-            },
+            RadauOptions { tolerances: Tolerances::scalar(-1.0, 0.0), ..default() },
             "relative tolerance = -1: must be in [0, 1)",
         ),
         (
-            RadauOptions {
-                tolerances: Tolerances::scalar(0.0, 0.0),
-                ..default()
-            },
+            RadauOptions { tolerances: Tolerances::scalar(0.0, 0.0), ..default() },
             "absolute tolerance = 0: must be > 0 where the relative one is 0",
         ),
         (
-            RadauOptions {
-                tolerances: Tolerances::vector(1e-3, [1.0, 1.0]),
-                ..default()
-            },
+            RadauOptions { tolerances: Tolerances::vector(1e-3, [1.0, 1.0]), ..default() },
             "absolute tolerances: expected length 1, got 2",
         ),
         (
-            RadauOptions {
-                suppressed: Suppressed::Components(vec![]),
-                ..default()
-            },
+            RadauOptions { suppressed: Suppressed::Components(vec![]), ..default() },
             "suppressed components: expected length 1, got 0",
         ),
         (
-            RadauOptions {
-                step_size: StepSize::Fixed(0.0),
-                ..default()
-            },
+            RadauOptions { step_size: StepSize::Fixed(0.0), ..default() },
             "step_size = 0: must be finite and > 0",
         ),
         (
-            RadauOptions {
-                min_step: 1.0,
-                max_step: Some(0.5),
-                ..default()
-            },
+            RadauOptions { min_step: 1.0, max_step: Some(0.5), ..default() },
             "max_step = 0.5: must be above min_step",
         ),
         (
-            RadauOptions {
-                step_size: StepSize::Fixed(1.0),
-                max_step: Some(0.5),
-                ..default()
-            },
+            RadauOptions { step_size: StepSize::Fixed(1.0), max_step: Some(0.5), ..default() },
             "step_size = 1: must be between min_step and max_step",
         ),
         (
-            RadauOptions {
-                stop_time: Some(f64::NAN),
-                ..default()
-            },
+            RadauOptions { stop_time: Some(f64::NAN), ..default() },
             "stop_time = NaN: must be finite",
         ),
         (
-            RadauOptions {
-                stop_time: Some(-1.0),
-                ..default()
-            },
+            RadauOptions { stop_time: Some(-1.0), ..default() },
             "the time -1 is before the current time t = 0",
         ),
         (
-            RadauOptions {
-                max_newton_iterations: Some(1 << 31),
-                ..default()
-            },
+            RadauOptions { max_newton_iterations: Some(1 << 31), ..default() },
             "max_newton_iterations = 2147483648: must be a positive count",
         ),
         (
             RadauOptions {
-                sparse: SparseOptions {
-                    pivot_tolerance: f64::NAN,
-                    ..SparseOptions::default()
-                },
+                sparse: SparseOptions { pivot_tolerance: f64::NAN, ..SparseOptions::default() },
                 ..default()
             },
             "sparse.pivot_tolerance = NaN: must be in [0, 1]",
         ),
-        (
-            RadauOptions {
-                safety: 1.0,
-                ..default()
-            },
-            "safety = 1: must be in (0, 1)",
-        ),
+        (RadauOptions { safety: 1.0, ..default() }, "safety = 1: must be in (0, 1)"),
     ];
     for (options, message) in wrong {
         assert_eq!(build(options, &[0.0], &[1.0]), message);
@@ -241,41 +190,27 @@ fn a_memory_without_sense_is_refused() {
             start: vec![0.0; slots.iter().map(|(start, end)| end - start).sum()],
             absolute,
         };
-        RadauSolver::builder(Slot {
-            response: vec![0.0],
-        })
-        .fading_memory(memory)
-        .build(0.0, &[1.0], &[-1.0])
-        .map(|_| ())
+        RadauSolver::builder(Slot { response: vec![0.0] })
+            .fading_memory(memory)
+            .build(0.0, &[1.0], &[-1.0])
+            .map(|_| ())
     };
     build(&[(0, 1)], 0.1, 0.5, 1e-6).unwrap();
     for time in [0.0, -0.1, f64::NAN, f64::INFINITY] {
         let refused = build(&[(0, 1)], time, 0.5, 1e-6);
-        assert!(
-            matches!(refused, Err(RadauError::InvalidOption { .. })),
-            "{time}: {refused:?}"
-        );
+        assert!(matches!(refused, Err(RadauError::InvalidOption { .. })), "{time}: {refused:?}");
     }
     for (weight, absolute) in [(f64::NAN, 1e-6), (0.5, f64::NAN), (0.5, -1.0)] {
         let refused = build(&[(0, 1)], 0.1, weight, absolute);
-        assert!(
-            matches!(refused, Err(RadauError::InvalidOption { .. })),
-            "{refused:?}"
-        );
+        assert!(matches!(refused, Err(RadauError::InvalidOption { .. })), "{refused:?}");
     }
     for slots in [&[(1, 2)][..], &[(0, 1), (2, 3)], &[(0, 1), (0, 1)]] {
         let refused = build(slots, 0.1, 0.5, 1e-6);
-        assert!(
-            matches!(refused, Err(RadauError::InvalidOption { .. })),
-            "{refused:?}"
-        );
+        assert!(matches!(refused, Err(RadauError::InvalidOption { .. })), "{refused:?}");
     }
     for slots in [&[(0, 2)][..], &[(0, 1), (1, 2)], &[]] {
         let refused = build(slots, 0.1, 0.5, 1e-6);
-        assert!(
-            matches!(refused, Err(RadauError::WrongLength { .. })),
-            "{refused:?}"
-        );
+        assert!(matches!(refused, Err(RadauError::WrongLength { .. })), "{refused:?}");
     }
 }
 

@@ -22,26 +22,15 @@ fn fixed(h: f64) -> RadauOptions {
 
 /// Returns the errors at `t_end` after n steps.
 fn errors<S: Sample + 'static>(sample: S, t_end: f64, options: RadauOptions) -> Vec<f64> {
-    let exact = sample
-        .exact(t_end)
-        .expect("the sample has an exact solution");
+    let exact = sample.exact(t_end).expect("the sample has an exact solution");
     let solver = run(sample, t_end, options);
-    solver
-        .y()
-        .iter()
-        .zip(exact)
-        .map(|(y, exact)| (y - exact).abs())
-        .collect()
+    solver.y().iter().zip(exact).map(|(y, exact)| (y - exact).abs()).collect()
 }
 
 /// Returns log2 of the ratio of the errors with n and with 2n steps, component by component.
 fn orders(errors: impl Fn(f64) -> Vec<f64>, n: f64) -> Vec<f64> {
     let (coarse, fine) = (errors(n), errors(2.0 * n));
-    coarse
-        .iter()
-        .zip(fine)
-        .map(|(coarse, fine)| (coarse / fine).log2())
-        .collect()
+    coarse.iter().zip(fine).map(|(coarse, fine)| (coarse / fine).log2()).collect()
 }
 
 /// The difference between the observed and the limiting order is halved if the step sizes are halved. A tolerance of ±
@@ -49,10 +38,7 @@ fn orders(errors: impl Fn(f64) -> Vec<f64>, n: f64) -> Vec<f64> {
 fn assert_orders(observed: &[f64], expected: &[f64]) {
     println!("{observed:.2?}");
     for (i, (observed, expected)) in observed.iter().zip(expected).enumerate() {
-        assert!(
-            (observed - expected).abs() < 0.25,
-            "y[{i}]: order {observed}, not {expected}"
-        );
+        assert!((observed - expected).abs() < 0.25, "y[{i}]: order {observed}, not {expected}");
     }
 }
 
@@ -60,10 +46,7 @@ fn assert_orders(observed: &[f64], expected: &[f64]) {
 fn linear_index_1_has_the_order_of_the_method() {
     for (stages, n) in [(1, 160.0), (3, 10.0), (5, 20.0)] {
         let errors = |n: f64| {
-            let options = RadauOptions {
-                stages,
-                ..fixed(10.0 / n)
-            };
+            let options = RadauOptions { stages, ..fixed(10.0 / n) };
             // y2 follows from an algebraic equation and is exact.
             errors(LinearIndex1, 10.0, options)[..1].to_vec()
         };
@@ -75,10 +58,7 @@ fn linear_index_1_has_the_order_of_the_method() {
 fn an_ode_has_the_order_of_the_method() {
     for (stages, n) in [(1, 2000.0), (3, 40.0), (5, 10.0), (7, 5.0)] {
         let errors = |n: f64| {
-            let options = RadauOptions {
-                stages,
-                ..fixed(10.0 / n)
-            };
+            let options = RadauOptions { stages, ..fixed(10.0 / n) };
             errors(Oscillator, 10.0, options)
         };
         assert_orders(&orders(errors, n), &[(2 * stages - 1) as f64; 2]);
@@ -111,19 +91,13 @@ fn pendulum_index_3_has_orders_5_and_3() {
 /// 2s − 1 are exact with these steps.
 #[test]
 fn five_stages_have_orders_6_and_5_in_higher_index() {
-    let five = |n: f64| RadauOptions {
-        stages: 5,
-        ..fixed(1.0 / n)
-    };
+    let five = |n: f64| RadauOptions { stages: 5, ..fixed(1.0 / n) };
     let jay = |n: f64| errors(JayIndex2, 1.0, five(n))[2..].to_vec();
     assert_orders(&orders(jay, 16.0), &[6.0]);
     let pendulum = Pendulum::new(MechanicalForm::Index3);
     // Rounding in λ prevents Newton's method from reaching the 3e-15 of `fixed`.
     let pendulum = |n: f64| {
-        let options = RadauOptions {
-            newton_tolerance: Some(0.1),
-            ..five(n)
-        };
+        let options = RadauOptions { newton_tolerance: Some(0.1), ..five(n) };
         errors(pendulum, 1.0, options)[2..].to_vec()
     };
     assert_orders(&orders(pendulum, 20.0), &[5.0, 5.0, 5.0]);
@@ -231,18 +205,8 @@ fn dense_output_is_refused_outside_the_last_step_and_beyond_the_first_derivative
     let mut out = [0.0; 3];
     for (t, derivative) in [(0.94, 0), (1.01, 0), (0.97, 2)] {
         let refused = solver.dense_output(t, derivative, &mut out);
-        assert!(
-            matches!(refused, Err(RadauError::NoDenseOutput { to: 1.0, .. })),
-            "{refused:?}"
-        );
+        assert!(matches!(refused, Err(RadauError::NoDenseOutput { to: 1.0, .. })), "{refused:?}");
     }
     let refused = solver.dense_output(0.97, 0, &mut out[..2]);
-    assert!(matches!(
-        refused,
-        Err(RadauError::WrongLength {
-            expected: 3,
-            got: 2,
-            ..
-        })
-    ));
+    assert!(matches!(refused, Err(RadauError::WrongLength { expected: 3, got: 2, .. })));
 }

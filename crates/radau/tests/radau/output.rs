@@ -19,11 +19,7 @@ fn run<P: Problem>(
     (stages, tol): (usize, f64),
     dense_output: bool,
 ) -> End {
-    let options = RadauOptions {
-        stages,
-        dense_output,
-        ..tolerance(tol)
-    };
+    let options = RadauOptions { stages, dense_output, ..tolerance(tol) };
     let builder = RadauSolver::builder(problem).options(options);
     let mut solver = builder.build(0.0, y, y_dot).unwrap();
     solver.set_stop_time(t_end).unwrap();
@@ -61,11 +57,7 @@ fn output_does_not_prevent_success() {
         compare(&format!("pump, {method:?}"), both);
         for (circuit, (name, wave, t_end)) in pairs(&CIRCUITS, &WAVES) {
             let units = [1.0, 1.0];
-            let driven = || Driven {
-                circuit,
-                wave,
-                units,
-            };
+            let driven = || Driven { circuit, wave, units };
             let [y, y_dot] = driven().exact(0.0);
             let both =
                 [false, true].map(|output| run(driven(), [&y, &y_dot], t_end, method, output));
@@ -87,16 +79,9 @@ fn output_behind_a_restart_does_not_depend_on_values_before() {
     for (stages, tol) in pairs(&[3, 5, 7], &[1e-4, 1e-6]) {
         for (circuit, (name, wave, t_end)) in pairs(&CIRCUITS, &WAVES) {
             let units = [1.0, 1.0];
-            let driven = Driven {
-                circuit,
-                wave,
-                units,
-            };
+            let driven = Driven { circuit, wave, units };
             let [y, y_dot] = driven.exact(0.0);
-            let options = RadauOptions {
-                stages,
-                ..tolerance(tol)
-            };
+            let options = RadauOptions { stages, ..tolerance(tol) };
             let builder = RadauSolver::builder(Driven { ..driven }).options(options);
             let mut solver = builder.build(0.0, &y, &y_dot).unwrap();
             for t in driven.breaks(t_end) {
@@ -132,10 +117,7 @@ fn steps_are_exact_differences_of_times() {
     for (stages, t0) in pairs(&[3, 5, 7], &[1.7e9, 1e12]) {
         let problem = VanDerPol { vdp_mu: 1.0 };
         let start = problem.start();
-        let options = RadauOptions {
-            stages,
-            ..tolerance(1e-6)
-        };
+        let options = RadauOptions { stages, ..tolerance(1e-6) };
         let builder = RadauSolver::builder(problem).options(options);
         let mut solver = builder.build(t0, &start.y, &start.y_dot).unwrap();
         solver.set_stop_time(t0 + 5.0).unwrap();
@@ -152,19 +134,12 @@ fn steps_are_exact_differences_of_times() {
 #[test]
 fn output_of_first_steps_does_not_depend_on_wrong_multipliers() {
     for (stages, (circuit, (name, wave, t_end))) in pairs(&[3, 5, 7], &pairs(&CIRCUITS, &WAVES)) {
-        let driven = Driven {
-            circuit,
-            wave,
-            units: [1.0, 1.0],
-        };
+        let driven = Driven { circuit, wave, units: [1.0, 1.0] };
         let [mut y, y_dot] = driven.exact(0.0);
         let indices = driven.indices().unwrap();
         let wrong = (0..y.len()).filter(|&i| indices[i] > 1);
         wrong.for_each(|i| y[i] += 1.0);
-        let options = RadauOptions {
-            stages,
-            ..tolerance(1e-6)
-        };
+        let options = RadauOptions { stages, ..tolerance(1e-6) };
         let builder = RadauSolver::builder(Driven { ..driven }).options(options);
         let mut solver = builder.build(0.0, &y, &y_dot).unwrap();
         let Outcome::StepTaken { .. } = solver.step(t_end).unwrap() else {

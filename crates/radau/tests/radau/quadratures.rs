@@ -52,10 +52,7 @@ fn quadratures_have_the_order_of_the_method() {
             }
             solver.quadrature(&mut q).unwrap();
             let statistics = solver.statistics();
-            assert_eq!(
-                statistics.quadrature_evaluations,
-                stages as u64 * statistics.steps
-            );
+            assert_eq!(statistics.quadrature_evaluations, stages as u64 * statistics.steps);
             [(q[0] - exact(solver.t())).abs(), within]
         });
         let order = |k: usize| (errors[0][k] / errors[1][k]).log2();
@@ -87,19 +84,14 @@ fn multipliers_are_integrated_as_they_are_handed_out() {
     let exact = 0.5 * 2.0_f64.exp();
     let off = (solver.y()[2] - 2.0 * exact).abs();
     // At most the error of the multiplier at the end, or the tolerance, times the unit of time.
-    assert!(
-        (q[0] - exact).abs() < off.max(1e-5),
-        "{q:?} {exact}, z {off:e}"
-    );
+    assert!((q[0] - exact).abs() < off.max(1e-5), "{q:?} {exact}, z {off:e}");
 }
 
 /// Quadratures are saved bitwise with the state, and continue after a root, and after a restart at a root.
 #[test]
 fn quadratures_go_on_from_saved_states_and_from_roots() {
-    let options = || RadauOptions {
-        tolerances: Tolerances::scalar(1e-8, 1e-8),
-        ..RadauOptions::default()
-    };
+    let options =
+        || RadauOptions { tolerances: Tolerances::scalar(1e-8, 1e-8), ..RadauOptions::default() };
     let (mut whole, mut part) = (solver(options()), solver(options()));
     for _ in 0..7 {
         whole.step(10.0).unwrap();

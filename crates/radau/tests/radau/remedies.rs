@@ -21,11 +21,7 @@ struct Posed {
 
 impl Posed {
     fn new(indices: bool, constraints: bool) -> Self {
-        Self {
-            pendulum: Pendulum::new(MechanicalForm::Index3),
-            indices,
-            constraints,
-        }
+        Self { pendulum: Pendulum::new(MechanicalForm::Index3), indices, constraints }
     }
 }
 
@@ -88,10 +84,7 @@ fn oscillator_by_bdf(tol: f64) -> Outcome {
 
 #[test]
 fn after_too_many_steps_more_calls_and_more_steps_finish() {
-    let limited = |most| RadauOptions {
-        max_steps: Some(most),
-        ..tolerance(1e-8)
-    };
+    let limited = |most| RadauOptions { max_steps: Some(most), ..tolerance(1e-8) };
     let mut few = solver(Oscillator, limited(3));
     let stop = stopped(few.integrate_to(2.0).unwrap());
     assert_eq!(stop.remedies, [Remedy::AnotherCall, Remedy::MoreSteps]);
@@ -147,9 +140,7 @@ fn initial_values_off_a_constraint_are_corrected() {
     let stop = stopped(stated.integrate_to(2.0).unwrap());
     assert_eq!(stop.remedies, [Remedy::ConsistentStart]);
     let mut stated = restarted(true, OFF);
-    stated
-        .correct_initial_values(ConsistencyMode::Constraints, 2.0)
-        .unwrap();
+    stated.correct_initial_values(ConsistencyMode::Constraints, 2.0).unwrap();
     assert_eq!(stated.integrate_to(2.0).unwrap(), REACHED);
 }
 
@@ -169,10 +160,7 @@ fn indices_are_stated() {
 /// If the step size has a lower limit, the steps cannot resolve a jump of the input.
 #[test]
 fn a_jump_is_a_time_to_restart_at() {
-    let options = |tol| RadauOptions {
-        min_step: 1e-3,
-        ..tolerance(tol)
-    };
+    let options = |tol| RadauOptions { min_step: 1e-3, ..tolerance(tol) };
     let started = |tol| {
         let builder = RadauSolver::builder(Jump).options(options(tol));
         builder.build(0.0, &[0.0], &[0.0]).unwrap()
@@ -209,11 +197,8 @@ fn looser_tolerances_of_multipliers_permit_longer_steps() {
     };
     for tol in [1e-8, 1e-9] {
         let stop = stopped(outcome(tol, 1.0, [1.0; 2]));
-        let remedies = [
-            Remedy::RestartAtBreak,
-            Remedy::LooserTolerances,
-            Remedy::LooserMultipliers,
-        ];
+        let remedies =
+            [Remedy::RestartAtBreak, Remedy::LooserTolerances, Remedy::LooserMultipliers];
         assert_eq!(stop.remedies, remedies);
         assert_eq!(outcome(tol, 1e3, [1.0; 2]), REACHED);
         assert_eq!(outcome(tol, 1.0, [1e2, 1e4]), REACHED);

@@ -78,10 +78,7 @@ fn a_restored_run_is_the_uninterrupted_one_bit_by_bit() {
 #[test]
 fn a_restored_run_takes_the_same_differences() {
     let sample = WithoutJacobian(CarAxis::new(MechanicalForm::Index2));
-    let options = RadauOptions {
-        jacobian_reuse: 0.1,
-        ..tolerance(1e-4)
-    };
+    let options = RadauOptions { jacobian_reuse: 0.1, ..tolerance(1e-4) };
     assert_goes_on(&sample, 0.5, &options);
 }
 
@@ -119,10 +116,7 @@ fn a_run_saved_in_a_pause_finds_the_same_roots() {
 fn the_state_of_another_problem_or_method_is_refused() {
     let state = solver(JayIndex2, tolerance(1e-4)).save();
     let of_problem = solver(LinearIndex1, tolerance(1e-4)).restore(&state);
-    let five = RadauOptions {
-        stages: 5,
-        ..tolerance(1e-4)
-    };
+    let five = RadauOptions { stages: 5, ..tolerance(1e-4) };
     let of_method = solver(JayIndex2, five).restore(&state);
     for (refused, printed) in [(of_problem, "unknowns"), (of_method, "stages")] {
         let error = refused.unwrap_err();

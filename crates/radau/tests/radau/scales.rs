@@ -57,10 +57,7 @@ fn steps_do_not_depend_on_the_unit_of_time() {
                 .options(options)
                 .build(0.0, &[1.0, 0.0, 0.0, 0.0, 0.0], &rates)
                 .unwrap();
-            assert_eq!(
-                solver.integrate_to(end).unwrap(),
-                Outcome::Reached { t: end }
-            );
+            assert_eq!(solver.integrate_to(end).unwrap(), Outcome::Reached { t: end });
             solver.statistics().steps as f64
         });
         // Only rounding differs. It changes up to 4 of 60 steps.
@@ -111,10 +108,7 @@ fn no_conduction_of_a_rectifier_is_skipped() {
             // The error of a conduction is within 100 tolerances of 10 V and decays by exp(-0.2) per
             // period. A skipped period costs 1.5 V. The reference has six digits.
             let error = (solver.y()[0] - 8.108698).abs();
-            assert!(
-                error < 1e3 * tolerance + 1e-6,
-                "{stages} stages, {tolerance:e}: {error:e}"
-            );
+            assert!(error < 1e3 * tolerance + 1e-6, "{stages} stages, {tolerance:e}: {error:e}");
         }
     }
 }

@@ -17,9 +17,7 @@ fn run<S: ParametricSample + Copy + 'static>(
     t_end: f64,
     options: RadauOptions,
 ) -> (RadauSolver<S>, ForwardSensitivities<Differenced<S>>) {
-    let starts = (0..sample.parameters().len())
-        .map(|j| sample.exact_sensitivity(j, 0.0))
-        .collect();
+    let starts = (0..sample.parameters().len()).map(|j| sample.exact_sensitivity(j, 0.0)).collect();
     let mut solver = solver(sample, options);
     let mut sensitivities =
         ForwardSensitivities::new(&solver, sample.differenced(), starts).unwrap();
@@ -61,30 +59,15 @@ fn pendulum() -> Pendulum {
 fn closed_forms_of_index_0_to_3_are_met_at_ten_times_the_tolerance() {
     for stages in [3, 5, 7] {
         for tol in [1e-4, 1e-6, 1e-8] {
-            let options = || RadauOptions {
-                stages,
-                ..tolerance(tol)
-            };
+            let options = || RadauOptions { stages, ..tolerance(tol) };
             for (name, error) in [
-                (
-                    "oscillator",
-                    error(Oscillator { omega: 3.0 }, 2.0, 2, options()),
-                ),
-                (
-                    "linear",
-                    error(ScaledLinear { p: 2.0, q: 0.6 }, 2.0, 2, options()),
-                ),
-                (
-                    "jay",
-                    error(ScaledJay { c: 1.5, w: 0.8 }, 1.0, 2, options()),
-                ),
+                ("oscillator", error(Oscillator { omega: 3.0 }, 2.0, 2, options())),
+                ("linear", error(ScaledLinear { p: 2.0, q: 0.6 }, 2.0, 2, options())),
+                ("jay", error(ScaledJay { c: 1.5, w: 0.8 }, 1.0, 2, options())),
                 ("pendulum", error(pendulum(), 1.0, 4, options())),
             ] {
                 println!("{name}, {stages} stages, {tol:e}: {error:.1e}");
-                assert!(
-                    error <= 10.0 * tol,
-                    "{name}, {stages} stages, {tol:e}: {error:e}"
-                );
+                assert!(error <= 10.0 * tol, "{name}, {stages} stages, {tol:e}: {error:e}");
             }
         }
     }
@@ -101,10 +84,7 @@ fn multiplier_error<S: ParametricSample + Copy + 'static>(
     let exact = sample.exact(1.0).unwrap()[last];
     let own = (solver.y()[last] - exact).abs() / (1.0 + exact.abs());
     let of = (0..sample.parameters().len()).map(|j| {
-        let (scale, exact) = (
-            sample.parameters()[j].scale,
-            sample.exact_sensitivity(j, 1.0)[last],
-        );
+        let (scale, exact) = (sample.parameters()[j].scale, sample.exact_sensitivity(j, 1.0)[last]);
         scale * (sensitivities.of(j)[last] - exact).abs() / (1.0 + scale * exact.abs())
     });
     [own, of.fold(0.0, f64::max)]
@@ -118,10 +98,7 @@ fn multiplier_error<S: ParametricSample + Copy + 'static>(
 fn multipliers_of_index_3_have_sensitivities_as_good_as_their_own() {
     for stages in [3, 5, 7] {
         for tol in [1e-4, 1e-6, 1e-8] {
-            let options = RadauOptions {
-                stages,
-                ..tolerance(tol)
-            };
+            let options = RadauOptions { stages, ..tolerance(tol) };
             let [own, of] = multiplier_error(pendulum(), options);
             println!("{stages} stages, {tol:e}: {own:.1e} {of:.1e}");
             let order_less = (stages as f64 - 1.0) / stages as f64;
@@ -153,21 +130,11 @@ fn fixed(stages: usize, h: f64) -> RadauOptions {
 fn orders_in_fixed_steps_are_those_of_the_states() {
     for (stages, n) in [(3, 10.0), (5, 1.0)] {
         let order = 2.0 * stages as f64 - 1.0;
-        let of = |n: f64| {
-            error(
-                ScaledLinear { p: 2.0, q: 0.6 },
-                2.0,
-                1,
-                fixed(stages, 2.0 / n),
-            )
-        };
+        let of = |n: f64| error(ScaledLinear { p: 2.0, q: 0.6 }, 2.0, 1, fixed(stages, 2.0 / n));
         let observed = (of(n) / of(2.0 * n)).log2();
         println!("{stages} stages: {observed}, {:e}", of(2.0 * n));
         // The difference between the observed and the limiting order is halved if the step sizes are halved.
-        assert!(
-            (observed - order).abs() < 1.0,
-            "{stages} stages: {observed}"
-        );
+        assert!((observed - order).abs() < 1.0, "{stages} stages: {observed}");
     }
     // Index 3: positions and velocities have at least the stage order s.
     let of = |n: f64| error(pendulum(), 1.0, 4, fixed(3, 1.0 / n));
@@ -207,12 +174,8 @@ fn a_run_with_sensitivities_takes_the_steps_and_factors_of_the_plain_one() {
     let plain = crate::common::run(pendulum(), 1.0, tolerance(1e-6)).statistics();
     let (solver, sensitivities) = run(pendulum(), 1.0, tolerance(1e-6));
     assert_eq!(solver.statistics(), plain);
-    let SensitivityWork {
-        steps,
-        jacobian_evaluations,
-        parameter_derivatives,
-        ..
-    } = sensitivities.work();
+    let SensitivityWork { steps, jacobian_evaluations, parameter_derivatives, .. } =
+        sensitivities.work();
     assert_eq!(steps, plain.steps);
     assert_eq!(jacobian_evaluations, 3 * steps);
     assert_eq!(parameter_derivatives, 2 * 3 * steps);
@@ -281,23 +244,15 @@ fn dense_output_is_that_of_the_step() {
         solver.step(1.0).unwrap();
         sensitivities.follow(&mut solver).unwrap();
         let [from, to] = solver.last_step_interval();
-        sensitivities
-            .dense_output(&solver, 0, from, 0, &mut out)
-            .unwrap();
+        sensitivities.dense_output(&solver, 0, from, 0, &mut out).unwrap();
         assert!((out[0] - before[0]).abs() < 1e-12);
         before = sensitivities.of(0).to_vec();
         let middle = 0.5 * (from + to);
-        sensitivities
-            .dense_output(&solver, 0, middle, 0, &mut out)
-            .unwrap();
+        sensitivities.dense_output(&solver, 0, middle, 0, &mut out).unwrap();
         let exact = sample.exact_sensitivity(0, middle);
         // The order is s + 1 or, in the first step, s, while it is 2s − 1 at the ends of steps. Therefore errors of
         // several hundred tolerances are allowed.
-        assert!(
-            (out[0] - exact[0]).abs() < 1e-6,
-            "{middle}: {}",
-            out[0] - exact[0]
-        );
+        assert!((out[0] - exact[0]).abs() < 1e-6, "{middle}: {}", out[0] - exact[0]);
     }
     let outside = sensitivities.dense_output(&solver, 0, 0.0, 0, &mut out);
     assert!(matches!(outside, Err(RadauError::NoDenseOutput { .. })));
@@ -310,10 +265,7 @@ fn misuse_is_told() {
     let new = |solver: &RadauSolver<_>, starts| {
         ForwardSensitivities::new(solver, sample.differenced(), starts)
     };
-    assert!(matches!(
-        new(&solver, vec![vec![0.0; 3]]).err(),
-        Some(RadauError::WrongLength { .. })
-    ));
+    assert!(matches!(new(&solver, vec![vec![0.0; 3]]).err(), Some(RadauError::WrongLength { .. })));
     assert!(matches!(
         new(&solver, vec![vec![0.0, f64::NAN]]).err(),
         Some(RadauError::NotFinite { .. })
@@ -321,10 +273,7 @@ fn misuse_is_told() {
     let mut late = new(&solver, vec![vec![0.0; 2]]).unwrap();
     solver.step(1.0).unwrap();
     solver.step(1.0).unwrap();
-    assert!(matches!(
-        late.follow(&mut solver),
-        Err(RadauError::Missed { steps: 2 })
-    ));
+    assert!(matches!(late.follow(&mut solver), Err(RadauError::Missed { steps: 2 })));
     assert!(matches!(
         new(&solver, vec![vec![0.0; 2]]).err(),
         Some(RadauError::AfterTheStart { .. })
@@ -351,10 +300,7 @@ impl Problem for Duffing {
 /// compared with 2.05 from polynomials.
 #[test]
 fn steps_of_a_vibration_start_from_those_before() {
-    let options = RadauOptions {
-        stages: 7,
-        ..tolerance(1e-5)
-    };
+    let options = RadauOptions { stages: 7, ..tolerance(1e-5) };
     let mut solver = RadauSolver::builder(Duffing(0.1))
         .options(options)
         .build(0.0, &[1.0, 0.0], &[0.0, -0.1])
@@ -367,9 +313,7 @@ fn steps_of_a_vibration_start_from_those_before() {
     );
     let mut followed = ForwardSensitivities::new(&solver, parameters, vec![vec![0.0; 2]]).unwrap();
     followed.integrate_to(&mut solver, 200.0).unwrap();
-    let SensitivityWork {
-        steps, real_solves, ..
-    } = followed.work();
+    let SensitivityWork { steps, real_solves, .. } = followed.work();
     let corrections = real_solves as f64 / steps as f64;
     println!("{steps} steps, {corrections:.2} corrections each");
     assert!(steps > 50);
@@ -377,15 +321,9 @@ fn steps_of_a_vibration_start_from_those_before() {
 }
 
 /// Returns a solver of the oscillator with steps of 0.1, and its sensitivity.
-fn fixed_steps() -> (
-    RadauSolver<Oscillator>,
-    ForwardSensitivities<Differenced<Oscillator>>,
-) {
+fn fixed_steps() -> (RadauSolver<Oscillator>, ForwardSensitivities<Differenced<Oscillator>>) {
     let oscillator = Oscillator { omega: 2.0 };
-    let options = RadauOptions {
-        step_size: StepSize::Fixed(0.1),
-        ..RadauOptions::default()
-    };
+    let options = RadauOptions { step_size: StepSize::Fixed(0.1), ..RadauOptions::default() };
     run(oscillator, 0.0, options)
 }
 
@@ -404,10 +342,7 @@ fn sensitivities_are_continued_over_a_reinit_on_request_only() {
         solver.reinit(t, &y, &y_dot).unwrap();
         solver.step(10.0).unwrap();
         let refused = followed.follow(&mut solver);
-        assert!(
-            matches!(refused, Err(RadauError::StartedAgain { .. })),
-            "{refused:?}"
-        );
+        assert!(matches!(refused, Err(RadauError::StartedAgain { .. })), "{refused:?}");
 
         solver.reinit(t, &y, &y_dot).unwrap();
         followed.reinit(&solver, reached).unwrap();
@@ -427,10 +362,8 @@ fn sensitivities_are_continued_over_a_reinit_on_request_only() {
 #[test]
 fn a_restored_state_ends_what_follows_steps() {
     let (mut solver, mut followed) = fixed_steps();
-    let mut recordings = [
-        Recording::of_stages(&solver).unwrap(),
-        Recording::of_checkpoints(&solver).unwrap(),
-    ];
+    let mut recordings =
+        [Recording::of_stages(&solver).unwrap(), Recording::of_checkpoints(&solver).unwrap()];
     let state = solver.save();
     for _ in 0..3 {
         solver.step(10.0).unwrap();
@@ -444,16 +377,10 @@ fn a_restored_state_ends_what_follows_steps() {
         solver.step(10.0).unwrap();
     }
     let refused = followed.follow(&mut solver);
-    assert!(
-        matches!(refused, Err(RadauError::StartedAgain { .. })),
-        "{refused:?}"
-    );
+    assert!(matches!(refused, Err(RadauError::StartedAgain { .. })), "{refused:?}");
     for recording in &mut recordings {
         let refused = recording.follow(&mut solver);
-        assert!(
-            matches!(refused, Err(RadauError::StartedAgain { .. })),
-            "{refused:?}"
-        );
+        assert!(matches!(refused, Err(RadauError::StartedAgain { .. })), "{refused:?}");
     }
 }
 

@@ -70,10 +70,7 @@ fn solutions<S: Sample>(
 /// wrong multipliers silently.
 fn expect_harmless<S: Sample>(sample: impl Fn() -> S, displaced: u8) {
     for (stages, tol) in [(3, 1e-4), (3, 1e-8), (5, 1e-6), (7, 1e-4), (7, 1e-8)] {
-        let options = |tol| RadauOptions {
-            stages,
-            ..tolerance(tol)
-        };
+        let options = |tol| RadauOptions { stages, ..tolerance(tol) };
         let exact = solutions(sample(), (0.0, displaced), options(1e-3 * tol));
         let own = solutions(sample(), (0.0, displaced), options(tol));
         for off in [0.1 * tol, 1e-3 * tol, 1e-11, 1e-13] {
@@ -96,10 +93,7 @@ fn expect_harmless<S: Sample>(sample: impl Fn() -> S, displaced: u8) {
 fn positions_of_index_3_may_be_off() {
     expect_harmless(|| Pendulum::new(MechanicalForm::Index3), 1);
     let form = MechanicalForm::Index3;
-    expect_harmless(
-        || Differentiated::new(Constrained::new(SliderCrank, form)),
-        1,
-    );
+    expect_harmless(|| Differentiated::new(Constrained::new(SliderCrank, form)), 1);
     expect_harmless(|| Driven, 1);
 }
 
@@ -107,30 +101,22 @@ fn positions_of_index_3_may_be_off() {
 fn velocities_of_index_3_may_be_off() {
     expect_harmless(|| Pendulum::new(MechanicalForm::Index3), 2);
     let form = MechanicalForm::Index3;
-    expect_harmless(
-        || Differentiated::new(Constrained::new(SliderCrank, form)),
-        2,
-    );
+    expect_harmless(|| Differentiated::new(Constrained::new(SliderCrank, form)), 2);
     expect_harmless(|| Driven, 2);
 }
 
 /// The multiplier of a first step of free size.
 #[test]
 fn the_first_multiplier_is_correct() {
-    for (form, displaced) in [
-        (MechanicalForm::Index3, 1),
-        (MechanicalForm::Index3, 2),
-        (MechanicalForm::Index2, 2),
-    ] {
+    for (form, displaced) in
+        [(MechanicalForm::Index3, 1), (MechanicalForm::Index3, 2), (MechanicalForm::Index2, 2)]
+    {
         for stages in [3, 5, 7] {
             let (sample, tol, off) = (Pendulum::new(form), 1e-6, 1e-7);
             let mut start = sample.start();
             // At the start, the rod has the direction of x.
             start.y[if displaced == 1 { 0 } else { 2 }] += off;
-            let options = RadauOptions {
-                stages,
-                ..tolerance(tol)
-            };
+            let options = RadauOptions { stages, ..tolerance(tol) };
             let builder = RadauSolver::builder(sample).options(options);
             let mut solver = builder.build(start.t, &start.y, &start.y_dot).unwrap();
             solver.step(1.0).unwrap();

@@ -79,13 +79,7 @@ fn levels(values: &[f64], [low, high]: [f64; 2]) -> String {
         true => 0,
         false => u16::MAX,
     };
-    STANDARD.encode(
-        values
-            .iter()
-            .map(level)
-            .flat_map(u16::to_le_bytes)
-            .collect::<Vec<u8>>(),
-    )
+    STANDARD.encode(values.iter().map(level).flat_map(u16::to_le_bytes).collect::<Vec<u8>>())
 }
 
 /// Returns the body of a run with the fields in its folder.
@@ -144,10 +138,7 @@ pub(super) fn of_modes(scene: &Scene, body: &Body, modes: &BodyModes) -> BodyDat
     let space = body.muscle.solid.space();
     let surface = Surface::of(space, &grid);
     let dimension = space.dimension();
-    let shown = modes
-        .modes
-        .iter()
-        .take(MOST_BYTES / bytes(&surface, 3).max(1));
+    let shown = modes.modes.iter().take(MOST_BYTES / bytes(&surface, 3).max(1));
     let shown: Vec<_> = shown.collect();
     let values = shown.iter().map(|mode| {
         let shape = shape(&body.muscle, mode);
@@ -209,9 +200,7 @@ fn at_points(field: &StoredField, grid: &Grid, surface: &Surface) -> Vec<Vec<f64
     if !field.of_cells {
         let value = |c: usize| {
             let points = surface.points.iter();
-            points
-                .map(|point| field.values[width * point + c])
-                .collect()
+            points.map(|point| field.values[width * point + c]).collect()
         };
         return (0..width).map(value).collect();
     }
@@ -301,11 +290,7 @@ mod tests {
     fn values_are_rounded_to_levels() {
         let text = levels(&[-1.0, 0.0, 1.0, f64::NAN], [-1.0, 1.0]);
         let bytes = STANDARD.decode(text).unwrap();
-        let read = bytes
-            .as_chunks::<2>()
-            .0
-            .iter()
-            .map(|&pair| u16::from_le_bytes(pair));
+        let read = bytes.as_chunks::<2>().0.iter().map(|&pair| u16::from_le_bytes(pair));
         assert_eq!(read.collect::<Vec<_>>(), [0, 32767, 65534, 65535]);
         let constant = STANDARD.decode(levels(&[3.0, 3.0], [3.0, 3.0])).unwrap();
         assert_eq!(constant, [0; 4]);

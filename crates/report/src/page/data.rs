@@ -23,10 +23,7 @@ pub(crate) struct PageData {
 impl PageData {
     /// Creates the data of a page without charts. The chart library would account for most of its size.
     pub(crate) fn with_pictures_only() -> Self {
-        Self {
-            pictures_only: true,
-            ..Self::default()
-        }
+        Self { pictures_only: true, ..Self::default() }
     }
 
     /// Adds a chart and returns its number, or `None` on a page without charts. Charts with the same `link` share the range
@@ -113,13 +110,10 @@ impl PageData {
     fn column(&mut self, kind: &str, bytes: Vec<u8>) -> usize {
         let content = STANDARD.encode(bytes);
         let next = self.columns.len();
-        *self
-            .known
-            .entry(format!("{kind}{content}"))
-            .or_insert_with(|| {
-                self.columns.push(json!({ "type": kind, "data": content }));
-                next
-            })
+        *self.known.entry(format!("{kind}{content}")).or_insert_with(|| {
+            self.columns.push(json!({ "type": kind, "data": content }));
+            next
+        })
     }
 }
 

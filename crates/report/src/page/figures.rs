@@ -14,30 +14,13 @@ pub(super) fn cards(document: &Value) -> String {
     let mut add = |value: Option<String>, what: &str| {
         cards.extend(value.map(|value| card("", &value, what)));
     };
-    add(
-        number("t_reached").map(|t| format!("{} s", short(t))),
-        "time reached",
-    );
+    add(number("t_reached").map(|t| format!("{} s", short(t))), "time reached");
     let steps = document["steps"].as_u64();
     let rejected = document["error_test_failures"].as_u64().unwrap_or(0);
-    add(
-        steps.map(|steps| steps.to_string()),
-        &format!("steps; {rejected} more rejected"),
-    );
-    add(
-        document["newton_iterations"]
-            .as_u64()
-            .map(|n| n.to_string()),
-        "Newton iterations",
-    );
-    add(
-        document["unknowns"].as_u64().map(|n| n.to_string()),
-        "unknowns",
-    );
-    add(
-        number("cpu_seconds").map(|s| format!("{s:.2} s")),
-        "CPU time",
-    );
+    add(steps.map(|steps| steps.to_string()), &format!("steps; {rejected} more rejected"));
+    add(document["newton_iterations"].as_u64().map(|n| n.to_string()), "Newton iterations");
+    add(document["unknowns"].as_u64().map(|n| n.to_string()), "unknowns");
+    add(number("cpu_seconds").map(|s| format!("{s:.2} s")), "CPU time");
     add(
         number("constraint_drift").map(|d| format!("{d:.1e}")),
         "maximum error of the volume constraint",
@@ -89,14 +72,8 @@ pub(super) fn statistics(document: &Value) -> String {
         .iter()
         .filter(|(_, value)| is_plain(value))
         .map(|(key, value)| {
-            let value = value
-                .as_str()
-                .map_or_else(|| value.to_string(), str::to_owned);
-            format!(
-                "<tr><td>{}</td><td>{}</td></tr>\n",
-                escape(key),
-                escape(&value)
-            )
+            let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            format!("<tr><td>{}</td><td>{}</td></tr>\n", escape(key), escape(&value))
         })
         .collect();
     format!("<table>{rows}</table>\n")

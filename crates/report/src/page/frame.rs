@@ -31,12 +31,7 @@ pub(crate) fn framed(title: &str, description: &str, body: &str, data: &PageData
     let (title, description) = (escape(title), escape(description));
     let versions = Versions::found();
     let klu = versions.klu_text();
-    let Versions {
-        myovib,
-        git,
-        sundials,
-        ..
-    } = &versions;
+    let Versions { myovib, git, sundials, .. } = &versions;
     let (library, credit) = match data.has_charts() {
         true => (
             format!("<script type=\"text/plain\" id=\"library\">{LIBRARY}</script>\n"),

@@ -39,9 +39,8 @@ const PERIODIC: &str = "<p>The motion that repeats with the period of the loads,
 /// Explains how the equilibrium was found, and the critical points of its path.
 fn meaning_of_equilibrium(document: &Value) -> String {
     let part = document["load_reached"].as_f64().filter(|part| *part < 1.0);
-    let under = part.map_or(String::new(), |part| {
-        format!(" under {:.1} % of the load", 100.0 * part)
-    });
+    let under =
+        part.map_or(String::new(), |part| format!(" under {:.1} % of the load", 100.0 * part));
     let points = document["critical_points"].as_array().into_iter().flatten();
     let points = points.map(|point| {
         let [from, to] = [0, 1].map(|i| point["loads"][i].as_f64().unwrap_or(f64::NAN));

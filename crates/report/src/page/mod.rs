@@ -57,9 +57,10 @@ fn save(folder: &Path, scene: &Scene, result: &RunResult, mut data: PageData) ->
     let mut html = figures::cards(document);
     html += &figures::outcome(document);
     html += &pictures::body(folder, scene, result.modes.as_ref(), &mut data)?;
-    html += &result.periodic.as_ref().map_or(String::new(), |found| {
-        periodic::section(found, is_in_space(document), &mut data)
-    });
+    html += &result
+        .periodic
+        .as_ref()
+        .map_or(String::new(), |found| periodic::section(found, is_in_space(document), &mut data));
     html += &match (&result.modes, &result.response) {
         (Some(found), _) => modes::section(scene, found),
         (_, Some(found)) => response::section(found, is_in_space(document), &mut data),

@@ -21,10 +21,7 @@ pub(super) fn outlines(scene: &Scene, space: &Space) -> Vec<Vec<Place>> {
     let first = points.next().unwrap_or_default();
     let [low, high] = points.fold([first; 2], |[low, high], x| {
         let axes = [0, 1, 2];
-        [
-            axes.map(|i| low[i].min(x[i])),
-            axes.map(|i| high[i].max(x[i])),
-        ]
+        [axes.map(|i| low[i].min(x[i])), axes.map(|i| high[i].max(x[i]))]
     });
     let center = [0, 1, 2].map(|i| 0.5 * (low[i] + high[i]));
     let size = length(minus(high, low));
@@ -38,15 +35,9 @@ pub(super) fn outlines(scene: &Scene, space: &Space) -> Vec<Vec<Place>> {
             let corner = |s: f64, t: f64| plus(plus(foot, s * size, a), t * size, b);
             match in_space {
                 true => vec![
-                    [
-                        (-0.5, -0.5),
-                        (0.5, -0.5),
-                        (0.5, 0.5),
-                        (-0.5, 0.5),
-                        (-0.5, -0.5),
-                    ]
-                    .map(|(s, t)| corner(s, t))
-                    .to_vec(),
+                    [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5)]
+                        .map(|(s, t)| corner(s, t))
+                        .to_vec(),
                 ],
                 false => vec![vec![corner(-1.0, 0.0), corner(1.0, 0.0)]],
             }
@@ -54,16 +45,10 @@ pub(super) fn outlines(scene: &Scene, space: &Space) -> Vec<Vec<Place>> {
         Obstacle::Sphere { center, radius } => {
             let axes = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
             let axes = &axes[..if in_space { 3 } else { 1 }];
-            let circles = axes
-                .iter()
-                .map(|&axis| circle(place(center), axis, *radius));
+            let circles = axes.iter().map(|&axis| circle(place(center), axis, *radius));
             circles.collect()
         }
-        Obstacle::Cylinder {
-            point,
-            axis,
-            radius,
-        } => {
+        Obstacle::Cylinder { point, axis, radius } => {
             let (point, axis) = (place(point), unit(axis));
             let foot = plus(point, dot(minus(center, point), axis), axis);
             let ends = [-0.5, 0.5].map(|s| circle(plus(foot, s * size, axis), axis, *radius));

@@ -18,11 +18,7 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
         parts.push(format!("{} {cells}", space.n_elements()));
         let parameters = &body.muscle.parameters;
         // If materials differ, these values are the maxima.
-        let is = if body.muscle.solid.has_element_scales() {
-            "≤"
-        } else {
-            "="
-        };
+        let is = if body.muscle.solid.has_element_scales() { "≤" } else { "=" };
         parts.push(match parameters.is_incompressible() {
             true => "incompressible".to_owned(),
             false => format!("κ {is} {:e} Pa", parameters.kappa()),

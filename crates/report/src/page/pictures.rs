@@ -39,9 +39,7 @@ pub(super) fn body(
     };
     let number = data.body(view.document);
     let notes = view.notes.iter();
-    let notes: String = notes
-        .map(|note| format!("<p class=\"note\">{note}</p>\n"))
-        .collect();
+    let notes: String = notes.map(|note| format!("<p class=\"note\">{note}</p>\n")).collect();
     let mut pictures = displacement(folder, scene, body)?.into_iter();
     let deformed = pictures.next().unwrap_or_default();
     let section: String = pictures.collect();
@@ -72,10 +70,7 @@ fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     });
     let pressed = file.surface_loads.all().into_iter();
     let pressed = pressed.map(|(_, load)| (load.group, None));
-    let bedded = file
-        .elastic_foundation
-        .iter()
-        .map(|foundation| (&*foundation.group, None));
+    let bedded = file.elastic_foundation.iter().map(|foundation| (&*foundation.group, None));
     let touched = file.contact.iter().map(|contact| (&*contact.group, None));
     let all = held.chain(moved).chain(bedded).chain(touched);
     let all = all.chain(loaded).chain(pressed);
@@ -91,9 +86,7 @@ fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
 /// Draws the surface of a 3D body with colored groups.
 fn surface(scene: &Scene, body: &Body) -> String {
     let named = groups(scene).into_iter().enumerate();
-    let groups: Vec<_> = named
-        .map(|(i, (name, _))| (name, Color::of_series(i)))
-        .collect();
+    let groups: Vec<_> = named.map(|(i, (name, _))| (name, Color::of_series(i))).collect();
     let space = body.muscle.solid.space();
     let plot = SurfacePlot {
         obstacles: obstacles::outlines(scene, space),
@@ -144,21 +137,15 @@ fn plane(scene: &Scene, body: &Body) -> String {
         };
         let nodes = edges.into_iter().map(|edge| space.facet_nodes(edge));
         let edges = nodes.filter_map(|nodes| nodes.try_into().ok()).collect();
-        Some(EdgeGroup {
-            name: name.to_owned(),
-            edges,
-            color: Color::of_series(i),
-            arrows,
-        })
+        Some(EdgeGroup { name: name.to_owned(), edges, color: Color::of_series(i), arrows })
     });
     let regions = scene.file.material.iter().enumerate();
     let regions = regions.filter_map(|(i, material)| {
         let name = material.group.as_ref()?;
         match space.mesh().group_of_dimension(name, 2) {
-            Ok(Group::Elements(members)) => Some(Region {
-                triangles: members.clone(),
-                color: Color::of_material(i),
-            }),
+            Ok(Group::Elements(members)) => {
+                Some(Region { triangles: members.clone(), color: Color::of_material(i) })
+            }
             _ => None,
         }
     });
@@ -187,9 +174,7 @@ fn written(value: &Value) -> String {
             format!("[{}]", entries.join(", "))
         }
         // Prints 200 for 200.0.
-        Value::Number(number) => number
-            .as_f64()
-            .map_or(number.to_string(), |x| x.to_string()),
+        Value::Number(number) => number.as_f64().map_or(number.to_string(), |x| x.to_string()),
         value => value.to_string(),
     }
 }

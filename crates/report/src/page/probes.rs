@@ -34,11 +34,7 @@ impl Record {
         let text = fs::read_to_string(&path).map_err(Error::file("read", &path))?;
         let table = Table::parse(&text).unwrap_or_default();
         let rows = table.rows.iter().filter_map(|row| table.numbers(row));
-        Ok(Self {
-            name: name.to_owned(),
-            rows: rows.collect(),
-            columns: table.names,
-        })
+        Ok(Self { name: name.to_owned(), rows: rows.collect(), columns: table.names })
     }
 
     /// Returns whether the rows belong to the states of a loading path.
@@ -96,12 +92,7 @@ impl Record {
                         (time, own.clone(), Series::curve("", t, values))
                     }
                 };
-                LinePlot {
-                    x,
-                    y,
-                    series: vec![series],
-                    ..LinePlot::default()
-                }
+                LinePlot { x, y, series: vec![series], ..LinePlot::default() }
             };
             let shown = plot(&fewer, &thinned(base), &thinned(&values));
             if !self.is_of_path() {
@@ -200,19 +191,13 @@ pub(super) fn section(
     let any = errors.as_object().is_some_and(|errors| !errors.is_empty());
     let note = if any { note } else { "" };
     let rows = records.iter();
-    let rows: String = rows
-        .map(|record| record.summary(errors, in_space))
-        .collect();
+    let rows: String = rows.map(|record| record.summary(errors, in_space)).collect();
     let single = records.iter().all(|record| record.rows.len() == 1);
     let heads = if single { VALUE } else { EXTREMES };
-    let values = records
-        .iter()
-        .map(|record| record.rows.len() * record.columns.len());
+    let values = records.iter().map(|record| record.rows.len() * record.columns.len());
     let stride = values.sum::<usize>().div_ceil(MOST_VALUES).max(1);
     let figures = records.iter();
-    let figures: String = figures
-        .map(|record| record.figures(in_space, stride, data))
-        .collect();
+    let figures: String = figures.map(|record| record.figures(in_space, stride, data)).collect();
     let thinned = match stride {
         1 => String::new(),
         _ => format!(

@@ -48,9 +48,7 @@ impl Surface {
         if 4 * faces.len() <= most_triangles {
             let triangles = faces.iter();
             let triangles = triangles.flat_map(|face| QUARTERS.map(|part| part.map(|i| face[i])));
-            let edges = faces
-                .iter()
-                .flat_map(|face| HALVES.map(|half| half.map(|i| face[i])));
+            let edges = faces.iter().flat_map(|face| HALVES.map(|half| half.map(|i| face[i])));
             return Self::numbered(triangles.collect(), edges.collect(), None);
         }
         let whole: Vec<[usize; 3]> = faces.iter().map(|&[a, b, c, ..]| [a, b, c]).collect();
@@ -59,9 +57,7 @@ impl Surface {
             Some(_) => merged(&whole, position, most_triangles),
             None => whole,
         };
-        let edges = triangles
-            .iter()
-            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         let edges = edges.collect();
         Self::numbered(triangles, edges, thinned_from)
     }
@@ -78,10 +74,7 @@ impl Surface {
         let edges = edges.into_iter().map(|[a, b]| [a.min(b), a.max(b)]);
         let edges: BTreeSet<[usize; 2]> = edges.collect();
         Self {
-            triangles: triangles
-                .into_iter()
-                .map(|triangle| triangle.map(vertex))
-                .collect(),
+            triangles: triangles.into_iter().map(|triangle| triangle.map(vertex)).collect(),
             edges: edges.into_iter().map(|edge| edge.map(vertex)).collect(),
             points,
             thinned_from,
@@ -94,10 +87,7 @@ fn faces(space: &Space, grid: &Grid) -> Vec<[usize; 6]> {
     let n_nodes = grid.cells().len() / space.n_elements().max(1);
     // A node between regions has one point per region.
     let point = |element: usize, node: usize| {
-        let own = space
-            .element_nodes(element)
-            .iter()
-            .position(|&other| other == node);
+        let own = space.element_nodes(element).iter().position(|&other| other == node);
         own.map(|i| grid.cells()[n_nodes * element + i])
     };
     let with_points = |(element, nodes): (usize, [usize; 6])| {
@@ -105,16 +95,8 @@ fn faces(space: &Space, grid: &Grid) -> Vec<[usize; 6]> {
         points?.try_into().ok()
     };
     match space.dimension() {
-        2 => outline(space)
-            .triangles
-            .into_iter()
-            .enumerate()
-            .filter_map(with_points)
-            .collect(),
-        _ => boundary_with_elements(space)
-            .into_iter()
-            .filter_map(with_points)
-            .collect(),
+        2 => outline(space).triangles.into_iter().enumerate().filter_map(with_points).collect(),
+        _ => boundary_with_elements(space).into_iter().filter_map(with_points).collect(),
     }
 }
 
@@ -125,10 +107,7 @@ fn merged(
     most_triangles: usize,
 ) -> Vec<[usize; 3]> {
     let corners = |triangle: &[usize; 3]| triangle.map(&position);
-    let area: f64 = triangles
-        .iter()
-        .map(|triangle| area(&corners(triangle)))
-        .sum();
+    let area: f64 = triangles.iter().map(|triangle| area(&corners(triangle))).sum();
     // The estimate is two triangles per square of the surface. The cubes are enlarged until the limit is satisfied.
     let mut size = (2.0 * area / most_triangles as f64).sqrt();
     loop {
@@ -157,11 +136,7 @@ fn merged(
 
 fn area(&[a, b, c]: &[[f64; 3]; 3]) -> f64 {
     let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
-    let cross = [
-        u[1] * v[2] - u[2] * v[1],
-        u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0],
-    ];
+    let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     0.5 * cross.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
@@ -183,9 +158,7 @@ mod tests {
             [point[0], point[1], point[2]]
         };
         let triangles = surface.triangles.iter();
-        triangles
-            .map(|triangle| area(&triangle.map(position)))
-            .sum()
+        triangles.map(|triangle| area(&triangle.map(position))).sum()
     }
 
     #[test]

@@ -20,8 +20,5 @@ pub(super) fn draw(svg: &mut Svg, from: Point, to: Point, stroke: Stroke) {
         [neck[0] - half * along[1], neck[1] + half * along[0]]
     };
     svg.line(&[from, neck], stroke);
-    svg.fill(
-        &format!("{}Z", svg::path(&[to, side(1.0), side(-1.0)])),
-        stroke.color,
-    );
+    svg.fill(&format!("{}Z", svg::path(&[to, side(1.0), side(-1.0)])), stroke.color);
 }

@@ -23,36 +23,23 @@ pub struct Axis {
 impl Axis {
     /// Creates a linear axis with the limits of the data.
     pub fn new(quantity: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self {
-            quantity: quantity.into(),
-            unit: unit.into(),
-            ..Self::default()
-        }
+        Self { quantity: quantity.into(), unit: unit.into(), ..Self::default() }
     }
 
     /// Makes the axis logarithmic.
     pub fn logarithmic(self) -> Self {
-        Self {
-            scale: Scale::Logarithmic,
-            ..self
-        }
+        Self { scale: Scale::Logarithmic, ..self }
     }
 
     /// Sets the limits.
     pub fn between(self, low: f64, high: f64) -> Self {
-        Self {
-            limits: Some([low, high]),
-            ..self
-        }
+        Self { limits: Some([low, high]), ..self }
     }
 
     /// Computes limits and about `n_ticks` ticks for these values.
     pub(super) fn divide(&self, values: impl Iterator<Item = f64>, n_ticks: usize) -> Division {
         match self.scale {
-            Scale::Linear => linear(
-                self.limits.unwrap_or_else(|| padded(range(values))),
-                n_ticks,
-            ),
+            Scale::Linear => linear(self.limits.unwrap_or_else(|| padded(range(values))), n_ticks),
             Scale::Logarithmic => {
                 let positive = values.filter(|&value| value > SMALLEST);
                 logarithmic(self.limits.unwrap_or_else(|| range(positive)), n_ticks)
@@ -62,11 +49,8 @@ impl Axis {
 
     /// Returns the label of the axis: quantity, unit, and the power of ten omitted from the tick labels.
     pub(super) fn label(&self, exponent: i32) -> String {
-        let power = if exponent == 0 {
-            String::new()
-        } else {
-            format!("10^{{{}}}", signed(exponent))
-        };
+        let power =
+            if exponent == 0 { String::new() } else { format!("10^{{{}}}", signed(exponent)) };
         match (power.is_empty(), self.unit.is_empty()) {
             (true, true) => self.quantity.clone(),
             (true, false) => format!("{} ({})", self.quantity, self.unit),
@@ -109,13 +93,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let [low, high] = values
         .filter(|value| value.is_finite())
         // Beyond these limits, steps and their inverses would not be finite.
-        .map(|value| {
-            if value.abs() < SMALLEST {
-                0.0
-            } else {
-                value.clamp(-LARGEST, LARGEST)
-            }
-        })
+        .map(|value| if value.abs() < SMALLEST { 0.0 } else { value.clamp(-LARGEST, LARGEST) })
         .fold(none, |[low, high], value| [low.min(value), high.max(value)]);
     if low <= high { [low, high] } else { [1.0, 1.0] }
 }
@@ -138,20 +116,13 @@ fn round_step([low, high]: [f64; 2], n: usize) -> f64 {
     let power = 10_f64.powf(rough.log10().floor());
     let steps = [1.0, 2.0, 2.5, 5.0].map(|multiple| multiple * power);
     // The summand 1e-9 compensates for rounding errors of a round step.
-    steps
-        .into_iter()
-        .find(|step| *step >= rough * (1.0 - 1e-9))
-        .unwrap_or(10.0 * power)
+    steps.into_iter().find(|step| *step >= rough * (1.0 - 1e-9)).unwrap_or(10.0 * power)
 }
 
 /// Returns round values that enclose the limits, or the range of the values, in about `n` steps.
 pub(super) fn steps(limits: Option<[f64; 2]>, values: &[f64], n: usize) -> Vec<f64> {
     let data = range(values.iter().copied());
-    let [low, high] = limits.unwrap_or(if data[0] < data[1] {
-        data
-    } else {
-        padded(data)
-    });
+    let [low, high] = limits.unwrap_or(if data[0] < data[1] { data } else { padded(data) });
     let step = round_step([low, high], n);
     let (first, last) = ((low / step).floor() as i64, (high / step).ceil() as i64);
     (first..=last).map(|i| i as f64 * step).collect()
@@ -165,39 +136,25 @@ fn linear(limits: [f64; 2], n_ticks: usize) -> Division {
     let n_decimals = decimals(step / unit);
     // The sum has a rounding error of a few units in the last place, which must not exclude a tick at a limit.
     let slack = 1e-9 * step;
-    let (first, last) = (
-        ((low - slack) / step).ceil() as i64,
-        ((high + slack) / step).floor() as i64,
-    );
+    let (first, last) =
+        (((low - slack) / step).ceil() as i64, ((high + slack) / step).floor() as i64);
     let ticks = (first..=last).map(|i| {
         let value = i as f64 * step;
         (value, minus(format!("{:.n_decimals$}", value / unit)))
     });
-    Division {
-        scale: Scale::Linear,
-        limits,
-        ticks: ticks.collect(),
-        minor: vec![],
-        exponent,
-    }
+    Division { scale: Scale::Linear, limits, ticks: ticks.collect(), minor: vec![], exponent }
 }
 
 /// Returns zero if numbers are printed unchanged, otherwise the power of ten to factor out.
 fn common_exponent(largest: f64) -> i32 {
     let exponent = largest.log10().floor();
-    if !exponent.is_finite() || (-2.0..4.0).contains(&exponent) {
-        0
-    } else {
-        exponent as i32
-    }
+    if !exponent.is_finite() || (-2.0..4.0).contains(&exponent) { 0 } else { exponent as i32 }
 }
 
 /// Returns the number of decimals of multiples of `step`.
 fn decimals(step: f64) -> usize {
     let is_whole = |x: f64| (x - x.round()).abs() < 1e-6 * x.abs();
-    (0..12)
-        .find(|&n| is_whole(step * 10_f64.powi(n as i32)))
-        .unwrap_or(12)
+    (0..12).find(|&n| is_whole(step * 10_f64.powi(n as i32))).unwrap_or(12)
 }
 
 /// Divides the axis at whole decades around the data. All of them are labeled if `n_ticks` allows.
@@ -205,28 +162,17 @@ fn logarithmic([low, high]: [f64; 2], n_ticks: usize) -> Division {
     // The summand 1e-9 compensates for rounding errors of a power of ten.
     let first = (low.log10() + 1e-9).floor() as i32;
     let last = ((high.log10() - 1e-9).ceil() as i32).max(first + 1);
-    let stride = (last - first)
-        .unsigned_abs()
-        .div_ceil(n_ticks as u32)
-        .max(1);
+    let stride = (last - first).unsigned_abs().div_ceil(n_ticks as u32).max(1);
     let ticks = (first..=last)
         .step_by(stride as usize)
         .map(|k| (10_f64.powi(k), format!("10^{{{}}}", signed(k))));
     let minor = if stride == 1 {
-        (first..last)
-            .flat_map(|k| (2..10).map(move |m| f64::from(m) * 10_f64.powi(k)))
-            .collect()
+        (first..last).flat_map(|k| (2..10).map(move |m| f64::from(m) * 10_f64.powi(k))).collect()
     } else {
         (first..=last).map(|k| 10_f64.powi(k)).collect()
     };
     let limits = [10_f64.powi(first), 10_f64.powi(last)];
-    Division {
-        scale: Scale::Logarithmic,
-        limits,
-        ticks: ticks.collect(),
-        minor,
-        exponent: 0,
-    }
+    Division { scale: Scale::Logarithmic, limits, ticks: ticks.collect(), minor, exponent: 0 }
 }
 
 fn signed(exponent: i32) -> String {
@@ -243,11 +189,7 @@ mod tests {
     use super::*;
 
     fn labels(division: &Division) -> Vec<&str> {
-        division
-            .ticks
-            .iter()
-            .map(|(_, label)| label.as_str())
-            .collect()
+        division.ticks.iter().map(|(_, label)| label.as_str()).collect()
     }
 
     #[test]
@@ -262,10 +204,7 @@ mod tests {
     fn small_numbers_share_a_power_of_ten() {
         let axis = Axis::new("*u*", "m").between(0.0, 6.5e-4);
         let division = axis.divide([].into_iter(), 5);
-        assert_eq!(
-            (labels(&division), division.exponent),
-            (vec!["0", "2", "4", "6"], -4)
-        );
+        assert_eq!((labels(&division), division.exponent), (vec!["0", "2", "4", "6"], -4));
         assert_eq!(axis.label(division.exponent), "*u* (10^{−4} m)");
     }
 
@@ -273,10 +212,7 @@ mod tests {
     fn decades_enclose_the_data() {
         let axis = Axis::default().logarithmic();
         let division = axis.divide([0.0, 3e-4, 2e-2].into_iter(), 5);
-        assert_eq!(
-            labels(&division),
-            ["10^{−4}", "10^{−3}", "10^{−2}", "10^{−1}"]
-        );
+        assert_eq!(labels(&division), ["10^{−4}", "10^{−3}", "10^{−2}", "10^{−1}"]);
         assert!((division.fraction(1e-3) - 1.0 / 3.0).abs() < 1e-12);
         // Exact decades are not enlarged.
         assert_eq!(axis.divide([1e-3, 1e3].into_iter(), 10).limits, [1e-3, 1e3]);
@@ -285,12 +221,7 @@ mod tests {
     /// Regression: 5e-324 gave an infinite number of ticks, and limits of ±1e308 an infinite step.
     #[test]
     fn tiny_and_huge_values_have_few_ticks() {
-        for values in [
-            [0.0, 5e-324],
-            [5e-324, 5e-324],
-            [-1e308, 1e308],
-            [5e-324, 1e308],
-        ] {
+        for values in [[0.0, 5e-324], [5e-324, 5e-324], [-1e308, 1e308], [5e-324, 1e308]] {
             for axis in [Axis::default(), Axis::default().logarithmic()] {
                 let division = axis.divide(values.into_iter(), 5);
                 let [low, high] = division.limits;

@@ -57,10 +57,7 @@ mod tests {
         let triangle = [([0.1, 0.0], -1.0), ([2.0, 0.3], 2.5), ([0.4, 1.7], 0.7)];
         let whole = area(&triangle.map(|(point, _)| point));
         let levels = [-2.0, -0.5, 0.0, 0.7, 1.1, 2.0, 3.0];
-        let sum: f64 = levels
-            .windows(2)
-            .map(|l| area(&band(&triangle, l[0], l[1])))
-            .sum();
+        let sum: f64 = levels.windows(2).map(|l| area(&band(&triangle, l[0], l[1]))).sum();
         assert!((sum - whole).abs() < 1e-14 * 10.0, "{sum} {whole}");
         assert!(band(&triangle, 3.0, 4.0).is_empty());
     }

@@ -22,10 +22,7 @@ pub(super) struct Bar<'a> {
 impl<'a> Bar<'a> {
     /// Creates bands for the axis limits or for the range of values.
     pub(super) fn new(axis: &'a Axis, values: &[f64]) -> Self {
-        Self {
-            levels: steps(axis.limits, values, N_BANDS),
-            axis,
-        }
+        Self { levels: steps(axis.limits, values, N_BANDS), axis }
     }
 
     pub(super) fn color(&self, k: usize) -> Color {
@@ -41,9 +38,7 @@ impl<'a> Bar<'a> {
     /// Returns about `n` values with their labels, and the power of ten omitted from the labels.
     fn labels(&self, n: usize) -> (Vec<(f64, String)>, i32) {
         let (first, last) = (self.levels[0], self.levels[self.levels.len() - 1]);
-        let division = Axis::default()
-            .between(first, last)
-            .divide([].into_iter(), n);
+        let division = Axis::default().between(first, last).divide([].into_iter(), n);
         (division.ticks, division.exponent)
     }
 
@@ -51,11 +46,7 @@ impl<'a> Bar<'a> {
     pub(super) fn margin(&self) -> f64 {
         let (ticks, exponent) = self.labels(N_TICKS);
         let widths = ticks.iter().map(|(_, label)| text::width(label, TICK_SIZE));
-        let label = if self.axis.label(exponent).is_empty() {
-            0.0
-        } else {
-            1.7 * LABEL_SIZE
-        };
+        let label = if self.axis.label(exponent).is_empty() { 0.0 } else { 1.7 * LABEL_SIZE };
         GAP + WIDTH + 3.0 + widths.fold(0.0, f64::max) + label
     }
 
@@ -65,24 +56,11 @@ impl<'a> Bar<'a> {
         let at = |value: f64| area.bottom() - area.height * (value - low) / (high - low);
         for (k, level) in self.levels.windows(2).enumerate() {
             let (bottom, top) = (at(level[0]), at(level[1]));
-            let cell = Rect {
-                x,
-                y: top,
-                width: WIDTH,
-                height: bottom - top,
-            };
+            let cell = Rect { x, y: top, width: WIDTH, height: bottom - top };
             svg.rect(cell, Some(self.color(k)), None);
         }
         let outline = Stroke::solid(Color::BLACK, 0.4);
-        svg.rect(
-            Rect {
-                x,
-                width: WIDTH,
-                ..area
-            },
-            None,
-            Some(outline),
-        );
+        svg.rect(Rect { x, width: WIDTH, ..area }, None, Some(outline));
         // Labels of a short color bar have a distance of at least one line.
         let fitting = (area.height / (2.0 * TICK_SIZE)) as usize;
         let (ticks, exponent) = self.labels(fitting.clamp(2, N_TICKS));
@@ -90,22 +68,11 @@ impl<'a> Bar<'a> {
         for (value, label) in &ticks {
             let y = at(*value);
             svg.line(&[[x + WIDTH, y], [x + WIDTH + 1.5, y]], outline);
-            svg.text(
-                [x + WIDTH + 3.0, y + 0.36 * TICK_SIZE],
-                label,
-                Type::of(TICK_SIZE),
-            );
+            svg.text([x + WIDTH + 3.0, y + 0.36 * TICK_SIZE], label, Type::of(TICK_SIZE));
             widest = widest.max(text::width(label, TICK_SIZE));
         }
-        let style = Type {
-            upwards: true,
-            ..Type::of(LABEL_SIZE).anchored(Anchor::Middle)
-        };
+        let style = Type { upwards: true, ..Type::of(LABEL_SIZE).anchored(Anchor::Middle) };
         let right = x + WIDTH + 3.0 + widest + 1.25 * LABEL_SIZE;
-        svg.text(
-            [right, area.y + area.height / 2.0],
-            &self.axis.label(exponent),
-            style,
-        );
+        svg.text([right, area.y + area.height / 2.0], &self.axis.label(exponent), style);
     }
 }

@@ -89,11 +89,7 @@ impl Color {
 
     /// Returns black or white, whichever has the higher contrast on this color.
     pub(crate) fn text_on(self) -> Self {
-        if self.luminance() > 0.5 {
-            Self::BLACK
-        } else {
-            Self::WHITE
-        }
+        if self.luminance() > 0.5 { Self::BLACK } else { Self::WHITE }
     }
 
     /// Returns the perceived brightness between 0 and 1 (weights of ITU-R BT.601).
@@ -115,13 +111,9 @@ mod tests {
 
     #[test]
     fn fractions_grow_in_lightness() {
-        let lightness: Vec<f64> = (0..=50)
-            .map(|i| Color::of_fraction(f64::from(i) / 50.0).luminance())
-            .collect();
-        assert!(
-            lightness.windows(2).all(|pair| pair[0] < pair[1]),
-            "{lightness:?}"
-        );
+        let lightness: Vec<f64> =
+            (0..=50).map(|i| Color::of_fraction(f64::from(i) / 50.0).luminance()).collect();
+        assert!(lightness.windows(2).all(|pair| pair[0] < pair[1]), "{lightness:?}");
     }
 
     #[test]

@@ -32,21 +32,13 @@ pub struct ComplexPlane {
 
 impl ComplexPlane {
     fn axes(&self) -> [Axis; 2] {
-        self.labels
-            .clone()
-            .map(|label| Axis::new(label, "").between(-self.radius, self.radius))
+        self.labels.clone().map(|label| Axis::new(label, "").between(-self.radius, self.radius))
     }
 
     fn entries(&self) -> Vec<Entry<'_>> {
         vec![
-            Entry {
-                name: &self.points_name,
-                key: Key::Disc(Color::BLUE, POINT),
-            },
-            Entry {
-                name: &self.centroid_name,
-                key: Key::Arrow(ARROW),
-            },
+            Entry { name: &self.points_name, key: Key::Disc(Color::BLUE, POINT) },
+            Entry { name: &self.centroid_name, key: Key::Arrow(ARROW) },
         ]
     }
 }
@@ -57,19 +49,13 @@ impl Panel for ComplexPlane {
         let margins =
             Frame::new((&x, [].into_iter()), (&y, [].into_iter()), (width, height)).margins();
         let header = legend::height("", &self.entries(), width);
-        Margins {
-            top: margins.top.max(header),
-            ..margins
-        }
+        Margins { top: margins.top.max(header), ..margins }
     }
 
     fn draw(&self, svg: &mut Svg, area: Rect) {
         let [x, y] = self.axes();
-        let frame = Frame::new(
-            (&x, [].into_iter()),
-            (&y, [].into_iter()),
-            (area.width, area.height),
-        );
+        let frame =
+            Frame::new((&x, [].into_iter()), (&y, [].into_iter()), (area.width, area.height));
         frame.draw_grid(svg, area);
         let origin = frame.place(area, [0.0, 0.0]);
         let stroke = Stroke::solid(Color::GREY, 0.5);

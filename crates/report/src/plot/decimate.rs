@@ -17,10 +17,7 @@ pub(super) fn decimate(points: Vec<Point>) -> Vec<Point> {
         return points;
     }
     let column = |point: &Point| (point[0] * COLUMNS_PER_POINT).floor();
-    points
-        .chunk_by(|a, b| column(a) == column(b))
-        .flat_map(extremes)
-        .collect()
+    points.chunk_by(|a, b| column(a) == column(b)).flat_map(extremes).collect()
 }
 
 fn extremes(column: &[Point]) -> Vec<Point> {
@@ -54,18 +51,13 @@ mod tests {
         let thin = decimate(points.clone());
         assert!(thin.len() <= 4 * 801, "{}", thin.len());
         assert!(thin.contains(&points[34_567]));
-        assert_eq!(
-            (thin[0], thin[thin.len() - 1]),
-            (points[0], points[points.len() - 1])
-        );
+        assert_eq!((thin[0], thin[thin.len() - 1]), (points[0], points[points.len() - 1]));
     }
 
     #[test]
     fn short_and_turning_lines_are_not_changed() {
-        let circle: Vec<Point> = (0..5000)
-            .map(|i| f64::from(i) * 1e-2)
-            .map(|s| [s.cos(), s.sin()])
-            .collect();
+        let circle: Vec<Point> =
+            (0..5000).map(|i| f64::from(i) * 1e-2).map(|s| [s.cos(), s.sin()]).collect();
         assert_eq!(decimate(circle.clone()), circle);
         assert_eq!(decimate(vec![]), Vec::<Point>::new());
     }

@@ -65,13 +65,7 @@ impl Figure {
 
     /// Creates a figure with a column of panels at column width.
     pub fn column(title: impl Into<String>, panels: Vec<Box<dyn Panel>>) -> Self {
-        Self {
-            title: title.into(),
-            width_mm: 85.0,
-            n_columns: 1,
-            panel_height_mm: 42.0,
-            panels,
-        }
+        Self { title: title.into(), width_mm: 85.0, n_columns: 1, panel_height_mm: 42.0, panels }
     }
 
     /// Renders the figure as an SVG document.
@@ -99,11 +93,7 @@ impl Figure {
     }
 
     fn margins(&self, areas: &[Rect]) -> Vec<Margins> {
-        self.panels
-            .iter()
-            .zip(areas)
-            .map(|(p, area)| p.margins(area.width, area.height))
-            .collect()
+        self.panels.iter().zip(areas).map(|(p, area)| p.margins(area.width, area.height)).collect()
     }
 
     fn layout(&self, margins: &[Margins]) -> Layout {
@@ -111,9 +101,8 @@ impl Figure {
         let largest = |of: &mut dyn Iterator<Item = &Margins>| {
             of.fold(Margins::default(), |a, b| a.at_least(*b))
         };
-        let columns: Vec<Margins> = (0..n)
-            .map(|j| largest(&mut margins.iter().skip(j).step_by(n)))
-            .collect();
+        let columns: Vec<Margins> =
+            (0..n).map(|j| largest(&mut margins.iter().skip(j).step_by(n))).collect();
         let taken: f64 = columns.iter().map(|m| m.left + m.right).sum();
         let gaps = GAP * (n - 1) as f64;
         let width = (self.width_mm * PER_MM - taken - gaps) / n as f64;
@@ -122,25 +111,14 @@ impl Figure {
         let mut y = 0.0;
         for (panels, margins) in self.panels.chunks(n).zip(margins.chunks(n)) {
             let row = largest(&mut margins.iter());
-            let heights: Vec<f64> = panels
-                .iter()
-                .map(|panel| self.height(&**panel, width))
-                .collect();
+            let heights: Vec<f64> =
+                panels.iter().map(|panel| self.height(&**panel, width)).collect();
             let height = heights.iter().copied().fold(0.0, f64::max);
-            y += if areas.is_empty() {
-                row.top
-            } else {
-                row.top + GAP
-            };
+            y += if areas.is_empty() { row.top } else { row.top + GAP };
             let mut x = 0.0;
             for (column, own) in columns.iter().zip(heights) {
                 x += column.left;
-                areas.push(Rect {
-                    x,
-                    y: y + (height - own) / 2.0,
-                    width,
-                    height: own,
-                });
+                areas.push(Rect { x, y: y + (height - own) / 2.0, width, height: own });
                 x += width + column.right + GAP;
             }
             y += height + row.bottom;
@@ -149,9 +127,7 @@ impl Figure {
     }
 
     fn height(&self, panel: &dyn Panel, width: f64) -> f64 {
-        panel
-            .aspect()
-            .map_or(self.panel_height_mm * PER_MM, |aspect| aspect * width)
+        panel.aspect().map_or(self.panel_height_mm * PER_MM, |aspect| aspect * width)
     }
 }
 

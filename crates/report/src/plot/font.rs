@@ -29,9 +29,7 @@ static FACES: LazyLock<[Face<'static>; 3]> = LazyLock::new(|| {
 fn glyph(c: char, italic: bool) -> Option<(&'static Face<'static>, GlyphId)> {
     let [upright, slanted, signs] = &*FACES;
     let face = if italic { slanted } else { upright };
-    [face, signs]
-        .into_iter()
-        .find_map(|face| Some((face, face.glyph_index(c)?)))
+    [face, signs].into_iter().find_map(|face| Some((face, face.glyph_index(c)?)))
 }
 
 /// Returns the advance of a character at font size 1.

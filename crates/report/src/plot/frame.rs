@@ -31,26 +31,14 @@ impl<'a> Frame<'a> {
         let fit = |length: f64, each: f64| ((length / each) as usize).clamp(3, 8);
         let x_division = x.divide(xs, fit(width, PER_X_TICK));
         let y_division = y.divide(ys, fit(height, PER_Y_TICK));
-        Self {
-            axes: [x, y],
-            x: x_division,
-            y: y_division,
-        }
+        Self { axes: [x, y], x: x_division, y: y_division }
     }
 
     /// Returns the space for ticks and labels.
     pub(super) fn margins(&self) -> Margins {
-        let widths = self
-            .y
-            .ticks
-            .iter()
-            .map(|(_, label)| text::width(label, TICK_SIZE));
+        let widths = self.y.ticks.iter().map(|(_, label)| text::width(label, TICK_SIZE));
         let widest = widths.fold(0.0, f64::max);
-        let overhang = self
-            .x
-            .ticks
-            .last()
-            .map_or(0.0, |(_, l)| text::width(l, TICK_SIZE) / 2.0);
+        let overhang = self.x.ticks.last().map_or(0.0, |(_, l)| text::width(l, TICK_SIZE) / 2.0);
         Margins {
             left: TICK + GAP + widest + GAP + 1.3 * LABEL_SIZE,
             right: overhang.max(2.0) + 1.0,
@@ -61,10 +49,7 @@ impl<'a> Frame<'a> {
 
     /// Returns the position of a pair of values on the page.
     pub(super) fn place(&self, area: Rect, [x, y]: Point) -> Point {
-        [
-            area.x + area.width * self.x.fraction(x),
-            area.bottom() - area.height * self.y.fraction(y),
-        ]
+        [area.x + area.width * self.x.fraction(x), area.bottom() - area.height * self.y.fraction(y)]
     }
 
     /// Draws the grid, below the data.
@@ -92,10 +77,7 @@ impl<'a> Frame<'a> {
         let at = |value: f64| area.x + area.width * self.x.fraction(value);
         let bottom = area.bottom();
         for &value in &self.x.minor {
-            svg.line(
-                &[[at(value), bottom], [at(value), bottom + MINOR_TICK]],
-                stroke,
-            );
+            svg.line(&[[at(value), bottom], [at(value), bottom + MINOR_TICK]], stroke);
         }
         let style = Type::of(TICK_SIZE).anchored(Anchor::Middle);
         let base = bottom + TICK + GAP + 0.75 * TICK_SIZE;
@@ -105,35 +87,21 @@ impl<'a> Frame<'a> {
         }
         let label = self.axes[0].label(self.x.exponent);
         let style = Type::of(LABEL_SIZE).anchored(Anchor::Middle);
-        svg.text(
-            [area.x + area.width / 2.0, base + GAP + LABEL_SIZE],
-            &label,
-            style,
-        );
+        svg.text([area.x + area.width / 2.0, base + GAP + LABEL_SIZE], &label, style);
     }
 
     fn draw_y(&self, svg: &mut Svg, area: Rect, stroke: Stroke) {
         let at = |value: f64| area.bottom() - area.height * self.y.fraction(value);
         for &value in &self.y.minor {
-            svg.line(
-                &[[area.x - MINOR_TICK, at(value)], [area.x, at(value)]],
-                stroke,
-            );
+            svg.line(&[[area.x - MINOR_TICK, at(value)], [area.x, at(value)]], stroke);
         }
         let style = Type::of(TICK_SIZE).anchored(Anchor::End);
         for (value, label) in &self.y.ticks {
             svg.line(&[[area.x - TICK, at(*value)], [area.x, at(*value)]], stroke);
-            svg.text(
-                [area.x - TICK - GAP, at(*value) + 0.36 * TICK_SIZE],
-                label,
-                style,
-            );
+            svg.text([area.x - TICK - GAP, at(*value) + 0.36 * TICK_SIZE], label, style);
         }
         let label = self.axes[1].label(self.y.exponent);
-        let style = Type {
-            upwards: true,
-            ..Type::of(LABEL_SIZE).anchored(Anchor::Middle)
-        };
+        let style = Type { upwards: true, ..Type::of(LABEL_SIZE).anchored(Anchor::Middle) };
         // The position depends on the widest tick label. Panels of a column share the largest margin, so the labels of
         // a column may have different distances from the axis.
         let x = area.x - self.margins().left + LABEL_SIZE;

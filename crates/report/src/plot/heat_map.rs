@@ -36,19 +36,11 @@ const GAP: f64 = 3.0;
 impl HeatMap {
     fn entries(&self) -> Vec<Entry<'_>> {
         let categories = self.categories.iter();
-        categories
-            .map(|(name, color)| Entry {
-                name,
-                key: Key::Square(*color),
-            })
-            .collect()
+        categories.map(|(name, color)| Entry { name, key: Key::Square(*color) }).collect()
     }
 
     fn row_names_width(&self) -> f64 {
-        self.rows
-            .iter()
-            .map(|name| text::width(name, TICK_SIZE))
-            .fold(0.0, f64::max)
+        self.rows.iter().map(|name| text::width(name, TICK_SIZE)).fold(0.0, f64::max)
     }
 
     fn draw_cell(&self, svg: &mut Svg, rect: Rect, cell: &Cell) {
@@ -58,10 +50,7 @@ impl HeatMap {
         let fits = text::width(&cell.text, TICK_SIZE) < rect.width && TICK_SIZE < rect.height;
         if fits && !cell.text.is_empty() {
             let ink = color.map_or(Color::BLACK, Color::text_on);
-            let style = Type {
-                color: ink,
-                ..Type::of(TICK_SIZE).anchored(Anchor::Middle)
-            };
+            let style = Type { color: ink, ..Type::of(TICK_SIZE).anchored(Anchor::Middle) };
             let middle = [rect.x + rect.width / 2.0, rect.y + rect.height / 2.0];
             svg.text([middle[0], middle[1] + 0.36 * TICK_SIZE], &cell.text, style);
         }
@@ -84,16 +73,7 @@ impl Panel for HeatMap {
         for (i, row) in self.cells.chunks(self.columns.len()).enumerate() {
             for (j, cell) in row.iter().enumerate() {
                 let (x, y) = (area.x + j as f64 * width, area.y + i as f64 * height);
-                self.draw_cell(
-                    svg,
-                    Rect {
-                        x,
-                        y,
-                        width,
-                        height,
-                    },
-                    cell,
-                );
+                self.draw_cell(svg, Rect { x, y, width, height }, cell);
             }
         }
         let style = Type::of(TICK_SIZE);
@@ -108,30 +88,16 @@ impl Panel for HeatMap {
         }
         let style = Type::of(LABEL_SIZE).anchored(Anchor::Middle);
         let middle = [area.x + area.width / 2.0, area.y + area.height / 2.0];
-        svg.text(
-            [middle[0], base + GAP + LABEL_SIZE],
-            &self.column_label,
-            style,
-        );
+        svg.text([middle[0], base + GAP + LABEL_SIZE], &self.column_label, style);
         let x = area.x - GAP - self.row_names_width() - GAP - 0.3 * LABEL_SIZE;
-        svg.text(
-            [x, middle[1]],
-            &self.row_label,
-            Type {
-                upwards: true,
-                ..style
-            },
-        );
+        svg.text([x, middle[1]], &self.row_label, Type { upwards: true, ..style });
         legend::draw(svg, area, &self.title, &self.entries());
     }
 }
 
 /// Selects every k-th column, so that names do not overlap.
 fn visible_names(names: &[String], width: f64) -> impl Iterator<Item = usize> {
-    let widest = names
-        .iter()
-        .map(|name| text::width(name, TICK_SIZE))
-        .fold(0.0, f64::max);
+    let widest = names.iter().map(|name| text::width(name, TICK_SIZE)).fold(0.0, f64::max);
     let stride = ((widest + GAP) / width).ceil().max(1.0);
     (0..names.len()).step_by(stride as usize)
 }

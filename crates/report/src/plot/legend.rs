@@ -48,12 +48,8 @@ impl Key {
             }
             Self::Arrow(stroke) => arrow::draw(svg, ends[0], ends[1], stroke),
             Self::Square(color) => {
-                let square = Rect {
-                    x: x - half,
-                    y: y - half,
-                    width: 2.0 * half,
-                    height: 2.0 * half,
-                };
+                let square =
+                    Rect { x: x - half, y: y - half, width: 2.0 * half, height: 2.0 * half };
                 svg.rect(square, Some(color), None);
             }
         }
@@ -76,11 +72,7 @@ impl Entry<'_> {
 pub(super) fn height(title: &str, entries: &[Entry], width: f64) -> f64 {
     let rows = rows(entries, width).len() as f64 * ROW;
     let title = if title.is_empty() { 0.0 } else { TITLE };
-    if rows + title > 0.0 {
-        rows + title + GAP
-    } else {
-        0.0
-    }
+    if rows + title > 0.0 { rows + title + GAP } else { 0.0 }
 }
 
 /// Draws title and legend above the area.

@@ -35,38 +35,22 @@ impl Series {
     pub fn curve(name: impl Into<String>, x: &[f64], y: &[f64]) -> Self {
         assert_eq!(x.len(), y.len(), "x and y have equal lengths");
         let points = x.iter().zip(y).map(|(&x, &y)| [x, y]).collect();
-        Self {
-            name: name.into(),
-            points,
-            color: None,
-            joined: true,
-            marked: false,
-        }
+        Self { name: name.into(), points, color: None, joined: true, marked: false }
     }
 
     /// Marks the points.
     pub fn marked(self) -> Self {
-        Self {
-            marked: true,
-            ..self
-        }
+        Self { marked: true, ..self }
     }
 
     /// Shows only the points.
     pub(crate) fn unjoined(self) -> Self {
-        Self {
-            joined: false,
-            marked: true,
-            ..self
-        }
+        Self { joined: false, marked: true, ..self }
     }
 
     /// Sets the color and draws solid lines.
     pub fn colored(self, color: Color) -> Self {
-        Self {
-            color: Some(color),
-            ..self
-        }
+        Self { color: Some(color), ..self }
     }
 }
 
@@ -97,12 +81,7 @@ impl LinePlot {
             (false, _) => Key::Disc(pen(i, series).color, MARKER),
         };
         let series = self.series.iter().enumerate();
-        series
-            .map(|(i, s)| Entry {
-                name: &s.name,
-                key: key((i, s)),
-            })
-            .collect()
+        series.map(|(i, s)| Entry { name: &s.name, key: key((i, s)) }).collect()
     }
 }
 
@@ -110,31 +89,18 @@ impl Panel for LinePlot {
     fn margins(&self, width: f64, height: f64) -> Margins {
         let margins = self.frame(width, height).margins();
         let header = legend::height(&self.title, &self.entries(), width);
-        Margins {
-            top: margins.top.max(header),
-            ..margins
-        }
+        Margins { top: margins.top.max(header), ..margins }
     }
 
     fn draw(&self, svg: &mut Svg, area: Rect) {
         let frame = self.frame(area.width, area.height);
         frame.draw_grid(svg, area);
         svg.clipped(area, |svg| {
-            for (i, series) in self
-                .series
-                .iter()
-                .enumerate()
-                .filter(|(_, series)| series.joined)
-            {
+            for (i, series) in self.series.iter().enumerate().filter(|(_, series)| series.joined) {
                 draw_curve(svg, area, &frame, series, pen(i, series));
             }
         });
-        for (i, series) in self
-            .series
-            .iter()
-            .enumerate()
-            .filter(|(_, series)| series.marked)
-        {
+        for (i, series) in self.series.iter().enumerate().filter(|(_, series)| series.marked) {
             draw_markers(svg, area, &frame, series, pen(i, series).color);
         }
         frame.draw(svg, area);
@@ -150,19 +116,11 @@ fn pen(i: usize, series: &Series) -> Stroke {
         (None, false) => i,
     };
     let color = series.color.unwrap_or_else(|| Color::of_series(i));
-    Stroke {
-        color,
-        width: 0.9,
-        dashes: DASHES[dashes % DASHES.len()],
-    }
+    Stroke { color, width: 0.9, dashes: DASHES[dashes % DASHES.len()] }
 }
 
 fn draw_curve(svg: &mut Svg, area: Rect, frame: &Frame, series: &Series, pen: Stroke) {
-    let placed: Vec<Point> = series
-        .points
-        .iter()
-        .map(|&p| frame.place(area, p))
-        .collect();
+    let placed: Vec<Point> = series.points.iter().map(|&p| frame.place(area, p)).collect();
     for piece in placed.split(|point| !point.iter().all(|coordinate| coordinate.is_finite())) {
         svg.line(&decimate(piece.to_vec()), pen);
     }

@@ -66,11 +66,7 @@ const ARROW: f64 = 11.0;
 const GROUP_WIDTH: f64 = 2.0;
 const OBSTACLE: f64 = 1.0;
 /// The undeformed boundary.
-const AT_REST: Stroke = Stroke {
-    color: Color::BLACK,
-    width: 0.6,
-    dashes: &[3.0, 1.5],
-};
+const AT_REST: Stroke = Stroke { color: Color::BLACK, width: 0.6, dashes: &[3.0, 1.5] };
 
 impl MeshPlot {
     fn positions(&self) -> Vec<Point> {
@@ -80,11 +76,7 @@ impl MeshPlot {
         let moved = |(node, u): (&Point, &Point)| {
             [node[0] + self.scale * u[0], node[1] + self.scale * u[1]]
         };
-        self.nodes
-            .iter()
-            .zip(&self.displacement)
-            .map(moved)
-            .collect()
+        self.nodes.iter().zip(&self.displacement).map(moved).collect()
     }
 
     /// Returns the title with the scale of the deformation.
@@ -95,11 +87,7 @@ impl MeshPlot {
             format!("displacement × {}", self.scale)
         };
         let parts = [self.title.as_str(), &scale];
-        parts
-            .into_iter()
-            .filter(|part| !part.is_empty())
-            .collect::<Vec<_>>()
-            .join(", ")
+        parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
     }
 
     /// Returns axes whose limits enclose the mesh.
@@ -127,14 +115,9 @@ impl MeshPlot {
 
     fn entries(&self) -> Vec<Entry<'_>> {
         let key = |group: &EdgeGroup| Key::Line(Stroke::solid(group.color, GROUP_WIDTH));
-        let groups = self.groups.iter().map(|group| Entry {
-            name: &group.name,
-            key: key(group),
-        });
-        let at_rest = (!self.displacement.is_empty()).then_some(Entry {
-            name: "at rest",
-            key: Key::Line(AT_REST),
-        });
+        let groups = self.groups.iter().map(|group| Entry { name: &group.name, key: key(group) });
+        let at_rest = (!self.displacement.is_empty())
+            .then_some(Entry { name: "at rest", key: Key::Line(AT_REST) });
         let obstacles = (!self.obstacles.is_empty()).then_some(Entry {
             name: "obstacle",
             key: Key::Line(Stroke::solid(Color::BLACK, OBSTACLE)),
@@ -155,11 +138,7 @@ impl Panel for MeshPlot {
             Frame::new((&x, [].into_iter()), (&y, [].into_iter()), (width, height)).margins();
         let header = legend::height(&self.header(), &self.entries(), width);
         let bar = self.bar().map_or(0.0, |bar| bar.margin());
-        Margins {
-            top: margins.top.max(header),
-            right: margins.right.max(bar),
-            ..margins
-        }
+        Margins { top: margins.top.max(header), right: margins.right.max(bar), ..margins }
     }
 
     fn aspect(&self) -> Option<f64> {
@@ -170,11 +149,8 @@ impl Panel for MeshPlot {
 
     fn draw(&self, svg: &mut Svg, area: Rect) {
         let [x, y] = self.axes();
-        let frame = Frame::new(
-            (&x, [].into_iter()),
-            (&y, [].into_iter()),
-            (area.width, area.height),
-        );
+        let frame =
+            Frame::new((&x, [].into_iter()), (&y, [].into_iter()), (area.width, area.height));
         let place = |points: Vec<Point>| -> Vec<Point> {
             let points = points.into_iter();
             points.map(|point| frame.place(area, point)).collect()
@@ -278,10 +254,7 @@ fn sides(triangles: &[[usize; 6]]) -> Vec<[usize; 3]> {
 fn curve(placed: &[Point], [a, b, middle]: &[usize; 3]) -> String {
     let ([ax, ay], [bx, by], [mx, my]) = (placed[*a], placed[*b], placed[*middle]);
     let control = [2.0 * mx - (ax + bx) / 2.0, 2.0 * my - (ay + by) / 2.0];
-    format!(
-        "M{ax:.2} {ay:.2}Q{:.2} {:.2} {bx:.2} {by:.2}",
-        control[0], control[1]
-    )
+    format!("M{ax:.2} {ay:.2}Q{:.2} {:.2} {bx:.2} {by:.2}", control[0], control[1])
 }
 
 fn draw_group(svg: &mut Svg, placed: &[Point], group: &EdgeGroup) {

@@ -33,9 +33,7 @@ pub fn write<W: Write>(
     hundredths: u16,
 ) -> anyhow::Result<()> {
     let mut figures = figures.into_iter();
-    let first = figures
-        .next()
-        .context("a movie requires at least one frame")??;
+    let first = figures.next().context("a movie requires at least one frame")??;
     let first = frame(&first, width, hundredths)?;
     let mut encoder = Encoder::new(sink, first.width, first.height, &[])?;
     encoder.write_raw_extension(Extension::Comment.into(), &[COMMENT])?;
@@ -43,10 +41,7 @@ pub fn write<W: Write>(
     encoder.write_frame(&first)?;
     for figure in figures {
         let next = frame(&figure?, width, hundredths)?;
-        ensure!(
-            next.height == first.height,
-            "the frames of a movie must have equal sizes"
-        );
+        ensure!(next.height == first.height, "the frames of a movie must have equal sizes");
         encoder.write_frame(&next)?;
     }
     Ok(())
@@ -70,15 +65,7 @@ mod tests {
     fn figure(x: f64) -> Figure {
         let axis = || Axis::new("x", "").between(0.0, 1.0);
         let series = vec![Series::curve("", &[x], &[x]).unjoined()];
-        Figure::of(
-            "",
-            LinePlot {
-                x: axis(),
-                y: axis(),
-                series,
-                ..LinePlot::default()
-            },
-        )
+        Figure::of("", LinePlot { x: axis(), y: axis(), series, ..LinePlot::default() })
     }
 
     #[test]

@@ -16,11 +16,7 @@ pub fn pixels(svg: &str, width: u32) -> anyhow::Result<Pixmap> {
     let mut pixmap = Pixmap::new(width, height).context("the figure has no pixels")?;
     // The page may not cover the last row completely.
     pixmap.fill(Color::WHITE);
-    resvg::render(
-        &tree,
-        Transform::from_scale(scale, scale),
-        &mut pixmap.as_mut(),
-    );
+    resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixmap.as_mut());
     Ok(pixmap)
 }
 
@@ -29,9 +25,7 @@ pub fn pixels(svg: &str, width: u32) -> anyhow::Result<Pixmap> {
 /// # Errors
 /// If the document is invalid or too large.
 pub fn png(svg: &str, width: u32) -> anyhow::Result<Vec<u8>> {
-    pixels(svg, width)?
-        .encode_png()
-        .context("the figure cannot be encoded as PNG")
+    pixels(svg, width)?.encode_png().context("the figure cannot be encoded as PNG")
 }
 
 #[cfg(test)]
@@ -47,11 +41,7 @@ mod tests {
             let mut page = Svg::new(60.0, 20.0, Lettering::Outlines);
             page.text([2.0, 15.0], label, Type::of(12.0));
             let pixmap = pixels(&page.finish(""), 120).unwrap();
-            pixmap
-                .pixels()
-                .iter()
-                .filter(|pixel| pixel.red() < 128)
-                .count()
+            pixmap.pixels().iter().filter(|pixel| pixel.red() < 128).count()
         };
         assert_eq!(ink(""), 0);
         assert!(ink("Ψ") > 20);
@@ -63,12 +53,7 @@ mod tests {
     fn figures_of_one_document_are_clipped_independently() {
         let figure = |x: f64| {
             let mut page = Svg::new(40.0, 40.0, Lettering::Outlines);
-            let area = Rect {
-                x,
-                y: 5.0,
-                width: 15.0,
-                height: 20.0,
-            };
+            let area = Rect { x, y: 5.0, width: 15.0, height: 20.0 };
             let stroke = Stroke::solid(Color::BLACK, 4.0);
             page.clipped(area, |page| page.line(&[[0.0, 15.0], [40.0, 15.0]], stroke));
             page.finish("")

@@ -63,21 +63,13 @@ const BELOW: f64 = 2.0 * ARROW;
 /// Transforms a point to the axes of the page: right, up, and towards the viewer.
 fn seen([x, y, z]: Place) -> Place {
     let ((s, c), (se, ce)) = (AZIMUTH.sin_cos(), ELEVATION.sin_cos());
-    [
-        c * x + s * y,
-        se * (c * y - s * x) + ce * z,
-        ce * (s * x - c * y) + se * z,
-    ]
+    [c * x + s * y, se * (c * y - s * x) + ce * z, ce * (s * x - c * y) + se * z]
 }
 
 /// Returns the unit normal of a triangle, or zero if it has no area.
 fn normal([a, b, c]: &[Place; 3]) -> Place {
     let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
-    let cross = [
-        u[1] * v[2] - u[2] * v[1],
-        u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0],
-    ];
+    let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     let length = dot(cross, cross).sqrt();
     cross.map(|x| if length > 0.0 { x / length } else { 0.0 })
 }
@@ -114,19 +106,15 @@ impl SurfacePlot {
     }
 
     fn entries<'a>(&'a self) -> Vec<Entry<'a>> {
-        let entry = |(name, color): &'a (String, Color)| Entry {
-            name,
-            key: Key::Square(*color),
-        };
+        let entry = |(name, color): &'a (String, Color)| Entry { name, key: Key::Square(*color) };
         self.groups.iter().map(entry).collect()
     }
 
     /// Returns the visible triangles from back to front, in the axes of the page.
     fn visible(&self) -> Vec<([Place; 3], Paint)> {
         let seen_faces = self.faces.iter().filter(|f| faces_the_eye(&f.corners));
-        let mut visible: Vec<_> = seen_faces
-            .map(|face| (face.corners.map(seen), face.paint))
-            .collect();
+        let mut visible: Vec<_> =
+            seen_faces.map(|face| (face.corners.map(seen), face.paint)).collect();
         let depth = |corners: &[Place; 3]| corners.iter().map(|corner| corner[2]).sum::<f64>();
         visible.sort_by(|a, b| depth(&a.0).total_cmp(&depth(&b.0)));
         visible
@@ -207,10 +195,8 @@ fn draw_axes(svg: &mut Svg, [x, y]: Point) {
         let [right, up, _] = seen(along);
         let to = [x + ARROW * right, y - ARROW * up];
         arrow::draw(svg, [x, y], to, Stroke::solid(Color::BLACK, 0.7));
-        let label = [
-            x + 1.3 * ARROW * right - 0.25 * TICK_SIZE,
-            y - 1.3 * ARROW * up + 0.3 * TICK_SIZE,
-        ];
+        let label =
+            [x + 1.3 * ARROW * right - 0.25 * TICK_SIZE, y - 1.3 * ARROW * up + 0.3 * TICK_SIZE];
         svg.text(label, name, Type::of(TICK_SIZE));
     }
 }
@@ -222,14 +208,8 @@ mod tests {
     /// Returns the six sides of a unit cube, two triangles each, with the index of the side as value.
     fn cube() -> Vec<Face> {
         let corner = |i: usize| [i & 1, (i >> 1) & 1, (i >> 2) & 1].map(|b| b as f64);
-        let sides = [
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-        ];
+        let sides =
+            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         let faces = sides.into_iter().enumerate().flat_map(|(k, [a, b, c, d])| {
             [[a, b, c], [a, c, d]].map(|triangle| Face {
                 corners: triangle.map(corner),
@@ -242,10 +222,7 @@ mod tests {
     /// The sides x = 1, y = 0 and z = 1 are visible from the front, the right and above.
     #[test]
     fn three_sides_of_a_cube_are_visible() {
-        let plot = SurfacePlot {
-            faces: cube(),
-            ..SurfacePlot::default()
-        };
+        let plot = SurfacePlot { faces: cube(), ..SurfacePlot::default() };
         let mut seen: Vec<f64> = plot
             .visible()
             .iter()

@@ -13,9 +13,7 @@ const START: &str = r#"<svg xmlns="http://www.w3.org/2000/svg" width=""#;
 pub fn is_own_svg(text: &str) -> bool {
     let family = format!(r#" font-family="{}" role="img">"#, font::FAMILY);
     let mut lines = text.lines();
-    let head = lines
-        .next()
-        .is_some_and(|line| line.starts_with(START) && line.ends_with(&family));
+    let head = lines.next().is_some_and(|line| line.starts_with(START) && line.ends_with(&family));
     head && lines.next().is_some_and(|line| line.starts_with("<title>"))
 }
 
@@ -30,11 +28,7 @@ pub struct Stroke {
 
 impl Stroke {
     pub const fn solid(color: Color, width: f64) -> Self {
-        Self {
-            color,
-            width,
-            dashes: &[],
-        }
+        Self { color, width, dashes: &[] }
     }
 
     fn attributes(&self) -> String {
@@ -74,21 +68,12 @@ impl Type {
     /// Creates black text to the right of its point.
     pub fn of(size: f64) -> Self {
         let color = Color::BLACK;
-        Self {
-            size,
-            anchor: Anchor::Start,
-            color,
-            upwards: false,
-            haloed: false,
-        }
+        Self { size, anchor: Anchor::Start, color, upwards: false, haloed: false }
     }
 
     /// Adds a white outline.
     pub(crate) fn haloed(self) -> Self {
-        Self {
-            haloed: true,
-            ..self
-        }
+        Self { haloed: true, ..self }
     }
 
     /// Sets the alignment.
@@ -117,33 +102,14 @@ pub struct Svg {
 impl Svg {
     /// Creates an empty white page.
     pub fn new(width: f64, height: f64, lettering: Lettering) -> Self {
-        let mut page = Self {
-            width,
-            height,
-            lettering,
-            body: String::new(),
-        };
-        page.rect(
-            Rect {
-                x: 0.0,
-                y: 0.0,
-                width,
-                height,
-            },
-            Some(Color::WHITE),
-            None,
-        );
+        let mut page = Self { width, height, lettering, body: String::new() };
+        page.rect(Rect { x: 0.0, y: 0.0, width, height }, Some(Color::WHITE), None);
         page
     }
 
     /// Returns the document with its physical size and a title for accessibility.
     pub fn finish(self, title: &str) -> String {
-        let Self {
-            width,
-            height,
-            body,
-            ..
-        } = self;
+        let Self { width, height, body, .. } = self;
         format!(
             r#"{START}{width:.2}pt" height="{height:.2}pt" viewBox="0 0 {width:.2} {height:.2}" font-family="{}" role="img">
 <title>{}</title>
@@ -162,10 +128,7 @@ impl Svg {
     /// Draws the outline of an SVG path.
     pub fn path(&mut self, path: &str, stroke: Stroke) {
         if !path.is_empty() {
-            self.add(format_args!(
-                r#"<path d="{path}" {}/>"#,
-                stroke.attributes()
-            ));
+            self.add(format_args!(r#"<path d="{path}" {}/>"#, stroke.attributes()));
         }
     }
 
@@ -180,12 +143,7 @@ impl Svg {
 
     /// Draws a filled or outlined rectangle.
     pub fn rect(&mut self, rect: Rect, fill: Option<Color>, stroke: Option<Stroke>) {
-        let Rect {
-            x,
-            y,
-            width,
-            height,
-        } = rect;
+        let Rect { x, y, width, height } = rect;
         let place = format!(r#"x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}""#);
         if let Some(color) = fill {
             self.add(format_args!(r#"<rect {place} fill="{color}"/>"#));
@@ -246,12 +204,7 @@ impl Svg {
     ///
     /// A nested SVG element clips without an id, so several figures can share a document.
     pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
-        let Rect {
-            x,
-            y,
-            width,
-            height,
-        } = rect;
+        let Rect { x, y, width, height } = rect;
         self.add(format_args!(
             r#"<svg x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}" viewBox="{x:.2} {y:.2} {width:.2} {height:.2}" preserveAspectRatio="none" overflow="hidden">"#
         ));

@@ -30,13 +30,7 @@ struct Run<'a> {
 /// Returns the width of a label at a font size.
 pub fn width(label: &str, size: f64) -> f64 {
     let of_run = |run: &Run| {
-        font::width(run.text)
-            * size
-            * if run.level == Level::Base {
-                1.0
-            } else {
-                SCRIPT
-            }
+        font::width(run.text) * size * if run.level == Level::Base { 1.0 } else { SCRIPT }
     };
     runs(label).iter().map(of_run).sum()
 }
@@ -111,11 +105,7 @@ fn runs(label: &str) -> Vec<Run<'_>> {
     let mut rest = label;
     let mut push = |text, level, italic| {
         if !str::is_empty(text) {
-            runs.push(Run {
-                text,
-                level,
-                italic,
-            });
+            runs.push(Run { text, level, italic });
         }
     };
     while let Some((text, mark, after)) = split_at_mark(rest, level) {
@@ -134,15 +124,8 @@ fn runs(label: &str) -> Vec<Run<'_>> {
 
 /// Splits at the first markup character; a brace only closes what it opened.
 fn split_at_mark(text: &str, level: Level) -> Option<(&str, &str, &str)> {
-    let marks: &[&str] = if level == Level::Base {
-        &["_{", "^{", "*"]
-    } else {
-        &["}", "*"]
-    };
-    let (at, mark) = marks
-        .iter()
-        .filter_map(|mark| text.find(mark).map(|at| (at, *mark)))
-        .min()?;
+    let marks: &[&str] = if level == Level::Base { &["_{", "^{", "*"] } else { &["}", "*"] };
+    let (at, mark) = marks.iter().filter_map(|mark| text.find(mark).map(|at| (at, *mark))).min()?;
     Some((&text[..at], mark, &text[at + mark.len()..]))
 }
 
@@ -152,24 +135,12 @@ mod tests {
 
     #[test]
     fn marks_become_runs() {
-        let plain = |text| Run {
-            text,
-            level: Level::Base,
-            italic: false,
-        };
+        let plain = |text| Run { text, level: Level::Base, italic: false };
         assert_eq!(
             runs("*u*_{y} (m)"),
             [
-                Run {
-                    text: "u",
-                    level: Level::Base,
-                    italic: true
-                },
-                Run {
-                    text: "y",
-                    level: Level::Lowered,
-                    italic: false
-                },
+                Run { text: "u", level: Level::Base, italic: true },
+                Run { text: "y", level: Level::Lowered, italic: false },
                 plain(" (m)"),
             ]
         );

@@ -42,11 +42,7 @@ const fn row(
     paper_key: &'static str,
     conventions: &'static [&'static str],
 ) -> Row {
-    Row {
-        key,
-        paper_key,
-        conventions,
-    }
+    Row { key, paper_key, conventions }
 }
 
 /// All rows in the order of the table.
@@ -125,11 +121,7 @@ impl RowRun {
 
     /// Conventions of the error test; empty for Radau IIA.
     fn conventions(&self) -> &'static [&'static str] {
-        if self.is_radau() {
-            &[]
-        } else {
-            self.row.conventions
-        }
+        if self.is_radau() { &[] } else { self.row.conventions }
     }
 
     fn convention(&self) -> &'static str {
@@ -150,30 +142,18 @@ impl RowRun {
     fn constants(&self) -> (f64, f64) {
         let solid = &self.document["scene"]["solid"];
         let kappa = solid["bulk_modulus"].as_f64().unwrap_or(f64::INFINITY);
-        (
-            kappa,
-            solid["rayleigh_stiffness"].as_f64().unwrap_or_default(),
-        )
+        (kappa, solid["rayleigh_stiffness"].as_f64().unwrap_or_default())
     }
 
     /// Names of the blocks excluded from the error test.
     fn suppressed(&self) -> Vec<&str> {
         let fields = self.document["suppressed"].as_array();
-        fields
-            .into_iter()
-            .flatten()
-            .filter_map(Value::as_str)
-            .map(symbol)
-            .collect()
+        fields.into_iter().flatten().filter_map(Value::as_str).map(symbol).collect()
     }
 
     /// Maximum order of BDF, or the order of Radau IIA.
     fn order(&self) -> u64 {
-        self.count(if self.is_radau() {
-            "order"
-        } else {
-            "max_order"
-        })
+        self.count(if self.is_radau() { "order" } else { "max_order" })
     }
 
     fn outcome(&self) -> String {
@@ -231,16 +211,10 @@ fn row_json(run: &RowRun) -> Value {
         ("key".to_owned(), json!(run.row.key)),
         ("kappa".to_owned(), solid["bulk_modulus"].clone()),
         ("beta".to_owned(), solid["rayleigh_stiffness"].clone()),
-        (
-            "convention".to_owned(),
-            json!(run.conventions().first().unwrap_or(&"–")),
-        ),
+        ("convention".to_owned(), json!(run.conventions().first().unwrap_or(&"–"))),
         ("conventions".to_owned(), json!(run.conventions())),
         ("max_order_reason".to_owned(), Value::Null),
-        (
-            "linear_work".to_owned(),
-            run.document["work"]["linear"].clone(),
-        ),
+        ("linear_work".to_owned(), run.document["work"]["linear"].clone()),
         ("paper".to_owned(), json!(run.paper())),
     ]);
     let of_the_folder = ["scene", "mesh", "work", "output_work"];
@@ -345,10 +319,7 @@ mod tests {
     #[test]
     fn notes_describe_only_computed_runs() {
         let alone = notes(&[ran("4", finished(2, &[]))], true);
-        assert!(
-            !alone.contains("order 5") && !alone.contains("stop"),
-            "{alone}"
-        );
+        assert!(!alone.contains("order 5") && !alone.contains("stop"), "{alone}");
         let all = [
             ran("4", stopped(5)),
             ran("4-order2", finished(2, &[])),

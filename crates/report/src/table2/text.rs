@@ -119,9 +119,8 @@ pub(super) fn notes(runs: &[RowRun], is_modified: bool) -> String {
         ),
         ("multipliers", "λ and μ are excluded in all equations"),
     ] {
-        let of_it = runs
-            .iter()
-            .filter(|run| run.conventions().contains(&name) && run.has_the_papers_end());
+        let of_it =
+            runs.iter().filter(|run| run.conventions().contains(&name) && run.has_the_papers_end());
         let ratios: Vec<String> = of_it
             .map(|run| {
                 let ratio = run.count("steps") as f64 / run.paper().steps as f64;
@@ -146,10 +145,7 @@ pub(super) fn notes(runs: &[RowRun], is_modified: bool) -> String {
     }
     for run in runs.iter().filter(|run| !run.is_finished()) {
         let (key, index) = (run.row.key, run.count("index"));
-        notes += &format!(
-            "row {key} (index {index}) stopped: {}\n",
-            run.word("message")
-        );
+        notes += &format!("row {key} (index {index}) stopped: {}\n", run.word("message"));
     }
     notes + &row_4(runs)
 }

@@ -48,23 +48,15 @@ impl Domain {
 /// Suffix of columns of standard deviations in plain tables.
 const NOISE: &str = ".noise";
 /// Required and optional columns of PEtab's measurement table.
-const USED: [&str; 6] = [
-    "observableId",
-    "time",
-    "frequency",
-    "load",
-    "measurement",
-    "noiseParameters",
-];
+const USED: [&str; 6] =
+    ["observableId", "time", "frequency", "load", "measurement", "noiseParameters"];
 /// PEtab columns that must contain a single value, because each file is one experiment.
 const CONDITIONS: [&str; 3] = ["simulationConditionId", "experimentId", "modelId"];
 /// Columns of PEtab that label measurements without changing their meaning.
 const LABELS: [&str; 2] = ["datasetId", "replicateId"];
 /// PEtab columns for which only one value is supported.
-const NEUTRAL: [(&str, &str); 2] = [
-    ("observableTransformation", "lin"),
-    ("noiseDistribution", "normal"),
-];
+const NEUTRAL: [(&str, &str); 2] =
+    [("observableTransformation", "lin"), ("noiseDistribution", "normal")];
 
 /// Reads the measurements in `file`; see [`read`].
 ///
@@ -112,11 +104,7 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn new(file: &Path, outputs: &'a [Output], domain: Domain) -> Self {
-        Self {
-            file: file.display().to_string(),
-            outputs,
-            domain,
-        }
+        Self { file: file.display().to_string(), outputs, domain }
     }
 
     fn read(&self, text: &str) -> Result<Vec<Datum>, DataError> {
@@ -166,10 +154,7 @@ impl<'a> Reader<'a> {
     }
 
     fn column(&self, table: &Table, names: &[&str]) -> Result<usize, DataError> {
-        let found = table
-            .names
-            .iter()
-            .position(|name| names.contains(&name.as_str()));
+        let found = table.names.iter().position(|name| names.contains(&name.as_str()));
         found.ok_or_else(|| {
             self.error(DataProblem::MissingColumn)
                 .in_column(&names.join(" or "))
@@ -249,9 +234,7 @@ impl<'a> Reader<'a> {
 
     fn time(&self, table: &Table, row: usize, column: usize) -> Result<f64, DataError> {
         let error = |problem| self.error_at(problem, table, row, Some(column));
-        let t = self
-            .number(table, row, column)?
-            .ok_or_else(|| error(DataProblem::MissingTime))?;
+        let t = self.number(table, row, column)?.ok_or_else(|| error(DataProblem::MissingTime))?;
         match self.domain {
             Domain::Time { end } if !(0.0..=end).contains(&t) => {
                 Err(error(DataProblem::OutsideRun)
@@ -259,18 +242,14 @@ impl<'a> Reader<'a> {
                     .allowed(format!("0 to {end} s, the scene's time.end")))
             }
             Domain::Frequency { low, high } if !(low..=high).contains(&t) => {
-                Err(error(DataProblem::OutsideFrequencies)
-                    .found(format!("f = {t} Hz"))
-                    .allowed(format!(
-                        "{low} to {high} Hz, the range of the scene's response.frequencies"
-                    )))
+                Err(error(DataProblem::OutsideFrequencies).found(format!("f = {t} Hz")).allowed(
+                    format!("{low} to {high} Hz, the range of the scene's response.frequencies"),
+                ))
             }
             Domain::Load { low, high } if !(low..=high).contains(&t) => {
                 Err(error(DataProblem::OutsideLoads)
                     .found(format!("load = {t}"))
-                    .allowed(format!(
-                        "{low} to {high}, the range of the scene's load factors"
-                    )))
+                    .allowed(format!("{low} to {high}, the range of the scene's load factors")))
             }
             _ => Ok(t),
         }
@@ -320,10 +299,7 @@ impl<'a> Reader<'a> {
         let names = self.domain.names();
         let time = self.column(table, &names[names.len() - 1..])?;
         let measurement = self.column(table, &["measurement"])?;
-        let noise = table
-            .names
-            .iter()
-            .position(|name| name == "noiseParameters");
+        let noise = table.names.iter().position(|name| name == "noiseParameters");
         self.expect_supported_columns(table)?;
         let mut data = Vec::new();
         for row in 0..table.rows.len() {
@@ -336,12 +312,7 @@ impl<'a> Reader<'a> {
             let t = self.time(table, row, time)?;
             if let Some(value) = self.measurement(table, row, measurement, output)? {
                 let noise = self.noise(table, row, noise, output)?;
-                data.push(Datum {
-                    t,
-                    output,
-                    value,
-                    noise,
-                });
+                data.push(Datum { t, output, value, noise });
             }
         }
         Ok(data)
@@ -375,12 +346,7 @@ impl<'a> Reader<'a> {
             for &(column, output, noise) in &columns {
                 if let Some(value) = self.measurement(table, row, column, output)? {
                     let noise = self.noise(table, row, noise, output)?;
-                    data.push(Datum {
-                        t,
-                        output,
-                        value,
-                        noise,
-                    });
+                    data.push(Datum { t, output, value, noise });
                 }
             }
         }

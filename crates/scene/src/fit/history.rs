@@ -43,13 +43,7 @@ impl<'a> History<'a> {
     ) -> Self {
         let names = parameters.iter().map(|p| p.name.as_str());
         let columns = COLUMNS.into_iter().chain(names).map(str::to_owned);
-        Self {
-            files: None,
-            columns: columns.collect(),
-            request,
-            evaluations,
-            failed: None,
-        }
+        Self { files: None, columns: columns.collect(), request, evaluations, failed: None }
     }
 
     /// Replaces the table and the results of an earlier fit. Keeps the evaluations of a resumed fit.
@@ -66,11 +60,7 @@ impl<'a> History<'a> {
         let names: Vec<&str> = self.columns.iter().map(String::as_str).collect();
         let table = CsvWriter::new(folder.create(HISTORY)?, &names)
             .map_err(Error::file("write", &folder.path().join(HISTORY)))?;
-        Ok(Files {
-            folder,
-            table,
-            evaluations,
-        })
+        Ok(Files { folder, table, evaluations })
     }
 
     /// Adds iteration `number`, counted from 0. An error is reported by [`end`](Self::end).
@@ -85,9 +75,7 @@ impl<'a> History<'a> {
             Some(files) => files,
             None => self.open()?,
         };
-        let mut row = [number, iteration.evaluations]
-            .map(|count| count as f64)
-            .to_vec();
+        let mut row = [number, iteration.evaluations].map(|count| count as f64).to_vec();
         row.extend([part, iteration.cost]);
         row.extend(&iteration.values);
         let new = self.evaluations.take_new();

@@ -162,16 +162,10 @@ pub struct Point {
 pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     if options.starts > MAX_STARTS {
         let error = InputError::new("too many starting points").at("--starts");
-        let error = error
-            .found(options.starts)
-            .allowed(format!("1 to {MAX_STARTS}"));
+        let error = error.found(options.starts).allowed(format!("1 to {MAX_STARTS}"));
         return Err(error.into());
     }
-    let reads: Vec<PathBuf> = options
-        .experiments
-        .iter()
-        .map(|(file, _)| file.clone())
-        .collect();
+    let reads: Vec<PathBuf> = options.experiments.iter().map(|(file, _)| file.clone()).collect();
     request(options, &reads, Value::Null).check()?;
     let scene = Parameterized::load(&options.scene, &options.set)?;
     let mut parameters = parameters(&scene)?;
@@ -184,10 +178,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     expect_bounds(&scene, &start)?;
     restrict(&scene, &mut parameters);
     let progress = FitProgress::new(options.progress);
-    let watcher = Watcher {
-        interrupt: options.interrupt,
-        progress: &progress,
-    };
+    let watcher = Watcher { interrupt: options.interrupt, progress: &progress };
     let request = request(options, &reads, origin(options, &experiments));
     let evaluations = match options.existing {
         Existing::Resume => Evaluations::read(&request)?,
@@ -312,19 +303,13 @@ fn parameters(scene: &Parameterized) -> Result<Vec<Parameter>, InputError> {
         };
         if low >= high {
             let error = InputError::new("the lower bound must be below the upper bound");
-            return refuse(
-                "low",
-                error.found(format!("low = {low:e}, high = {high:e}")),
-            );
+            return refuse("low", error.found(format!("low = {low:e}, high = {high:e}")));
         }
         if start < low || start > high {
             let key = if start < low { "low" } else { "high" };
             let error = InputError::new(format!("a bound of `{}` excludes its start", known.key))
                 .found(format!("start = {start:e}, low = {low:e}, high = {high:e}"));
-            return refuse(
-                key,
-                error.next("move the bound, or set a `start` between the bounds"),
-            );
+            return refuse(key, error.next("move the bound, or set a `start` between the bounds"));
         }
         Ok(Parameter {
             name: known.label(),
@@ -406,10 +391,7 @@ fn expect_free_parameters(
 ) -> Result<(), InputError> {
     let key = |word: &String| word.split('=').next().map(str::to_owned);
     let keys: Vec<String> = set.iter().filter_map(key).collect();
-    let fitted = scene
-        .parameters
-        .iter()
-        .find(|known| keys.contains(&known.key));
+    let fitted = scene.parameters.iter().find(|known| keys.contains(&known.key));
     match fitted {
         None => Ok(()),
         Some(known) => {
@@ -458,9 +440,7 @@ fn experiments(
     let twice = (1..given.len()).find(|&k| (0..k).any(|j| is_same(j, k)));
     if let Some(k) = twice {
         let error = InputError::new("duplicate measurements").at("--data");
-        return Err(error
-            .found(given[k].0.display())
-            .next("name each experiment once"));
+        return Err(error.found(given[k].0.display()).next("name each experiment once"));
     }
     Ok(experiments)
 }

@@ -31,12 +31,7 @@ impl Experiment {
     pub(super) fn new(scene: Parameterized, outputs: Vec<Output>, data: Vec<Datum>) -> Self {
         let mut times: Vec<f64> = data.iter().map(|datum| datum.t).collect();
         times.dedup();
-        Self {
-            scene,
-            outputs,
-            data,
-            times,
-        }
+        Self { scene, outputs, data, times }
     }
 
     pub(super) fn scene(&self) -> &Scene {
@@ -59,9 +54,9 @@ impl Experiment {
     pub(super) fn expect_computable(&self, values: &[f64]) -> Result<(), Error> {
         match self.abscissa() {
             Abscissa::Time => self.scene.dependences(values).map(|_| ()),
-            Abscissa::Frequency | Abscissa::Load => self
-                .outside_time(values, &self.times[..1], true, Watcher::NOBODY)
-                .map(|_| ()),
+            Abscissa::Frequency | Abscissa::Load => {
+                self.outside_time(values, &self.times[..1], true, Watcher::NOBODY).map(|_| ())
+            }
         }
     }
 
@@ -111,10 +106,8 @@ impl Experiment {
         let mut scene = self.scene.at(p)?;
         if let Some(body) = &mut scene.body {
             let own = body.settings.relative_tolerance;
-            body.settings = body
-                .settings
-                .clone()
-                .with_relative_tolerance(own.max(effort.least_tolerance));
+            body.settings =
+                body.settings.clone().with_relative_tolerance(own.max(effort.least_tolerance));
         }
         let requested = (dependences, Precision::Fraction(FRACTION));
         let end = self.times.last().map_or(0.0, |last| effort.part * last);
@@ -150,10 +143,7 @@ pub(super) struct Effort {
 
 impl Effort {
     /// Full runs: the scene's tolerance, up to the last measurement.
-    pub(super) const FULL: Self = Self {
-        least_tolerance: 0.0,
-        part: 1.0,
-    };
+    pub(super) const FULL: Self = Self { least_tolerance: 0.0, part: 1.0 };
 }
 
 /// Returns σ, or 1 if it is unknown.
@@ -283,10 +273,7 @@ impl<'a> SceneModel<'a> {
         if with {
             self.write_jacobian(&all, &mut jacobian);
         }
-        Ok(Numbers {
-            residuals,
-            jacobian: jacobian.as_slice().to_vec(),
-        })
+        Ok(Numbers { residuals, jacobian: jacobian.as_slice().to_vec() })
     }
 
     /// Returns the residuals at `p`, with their derivatives if requested, from an earlier fit or from new runs.

@@ -13,20 +13,8 @@ use super::model::{Effort, SceneModel};
 /// The first phase need not be more accurate than its measurements allow; the error due to loose tolerances may be a
 /// third of the uncertainty.
 const BEFORE: [(Effort, f64); 2] = [
-    (
-        Effort {
-            part: 0.5,
-            least_tolerance: 1e-2,
-        },
-        1.0,
-    ),
-    (
-        Effort {
-            part: 1.0,
-            least_tolerance: 1e-3,
-        },
-        0.3,
-    ),
+    (Effort { part: 0.5, least_tolerance: 1e-2 }, 1.0),
+    (Effort { part: 1.0, least_tolerance: 1e-3 }, 0.3),
 ];
 
 /// Convergence tolerance of these phases for relative changes of the parameters.
@@ -43,11 +31,7 @@ pub(super) fn fit_in_phases(
     requested: &Options,
     observe: &mut Observe<'_>,
 ) -> Result<Fit, FitError> {
-    let mut phases = Phases {
-        observe,
-        history: Vec::new(),
-        evaluations: 0,
-    };
+    let mut phases = Phases { observe, history: Vec::new(), evaluations: 0 };
     let fit = match model.is_in_time() {
         true => phases.all(model, starts, requested),
         false => phases.full(model, starts, requested),
@@ -108,9 +92,7 @@ impl Phases<'_, '_> {
     ) -> Result<Fit, FitError> {
         model.set_effort(Effort::FULL);
         best_fit(starts, &mut |start| {
-            self.one(1.0, &mut |observe| {
-                fit_observed(model, start, requested, observe)
-            })
+            self.one(1.0, &mut |observe| fit_observed(model, start, requested, observe))
         })
     }
 
@@ -130,9 +112,8 @@ impl Phases<'_, '_> {
                 offset: requested.offset.max(offset),
                 ..requested.clone()
             };
-            let next = self.one(effort.part, &mut |observe| {
-                fit_observed(model, &start, &near, observe)
-            });
+            let next =
+                self.one(effort.part, &mut |observe| fit_observed(model, &start, &near, observe));
             if next.is_err() && last.is_some() && model.is_interrupted() {
                 break;
             }
@@ -157,9 +138,9 @@ impl Phases<'_, '_> {
     ) -> Result<Fit, FitError> {
         model.set_effort(Effort::FULL);
         match rough {
-            Ok(rough) => self.one(1.0, &mut |observe| {
-                refine(model, &starts[0], rough, requested, observe)
-            }),
+            Ok(rough) => {
+                self.one(1.0, &mut |observe| refine(model, &starts[0], rough, requested, observe))
+            }
             // Full runs may succeed where inaccurate runs fail.
             Err(_) => self.full(model, starts, requested),
         }
@@ -168,10 +149,8 @@ impl Phases<'_, '_> {
     fn one(&mut self, part: f64, fit: &mut OnePhase<'_>) -> Result<Fit, FitError> {
         let before = self.evaluations;
         let fit = fit(&mut |iteration| {
-            let counted = Iteration {
-                evaluations: before + iteration.evaluations,
-                ..iteration.clone()
-            };
+            let counted =
+                Iteration { evaluations: before + iteration.evaluations, ..iteration.clone() };
             let go_on = (self.observe)(part, &counted);
             self.history.push(counted);
             go_on

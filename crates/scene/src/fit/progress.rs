@@ -13,10 +13,7 @@ pub(super) struct FitProgress<'a> {
 impl<'a> FitProgress<'a> {
     /// Creates the progress of a fit before its first iteration.
     pub(super) fn new(sink: &'a dyn ProgressSink) -> Self {
-        Self {
-            sink,
-            iteration: Mutex::new("first run of the fit".to_owned()),
-        }
+        Self { sink, iteration: Mutex::new("first run of the fit".to_owned()) }
     }
 
     /// Reports iteration `number`, whose `cost` is the sum over the first `part` (a fraction) of the measurements'
@@ -28,10 +25,7 @@ impl<'a> FitProgress<'a> {
         };
         let text = format!("iteration {number}: half the sum of squares {cost:.6e}, over {share}");
         self.sink.on_progress(&|| text.clone());
-        let mut iteration = self
-            .iteration
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut iteration = self.iteration.lock().unwrap_or_else(PoisonError::into_inner);
         *iteration = text;
     }
 }
@@ -39,10 +33,7 @@ impl<'a> FitProgress<'a> {
 impl ProgressSink for FitProgress<'_> {
     fn on_progress(&self, line: &dyn Fn() -> String) {
         self.sink.on_progress(&|| {
-            let iteration = self
-                .iteration
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
+            let iteration = self.iteration.lock().unwrap_or_else(PoisonError::into_inner);
             format!("{} ({iteration})", line())
         });
     }

@@ -53,14 +53,7 @@ mod with_nan {
             let [kinetic, elastic] = stored.map(|value| value.unwrap_or(f64::NAN));
             let [load, support, active, dissipation] =
                 powers.map(|value| value.unwrap_or(f64::NAN));
-            Energies {
-                kinetic,
-                elastic,
-                load,
-                support,
-                active,
-                dissipation,
-            }
+            Energies { kinetic, elastic, load, support, active, dissipation }
         }))
     }
 }
@@ -132,11 +125,7 @@ mod tests {
     fn energies_that_are_not_finite_come_back_as_nan() {
         let balance = EnergyBalance {
             initial: f64::NAN,
-            last: Some(Energies {
-                kinetic: 1.5,
-                elastic: f64::INFINITY,
-                ..Energies::default()
-            }),
+            last: Some(Energies { kinetic: 1.5, elastic: f64::INFINITY, ..Energies::default() }),
             ..EnergyBalance::default()
         };
         let text = serde_json::to_string(&balance).unwrap();

@@ -70,11 +70,7 @@ mod tests {
             ("Psi_arg", ["rad"; 2]),
         ] {
             let kind = ColumnKind::of(column).unwrap();
-            assert_eq!(
-                [false, true].map(|in_space| kind.unit(in_space)),
-                units,
-                "{column}"
-            );
+            assert_eq!([false, true].map(|in_space| kind.unit(in_space)), units, "{column}");
         }
         assert_eq!(ColumnKind::of("unknown"), None);
     }

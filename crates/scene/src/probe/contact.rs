@@ -65,12 +65,8 @@ struct Sums {
 impl Reading for Sums {
     fn names(&self) -> Vec<String> {
         let forces = COLUMNS[0].components(self.dimension);
-        let others = COLUMNS[1..]
-            .iter()
-            .take(2 + usize::from(self.moving.is_some()));
-        forces
-            .chain(others.map(|column| column.name.to_owned()))
-            .collect()
+        let others = COLUMNS[1..].iter().take(2 + usize::from(self.moving.is_some()));
+        forces.chain(others.map(|column| column.name.to_owned())).collect()
     }
 
     fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {

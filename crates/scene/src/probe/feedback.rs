@@ -27,17 +27,11 @@ impl Kind for Feedback {
 
     fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
         let error = || InputError::new("the scene has no [[feedback]]");
-        parts
-            .feedback
-            .then_some(())
-            .ok_or_else(|| (".type", error()))
+        parts.feedback.then_some(()).ok_or_else(|| (".type", error()))
     }
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let names = of
-            .feedbacks
-            .iter()
-            .map(|chain| format!("{}_{chain}", FACTOR.name));
+        let names = of.feedbacks.iter().map(|chain| format!("{}_{chain}", FACTOR.name));
         Ok(Box::new(FactorReading(names.collect())))
     }
 }

@@ -173,9 +173,7 @@ pub(crate) trait HarmonicReading: Sync {
 impl dyn Reading {
     /// Returns the names of all columns. The first column has the time or the `parameter` of a path.
     pub(crate) fn columns(&self, parameter: &str) -> Vec<String> {
-        std::iter::once(parameter.to_owned())
-            .chain(self.names())
-            .collect()
+        std::iter::once(parameter.to_owned()).chain(self.names()).collect()
     }
 }
 
@@ -190,9 +188,7 @@ impl<'a> Systems<'a> {
     pub(crate) fn chain(&self, name: &str) -> Result<(usize, usize), ModelError> {
         let mut chains = self.chains.iter().enumerate();
         let found = chains.find(|(_, (own, _))| *own == name);
-        let (k, (_, n)) = found.ok_or(ModelError::NoSuchPart {
-            part: "chain of that name",
-        })?;
+        let (k, (_, n)) = found.ok_or(ModelError::NoSuchPart { part: "chain of that name" })?;
         Ok((k, *n))
     }
 }

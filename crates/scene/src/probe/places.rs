@@ -17,9 +17,7 @@ pub(super) fn check_reference(
     solid: &Solid,
     group: Option<&str>,
 ) -> Result<(), Wrong<InvalidPlace>> {
-    group.map_or(Ok(()), |group| {
-        at(".relative_to", solid.space().quadrature(group)).map(drop)
-    })
+    group.map_or(Ok(()), |group| at(".relative_to", solid.space().quadrature(group)).map(drop))
 }
 
 /// Returns a measurement, relative to a group if given.
@@ -76,9 +74,7 @@ impl Reading for Places {
     }
 
     fn remove_kinks_at_rest(&mut self) {
-        self.0
-            .iter_mut()
-            .for_each(Measurement::remove_kinks_at_rest);
+        self.0.iter_mut().for_each(Measurement::remove_kinks_at_rest);
     }
 
     fn harmonic(&self) -> Option<&dyn HarmonicReading> {

@@ -61,10 +61,7 @@ impl Kind for Reaction {
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
         let space = of.solid()?.space();
-        Ok(Box::new(Forces {
-            nodes: space.nodes_of(&self.group)?,
-            dimension: space.dimension(),
-        }))
+        Ok(Box::new(Forces { nodes: space.nodes_of(&self.group)?, dimension: space.dimension() }))
     }
 }
 

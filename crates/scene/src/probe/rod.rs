@@ -59,9 +59,7 @@ impl HarmonicReading for PointValue {
         };
         let of = |states: &[Complex64]| {
             let entries = self.entries.iter();
-            entries
-                .map(|&(unknown, weight)| weight * states[unknown])
-                .sum()
+            entries.map(|&(unknown, weight)| weight * states[unknown]).sum()
         };
         let (q, v) = states.split_at(states.len() / 2);
         Ok(vec![of(q), of(v)])

@@ -44,13 +44,7 @@ pub(super) struct Samples {
 impl Samples {
     /// Returns responses at given frequencies, in ascending order.
     pub(super) fn given(frequencies: Vec<f64>, rows: Vec<Vec<Complex64>>) -> Self {
-        Self {
-            frequencies,
-            rows,
-            error: None,
-            peaks: Vec::new(),
-            drawn: None,
-        }
+        Self { frequencies, rows, error: None, peaks: Vec::new(), drawn: None }
     }
 
     fn add(&mut self, frequencies: &[f64], rows: Vec<Vec<Complex64>>) {
@@ -64,10 +58,7 @@ impl Samples {
     fn with_curves(mut self, fitted: &Rational, peaks: Vec<(usize, Maximum)>) -> Self {
         let n_curves = self.rows.first().map_or(0, Vec::len);
         let frequencies = refined(&self.frequencies, DRAWN);
-        let rows = frequencies
-            .iter()
-            .map(|f| fitted.at(*f, n_curves))
-            .collect();
+        let rows = frequencies.iter().map(|f| fitted.at(*f, n_curves)).collect();
         self.drawn = Some((frequencies, rows));
         self.peaks = peaks;
         self
@@ -83,10 +74,7 @@ impl Samples {
         };
         let curves: Vec<Vec<f64>> = (0..kinds.len()).map(amplitudes).collect();
         let of_kind = |kind: usize, of: &dyn Fn(&Vec<f64>) -> f64| {
-            let alike = curves
-                .iter()
-                .zip(kinds)
-                .filter(|(_, other)| **other == kind);
+            let alike = curves.iter().zip(kinds).filter(|(_, other)| **other == kind);
             alike.map(|(curve, _)| of(curve)).fold(0.0, f64::max)
         };
         let largest = |curve: &Vec<f64>| curve.last().copied().unwrap_or(0.0);
@@ -187,10 +175,7 @@ impl Adaptive {
                 let now = fitted.at(f, sizes.len());
                 (f, distance(&before.at(f, sizes.len()), &now, sizes))
             });
-            between.fold(
-                (ends[0], 0.0),
-                |worst, one| if one.1 > worst.1 { one } else { worst },
-            )
+            between.fold((ends[0], 0.0), |worst, one| if one.1 > worst.1 { one } else { worst })
         });
         let mut gaps: Vec<(f64, f64)> = gaps.collect();
         gaps.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -206,9 +191,7 @@ impl Adaptive {
     fn near(&self, peaks: &[(usize, Maximum)], computed: &[f64]) -> Vec<f64> {
         let mut wanted = Vec::new();
         for (_, peak) in peaks {
-            let half_width = peak
-                .damping_ratio
-                .map_or(0.0, |ratio| ratio * peak.frequency);
+            let half_width = peak.damping_ratio.map_or(0.0, |ratio| ratio * peak.frequency);
             wanted.extend([-half_width, 0.0, half_width].map(|shift| peak.frequency + shift));
         }
         wanted.sort_by(f64::total_cmp);
@@ -229,11 +212,7 @@ fn refined(frequencies: &[f64], n: usize) -> Vec<f64> {
         (0..n).map(move |i| low + (high - low) * i as f64 / n as f64)
     };
     let last = frequencies.last().copied();
-    frequencies
-        .windows(2)
-        .flat_map(between)
-        .chain(last)
-        .collect()
+    frequencies.windows(2).flat_map(between).chain(last).collect()
 }
 
 /// Returns the local maxima of the curves of a rational function between the computed frequencies.
@@ -278,11 +257,7 @@ fn distance(values: &[Complex64], exact: &[Complex64], sizes: &[f64]) -> f64 {
     let differences = differences.filter(|(_, size)| **size > 0.0);
     differences.fold(0.0, |largest, ((a, b), size)| {
         let difference = (a - b).norm() / b.norm().max(SMALL * size);
-        if difference > largest || difference.is_nan() {
-            difference
-        } else {
-            largest
-        }
+        if difference > largest || difference.is_nan() { difference } else { largest }
     })
 }
 
@@ -317,17 +292,10 @@ mod tests {
 
     #[test]
     fn all_peaks_are_resolved_with_few_frequencies() {
-        let adaptive = Adaptive {
-            range: [1.0, 60.0],
-            tolerance: 1e-3,
-        };
+        let adaptive = Adaptive { range: [1.0, 60.0], tolerance: 1e-3 };
         let compute = |f: &[f64]| Ok::<_, ()>((f.to_vec(), f.iter().map(|f| modes(*f)).collect()));
         let samples = adaptive.resolve(&[0, 0], compute).unwrap();
-        assert!(
-            samples.error.unwrap() <= adaptive.tolerance,
-            "{:?}",
-            samples.error
-        );
+        assert!(samples.error.unwrap() <= adaptive.tolerance, "{:?}", samples.error);
         let sizes = samples.sizes(&[0, 0]);
         let fitted = Rational::fit(&samples.frequencies, &samples.rows, &sizes);
         let largest = (0..59_000).map(|i| {
@@ -336,21 +304,14 @@ mod tests {
         });
         let largest = largest.fold(0.0, f64::max);
         assert!(largest < adaptive.tolerance, "{largest}");
-        assert!(
-            samples.frequencies.len() < 100,
-            "{}",
-            samples.frequencies.len()
-        );
+        assert!(samples.frequencies.len() < 100, "{}", samples.frequencies.len());
         // At least one computed frequency is within the half-power width of the narrow peak.
         assert!(samples.frequencies.iter().any(|f| (f - 10.0).abs() < 0.01));
     }
 
     #[test]
     fn an_interrupted_round_keeps_its_responses() {
-        let adaptive = Adaptive {
-            range: [1.0, 60.0],
-            tolerance: 1e-3,
-        };
+        let adaptive = Adaptive { range: [1.0, 60.0], tolerance: 1e-3 };
         let mut rounds = 0;
         let samples = adaptive.resolve(&[0, 0], |f| {
             rounds += 1;

@@ -88,10 +88,7 @@ pub struct Curves {
 /// Writes complex numbers as pairs.
 fn pairs<S: serde::Serializer>(rows: &[Vec<Complex64>], json: S) -> Result<S::Ok, S::Error> {
     let pair = |z: &Complex64| [z.re, z.im];
-    json.collect_seq(
-        rows.iter()
-            .map(|row| row.iter().map(pair).collect::<Vec<_>>()),
-    )
+    json.collect_seq(rows.iter().map(|row| row.iter().map(pair).collect::<Vec<_>>()))
 }
 
 impl Curves {
@@ -193,9 +190,7 @@ impl Response {
             }
             _ => {
                 let error = InputError::new("the scene has no body and no rod that could vibrate");
-                return Err(error
-                    .allowed("a scene with a [mesh] and [solid], or a [rod]")
-                    .into());
+                return Err(error.allowed("a scene with a [mesh] and [solid], or a [rod]").into());
             }
         };
         if !scene.chains.is_empty() {
@@ -240,9 +235,7 @@ impl Response {
             Grid::Adaptive(adaptive) => {
                 let names: Vec<&String> = tables.iter().flat_map(|(_, columns)| columns).collect();
                 let same = |name: &&String| {
-                    let first = names
-                        .iter()
-                        .position(|other| ColumnKind::is_shared(other, name));
+                    let first = names.iter().position(|other| ColumnKind::is_shared(other, name));
                     first.unwrap_or_default()
                 };
                 let kinds: Vec<usize> = names.iter().map(same).collect();
@@ -257,17 +250,14 @@ impl Response {
                 peaks.collect()
             }
             Grid::Adaptive(_) => {
-                let each = curves
-                    .iter()
-                    .flat_map(|of| of.columns.iter().map(move |name| (of, name)));
+                let each =
+                    curves.iter().flat_map(|of| of.columns.iter().map(move |name| (of, name)));
                 let each: Vec<(&Curves, &String)> = each.collect();
                 let peak = |(k, maximum): (usize, Maximum)| each[k].0.peak(each[k].1, maximum);
                 samples.peaks.into_iter().map(peak).collect()
             }
         };
-        let drawn = samples
-            .drawn
-            .map(|(f, rows)| (f, curves_of(&tables, &rows)));
+        let drawn = samples.drawn.map(|(f, rows)| (f, curves_of(&tables, &rows)));
         let mut notes = notes::resonances_outside(&curves, &frequencies);
         if let Grid::Adaptive(Adaptive { tolerance, .. }) = grid
             && !is_interrupted
@@ -301,10 +291,7 @@ pub(crate) type HarmonicProbes = Vec<(String, Box<dyn Reading>)>;
 /// # Errors
 /// Probes that cannot measure anything in the scene; stresses of a body with stress relaxation.
 pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputError> {
-    let relaxes = scene
-        .body
-        .as_ref()
-        .is_some_and(|body| body.muscle.solid.n_slots() > 0);
+    let relaxes = scene.body.as_ref().is_some_and(|body| body.muscle.solid.n_slots() > 0);
     let mut probes = Vec::new();
     for (i, (probe, reading)) in scene.file.probe.iter().zip(scene.readings()?).enumerate() {
         if relaxes
@@ -339,11 +326,7 @@ fn of_body(
     watcher: Watcher<'_>,
 ) -> Result<Response, Error> {
     let muscle = &body.muscle;
-    let preload_time = scene
-        .file
-        .response
-        .as_ref()
-        .and_then(|own| own.preload_time);
+    let preload_time = scene.file.response.as_ref().and_then(|own| own.preload_time);
     let [first, _] = grid.ends();
     if first == 0.0
         && let Some(free) = support::free_parts(muscle)
@@ -362,9 +345,7 @@ fn of_body(
                 return Err(ModelError::Interrupted);
             }
             let k = 1 + done.fetch_add(1, Relaxed);
-            watcher
-                .progress
-                .on_progress(&|| format!("response: {k} of {n} frequencies"));
+            watcher.progress.on_progress(&|| format!("response: {k} of {n} frequencies"));
             let motion = HarmonicMotion::Body(response.stiffness(), amplitude);
             values.read(amplitude.s, &motion)
         });
@@ -403,9 +384,7 @@ fn fields(
             let read = |snapshot: &Snapshot<'_>| grid.values(snapshot, quantity).concat();
             (quantity, response.stiffness().amplitudes(amplitude, read))
         };
-        Ok([Quantity::Displacement, Quantity::Pressure]
-            .map(field)
-            .to_vec())
+        Ok([Quantity::Displacement, Quantity::Pressure].map(field).to_vec())
     })?;
     let fields = found.into_iter();
     let fields = fields.map(|(frequency, values)| ComplexFields { frequency, values });

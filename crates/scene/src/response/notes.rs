@@ -33,9 +33,7 @@ impl Curves {
 
 /// Returns a note if no stress or support of the body dissipates energy.
 pub(super) fn undamped(muscle: &Muscle) -> Option<String> {
-    let Muscle {
-        solid, parameters, ..
-    } = muscle;
+    let Muscle { solid, parameters, .. } = muscle;
     let is_undamped = parameters.alpha == 0.0
         && !parameters.is_damped()
         && solid.n_slots() == 0

@@ -48,12 +48,10 @@ pub struct NearestMode {
 impl NearestMode {
     /// Returns the mode nearest to `frequency` among modes in ascending order, unless the frequency exceeds all of them.
     pub(super) fn to(frequency: f64, modes: &[Mode]) -> Option<Self> {
-        let natural = modes.iter().enumerate().filter_map(|(k, mode)| {
-            Some(Self {
-                number: k + 1,
-                frequency: mode.frequency?,
-            })
-        });
+        let natural = modes
+            .iter()
+            .enumerate()
+            .filter_map(|(k, mode)| Some(Self { number: k + 1, frequency: mode.frequency? }));
         let distance = |mode: &Self| (mode.frequency - frequency).abs();
         let is_above = natural.clone().any(|mode| mode.frequency >= frequency);
         let nearest = natural.min_by(|a, b| distance(a).total_cmp(&distance(b)));
@@ -90,9 +88,7 @@ impl Rational {
         let kernel = loewner.svd(false, true).v_t?;
         let weights = kernel.row(n - 1).map(|w| w.conj());
         let support = support.iter().zip(weights.iter());
-        Some(Self {
-            support: support.map(|((f, z), w)| (*f, *z, *w)).collect(),
-        })
+        Some(Self { support: support.map(|((f, z), w)| (*f, *z, *w)).collect() })
     }
 
     fn at(&self, f: f64) -> Complex64 {
@@ -163,11 +159,8 @@ pub(super) fn maxima(frequencies: &[f64], values: &[Complex64]) -> Vec<Maximum> 
 /// Returns the maximum near sample `k`, or the sample itself if the samples do not resolve it.
 fn resolved(frequencies: &[f64], values: &[Complex64], k: usize) -> Maximum {
     let n = frequencies.len();
-    let unresolved = Maximum {
-        frequency: frequencies[k],
-        amplitude: values[k].norm(),
-        damping_ratio: None,
-    };
+    let unresolved =
+        Maximum { frequency: frequencies[k], amplitude: values[k].norm(), damping_ratio: None };
     let [least, most] = SAMPLES;
     let count = most.min(n - (n + 1) % 2);
     if count < least {
@@ -193,11 +186,7 @@ fn resolved(frequencies: &[f64], values: &[Complex64], k: usize) -> Maximum {
     let level = amplitude / 2.0_f64.sqrt();
     let sides = ends.map(|end| falls_to(|f| curve.at(f).norm(), level, frequency, end));
     let width = sides[0].zip(sides[1]).map(|(low, high)| high - low);
-    Maximum {
-        frequency,
-        amplitude,
-        damping_ratio: width.map(|width| 0.5 * width / frequency),
-    }
+    Maximum { frequency, amplitude, damping_ratio: width.map(|width| 0.5 * width / frequency) }
 }
 
 #[cfg(test)]
@@ -225,9 +214,6 @@ mod tests {
         assert!((found[0].frequency - at).abs() < 2e-6, "{found:?} {at}");
         assert!((found[0].amplitude / best - 1.0).abs() < 1e-9, "{found:?}");
         // The half-power width determines ζ up to terms of order ζ².
-        assert!(
-            (found[0].damping_ratio.unwrap() - 0.02).abs() < 1e-4,
-            "{found:?}"
-        );
+        assert!((found[0].damping_ratio.unwrap() - 0.02).abs() < 1e-4, "{found:?}");
     }
 }

@@ -30,11 +30,7 @@ impl Rational {
             })
         };
         let mut is_support = vec![false; f.len()];
-        let mut fitted = Self {
-            support: Vec::new(),
-            weights: Vec::new(),
-            values: Vec::new(),
-        };
+        let mut fitted = Self { support: Vec::new(), weights: Vec::new(), values: Vec::new() };
         // There cannot be more weights than remaining samples to determine them.
         while 2 * fitted.support.len() < f.len() {
             let others = (0..f.len()).filter(|&k| !is_support[k]);
@@ -87,10 +83,7 @@ impl Rational {
             }
             let share = weight / (f - at);
             below += share;
-            above
-                .iter_mut()
-                .zip(values)
-                .for_each(|(sum, value)| *sum += share * value);
+            above.iter_mut().zip(values).for_each(|(sum, value)| *sum += share * value);
         }
         if !self.support.is_empty() {
             above.iter_mut().for_each(|sum| *sum /= below);

@@ -76,10 +76,7 @@ impl Values {
                 denominator: find("denominator", &wanted.denominator)?,
             })
         });
-        Ok(Self {
-            ratios: ratios.collect::<Result<_, InputError>>()?,
-            probes,
-        })
+        Ok(Self { ratios: ratios.collect::<Result<_, InputError>>()?, probes })
     }
 
     /// Returns the name of each table with the names of its values.

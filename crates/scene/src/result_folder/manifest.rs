@@ -76,9 +76,7 @@ impl Manifest {
         let bytes = inputs::content(&path).map_err(|error| wrong(error.to_string()))?;
         let text = String::from_utf8_lossy(&bytes);
         // The program was killed while it wrote a last line without a line break.
-        let mut lines = text
-            .split_inclusive('\n')
-            .filter(|line| line.ends_with('\n'));
+        let mut lines = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
         let header = lines.next().map(serde_json::from_str::<Header>);
         let header = match header {
             Some(Ok(header)) if header.schema == SCHEMA => header,

@@ -166,10 +166,7 @@ impl<'a> FolderRequest<'a> {
             Err(error) => return Err(error),
         }
         let shared = lock_shared(&path)?;
-        let added = Self {
-            existing: Existing::Add,
-            ..self
-        };
+        let added = Self { existing: Existing::Add, ..self };
         // A lock cannot be changed from exclusive to shared at once: another process may have replaced the results.
         match added.earlier_origin()? {
             // Others may have created temporary files just now, and not locked them yet.
@@ -207,11 +204,7 @@ impl<'a> FolderRequest<'a> {
                 new
             }
         };
-        Ok(ResultFolder {
-            path,
-            manifest: Mutex::new(manifest),
-            _lock: lock,
-        })
+        Ok(ResultFolder { path, manifest: Mutex::new(manifest), _lock: lock })
     }
 
     /// Returns the manifest in the folder. The manifest of another command is an error.
@@ -278,10 +271,7 @@ impl<'a> FolderRequest<'a> {
                 return Err(not_ours(&path));
             }
             let file = real(&path);
-            let read = self
-                .reads
-                .iter()
-                .find(|read| file.is_some() && real(read) == file);
+            let read = self.reads.iter().find(|read| file.is_some() && real(read) == file);
             if let Some(read) = read {
                 let error = self.wrong("contains a file that the command reads".to_owned());
                 return Err(error.found(read.display()).next("give another folder"));

@@ -38,62 +38,37 @@ fn contents(folder: &Path) -> BTreeSet<(String, String)> {
 
 fn set(pairs: &[(&str, &str)]) -> BTreeSet<(String, String)> {
     let pairs = pairs.iter();
-    pairs
-        .map(|(a, b)| ((*a).to_owned(), (*b).to_owned()))
-        .collect()
+    pairs.map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect()
 }
 
 #[test]
 fn results_are_refused_overwritten_or_continued() {
     let folder = used();
     let both = set(&[("old", "1"), ("mine", "precious")]);
-    assert!(
-        request(folder.path(), Existing::Refuse, &["new"])
-            .open()
-            .is_err()
-    );
+    assert!(request(folder.path(), Existing::Refuse, &["new"]).open().is_err());
     assert_eq!(contents(folder.path()), both);
     let resumed = request(folder.path(), Existing::Resume, &["old"]).open();
     assert_eq!(contents(folder.path()), both);
     resumed.unwrap().write("old", "2").unwrap();
-    let new = request(folder.path(), Existing::Overwrite, &["new"])
-        .open()
-        .unwrap();
+    let new = request(folder.path(), Existing::Overwrite, &["new"]).open().unwrap();
     assert_eq!(contents(folder.path()), set(&[("mine", "precious")]));
     drop(new);
     let empty = tempfile::tempdir().unwrap();
-    assert!(
-        request(empty.path(), Existing::Resume, &["old"])
-            .open()
-            .is_err()
-    );
+    assert!(request(empty.path(), Existing::Resume, &["old"]).open().is_err());
     assert_eq!(fs::read_dir(empty.path()).unwrap().count(), 0);
 }
 
 /// Regression: `--overwrite` replaced files that no run had created.
 #[test]
 fn a_file_that_the_program_did_not_make_is_neither_replaced_nor_removed() {
-    for existing in [
-        Existing::Refuse,
-        Existing::Overwrite,
-        Existing::Resume,
-        Existing::Add,
-    ] {
+    for existing in [Existing::Refuse, Existing::Overwrite, Existing::Resume, Existing::Add] {
         let folder = used();
         let refused = request(folder.path(), existing, &["mine"]);
-        assert!(
-            refused.check().is_err() && refused.open().is_err(),
-            "{existing:?}"
-        );
-        assert_eq!(
-            contents(folder.path()),
-            set(&[("old", "1"), ("mine", "precious")])
-        );
+        assert!(refused.check().is_err() && refused.open().is_err(), "{existing:?}");
+        assert_eq!(contents(folder.path()), set(&[("old", "1"), ("mine", "precious")]));
     }
     let folder = used();
-    let open = request(folder.path(), Existing::Overwrite, &[])
-        .open()
-        .unwrap();
+    let open = request(folder.path(), Existing::Overwrite, &[]).open().unwrap();
     assert!(open.write("mine", "").is_err() && open.create("mine").is_err());
     assert!(open.remove("mine").is_err());
     assert_eq!(contents(folder.path()), set(&[("mine", "precious")]));
@@ -102,25 +77,11 @@ fn a_file_that_the_program_did_not_make_is_neither_replaced_nor_removed() {
 /// Regression: a run was allowed in the folder of a fit.
 #[test]
 fn a_folder_holds_results_of_one_command() {
-    for existing in [
-        Existing::Refuse,
-        Existing::Overwrite,
-        Existing::Resume,
-        Existing::Add,
-    ] {
+    for existing in [Existing::Refuse, Existing::Overwrite, Existing::Resume, Existing::Add] {
         let folder = used();
-        let other = FolderRequest {
-            command: "fit",
-            ..request(folder.path(), existing, &[])
-        };
-        assert!(
-            other.check().is_err() && other.open().is_err(),
-            "{existing:?}"
-        );
-        assert_eq!(
-            contents(folder.path()),
-            set(&[("old", "1"), ("mine", "precious")])
-        );
+        let other = FolderRequest { command: "fit", ..request(folder.path(), existing, &[]) };
+        assert!(other.check().is_err() && other.open().is_err(), "{existing:?}");
+        assert_eq!(contents(folder.path()), set(&[("old", "1"), ("mine", "precious")]));
     }
 }
 
@@ -128,9 +89,7 @@ fn a_folder_holds_results_of_one_command() {
 #[test]
 fn a_folder_takes_one_process_at_a_time() {
     let folder = used();
-    let first = request(folder.path(), Existing::Resume, &[])
-        .open()
-        .unwrap();
+    let first = request(folder.path(), Existing::Resume, &[]).open().unwrap();
     for existing in [Existing::Overwrite, Existing::Resume, Existing::Add] {
         let second = || request(folder.path(), existing, &[]);
         assert!(second().open().is_err() && second().open_shared().is_err());
@@ -138,11 +97,7 @@ fn a_folder_takes_one_process_at_a_time() {
     drop(first);
     let shared = [(); 2].map(|()| request(folder.path(), Existing::Add, &[]).open_shared());
     assert!(shared.iter().all(Result::is_ok));
-    assert!(
-        request(folder.path(), Existing::Resume, &[])
-            .open()
-            .is_err()
-    );
+    assert!(request(folder.path(), Existing::Resume, &[]).open().is_err());
 }
 
 /// Checks that files of a killed program are listed before they exist, and that its temporary files are removed.
@@ -168,9 +123,7 @@ fn a_killed_program_leaves_nothing_behind_and_nothing_unknown() {
             let write = || open.write(&name, "two");
             let (written, _) = with_disk_that_stops_after(stop, torn, write);
             assert_eq!(written.is_err(), stop < last - 1, "{stop}");
-            temporary += names()
-                .filter(|name| atomic_file::is_temporary(name))
-                .count();
+            temporary += names().filter(|name| atomic_file::is_temporary(name)).count();
         }
     }
     // The write, the sync or the rename failed, with or without a partial write.
@@ -186,36 +139,15 @@ fn a_manifest_that_names_files_elsewhere_is_refused() {
     let folder = used();
     let path = folder.path().join(manifest::NAME);
     let good = fs::read_to_string(&path).unwrap();
-    for line in [
-        "\"../mine\"",
-        "\"/etc/passwd\"",
-        "\"..\"",
-        "\"\"",
-        "no JSON",
-        "1",
-    ] {
+    for line in ["\"../mine\"", "\"/etc/passwd\"", "\"..\"", "\"\"", "no JSON", "1"] {
         fs::write(&path, format!("{good}{line}\n")).unwrap();
-        assert!(
-            request(folder.path(), Existing::Overwrite, &[])
-                .check()
-                .is_err(),
-            "{line}"
-        );
+        assert!(request(folder.path(), Existing::Overwrite, &[]).check().is_err(), "{line}");
     }
     fs::write(&path, format!("{good}\"torn")).unwrap();
-    assert!(
-        request(folder.path(), Existing::Overwrite, &[])
-            .check()
-            .is_ok()
-    );
+    assert!(request(folder.path(), Existing::Overwrite, &[]).check().is_ok());
     for text in ["", "{}\n", "{\"schema\":\"myovib/manifest/9\"}\n"] {
         fs::write(&path, text).unwrap();
-        assert!(
-            request(folder.path(), Existing::Overwrite, &[])
-                .check()
-                .is_err(),
-            "{text}"
-        );
+        assert!(request(folder.path(), Existing::Overwrite, &[]).check().is_err(), "{text}");
     }
 }
 
@@ -223,22 +155,14 @@ fn a_manifest_that_names_files_elsewhere_is_refused() {
 #[test]
 fn folders_of_cases_are_removed_with_their_own_files() {
     let folder = tempfile::tempdir().unwrap();
-    drop(
-        request(folder.path(), Existing::Refuse, &["case", "other"])
-            .open()
-            .unwrap(),
-    );
+    drop(request(folder.path(), Existing::Refuse, &["case", "other"]).open().unwrap());
     for name in ["case", "other"] {
         let path = folder.path().join(name);
         let open = request(&path, Existing::Refuse, &["run.json"]).open();
         open.unwrap().write("run.json", "{}").unwrap();
     }
     fs::write(folder.path().join("other/mine"), "precious").unwrap();
-    drop(
-        request(folder.path(), Existing::Overwrite, &[])
-            .open()
-            .unwrap(),
-    );
+    drop(request(folder.path(), Existing::Overwrite, &[]).open().unwrap());
     assert!(!folder.path().join("case").exists());
     let left = fs::read_dir(folder.path().join("other")).unwrap();
     let left: Vec<_> = left.map(|entry| entry.unwrap().file_name()).collect();
@@ -248,35 +172,18 @@ fn folders_of_cases_are_removed_with_their_own_files() {
     fs::remove_file(folder.path().join("old")).unwrap();
     fs::create_dir(folder.path().join("old")).unwrap();
     fs::write(folder.path().join("old/mine"), "precious").unwrap();
-    assert!(
-        request(folder.path(), Existing::Overwrite, &[])
-            .check()
-            .is_err()
-    );
+    assert!(request(folder.path(), Existing::Overwrite, &[]).check().is_err());
 }
 
 /// Regression: a run that starts from another run was allowed to overwrite it.
 #[test]
 fn a_file_that_the_command_reads_is_not_overwritten() {
     let folder = used();
-    let reads = [folder
-        .path()
-        .join("../")
-        .join(folder.path().file_name().unwrap())
-        .join("old")];
-    let wanted = FolderRequest {
-        reads: &reads,
-        ..request(folder.path(), Existing::Overwrite, &[])
-    };
+    let reads = [folder.path().join("../").join(folder.path().file_name().unwrap()).join("old")];
+    let wanted =
+        FolderRequest { reads: &reads, ..request(folder.path(), Existing::Overwrite, &[]) };
     assert!(wanted.check().is_err());
-    assert!(
-        FolderRequest {
-            reads: &[],
-            ..wanted
-        }
-        .check()
-        .is_ok()
-    );
+    assert!(FolderRequest { reads: &[], ..wanted }.check().is_ok());
 }
 
 /// Checks that a link in place of a listed file is removed and not followed.
@@ -287,16 +194,10 @@ fn links_are_not_followed() {
     let [old, mine] = ["old", "mine"].map(|name| folder.path().join(name));
     fs::remove_file(&old).unwrap();
     std::os::unix::fs::symlink(&mine, &old).unwrap();
-    drop(
-        request(folder.path(), Existing::Overwrite, &["old"])
-            .open()
-            .unwrap(),
-    );
+    drop(request(folder.path(), Existing::Overwrite, &["old"]).open().unwrap());
     assert_eq!(contents(folder.path()), set(&[("mine", "precious")]));
     std::os::unix::fs::symlink("nowhere", &old).unwrap();
-    let open = request(folder.path(), Existing::Overwrite, &["old"])
-        .open()
-        .unwrap();
+    let open = request(folder.path(), Existing::Overwrite, &["old"]).open().unwrap();
     open.write("old", "2").unwrap();
     assert!(!folder.path().join("nowhere").exists());
 }

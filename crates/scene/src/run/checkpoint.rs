@@ -97,10 +97,7 @@ impl Totals {
 
     /// Returns the totals with one more resume.
     pub(super) fn resumed(&self) -> Self {
-        Self {
-            resumed: self.resumed + 1,
-            ..*self
-        }
+        Self { resumed: self.resumed + 1, ..*self }
     }
 }
 
@@ -141,13 +138,11 @@ impl Checkpoint {
             .map_err(|damage| wrong(damage.to_string()))?;
         if checkpoint.t > scene.t_end {
             let t = checkpoint.t;
-            return Err(
-                InputError::new("the run is finished: there is nothing to continue")
-                    .at(folder.path().display())
-                    .found(format!("t = {t} s"))
-                    .next("set a later end to continue it: --resume --set time.end=…")
-                    .next("--overwrite computes it again"),
-            );
+            return Err(InputError::new("the run is finished: there is nothing to continue")
+                .at(folder.path().display())
+                .found(format!("t = {t} s"))
+                .next("set a later end to continue it: --resume --set time.end=…")
+                .next("--overwrite computes it again"));
         }
         Ok(checkpoint)
     }
@@ -174,24 +169,18 @@ impl Checkpoint {
     fn is_finite(&self) -> bool {
         let times = [self.t, self.step, self.drift.0, self.drift.1];
         let all = times.iter().chain(&self.y).chain(&self.y_dot);
-        all.chain(&self.field_times)
-            .all(|number| number.is_finite())
+        all.chain(&self.field_times).all(|number| number.is_finite())
     }
 
     /// Returns the reason why the checkpoint does not fit a run with these probes.
     fn mismatch(&self, readings: &[Box<dyn Reading>]) -> Option<String> {
-        let n_energies = readings
-            .iter()
-            .filter(|what| what.balance().is_some())
-            .count();
+        let n_energies = readings.iter().filter(|what| what.balance().is_some()).count();
         let counts = [
             ("derivatives", self.y.len(), self.y_dot.len()),
             ("tables", readings.len(), self.tables.len()),
             ("energies", n_energies, self.energies.len()),
         ];
-        let wrong = counts
-            .into_iter()
-            .find(|(_, expected, found)| expected != found);
+        let wrong = counts.into_iter().find(|(_, expected, found)| expected != found);
         if let Some((what, expected, found)) = wrong {
             return Some(format!("it has {found} {what} instead of {expected}"));
         }
@@ -269,11 +258,9 @@ pub(super) fn expect_incomplete(
     let Some(t) = completed(folder, scene, verify) else {
         return Ok(());
     };
-    Err(
-        InputError::new("the run is finished: there is nothing to continue")
-            .at(folder.display())
-            .found(format!("t = {t} s"))
-            .next("set a later end to continue it: --resume --set time.end=…")
-            .next("--overwrite computes it again"),
-    )
+    Err(InputError::new("the run is finished: there is nothing to continue")
+        .at(folder.display())
+        .found(format!("t = {t} s"))
+        .next("set a later end to continue it: --resume --set time.end=…")
+        .next("--overwrite computes it again"))
 }

@@ -39,15 +39,10 @@ impl Branch {
             return Ok(None);
         };
         let key = &wanted.parameter;
-        if ["mesh", "group"]
-            .iter()
-            .any(|table| key.trim_start().starts_with(table))
-        {
+        if ["mesh", "group"].iter().any(|table| key.trim_start().starts_with(table)) {
             let error =
                 InputError::new("a curve of periodic states cannot change the mesh or its groups");
-            let error = error
-                .found(format!("\"{key}\""))
-                .next("compute a sweep over this key");
+            let error = error.found(format!("\"{key}\"")).next("compute a sweep over this key");
             return Err(scene.wrong("periodic.continuation.parameter", error).into());
         }
         let parts = key.split(['.', '[', ']']).filter(|part| !part.is_empty());
@@ -112,11 +107,7 @@ impl Branch {
             progress.on_progress(&|| format!("periodic: {} = {value:.6}", wanted.parameter));
             let end = || {
                 let period = Period::of(&self.at(scene, value)?)?;
-                let end = End {
-                    times: period.times,
-                    state,
-                    interrupt,
-                };
+                let end = End { times: period.times, state, interrupt };
                 period.run(None, end)
             };
             end().map_err(of_model)
@@ -265,9 +256,7 @@ pub(super) fn table(curve: &Curve) -> String {
     let in_memory = "writing to memory does not fail";
     let first = ["frequency", "is_fold", "spectral_radius", "is_stable"];
     let names = std::iter::once(&*curve.parameter).chain(first);
-    let names: Vec<&str> = names
-        .chain(curve.columns.iter().map(String::as_str))
-        .collect();
+    let names: Vec<&str> = names.chain(curve.columns.iter().map(String::as_str)).collect();
     let mut csv = CsvWriter::new(Vec::new(), &names).expect(in_memory);
     let number = |is: bool| f64::from(u8::from(is));
     for point in &curve.points {

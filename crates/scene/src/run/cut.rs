@@ -14,10 +14,7 @@ pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String
         InputError::new("the table was changed after the checkpoint: rows would be missing")
             .at(path.display())
             .found(found)
-            .allowed(format!(
-                "{} rows, {} bytes at least",
-                written.rows, written.bytes
-            ))
+            .allowed(format!("{} rows, {} bytes at least", written.rows, written.bytes))
             .next("--overwrite computes the run from its start")
     };
     match fs::symlink_metadata(path) {
@@ -31,11 +28,7 @@ pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String
         Ok(_) => {}
     }
     let fail = |error| Error::file("go on with", path)(error);
-    let mut file = OpenOptions::new()
-        .read(true)
-        .write(true)
-        .open(path)
-        .map_err(fail)?;
+    let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(fail)?;
     let n_last = written.last.len();
     let last_starts = written.bytes.saturating_sub(n_last as u64);
     file.seek(SeekFrom::Start(last_starts)).map_err(fail)?;
@@ -48,10 +41,7 @@ pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String
     let torn = beyond.contains(&0) || beyond.last().is_some_and(|&byte| byte != b'\n');
     let note = torn.then(|| {
         let n = beyond.len();
-        format!(
-            "{}: an incomplete end of {n} bytes is removed and computed again",
-            path.display()
-        )
+        format!("{}: an incomplete end of {n} bytes is removed and computed again", path.display())
     });
     truncate(&file, written.bytes).map_err(fail)?;
     file.seek(SeekFrom::End(0)).map_err(fail)?;
@@ -65,23 +55,16 @@ mod tests {
     const HEAD: &str = "t,u\n0.0,1\n1.0,2\n";
 
     fn written() -> Written {
-        Written {
-            rows: 2,
-            bytes: HEAD.len() as u64,
-            last: "1.0,2\n".to_owned(),
-        }
+        Written { rows: 2, bytes: HEAD.len() as u64, last: "1.0,2\n".to_owned() }
     }
 
     #[test]
     fn rows_after_the_checkpoint_and_torn_ends_are_cut() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("origin.csv");
-        for (beyond, torn) in [
-            ("", false),
-            ("2.0,3\n", false),
-            ("2.0,3\n2.5,", true),
-            ("\0\0\n", true),
-        ] {
+        for (beyond, torn) in
+            [("", false), ("2.0,3\n", false), ("2.0,3\n2.5,", true), ("\0\0\n", true)]
+        {
             fs::write(&path, format!("{HEAD}{beyond}")).unwrap();
             let (_, note) = cut(&path, &written()).unwrap();
             assert_eq!(fs::read_to_string(&path).unwrap(), HEAD);
@@ -99,11 +82,7 @@ mod tests {
             fs::write(&path, text).unwrap();
             let message = cut(&path, &written()).unwrap_err().to_string();
             assert!(message.contains("origin.csv"), "{message}");
-            assert_eq!(
-                fs::read_to_string(&path).unwrap(),
-                text,
-                "it is left as it is"
-            );
+            assert_eq!(fs::read_to_string(&path).unwrap(), text, "it is left as it is");
         }
     }
 }

@@ -49,10 +49,7 @@ pub(super) fn dynamic<P: System>(
         extend(&mut document, json!({ "chains": total.chains }));
     }
     // Counts are totals over all parts of a resumed run.
-    let whole = Statistics {
-        counts: total.counts,
-        ..statistics.clone()
-    };
+    let whole = Statistics { counts: total.counts, ..statistics.clone() };
     extend(
         &mut document,
         match &scene.body {
@@ -79,13 +76,7 @@ pub(super) fn dynamic<P: System>(
 /// Returns formulation, drift, statistics and settings of a run with a muscle.
 fn of_body(
     scene: &Scene,
-    Body {
-        muscle,
-        formulation,
-        settings,
-        opposed_fibers,
-        ..
-    }: &Body,
+    Body { muscle, formulation, settings, opposed_fibers, .. }: &Body,
     statistics: &Statistics,
     (drift, drift_at): (f64, f64),
 ) -> Result<Value, Error> {
@@ -133,9 +124,7 @@ fn of_states(scene: &Scene, statistics: &Statistics) -> Result<Value, Error> {
 /// Returns the inverted element where a run stopped, if any.
 fn stop(outcome: &Outcome) -> Value {
     match outcome {
-        Outcome::Stopped {
-            inverted: Some(at), ..
-        } => json!({
+        Outcome::Stopped { inverted: Some(at), .. } => json!({
             "element": at.element,
             "barycentric": at.barycentric[..],
             "J": at.jacobian,

@@ -138,10 +138,7 @@ impl Motion<'_> {
         let most_cpu = settings.max_cpu.unwrap_or(f64::INFINITY);
         let mut limits = Limits::new(most_cpu, options.interrupt);
         let mut watch = Watch::new("run".into(), scene.t_end, options.progress);
-        let mut steps = StepLimit {
-            most: settings.max_steps,
-            t_end: scene.t_end,
-        };
+        let mut steps = StepLimit { most: settings.max_steps, t_end: scene.t_end };
         let mut observers: Vec<&mut dyn Observer<P>> =
             vec![outputs, &mut watch, &mut steps, &mut limits];
         Ok(run(integrator, &mut observers)?)
@@ -204,12 +201,7 @@ impl Driver for Motion<'_> {
         let state = at_the_end.map(|c| &c.y[..]);
         let is_whole = ended || statistics.outcome.reason() == Some(EndReason::Event);
         let stopped_before = (!is_whole).then_some(scene.t_end);
-        outputs.state(
-            &mut *integrator,
-            statistics.t_reached,
-            state,
-            stopped_before,
-        )?;
+        outputs.state(&mut *integrator, statistics.t_reached, state, stopped_before)?;
         let timing = Timing {
             setup: setup.as_secs_f64(),
             integration: (statistics.wall_seconds - outputs.seconds.as_secs_f64()).max(0.0),
@@ -235,14 +227,7 @@ impl Driver for Motion<'_> {
         }
         notes.extend(outputs.not_finite().map(|seen| seen.note()));
         notes.extend(driving.iter().filter_map(|error| error.note(scene)));
-        Ok(RunResult {
-            document,
-            outcome,
-            notes,
-            modes: None,
-            response: None,
-            periodic: None,
-        })
+        Ok(RunResult { document, outcome, notes, modes: None, response: None, periodic: None })
     }
 }
 
@@ -279,9 +264,7 @@ fn ended_at(t: f64, counts: Counts) -> Statistics {
 /// Returns the conditions that end the run.
 pub(super) fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {
     let stops = scene.file.stop.iter().enumerate();
-    stops
-        .map(|(i, stop)| scene.at(&format!("stop[{i}]"), Condition::new(stop, scene)))
-        .collect()
+    stops.map(|(i, stop)| scene.at(&format!("stop[{i}]"), Condition::new(stop, scene))).collect()
 }
 
 /// Opens the tables of the probes. Returns notes on rows truncated from the tables of a resumed
@@ -347,17 +330,9 @@ fn times(every: f64, t_end: f64, checkpoint: Option<&Checkpoint>) -> SampleTimes
 
 /// Returns the times of checkpoints, which exclude the start.
 fn checkpoint_times(scene: &Scene, checkpoint: Option<&Checkpoint>) -> SampleTimes {
-    let every = scene
-        .file
-        .checkpoint
-        .as_ref()
-        .map_or(scene.t_end / CHECKPOINTS, |c| c.interval);
+    let every = scene.file.checkpoint.as_ref().map_or(scene.t_end / CHECKPOINTS, |c| c.interval);
     let times = times(every, scene.t_end, checkpoint);
-    if checkpoint.is_none() {
-        times.skip(1)
-    } else {
-        times
-    }
+    if checkpoint.is_none() { times.skip(1) } else { times }
 }
 
 /// Observer that ends a run after a number of steps.

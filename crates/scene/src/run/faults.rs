@@ -56,11 +56,7 @@ fn scene() -> Scene {
 }
 
 fn options(out: &Path, existing: Existing, verify: bool) -> RunOptions<'static> {
-    RunOptions {
-        existing,
-        verify,
-        ..RunOptions::into_folder(out)
-    }
+    RunOptions { existing, verify, ..RunOptions::into_folder(out) }
 }
 
 /// Returns the files of a folder. Times, memory and the number of resumes are removed from
@@ -75,13 +71,8 @@ fn files(folder: &Path) -> BTreeMap<String, String> {
         .collect();
     if let Some(text) = files.get_mut("run.json") {
         let mut document: Value = serde_json::from_str(text).unwrap();
-        let keys = [
-            "cpu_seconds",
-            "wall_seconds",
-            "wall_seconds_by_part",
-            "peak_memory_bytes",
-            "resumed",
-        ];
+        let keys =
+            ["cpu_seconds", "wall_seconds", "wall_seconds_by_part", "peak_memory_bytes", "resumed"];
         for key in keys {
             remove(&mut document, key);
         }
@@ -136,16 +127,9 @@ fn assert_killed_runs_are_completed(verify: bool, stride: usize) {
             let out = folder.path().join(format!("{last}-{torn}"));
             killed_and_completed(&out, last, torn, verify);
             let found = files(&out);
-            assert!(
-                found.keys().eq(expected.keys()),
-                "{last}: {:?}",
-                found.keys()
-            );
+            assert!(found.keys().eq(expected.keys()), "{last}: {:?}", found.keys());
             for (name, text) in &expected {
-                assert!(
-                    found[name] == *text,
-                    "{name} after change {last}, torn: {torn}"
-                );
+                assert!(found[name] == *text, "{name} after change {last}, torn: {torn}");
             }
         }
     }
@@ -189,11 +173,7 @@ fn a_damaged_or_foreign_checkpoint_is_refused_before_anything_is_used() {
         let Some(at) = digit.map(|at| start + at) else {
             continue;
         };
-        let other = if good[at..].starts_with('7') {
-            "3"
-        } else {
-            "7"
-        };
+        let other = if good[at..].starts_with('7') { "3" } else { "7" };
         let changed = format!("{}{other}{}", &good[..at], &good[at + 1..]);
         refused(&changed, &format!("changed at {at}"));
     }
@@ -202,10 +182,7 @@ fn a_damaged_or_foreign_checkpoint_is_refused_before_anything_is_used() {
     let other = Scene::build("scene.toml", &other, &[], Path::new("")).unwrap();
     let foreign = folder.path().join("foreign");
     compute(&other, &options(&foreign, Existing::Refuse, false)).unwrap();
-    refused(
-        &fs::read_to_string(foreign.join("checkpoint.json")).unwrap(),
-        "foreign",
-    );
+    refused(&fs::read_to_string(foreign.join("checkpoint.json")).unwrap(), "foreign");
     fs::write(&path, &good).unwrap();
     compute(&scene, &options(&out, Existing::Resume, false)).unwrap();
 }
@@ -219,8 +196,6 @@ fn a_run_lists_all_its_files() {
     let own = [".lock", "manifest.jsonl"];
     let made = files(&out).into_keys();
     let made: Vec<String> = made.filter(|name| !own.contains(&name.as_str())).collect();
-    FolderRequest::to_add(&out, "run", made.clone())
-        .check()
-        .unwrap();
+    FolderRequest::to_add(&out, "run", made.clone()).check().unwrap();
     assert!(made.len() > 6, "{made:?}");
 }

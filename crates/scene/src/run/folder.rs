@@ -26,10 +26,7 @@ pub(super) fn request<'a>(
         files.push(CHECKPOINT.to_owned());
     }
     let request = FolderRequest::of_scene(&options.out, "run", options.existing, scene, files)?;
-    Ok(FolderRequest {
-        can_resume: is_motion,
-        ..request
-    })
+    Ok(FolderRequest { can_resume: is_motion, ..request })
 }
 
 /// Rejects resuming if the folder contains a run of another scene, or if files of the scene have changed.
@@ -61,10 +58,7 @@ pub(super) fn expect_same_run(request: &FolderRequest<'_>) -> Result<(), InputEr
 /// Returns the origin of a run without its end time, because a resumed run may end later.
 pub(super) fn without_end(origin: &Value) -> Value {
     let mut origin = origin.clone();
-    if let Some(time) = origin
-        .pointer_mut("/scene/time")
-        .and_then(Value::as_object_mut)
-    {
+    if let Some(time) = origin.pointer_mut("/scene/time").and_then(Value::as_object_mut) {
         time.remove("end");
     }
     origin

@@ -62,10 +62,7 @@ impl Indicator {
         let mut rates = Vec::new();
         let stresses = recorders.iter().filter(|recorder| at_places(recorder));
         let system = integrator.problem_mut();
-        if stresses
-            .map(|r| &r.what)
-            .any(|what| what.needs_rates(system, state))
-        {
+        if stresses.map(|r| &r.what).any(|what| what.needs_rates(system, state)) {
             rates.resize(state.len(), 0.0);
             integrator.dense_output(t, 1, &mut rates)?;
         }
@@ -97,10 +94,7 @@ impl Indicator {
             let columns = recorder.what.names().into_iter().zip(sums);
             let columns: Map<String, Value> = columns
                 .map(|(column, sum)| {
-                    let estimate = ErrorEstimate {
-                        size: sum.largest,
-                        difference: sum.error,
-                    };
+                    let estimate = ErrorEstimate { size: sum.largest, difference: sum.error };
                     (column, of_column(&estimate))
                 })
                 .collect();

@@ -111,15 +111,11 @@ pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, In
     }
     if scene.file.analysis == Analysis::Response {
         let tables = Values::of_scene(scene)?.tables().into_iter();
-        return Ok(tables
-            .map(|(name, columns)| (name, Curves::header(&columns)))
-            .collect());
+        return Ok(tables.map(|(name, columns)| (name, Curves::header(&columns))).collect());
     }
     let parameter = folder::parameter(&scene.file);
     let probes = scene.file.probe.iter().zip(scene.readings()?);
-    Ok(probes
-        .map(|(probe, what)| (probe.name.clone(), what.columns(parameter)))
-        .collect())
+    Ok(probes.map(|(probe, what)| (probe.name.clone(), what.columns(parameter))).collect())
 }
 
 /// Rejects options that apply to dynamic analyses only.

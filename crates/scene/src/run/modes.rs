@@ -40,11 +40,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     Ok(RunResult {
         document,
         outcome: Outcome::Finished,
-        notes: found
-            .muscles
-            .iter()
-            .flat_map(|body| body.notes.clone())
-            .collect(),
+        notes: found.muscles.iter().flat_map(|body| body.notes.clone()).collect(),
         modes: Some(found),
         response: None,
         periodic: None,

@@ -40,10 +40,7 @@ impl RunOptions<'_> {
 
     /// Returns the watcher of the run.
     pub(crate) fn watcher(&self) -> Watcher<'_> {
-        Watcher {
-            interrupt: self.interrupt,
-            progress: self.progress,
-        }
+        Watcher { interrupt: self.interrupt, progress: self.progress }
     }
 }
 

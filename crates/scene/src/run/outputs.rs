@@ -70,8 +70,7 @@ impl Outputs<'_> {
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         let from = step.from;
         let integrator = &mut *step.integrator;
-        self.indicator
-            .add(integrator, &self.recorders, &mut self.y, &mut self.y_dot)?;
+        self.indicator.add(integrator, &self.recorders, &mut self.y, &mut self.y_dot)?;
         let stopped = self.check_conditions(integrator, from, step.to)?;
         // The last rows and fields belong to the end of the run.
         let to = stopped.as_ref().map_or(step.to, |(t, _)| *t);
@@ -133,11 +132,7 @@ impl Outputs<'_> {
                 integrator.dense_output(inside, 1, &mut self.y_dot)?;
             }
             let system = integrator.problem_mut();
-            let at = StateAt {
-                t,
-                y: &self.y,
-                y_dot: &self.y_dot,
-            };
+            let at = StateAt { t, y: &self.y, y_dot: &self.y_dot };
             let values = recorder.what.values(system, at)?;
             recorder.write(t, &values)?;
             self.work.probe_rows += 1;
@@ -169,11 +164,7 @@ impl Outputs<'_> {
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
             let snapshot = dae.snapshot(t, &self.y[range.clone()], &self.y_dot[range]);
             self.volumes.see(t, &snapshot);
-            for name in series
-                .next_files()
-                .into_iter()
-                .chain(oscillations.next_files())
-            {
+            for name in series.next_files().into_iter().chain(oscillations.next_files()) {
                 self.folder.claim(&name).map_err(failed_output)?;
             }
             self.work.stress_evaluations += series
@@ -264,11 +255,7 @@ impl Outputs<'_> {
             step: integrator.counts().last_step,
             tables: self.recorders.iter().map(|r| r.written().clone()).collect(),
             energies: self.energy_balances().cloned().collect(),
-            field_times: self
-                .fields
-                .iter()
-                .flat_map(|(series, ..)| series.times())
-                .collect(),
+            field_times: self.fields.iter().flat_map(|(series, ..)| series.times()).collect(),
             drift: self.drift,
             volumes: self.volumes.clone(),
             not_finite: self.not_finite(),
@@ -277,9 +264,7 @@ impl Outputs<'_> {
             work: self.work,
             body_work: integrator.problem().counters(),
         };
-        checkpoint
-            .write(self.folder, &self.origin)
-            .map_err(failed_output)?;
+        checkpoint.write(self.folder, &self.origin).map_err(failed_output)?;
         self.last_checkpoint = Instant::now();
         self.checkpoint_after = CHECKPOINT_AFTER.max(CHECKPOINT_COST * started.elapsed());
         Ok(())
@@ -309,9 +294,7 @@ impl Outputs<'_> {
     }
 
     fn energy_balances(&self) -> impl Iterator<Item = &EnergyBalance> {
-        self.recorders
-            .iter()
-            .filter_map(|recorder| recorder.what.balance())
+        self.recorders.iter().filter_map(|recorder| recorder.what.balance())
     }
 }
 

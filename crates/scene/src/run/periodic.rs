@@ -30,12 +30,7 @@ const MOST_PERIODS: f64 = 500.0;
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let period = Period::of(scene)?;
     let branch = Branch::of(scene)?;
-    let search = Search {
-        scene,
-        options,
-        period: &period,
-        branch: branch.as_ref(),
-    };
+    let search = Search { scene, options, period: &period, branch: branch.as_ref() };
     period.run(Some(options.watcher()), search)
 }
 
@@ -75,11 +70,8 @@ impl Search<'_> {
         let interrupt = self.options.interrupt;
         let mut sizes = Vec::new();
         for k in 0..periods.max(1) {
-            let mut extent = Extent {
-                blocks,
-                sizes: vec![0.0; blocks.len()],
-                y: vec![0.0; map.n_unknowns()],
-            };
+            let mut extent =
+                Extent { blocks, sizes: vec![0.0; blocks.len()], y: vec![0.0; map.n_unknowns()] };
             let mut limits = Limits::new(f64::INFINITY, interrupt);
             let end = map.observed(state, &mut [&mut extent, &mut limits])?;
             sizes = extent.sizes;
@@ -101,20 +93,14 @@ impl Search<'_> {
         let watcher = self.options.watcher();
         let mut evaluate = |state: &[f64]| {
             let n = map.evaluations();
-            watcher
-                .progress
-                .on_progress(&|| format!("periodic: {n} periods integrated"));
+            watcher.progress.on_progress(&|| format!("periodic: {n} periods integrated"));
             let mut limits = Limits::new(f64::INFINITY, interrupt);
             map.observed(state, &mut [&mut limits])
         };
         let periodic = shoot(&mut evaluate, state, &shooting)?;
         let count = wanted.multipliers;
         let leading = multipliers(&mut evaluate, &periodic.state, &shooting, count)?;
-        Ok(Found {
-            shooting,
-            periodic,
-            leading,
-        })
+        Ok(Found { shooting, periodic, leading })
     }
 
     /// Finds the periodic state to which the motion from `state` settles, or an unstable state with a note.
@@ -161,12 +147,7 @@ impl Task for Search<'_> {
         blocks: Vec<Range<usize>>,
     ) -> Result<RunResult, Error> {
         let (started, cpu) = (Instant::now(), CpuClock::start());
-        let Self {
-            scene,
-            options,
-            period,
-            branch,
-        } = self;
+        let Self { scene, options, period, branch } = self;
         let readings = scene.readings()?;
         let request = request(scene, options)?;
         request.check()?;
@@ -251,10 +232,7 @@ fn harmonics(
             let all = rows[..rows.len() - 1].iter().map(|row| row[j + 1]);
             Column::new(name, &all.collect::<Vec<f64>>(), start)
         };
-        Harmonics {
-            name: probe.name.clone(),
-            columns: columns.map(column).collect(),
-        }
+        Harmonics { name: probe.name.clone(), columns: columns.map(column).collect() }
     });
     probes.collect()
 }

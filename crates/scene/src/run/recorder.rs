@@ -38,12 +38,7 @@ impl Recorder {
         let header: Vec<&str> = names.iter().map(String::as_str).collect();
         let csv =
             CsvWriter::new(folder.create(&name)?, &header).map_err(Error::file("write", &path))?;
-        Ok(Self {
-            times: SampleTimes::new(probe.interval, t_end),
-            what,
-            path,
-            csv,
-        })
+        Ok(Self { times: SampleTimes::new(probe.interval, t_end), what, path, csv })
     }
 
     /// Continues the probe's file after the rows that a checkpoint counts. Later rows are

@@ -112,18 +112,12 @@ fn muscle(
     watcher: Watcher<'_>,
 ) -> Result<Started<MuscleDae>, Error> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-    let Some(Checkpoint {
-        t, y, y_dot, step, ..
-    }) = checkpoint
-    else {
+    let Some(Checkpoint { t, y, y_dot, step, .. }) = checkpoint else {
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
         return Ok((start_from(dae, &body.settings, 0.0, &y, &y_dot)?, y));
     };
     let [y, y_dot] = [y, y_dot].map(|of_all| &of_all[..dae.n_unknowns()]);
-    let settings = Settings {
-        initial_step: Some(*step),
-        ..body.settings.clone()
-    };
+    let settings = Settings { initial_step: Some(*step), ..body.settings.clone() };
     Ok((start_from(dae, &settings, *t, y, y_dot)?, y.to_vec()))
 }
 
@@ -221,9 +215,7 @@ fn muscle_with_feedback(
     let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
     let largest = scene.file.integrator.max_step;
     let (t, y, y_dot, options) = match checkpoint {
-        Some(Checkpoint {
-            t, y, y_dot, step, ..
-        }) => {
+        Some(Checkpoint { t, y, y_dot, step, .. }) => {
             let options = options.with_steps(Some(*step), largest);
             (*t, y.clone(), y_dot.clone(), options)
         }
@@ -272,11 +264,7 @@ pub(crate) fn driven_by(scene: &Scene, dae: &MuscleDae) -> Result<Vec<Oscillator
 }
 
 /// Muscle and its chains, with error test, options, and consistent values at t = 0.
-pub(crate) type Driving = (
-    CoupledDae<MuscleDae>,
-    (ErrorTest, CoupledOptions),
-    [Vec<f64>; 2],
-);
+pub(crate) type Driving = (CoupledDae<MuscleDae>, (ErrorTest, CoupledOptions), [Vec<f64>; 2]);
 
 /// Returns the muscle of a scene and its chains, to be integrated with these `settings`.
 ///
@@ -368,9 +356,5 @@ fn oscillators(
 
 pub(super) fn tolerances(scene: &Scene) -> StateTolerances {
     let wanted = &scene.file.integrator.oscillators;
-    StateTolerances {
-        relative: wanted.rtol,
-        absolute: wanted.atol,
-        tested: wanted.in_error_test,
-    }
+    StateTolerances { relative: wanted.rtol, absolute: wanted.atol, tested: wanted.in_error_test }
 }

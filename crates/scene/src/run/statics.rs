@@ -65,10 +65,9 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let refused = volumes.refusal(false).filter(|_| !scene.allows_inverted());
     let outcome = match (outcome_of(&end, last.load), refused) {
         (Outcome::Finished, Some(refused)) => refused,
-        (Outcome::Finished, None) if recording.stopped.is_some() => Outcome::ended(
-            EndReason::Event,
-            recording.stopped.clone().unwrap_or_default(),
-        ),
+        (Outcome::Finished, None) if recording.stopped.is_some() => {
+            Outcome::ended(EndReason::Event, recording.stopped.clone().unwrap_or_default())
+        }
         (outcome, _) => outcome,
     };
     folder.write(State::NAME, last.state.encode()?)?;
@@ -195,9 +194,7 @@ impl<'a> Recording<'a> {
         let has_multipliers = !state.multipliers.iter().all(Vec::is_empty);
         let muscle = match state.load {
             1.0 if !has_multipliers => whole,
-            load => &whole
-                .under_part_of_loads(load)
-                .with_multipliers(&state.multipliers),
+            load => &whole.under_part_of_loads(load).with_multipliers(&state.multipliers),
         };
         let mut dae = at_rest(muscle, self.body.formulation)?;
         let y = unknowns(state);

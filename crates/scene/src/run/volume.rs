@@ -164,9 +164,6 @@ mod tests {
         let found = turned.inversion().expect("the right side");
         assert_eq!(found.at[0], 1.0);
         let printed = found.note(true);
-        assert!(
-            printed.contains("t = 0.500000 s: det F = -0.004 at"),
-            "{printed}"
-        );
+        assert!(printed.contains("t = 0.500000 s: det F = -0.004 at"), "{printed}");
     }
 }

@@ -73,10 +73,7 @@ impl Builder<'_> {
         let (stresses, activations) = self.added(file, &regions)?;
         let (solid, opposed_fibers) = self.solid(file, (space, dofs), &stresses, materials)?;
         let function = self.volume_function(file.solid.as_ref(), &parameters[0])?;
-        let solid = self.at(
-            "solid.volumetric_energy",
-            solid.with_volume_function(function),
-        )?;
+        let solid = self.at("solid.volumetric_energy", solid.with_volume_function(function))?;
         let relaxes = !solid.relaxation_regions().is_empty();
         let body = self.at("material", Muscle::graded(solid, &own))?;
         let (surface_loads, harmonic) = self.surface_loads(file, &body.solid)?;
@@ -96,10 +93,7 @@ impl Builder<'_> {
                 .collect(),
         };
         let prescribed = supports.into_iter().filter_map(|(place, support)| {
-            Some(Prescribed {
-                component: component(place),
-                signal: support.signal?,
-            })
+            Some(Prescribed { component: component(place), signal: support.signal? })
         });
         let follows_force = file.contact.iter().any(|contact| contact.force.is_some());
         let linear_solver = match act_on_own_elements(file) || relaxes || follows_force {
@@ -117,13 +111,8 @@ impl Builder<'_> {
             ..body
         };
         let start = self.start(file, Some(&muscle))?;
-        let mut settings = self.settings(
-            &file.integrator,
-            &muscle,
-            &start,
-            formulation,
-            linear_solver,
-        );
+        let mut settings =
+            self.settings(&file.integrator, &muscle, &start, formulation, linear_solver);
         if file.analysis == Analysis::QuasiStatic {
             self.expect_no_jump(file, &muscle)?;
             muscle.solid = muscle.solid.without_inertia();
@@ -200,13 +189,7 @@ impl Builder<'_> {
         stresses: &[(Vec<usize>, AddedStress)],
         materials: Materials,
     ) -> Result<(Solid, usize), InputError> {
-        let Materials {
-            laws,
-            densities,
-            fibers,
-            factors,
-            regions,
-        } = materials;
+        let Materials { laws, densities, fibers, factors, regions } = materials;
         let at = |result| self.at("material", result);
         let mut solid = at(Solid::with_densities(space, dofs, laws, &densities))?;
         let mut opposed_fibers = 0;
@@ -286,11 +269,8 @@ impl Builder<'_> {
         file: &SceneFile,
         solid: &solid::Solid,
     ) -> Result<Vec<Parameters>, InputError> {
-        let whole = Parameters::new(
-            solid.rayleigh_mass,
-            solid.rayleigh_stiffness,
-            solid.bulk_modulus.0,
-        );
+        let whole =
+            Parameters::new(solid.rayleigh_mass, solid.rayleigh_stiffness, solid.bulk_modulus.0);
         let mut parameters = Vec::new();
         for (i, own) in file.material.iter().enumerate() {
             let one = Parameters::new(
@@ -313,10 +293,9 @@ impl Builder<'_> {
                     continue;
                 }
             };
-            let error = InputError::new(format!(
-                "{problem}: the index of the equations would differ"
-            ))
-            .next(format!("set `{key}` of the same kind in all materials"));
+            let error =
+                InputError::new(format!("{problem}: the index of the equations would differ"))
+                    .next(format!("set `{key}` of the same kind in all materials"));
             return Err(self.wrong(&format!("material[{i}].{key}"), error));
         }
         match parameters.is_empty() {
@@ -369,13 +348,9 @@ fn support_of(file: &SceneFile, space: &Space, node: usize) -> String {
     let moved = file.prescribed_displacement.iter();
     let moved = moved.map(|own| ("prescribed_displacement", &own.group));
     let holds = |(_, (_, group)): &(usize, (_, &String))| {
-        space
-            .nodes_of(group)
-            .is_ok_and(|nodes| nodes.contains(&node))
+        space.nodes_of(group).is_ok_and(|nodes| nodes.contains(&node))
     };
     let all = fixed.enumerate().chain(moved.enumerate());
     let support = all.into_iter().find(holds);
-    support.map_or("fixed".to_owned(), |(i, (kind, _))| {
-        format!("{kind}[{i}].group")
-    })
+    support.map_or("fixed".to_owned(), |(i, (kind, _))| format!("{kind}[{i}].group"))
 }

@@ -24,12 +24,7 @@ pub(super) struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     pub(super) fn new(source: &'a Source, inputs: &'a Inputs<'a>, t_end: f64) -> Self {
-        Self {
-            source,
-            inputs,
-            t_end,
-            notes: RefCell::default(),
-        }
+        Self { source, inputs, t_end, notes: RefCell::default() }
     }
 
     /// Reads the file named in the scene at `path`. Returns its content and its name for messages.
@@ -51,10 +46,7 @@ impl<'a> Builder<'a> {
     ) -> Result<(String, String), InputError> {
         let (content, name) = self.read(file, path)?;
         let text = String::from_utf8_lossy(&content);
-        Ok((
-            text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned(),
-            name,
-        ))
+        Ok((text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned(), name))
     }
 
     /// Adds the location of the value at `path`, such as `traction[0].group`, to the error.
@@ -70,9 +62,7 @@ impl<'a> Builder<'a> {
         path: &str,
     ) -> Result<[f64; 3], InputError> {
         if values.len() == dimension {
-            return Ok(std::array::from_fn(|i| {
-                values.get(i).copied().unwrap_or(0.0)
-            }));
+            return Ok(std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0)));
         }
         let error = InputError::new(format!("a vector of this mesh needs {dimension} numbers"));
         Err(self.wrong(path, error.found(format!("{values:?}"))))

@@ -80,10 +80,7 @@ impl Builder<'_> {
                 at,
             })
         };
-        Ok(Found {
-            places: places.into_iter().map(drive).collect::<Result<_, _>>()?,
-            outside,
-        })
+        Ok(Found { places: places.into_iter().map(drive).collect::<Result<_, _>>()?, outside })
     }
 
     fn located(&self, space: &Space, at: &[f64], path: &str) -> Result<ElementPoint, InputError> {
@@ -143,11 +140,7 @@ impl Builder<'_> {
     ) -> Result<(Vec<ElementPoint>, usize), InputError> {
         let dimension = space.dimension();
         let [from, to] = corners;
-        for (key, found) in [
-            ("from", from.len()),
-            ("to", to.len()),
-            ("points", points.len()),
-        ] {
+        for (key, found) in [("from", from.len()), ("to", to.len()), ("points", points.len())] {
             if found != dimension {
                 let error = InputError::new("a grid has one number for each axis of the body")
                     .found(format!("{found} numbers"))
@@ -188,9 +181,7 @@ impl Builder<'_> {
             let [low, high] = extent(space);
             let error = InputError::new("no point of the grid is in the body")
                 .found(format!("{n} points from {from:?} to {to:?}"))
-                .allowed(format!(
-                    "points of the body, which extends from {low:?} to {high:?} m"
-                ));
+                .allowed(format!("points of the body, which extends from {low:?} to {high:?} m"));
             return Err(self.wrong(path, error));
         }
         let outside = n - found.len();
@@ -259,11 +250,9 @@ fn vertices_of(mesh: &Mesh, group: &Group) -> Vec<usize> {
         Group::Points(points) => points.clone(),
         Group::Edges(edges) => edges.concat(),
         Group::Faces(faces) => faces.concat(),
-        Group::Elements(members) => members
-            .iter()
-            .flat_map(|&element| mesh.element(element))
-            .copied()
-            .collect(),
+        Group::Elements(members) => {
+            members.iter().flat_map(|&element| mesh.element(element)).copied().collect()
+        }
     };
     vertices.sort_unstable();
     vertices.dedup();
@@ -273,10 +262,7 @@ fn vertices_of(mesh: &Mesh, group: &Group) -> Vec<usize> {
 /// Returns the smallest and the largest coordinates of a body.
 fn extent(space: &Space) -> [Vec<f64>; 2] {
     let dimension = space.dimension();
-    let (mut low, mut high) = (
-        vec![f64::INFINITY; dimension],
-        vec![f64::NEG_INFINITY; dimension],
-    );
+    let (mut low, mut high) = (vec![f64::INFINITY; dimension], vec![f64::NEG_INFINITY; dimension]);
     for (i, &x) in space.coordinates().iter().enumerate() {
         let axis = i % dimension;
         (low[axis], high[axis]) = (low[axis].min(x), high[axis].max(x));

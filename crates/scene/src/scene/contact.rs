@@ -94,10 +94,7 @@ impl Builder<'_> {
                     .next("add `slip_velocity`, a hundredth of the expected velocities");
                 Err(self.wrong(&path("friction"), error))
             }
-            (coefficient, Some(slip_velocity)) => Ok(Some(Friction {
-                coefficient,
-                slip_velocity,
-            })),
+            (coefficient, Some(slip_velocity)) => Ok(Some(Friction { coefficient, slip_velocity })),
         }
     }
 
@@ -194,11 +191,7 @@ impl Builder<'_> {
         let value = match file.analysis.is_in_time() {
             // The integrator checks the force at all times; this check names the key.
             true => (0..=FORCE_TIMES)
-                .map(|i| {
-                    signal
-                        .at(self.t_end * f64::from(i) / f64::from(FORCE_TIMES))
-                        .value
-                })
+                .map(|i| signal.at(self.t_end * f64::from(i) / f64::from(FORCE_TIMES)).value)
                 .fold(f64::INFINITY, f64::min),
             false => signal.at(self.t_end).value,
         };
@@ -208,10 +201,7 @@ impl Builder<'_> {
                 .allowed("0 or greater; reverse `direction` if necessary");
             return Err(self.wrong(&of_force, error));
         }
-        Ok(ObstacleMotion::Driven {
-            direction,
-            force: signal,
-        })
+        Ok(ObstacleMotion::Driven { direction, force: signal })
     }
 
     fn obstacle(
@@ -227,15 +217,10 @@ impl Builder<'_> {
                 point: vector("point", point)?,
                 normal: direction("normal", normal)?,
             },
-            Obstacle::Sphere { center, radius } => fem::Obstacle::Sphere {
-                center: vector("center", center)?,
-                radius: *radius,
-            },
-            Obstacle::Cylinder {
-                point,
-                axis,
-                radius,
-            } => {
+            Obstacle::Sphere { center, radius } => {
+                fem::Obstacle::Sphere { center: vector("center", center)?, radius: *radius }
+            }
+            Obstacle::Cylinder { point, axis, radius } => {
                 if dimension == 2 {
                     let error = InputError::new("a body in the plane cannot touch a cylinder")
                         .next("use type = \"sphere\", which is a disk in the plane");

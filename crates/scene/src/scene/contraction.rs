@@ -64,10 +64,7 @@ impl Builder<'_> {
             if let (true, Some(&element)) = (refused, members.first()) {
                 self.at(&path, Err(FemError::AddedToSmallStrain { element }))?;
             }
-            let mut stress = AddedStress {
-                active: None,
-                viscosity,
-            };
+            let mut stress = AddedStress { active: None, viscosity };
             if let Some(active) = &material.active {
                 let path = format!("{path}.active");
                 if material.fiber.is_none() {
@@ -143,11 +140,7 @@ impl Builder<'_> {
             );
             return Err(self.wrong(path, error));
         }
-        let scene_file::material::Springpot {
-            modulus,
-            viscosity,
-            exponent,
-        } = *springpot;
+        let scene_file::material::Springpot { modulus, viscosity, exponent } = *springpot;
         Ok(Springpot {
             weight: modulus.powf(1.0 - exponent) * viscosity.powf(exponent) / shear,
             exponent,
@@ -174,39 +167,24 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Activation, InputError> {
         match active.tension {
-            Tension::Coherence {
-                at_zero_coherence, ..
-            } => Ok(Activation::Coherence {
-                unsynchronized: at_zero_coherence,
-            }),
+            Tension::Coherence { at_zero_coherence, .. } => {
+                Ok(Activation::Coherence { unsynchronized: at_zero_coherence })
+            }
             Tension::Given { ref tension } => {
                 let path = format!("{path}.tension");
                 let signal = self.signal(tension, &path)?;
                 self.not_negative(&signal, &path)?;
                 Ok(Activation::Given(signal))
             }
-            Tension::Bestel {
-                contractility,
-                rise,
-                decay,
-                systole,
-                diastole,
-                width,
-            } => {
+            Tension::Bestel { contractility, rise, decay, systole, diastole, width } => {
                 if file.analysis == Analysis::Static {
                     let error =
                         InputError::new("Bestel's tension requires a motion: it starts at 0")
                             .next("use a tension of type = \"given\", or analysis = \"dynamic\"");
                     return Err(self.wrong(path, error));
                 }
-                let model = Bestel {
-                    tension: contractility,
-                    rise,
-                    decay,
-                    systole,
-                    diastole,
-                    width,
-                };
+                let model =
+                    Bestel { tension: contractility, rise, decay, systole, diastole, width };
                 self.at(path, model.check())?;
                 Ok(Activation::Bestel(model))
             }
@@ -244,12 +222,7 @@ impl Builder<'_> {
         let foundations = foundations.map(|(i, foundation)| {
             let path = format!("elastic_foundation[{i}]");
             let constants = [foundation.stiffness, foundation.damping];
-            self.expect_effect(
-                "an elastic foundation",
-                constants,
-                ["Pa/m", "Pa·s/m"],
-                &path,
-            )?;
+            self.expect_effect("an elastic foundation", constants, ["Pa/m", "Pa·s/m"], &path)?;
             let along = match foundation.along {
                 Direction::All => SupportDirection::All,
                 Direction::Normal => SupportDirection::Normal,
@@ -284,9 +257,7 @@ impl Builder<'_> {
         if constants != [0.0; 2] {
             return Ok(());
         }
-        let error = InputError::new(format!(
-            "{what} without stiffness and damping has no effect"
-        ));
+        let error = InputError::new(format!("{what} without stiffness and damping has no effect"));
         let next = format!("set `stiffness`, {}, or `damping`, {}", units[0], units[1]);
         Err(self.wrong(path, error.next(next)))
     }

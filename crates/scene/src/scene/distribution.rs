@@ -22,15 +22,8 @@ pub(super) struct Factor<'m, const D: usize> {
 
 enum Values<'m, const D: usize> {
     One,
-    Expression {
-        text: &'m str,
-        of: Box<dyn Fn([f64; D]) -> f64>,
-    },
-    Nodal {
-        name: &'m str,
-        field: &'m NodalField,
-        component: usize,
-    },
+    Expression { text: &'m str, of: Box<dyn Fn([f64; D]) -> f64> },
+    Nodal { name: &'m str, field: &'m NodalField, component: usize },
 }
 
 impl<const D: usize> Factor<'_, D> {
@@ -53,11 +46,7 @@ impl<const D: usize> Factor<'_, D> {
                 }
                 factor
             }
-            Values::Nodal {
-                name,
-                field,
-                component,
-            } => {
+            Values::Nodal { name, field, component } => {
                 let given = |vertex: usize| field.at(vertex)[*component];
                 let missing = vertices.iter().find(|&&vertex| !given(vertex).is_finite());
                 if let Some(&vertex) = missing {
@@ -103,12 +92,7 @@ impl Builder<'_> {
             }
         };
         let undefined = OnceCell::new();
-        Ok(Factor {
-            values,
-            mesh,
-            undefined,
-            path,
-        })
+        Ok(Factor { values, mesh, undefined, path })
     }
 
     /// Rejects a factor with a non-finite value.
@@ -130,9 +114,8 @@ impl Builder<'_> {
             let coordinates = NAMES[..D].join(", ");
             self.wrong(
                 key,
-                error.allowed(format!(
-                    "an expression of {coordinates}, such as \"1 - (y/0.02)^2\""
-                )),
+                error
+                    .allowed(format!("an expression of {coordinates}, such as \"1 - (y/0.02)^2\"")),
             )
         };
         let expression = expression::parse(text)

@@ -83,10 +83,7 @@ impl Builder<'_> {
         let corners = weights.iter().flatten().map(|(corner, _)| corner);
         let mut regions = corners.map(|corner| body.regions[corner / n_vertices]);
         let relaxes = |region: &usize| {
-            let prony = file
-                .material
-                .get(*region)
-                .and_then(|own| own.prony.as_ref());
+            let prony = file.material.get(*region).and_then(|own| own.prony.as_ref());
             prony.is_some_and(|terms| !terms.is_empty())
         };
         let Some(region) = regions.find(relaxes) else {
@@ -116,12 +113,8 @@ impl Builder<'_> {
         let active = materials.filter_map(|(i, material)| Some((i, material.active.as_ref()?)));
         // Each active material has an activation, in the same order.
         for ((i, active), (number, _)) in active.zip(&body.muscle.activations) {
-            let Tension::Coherence {
-                chain,
-                at_zero_coherence,
-                at_full_coherence,
-                rest_amplitude,
-            } = &active.tension
+            let Tension::Coherence { chain, at_zero_coherence, at_full_coherence, rest_amplitude } =
+                &active.tension
             else {
                 continue;
             };

@@ -36,13 +36,7 @@ impl Builder<'_> {
                 signal
             }
             Function::Shape(Shape::Composed(composed)) => match composed {
-                Composed::Table {
-                    file,
-                    time,
-                    column,
-                    interpolation,
-                    acceleration,
-                } => {
+                Composed::Table { file, time, column, interpolation, acceleration } => {
                     let is_displacement = path.starts_with("prescribed_displacement")
                         && !path.contains(".rotation")
                         || path.starts_with("contact") && !path.contains(".force");

@@ -74,10 +74,7 @@ impl Builder<'_> {
                 let offset = dot(&normal, point);
                 Box::new(move |x| (dot(&normal, x) - offset).abs() <= tolerance)
             }
-            Place::Direction {
-                direction: d,
-                angle,
-            } => {
+            Place::Direction { direction: d, angle } => {
                 let d = direction("direction", d)?;
                 if group.members != Members::Boundary {
                     let error =
@@ -105,16 +102,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Returns the smallest and largest coordinates of the vertices.
 fn extent(mesh: &Mesh) -> (Vec<f64>, Vec<f64>) {
-    let along = |axis: usize| {
-        mesh.coordinates()
-            .iter()
-            .skip(axis)
-            .step_by(mesh.dimension())
-    };
+    let along = |axis: usize| mesh.coordinates().iter().skip(axis).step_by(mesh.dimension());
     let axes = 0..mesh.dimension();
-    let min = axes
-        .clone()
-        .map(|axis| along(axis).copied().fold(f64::INFINITY, f64::min));
+    let min = axes.clone().map(|axis| along(axis).copied().fold(f64::INFINITY, f64::min));
     let max = axes.map(|axis| along(axis).copied().fold(f64::NEG_INFINITY, f64::max));
     (min.collect(), max.collect())
 }

@@ -11,9 +11,8 @@ use crate::scene_file::{Analysis, SceneFile};
 
 pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     let tractions = file.traction.iter().enumerate();
-    let mut notes: Vec<String> = tractions
-        .flat_map(|(i, traction)| held(i, traction, &body.muscle))
-        .collect();
+    let mut notes: Vec<String> =
+        tractions.flat_map(|(i, traction)| held(i, traction, &body.muscle)).collect();
     let materials = file.material.iter().enumerate();
     let unused = materials.filter(|(i, _)| !body.regions.contains(i));
     notes.extend(unused.map(|(i, material)| {
@@ -37,10 +36,7 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         )
     }));
     notes.extend(coarse(file, body));
-    if matches!(
-        file.analysis,
-        Analysis::Dynamic | Analysis::QuasiStatic | Analysis::Static
-    ) {
+    if matches!(file.analysis, Analysis::Dynamic | Analysis::QuasiStatic | Analysis::Static) {
         notes.extend(late_loads(file, body, t_end));
         notes.extend(missed(file, body, t_end));
     }
@@ -212,16 +208,10 @@ y = { type = "step", value = 1.0, rise = 0.1 }
         assert_eq!(notes("", &["time.end=0.1"]), Vec::<String>::new());
 
         let early = notes("", &[]);
-        assert!(
-            early.len() == 1 && early[0].contains("t = 0 s"),
-            "{early:?}"
-        );
+        assert!(early.len() == 1 && early[0].contains("t = 0 s"), "{early:?}");
 
         let modes = notes("", &["analysis=modes", "modes.preload_time=0"]);
-        assert!(
-            modes.len() == 1 && modes[0].contains("modes.preload_time"),
-            "{modes:?}"
-        );
+        assert!(modes.len() == 1 && modes[0].contains("modes.preload_time"), "{modes:?}");
 
         let held = notes("", &[at_once, "traction[0].group=left"]);
         let expected = "traction[0].y moves nothing: all of `left`";
@@ -229,10 +219,7 @@ y = { type = "step", value = 1.0, rise = 0.1 }
 
         let fiber = notes("", &[at_once, "material[0].fiber=[1.0, 0.0]"]);
         let expected = "material[0].fiber has no effect";
-        assert!(
-            fiber.len() == 1 && fiber[0].starts_with(expected),
-            "{fiber:?}"
-        );
+        assert!(fiber.len() == 1 && fiber[0].starts_with(expected), "{fiber:?}");
         let active = "material[0].active={ type = \"given\", tension = 1.0 }";
         let active = notes("", &[at_once, "material[0].fiber=[1.0, 0.0]", active]);
         assert_eq!(active, Vec::<String>::new());
@@ -241,10 +228,7 @@ y = { type = "step", value = 1.0, rise = 0.1 }
         let slow = "traction[0].y={ type = \"ramped-sine\", amplitude = 1.0, frequency = 8.0 }";
         let short = notes("", &["analysis=dynamic", slow, "time.end=0.3"]);
         let expected = "traction[0].y reaches";
-        assert!(
-            short.len() == 1 && short[0].starts_with(expected),
-            "{short:?}"
-        );
+        assert!(short.len() == 1 && short[0].starts_with(expected), "{short:?}");
         let long = notes("", &["analysis=dynamic", slow, "time.end=1.0"]);
         assert_eq!(long, Vec::<String>::new());
 
@@ -272,9 +256,6 @@ y = { type = "step", value = 1.0, rise = 0.1 }
                    group = \"all\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n";
         let unused = notes(all, &[at_once]);
         let expected = "material[0] applies to no element";
-        assert!(
-            unused.len() == 1 && unused[0].starts_with(expected),
-            "{unused:?}"
-        );
+        assert!(unused.len() == 1 && unused[0].starts_with(expected), "{unused:?}");
     }
 }

@@ -41,10 +41,7 @@ pub(super) fn coarse_probes(file: &SceneFile, t_end: f64, drive: Option<f64>) ->
     let is_coarse =
         |probe: &&Probe| probe.interval * drive > 1.0 / FEWEST_ROWS && probe.interval < t_end;
     let coarse: Vec<&Probe> = file.probe.iter().filter(is_coarse).collect();
-    let names: Vec<String> = coarse
-        .iter()
-        .map(|probe| format!("`{}`", probe.name))
-        .collect();
+    let names: Vec<String> = coarse.iter().map(|probe| format!("`{}`", probe.name)).collect();
     let interval = coarse.iter().map(|probe| probe.interval).reduce(f64::max)?;
     Some(format!(
         "the interval of {interval} s of the probes {} does not resolve the load's frequency of {drive} Hz: set `interval` \
@@ -57,9 +54,7 @@ pub(super) fn coarse_probes(file: &SceneFile, t_end: f64, drive: Option<f64>) ->
 /// Returns the maximum number of concurrent runs of a scene: each run keeps the files of its probes open.
 pub(crate) fn runs_at_once(file: &SceneFile) -> NonZeroUsize {
     let runs = open_files().map(|files| files / (file.probe.len() + OTHER_FILES));
-    runs.map_or(NonZeroUsize::MAX, |runs| {
-        NonZeroUsize::new(runs).unwrap_or(NonZeroUsize::MIN)
-    })
+    runs.map_or(NonZeroUsize::MAX, |runs| NonZeroUsize::new(runs).unwrap_or(NonZeroUsize::MIN))
 }
 
 impl Builder<'_> {
@@ -96,23 +91,13 @@ impl Builder<'_> {
             }
         }
         for (i, probe) in file.probe.iter().enumerate() {
-            self.count(
-                &format!("probe[{i}].interval"),
-                probe.interval,
-                MAX_ROWS,
-                "rows",
-            )?;
+            self.count(&format!("probe[{i}].interval"), probe.interval, MAX_ROWS, "rows")?;
         }
         if let Some(fields) = &file.fields {
             self.count("fields.interval", fields.interval, MAX_FILES, "files")?;
         }
         if let Some(checkpoint) = &file.checkpoint {
-            self.count(
-                "checkpoint.interval",
-                checkpoint.interval,
-                MAX_FILES,
-                "checkpoints",
-            )?;
+            self.count("checkpoint.interval", checkpoint.interval, MAX_FILES, "checkpoints")?;
         }
         Ok(())
     }
@@ -123,10 +108,7 @@ impl Builder<'_> {
             return Ok(());
         }
         let error = InputError::new(format!("the run would have too many {what}"))
-            .found(format!(
-                "{count:.0e}: every {every:e} s up to {:e} s",
-                self.t_end
-            ))
+            .found(format!("{count:.0e}: every {every:e} s up to {:e} s", self.t_end))
             .allowed(format!("at most {most:.0e}"));
         Err(self.wrong(path, error))
     }

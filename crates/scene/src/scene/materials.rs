@@ -80,11 +80,7 @@ impl Builder<'_> {
                     2 => self.set_factors::<2>(all, mesh, &members, factor, &path)?,
                     _ => self.set_factors::<3>(all, mesh, &members, factor, &path)?,
                 }
-                if material
-                    .prony
-                    .as_ref()
-                    .is_some_and(|terms| !terms.is_empty())
-                {
+                if material.prony.as_ref().is_some_and(|terms| !terms.is_empty()) {
                     let error = InputError::new("a material with `prony` has no `spatial_factor`")
                         .next("use `viscosity`, or several materials with different constants");
                     return Err(self.wrong(&format!("{path}.spatial_factor"), error));
@@ -108,10 +104,7 @@ impl Builder<'_> {
                 // Viscous stresses require laws of finite strains, which are equivalent to small strains at rest.
                 Law::SmallStrain { shear_modulus } if material.is_viscous() => {
                     self.expect_rest(file, &format!("material[{i}]"))?;
-                    Ok(Law::MooneyRivlin {
-                        c10: 0.5 * shear_modulus,
-                        c01: 0.0,
-                    })
+                    Ok(Law::MooneyRivlin { c10: 0.5 * shear_modulus, c01: 0.0 })
                 }
                 law => Ok(law),
             }
@@ -278,10 +271,7 @@ impl Builder<'_> {
                     None => Ok(()),
                     Some(element) => {
                         let error = InputError::new("the sheets are parallel to the fibers")
-                            .found(format!(
-                                "at all vertices of {} {element}",
-                                mesh.shape().name
-                            ))
+                            .found(format!("at all vertices of {} {element}", mesh.shape().name))
                             .next("set a direction across the fibers");
                         Err(self.wrong(&of_sheet, error))
                     }
@@ -330,12 +320,7 @@ fn about_field(error: FemError, mesh: &Mesh) -> InputError {
                 false => error.allowed(known.join(", ")),
             }
         }
-        FemError::Direction {
-            field,
-            node,
-            vector,
-            problem,
-        } => {
+        FemError::Direction { field, node, vector, problem } => {
             let dimension = mesh.dimension();
             let place = usize::try_from(node).ok();
             let place =
@@ -362,19 +347,12 @@ fn runs_along(mesh: &Mesh, element: usize, fiber: &str, sheet: &str) -> Option<u
     let vector = |field: &NodalField, vertex| <[f64; 3]>::try_from(field.at(vertex)).ok();
     let parallel = |&v: &usize| Some(are_parallel(vector(fiber, v)?, vector(sheet, v)?));
     let vertices = mesh.element(element).iter();
-    vertices
-        .map(parallel)
-        .all(|parallel| parallel == Some(true))
-        .then_some(element)
+    vertices.map(parallel).all(|parallel| parallel == Some(true)).then_some(element)
 }
 
 fn are_parallel(a: [f64; 3], b: [f64; 3]) -> bool {
     let (a, b) = (unit_vector(a), unit_vector(b));
-    let across = [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ];
+    let across = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     // Interpolation uses the same criterion for parallel vectors.
     length(across) <= 1e-6
@@ -402,10 +380,8 @@ mod tests {
 
     #[test]
     fn sheets_are_asked_for_where_they_matter() {
-        let guccione = Law::named(
-            "guccione",
-            &[("c", 2e3), ("b_f", 8.0), ("b_t", 2.0), ("b_fs", 4.0)],
-        );
+        let guccione =
+            Law::named("guccione", &[("c", 2e3), ("b_f", 8.0), ("b_t", 2.0), ("b_fs", 4.0)]);
         assert!(!has_sheets(guccione.unwrap()));
         let heart = |a_s| {
             let constants = [

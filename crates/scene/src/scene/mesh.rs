@@ -49,19 +49,12 @@ impl Builder<'_> {
             }
             MeshSource::Muscle3d { cells } => ("mesh.cells", generate::muscle(cells)),
             MeshSource::Spindle { cells } => ("mesh.cells", generate::spindle(cells)),
-            MeshSource::Rectangle {
-                width,
-                height,
-                cells,
-            } => (
-                "mesh",
-                generate::rectangle([0.0, 0.0], [width, height], cells),
-            ),
-            MeshSource::Beam {
-                length,
-                height,
-                cells,
-            } => ("mesh", generate::beam(length, height, cells)),
+            MeshSource::Rectangle { width, height, cells } => {
+                ("mesh", generate::rectangle([0.0, 0.0], [width, height], cells))
+            }
+            MeshSource::Beam { length, height, cells } => {
+                ("mesh", generate::beam(length, height, cells))
+            }
             MeshSource::Cook { cells } => ("mesh", generate::cook(cells)),
             MeshSource::Box { size, cells } => {
                 ("mesh.size", generate::block([0.0; 3], size, cells))
@@ -69,24 +62,15 @@ impl Builder<'_> {
         };
         let coarse = self.at(place, coarse)?.scaled(mesh.scale);
         let parts = if coarse.dimension() == 2 { 4 } else { 8 };
-        self.check_size(product(
-            coarse.n_elements(),
-            &vec![parts; mesh.refine as usize],
-        ))?;
+        self.check_size(product(coarse.n_elements(), &vec![parts; mesh.refine as usize]))?;
         let refined = (0..mesh.refine).try_fold(coarse, |mesh, _| mesh.refined());
         let mesh = self.at("mesh.refine", refined)?;
-        let mesh = regions
-            .iter()
-            .enumerate()
-            .try_fold(mesh, |mesh, (i, region)| {
-                self.with_region(&mesh, region, &format!("region[{i}]"))
-            })?;
-        selected
-            .iter()
-            .enumerate()
-            .try_fold(mesh, |mesh, (i, group)| {
-                self.with_group(&mesh, group, &format!("group[{i}]"))
-            })
+        let mesh = regions.iter().enumerate().try_fold(mesh, |mesh, (i, region)| {
+            self.with_region(&mesh, region, &format!("region[{i}]"))
+        })?;
+        selected.iter().enumerate().try_fold(mesh, |mesh, (i, group)| {
+            self.with_group(&mesh, group, &format!("group[{i}]"))
+        })
     }
 
     fn check_size(&self, n_elements: usize) -> Result<(), InputError> {
@@ -127,9 +111,7 @@ impl Builder<'_> {
         let is_inside = |element: &usize| {
             let vertices = mesh.element(*element);
             let squared = |axis: usize| {
-                let x = vertices
-                    .iter()
-                    .map(|v| mesh.coordinates()[dimension * v + axis]);
+                let x = vertices.iter().map(|v| mesh.coordinates()[dimension * v + axis]);
                 let centroid = x.sum::<f64>() / vertices.len() as f64;
                 ((centroid - region.center[axis]) / region.radii[axis]).powi(2)
             };

@@ -140,9 +140,8 @@ const MOST_BYTES: u64 = 1 << 26;
 /// Reads the text of a scene file. An open pipe is accepted, as in `<(command)` of a shell. Named pipes are rejected
 /// because reading may block forever, and devices because reading may never end.
 fn text_of(path: &Path) -> io::Result<String> {
-    let is_open = ["/dev/fd", "/dev/stdin", "/proc/self/fd"]
-        .iter()
-        .any(|open| path.starts_with(open));
+    let is_open =
+        ["/dev/fd", "/dev/stdin", "/proc/self/fd"].iter().any(|open| path.starts_with(open));
     let there = fs::metadata(path)?;
     if there.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
@@ -151,9 +150,7 @@ fn text_of(path: &Path) -> io::Result<String> {
         return Err(io::Error::other("it is not a regular file"));
     }
     let mut bytes = Vec::new();
-    let read = File::open(path)?
-        .take(MOST_BYTES + 1)
-        .read_to_end(&mut bytes)?;
+    let read = File::open(path)?.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
     if read as u64 > MOST_BYTES {
         let message = format!("it has more than {MOST_BYTES} bytes");
         return Err(io::Error::other(message));
@@ -278,11 +275,7 @@ impl Scene {
         notes.extend(self.chains.iter().filter_map(DrivenChain::note));
         notes.extend(settings::missing(&self.file.integrator, body.formulation));
         notes.extend(idle::notes(&self.file, body, self.t_end));
-        notes.extend(limits::coarse_probes(
-            &self.file,
-            self.t_end,
-            body.muscle.drive(),
-        ));
+        notes.extend(limits::coarse_probes(&self.file, self.t_end, body.muscle.drive()));
         let n_elements = mesh.n_elements();
         if body.unresolved_fibers > n_elements / RARE {
             notes.push(format!(
@@ -336,9 +329,7 @@ impl Scene {
     /// Returns findings on allowed but unusual values of the body.
     pub fn unusual(&self) -> Vec<Finding> {
         let body = self.body.as_ref();
-        body.map_or(Vec::new(), |body| {
-            unusual::findings(&self.file, body, self.t_end)
-        })
+        body.map_or(Vec::new(), |body| unusual::findings(&self.file, body, self.t_end))
     }
 
     /// Returns the scene's text without overrides.
@@ -361,9 +352,7 @@ impl Scene {
     pub(crate) fn readings(&self) -> Result<Vec<Box<dyn Reading>>, InputError> {
         let mut readings = self.all_readings()?;
         if self.is_response_about_rest() {
-            readings
-                .iter_mut()
-                .for_each(|reading| reading.remove_kinks_at_rest());
+            readings.iter_mut().for_each(|reading| reading.remove_kinks_at_rest());
         }
         Ok(readings)
     }
@@ -393,9 +382,7 @@ impl Scene {
         let systems = Systems {
             muscle: self.body.as_ref().map(|body| &body.muscle),
             rod: self.rod.as_ref(),
-            chains: chains
-                .map(|chain| (&*chain.name, chain.chain.omega.len()))
-                .collect(),
+            chains: chains.map(|chain| (&*chain.name, chain.chain.omega.len())).collect(),
             feedbacks: feedbacks.map(|feedback| &*feedback.chain).collect(),
         };
         let probes = self.file.probe.iter().enumerate();
@@ -421,10 +408,7 @@ impl Scene {
         overrides: &[String],
         folder: &Path,
     ) -> Result<Self, InputError> {
-        let scene_file::Read {
-            scene: mut file,
-            source,
-        } = scene_file::read(name, text, overrides)?;
+        let scene_file::Read { scene: mut file, source } = scene_file::read(name, text, overrides)?;
         let t_end = file.time.as_ref().map_or(0.0, |time| time.end);
         let inputs = Inputs::new(folder);
         let builder = Builder::new(&source, &inputs, t_end);

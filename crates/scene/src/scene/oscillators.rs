@@ -62,10 +62,7 @@ impl DrivenChain {
     pub(super) fn note(&self) -> Option<String> {
         let (kept, all) = (self.places.len(), self.places.len() + self.outside);
         (self.outside > 0).then(|| {
-            format!(
-                "chain `{}`: {kept} of the {all} points of its grid lie in the body",
-                self.name
-            )
+            format!("chain `{}`: {kept} of the {all} points of its grid lie in the body", self.name)
         })
     }
 }
@@ -96,19 +93,14 @@ impl Builder<'_> {
         body: Option<&Body>,
     ) -> Result<Vec<DrivenChain>, InputError> {
         for (i, chain) in file.chain.iter().enumerate() {
-            if file.chain[..i]
-                .iter()
-                .any(|before| before.name == chain.name)
-            {
+            if file.chain[..i].iter().any(|before| before.name == chain.name) {
                 let error = InputError::new(format!("two chains have the name `{}`", chain.name))
                     .next("set a unique `name` of each chain");
                 return Err(self.wrong(&format!("chain[{i}]"), error));
             }
         }
         let chains = file.chain.iter().enumerate();
-        chains
-            .map(|(i, chain)| self.chain(file, body, chain, &format!("chain[{i}]")))
-            .collect()
+        chains.map(|(i, chain)| self.chain(file, body, chain, &format!("chain[{i}]"))).collect()
     }
 
     fn chain(
@@ -142,10 +134,7 @@ impl Builder<'_> {
         let n = chain.oscillators.saturating_mul(n_places);
         if n > MOST {
             let error = InputError::new("too many oscillators")
-                .found(format!(
-                    "{} at each of {n_places} places",
-                    chain.oscillators
-                ))
+                .found(format!("{} at each of {n_places} places", chain.oscillators))
                 .allowed(format!("{MOST} of all places"));
             return Err(self.wrong(&format!("{path}.oscillators"), error));
         }
@@ -172,10 +161,7 @@ impl Builder<'_> {
                 ends: chain.ends.into(),
                 reach,
             },
-            drive: Drive {
-                gain: chain.gain,
-                reach,
-            },
+            drive: Drive { gain: chain.gain, reach },
             at: chain.at.clone(),
             places,
             outside,
@@ -207,9 +193,7 @@ impl Builder<'_> {
         let space = body.muscle.solid.space();
         let points = places.iter().map(|place| place.point(space));
         let neighborhood = Neighborhood::new(points.collect(), radius);
-        Ok(Some(
-            self.at(&path, neighborhood.map_err(ModelError::from))?,
-        ))
+        Ok(Some(self.at(&path, neighborhood.map_err(ModelError::from))?))
     }
 
     /// Checks that probes refer to parts of the scene and have unique names.
@@ -238,9 +222,7 @@ impl Builder<'_> {
     /// Checks the names of the tables of probes and ratios.
     fn table_names(&self, file: &SceneFile) -> Result<(), InputError> {
         let probes = file.probe.iter().map(|probe| &probe.name);
-        let probes = probes
-            .enumerate()
-            .map(|(i, name)| (format!("probe[{i}]"), name));
+        let probes = probes.enumerate().map(|(i, name)| (format!("probe[{i}]"), name));
         let ratios = file.response.iter().flat_map(|response| &response.ratio);
         let ratios = ratios.map(|ratio| &ratio.name).enumerate();
         let ratios = ratios.map(|(i, name)| (format!("response.ratio[{i}]"), name));
@@ -253,9 +235,7 @@ impl Builder<'_> {
                 return wrong(error.found(name).allowed("letters, digits, `_` and `-`"));
             }
             if all[..i].iter().any(|(_, before)| before == name) {
-                return wrong(InputError::new(format!(
-                    "the name `{name}` is already used"
-                )));
+                return wrong(InputError::new(format!("the name `{name}` is already used")));
             }
         }
         Ok(())

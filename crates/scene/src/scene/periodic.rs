@@ -144,9 +144,7 @@ fn signals<'a>(body: Option<&'a Body>, rod: Option<&'a RodDae>) -> Vec<(String, 
         let motions = std::iter::repeat_n("prescribed_displacement", muscle.prescribed.len());
         keys.extend(motions.map(str::to_owned));
         // Obstacles and tensions follow.
-        let keys = keys
-            .into_iter()
-            .chain(std::iter::repeat("analysis".to_owned()));
+        let keys = keys.into_iter().chain(std::iter::repeat("analysis".to_owned()));
         signals.extend(keys.zip(muscle.signals()));
     }
     signals.extend(rod.map(|rod| ("rod.load".to_owned(), rod.signal())));

@@ -57,12 +57,8 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
     let (dimension, free) = (solid.space().dimension(), solid.dofs().free_to_full());
     let held = |group: &str| -> Vec<usize> {
         let nodes = solid.space().nodes_of(group).unwrap_or_default();
-        let components = nodes
-            .into_iter()
-            .flat_map(|n| dimension * n..dimension * (n + 1));
-        components
-            .filter(|component| free.binary_search(component).is_err())
-            .collect()
+        let components = nodes.into_iter().flat_map(|n| dimension * n..dimension * (n + 1));
+        components.filter(|component| free.binary_search(component).is_err()).collect()
     };
     let reactions = file.probe.iter().filter_map(|probe| match &probe.kind {
         ProbeKind::Reaction(reaction) => Some((&reaction.group, held(&reaction.group))),
@@ -72,9 +68,7 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
     let mut notes = Vec::new();
     for (i, (group, own)) in reactions.iter().enumerate() {
         for (other, components) in &reactions[..i] {
-            let shared = own
-                .iter()
-                .filter(|component| components.binary_search(component).is_ok());
+            let shared = own.iter().filter(|component| components.binary_search(component).is_ok());
             match shared.count() {
                 0 => {}
                 _ if group == other => {}
@@ -113,20 +107,14 @@ mod tests {
         assert!(in_space.contains("2 coordinates"), "{in_space}");
         let free = refusal("type = \"reaction\"\ngroup = \"load\"");
         assert!(free.contains("`load`"), "{free}");
-        assert_eq!(
-            refusal("type = \"reaction\"\ngroup = \"fixed\""),
-            "accepted"
-        );
+        assert_eq!(refusal("type = \"reaction\"\ngroup = \"fixed\""), "accepted");
     }
 
     /// Regression: the side of a box next to a fixed side was treated as a support.
     #[test]
     fn a_group_that_shares_an_edge_with_a_support_has_no_reaction() {
         let reaction = |group: &str| {
-            let set = [
-                "mesh.cells=[2,1,1]".to_owned(),
-                format!("probe[1].group={group}"),
-            ];
+            let set = ["mesh.cells=[2,1,1]".to_owned(), format!("probe[1].group={group}")];
             Scene::built_in("land1", &set).map(|_| ())
         };
         let printed = reaction("bottom").unwrap_err().to_string();

@@ -37,10 +37,7 @@ impl Builder<'_> {
         formulation: Formulation,
         parameters: &[Parameters],
     ) -> Result<(), InputError> {
-        if parameters
-            .iter()
-            .any(|own| own.alpha > 0.0 || own.beta > 0.0)
-        {
+        if parameters.iter().any(|own| own.alpha > 0.0 || own.beta > 0.0) {
             let error = InputError::new("a quasi-static analysis has no Rayleigh damping")
                 .next("set rayleigh_mass and rayleigh_stiffness to 0; use `viscosity` or `prony`");
             return Err(self.wrong("solid", error));

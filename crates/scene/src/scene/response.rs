@@ -26,10 +26,7 @@ impl Builder<'_> {
         }
         if let (Some(_), [_, ..]) = (&file.rod, &response.fields[..]) {
             let error = InputError::new("a rod has no fields");
-            return Err(self.wrong(
-                "response.fields",
-                error.next("remove the key, or use probes"),
-            ));
+            return Err(self.wrong("response.fields", error.next("remove the key, or use probes")));
         }
         if let Some(chain) = chains_that_act(file).next() {
             let error = InputError::new(format!(

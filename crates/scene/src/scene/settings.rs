@@ -46,10 +46,7 @@ impl Builder<'_> {
                 None => defaults.suppressed,
             },
             multiplier_weights: wanted.multiplier_weights,
-            max_order: wanted
-                .max_order
-                .and_then(MaxOrder::fixed)
-                .unwrap_or(defaults.max_order),
+            max_order: wanted.max_order.and_then(MaxOrder::fixed).unwrap_or(defaults.max_order),
             ordering: wanted
                 .ordering
                 .map_or(default_ordering(formulation, linear_solver), ordering),
@@ -199,10 +196,7 @@ fn fields(block: Block) -> &'static [Field] {
 
 fn suppressed(blocks: &[Block], formulation: Formulation) -> Vec<Field> {
     let fields = blocks.iter().flat_map(|block| fields(*block));
-    fields
-        .copied()
-        .filter(|field| formulation.has(*field))
-        .collect()
+    fields.copied().filter(|field| formulation.has(*field)).collect()
 }
 
 fn ordering(name: OrderingName) -> Ordering {
@@ -225,9 +219,7 @@ mod tests {
     #[test]
     fn blocks_that_the_formulation_lacks_are_reported() {
         let wanted = IntegratorSettings {
-            error_test: ErrorTest {
-                exclude: Some(vec![Block::P, Block::PRate]),
-            },
+            error_test: ErrorTest { exclude: Some(vec![Block::P, Block::PRate]) },
             ..IntegratorSettings::default()
         };
         let printed = missing(&wanted, Formulation::Position);
@@ -265,9 +257,7 @@ mod tests {
              [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
              [[fixed]]\ngroup = \"left\"\n[integrator]\nmax_cpu = 1.0\nmax_steps = 1\nbtf = true\n",
         );
-        let limits = of_equilibrium
-            .iter()
-            .filter(|note| note.contains("max_cpu, max_steps"));
+        let limits = of_equilibrium.iter().filter(|note| note.contains("max_cpu, max_steps"));
         assert_eq!(limits.count(), 1, "{of_equilibrium:?}");
     }
 }

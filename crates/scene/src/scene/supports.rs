@@ -72,9 +72,7 @@ impl Builder<'_> {
         let mut constrained = Supports::new();
         for ((node, axis), groups) in required {
             let terms = &groups[0].1;
-            let other = groups
-                .iter()
-                .find(|(_, other)| !alike(&moves, terms, other));
+            let other = groups.iter().find(|(_, other)| !alike(&moves, terms, other));
             if let Some((_, other)) = other {
                 let last = terms.iter().chain(other).map(|term| term.0).max();
                 let place = space.node_point(node).iter().map(|x| format!("{x:.6}"));
@@ -170,12 +168,7 @@ impl Builder<'_> {
                     Some(function) => self.motion(file, function, &component.path)?,
                     None => Signal::constant(0.0),
                 };
-                let own = Move {
-                    component,
-                    signal,
-                    turn: None,
-                    largest_factor: 0.0,
-                };
+                let own = Move { component, signal, turn: None, largest_factor: 0.0 };
                 add(own, factors);
             }
         }
@@ -225,11 +218,7 @@ impl Builder<'_> {
             let cosines = arms.iter().map(|r| r[i]);
             for (turn, signal, factors) in [
                 (Turn::Sine, Signal::sine(angle.clone()), sines.collect()),
-                (
-                    Turn::CosineLessOne,
-                    Signal::cosine_less_one(angle.clone()),
-                    cosines.collect(),
-                ),
+                (Turn::CosineLessOne, Signal::cosine_less_one(angle.clone()), cosines.collect()),
             ] {
                 let component = Component {
                     axis: i,
@@ -237,12 +226,7 @@ impl Builder<'_> {
                     function: Some(&rotation.angle),
                     amplitude: Complex64::ZERO,
                 };
-                let own = Move {
-                    component,
-                    signal,
-                    turn: Some(turn),
-                    largest_factor: longest,
-                };
+                let own = Move { component, signal, turn: Some(turn), largest_factor: longest };
                 turns.push((own, factors));
             }
         }
@@ -315,10 +299,8 @@ impl Builder<'_> {
             });
         }
         if components.is_empty() {
-            let error = InputError::new("no component is given").next(format!(
-                "set at least one: {}",
-                NAMES[..dimension].join(", ")
-            ));
+            let error = InputError::new("no component is given")
+                .next(format!("set at least one: {}", NAMES[..dimension].join(", ")));
             return Err(self.wrong(path, error));
         }
         Ok(components)
@@ -343,11 +325,7 @@ impl Builder<'_> {
 impl Move<'_> {
     /// Returns whether the motion is nonzero.
     fn moves(&self) -> bool {
-        let Component {
-            function,
-            amplitude,
-            ..
-        } = self.component;
+        let Component { function, amplitude, .. } = self.component;
         let rests = function.is_none_or(|function| *function == Function::Constant(0.0));
         !rests || amplitude != Complex64::ZERO
     }
@@ -388,9 +366,7 @@ fn support(moves: &[Move<'_>], terms: &Terms) -> Support {
     let mut parts: Vec<Signal> = terms.iter().map(scaled).collect();
     let amplitudes = terms.iter();
     Support {
-        amplitude: amplitudes
-            .map(|&(i, factor)| factor * moves[i].component.amplitude)
-            .sum(),
+        amplitude: amplitudes.map(|&(i, factor)| factor * moves[i].component.amplitude).sum(),
         signal: match parts.len() {
             0 | 1 => parts.pop(),
             _ => Some(Signal::sum(parts)),

@@ -93,11 +93,7 @@ fn size(body: &Body, parts: &[Part]) -> Option<Unusual> {
             }
             _ => "give coordinates in m and densities in kg/m³",
         };
-        let per = if dimension == 2 {
-            "kg per meter of thickness"
-        } else {
-            "kg"
-        };
+        let per = if dimension == 2 { "kg per meter of thickness" } else { "kg" };
         let problem = format!(
             "mesh: the body is {} m long and its mass is {} {per}",
             readable(length),
@@ -158,16 +154,8 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 "mesh.scale = 1e-3",
             ),
             (
-                &[
-                    "mesh.width=101.0",
-                    "mesh.height=1e-3",
-                    "material[0].density=101.0",
-                ],
-                &[
-                    "mesh.width=99.0",
-                    "mesh.height=1e-3",
-                    "material[0].density=101.0",
-                ],
+                &["mesh.width=101.0", "mesh.height=1e-3", "material[0].density=101.0"],
+                &["mesh.width=99.0", "mesh.height=1e-3", "material[0].density=101.0"],
                 "mesh.scale = 1e-3",
             ),
             // 2/3 of 1e4 Pa.
@@ -200,16 +188,8 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             ),
             // The wave speed is √(80 / 1) = 8.9 m/s, for a body in other units.
             (
-                &[
-                    "material[0].density=1e6",
-                    "mesh.width=0.1",
-                    "mesh.height=0.1",
-                ],
-                &[
-                    "material[0].density=1.0",
-                    "material[0].shear_modulus=80.0",
-                    "traction=[]",
-                ],
+                &["material[0].density=1e6", "mesh.width=0.1", "mesh.height=0.1"],
+                &["material[0].density=1.0", "material[0].shear_modulus=80.0", "traction=[]"],
                 "waves of 1 to 10 m/s",
             ),
             // 5/(2π 8 Hz) = 0.0995 s.
@@ -240,10 +220,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             ),
         ] {
             let words = found(wrong);
-            assert!(
-                words.len() == 1 && words[0].contains(printed),
-                "{wrong:?}: {words:?}"
-            );
+            assert!(words.len() == 1 && words[0].contains(printed), "{wrong:?}: {words:?}");
             assert_eq!(found(right), Vec::<String>::new(), "{right:?}");
         }
     }
@@ -261,11 +238,8 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
     /// Checks that the density of a weightless body is not checked at rest, and neither is its damping.
     #[test]
     fn unusual_values_without_effect_are_not_reported() {
-        let at_rest = [
-            "analysis=static",
-            "solid.rayleigh_stiffness=1.0",
-            "material[0].density=1.0",
-        ];
+        let at_rest =
+            ["analysis=static", "solid.rayleigh_stiffness=1.0", "material[0].density=1.0"];
         assert_eq!(found(&at_rest), Vec::<String>::new());
         let weight = "body_force=[{ y = -9.81 }]";
         assert_eq!(found(&[&at_rest[..], &[weight]].concat()).len(), 1);
@@ -277,10 +251,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
     fn moduli_at_rest_are_those_of_the_laws() {
         let law = |name, constants: &[(&str, f64)]| Law::named(name, constants).unwrap().moduli();
         for (found, expected) in [
-            (
-                law("mooney-rivlin", &[("c10", 1e4), ("c01", 2e2)]),
-                [0.0, 2.04e4],
-            ),
+            (law("mooney-rivlin", &[("c10", 1e4), ("c01", 2e2)]), [0.0, 2.04e4]),
             (law("small-strain", &[("shear_modulus", 5e3)]), [0.0, 5e3]),
             // K = λ + 2/3 μ.
             (

@@ -177,10 +177,6 @@ fn plateau() -> f64 {
 
 impl From<&ForceVelocity> for material::ForceVelocity {
     fn from(hill: &ForceVelocity) -> Self {
-        Self {
-            v_max: hill.v_max,
-            a: hill.curvature,
-            plateau: hill.plateau,
-        }
+        Self { v_max: hill.v_max, a: hill.curvature, plateau: hill.plateau }
     }
 }

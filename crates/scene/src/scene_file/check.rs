@@ -33,30 +33,18 @@ pub(crate) struct Problem {
 impl Problem {
     /// Creates a problem with the value at `path`.
     pub(crate) fn new(path: &str, error: InputError) -> Self {
-        Self {
-            path: path.to_owned(),
-            at_key: false,
-            error,
-            header: None,
-        }
+        Self { path: path.to_owned(), at_key: false, error, header: None }
     }
 }
 
 /// Checks `value` against `schema`, a complete schema document with its `$defs`.
 pub(super) fn check(value: &Value, schema: &Value) -> Result<(), Problem> {
-    Checker {
-        definitions: schema.get("$defs"),
-    }
-    .value(value, schema, "")
+    Checker { definitions: schema.get("$defs") }.value(value, schema, "")
 }
 
 /// Returns the path of a member of the object at `path`.
 pub(super) fn member(path: &str, key: &str) -> String {
-    if path.is_empty() {
-        key.to_owned()
-    } else {
-        format!("{path}.{key}")
-    }
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
 }
 
 /// Returns the path of an entry of the list at `path`.
@@ -91,10 +79,7 @@ impl<'s> Checker<'s> {
 
     /// Follows references.
     fn resolve(&self, mut schema: &'s Value) -> &'s Value {
-        while let Some(name) = schema["$ref"]
-            .as_str()
-            .and_then(|r| r.strip_prefix("#/$defs/"))
-        {
+        while let Some(name) = schema["$ref"].as_str().and_then(|r| r.strip_prefix("#/$defs/")) {
             schema = self
                 .definitions
                 .and_then(|definitions| definitions.get(name))
@@ -105,16 +90,8 @@ impl<'s> Checker<'s> {
 
     /// Returns the alternatives of a schema, except for null, which TOML does not have.
     fn alternatives(&self, schema: &'s Value) -> Option<Vec<&'s Value>> {
-        let all = schema
-            .get("oneOf")
-            .or_else(|| schema.get("anyOf"))?
-            .as_array()?;
-        Some(
-            all.iter()
-                .filter(|one| one["type"] != "null")
-                .map(|one| self.resolve(one))
-                .collect(),
-        )
+        let all = schema.get("oneOf").or_else(|| schema.get("anyOf"))?.as_array()?;
+        Some(all.iter().filter(|one| one["type"] != "null").map(|one| self.resolve(one)).collect())
     }
 
     fn one_of(
@@ -133,25 +110,18 @@ impl<'s> Checker<'s> {
             return self.plain(value, &[base, branch], path);
         }
         if value.is_string() && alternatives.iter().all(|one| one["const"].is_string()) {
-            let names: Vec<&str> = alternatives
-                .iter()
-                .filter_map(|a| a["const"].as_str())
-                .collect();
+            let names: Vec<&str> =
+                alternatives.iter().filter_map(|a| a["const"].as_str()).collect();
             return one_name(value, &names, path);
         }
-        let fitting: Vec<&Value> = alternatives
-            .iter()
-            .copied()
-            .filter(|one| self.accepts_kind(one, value))
-            .collect();
+        let fitting: Vec<&Value> =
+            alternatives.iter().copied().filter(|one| self.accepts_kind(one, value)).collect();
         // Alternative tables are distinguished by a key, lists by their first entry.
         let alike = fitting.iter().find(|one| self.resembles(one, value));
         if let (None, [_, _, ..], Some(object)) = (alike, &fitting[..], value.as_object())
             && let Some(key) = object.keys().next()
         {
-            let known = fitting
-                .iter()
-                .filter_map(|one| one["properties"].as_object());
+            let known = fitting.iter().filter_map(|one| one["properties"].as_object());
             let known: Vec<&str> = known.flat_map(Map::keys).map(String::as_str).collect();
             return Err(unknown_key(key, &known, member(path, key), path));
         }
@@ -194,9 +164,9 @@ impl<'s> Checker<'s> {
     /// Returns whether a table has a key from the schema, or whether the first entry of a list has the right kind.
     fn resembles(&self, schema: &'s Value, value: &Value) -> bool {
         match value {
-            Value::Object(object) => object
-                .keys()
-                .any(|key| schema["properties"].get(key).is_some()),
+            Value::Object(object) => {
+                object.keys().any(|key| schema["properties"].get(key).is_some())
+            }
             Value::Array(entries) => entries
                 .first()
                 .is_none_or(|first| self.accepts_kind(self.resolve(&schema["items"]), first)),
@@ -208,12 +178,8 @@ impl<'s> Checker<'s> {
         if let Some(constant) = schema.get("const") {
             return constant.to_string();
         }
-        let first = self
-            .alternatives(schema)
-            .and_then(|all| all.first().copied());
-        let kind = kinds(first.unwrap_or(schema))
-            .next()
-            .map_or("a value", with_article);
+        let first = self.alternatives(schema).and_then(|all| all.first().copied());
+        let kind = kinds(first.unwrap_or(schema)).next().map_or("a value", with_article);
         kind.to_owned()
     }
 
@@ -260,11 +226,7 @@ impl<'s> Checker<'s> {
                 (Some(least), Some(most)) if least == most => format!("{least} entries"),
                 (Some(least), None) => format!("at least {least}"),
                 (least, most) => {
-                    format!(
-                        "{} to {} entries",
-                        least.unwrap_or(0),
-                        most.unwrap_or(usize::MAX)
-                    )
+                    format!("{} to {} entries", least.unwrap_or(0), most.unwrap_or(usize::MAX))
                 }
             };
             let error = InputError::new(format!("the list `{path}` has a wrong length"))
@@ -304,20 +266,10 @@ impl<'s> Checker<'s> {
                 None => return Err(unknown_key(key, &known, path_of_key, path)),
             }
         }
-        let required = schemas
-            .iter()
-            .filter_map(|s| s["required"].as_array())
-            .flatten();
-        match required
-            .filter_map(Value::as_str)
-            .find(|key| !object.contains_key(*key))
-        {
+        let required = schemas.iter().filter_map(|s| s["required"].as_array()).flatten();
+        match required.filter_map(Value::as_str).find(|key| !object.contains_key(*key)) {
             Some(key) => {
-                let place = if path.is_empty() {
-                    "the scene".into()
-                } else {
-                    format!("`{path}`")
-                };
+                let place = if path.is_empty() { "the scene".into() } else { format!("`{path}`") };
                 let mut error = InputError::new(format!("{place} needs `{key}`"));
                 if let Some(text) = properties(key).and_then(|s| s["description"].as_str()) {
                     error = error.next(format!("give `{key}`: {}", first_sentence(text)));
@@ -334,15 +286,10 @@ impl<'s> Checker<'s> {
 fn common_tag<'s>(alternatives: &[&'s Value]) -> Option<&'s str> {
     let tag_of = |one: &'s Value| {
         let mut properties = one["properties"].as_object()?.iter();
-        properties
-            .find(|(_, schema)| schema["const"].is_string())
-            .map(|(key, _)| key.as_str())
+        properties.find(|(_, schema)| schema["const"].is_string()).map(|(key, _)| key.as_str())
     };
     let tag = tag_of(alternatives.first()?)?;
-    alternatives
-        .iter()
-        .all(|one| tag_of(one) == Some(tag))
-        .then_some(tag)
+    alternatives.iter().all(|one| tag_of(one) == Some(tag)).then_some(tag)
 }
 
 /// Rejects a key of another alternative than the chosen `branch`.
@@ -365,15 +312,11 @@ fn expect_own_keys(
             let own = branch["properties"].as_object().into_iter().flatten();
             let own = own.map(|(key, _)| key.as_str()).filter(|key| *key != tag);
             let (chosen, own) = (&object[tag], own.collect::<Vec<_>>().join(", "));
-            let error = InputError::new(format!(
-                "`{path}` with `{tag} = {chosen}` has no key `{key}`"
-            ))
-            .allowed(own)
-            .next(format!("`{tag}` with this key: {}", others.join(", ")));
-            return Err(Problem {
-                at_key: true,
-                ..Problem::new(&member(path, key), error)
-            });
+            let error =
+                InputError::new(format!("`{path}` with `{tag} = {chosen}` has no key `{key}`"))
+                    .allowed(own)
+                    .next(format!("`{tag}` with this key: {}", others.join(", ")));
+            return Err(Problem { at_key: true, ..Problem::new(&member(path, key), error) });
         }
     }
     Ok(())
@@ -392,8 +335,6 @@ fn choose_by_tag<'s>(
         return Err(Problem::new(path, error));
     };
     one_name(given, &names, &member(path, tag))?;
-    let chosen = alternatives
-        .iter()
-        .find(|one| Some(name_of(one)) == given.as_str());
+    let chosen = alternatives.iter().find(|one| Some(name_of(one)) == given.as_str());
     Ok(chosen.expect("the name is one of the alternatives'"))
 }

@@ -32,13 +32,8 @@ impl JsonSchema for Shape {
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let kinds = [
-            Formula::json_schema(generator),
-            Composed::json_schema(generator),
-        ];
-        let alternatives = kinds
-            .iter()
-            .filter_map(|kind| kind.get("oneOf")?.as_array());
+        let kinds = [Formula::json_schema(generator), Composed::json_schema(generator)];
+        let alternatives = kinds.iter().filter_map(|kind| kind.get("oneOf")?.as_array());
         json_schema!({
             "description": "Types of functions of time.",
             "oneOf": alternatives.flatten().collect::<Vec<_>>(),

@@ -179,11 +179,7 @@ pub struct OscillatorTolerances {
 
 impl Default for OscillatorTolerances {
     fn default() -> Self {
-        Self {
-            rtol: 1e-7,
-            atol: 1e-10,
-            in_error_test: true,
-        }
+        Self { rtol: 1e-7, atol: 1e-10, in_error_test: true }
     }
 }
 

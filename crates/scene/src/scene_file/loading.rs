@@ -43,14 +43,12 @@ impl LoadingPath {
     /// Returns the control of the path, or a key without effect and the reason.
     pub(crate) fn control(&self) -> Result<Control, (&'static str, &'static str)> {
         match self.method {
-            PathMethod::Load if self.first_load.is_some() => Err((
-                "first_load",
-                "only method = \"arc-length\" has a first load",
-            )),
-            PathMethod::ArcLength if self.loads.is_some() => Err((
-                "loads",
-                "with method = \"arc-length\" the loads are unknown",
-            )),
+            PathMethod::Load if self.first_load.is_some() => {
+                Err(("first_load", "only method = \"arc-length\" has a first load"))
+            }
+            PathMethod::ArcLength if self.loads.is_some() => {
+                Err(("loads", "with method = \"arc-length\" the loads are unknown"))
+            }
             _ if self.loads.is_some() && self.steps.is_some() => {
                 Err(("loads", "either `steps` or `loads` determines the path"))
             }

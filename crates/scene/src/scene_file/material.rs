@@ -18,12 +18,8 @@ use super::solid::{BulkModulus, SpatialFactor};
 
 /// Another name of `mooney-rivlin`, with c10 = ζ/2 and c01 = 0.
 const NEO_HOOKE: &str = "neo-hooke";
-const NEO_HOOKE_CONSTANTS: &[Parameter] = &[Parameter::new(
-    "shear_modulus",
-    "Pa",
-    Range::Positive,
-    "Shear modulus ζ",
-)];
+const NEO_HOOKE_CONSTANTS: &[Parameter] =
+    &[Parameter::new("shear_modulus", "Pa", Range::Positive, "Shear modulus ζ")];
 
 /// Law and constants of a group of elements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -116,10 +112,7 @@ pub struct Springpot {
 
 impl From<&PronyTerm> for myovib_fem::material::PronyTerm {
     fn from(term: &PronyTerm) -> Self {
-        Self {
-            weight: term.relative_modulus,
-            time: term.relaxation_time,
-        }
+        Self { weight: term.relative_modulus, time: term.relaxation_time }
     }
 }
 
@@ -144,10 +137,7 @@ pub struct LawConstants {
 
 impl From<myovib_fem::Law> for LawConstants {
     fn from(law: myovib_fem::Law) -> Self {
-        Self {
-            law,
-            is_neo_hooke: false,
-        }
+        Self { law, is_neo_hooke: false }
     }
 }
 
@@ -155,10 +145,8 @@ impl Serialize for LawConstants {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if let (true, myovib_fem::Law::MooneyRivlin { c10, .. }) = (self.is_neo_hooke, self.law) {
             let shear_modulus = (NEO_HOOKE_CONSTANTS[0].name.to_owned(), Number(2.0 * c10));
-            let written = Written {
-                law: NEO_HOOKE.to_owned(),
-                constants: BTreeMap::from([shear_modulus]),
-            };
+            let written =
+                Written { law: NEO_HOOKE.to_owned(), constants: BTreeMap::from([shear_modulus]) };
             return written.serialize(serializer);
         }
         let description = self.law.description();
@@ -234,10 +222,8 @@ fn alternative(law: &Description) -> Value {
     let constants = constants.map(|parameter| (parameter.name.to_owned(), constant(parameter)));
     let required = law.parameters.iter().filter(|p| p.default.is_none());
     let required = required.map(|parameter| parameter.name);
-    let properties: Map<String, Value> = [("law".to_owned(), name)]
-        .into_iter()
-        .chain(constants)
-        .collect();
+    let properties: Map<String, Value> =
+        [("law".to_owned(), name)].into_iter().chain(constants).collect();
     let required: Vec<&str> = ["law"].into_iter().chain(required).collect();
     json!({
         "type": "object",
@@ -289,10 +275,7 @@ mod tests {
     #[test]
     fn a_stiffened_law_has_its_energy_that_many_times() {
         let strain = [[0.11, 0.05, -0.03], [0.02, 0.07, 0.04], [0.01, -0.06, 0.09]];
-        let axes = Axes {
-            fiber: [1.0, 0.0, 0.0],
-            sheet: [0.0, 1.0, 0.0],
-        };
+        let axes = Axes { fiber: [1.0, 0.0, 0.0], sheet: [0.0, 1.0, 0.0] };
         for law in myovib_fem::Law::CATALOG {
             let constants: Map<String, Value> = law
                 .parameters

@@ -114,10 +114,8 @@ impl<'a> Page<'a> {
             let required = schema["required"].as_array();
             required.is_some_and(|all| all.iter().any(|name| name == key))
         };
-        let mut keys: Vec<_> = properties
-            .iter()
-            .filter(|(_, property)| !property["const"].is_string())
-            .collect();
+        let mut keys: Vec<_> =
+            properties.iter().filter(|(_, property)| !property["const"].is_string()).collect();
         // The map is sorted by name. Required keys are printed first.
         keys.sort_by_key(|(key, _)| !is_required(key));
         if !keys.is_empty() {
@@ -228,11 +226,7 @@ impl<'a> Page<'a> {
             }
             None => {
                 let (kind, about) = (self.kind(one, path), line(description(one)));
-                let about = if about.is_empty() {
-                    about
-                } else {
-                    format!(": {about}")
-                };
+                let about = if about.is_empty() { about } else { format!(": {about}") };
                 self.text += &format!("\n- {kind}{about}");
             }
         }
@@ -287,20 +281,13 @@ impl<'a> Page<'a> {
             return format!("[{kind}](#{})", title.to_lowercase().replace(' ', "-"));
         }
         if is_choice(definition) {
-            let names: Vec<_> = choices(definition)
-                .map(|one| format!("`{}`", one["const"]))
-                .collect();
+            let names: Vec<_> =
+                choices(definition).map(|one| format!("`{}`", one["const"])).collect();
             let has_list = explained(definition).next().is_some() && !self.printed.contains(name);
-            return if !has_list {
-                names.join(" or ")
-            } else {
-                "name".to_owned()
-            };
+            return if !has_list { names.join(" or ") } else { "name".to_owned() };
         }
         if !is_table(definition) {
-            let several: Vec<_> = choices(definition)
-                .map(|one| self.kind(one, path))
-                .collect();
+            let several: Vec<_> = choices(definition).map(|one| self.kind(one, path)).collect();
             return several.join(" or ");
         }
         self.open.push_back((name, format!("### `{path}`")));
@@ -335,9 +322,7 @@ fn is_choice(schema: &Value) -> bool {
 fn is_table(schema: &Value) -> bool {
     let is_tagged = |one: &Value| {
         let properties = one["properties"].as_object().into_iter().flatten();
-        properties
-            .into_iter()
-            .any(|(_, value)| value["const"].is_string())
+        properties.into_iter().any(|(_, value)| value["const"].is_string())
     };
     schema["properties"].is_object() || choices(schema).any(is_tagged)
 }
@@ -355,9 +340,9 @@ fn references(schema: &Value) -> Vec<&str> {
 
 fn type_name(schema: &Value) -> Option<&str> {
     match &schema["type"] {
-        Value::Array(several) => several
-            .iter()
-            .find_map(|one| one.as_str().filter(|name| *name != "null")),
+        Value::Array(several) => {
+            several.iter().find_map(|one| one.as_str().filter(|name| *name != "null"))
+        }
         one => one.as_str(),
     }
 }
@@ -385,12 +370,8 @@ fn range(schema: &Value) -> String {
     {
         return format!("{} to {}", written(low), written(high));
     }
-    let bounds = [
-        ("exclusiveMinimum", ">"),
-        ("minimum", "≥"),
-        ("exclusiveMaximum", "<"),
-        ("maximum", "≤"),
-    ];
+    let bounds =
+        [("exclusiveMinimum", ">"), ("minimum", "≥"), ("exclusiveMaximum", "<"), ("maximum", "≤")];
     let ranges = bounds.iter().filter_map(|(key, sign)| {
         let bound = schema[*key].as_f64()?;
         (bound.abs() < LARGE).then(|| format!("{sign}{}", written(bound)))
@@ -409,10 +390,7 @@ mod tests {
 
     #[test]
     fn the_guide_contains_the_current_reference() {
-        let path = concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/../../docs/src/scene-reference.md"
-        );
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/scene-reference.md");
         let written = std::fs::read_to_string(path).unwrap_or_default();
         assert!(
             written == reference(),

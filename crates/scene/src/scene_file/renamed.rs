@@ -80,12 +80,10 @@ pub(super) fn check(source: &Source) -> Result<(), InputError> {
     if names.is_empty() {
         return Ok(());
     }
-    Err(
-        InputError::new("the scene has names that have been replaced")
-            .at(source.name())
-            .found(names.join("\n"))
-            .next("replace them; `myovib schema --markdown` documents all keys"),
-    )
+    Err(InputError::new("the scene has names that have been replaced")
+        .at(source.name())
+        .found(names.join("\n"))
+        .next("replace them; `myovib schema --markdown` documents all keys"))
 }
 
 /// An old name: its line and the text of the message. Sorted by line; overrides come first.
@@ -185,16 +183,10 @@ mod tests {
             (10, "`integrator.suppress` is now `error_test.exclude`"),
             (10, "\"pressure\" is now \"p\""),
             (12, "`chain.half_width` is now `frequency_spread` in Hz"),
-            (
-                14,
-                "the key \"material.0.eta\" is now \"material.viscosity\"",
-            ),
+            (14, "the key \"material.0.eta\" is now \"material.viscosity\""),
         ] {
             let expected = format!("line {line}: {names}");
-            assert!(
-                lines.iter().any(|line| line.starts_with(&expected)),
-                "{expected}: {error}"
-            );
+            assert!(lines.iter().any(|line| line.starts_with(&expected)), "{expected}: {error}");
         }
         let set = "--set fields.every=0.1: `fields.every` is now `interval`";
         assert!(error.contains(set), "{error}");

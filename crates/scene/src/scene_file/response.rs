@@ -72,10 +72,7 @@ impl Frequencies {
                 }
             },
         };
-        if !values
-            .iter()
-            .all(|value| (0.0..f64::INFINITY).contains(value))
-        {
+        if !values.iter().all(|value| (0.0..f64::INFINITY).contains(value)) {
             return Err("a frequency is out of range");
         }
         values.sort_by(f64::total_cmp);
@@ -125,15 +122,10 @@ fn adaptive([low, high]: [f64; 2], spacing: &str) -> Result<Grid, &'static str> 
     }
     let tolerance = match spacing.strip_prefix("adaptive").unwrap_or_default() {
         "" => Some(TOLERANCE),
-        rest => rest
-            .strip_prefix(':')
-            .and_then(|word| word.trim().parse().ok()),
+        rest => rest.strip_prefix(':').and_then(|word| word.trim().parse().ok()),
     };
     match tolerance.filter(|tolerance| (1e-8..=0.5).contains(tolerance)) {
-        Some(tolerance) => Ok(Grid::Adaptive(Adaptive {
-            range: [low, high],
-            tolerance,
-        })),
+        Some(tolerance) => Ok(Grid::Adaptive(Adaptive { range: [low, high], tolerance })),
         None => Err("the tolerance of adaptive frequencies is between 1e-8 and 0.5"),
     }
 }
@@ -175,14 +167,6 @@ impl Amplitudes {
     /// Returns the complex amplitude of each component.
     pub fn complex(&self) -> [Option<Complex64>; 3] {
         let phase = self.phase;
-        [self.x, self.y, self.z].map(|value| {
-            Some(
-                Amplitude {
-                    value: value?,
-                    phase,
-                }
-                .complex(),
-            )
-        })
+        [self.x, self.y, self.z].map(|value| Some(Amplitude { value: value?, phase }.complex()))
     }
 }

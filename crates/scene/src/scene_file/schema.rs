@@ -13,10 +13,7 @@ pub fn schema() -> Schema {
     let root = schema.ensure_object();
     close(root);
     if let Some(Value::Object(definitions)) = root.get_mut("$defs") {
-        definitions
-            .values_mut()
-            .filter_map(Value::as_object_mut)
-            .for_each(close);
+        definitions.values_mut().filter_map(Value::as_object_mut).for_each(close);
     }
     schema
 }

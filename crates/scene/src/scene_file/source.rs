@@ -14,10 +14,7 @@ use crate::InputError;
 #[derive(Debug, Clone)]
 enum Place {
     /// Byte ranges of its key, if any, and of the value itself.
-    Text {
-        key: Option<Range<usize>>,
-        value: Range<usize>,
-    },
+    Text { key: Option<Range<usize>>, value: Range<usize> },
     /// Override, as typed.
     Override(String),
 }
@@ -45,9 +42,7 @@ impl Source {
         };
         let table = DeTable::parse(text).map_err(|e| {
             let error = InputError::new(format!("the scene is not TOML: {}", e.message()));
-            error.at(e
-                .span()
-                .map_or(name.to_owned(), |span| source.locate(&span)))
+            error.at(e.span().map_or(name.to_owned(), |span| source.locate(&span)))
         })?;
         source.value = source.table(table.get_ref(), "")?;
         Ok(source)
@@ -95,13 +90,11 @@ impl Source {
     pub fn assign(&mut self, assignment: &str) -> Result<(), InputError> {
         let place = format!("--set {assignment}");
         let parts = assignment.split_once('=');
-        let (path, text) = parts
-            .filter(|(path, _)| !path.trim().is_empty())
-            .ok_or_else(|| {
-                InputError::new("an override needs a key and `=`")
-                    .at(&place)
-                    .allowed("key=value, as in solid.bulk_modulus=inf")
-            })?;
+        let (path, text) = parts.filter(|(path, _)| !path.trim().is_empty()).ok_or_else(|| {
+            InputError::new("an override needs a key and `=`")
+                .at(&place)
+                .allowed("key=value, as in solid.bulk_modulus=inf")
+        })?;
         let value = match (text.trim(), DeValue::parse(text.trim())) {
             ("", _) => Value::Null,
             (_, Ok(value)) => self.convert(value.get_ref(), &|| place.clone())?,
@@ -109,11 +102,7 @@ impl Source {
         };
         let mut target = &mut self.value;
         let mut path_so_far = String::new();
-        for key in path
-            .trim()
-            .split(['.', '[', ']'])
-            .filter(|key| !key.is_empty())
-        {
+        for key in path.trim().split(['.', '[', ']']).filter(|key| !key.is_empty()) {
             (target, path_so_far) = descend(target, key, &path_so_far).ok_or_else(|| {
                 InputError::new(format!("`{path_so_far}` has no entry `{key}`")).at(&place)
             })?;
@@ -121,8 +110,7 @@ impl Source {
         *target = value;
         without_null(&mut self.value);
         let below = |path: &String| {
-            path.strip_prefix(path_so_far.as_str())
-                .is_some_and(|rest| rest.starts_with(['.', '[']))
+            path.strip_prefix(path_so_far.as_str()).is_some_and(|rest| rest.starts_with(['.', '[']))
         };
         self.places.retain(|path, _| !below(path));
         self.places.insert(path_so_far, Place::Override(place));
@@ -155,11 +143,7 @@ impl Source {
             match self.places.get(around) {
                 Some(Place::Override(text)) => return text.clone(),
                 Some(Place::Text { key, value }) => {
-                    let range = if at_key {
-                        key.as_ref().unwrap_or(value)
-                    } else {
-                        value
-                    };
+                    let range = if at_key { key.as_ref().unwrap_or(value) } else { value };
                     return self.locate(range);
                 }
                 None => match around.rfind(['.', '[']) {
@@ -178,10 +162,7 @@ impl Source {
         let number = self.text[..line_start].matches('\n').count() + 1;
         let before = &self.text[line_start..start];
         // Tabs in the line are preserved, and repeated before the marks.
-        let indent: String = before
-            .chars()
-            .map(|c| if c == '\t' { c } else { ' ' })
-            .collect();
+        let indent: String = before.chars().map(|c| if c == '\t' { c } else { ' ' }).collect();
         let end = range.end.clamp(start, line_start + line.len());
         let marks = self.text[start..end].chars().count().max(1);
         format!(
@@ -209,13 +190,7 @@ impl Source {
         key: Option<Range<usize>>,
         path: &str,
     ) -> Result<Value, InputError> {
-        self.places.insert(
-            path.to_owned(),
-            Place::Text {
-                key,
-                value: value.span(),
-            },
-        );
+        self.places.insert(path.to_owned(), Place::Text { key, value: value.span() });
         match value.get_ref() {
             DeValue::Table(table) => self.table(table, path),
             DeValue::Array(entries) => entries
@@ -259,10 +234,7 @@ impl Source {
                 table
                     .iter()
                     .map(|(key, one)| {
-                        Ok((
-                            key.get_ref().to_string(),
-                            self.convert(one.get_ref(), place)?,
-                        ))
+                        Ok((key.get_ref().to_string(), self.convert(one.get_ref(), place)?))
                     })
                     .collect::<Result<_, InputError>>()?,
             ),
@@ -292,9 +264,7 @@ fn descend<'v>(value: &'v mut Value, key: &str, path: &str) -> Option<(&'v mut V
         }
         Value::Object(_) if key.parse::<usize>().is_ok() => None,
         Value::Object(object) => {
-            let made = object
-                .entry(key)
-                .or_insert_with(|| Value::Object(Map::new()));
+            let made = object.entry(key).or_insert_with(|| Value::Object(Map::new()));
             Some((made, member(path, key)))
         }
         _ => None,

@@ -7,10 +7,7 @@ const MINIMAL: &str = include_str!("../../data/scenes/init.toml");
 fn the_scene_of_init_is_read_and_keeps_its_values() {
     let read = read("scene.toml", MINIMAL, &[]).unwrap();
     let solid = read.scene.solid.as_ref().unwrap();
-    assert_eq!(
-        (solid.bulk_modulus.0, solid.rayleigh_stiffness),
-        (1e5, 1e-4)
-    );
+    assert_eq!((solid.bulk_modulus.0, solid.rayleigh_stiffness), (1e5, 1e-4));
     // The copy of the scene in run.json is equivalent to it and can be run.
     let echo = serde_json::to_value(&read.scene).unwrap();
     assert_eq!(SceneFile::deserialize(&echo).unwrap(), read.scene);
@@ -21,15 +18,8 @@ fn infinity_may_be_a_number_or_a_word_and_is_a_word_in_json() {
     for written in ["inf", "\"inf\"", "+inf"] {
         let set = [format!("solid.bulk_modulus={written}")];
         let scene = read("scene.toml", MINIMAL, &set).unwrap().scene;
-        assert_eq!(
-            scene.solid.as_ref().unwrap().bulk_modulus.0,
-            f64::INFINITY,
-            "{written}"
-        );
-        assert_eq!(
-            serde_json::to_value(&scene).unwrap()["solid"]["bulk_modulus"],
-            "inf"
-        );
+        assert_eq!(scene.solid.as_ref().unwrap().bulk_modulus.0, f64::INFINITY, "{written}");
+        assert_eq!(serde_json::to_value(&scene).unwrap()["solid"]["bulk_modulus"], "inf");
     }
 }
 
@@ -54,42 +44,24 @@ fn a_number_that_is_too_large_is_not_infinity() {
 
 #[test]
 fn overrides_replace_add_and_need_no_quotes() {
-    let set = [
-        "solid.formulation=rate",
-        "material[0].c10=2e4",
-        "time.end=0.5",
-        "modes.count=3",
-    ]
-    .map(str::to_owned);
+    let set = ["solid.formulation=rate", "material[0].c10=2e4", "time.end=0.5", "modes.count=3"]
+        .map(str::to_owned);
     let scene = read("scene.toml", MINIMAL, &set).unwrap().scene;
-    assert_eq!(
-        scene.solid.unwrap().formulation,
-        Some(myovib_model::Formulation::Rate)
-    );
+    assert_eq!(scene.solid.unwrap().formulation, Some(myovib_model::Formulation::Rate));
     assert_eq!(
         scene.material[0].law,
         material::LawConstants::from(myovib_fem::Law::MooneyRivlin { c10: 2e4, c01: 2e2 })
     );
-    assert_eq!(
-        (scene.time.unwrap().end, scene.modes.unwrap().count),
-        (0.5, 3)
-    );
+    assert_eq!((scene.time.unwrap().end, scene.modes.unwrap().count), (0.5, 3));
 }
 
 #[test]
 fn an_override_without_a_value_brings_the_default_back() {
-    let set = [
-        "integrator.rtol=1e-7",
-        "integrator.rtol=",
-        "solid.formulation=",
-        "material[0].group=",
-    ]
-    .map(str::to_owned);
+    let set =
+        ["integrator.rtol=1e-7", "integrator.rtol=", "solid.formulation=", "material[0].group="]
+            .map(str::to_owned);
     let scene = read("scene.toml", MINIMAL, &set).unwrap().scene;
-    assert_eq!(
-        scene.integrator.rtol,
-        integrator::IntegratorSettings::default().rtol
-    );
+    assert_eq!(scene.integrator.rtol, integrator::IntegratorSettings::default().rtol);
     assert_eq!(scene.solid.unwrap().formulation, None);
     assert_eq!(scene.material[0].group, None, "in a list too");
 }
@@ -116,56 +88,20 @@ fn functions_of_time_nest() {
 const WRONG: [(&str, &str, &str); 18] = [
     ("misspelt_key", "bulk_modulus = 1e5", "bulk_modulis = 1e5"),
     ("misspelt_section", "[time]", "[tiem]"),
-    (
-        "negative_kappa",
-        "bulk_modulus = 1e5",
-        "bulk_modulus = -1e5",
-    ),
-    (
-        "kappa_a_word",
-        "bulk_modulus = 1e5",
-        "bulk_modulus = \"soft\"",
-    ),
-    (
-        "negative_beta",
-        "rayleigh_stiffness = 1e-4",
-        "rayleigh_stiffness = -1e-4",
-    ),
+    ("negative_kappa", "bulk_modulus = 1e5", "bulk_modulus = -1e5"),
+    ("kappa_a_word", "bulk_modulus = 1e5", "bulk_modulus = \"soft\""),
+    ("negative_beta", "rayleigh_stiffness = 1e-4", "rayleigh_stiffness = -1e-4"),
     ("missing_density", "density = 1.1e3", ""),
     ("unknown_law", "law = \"mooney-rivlin\"", "law = \"mooney\""),
     ("missing_law", "law = \"mooney-rivlin\"", ""),
-    (
-        "parameter_of_another_law",
-        "c01 = 2e2",
-        "c01 = 2e2\nshear_modulus = 2e4",
-    ),
-    (
-        "unknown_formulation",
-        "rayleigh_mass = 1.0",
-        "formulation = \"rates\"",
-    ),
+    ("parameter_of_another_law", "c01 = 2e2", "c01 = 2e2\nshear_modulus = 2e4"),
+    ("unknown_formulation", "rayleigh_mass = 1.0", "formulation = \"rates\""),
     ("number_as_text", "end = 2.0", "end = \"2.0\""),
-    (
-        "point_with_four_coordinates",
-        "at = [0.0, 0.0]",
-        "at = [0.0, 0.0, 0.0, 0.0]",
-    ),
-    (
-        "unknown_function",
-        "type = \"ramped-sine\"",
-        "type = \"ramped_sine\"",
-    ),
-    (
-        "unknown_quantity",
-        "quantities = [\"u\", \"p\"]",
-        "quantities = [\"u\", \"q\"]",
-    ),
+    ("point_with_four_coordinates", "at = [0.0, 0.0]", "at = [0.0, 0.0, 0.0, 0.0]"),
+    ("unknown_function", "type = \"ramped-sine\"", "type = \"ramped_sine\""),
+    ("unknown_quantity", "quantities = [\"u\", \"p\"]", "quantities = [\"u\", \"q\"]"),
     ("order_six", "rtol = 1e-4", "rtol = 1e-4\nmax_order = 6"),
-    (
-        "order_in_a_wrong_word",
-        "rtol = 1e-4",
-        "rtol = 1e-4\nmax_order = \"best\"",
-    ),
+    ("order_in_a_wrong_word", "rtol = 1e-4", "rtol = 1e-4\nmax_order = \"best\""),
     ("not_a_number", "rayleigh_mass = 1.0", "rayleigh_mass = nan"),
     ("broken_toml", "[[fixed]]", "[[fixed]"),
 ];
@@ -173,10 +109,7 @@ const WRONG: [(&str, &str, &str); 18] = [
 #[test]
 fn wrong_scenes_are_explained() {
     for (name, right, wrong) in WRONG {
-        assert!(
-            MINIMAL.contains(right),
-            "the scene of `init` has no line `{right}`"
-        );
+        assert!(MINIMAL.contains(right), "the scene of `init` has no line `{right}`");
         let text = MINIMAL.replacen(right, wrong, 1);
         let error = read("scene.toml", &text, &[]).expect_err(name);
         insta::assert_snapshot!(name, error.to_string());
@@ -211,10 +144,7 @@ fn headers_with_wrong_brackets_say_which_are_right() {
             "write [[material.prony]] instead",
         ),
     ] {
-        assert!(
-            MINIMAL.contains(right),
-            "the scene of `init` has no {right}"
-        );
+        assert!(MINIMAL.contains(right), "the scene of `init` has no {right}");
         let text = MINIMAL.replacen(right, wrong, 1);
         let error = read("scene.toml", &text, &[]).expect_err(wrong).to_string();
         assert!(error.contains(next), "{wrong}: {error}");
@@ -229,9 +159,7 @@ fn notes_on_values_without_a_header_do_not_name_one() {
         read("scene.toml", &text, &[]).expect_err(value).to_string()
     };
     let set = |value: &str| {
-        read("scene.toml", MINIMAL, &[value.to_owned()])
-            .expect_err(value)
-            .to_string()
+        read("scene.toml", MINIMAL, &[value.to_owned()]).expect_err(value).to_string()
     };
     for error in [
         inline("elastic_foundation = { group = \"left\", stiffness = 1.0 }"),
@@ -251,9 +179,7 @@ fn notes_on_values_without_a_header_do_not_name_one() {
 fn quantities_named_twice_and_endless_runs_are_refused() {
     let refusal = |set: &str| {
         let set = [set.to_owned()];
-        read("scene.toml", MINIMAL, &set)
-            .expect_err("wrong")
-            .to_string()
+        read("scene.toml", MINIMAL, &set).expect_err("wrong").to_string()
     };
     let twice = refusal("probe[0].quantities=[\"u\", \"p\", \"u\"]");
     assert!(twice.contains("\"u\""), "{twice}");

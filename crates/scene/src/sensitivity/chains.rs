@@ -56,10 +56,6 @@ impl Parameterized {
         let delta = known.step(STEP, value);
         let (stencil, twins) = around(value, delta, twin)?;
         let weights = stencil.points().iter().map(|(_, weight)| weight / delta);
-        Ok(ChainDependence::new(
-            network,
-            0.0,
-            weights.zip(twins).collect(),
-        ))
+        Ok(ChainDependence::new(network, 0.0, weights.zip(twins).collect()))
     }
 }

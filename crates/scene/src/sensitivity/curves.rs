@@ -134,10 +134,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
         names_for(wanted, is_response, &*probes[k]).contains(&wanted.column)
     };
     let is_own = |wanted: &Wanted| {
-        let k = file
-            .probe
-            .iter()
-            .position(|probe| probe.name == wanted.probe);
+        let k = file.probe.iter().position(|probe| probe.name == wanted.probe);
         k.is_some_and(|k| has_column(scene.is_response(), k, wanted))
     };
     let has_own = file.output.iter().any(is_own);
@@ -145,20 +142,15 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
         |k: usize, wanted: &Wanted| has_own && has_column(!scene.is_response(), k, wanted);
     let named = file.output.iter().enumerate().map(|(i, wanted)| {
         let path = format!("output[{i}]");
-        let k = file
-            .probe
-            .iter()
-            .position(|probe| probe.name == wanted.probe);
+        let k = file.probe.iter().position(|probe| probe.name == wanted.probe);
         let Some(k) = k else {
             let names: Vec<&str> = file.probe.iter().map(|probe| probe.name.as_str()).collect();
             let error = InputError::new(format!("unknown probe `{}`", wanted.probe));
             return Err(scene.wrong(&format!("{path}.probe"), error.allowed(names.join(", "))));
         };
         if probes[k].balance().is_some() {
-            let error = InputError::new(format!(
-                "the probe `{}` accumulates over time",
-                wanted.probe
-            ));
+            let error =
+                InputError::new(format!("the probe `{}` accumulates over time", wanted.probe));
             return Err(scene.wrong(
                 &format!("{path}.probe"),
                 error.allowed(
@@ -175,17 +167,13 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
                     let error = error.allowed("analysis = \"response\" and a reaction");
                     return Err(scene.wrong(&format!("{path}.shear_wave"), error));
                 }
-                _ => InputError::new(format!(
-                    "`{}` has no column `{}`",
-                    wanted.probe, wanted.column
-                )),
+                _ => {
+                    InputError::new(format!("`{}` has no column `{}`", wanted.probe, wanted.column))
+                }
             };
             return Err(scene.wrong(&format!("{path}.column"), error.allowed(names.join(", "))));
         }
-        if file.output[..i]
-            .iter()
-            .any(|other| other.name == wanted.name)
-        {
+        if file.output[..i].iter().any(|other| other.name == wanted.name) {
             let error = InputError::new(format!("duplicate output name `{}`", wanted.name));
             return Err(scene.wrong(&format!("{path}.name"), error));
         }
@@ -319,9 +307,7 @@ pub(super) fn sample<P, I: Integrator<P>>(
         }
         let to = integrator.time();
         let t_end = scene.t_end;
-        watcher
-            .progress
-            .on_progress(&|| format!("t = {to:.3} of {t_end} s"));
+        watcher.progress.on_progress(&|| format!("t = {to:.3} of {t_end} s"));
         // Times that exceed the end of the run only by rounding errors are included.
         let reach = if to >= t_end { f64::INFINITY } else { to };
         while let Some(t) = due.next_if(|t| *t <= reach) {
@@ -357,14 +343,8 @@ pub fn follow(
 ) -> Result<(Vec<Sample>, Cost), Error> {
     let body = body(scene)?;
     let settings = settings(&body.settings);
-    let request = Request {
-        scene,
-        outputs,
-        times,
-        n_parameters: dependences.count(),
-        precision,
-        watcher,
-    };
+    let request =
+        Request { scene, outputs, times, n_parameters: dependences.count(), precision, watcher };
     if scene.chains.is_empty() {
         let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
@@ -413,29 +393,17 @@ impl Request<'_> {
             |system: &mut P, t: f64, y: &[f64], y_dot: &[f64]| readings.values(system, t, y, y_dot);
         let mut samples = Vec::with_capacity(self.times.len());
         let (scene, times) = (self.scene, self.times);
-        sample(
-            scene,
-            &mut integrator,
-            times,
-            self.watcher,
-            |integrator, t, inside| {
-                let values = integrator.read(inside, &mut read)?;
-                let derivative = |j| integrator.derivative(j, inside, &values, &mut read);
-                let derivatives = (0..self.n_parameters)
-                    .map(derivative)
-                    .collect::<Result<_, _>>()?;
-                samples.push(Sample {
-                    t,
-                    values,
-                    derivatives,
-                });
-                Ok(())
-            },
-        )?;
+        sample(scene, &mut integrator, times, self.watcher, |integrator, t, inside| {
+            let values = integrator.read(inside, &mut read)?;
+            let derivative = |j| integrator.derivative(j, inside, &values, &mut read);
+            let derivatives = (0..self.n_parameters).map(derivative).collect::<Result<_, _>>()?;
+            samples.push(Sample { t, values, derivatives });
+            Ok(())
+        })?;
         let (counts, work) = (integrator.counts(), integrator.work());
-        let factorizations = counts.radau_work.map_or(0, |work| {
-            work.real_factorizations + work.complex_factorizations
-        });
+        let factorizations = counts
+            .radau_work
+            .map_or(0, |work| work.real_factorizations + work.complex_factorizations);
         let cost = Cost {
             steps: counts.steps,
             factorizations,

@@ -57,14 +57,9 @@ pub fn equilibria(
     let readings = Readings::new(&at, outputs)?;
     let neighbors = |j: usize| {
         let step = scene.parameters[j].step(STEP, values[j]);
-        let (stencil, muscles) = around(values[j], step, |value| {
-            Ok(scene.neighbor(j, values, body, value)?.muscle)
-        })?;
-        Ok(Neighbors {
-            stencil,
-            step,
-            muscles,
-        })
+        let (stencil, muscles) =
+            around(values[j], step, |value| Ok(scene.neighbor(j, values, body, value)?.muscle))?;
+        Ok(Neighbors { stencil, step, muscles })
     };
     let count = if with_derivatives { values.len() } else { 0 };
     let neighbors: Vec<Neighbors> = (0..count).map(neighbors).collect::<Result<_, Error>>()?;
@@ -88,9 +83,7 @@ pub fn equilibria(
             for (distance, weight, muscle) in near.points() {
                 let mut moved = state.clone();
                 let unknowns_near = moved.displacement.iter_mut().chain(&mut moved.pressure);
-                unknowns_near
-                    .zip(&slope)
-                    .for_each(|(x, s)| *x += distance * s);
+                unknowns_near.zip(&slope).for_each(|(x, s)| *x += distance * s);
                 let values = read(muscle, &unknowns(&moved))?;
                 let sums = sum.iter_mut().zip(values);
                 sums.for_each(|(sum, value)| *sum += weight * value);

@@ -45,12 +45,7 @@ pub fn respond(
         let (stencil, bodies) = around(values[j], step, |value| {
             let near = scene.neighbor(j, values, body, value)?;
             let rest = preloaded(&at, &near, watcher)?;
-            Ok(DynamicStiffness::about(
-                &near.muscle,
-                near.formulation,
-                &rest,
-                &near.drive,
-            ))
+            Ok(DynamicStiffness::about(&near.muscle, near.formulation, &rest, &near.drive))
         })?;
         Ok(Neighbors::new(stencil, step, bodies))
     };
@@ -58,11 +53,7 @@ pub fn respond(
     let neighbors = (0..count).map(neighbors);
     let neighbors = neighbors.collect::<Result<Vec<_>, Error>>()?;
     let read = |stiffness: &DynamicStiffness, amplitude: &Amplitude| {
-        read(
-            &probes,
-            outputs,
-            &HarmonicMotion::Body(stiffness, amplitude),
-        )
+        read(&probes, outputs, &HarmonicMotion::Body(stiffness, amplitude))
     };
     let rows =
         response.map_with_derivatives(frequencies, &neighbors, |amplitude, derivatives| {
@@ -122,8 +113,6 @@ fn read(
         }
     });
     let rows = rows.collect::<Result<Vec<_>, _>>()?;
-    let values = outputs
-        .iter()
-        .map(|output| rows[output.probe][output.column / Part::ALL.len()]);
+    let values = outputs.iter().map(|output| rows[output.probe][output.column / Part::ALL.len()]);
     Ok(values.collect())
 }

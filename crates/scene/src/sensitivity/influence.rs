@@ -180,20 +180,14 @@ impl SceneParameter {
 /// # Errors
 /// A key without a number, or a number without derivatives.
 fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParameter, InputError> {
-    let parts: Vec<&str> = wanted
-        .key
-        .trim()
-        .split(['.', '[', ']'])
-        .filter(|p| !p.is_empty())
-        .collect();
+    let parts: Vec<&str> =
+        wanted.key.trim().split(['.', '[', ']']).filter(|p| !p.is_empty()).collect();
     let key = &key_of(&parts);
     let (table, last) = (parts.first().copied().unwrap_or(""), last_name(&parts));
     if !TABLES.contains(&table) && !is_of_loads(table) {
         let error = InputError::new(format!("`{key}` cannot be a parameter")).allowed(format!(
             "numbers of {}",
-            [&TABLES[..], &LOADS, SurfaceLoads::KEYS]
-                .concat()
-                .join(", ")
+            [&TABLES[..], &LOADS, SurfaceLoads::KEYS].concat().join(", ")
         ));
         return Err(error);
     }
@@ -207,11 +201,9 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
     let role = role(last, values.pointer(parent));
     let influence = influence(place, last, role, found, values.pointer(parent));
     let value = match (influence, found) {
-        (Some(Influence::Compressibility), _) => scene
-            .file
-            .solid
-            .as_ref()
-            .map_or(0.0, |solid| 1.0 / solid.bulk_modulus.0),
+        (Some(Influence::Compressibility), _) => {
+            scene.file.solid.as_ref().map_or(0.0, |solid| 1.0 / solid.bulk_modulus.0)
+        }
         (_, Some(Value::Number(number))) => number.as_f64().unwrap_or(f64::NAN),
         (_, found) => {
             let error = InputError::new(format!("the scene has no number `{key}`"));
@@ -220,9 +212,9 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
                     let names: Vec<&str> = members.keys().map(String::as_str).collect();
                     error.found(format!("a table with {}", names.join(", ")))
                 }
-                Some(Value::Array(_)) => error
-                    .found("a list")
-                    .next(format!("choose an entry, as in `{key}[0]`")),
+                Some(Value::Array(_)) => {
+                    error.found("a list").next(format!("choose an entry, as in `{key}[0]`"))
+                }
                 _ => match values.pointer(parent) {
                     Some(Value::Object(members)) if !parent.is_empty() => {
                         let numbers = members.iter().filter(|(_, value)| value.is_number());
@@ -251,24 +243,16 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
         InputError::new(format!("`{key}` is 0: its typical size is unknown"))
             .next("add `scale`, a typical size, to the [[parameter]]")
     })?;
-    Ok(SceneParameter {
-        key: key.clone(),
-        value,
-        scale,
-        wanted: wanted.clone(),
-        influence,
-    })
+    Ok(SceneParameter { key: key.clone(), value, scale, wanted: wanted.clone(), influence })
 }
 
 /// Returns the canonical spelling of a key: `material[0].c10` for `material.0.c10`.
 fn key_of(parts: &[&str]) -> String {
-    parts
-        .iter()
-        .fold(String::new(), |key, part| match part.parse::<usize>() {
-            Ok(number) => format!("{key}[{number}]"),
-            Err(_) if key.is_empty() => (*part).to_owned(),
-            Err(_) => format!("{key}.{part}"),
-        })
+    parts.iter().fold(String::new(), |key, part| match part.parse::<usize>() {
+        Ok(number) => format!("{key}[{number}]"),
+        Err(_) if key.is_empty() => (*part).to_owned(),
+        Err(_) => format!("{key}.{part}"),
+    })
 }
 
 /// Returns the last name of a key; for an entry of a list, the name of the list.

@@ -94,10 +94,8 @@ impl StiffnessMap {
             // The derivatives of ln √Σ u² and Σ c u are equal for c = u / Σ u².
             let squares: f64 = samples.iter().map(|(_, values)| values[k].powi(2)).sum();
             let weighed = samples.iter().map(|(t, values)| (*t, values[k] / squares));
-            let misfit = LinearMisfit {
-                unknowns: &unknowns,
-                samples: &weighed.collect::<Vec<_>>(),
-            };
+            let misfit =
+                LinearMisfit { unknowns: &unknowns, samples: &weighed.collect::<Vec<_>>() };
             let elements = match squares {
                 0.0 => vec![f64::NAN; body.muscle.solid.space().n_elements()],
                 _ => {
@@ -152,9 +150,7 @@ fn integrate_adjoint(
     watcher: Watcher<'_>,
 ) -> Result<(Vec<f64>, AdjointWork), Error> {
     let mut on_step = |t: f64| {
-        watcher
-            .progress
-            .on_progress(&|| format!("{name}: back at t = {t:.3} s"));
+        watcher.progress.on_progress(&|| format!("{name}: back at t = {t:.3} s"));
         !watcher.is_interrupted()
     };
     let by_stiffness = integrator.by_stiffness(misfit, &mut on_step);

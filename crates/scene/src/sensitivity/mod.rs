@@ -130,10 +130,7 @@ impl Curves {
     /// or has no derivatives.
     pub fn importance(&self) -> Vec<Vec<f64>> {
         let ratio = |j: usize, k: usize| {
-            let both = self
-                .samples
-                .iter()
-                .map(|s| [s.derivatives[j][k], s.values[k]]);
+            let both = self.samples.iter().map(|s| [s.derivatives[j][k], s.values[k]]);
             let known = both.filter(|[derivative, _]| !derivative.is_nan());
             let sums = known.fold([0.0; 2], |[d, u], [derivative, value]| {
                 [d + derivative * derivative, u + value * value]
@@ -154,10 +151,7 @@ impl Curves {
             self.parameters.iter().map(by)
         });
         let abscissa = std::iter::once(self.abscissa.name().to_owned());
-        abscissa
-            .chain(self.outputs.iter().cloned())
-            .chain(derivatives)
-            .collect()
+        abscissa.chain(self.outputs.iter().cloned()).chain(derivatives).collect()
     }
 
     /// Returns the rows of the table.

@@ -33,12 +33,7 @@ impl Parameterized {
     pub fn load(path: &Path, set: &[String]) -> Result<Self, InputError> {
         let scene = Scene::load(path, set)?;
         let parameters = SceneParameter::all(&scene)?;
-        let it = Self {
-            path: path.to_owned(),
-            set: set.to_vec(),
-            scene,
-            parameters,
-        };
+        let it = Self { path: path.to_owned(), set: set.to_vec(), scene, parameters };
         if let Some((feature, path)) = unsupported_in_fit(&it.scene) {
             return Err(feature.at(&it.scene, &path));
         }
@@ -133,11 +128,7 @@ impl Parameterized {
         let known = &self.parameters[j];
         let formulation = body.formulation;
         let value = values[j];
-        let parameter = dae::Parameter {
-            name: known.key.clone(),
-            value,
-            scale: known.scale,
-        };
+        let parameter = dae::Parameter { name: known.key.clone(), value, scale: known.scale };
         if known.influence == Influence::Start || known.is_of_chains() {
             return Ok(Dependence::of_start(parameter));
         }

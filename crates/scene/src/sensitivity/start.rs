@@ -25,8 +25,7 @@ impl Parameterized {
                 initial(&near, &mut dae, Watcher::NOBODY).map_err(|cause| {
                     let message = format!("another `{}` loads the body at t = 0", known.key);
                     let place = format!("parameter[{j}].key");
-                    self.scene
-                        .wrong(&place, InputError::new(message).found(cause))
+                    self.scene.wrong(&place, InputError::new(message).found(cause))
                 })?;
             }
         }
@@ -90,10 +89,8 @@ impl Parameterized {
             };
             let delta = known.step(STEP, value);
             let (stencil, starts) = around(value, delta, of).map_err(|cause| {
-                let message = format!(
-                    "the initial state has no derivative with respect to `{}`",
-                    known.key
-                );
+                let message =
+                    format!("the initial state has no derivative with respect to `{}`", known.key);
                 let error = InputError::new(message).found(cause);
                 Error::from(self.scene.wrong(&place, error.next("keep it fixed")))
             })?;
@@ -104,8 +101,6 @@ impl Parameterized {
             }
             Ok(derivative)
         };
-        Ok(Some(
-            (0..values.len()).map(one).collect::<Result<_, Error>>()?,
-        ))
+        Ok(Some((0..values.len()).map(one).collect::<Result<_, Error>>()?))
     }
 }

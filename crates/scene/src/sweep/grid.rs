@@ -32,9 +32,7 @@ impl Axis {
                     "key=a,b,c, key=lo..hi:n or key=lo..hi:n:log, as in solid.rayleigh_stiffness=1e-5..1e-3:5",
                 )
         };
-        let (key, values) = text
-            .split_once('=')
-            .ok_or_else(|| wrong("values are missing"))?;
+        let (key, values) = text.split_once('=').ok_or_else(|| wrong("values are missing"))?;
         if key.trim().is_empty() {
             return Err(wrong("a key is missing"));
         }
@@ -55,10 +53,7 @@ impl Axis {
                 values.into_iter().map(written).collect()
             }
         };
-        Ok(Self {
-            key: key.trim().to_owned(),
-            values,
-        })
+        Ok(Self { key: key.trim().to_owned(), values })
     }
 }
 
@@ -139,9 +134,7 @@ pub(super) fn case_numbers(text: &str, count: usize) -> Result<ops::Range<usize>
         _ => Err(InputError::new("these cases do not exist")
             .at("--case")
             .found(text)
-            .allowed(format!(
-                "1/{count} to {count}/{count}, or several: 1-{count}/{count}"
-            ))),
+            .allowed(format!("1/{count} to {count}/{count}, or several: 1-{count}/{count}"))),
     }
 }
 
@@ -162,10 +155,7 @@ mod tests {
             assert!(case_numbers(wrong, 6).is_err(), "{wrong}");
         }
         let decades = Axis::parse("b=1e-5..1e-3:3:log").unwrap();
-        assert_eq!(
-            decades.values[..],
-            ["1e-5", "1e-4", "1e-3"].map(str::to_owned)
-        );
+        assert_eq!(decades.values[..], ["1e-5", "1e-4", "1e-3"].map(str::to_owned));
     }
 
     /// Regression: ranges produced 1e0 for integer keys, and lists were split at every comma.
@@ -177,10 +167,7 @@ mod tests {
             ("a=1..4:4", &["1", "2", "3", "4"]),
             ("a=1..100:3:log", &["1", "10", "100"]),
             ("a=1.0..3.0:3", &["1e0", "2e0", "3e0"]),
-            (
-                "chain[0].at=[0.0,0.0],[0.03, 0.01]",
-                &["[0.0,0.0]", "[0.03, 0.01]"],
-            ),
+            ("chain[0].at=[0.0,0.0],[0.03, 0.01]", &["[0.0,0.0]", "[0.03, 0.01]"]),
             ("t={a=[1,2],b=3},4", &["{a=[1,2],b=3}", "4"]),
             ("title=\"a,b\",'c,]',d", &["\"a,b\"", "'c,]'", "d"]),
         ] {

@@ -138,10 +138,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         return Err(error.into());
     }
     let request = request(options, &scene, &all);
-    let request = FolderRequest {
-        existing: existing(options, &request)?,
-        ..request
-    };
+    let request = FolderRequest { existing: existing(options, &request)?, ..request };
     request.check()?;
     sweep.expect_right(wanted)?;
     let folder = request.open_shared()?;
@@ -149,16 +146,12 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
 
     let rows: Vec<Value> = all.iter().map(|case| sweep.row(&axes, case)).collect();
     let csv = table(&axes, &sweep.results, &rows);
-    let stopped = requested
-        .iter()
-        .filter_map(|case| stopped(&rows[case.number]))
-        .collect();
+    let stopped = requested.iter().filter_map(|case| stopped(&rows[case.number])).collect();
     let rows: Vec<Value> = rows.into_iter().map(|row| numbered(&axes, row)).collect();
     let document = json!({ "rows": rows });
-    for (name, text) in [
-        ("sweep.csv", csv.clone()),
-        ("sweep.json", crate::json::document("sweep", &document)?),
-    ] {
+    for (name, text) in
+        [("sweep.csv", csv.clone()), ("sweep.json", crate::json::document("sweep", &document)?)]
+    {
         folder.write(name, text)?;
     }
     let results = sweep.results.iter().map(|column| column.name.clone());
@@ -178,9 +171,7 @@ fn request<'a>(
     scene: &'a Scene,
     cases: &[Case],
 ) -> FolderRequest<'a> {
-    let of_cases = cases
-        .iter()
-        .flat_map(|case| [folder_of(case), record_of(case), lock_of(case)]);
+    let of_cases = cases.iter().flat_map(|case| [folder_of(case), record_of(case), lock_of(case)]);
     let tables = ["sweep.csv", "sweep.json", result_folder::PAGE].map(str::to_owned);
     FolderRequest {
         path: &options.out,
@@ -204,13 +195,12 @@ fn existing(
 ) -> Result<Existing, InputError> {
     match request.earlier_origin()? {
         Some(other) if other != request.origin && options.overwrite => Ok(Existing::Overwrite),
-        Some(other) if other != request.origin => Err(InputError::new(format!(
-            "{} holds another sweep",
-            options.out.display()
-        ))
-        .at("--out")
-        .found(other)
-        .next("choose another folder, or --overwrite")),
+        Some(other) if other != request.origin => {
+            Err(InputError::new(format!("{} holds another sweep", options.out.display()))
+                .at("--out")
+                .found(other)
+                .next("choose another folder, or --overwrite"))
+        }
         _ => Ok(Existing::Add),
     }
 }
@@ -257,9 +247,7 @@ impl Sweep<'_> {
 
     /// Rejects invalid scenes among the cases to compute.
     fn expect_right(&self, cases: &[Case]) -> Result<(), Error> {
-        let Self {
-            options, n_threads, ..
-        } = self;
+        let Self { options, n_threads, .. } = self;
         let skip = |case: &Case| self.is_interrupted() || !self.is_due(case);
         expect_right(&options.scene, &options.set, cases, *n_threads, skip)
     }
@@ -312,17 +300,12 @@ impl Sweep<'_> {
                 // The CPU time limit of a case depends on the machine.
                 let by_chance = [EndReason::Interrupted, EndReason::WorkCap];
                 let reason = result.outcome.reason();
-                (
-                    !reason.is_some_and(|reason| by_chance.contains(&reason)),
-                    result.document,
-                )
+                (!reason.is_some_and(|reason| by_chance.contains(&reason)), result.document)
             }
             Err(error @ Error::Busy(_)) => return Err(error),
             Err(error) => {
-                let is_output = matches!(
-                    error,
-                    Error::File { .. } | Error::Model(ModelError::Output(_))
-                );
+                let is_output =
+                    matches!(error, Error::File { .. } | Error::Model(ModelError::Output(_)));
                 self.failed_to_write.fetch_or(is_output, Ordering::Relaxed);
                 let cause = std::error::Error::source(&error);
                 let cause = cause.map_or(String::new(), |cause| format!(": {cause}"));

@@ -32,9 +32,7 @@ impl Sweep<'_> {
             let probes = result["scene"]["probe"].as_array().into_iter().flatten();
             let names = probes.filter_map(|probe| probe["name"].as_str());
             result["analysis"] == "modes"
-                || names
-                    .map(|name| folder.join(format!("{name}.csv")))
-                    .all(|table| table.is_file())
+                || names.map(|name| folder.join(format!("{name}.csv"))).all(|table| table.is_file())
         })
     }
 

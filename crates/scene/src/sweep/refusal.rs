@@ -72,9 +72,7 @@ pub(super) fn caught<T>(f: impl FnOnce() -> Result<T, Error>) -> Result<T, Error
 
 fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
-    text.or_else(|| panic.downcast_ref::<&str>().copied())
-        .unwrap_or("no message")
-        .to_owned()
+    text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message").to_owned()
 }
 
 fn of_case(error: Error, case: &Case) -> Error {
@@ -105,10 +103,7 @@ mod tests {
         let scene = Path::new("cook-static");
         let outcome = expect_right(scene, &[], &cases, NonZeroUsize::MIN, count);
         let printed = outcome.unwrap_err().to_string();
-        assert!(
-            printed.contains("case: 2: material[0].density=-1"),
-            "{printed}"
-        );
+        assert!(printed.contains("case: 2: material[0].density=-1"), "{printed}");
         assert_eq!(read.into_inner(), 2);
     }
 

@@ -33,13 +33,9 @@ type Reduction = fn(&[f64]) -> f64;
 const REDUCTIONS: [(&str, Reduction); 5] = [
     ("min", |values| least(values)),
     ("max", |values| largest(values)),
-    ("mean", |values| {
-        values.iter().sum::<f64>() / values.len() as f64
-    }),
+    ("mean", |values| values.iter().sum::<f64>() / values.len() as f64),
     ("last", |values| values[values.len() - 1]),
-    ("amplitude", |values| {
-        (largest(values) - least(values)) / 2.0
-    }),
+    ("amplitude", |values| (largest(values) - least(values)) / 2.0),
 ];
 
 fn least(values: &[f64]) -> f64 {
@@ -66,10 +62,8 @@ impl Reduced {
         let table = Table::parse(&text).ok()?;
         let column = table.names.iter().position(|name| *name == self.column)?;
         let rows = table.rows.iter().filter_map(|row| table.numbers(row));
-        let values: Vec<f64> = rows
-            .filter(|row| row[0] >= self.from)
-            .map(|row| row[column])
-            .collect();
+        let values: Vec<f64> =
+            rows.filter(|row| row[0] >= self.from).map(|row| row[column]).collect();
         (!values.is_empty()).then(|| (self.reduction)(&values))
     }
 }
@@ -88,17 +82,14 @@ impl ResultColumn {
     pub(super) fn parse(text: &str) -> Result<Self, InputError> {
         let wrong = |message: String| {
             let names: Vec<&str> = REDUCTIONS.iter().map(|(name, _)| *name).collect();
-            InputError::new(message)
-                .at(format!("--result {text}"))
-                .allowed(format!(
-                    "name=expression of reduction(probe.column) or reduction(probe.column, from), \
+            InputError::new(message).at(format!("--result {text}")).allowed(format!(
+                "name=expression of reduction(probe.column) or reduction(probe.column, from), \
                      as in gain=amplitude(tip.u_y, 1.5)/1e-3; reductions: {}",
-                    names.join(", ")
-                ))
+                names.join(", ")
+            ))
         };
-        let (name, formula) = text
-            .split_once('=')
-            .ok_or_else(|| wrong("an expression is missing".to_owned()))?;
+        let (name, formula) =
+            text.split_once('=').ok_or_else(|| wrong("an expression is missing".to_owned()))?;
         let not_an_expression =
             |error: ExpressionError| wrong(format!("not an expression: {error}"));
         expect_moderate(formula).map_err(not_an_expression)?;
@@ -134,20 +125,10 @@ impl ResultColumn {
         flat.push_str(rest);
         let expression = parse(&flat).map_err(not_an_expression)?;
         let variables: Vec<String> = (0..reduced.len()).map(variable).collect();
-        if let Some(unknown) = expression
-            .var_names()
-            .iter()
-            .find(|v| !variables.contains(v))
-        {
-            return Err(wrong(format!(
-                "`{unknown}` is not a reduction of a probe's column"
-            )));
+        if let Some(unknown) = expression.var_names().iter().find(|v| !variables.contains(v)) {
+            return Err(wrong(format!("`{unknown}` is not a reduction of a probe's column")));
         }
-        Ok(Self {
-            name: name.trim().to_owned(),
-            expression,
-            reduced,
-        })
+        Ok(Self { name: name.trim().to_owned(), expression, reduced })
     }
 
     /// Returns probe and column of each requested value.
@@ -179,10 +160,7 @@ pub(super) fn columns(
             || axes.iter().any(|axis| axis.key == column.name)
             || columns.iter().any(|other| other.name == column.name);
         if is_taken || column.name.is_empty() {
-            return Err(wrong(format!(
-                "the name `{}` is empty or already used",
-                column.name
-            )));
+            return Err(wrong(format!("the name `{}` is empty or already used", column.name)));
         }
         for (probe, name) in column.places() {
             let Some((_, names)) = tables.iter().find(|(table, _)| table == probe) else {
@@ -217,12 +195,7 @@ fn next_call(text: &str) -> Option<(&str, &str, &str, &str)> {
         return Some((&text[..open + 1 + before.len()], word, inside, after));
     }
     let close = open + text[open..].find(')')?;
-    Some((
-        &text[..start],
-        &text[start..open],
-        &text[open + 1..close],
-        &text[close + 1..],
-    ))
+    Some((&text[..start], &text[start..open], &text[open + 1..close], &text[close + 1..]))
 }
 
 #[cfg(test)]
@@ -263,13 +236,7 @@ mod tests {
 
     #[test]
     fn invalid_expressions_are_rejected() {
-        for text in [
-            "a",
-            "a=max(tip)",
-            "a=max(tip.u_y, x)",
-            "a=max(tip.u_y) +* 2",
-            "a=tip",
-        ] {
+        for text in ["a", "a=max(tip)", "a=max(tip.u_y, x)", "a=max(tip.u_y) +* 2", "a=tip"] {
             let error = ResultColumn::parse(text).unwrap_err().to_string();
             assert!(error.contains("max"), "{text}: {error}");
         }

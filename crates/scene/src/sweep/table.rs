@@ -35,9 +35,7 @@ impl Sweep<'_> {
             row.insert(column.to_owned(), result[column].clone());
         }
         for column in &self.results {
-            let value = (is_of_this && is_whole)
-                .then(|| column.value(&folder))
-                .flatten();
+            let value = (is_of_this && is_whole).then(|| column.value(&folder)).flatten();
             row.insert(column.name.clone(), json!(value));
         }
         row.insert("message".to_owned(), result["message"].clone());
@@ -57,9 +55,7 @@ pub(super) fn stopped(row: &Value) -> Option<String> {
     if is_complete(row) {
         return None;
     }
-    let is_stopped = ["stopped", "failed"]
-        .iter()
-        .any(|how| row["outcome"] == *how);
+    let is_stopped = ["stopped", "failed"].iter().any(|how| row["outcome"] == *how);
     let why = row["message"].as_str().or(row["outcome"].as_str());
     is_stopped.then(|| format!("case {}: {}", row["case"], why.unwrap_or_default()))
 }

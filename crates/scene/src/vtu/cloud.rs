@@ -20,10 +20,7 @@ pub struct Cloud {
 impl Cloud {
     /// Creates a series in an existing `folder`. `done` are the times of existing files.
     pub fn new(folder: &Path, places: Vec<(usize, [f64; 3])>, done: &[f64]) -> Self {
-        Self {
-            listing: Listing::new(folder, PLACES, done),
-            places,
-        }
+        Self { listing: Listing::new(folder, PLACES, done), places }
     }
 
     /// Returns a written file that no longer exists or is empty.

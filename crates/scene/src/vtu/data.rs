@@ -28,16 +28,8 @@ pub(super) fn floats(
 ) -> String {
     let names = components.iter().enumerate();
     let names = names.map(|(i, name)| format!(" ComponentName{i}=\"{name}\""));
-    let attributes = format!(
-        "NumberOfComponents=\"{width}\"{}",
-        names.collect::<String>()
-    );
-    array(
-        "Float64",
-        name,
-        &attributes,
-        values.flat_map(f64::to_le_bytes),
-    )
+    let attributes = format!("NumberOfComponents=\"{width}\"{}", names.collect::<String>());
+    array("Float64", name, &attributes, values.flat_map(f64::to_le_bytes))
 }
 
 /// Formats an array of integers.
@@ -70,9 +62,7 @@ pub struct StoredField {
 /// Reads the real fields of points and cells from a file written by this module.
 pub(super) fn read_fields(text: &str) -> Vec<StoredField> {
     let (of_points, of_cells) = text.split_once("<CellData>").unwrap_or((text, ""));
-    let of_points = of_points
-        .split_once("<PointData>")
-        .map_or("", |(_, rest)| rest);
+    let of_points = of_points.split_once("<PointData>").map_or("", |(_, rest)| rest);
     let mut found = Vec::new();
     for (part, of_cells) in [(of_points, false), (of_cells, true)] {
         let arrays = part.split("<DataArray type=\"Float64\"").skip(1);
@@ -109,10 +99,7 @@ fn attribute<'a>(head: &'a str, name: &str) -> Option<&'a str> {
 
 /// Reverses [`escape`], except for control characters, which remain escaped.
 fn unescaped(text: &str) -> String {
-    text.replace("&lt;", "<")
-        .replace("&gt;", ">")
-        .replace("&quot;", "\"")
-        .replace("&amp;", "&")
+    text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&amp;", "&")
 }
 
 /// Decodes an array: the number of bytes, followed by the numbers.
@@ -148,10 +135,7 @@ mod tests {
         // Names come from scenes.
         let name = "coherence_a\"<b>&\u{1b}";
         let text = floats(name, &[], 1, values.into_iter());
-        assert!(
-            text.contains("Name=\"coherence_a&quot;&lt;b&gt;&amp;\\u{1b}\""),
-            "{text}"
-        );
+        assert!(text.contains("Name=\"coherence_a&quot;&lt;b&gt;&amp;\\u{1b}\""), "{text}");
         assert_eq!(read_field(&text, name).unwrap(), values);
     }
 

@@ -27,10 +27,7 @@ impl Grid {
             true => fibers(solid),
             false => Vec::new(),
         };
-        Self {
-            fibers,
-            ..Self::new(solid.space(), &body.regions)
-        }
+        Self { fibers, ..Self::new(solid.space(), &body.regions) }
     }
 
     /// Creates the grid of a space with a region for each element.
@@ -104,10 +101,7 @@ impl Grid {
                 if snapshot.is_continuous(quantity) && counts[point] > 0.0 {
                     continue;
                 }
-                let at = ElementPoint {
-                    element,
-                    barycentric,
-                };
+                let at = ElementPoint { element, barycentric };
                 for (sum, value) in sums[point].iter_mut().zip(snapshot.at(&at, quantity)) {
                     *sum += value;
                 }
@@ -125,15 +119,8 @@ impl Grid {
 fn fibers(solid: &Solid) -> Vec<[f64; 3]> {
     let n = solid.space().mesh().shape().n_vertices();
     let barycentric = Barycentric::new(&vec![1.0 / n as f64; n]);
-    let axes = |element| {
-        solid.axes_at(&ElementPoint {
-            element,
-            barycentric,
-        })
-    };
-    (0..solid.space().n_elements())
-        .map(|element| axes(element).fiber)
-        .collect()
+    let axes = |element| solid.axes_at(&ElementPoint { element, barycentric });
+    (0..solid.space().n_elements()).map(|element| axes(element).fiber).collect()
 }
 
 #[cfg(test)]

@@ -57,9 +57,7 @@ impl Listing {
     /// Writes the file of a time, then the list of all files.
     pub(super) fn add(&mut self, t: f64, text: &str) -> io::Result<()> {
         let name = name(self.stem, self.entries.len());
-        atomic_file::write(&self.folder.join(&name), |file| {
-            file.write_all(text.as_bytes())
-        })?;
+        atomic_file::write(&self.folder.join(&name), |file| file.write_all(text.as_bytes()))?;
         self.entries.push((t, name));
         let text = pvd(&self.entries);
         let path = self.folder.join(self.list());

@@ -84,9 +84,8 @@ fn members(mesh: &Mesh, name: &str) -> Vec<usize> {
 fn by_hand() -> Muscle {
     let mesh = generate::muscle([10, 2, 2]).unwrap();
     let [muscle, tendon] = ["muscle", "tendon"].map(|name| members(&mesh, name));
-    let region: Vec<usize> = (0..mesh.n_elements())
-        .map(|element| usize::from(tendon.contains(&element)))
-        .collect();
+    let region: Vec<usize> =
+        (0..mesh.n_elements()).map(|element| usize::from(tendon.contains(&element))).collect();
     let space = Space::taylor_hood(&mesh).with_regions(&region).unwrap();
     let space = Arc::new(space);
     let mut fibers = Fibers::new(&mesh);
@@ -101,14 +100,8 @@ fn by_hand() -> Muscle {
         force_length: ForceLength::Parabola { optimal: 1.1 },
         force_velocity: Some(ForceVelocity::hill(10.0)),
     };
-    let stress = |active, viscosity| AddedStress {
-        active: Some(active),
-        viscosity,
-    };
-    let stresses = [
-        (muscle, stress(hill, 20.0)),
-        (tendon, stress(ActiveStress::PLAIN, 0.0)),
-    ];
+    let stress = |active, viscosity| AddedStress { active: Some(active), viscosity };
+    let stresses = [(muscle, stress(hill, 20.0)), (tendon, stress(ActiveStress::PLAIN, 0.0))];
     let dofs = DofMap::new(&space, &[]).unwrap();
     let densities = of_region([1e3, 1.2e3]);
     let solid = Solid::with_densities(space.clone(), dofs, laws.collect(), &densities)
@@ -116,25 +109,11 @@ fn by_hand() -> Muscle {
         .with_fibers(fibers)
         .with_added_stresses(&stresses)
         .unwrap();
-    let own = [
-        Parameters::new(1.0, 0.0, 1e5).unwrap(),
-        Parameters::new(2.0, 0.0, 3e5).unwrap(),
-    ];
+    let own = [Parameters::new(1.0, 0.0, 1e5).unwrap(), Parameters::new(2.0, 0.0, 3e5).unwrap()];
     let own: Vec<Parameters> = region.iter().map(|r| own[*r]).collect();
     let body = Muscle::graded(solid, &own).unwrap();
-    let step = |value, rise| {
-        Signal::from(formula::Step {
-            value,
-            start: 0.0,
-            rise,
-        })
-    };
-    let model = Bestel {
-        rise: 30.0,
-        systole: 0.0,
-        diastole: 0.3,
-        ..Bestel::ventricle(2e4)
-    };
+    let step = |value, rise| Signal::from(formula::Step { value, start: 0.0, rise });
+    let model = Bestel { rise: 30.0, systole: 0.0, diastole: 0.3, ..Bestel::ventricle(2e4) };
     let traction = load::traction(&space, "right", [1.0, 0.0, 0.0]).unwrap();
     Muscle {
         foundations: vec![
@@ -142,10 +121,7 @@ fn by_hand() -> Muscle {
             RobinSupport::new(&body.solid, "surface", SupportDirection::Normal, [3e4, 2e2])
                 .unwrap(),
         ],
-        activations: vec![
-            (0, Activation::Given(step(8e3, 0.05))),
-            (1, Activation::Bestel(model)),
-        ],
+        activations: vec![(0, Activation::Given(step(8e3, 0.05))), (1, Activation::Bestel(model))],
         loads: vec![Load::new(&traction, step(100.0, 0.01))],
         ..body
     }
@@ -160,8 +136,7 @@ fn a_scene_is_the_body_of_the_library() {
         let wave =
             |size: f64| -> Vec<f64> { (0..n).map(|i| size * (1.3 * i as f64).sin()).collect() };
         let mut residual = vec![0.0; n];
-        dae.residual(0.015, &wave(1e-4), &wave(1e-2), &mut residual)
-            .unwrap();
+        dae.residual(0.015, &wave(1e-4), &wave(1e-2), &mut residual).unwrap();
         residual
     };
     let [scene, library] = [body.muscle.clone(), by_hand()].map(residual);
@@ -246,57 +221,33 @@ fn relaxing() -> String {
         "prony = [{ relative_modulus = 0.5, relaxation_time = 0.01 }, { relative_modulus = 0.2, relaxation_time = 0.5 }]",
         "prony = [{ relative_modulus = 0.3, relaxation_time = 0.05 }]",
     ];
-    let muscle = MUSCLE.replacen(
-        "viscosity = 20.0",
-        &format!("viscosity = 20.0\n{}", terms[0]),
-        1,
-    );
-    muscle.replacen(
-        "rayleigh_mass = 2.0",
-        &format!("rayleigh_mass = 2.0\n{}", terms[1]),
-        1,
-    )
+    let muscle = MUSCLE.replacen("viscosity = 20.0", &format!("viscosity = 20.0\n{}", terms[0]), 1);
+    muscle.replacen("rayleigh_mass = 2.0", &format!("rayleigh_mass = 2.0\n{}", terms[1]), 1)
 }
 
 #[test]
 fn stress_relaxes_by_the_prony_terms_of_a_material() {
-    let keys = [
-        "relaxing_passes",
-        "relaxing_tangent_passes",
-        "relaxing_solve_passes",
-    ];
+    let keys = ["relaxing_passes", "relaxing_tangent_passes", "relaxing_solve_passes"];
     let work = |document: &Value| keys.map(|key| document["work"][key].as_u64().unwrap());
     let (document, _, stiffened) = run(&relaxing());
     let [all, _, _] = passes(&document);
     let [forces, tangents, solves] = work(&document);
-    assert!(
-        forces == all && tangents > 0 && solves > 0,
-        "{forces} {all} {tangents}"
-    );
+    assert!(forces == all && tangents > 0 && solves > 0, "{forces} {all} {tangents}");
     let energy: Vec<f64> = serde_json::from_value(document["energy"].clone()).unwrap();
     assert!(energy[4].abs() < 1e-3 * energy[2].abs(), "{energy:?}");
     let (document, _, plain) = run(MUSCLE);
     assert_eq!(work(&document), [0; 3]);
     // The stress of the Prony terms makes the body stiffer, so it moves less.
-    assert!(
-        stiffened[1].abs() < plain[1].abs(),
-        "{stiffened:?} {plain:?}"
-    );
+    assert!(stiffened[1].abs() < plain[1].abs(), "{stiffened:?} {plain:?}");
 
     // Small-strain laws reject the other additions of materials first.
     let lines: Vec<String> = relaxing().lines().map(str::to_owned).collect();
     let added = |line: &&String| line.starts_with("active") || line.starts_with("viscosity");
-    let bare: Vec<&str> = lines
-        .iter()
-        .filter(|line| !added(line))
-        .map(|line| &**line)
-        .collect();
+    let bare: Vec<&str> = lines.iter().filter(|line| !added(line)).map(|line| &**line).collect();
     let refused = |from: &str, to: &str| {
         let text = bare.join("\n").replacen(from, to, 1);
         let refused = Scene::build("scene.toml", &text, &[], Path::new(""));
-        refused
-            .err()
-            .map_or_else(String::new, |error| error.to_string())
+        refused.err().map_or_else(String::new, |error| error.to_string())
     };
     for (from, to, messages) in [
         (

@@ -23,64 +23,34 @@ fn invalid_contractions_are_rejected_with_their_key() {
         (
             "value = 8e3",
             "value = -8e3",
-            [
-                "its tension cannot be negative",
-                "0 Pa or more at all times",
-            ],
+            ["its tension cannot be negative", "0 Pa or more at all times"],
         ),
         (
             "contractility = 2e4",
             "contractility = -2e4",
             ["contractility` is out of range", "at least 0"],
         ),
-        (
-            "diastole = 0.3",
-            "diastole = -0.3",
-            ["diastole", "after systole"],
-        ),
+        ("diastole = 0.3", "diastole = -0.3", ["diastole", "after systole"]),
         (
             bestel,
             "active = { type = \"bestle\", contractility = 2e4",
             ["unknown name", "did you mean `bestel`?"],
         ),
-        (
-            "rise = 30.0",
-            "decay = 3.0",
-            ["decay` is out of range", "less than 0"],
-        ),
+        ("rise = 30.0", "decay = 3.0", ["decay` is out of range", "less than 0"]),
         (
             "fiber = [1.0, 0.0, 0.0]\n",
             "",
-            [
-                "active stress needs the direction of the fibers",
-                "give `fiber`",
-            ],
+            ["active stress needs the direction of the fibers", "give `fiber`"],
         ),
         (
             "[1.0, 0.0, 0.0]\nbulk_modulus",
             "[0.0, 0.0, 0.0]\nbulk_modulus",
             ["a direction cannot be zero", "fiber"],
         ),
-        (
-            "fiber = \"fiber\"",
-            "fiber = \"f0\"",
-            ["the mesh has no nodal field `f0`", "fiber"],
-        ),
-        (
-            "optimal = 1.1",
-            "optimal = 0",
-            ["optimal` is out of range", "greater than 0"],
-        ),
-        (
-            "v_max = 10.0",
-            "v_max = -1",
-            ["v_max` is out of range", "greater than 0"],
-        ),
-        (
-            "viscosity = 20.0",
-            "viscosity = -20.0",
-            ["viscosity` is out of range", "at least 0"],
-        ),
+        ("fiber = \"fiber\"", "fiber = \"f0\"", ["the mesh has no nodal field `f0`", "fiber"]),
+        ("optimal = 1.1", "optimal = 0", ["optimal` is out of range", "greater than 0"]),
+        ("v_max = 10.0", "v_max = -1", ["v_max` is out of range", "greater than 0"]),
+        ("viscosity = 20.0", "viscosity = -20.0", ["viscosity` is out of range", "at least 0"]),
         (
             "bulk_modulus = 3e5",
             "bulk_modulus = inf",
@@ -106,31 +76,11 @@ fn invalid_contractions_are_rejected_with_their_key() {
             "law = \"small-strain\"\ndensity = 1e3\nshear_modulus = 1e4",
             ["small-strain law", "line 10"],
         ),
-        (
-            "group = \"surface\"",
-            "group = \"surfce\"",
-            ["did you mean `surface`?", "surfce"],
-        ),
-        (
-            "group = \"surface\"",
-            "group = \"muscle\"",
-            ["contains tetrahedra", "group"],
-        ),
-        (
-            "stiffness = 3e4\ndamping = 2e2",
-            "",
-            ["elastic foundation", "`stiffness`"],
-        ),
-        (
-            "stiffness = 3e4",
-            "stiffness = -3e4",
-            ["stiffness` is out of range", "at least 0"],
-        ),
-        (
-            "along = \"normal\"",
-            "along = \"tangent\"",
-            ["unknown name", "all, normal"],
-        ),
+        ("group = \"surface\"", "group = \"surfce\"", ["did you mean `surface`?", "surfce"]),
+        ("group = \"surface\"", "group = \"muscle\"", ["contains tetrahedra", "group"]),
+        ("stiffness = 3e4\ndamping = 2e2", "", ["elastic foundation", "`stiffness`"]),
+        ("stiffness = 3e4", "stiffness = -3e4", ["stiffness` is out of range", "at least 0"]),
+        ("along = \"normal\"", "along = \"tangent\"", ["unknown name", "all, normal"]),
     ] {
         let found = refusal(from, to);
         for message in messages {
@@ -152,10 +102,7 @@ fn a_table_that_pushes_for_a_moment_is_refused() {
         .chain([(0.01001, -1e3)])
         .collect();
     rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let rows: String = rows
-        .iter()
-        .map(|(t, value)| format!("{t},{value}\n"))
-        .collect();
+    let rows: String = rows.iter().map(|(t, value)| format!("{t},{value}\n")).collect();
     std::fs::write(folder.path().join("tension.csv"), format!("t,T\n{rows}")).unwrap();
     let text = MUSCLE.replacen(
         "tension = { type = \"step\", value = 8e3, rise = 0.05 }",
@@ -164,8 +111,5 @@ fn a_table_that_pushes_for_a_moment_is_refused() {
     );
     let error = Scene::build("scene.toml", &text, &[], folder.path()).unwrap_err();
     let message = error.to_string();
-    assert!(
-        message.contains("tension") && message.contains("t = 0.01001"),
-        "{message}"
-    );
+    assert!(message.contains("tension") && message.contains("t = 0.01001"), "{message}");
 }

@@ -108,10 +108,7 @@ fn integrals(space: &Space, of: impl Fn(&ElementPoint, [f64; 2]) -> [f64; 3]) ->
                         true => (f64::from(base + 1) - l) / f64::from(cells),
                     };
                     let (a, b) = (at(i, q.barycentric[0]), at(j, q.barycentric[1]));
-                    let at = ElementPoint {
-                        element,
-                        barycentric: [a, b, 1.0 - a - b].into(),
-                    };
+                    let at = ElementPoint { element, barycentric: [a, b, 1.0 - a - b].into() };
                     for (sum, value) in integrals.iter_mut().zip(of(&at, space.position(&at))) {
                         *sum += part * q.weight * value;
                     }
@@ -124,9 +121,7 @@ fn integrals(space: &Space, of: impl Fn(&ElementPoint, [f64; 2]) -> [f64; 3]) ->
 
 #[test]
 fn the_clamped_square_as_a_scene_has_the_errors_of_another_program() {
-    let text = CLAMPED_SQUARE
-        .replace('X', "(x - 1)")
-        .replace('Y', "(y - 1)");
+    let text = CLAMPED_SQUARE.replace('X', "(x - 1)").replace('Y', "(y - 1)");
     let scene = scene(&text, Path::new(""));
     let body = scene.body.as_ref().unwrap();
     let solid = &body.muscle.solid;
@@ -160,9 +155,6 @@ fn the_clamped_square_as_a_scene_has_the_errors_of_another_program() {
     for (found, name) in [(of_u.sqrt(), "L2_u"), (of_p.sqrt(), "L2_p")] {
         let stated = reference["deviator"][name][0].as_f64().unwrap();
         // The published values have four digits.
-        assert!(
-            (found / stated - 1.0).abs() < 2e-4,
-            "{name} {found} {stated}"
-        );
+        assert!((found / stated - 1.0).abs() < 2e-4, "{name} {found} {stated}");
     }
 }

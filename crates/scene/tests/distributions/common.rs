@@ -60,10 +60,7 @@ pub(crate) fn moments(scene: &Scene, t: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
 
 /// Asserts equality up to the rounding errors of a hundred numbers of magnitude `size`.
 pub(crate) fn assert_close(found: f64, expected: f64, size: f64) {
-    assert!(
-        (found - expected).abs() <= 1e-13 * size,
-        "{found} {expected}"
-    );
+    assert!((found - expected).abs() <= 1e-13 * size, "{found} {expected}");
 }
 
 /// Returns the nodes of a mesh file: tags and positions.

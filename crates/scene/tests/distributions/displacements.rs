@@ -11,18 +11,14 @@ const SQUARE: &str = "type = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [
 const CUBE: &str = "type = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [2, 2, 2]";
 
 /// Coefficients of the affine displacement u_i = a_i (b_i0 + b_i1 x + b_i2 y + b_i3 z).
-const AFFINE: [(f64, [f64; 4]); 3] = [
-    (0.1, [1.0, 1.0, 2.0, -1.0]),
-    (0.2, [0.0, 1.0, -1.0, 0.5]),
-    (-0.05, [-2.0, 3.0, 1.0, 2.0]),
-];
+const AFFINE: [(f64, [f64; 4]); 3] =
+    [(0.1, [1.0, 1.0, 2.0, -1.0]), (0.2, [0.0, 1.0, -1.0, 0.5]), (-0.05, [-2.0, 3.0, 1.0, 2.0])];
 
 /// Returns the prescribed values at time t, by component.
 fn prescribed(scene: &Scene, t: f64) -> Vec<(usize, f64)> {
     let all = &scene.body.as_ref().unwrap().muscle.prescribed;
     let all = all.iter();
-    all.map(|it| (it.component, it.signal.at(t).value))
-        .collect()
+    all.map(|it| (it.component, it.signal.at(t).value)).collect()
 }
 
 /// Checks a patch test at finite strains: sides with common edges and corners, all moved by the
@@ -34,11 +30,7 @@ fn affine_motion_of_the_boundary_moves_the_inside_by_the_same_field() {
         let table = |side: &&str| {
             let components = AFFINE.iter().zip(["x", "y", "z"]).take(dimension);
             let component = |((size, [c, x, y, z]), axis): (&(f64, [f64; 4]), &str)| {
-                let z = if dimension == 3 {
-                    format!("+ {z:?}*z")
-                } else {
-                    String::new()
-                };
+                let z = if dimension == 3 { format!("+ {z:?}*z") } else { String::new() };
                 format!(
                     "[[prescribed_displacement]]\ngroup = \"{side}\"\n{axis} = {size:?}\n\
                      spatial_factor = \"{c:?} + {x:?}*x + {y:?}*y {z}\"\n"
@@ -63,10 +55,7 @@ fn affine_motion_of_the_boundary_moves_the_inside_by_the_same_field() {
         for (node, u) in u.chunks_exact(dimension).enumerate() {
             for (u, (size, of)) in u.iter().zip(AFFINE) {
                 let place = solid.space().node_point(node).iter();
-                let expected = of[1..]
-                    .iter()
-                    .zip(place)
-                    .fold(of[0], |sum, (b, x)| sum + b * x);
+                let expected = of[1..].iter().zip(place).fold(of[0], |sum, (b, x)| sum + b * x);
                 // The field is in the finite element space, so only rounding errors remain after the quadratic
                 // convergence of Newton's method.
                 assert!((u - size * expected).abs() < 1e-13, "{node}: {u}");
@@ -132,28 +121,12 @@ fn groups_that_share_nodes_must_move_them_alike() {
     for (held, tables, message) in [
         ("bottom", right.clone(), "accepted"),
         ("bottom", moved("right", "0.1", "y + 1"), two_ways),
+        ("left", format!("{right}{}", moved("top", "0.1", "x*y/2")), "accepted"),
+        ("left", format!("{right}{}", moved("bottom", "0.2", "y")), "accepted"),
+        ("left", format!("{right}{}", moved("bottom", "0.2", "y + x")), two_ways),
         (
             "left",
-            format!("{right}{}", moved("top", "0.1", "x*y/2")),
-            "accepted",
-        ),
-        (
-            "left",
-            format!("{right}{}", moved("bottom", "0.2", "y")),
-            "accepted",
-        ),
-        (
-            "left",
-            format!("{right}{}", moved("bottom", "0.2", "y + x")),
-            two_ways,
-        ),
-        (
-            "left",
-            format!(
-                "{}{}",
-                moved("right", "0.1", "1"),
-                moved("bottom", "0.2", "x/2")
-            ),
+            format!("{}{}", moved("right", "0.1", "1"), moved("bottom", "0.2", "x/2")),
             two_ways,
         ),
     ] {

@@ -30,10 +30,9 @@ const TABLES: [(&str, &str); 3] = [
 
 #[test]
 fn nodal_data_and_the_expression_of_the_same_distribution_are_the_same() {
-    for (name, scale) in [
-        ("muscle.msh", [3.0, -2.0, 0.0]),
-        ("spindle_coarse.msh", [3.0, -2.0, 5.0]),
-    ] {
+    for (name, scale) in
+        [("muscle.msh", [3.0, -2.0, 0.0]), ("spindle_coarse.msh", [3.0, -2.0, 5.0])]
+    {
         let file = with_data(&mesh(name), "one", |x| Some([linear(x)]));
         let file = with_data(&file, "three", |x| Some(scale.map(|s| s * linear(x))));
         let folder = tempfile::tempdir().unwrap();
@@ -54,10 +53,7 @@ fn nodal_data_and_the_expression_of_the_same_distribution_are_the_same() {
             let expected = given_by(false, &format!("\"{LINEAR}\""));
             let size = expected.iter().fold(0.0, |size: f64, f| size.max(f.abs()));
             assert!(size > 0.0, "{table}");
-            for (unit, field) in [
-                (false, "{ field = \"one\" }"),
-                (true, "{ field = \"three\" }"),
-            ] {
+            for (unit, field) in [(false, "{ field = \"one\" }"), (true, "{ field = \"three\" }")] {
                 for (found, expected) in given_by(unit, field).iter().zip(&expected) {
                     assert_close(*found, *expected, size);
                 }

@@ -33,10 +33,7 @@ fn a_column_of_varying_stiffness_is_sheared_as_in_the_closed_form() {
     };
     let exact = 10.0 * 3.0_f64.ln() / (1e4 * 20.0);
     let nowhere = Path::new("");
-    let found = end(
-        &column("law = \"small-strain\"\nshear_modulus = 1e4"),
-        nowhere,
-    )[1];
+    let found = end(&column("law = \"small-strain\"\nshear_modulus = 1e4"), nowhere)[1];
     // The displacement of quadratic elements at a node has an error of order h⁴, with h = 1/40; the stiffness varies
     // from 1 to 3.
     assert!((found / exact - 1.0).abs() < 1e-7, "{found} {exact}");
@@ -45,9 +42,7 @@ fn a_column_of_varying_stiffness_is_sheared_as_in_the_closed_form() {
 /// Checks that a nodal field that contains the modulus in Pa is equivalent to an expression multiplied by the constant.
 #[test]
 fn nodal_data_give_the_modulus() {
-    let file = with_data(&mesh("muscle.msh"), "c10", |[x, ..]| {
-        Some([1e4 * (1.0 + 3.0 * x)])
-    });
+    let file = with_data(&mesh("muscle.msh"), "c10", |[x, ..]| Some([1e4 * (1.0 + 3.0 * x)]));
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("m.msh"), file).unwrap();
     let body = |c10: &str, factor: &str| {
@@ -64,10 +59,7 @@ fn nodal_data_give_the_modulus() {
     let uniform = of("1e4", "");
     // Tolerance of the equilibrium.
     for (a, b) in by_field.iter().zip(&by_expression) {
-        assert!(
-            (a - b).abs() < 1e-9 * by_field[2].abs(),
-            "{by_field:?} {by_expression:?}"
-        );
+        assert!((a - b).abs() < 1e-9 * by_field[2].abs(), "{by_field:?} {by_expression:?}");
     }
     assert!((uniform[2] / by_field[2] - 1.0).abs() > 1e-2, "{uniform:?}");
     for (factor, place) in [

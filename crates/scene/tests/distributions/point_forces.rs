@@ -9,11 +9,8 @@ use crate::materials::end;
 #[test]
 fn point_forces_have_their_resultant_and_moments() {
     let force = [3.0, -2.0, 5.0];
-    for (mesh, at) in [
-        (SHEET, &[1.3, 0.45][..]),
-        (SHEET, &[2.0, 1.0]),
-        (BLOCK, &[1.3, 0.45, 0.7]),
-    ] {
+    for (mesh, at) in [(SHEET, &[1.3, 0.45][..]), (SHEET, &[2.0, 1.0]), (BLOCK, &[1.3, 0.45, 0.7])]
+    {
         let axes = ["x", "y", "z"].into_iter().zip(force).take(at.len());
         let components: String = axes.map(|(axis, f)| format!("{axis} = {f:?}\n")).collect();
         let table = format!("[[point_force]]\nat = {at:?}\n{components}");
@@ -43,15 +40,9 @@ fn point_forces_are_reciprocal() {
         );
         end(&text, Path::new(""))[2]
     };
-    let (one, other) = (
-        displacement(places[0], places[1]),
-        displacement(places[1], places[0]),
-    );
+    let (one, other) = (displacement(places[0], places[1]), displacement(places[1], places[0]));
     // Rounding of a linear solution.
-    assert!(
-        one > 0.0 && (one - other).abs() < 1e-10 * one,
-        "{one} {other}"
-    );
+    assert!(one > 0.0 && (one - other).abs() < 1e-10 * one, "{one} {other}");
 }
 
 #[test]
@@ -76,28 +67,15 @@ fn springs_hold_a_body() {
     };
     let pull = "[[point_force]]\nat = [0.0, 0.5]\nx = 2e-5\n\
          [[probe]]\nname = \"end\"\ntype = \"point\"\nat = [1.0, 0.5]\nquantities = [\"u\"]\n";
-    let found = end(
-        &text(SHEET, "", &format!("{}{pull}", springs("").concat())),
-        Path::new(""),
-    );
+    let found = end(&text(SHEET, "", &format!("{}{pull}", springs("").concat())), Path::new(""));
     // The strain is about 1e-3 N/m² divided by 1e4 Pa.
     assert!((found[1] - 1e-2).abs() < 1e-6 * 1e-2, "{found:?}");
     assert!(found[2].abs() < 1e-6 * 1e-2, "{found:?}");
     // Springs along y do not support the body along x.
-    let along = text(
-        SHEET,
-        "left",
-        &format!("{}{pull}", springs("direction = [0.0, 2.0]").concat()),
-    );
+    let along =
+        text(SHEET, "left", &format!("{}{pull}", springs("direction = [0.0, 2.0]").concat()));
     assert!(end(&along, Path::new(""))[1] < 1e-6);
-    for wrong in [
-        "[[spring]]\nat = [0.5, 0.5]",
-        "[[spring]]\nat = [9.0, 0.5]\nstiffness = 1.0",
-    ] {
-        assert_ne!(
-            refusal(&text(SHEET, "left", wrong), Path::new("")),
-            "accepted",
-            "{wrong}"
-        );
+    for wrong in ["[[spring]]\nat = [0.5, 0.5]", "[[spring]]\nat = [9.0, 0.5]\nstiffness = 1.0"] {
+        assert_ne!(refusal(&text(SHEET, "left", wrong), Path::new("")), "accepted", "{wrong}");
     }
 }

@@ -22,11 +22,7 @@ fn invalid_spatial_factors_are_rejected_with_their_key() {
             (BLOCK, "\"1/(x - x)\"", "has no finite value at ["),
             (BLOCK, "\"sqrt(y - 5)\"", "has no finite value at ["),
             (BLOCK, "3.0", "has a value of the wrong kind"),
-            (
-                BLOCK,
-                "{ field = \"t\" }",
-                "the mesh has no nodal field \"t\"",
-            ),
+            (BLOCK, "{ field = \"t\" }", "the mesh has no nodal field \"t\""),
             (BLOCK, "{ fields = \"t\" }", "did you mean `field`?"),
         ] {
             let table = format!("{table}\ny = 1.0\nspatial_factor = {distribution}");

@@ -27,10 +27,7 @@ fn a_linear_traction_in_space_has_the_resultant_and_moments_of_its_integral() {
 #[test]
 fn a_linear_traction_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
     let linear = "[[traction]]\ngroup = \"right\"\ny = 10.0\nspatial_factor = \"x*y\"";
-    let text = on_the_right(
-        SHEET,
-        &format!("x = 10.0\nspatial_factor = \"y\"\n{linear}"),
-    );
+    let text = on_the_right(SHEET, &format!("x = 10.0\nspatial_factor = \"y\"\n{linear}"));
     let (moments, resultant) = moments(&scene(&text, Path::new("")), 0.0);
     assert_close(resultant[0], 5.0, 20.0);
     assert_close(resultant[1], 10.0, 20.0);

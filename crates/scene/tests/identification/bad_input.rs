@@ -31,36 +31,16 @@ const NEO_HOOKE: &str = "[[region]]\nname = \"r\"\ncenter = [0, 0]\nradii = [0.0
 #[test]
 fn invalid_keys_of_parameters_are_refused_with_their_place() {
     for (keys, more, reported) in [
-        (
-            &["material[0].c20"][..],
-            "",
-            "allowed: c01, c10, density, stress_scale",
-        ),
-        (
-            &["material[1].c10"],
-            NEO_HOOKE,
-            "allowed: density, shear_modulus, stress_scale",
-        ),
+        (&["material[0].c20"][..], "", "allowed: c01, c10, density, stress_scale"),
+        (&["material[1].c10"], NEO_HOOKE, "allowed: density, shear_modulus, stress_scale"),
         (&["material[1].shear_modulus"], NEO_HOOKE, "accepted"),
         (&["material[1].stress_scale"], NEO_HOOKE, "accepted"),
-        (
-            &["material[7].c10"],
-            "",
-            "the scene has no number `material[7].c10`",
-        ),
+        (&["material[7].c10"], "", "the scene has no number `material[7].c10`"),
         (&["mesh.refine"], "", "`mesh.refine` cannot be a parameter"),
         (&["traction[0].y"], "", "a table with "),
         (&[], "", "the scene names no parameter"),
-        (
-            &["material[0].c10", "material.0.c10"],
-            "",
-            "duplicate parameter `material[0].c10`",
-        ),
-        (
-            &["chain[0].seed"],
-            "[[chain]]\n",
-            "`chain[0].seed` cannot be differentiated",
-        ),
+        (&["material[0].c10", "material.0.c10"], "", "duplicate parameter `material[0].c10`"),
+        (&["chain[0].seed"], "[[chain]]\n", "`chain[0].seed` cannot be differentiated"),
         (
             &["prescribed_displacement.0.x.value"],
             "[[chain]]\n[[prescribed_displacement]]\ngroup = \"load\"\nx = { type = \"step\", value = 0.1, rise = 0.1 }\n",
@@ -87,16 +67,8 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
             "accepted",
         ),
         (&["material[1].active.systole"], ACTIVE, "`contractility`"),
-        (
-            &["material[1].active.width"],
-            ACTIVE,
-            "cannot be differentiated",
-        ),
-        (
-            &["solid.beta2"],
-            "",
-            "the scene has no number `solid.beta2`",
-        ),
+        (&["material[1].active.width"], ACTIVE, "cannot be differentiated"),
+        (&["solid.beta2"], "", "the scene has no number `solid.beta2`"),
         (&["time.end"], "", "numbers of solid, material"),
         (
             &["initial_state.value"],
@@ -112,10 +84,7 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
     ] {
         let found = of_scene(keys, more);
         assert!(found.contains(reported), "{keys:?}: {found}");
-        assert!(
-            keys.is_empty() || reported == "accepted" || found.contains("line "),
-            "{found}"
-        );
+        assert!(keys.is_empty() || reported == "accepted" || found.contains("line "), "{found}");
     }
 }
 
@@ -129,11 +98,9 @@ fn starts_without_derivatives_are_rejected_with_a_remedy() {
     let of_scene = ["solid.bulk_modulus=inf", "parameter[0].scale=1e-5"];
     let it = Parameterized::load(&path, &set(&of_scene)).unwrap();
     let message = it.dependences(&it.values()).unwrap_err().to_string();
-    for part in [
-        "has no derivative with respect to 1/bulk_modulus",
-        "key = \"solid.bulk_modulus\"",
-        "1e7",
-    ] {
+    for part in
+        ["has no derivative with respect to 1/bulk_modulus", "key = \"solid.bulk_modulus\"", "1e7"]
+    {
         assert!(message.contains(part), "{message}");
     }
     assert!(it.dependences(&[1e-7]).is_ok());
@@ -206,11 +173,7 @@ fn features_without_sensitivities_are_refused() {
 /// Returns the error of a fit of `material[0].c10` and `solid.rayleigh_mass`, and checks that nothing has been written.
 fn error_of_fit(data: &str, more: &[&str], change: impl FnOnce(&mut FitOptions<'_>)) -> Error {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(
-        folder.path(),
-        &["material[0].c10", "solid.rayleigh_mass"],
-        "",
-    );
+    let path = scene(folder.path(), &["material[0].c10", "solid.rayleigh_mass"], "");
     let file = folder.path().join("measured.csv");
     std::fs::write(&file, data).unwrap();
     let out = folder.path().join("fit");
@@ -240,27 +203,11 @@ fn error_of_fit(data: &str, more: &[&str], change: impl FnOnce(&mut FitOptions<'
 fn wrong_data_bounds_and_starts_are_refused_with_their_place() {
     let good = "t,origin.u_y\n0.005,0\n0.01,0\n0.02,0\n";
     for (data, more, place) in [
-        (
-            "t,origin.u_y\n0.01,0\n0.5,0\n",
-            &[][..],
-            "measured.csv, line 3, column t",
-        ),
-        (
-            "t,origin.u_y\n0.01,0\n0.02,0\n",
-            &[],
-            "2 measurements, 2 parameters",
-        ),
+        ("t,origin.u_y\n0.01,0\n0.5,0\n", &[][..], "measured.csv, line 3, column t"),
+        ("t,origin.u_y\n0.01,0\n0.02,0\n", &[], "2 measurements, 2 parameters"),
         (good, &["parameter[0].low=2e4"], "parameter[0].low"),
-        (
-            good,
-            &["parameter[0].low=-2e4", "parameter[0].start=-1e4"],
-            "material[0].c10",
-        ),
-        (
-            good,
-            &["parameter[0].low=2", "parameter[0].high=1"],
-            "parameter[0].low",
-        ),
+        (good, &["parameter[0].low=-2e4", "parameter[0].start=-1e4"], "material[0].c10"),
+        (good, &["parameter[0].low=2", "parameter[0].high=1"], "parameter[0].low"),
         (good, &["parameter[0].low=-1e4"], "parameter[0].low"),
     ] {
         let error = error_of_fit(data, more, |_| ());
@@ -279,10 +226,7 @@ fn wrong_data_bounds_and_starts_are_refused_with_their_place() {
 fn settings_that_radau_does_not_have_are_wrong_input() {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(folder.path(), &["material[0].c10"], "");
-    let own = [
-        "integrator={ method = \"bdf\", projection_interval = 0.01 }",
-        "time.end=0.02",
-    ];
+    let own = ["integrator={ method = \"bdf\", projection_interval = 0.01 }", "time.end=0.02"];
     let it = Parameterized::load(&path, &set(&own)).unwrap();
     let error = follow(&it, Precision::OfMotion, Watcher::NOBODY).unwrap_err();
     assert!(matches!(error, Error::Input(_)), "{error:?}");

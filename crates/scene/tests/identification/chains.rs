@@ -81,9 +81,7 @@ fn the_key_for_separate_steps_leaves_sensitivities_unchanged() {
         let own = set(&["time.end=0.1", "chain[0].at=[0.05, 0.0]"]);
         let chains = set(&[&*format!("integrator.chains={chains}")]);
         let it = Parameterized::load(&path, &[set(&SMALL), own, chains].concat()).unwrap();
-        compute(&it, Precision::OfMotion, Watcher::NOBODY)
-            .unwrap()
-            .samples
+        compute(&it, Precision::OfMotion, Watcher::NOBODY).unwrap().samples
     });
     let [separate, together] = samples;
     assert_eq!(separate.len(), together.len());
@@ -125,19 +123,11 @@ fn an_order_parameter_at_rest_has_no_derivative() {
     ]);
     let it = Parameterized::load(&path, &[set(&SMALL), own].concat()).unwrap();
     let curves = compute(&it, Precision::OfMotion, Watcher::NOBODY).unwrap();
-    let angle = curves
-        .outputs
-        .iter()
-        .position(|name| name == "order.Psi_arg");
+    let angle = curves.outputs.iter().position(|name| name == "order.Psi_arg");
     let k = angle.unwrap();
     for sample in &curves.samples {
         let of_angle = sample.derivatives[0][k];
-        assert_eq!(
-            of_angle.is_nan(),
-            sample.t == 0.0,
-            "{}: {of_angle}",
-            sample.t
-        );
+        assert_eq!(of_angle.is_nan(), sample.t == 0.0, "{}: {of_angle}", sample.t);
     }
     assert!(curves.importance()[k][0].is_finite());
 }

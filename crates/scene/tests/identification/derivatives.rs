@@ -102,9 +102,7 @@ fn residuals_agree(
     let mut dependences = it.dependences(&it.values()).unwrap();
     let of_parameter = |(j, parameter): (usize, &SceneParameter)| {
         let mut ours = vec![0.0; n];
-        dependences
-            .derivative(&mut dae, j, t, &y, &y_dot, &mut ours)
-            .unwrap();
+        dependences.derivative(&mut dae, j, t, &y, &y_dot, &mut ours).unwrap();
         let value = it.values()[j];
         let residual = |value: f64| {
             let mut dae = MuscleDae::for_analysis(moved(j, value), body.formulation);
@@ -157,11 +155,7 @@ fn relaxation_stiffness_and_breaks_have_their_derivatives_in_all_formulations() 
                  { relative_modulus = 0.0, relaxation_time = 1.0 }]";
     for one in CASES {
         // A weight of 0 is at the end of its allowed range.
-        let more = set(&[
-            terms,
-            "material[0].stress_scale=1.5",
-            "parameter[2].scale=0.1",
-        ]);
+        let more = set(&[terms, "material[0].stress_scale=1.5", "parameter[2].scale=0.1"]);
         let it = Parameterized::load(&path, &[case(one), more].concat()).unwrap();
         let moved = |j: usize, value: f64| {
             let mut values = it.values();
@@ -225,11 +219,7 @@ fn outputs_have_the_derivatives_of_differences_of_runs() {
 /// Checks a step whose breaks are within the run.
 #[test]
 fn outputs_have_the_derivatives_by_the_breaks_of_a_load() {
-    let keys = [
-        "traction[1].y.start",
-        "traction[1].y.rise",
-        "material[0].stress_scale",
-    ];
+    let keys = ["traction[1].y.start", "traction[1].y.rise", "material[0].stress_scale"];
     let step = "[[traction]]\ngroup = \"load\"\n\
                 y = { type = \"step\", value = 50.0, start = 0.01, rise = 0.03 }\n";
     outputs_agree(&keys, step, &SMALL);
@@ -238,10 +228,7 @@ fn outputs_have_the_derivatives_by_the_breaks_of_a_load() {
 /// Checks a body with an end rotated by one field of displacements while another field stretches the body.
 #[test]
 fn outputs_have_the_derivatives_by_the_sizes_of_displacements_that_vary() {
-    let keys = [
-        "prescribed_displacement[0].x.value",
-        "prescribed_displacement[1].x.value",
-    ];
+    let keys = ["prescribed_displacement[0].x.value", "prescribed_displacement[1].x.value"];
     let step = "{ type = \"step\", value = 0.1, rise = 0.04 }";
     let entry = |distribution: &str| {
         format!(
@@ -261,11 +248,7 @@ fn outputs_of_stress_that_relaxes_have_the_derivatives_of_differences_of_runs() 
         "solid.rayleigh_stiffness",
     ];
     let terms = "material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }, { relative_modulus = 0.3, relaxation_time = 0.1 }]";
-    outputs_agree(
-        &keys,
-        "",
-        &[&[terms, "traction[0].y.shift=1"], &SMALL[..]].concat(),
-    );
+    outputs_agree(&keys, "", &[&[terms, "traction[0].y.shift=1"], &SMALL[..]].concat());
 }
 
 /// Compares sensitivities of outputs at the start and the end with differences of runs without sensitivities, at a
@@ -286,21 +269,12 @@ pub(crate) fn outputs_agree(keys: &[&str], more: &str, overrides: &[&str]) -> Ve
         "integrator.atol.p_rate=1e-4",
     ];
     let it = Parameterized::load(&path, &set(&[&own[..], overrides].concat())).unwrap();
-    let watcher = Watcher {
-        interrupt: None,
-        progress: &(),
-    };
+    let watcher = Watcher { interrupt: None, progress: &() };
     let outputs = outputs(&it.scene).unwrap();
     let run = |values: &[f64], dependences: Dependences| {
         let scene = it.at(values).unwrap();
-        let (samples, _) = follow(
-            &scene,
-            &outputs,
-            &times,
-            (dependences, Precision::default()),
-            watcher,
-        )
-        .unwrap();
+        let (samples, _) =
+            follow(&scene, &outputs, &times, (dependences, Precision::default()), watcher).unwrap();
         samples
     };
     let values = it.values();
@@ -350,24 +324,13 @@ pub(crate) fn outputs_agree(keys: &[&str], more: &str, overrides: &[&str]) -> Ve
 #[test]
 fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(
-        folder.path(),
-        &["material[0].c10", "solid.bulk_modulus"],
-        "",
-    );
+    let path = scene(folder.path(), &["material[0].c10", "solid.bulk_modulus"], "");
     let it = Parameterized::load(
         &path,
-        &set(&[
-            "time.end=0.3",
-            "traction[0].y.shift=1",
-            "integrator.method=radau9",
-        ]),
+        &set(&["time.end=0.3", "traction[0].y.shift=1", "integrator.method=radau9"]),
     )
     .unwrap();
-    let watcher = Watcher {
-        interrupt: None,
-        progress: &(),
-    };
+    let watcher = Watcher { interrupt: None, progress: &() };
     let outputs = outputs(&it.scene).unwrap();
     let run = |dependences: Dependences| {
         let (samples, cost) = follow(

@@ -55,27 +55,16 @@ fn a_parameter_without_effect_is_marked() {
     assert!((error / exact - 1.0).abs() < 1e-13, "{error:e} {exact:e}");
     let document = result.document();
     let idle = &document["parameters"][1];
-    for key in [
-        "/standard_error",
-        "/interval/0",
-        "/interval/1",
-        "/profile_interval",
-    ] {
+    for key in ["/standard_error", "/interval/0", "/interval/1", "/profile_interval"] {
         assert!(idle.pointer(key).unwrap().is_null(), "{key}: {idle}");
     }
-    assert_eq!(
-        (&idle["acts"], &idle["passes_bound"]),
-        (&false.into(), &false.into())
-    );
+    assert_eq!((&idle["acts"], &idle["passes_bound"]), (&false.into(), &false.into()));
     assert_eq!(document["parameters"][0]["acts"], true);
     assert!(document["correlation"][0][1].is_null());
     let why = result.profiles[1].as_ref().unwrap_err();
     assert_eq!(why, "no measurement depends on it");
     assert!(result.profiles[0].is_ok());
-    assert_eq!(
-        reported,
-        ["profile 1 of 2, about ten fits each: material[0].c10"]
-    );
+    assert_eq!(reported, ["profile 1 of 2, about ten fits each: material[0].c10"]);
 }
 
 /// Checks a damping whose confidence interval extends below zero, which no scene allows. With and without the bound 0,

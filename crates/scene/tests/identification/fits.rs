@@ -27,10 +27,7 @@ const COMMON: [&str; 6] = [
 /// Returns the outputs of the scene at the true parameter values.
 fn truth(path: &Path, overrides: &[&str]) -> Curves {
     let it = Parameterized::load(path, &set(&[&COMMON[..], overrides].concat())).unwrap();
-    let watcher = Watcher {
-        interrupt: None,
-        progress: &(),
-    };
+    let watcher = Watcher { interrupt: None, progress: &() };
     follow(&it, Precision::default(), watcher).unwrap()
 }
 
@@ -63,12 +60,7 @@ fn fit(path: PathBuf, data: PathBuf, more: &[&str], loss: Loss) -> FitResult {
 }
 
 fn fit_from(starts: usize, path: PathBuf, data: PathBuf, more: &[&str], loss: Loss) -> FitResult {
-    fitted(path, data, more, |options| FitOptions {
-        starts,
-        loss,
-        ..options
-    })
-    .unwrap()
+    fitted(path, data, more, |options| FitOptions { starts, loss, ..options }).unwrap()
 }
 
 pub(crate) fn fitted<'a>(
@@ -86,42 +78,21 @@ pub(crate) fn fitted<'a>(
 #[test]
 fn three_parameters_are_found_in_noise_within_their_intervals() {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(
-        folder.path(),
-        &[
-            "material[0].c10",
-            "solid.rayleigh_mass",
-            "solid.bulk_modulus",
-        ],
-        "",
-    );
+    let path =
+        scene(folder.path(), &["material[0].c10", "solid.rayleigh_mass", "solid.bulk_modulus"], "");
     let data = folder.path().join("measured.csv");
-    let truth = [
-        "material[0].c10=1.3e4",
-        "solid.rayleigh_mass=3",
-        "solid.bulk_modulus=5e4",
-    ];
+    let truth = ["material[0].c10=1.3e4", "solid.rayleigh_mass=3", "solid.bulk_modulus=5e4"];
     measure(&path, &truth, 1.0, &data);
     // The fit starts from the values in the scene: 1e4, 1 and 1e5.
     let result = fit(path, data, &[], Loss::Squares);
     assert!(result.fit.is_converged(), "{}", result.ending());
     let truth = [1.3e4, 3.0, 1.0 / 5e4];
     for (j, [low, high]) in result.uncertainty.intervals(0.999).into_iter().enumerate() {
-        println!(
-            "{}: {low:e} {:e} {high:e}",
-            result.fit.names[j], result.fit.values[j]
-        );
-        assert!(
-            low < truth[j] && truth[j] < high,
-            "parameter {j}: {low} {high}"
-        );
+        println!("{}: {low:e} {:e} {high:e}", result.fit.names[j], result.fit.values[j]);
+        assert!(low < truth[j] && truth[j] < high, "parameter {j}: {low} {high}");
     }
     // For 40 residuals, the standard deviation is 1 ± 0.12; three times this deviation is allowed.
-    assert!(
-        (result.deviation() - 1.0).abs() < 0.36,
-        "{}",
-        result.deviation()
-    );
+    assert!((result.deviation() - 1.0).abs() < 0.36, "{}", result.deviation());
     assert!(result.unknown().is_empty());
     // The target for six parameters is the time of 20 plain runs.
     assert!(result.runs[0] + result.runs[1] < 30, "{:?}", result.runs);
@@ -134,23 +105,12 @@ fn three_parameters_are_found_in_noise_within_their_intervals() {
 #[test]
 fn starts_of_another_scale_are_left() {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(
-        folder.path(),
-        &["solid.bulk_modulus", "material[0].c10"],
-        "",
-    );
+    let path = scene(folder.path(), &["solid.bulk_modulus", "material[0].c10"], "");
     let data = folder.path().join("measured.csv");
-    measure(
-        &path,
-        &[&["material[0].c10=1.3e4"], &SMALL[..]].concat(),
-        1.0,
-        &data,
-    );
+    measure(&path, &[&["material[0].c10=1.3e4"], &SMALL[..]].concat(), 1.0, &data);
     for (compressibility, c10) in [("0", "1e4"), ("1e-9", "1e4"), ("1e-7", "2e3")] {
-        let starts = [
-            format!("parameter[0].start={compressibility}"),
-            format!("parameter[1].start={c10}"),
-        ];
+        let starts =
+            [format!("parameter[0].start={compressibility}"), format!("parameter[1].start={c10}")];
         let more = [&[starts[0].as_str(), starts[1].as_str()], &SMALL[..]].concat();
         let result = fit(path.clone(), data.clone(), &more, Loss::Squares);
         println!(
@@ -161,11 +121,7 @@ fn starts_of_another_scale_are_left() {
         );
         assert_eq!(result.outcome(), Outcome::Converged, "{starts:?}");
         // For 40 residuals, the standard deviation is 1 ± 0.12; three times this deviation is allowed.
-        assert!(
-            (result.deviation() - 1.0).abs() < 0.36,
-            "{starts:?}: {}",
-            result.deviation()
-        );
+        assert!((result.deviation() - 1.0).abs() < 0.36, "{starts:?}: {}", result.deviation());
         let [low, high] = result.uncertainty.intervals(0.999)[1];
         assert!(low < 1.3e4 && 1.3e4 < high, "{starts:?}: {low} {high}");
     }
@@ -232,17 +188,12 @@ fn a_constant_tension_is_found() {
     let data = folder.path().join("measured.csv");
     let tensed = |tension: &str| {
         let active = format!("material[0].active={{ type = \"given\", tension = {tension} }}");
-        let own = [
-            "material[0].fiber=[1, 0]",
-            "initial_state={ type = \"equilibrium\" }",
-        ]
-        .map(str::to_owned);
+        let own = ["material[0].fiber=[1, 0]", "initial_state={ type = \"equilibrium\" }"]
+            .map(str::to_owned);
         [&[active][..], &own, &set(&SMALL)].concat()
     };
     let of = |overrides: &[String]| -> Vec<&'static str> {
-        let leaked = overrides
-            .iter()
-            .map(|text| &*Box::leak(text.clone().into_boxed_str()));
+        let leaked = overrides.iter().map(|text| &*Box::leak(text.clone().into_boxed_str()));
         leaked.collect()
     };
     measure(&path, &of(&tensed("2e3")), 1.0, &data);
@@ -343,11 +294,7 @@ const SIX: [(&str, f64); 6] = [
 
 /// Returns the true value of the parameter, which is 1/κ for κ.
 fn of_parameter((key, value): (&str, f64)) -> f64 {
-    if key == "solid.bulk_modulus" {
-        1.0 / value
-    } else {
-        value
-    }
+    if key == "solid.bulk_modulus" { 1.0 / value } else { value }
 }
 
 /// Writes the muscle with three probes of u_y and p. The fit starts with each parameter at `off` times its true value.
@@ -395,21 +342,12 @@ fn six_parameters_are_found_from_starts_half_off() {
     std::fs::write(&data, table(&curves, 1.0, 3)).unwrap();
     let plain = {
         let it = Parameterized::load(&path, &set(&[&COMMON[..], &overrides].concat())).unwrap();
-        let watcher = Watcher {
-            interrupt: None,
-            progress: &(),
-        };
+        let watcher = Watcher { interrupt: None, progress: &() };
         let times: Vec<f64> = curves.samples.iter().map(|sample| sample.t).collect();
         let wanted = outputs(&it.scene).unwrap();
         let started = cpu_time::ThreadTime::now();
-        steps(
-            &it.scene,
-            &wanted,
-            &times,
-            (Dependences::default(), Precision::default()),
-            watcher,
-        )
-        .unwrap();
+        steps(&it.scene, &wanted, &times, (Dependences::default(), Precision::default()), watcher)
+            .unwrap();
         started.elapsed().as_secs_f64()
     };
     let started = cpu_time::ThreadTime::now();
@@ -426,10 +364,7 @@ fn six_parameters_are_found_from_starts_half_off() {
     assert!(result.fit.is_converged(), "{}", result.ending());
     for (j, [low, high]) in result.uncertainty.intervals(0.999).into_iter().enumerate() {
         let (key, value) = (SIX[j].0, of_parameter(SIX[j]));
-        println!(
-            "{key}: {low:.4e} {:.4e} {high:.4e}, truth {value:e}",
-            result.fit.values[j]
-        );
+        println!("{key}: {low:.4e} {:.4e} {high:.4e}, truth {value:e}", result.fit.values[j]);
         assert!(low < value && value < high, "{key}");
     }
 }

@@ -8,11 +8,7 @@ use myovib_scene::sensitivity::Parameterized;
 use crate::{SMALL, scene, set};
 
 /// Parameters of a muscle of index 3.
-const OF_INDEX_3: [&str; 3] = [
-    "material[0].c10",
-    "solid.rayleigh_mass",
-    "traction[0].y.frequency",
-];
+const OF_INDEX_3: [&str; 3] = ["material[0].c10", "solid.rayleigh_mass", "traction[0].y.frequency"];
 
 /// Curves of one run: at each time, for each parameter, the derivatives of u in the middle.
 type Curves = Vec<Vec<Vec<f64>>>;

@@ -15,21 +15,15 @@ use crate::{SMALL, scene};
 #[test]
 fn a_resumed_fit_is_the_uninterrupted_fit() {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(
-        folder.path(),
-        &["material[0].c10", "solid.rayleigh_mass"],
-        "",
-    );
+    let path = scene(folder.path(), &["material[0].c10", "solid.rayleigh_mass"], "");
     let data = folder.path().join("measured.csv");
     let more = [&["material[0].c10=3e4"], &SMALL[..]].concat();
     measure(&path, &more, 1.0, &data);
     let run = |existing, max_iterations| {
-        fitted(path.clone(), data.clone(), &more[1..], |options| {
-            FitOptions {
-                existing,
-                max_iterations,
-                ..options
-            }
+        fitted(path.clone(), data.clone(), &more[1..], |options| FitOptions {
+            existing,
+            max_iterations,
+            ..options
         })
     };
     let header = folder.path().join("fit");
@@ -47,19 +41,14 @@ fn a_resumed_fit_is_the_uninterrupted_fit() {
     let whole = run(Existing::Refuse, 30).unwrap();
     assert!(whole.fit.is_converged(), "{}", whole.ending());
     assert!(is_input(run(Existing::Refuse, 1)), "a fit is there");
-    let twice = fitted(path.clone(), data.clone(), &more[1..], |options| {
-        FitOptions {
-            experiments: vec![options.experiments[0].clone(); 2],
-            ..options
-        }
+    let twice = fitted(path.clone(), data.clone(), &more[1..], |options| FitOptions {
+        experiments: vec![options.experiments[0].clone(); 2],
+        ..options
     });
     assert!(is_input(twice), "the same measurements twice");
     let own = fitted(path.clone(), data.clone(), &more[1..], |options| {
         let set = vec!["material[0].c10=2e4".to_owned()];
-        FitOptions {
-            experiments: vec![(data.clone(), set)],
-            ..options
-        }
+        FitOptions { experiments: vec![(data.clone(), set)], ..options }
     });
     assert!(is_input(own), "a fitted parameter is set");
     // An earlier fit is kept until the first iteration of the new one.
@@ -70,16 +59,11 @@ fn a_resumed_fit_is_the_uninterrupted_fit() {
     std::fs::write(header.join("fit.json"), "{}").unwrap();
     let kept = names();
     static INTERRUPT: AtomicBool = AtomicBool::new(true);
-    let interrupted = fitted(path.clone(), data.clone(), &more[1..], |options| {
-        FitOptions {
-            interrupt: Some(&INTERRUPT),
-            ..options
-        }
+    let interrupted = fitted(path.clone(), data.clone(), &more[1..], |options| FitOptions {
+        interrupt: Some(&INTERRUPT),
+        ..options
     });
-    assert!(
-        matches!(interrupted, Err(Error::Stopped(_))),
-        "{interrupted:?}"
-    );
+    assert!(matches!(interrupted, Err(Error::Stopped(_))), "{interrupted:?}");
     assert_eq!(names(), kept);
     let text = |name: &str| std::fs::read_to_string(header.join(name)).unwrap();
     let files = || ["history.csv", "evaluations.txt"].map(text);
@@ -98,10 +82,7 @@ fn a_resumed_fit_is_the_uninterrupted_fit() {
     run(Existing::Overwrite, 30).unwrap();
     let lines: Vec<String> = expected[1].lines().map(str::to_owned).collect();
     for kept in [0, 1, lines.len() / 2, lines.len() - 1, lines.len()] {
-        let cut: String = lines[..kept]
-            .iter()
-            .map(|line| format!("{line}\n"))
-            .collect();
+        let cut: String = lines[..kept].iter().map(|line| format!("{line}\n")).collect();
         std::fs::write(header.join("evaluations.txt"), cut).unwrap();
         let resumed = run(Existing::Resume, 30).unwrap();
         assert_eq!(resumed.document(), whole.document(), "{kept}");
@@ -148,17 +129,12 @@ fn a_fit_interrupted_within_a_run_keeps_its_iterations() {
             counts_lines: true,
         }));
         let _ = std::fs::remove_dir_all(folder.path().join("fit"));
-        let result = fitted(path.clone(), data.clone(), &more[1..], |options| {
-            FitOptions {
-                interrupt: Some(&patience.interrupt),
-                progress: patience,
-                ..options
-            }
+        let result = fitted(path.clone(), data.clone(), &more[1..], |options| FitOptions {
+            interrupt: Some(&patience.interrupt),
+            progress: patience,
+            ..options
         });
-        (
-            result,
-            lines - patience.left.load(Ordering::Relaxed).min(lines),
-        )
+        (result, lines - patience.left.load(Ordering::Relaxed).min(lines))
     };
     let (whole, all) = fit_of(lines);
     assert!(whole.unwrap().fit.is_converged());
@@ -181,11 +157,7 @@ fn a_fit_interrupted_within_a_run_keeps_its_iterations() {
 #[test]
 fn an_interrupted_fit_keeps_its_results() {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(
-        folder.path(),
-        &["material[0].c10", "solid.rayleigh_mass"],
-        "",
-    );
+    let path = scene(folder.path(), &["material[0].c10", "solid.rayleigh_mass"], "");
     let data = folder.path().join("measured.csv");
     let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
     measure(&path, &more, 1.0, &data);
@@ -195,14 +167,12 @@ fn an_interrupted_fit_keeps_its_results() {
             interrupt: AtomicBool::new(false),
             counts_lines: false,
         }));
-        fitted(path.clone(), data.clone(), &more[1..], |options| {
-            FitOptions {
-                starts: 2,
-                profile: true,
-                interrupt: Some(&patience.interrupt),
-                progress: patience,
-                ..options
-            }
+        fitted(path.clone(), data.clone(), &more[1..], |options| FitOptions {
+            starts: 2,
+            profile: true,
+            interrupt: Some(&patience.interrupt),
+            progress: patience,
+            ..options
         })
         .unwrap()
     };
@@ -241,12 +211,7 @@ fn a_fit_interrupted_in_its_first_run_is_interrupted() {
     let path = scene(folder.path(), &["solid.rayleigh_mass"], "");
     let data = folder.path().join("measured.csv");
     measure(&path, &SMALL, 1.0, &data);
-    let error = fitted(path, data, &SMALL, |options| FitOptions {
-        interrupt: Some(&INTERRUPT),
-        ..options
-    });
-    assert!(
-        matches!(error, Err(myovib_scene::Error::Stopped(_))),
-        "{error:?}"
-    );
+    let error =
+        fitted(path, data, &SMALL, |options| FitOptions { interrupt: Some(&INTERRUPT), ..options });
+    assert!(matches!(error, Err(myovib_scene::Error::Stopped(_))), "{error:?}");
 }

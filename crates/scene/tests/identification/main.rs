@@ -26,9 +26,7 @@ fn scene(folder: &Path, parameters: &[&str], more: &str) -> PathBuf {
     let (text, _) = text.split_once("[fields]").unwrap();
     // The tolerances below were derived for this formulation.
     let text = text.replacen("[solid]", "[solid]\nformulation = \"rate\"", 1);
-    let keys = parameters
-        .iter()
-        .map(|key| format!("[[parameter]]\nkey = \"{key}\"\n"));
+    let keys = parameters.iter().map(|key| format!("[[parameter]]\nkey = \"{key}\"\n"));
     let text = format!("{text}\n{}\n{more}\n", keys.collect::<String>());
     let path = folder.join("scene.toml");
     std::fs::write(&path, text).unwrap();

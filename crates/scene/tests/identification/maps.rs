@@ -21,10 +21,7 @@ fn by_forward(it: &Parameterized) -> Vec<Vec<f64>> {
     let (every, t_end) = (it.scene.file.probe[0].interval, it.scene.t_end);
     let n = (t_end / every).round() as usize;
     let times: Vec<f64> = (0..=n).map(|k| (k as f64 * every).min(t_end)).collect();
-    let dependences = (
-        it.dependences(&it.values()).unwrap(),
-        Precision::Fraction(1e-9),
-    );
+    let dependences = (it.dependences(&it.values()).unwrap(), Precision::Fraction(1e-9));
     let (samples, _) = follow(&it.scene, &wanted, &times, dependences, Watcher::NOBODY).unwrap();
     let change = |j: usize, k: usize| {
         let squares: f64 = samples.iter().map(|s| s.values[k].powi(2)).sum();
@@ -128,10 +125,7 @@ fn features_without_a_map_are_refused() {
             "material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }]",
             Unsupported::Prony,
         ),
-        (
-            "initial_state={ type = \"equilibrium\" }",
-            Unsupported::Equilibrium,
-        ),
+        ("initial_state={ type = \"equilibrium\" }", Unsupported::Equilibrium),
         ("analysis=static", Unsupported::MapAnalysis),
         (
             "traction[0].y={ type = \"step\", value = 1.0, start = 0.1, rise = 0 }",

@@ -95,9 +95,7 @@ group = "bottom"
 /// Writes a scene with these parameters and returns its path.
 fn written(folder: &Path, text: &str, keys: &[&str]) -> PathBuf {
     let path = folder.join("scene.toml");
-    let parameters = keys
-        .iter()
-        .map(|key| format!("[[parameter]]\nkey = \"{key}\"\n"));
+    let parameters = keys.iter().map(|key| format!("[[parameter]]\nkey = \"{key}\"\n"));
     std::fs::write(&path, text.to_owned() + &parameters.collect::<String>()).unwrap();
     path
 }
@@ -137,16 +135,11 @@ fn derivatives_are_limits(
         };
         let errors = [0.04, 0.01, 2.5e-3, 6e-4].map(error);
         println!("{}: {errors:?}", parameter.key);
-        assert!(
-            errors.iter().any(|error| *error < tolerance),
-            "{}: {errors:?}",
-            parameter.key
-        );
+        assert!(errors.iter().any(|error| *error < tolerance), "{}: {errors:?}", parameter.key);
         for sample in &exact {
             let slopes = sample.derivatives[j].iter().zip(&sizes);
-            nonzero += slopes
-                .filter(|(slope, size)| (values[j] * **slope).abs() > 1e-6 * **size)
-                .count();
+            nonzero +=
+                slopes.filter(|(slope, size)| (values[j] * **slope).abs() > 1e-6 * **size).count();
         }
     }
     nonzero
@@ -174,9 +167,7 @@ fn equilibria_have_the_derivatives_of_their_differences() {
     let outputs = without_zero(outputs(&scene.scene).unwrap());
     let run = |values: &[f64], with| {
         let loads = [0.0, 0.5, 1.0];
-        equilibria(&scene, values, &outputs, &loads, with, Watcher::NOBODY)
-            .unwrap()
-            .0
+        equilibria(&scene, values, &outputs, &loads, with, Watcher::NOBODY).unwrap().0
     };
     // The truncation error is a few times (0.01)⁴. Equilibria converge to rounding errors, about 1e-12 of the outputs,
     // which are divided by steps of 1e-2.
@@ -197,9 +188,7 @@ fn contact_forces_have_the_derivatives_of_their_differences() {
     outputs.retain(|output| !output.name.ends_with("area"));
     let run = |values: &[f64], with| {
         let loads = [0.5, 1.0];
-        equilibria(&scene, values, &outputs, &loads, with, Watcher::NOBODY)
-            .unwrap()
-            .0
+        equilibria(&scene, values, &outputs, &loads, with, Watcher::NOBODY).unwrap().0
     };
     derivatives_are_limits(&scene, 1e-7, run);
 }
@@ -219,9 +208,7 @@ fn equilibria_have_derivatives_with_respect_to_an_angle() {
     let outputs = outputs(&scene.scene).unwrap();
     let run = |values: &[f64], with| {
         let loads = [0.5, 1.0];
-        equilibria(&scene, values, &outputs, &loads, with, Watcher::NOBODY)
-            .unwrap()
-            .0
+        equilibria(&scene, values, &outputs, &loads, with, Watcher::NOBODY).unwrap().0
     };
     // As above.
     let nonzero = derivatives_are_limits(&scene, 1e-9, run);
@@ -261,9 +248,7 @@ fn check_quasi_static_derivatives(text: &str, keys: &[&str]) {
         };
         let (at, times) = (scene.at(values).unwrap(), [0.25, 0.5, 0.6, 1.0]);
         let requested = (dependences, Precision::default());
-        follow(&at, &outputs, &times, requested, Watcher::NOBODY)
-            .unwrap()
-            .0
+        follow(&at, &outputs, &times, requested, Watcher::NOBODY).unwrap().0
     };
     let nonzero = derivatives_are_limits(&scene, 1e-6, run);
     assert_eq!(nonzero, 4 * outputs.len() * keys.len());
@@ -296,10 +281,8 @@ fn measure(path: &Path, set: &[&str], deviation: f64, file: &Path) {
 fn paths_and_relaxation_are_fitted_together_within_their_intervals() {
     let folder = tempfile::tempdir().unwrap();
     let output = "[static]\nsteps = 10\n[[output]]\nname = \"force\"\nprobe = \"plate\"\ncolumn = \"R_y\"\nnoise = 0.05\n";
-    let text = BLOCK
-        .replace("MATERIAL", PRONY)
-        .replace("interval = 0.25", "interval = 0.05")
-        + output;
+    let text =
+        BLOCK.replace("MATERIAL", PRONY).replace("interval = 0.25", "interval = 0.05") + output;
     let keys = [
         "material[0].c10",
         "material[0].prony[0].relative_modulus",
@@ -320,12 +303,7 @@ fn paths_and_relaxation_are_fitted_together_within_their_intervals() {
     let found = compute(&options(path, experiments.into())).unwrap();
     assert_eq!(found.outcome(), Outcome::Converged);
     // With this seed, the 95 % intervals of all parameters contain the true values.
-    for ([low, high], exact) in found
-        .uncertainty
-        .intervals(0.95)
-        .into_iter()
-        .zip([1e3, 0.5, 0.4])
-    {
+    for ([low, high], exact) in found.uncertainty.intervals(0.95).into_iter().zip([1e3, 0.5, 0.4]) {
         assert!(low < exact && exact < high, "{low} {exact} {high}");
         assert!(high - low < 0.2 * exact, "{low} {high}");
     }
@@ -336,8 +314,5 @@ fn paths_by_arc_length_are_rejected() {
     let set = ["static.method=arc-length".to_owned()];
     let scene = Scene::build("scene.toml", LAYER, &set, Path::new("")).unwrap();
     let found = unsupported(&scene);
-    assert_eq!(
-        found,
-        Some((Unsupported::ArcLength, "static.method".to_owned()))
-    );
+    assert_eq!(found, Some((Unsupported::ArcLength, "static.method".to_owned())));
 }

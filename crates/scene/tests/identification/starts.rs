@@ -26,10 +26,7 @@ fn starts_agree(it: &Parameterized, case: &str) -> Vec<f64> {
     let start = |values: &[f64]| {
         let body = it.at(values).unwrap().body.unwrap();
         let mut dae = MuscleDae::for_analysis(body.muscle.clone(), body.formulation);
-        body.initial_values(&mut dae, Watcher::NOBODY)
-            .unwrap()
-            .unwrap()[0]
-            .clone()
+        body.initial_values(&mut dae, Watcher::NOBODY).unwrap().unwrap()[0].clone()
     };
     let y = start(&values);
     let mut dependences = it.dependences(&values).unwrap();
@@ -55,11 +52,7 @@ fn starts_agree(it: &Parameterized, case: &str) -> Vec<f64> {
             // and if damping determines only the sum of λ and β λ̇, the error of 1e-11 at which the iteration for λ
             // ends, and the same error in its difference quotients in time. These errors are multiplied by the sum of
             // the weights, 1.5, and divided by δ here and by δ/2 in the program.
-            let size = |field| {
-                dae.layout()
-                    .range(field)
-                    .map_or(0.0, |own| largest(&y[own]))
-            };
+            let size = |field| dae.layout().range(field).map_or(0.0, |own| largest(&y[own]));
             let of_pressure = match field {
                 Field::PressureRate => 2e-11 / beta * size(Field::Pressure),
                 Field::Pressure if kappa.is_finite() => 1e-15 * kappa,
@@ -69,10 +62,7 @@ fn starts_agree(it: &Parameterized, case: &str) -> Vec<f64> {
             let rounding = 4.5 * (1e-13 * size(*field) + of_pressure) / delta;
             let allowed = 1e-8 * largest(&ours[range.clone()]) + rounding;
             let key = &it.parameters[j].key;
-            assert!(
-                off <= allowed,
-                "{case}, {key}, {field}: {off:e} {allowed:e}"
-            );
+            assert!(off <= allowed, "{case}, {key}, {field}: {off:e} {allowed:e}");
         }
         largest(ours)
     };
@@ -82,8 +72,7 @@ fn starts_agree(it: &Parameterized, case: &str) -> Vec<f64> {
 /// Returns the parameters of a list, without κ if it is infinite.
 fn keys<'k>(all: &[&'k str], kappa: &str) -> Vec<&'k str> {
     let keys = all.iter().copied();
-    keys.filter(|key| kappa != "inf" || *key != "solid.bulk_modulus")
-        .collect()
+    keys.filter(|key| kappa != "inf" || *key != "solid.bulk_modulus").collect()
 }
 
 #[test]
@@ -116,11 +105,7 @@ fn equilibria_have_the_derivatives_of_their_differences() {
 #[test]
 fn velocities_of_the_start_have_the_derivatives_of_their_differences() {
     let folder = tempfile::tempdir().unwrap();
-    let all = [
-        "initial_state.value[0]",
-        "initial_state.value[1]",
-        "material[0].c10",
-    ];
+    let all = ["initial_state.value[0]", "initial_state.value[1]", "material[0].c10"];
     for one in CASES {
         let path = scene(folder.path(), &all, "");
         let it =
@@ -149,11 +134,7 @@ fn motions_from_an_equilibrium_have_the_derivatives_of_differences_of_runs() {
 
 #[test]
 fn motions_from_a_velocity_have_the_derivatives_of_differences_of_runs() {
-    let keys = [
-        "initial_state.value[1]",
-        "initial_state.value[0]",
-        "material[0].c10",
-    ];
+    let keys = ["initial_state.value[1]", "initial_state.value[0]", "material[0].c10"];
     for of_kappa in ["1e5", "inf"] {
         let kappa = format!("solid.bulk_modulus={of_kappa}");
         outputs_agree(&keys, "", &[&SMALL[..], &[MOVING, &kappa]].concat());

@@ -26,11 +26,7 @@ fn accelerations_are_rates_of_velocities() {
             let slope = (three[2][1] - three[0][1]) / (three[2][0] - three[0][0]);
             // The error of central differences with an interval of 2 ms, for a motion below 20 Hz: (ω h)²/6 = 3e-3.
             let error = (three[1][3] - slope).abs();
-            assert!(
-                error < 1e-2 * largest,
-                "{probe} at {}: {error:e}",
-                three[1][0]
-            );
+            assert!(error < 1e-2 * largest, "{probe} at {}: {error:e}", three[1][0]);
         }
     }
 }

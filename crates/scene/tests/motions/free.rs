@@ -47,10 +47,7 @@ fn a_free_body_has_rigid_modes() {
         let scene = Scene::build("scene.toml", &text, &[], std::path::Path::new("")).unwrap();
         let modes = Modes::of_scene(&scene, Some(4), Watcher::NOBODY).unwrap();
         let modes = &modes.muscles[0].modes;
-        modes
-            .iter()
-            .map(|mode| mode.omega_squared)
-            .collect::<Vec<f64>>()
+        modes.iter().map(|mode| mode.omega_squared).collect::<Vec<f64>>()
     };
     let free = frequencies("");
     let bedded = frequencies("[[elastic_foundation]]\ngroup = \"bottom\"\nstiffness = 1.0\n");

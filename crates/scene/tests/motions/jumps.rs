@@ -60,11 +60,7 @@ fn bodies_are_hit_and_released() {
     let released = sum(&["-9.81".to_owned(), jump(9.81, 0.0), jump(5.0, 0.05)].join(", "));
     for (name, load, start) in [
         ("hit", &hit, None),
-        (
-            "released",
-            &released,
-            Some("initial_state={ type = \"equilibrium\" }"),
-        ),
+        ("released", &released, Some("initial_state={ type = \"equilibrium\" }")),
     ] {
         let mut first: Option<Vec<Vec<f64>>> = None;
         for method in METHODS {
@@ -79,17 +75,10 @@ fn bodies_are_hit_and_released() {
             // At the ends of steps, Radau IIA is more accurate than its error estimate: at most the tolerance of one
             // step. BDF accumulates the errors of about a hundred steps: at most ten times the tolerance.
             let allowed = if method.ends_with("bdf") { 10.0 } else { 1.0 };
-            assert!(
-                imbalance < allowed * RTOL * most,
-                "{name} {method}: {imbalance:e}"
-            );
+            assert!(imbalance < allowed * RTOL * most, "{name} {method}: {imbalance:e}");
             if let Some(first) = &first {
                 // Ten tolerances for each run by Radau IIA; BDF accumulates the errors of about a hundred steps.
-                let allowed = if method.ends_with("bdf") {
-                    1000.0
-                } else {
-                    20.0
-                };
+                let allowed = if method.ends_with("bdf") { 1000.0 } else { 20.0 };
                 let off = apart(first, &motion, 0);
                 assert!(off < allowed * RTOL, "{name} {method}: {off:e}");
             }
@@ -108,25 +97,14 @@ fn the_imbalance_is_the_energy_that_the_integrator_loses() {
     for method in ["radau9", "radau13"] {
         for rtol in [1e-4, 1e-6, 1e-8] {
             let out = folder.path().join(format!("{method} {rtol}"));
-            let settings = [
-                format!("integrator.method={method}"),
-                format!("integrator.rtol={rtol}"),
-            ];
-            let set = [
-                "time.end=0.3",
-                "probe[1].interval=0.3",
-                rise,
-                &settings[0],
-                &settings[1],
-            ];
+            let settings =
+                [format!("integrator.method={method}"), format!("integrator.rtol={rtol}")];
+            let set = ["time.end=0.3", "probe[1].interval=0.3", rise, &settings[0], &settings[1]];
             finish(BLOCK, &set, &out);
             let energy = rows(&out, "energy");
             let [work, imbalance] = [3, 5].map(|column| energy.last().unwrap()[column]);
             // The tolerance of one step, as above.
-            assert!(
-                imbalance.abs() < rtol * work,
-                "{method} {rtol}: {imbalance:e} {work:e}"
-            );
+            assert!(imbalance.abs() < rtol * work, "{method} {rtol}: {imbalance:e} {work:e}");
         }
     }
 }
@@ -242,16 +220,9 @@ fn bodies_are_swept() {
 
     finish(BLOCK, &[&sweep(15.0, 0.06)], &out("swept"));
     let energy = rows(&out("swept"), "energy");
-    let largest = |column: usize| {
-        energy
-            .iter()
-            .fold(0.0_f64, |m, row| m.max(row[column].abs()))
-    };
+    let largest = |column: usize| energy.iter().fold(0.0_f64, |m, row| m.max(row[column].abs()));
     let [work, imbalance] = [3, 5].map(largest);
-    assert!(
-        work > 0.0 && imbalance < RTOL * work,
-        "{imbalance:e} {work:e}"
-    );
+    assert!(work > 0.0 && imbalance < RTOL * work, "{imbalance:e} {work:e}");
 
     let volume = "probe=[{ name = \"v\", type = \"volume\", group = \"body\" }]".to_owned();
     for (set, reported) in [(sweep(15.0, 0.0), "duration"), (volume, "group")] {

@@ -55,41 +55,18 @@ fn a_body_that_starts_in_equilibrium_stays_there() {
     let message = refused.unwrap_err().to_string();
     assert!(message.contains("body_force[0].y"), "{message}");
     for (i, set) in [
-        [
-            "solid.bulk_modulus=1e5",
-            "solid.formulation=position",
-            "integrator.method=bdf",
-        ],
-        [
-            "solid.bulk_modulus=1e5",
-            "solid.formulation=displacement",
-            "integrator.method=radau9",
-        ],
-        [
-            "solid.bulk_modulus=inf",
-            "solid.formulation=position",
-            "integrator.method=radau9",
-        ],
-        [
-            "solid.bulk_modulus=inf",
-            "solid.formulation=velocity",
-            "integrator.method=radau13",
-        ],
-        [
-            "solid.bulk_modulus=inf",
-            "solid.rayleigh_stiffness=1e-3",
-            "integrator.method=radau5",
-        ],
+        ["solid.bulk_modulus=1e5", "solid.formulation=position", "integrator.method=bdf"],
+        ["solid.bulk_modulus=1e5", "solid.formulation=displacement", "integrator.method=radau9"],
+        ["solid.bulk_modulus=inf", "solid.formulation=position", "integrator.method=radau9"],
+        ["solid.bulk_modulus=inf", "solid.formulation=velocity", "integrator.method=radau13"],
+        ["solid.bulk_modulus=inf", "solid.rayleigh_stiffness=1e-3", "integrator.method=radau5"],
     ]
     .iter()
     .enumerate()
     {
         let place = |name: &str| folder.path().join(format!("{name}{i}"));
         // Formulations without pressure have no pressure output.
-        let own = [
-            "probe[0].quantities=[\"u\"]",
-            "initial_state={ type = \"equilibrium\" }",
-        ];
+        let own = ["probe[0].quantities=[\"u\"]", "initial_state={ type = \"equilibrium\" }"];
         let moving = [&set[..], &own].concat();
         let result = run(BLOCK, &moving, &place("moving"));
         let statics = [&set[..2], &own[..1], &["analysis=static", "probe=[{ name = \"end\", type = \"point\", at = [0.1, 0.04], quantities = [\"u\"], interval = 0.01 }]"]].concat();
@@ -112,20 +89,14 @@ fn a_body_that_starts_in_equilibrium_stays_there() {
 fn a_body_may_start_with_a_velocity() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let set = [
-        "body_force=[]",
-        "initial_state={ type = \"velocity\", value = [0.0, 0.3] }",
-    ];
+    let set = ["body_force=[]", "initial_state={ type = \"velocity\", value = [0.0, 0.3] }"];
     run(BLOCK, &set, &out);
     let energy = rows(&out, "energy");
     let kinetic = energy[0][1];
     // The velocity decreases from 0.3 m/s to 0 within the column of elements at the support, so a part of the mass
     // moves more slowly.
     let whole = 0.5 * 4.0 * 0.3_f64.powi(2);
-    assert!(
-        (0.85 * whole..whole).contains(&kinetic),
-        "{kinetic} of {whole}"
-    );
+    assert!((0.85 * whole..whole).contains(&kinetic), "{kinetic} of {whole}");
     let elastic = energy.iter().fold(0.0, |m: f64, row| m.max(row[2]));
     assert!(elastic > 0.5 * kinetic, "{elastic}"); // it swings
     for row in &energy {
@@ -166,11 +137,7 @@ fn a_run_goes_on_from_where_another_ended() {
     let pushed = "initial_state={ type = \"velocity\", value = [0.0, 0.3] }";
     for kappa in ["solid.bulk_modulus=1e5", "solid.bulk_modulus=inf"] {
         let named = |name: &str| place(&format!("{name} {kappa}"));
-        run(
-            BLOCK,
-            &[kappa, swing, pushed, "time.end=0.2"],
-            &named("whole"),
-        );
+        run(BLOCK, &[kappa, swing, pushed, "time.end=0.2"], &named("whole"));
         let whole = rows(&named("whole"), "end");
         run(BLOCK, &[kappa, swing, pushed], &named("first"));
         let from = format!("initial_state={{ type = \"restart\", folder = \"first {kappa}\" }}");
@@ -183,16 +150,9 @@ fn a_run_goes_on_from_where_another_ended() {
         assert!(off < promised, "{kappa}: {off:e}");
         second.clear();
 
-        let scene = build(
-            BLOCK,
-            &[kappa, swing, pushed, "time.end=0.2"],
-            folder.path(),
-        )
-        .unwrap();
-        let resume = RunOptions {
-            existing: Existing::Resume,
-            ..RunOptions::into_folder(named("first"))
-        };
+        let scene = build(BLOCK, &[kappa, swing, pushed, "time.end=0.2"], folder.path()).unwrap();
+        let resume =
+            RunOptions { existing: Existing::Resume, ..RunOptions::into_folder(named("first")) };
         compute(&scene, &resume).unwrap();
         let off = apart(&whole, &rows(&named("first"), "end"), 1);
         assert!(off < promised, "{kappa}: {off:e}");
@@ -210,22 +170,12 @@ fn internal_stresses_go_on() {
     let folder = tempfile::tempdir().unwrap();
     let place = |name: &str| folder.path().join(name);
     let prony = "material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }]";
-    let (swing, pushed) = (
-        "body_force=[]",
-        "initial_state={ type = \"velocity\", value = [0.0, 0.3] }",
-    );
+    let (swing, pushed) =
+        ("body_force=[]", "initial_state={ type = \"velocity\", value = [0.0, 0.3] }");
     run(BLOCK, &[prony, swing, pushed], &place("whole"));
-    run(
-        BLOCK,
-        &[prony, swing, pushed, "time.end=0.05"],
-        &place("first"),
-    );
+    run(BLOCK, &[prony, swing, pushed, "time.end=0.05"], &place("first"));
     let from = "initial_state={ type = \"restart\", folder = \"first\" }";
-    run(
-        BLOCK,
-        &[prony, swing, from, "time.end=0.05"],
-        &place("second"),
-    );
+    run(BLOCK, &[prony, swing, from, "time.end=0.05"], &place("second"));
     let whole = rows(&place("whole"), "end");
     let off = apart(&whole[5..], &rows(&place("second"), "end"), 1);
     // As above.
@@ -258,11 +208,7 @@ fn a_measured_motion_starts_smoothly() {
         format!("{t},{}\n", 1e-3 * (1.3 + (31.0 * t).cos()))
     };
     let table: String = (0..=20).map(row).collect();
-    std::fs::write(
-        folder.path().join("measured.csv"),
-        "t,y\n".to_owned() + &table,
-    )
-    .unwrap();
+    std::fs::write(folder.path().join("measured.csv"), "t,y\n".to_owned() + &table).unwrap();
     let scene = |y: &str| {
         let moved = format!("prescribed_displacement=[{{ group = \"right\", y = {y} }}]");
         let set = ["body_force=[]", &moved];
@@ -308,10 +254,7 @@ fn a_condition_ends_a_run_inside_a_step() {
             let result = run(BLOCK, &[&set[..], &[&stop, &method_set]].concat(), &out);
             assert_eq!(result.document["reason"], "event", "{method}");
             let t = result.document["t_reached"].as_f64().unwrap();
-            let after = rows_of_free
-                .iter()
-                .position(|row| size(row) > bound)
-                .unwrap();
+            let after = rows_of_free.iter().position(|row| size(row) > bound).unwrap();
             let times = rows_of_free[after - 1][0]..rows_of_free[after][0];
             // The error of BDF moves the crossing by a few rows.
             let slack = if method == "bdf" { 20e-4 } else { 1e-6 };
@@ -320,10 +263,7 @@ fn a_condition_ends_a_run_inside_a_step() {
                 "{part} {method}: {t} not in {times:?}"
             );
             let last = rows(&out, "end").last().unwrap()[0];
-            assert!(
-                (t - 1e-4 - 1e-12..=t).contains(&last),
-                "{method}: {last} of {t}"
-            );
+            assert!((t - 1e-4 - 1e-12..=t).contains(&last), "{method}: {last} of {t}");
         }
     }
     // The condition on det F applies anywhere in the body: a tighter bound ends the run earlier.
@@ -355,10 +295,7 @@ fn starts_that_make_no_sense_are_refused() {
             &["initial_state={ type = \"velocity\", value = [1.0, 2.0, 3.0] }"][..],
             "one component for each axis",
         ),
-        (
-            &["initial_state={ type = \"restart\", folder = \"nowhere\" }"],
-            "cannot read",
-        ),
+        (&["initial_state={ type = \"restart\", folder = \"nowhere\" }"], "cannot read"),
         (&["initial_state={ type = \"falling\" }"], "falling"),
         (&[from, "mesh.cells=[6, 4]"], "another mesh"),
         (&[from, "fixed=[{ group = \"right\" }]"], "t = 0"),
@@ -405,9 +342,7 @@ fn sections_of_other_analyses_are_ignored_with_a_note() {
     let notes = |analysis: &str| {
         let scene = build(BLOCK, &[&more[..], &[analysis]].concat(), folder.path()).unwrap();
         let notes = scene.notes().into_iter();
-        notes
-            .filter(|note| note.starts_with("not used"))
-            .collect::<Vec<_>>()
+        notes.filter(|note| note.starts_with("not used")).collect::<Vec<_>>()
     };
     assert_eq!(notes("analysis=dynamic"), Vec::<String>::new());
     let expected = "not used by this analysis: [initial_state], [[chain]], probe `e`";

@@ -37,10 +37,7 @@ fn run(target: &str, corpus: &[&str], read: impl Fn(&str) + std::panic::RefUnwin
         if catch_unwind(|| read(&mutant)).is_err() {
             let path = std::env::temp_dir().join(format!("myovib-{target}-{case}"));
             fs::write(&path, &mutant).unwrap();
-            panic!(
-                "{target}: case {case} fails; it is kept in {}",
-                path.display()
-            );
+            panic!("{target}: case {case} fails; it is kept in {}", path.display());
         }
         case += 1;
     }
@@ -88,10 +85,7 @@ impl TableScene {
     }
 }
 
-const TABLES: [&str; 2] = [
-    "t,force\n0,0\n0.5,1\n1,2.5\n2,-1e-3\n",
-    "force , t\n1,0\n2,3\n",
-];
+const TABLES: [&str; 2] = ["t,force\n0,0\n0.5,1\n1,2.5\n2,-1e-3\n", "force , t\n1,0\n2,3\n"];
 
 #[test]
 fn damaged_meshes_are_refused_with_their_place() {
@@ -127,9 +121,7 @@ fn the_fuzzers_corpus_is_read_or_refused_with_its_place() {
     let scene = TableScene::new();
     let readers: [(&str, Reader); 3] = [
         ("mesh", &|bytes| read_mesh(&String::from_utf8_lossy(bytes))),
-        ("scene", &|bytes| {
-            read_scene(&String::from_utf8_lossy(bytes))
-        }),
+        ("scene", &|bytes| read_scene(&String::from_utf8_lossy(bytes))),
         ("table", &|bytes| scene.read(bytes)),
     ];
     for (target, read) in readers {
@@ -158,11 +150,7 @@ fn sizes_beyond_reason_are_refused_before_anything_is_allocated() {
         ("cook-static", "static.steps", "1000000000".to_owned()),
         ("cook-static", "modes.count", "1000000000".to_owned()),
         ("figure3", "periodic.multipliers", "1000000000".to_owned()),
-        (
-            "figure3",
-            "periodic.settling_periods",
-            "1000000000".to_owned(),
-        ),
+        ("figure3", "periodic.settling_periods", "1000000000".to_owned()),
     ] {
         let text = find(scene).unwrap().text;
         let set = [format!("{key}={value}")];

@@ -62,10 +62,7 @@ fn repeat_line(text: &str, random: &mut impl Rng) -> String {
 fn swap_lines(text: &str, random: &mut impl Rng) -> String {
     let mut lines = lines(text);
     if !lines.is_empty() {
-        let (a, b) = (
-            random.random_range(0..lines.len()),
-            random.random_range(0..lines.len()),
-        );
+        let (a, b) = (random.random_range(0..lines.len()), random.random_range(0..lines.len()));
         lines.swap(a, b);
     }
     lines.join("\n")
@@ -86,9 +83,7 @@ fn change_number(text: &str, random: &mut impl Rng) -> String {
     }
     let start = starts[random.random_range(0..starts.len())];
     let is_part = |c: char| c.is_ascii_alphanumeric() || ".+-".contains(c);
-    let length = text[start..]
-        .find(|c| !is_part(c))
-        .unwrap_or(text.len() - start);
+    let length = text[start..].find(|c| !is_part(c)).unwrap_or(text.len() - start);
     let nasty = NASTY[random.random_range(0..NASTY.len())];
     format!("{}{nasty}{}", &text[..start], &text[start + length..])
 }

@@ -22,11 +22,7 @@ fn beam(frequencies: &str, damping: f64) -> String {
 }
 
 fn peaks<'a>(found: &'a Response, column: &str) -> Vec<&'a Peak> {
-    found
-        .peaks
-        .iter()
-        .filter(|peak| peak.column == column)
-        .collect()
+    found.peaks.iter().filter(|peak| peak.column == column).collect()
 }
 
 /// Checks adaptive frequencies against a fixed grid that resolves the same peaks with more than three times as many
@@ -45,14 +41,8 @@ fn adaptive_frequencies_find_the_peaks_of_a_fine_grid() {
         for (a, b) in found.iter().zip(fine) {
             // Both are interpolated. The accepted error of an amplitude is 1e-4 with adaptive frequencies and 1e-2 with
             // the fixed grid.
-            assert!(
-                (a.frequency / b.frequency - 1.0).abs() < 1e-4,
-                "{a:?} {b:?}"
-            );
-            assert!(
-                (a.amplitude / b.amplitude - 1.0).abs() < 1e-2,
-                "{a:?} {b:?}"
-            );
+            assert!((a.frequency / b.frequency - 1.0).abs() < 1e-4, "{a:?} {b:?}");
+            assert!((a.amplitude / b.amplitude - 1.0).abs() < 1e-2, "{a:?} {b:?}");
         }
     }
 }
@@ -65,11 +55,7 @@ fn narrow_peaks_lie_at_the_natural_frequencies() {
     let found = response(&text);
     let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
     let modes = Modes::of_scene(&scene, Some(20), Watcher::NOBODY).unwrap();
-    let modes: Vec<f64> = modes.muscles[0]
-        .modes
-        .iter()
-        .filter_map(|mode| mode.frequency)
-        .collect();
+    let modes: Vec<f64> = modes.muscles[0].modes.iter().filter_map(|mode| mode.frequency).collect();
     let modes: Vec<f64> = modes.into_iter().filter(|f| *f < 99.0).collect();
     assert!(modes.len() >= 5, "{modes:?}");
     for &frequency in &modes {
@@ -86,15 +72,9 @@ fn narrow_peaks_lie_at_the_natural_frequencies() {
     for peak in narrow {
         let mode = peak.nearest_mode.unwrap();
         let width = 2.0 * PI * mode.frequency * damping;
-        assert!(
-            (peak.frequency / mode.frequency - 1.0).abs() < width,
-            "{peak:?}"
-        );
+        assert!((peak.frequency / mode.frequency - 1.0).abs() < width, "{peak:?}");
         // Both are computed to the tolerance of the eigenvalue solver, but with different subspaces.
-        assert!(
-            (mode.frequency / modes[mode.number - 1] - 1.0).abs() < 1e-9,
-            "{peak:?}"
-        );
+        assert!((mode.frequency / modes[mode.number - 1] - 1.0).abs() < 1e-9, "{peak:?}");
     }
 }
 

@@ -46,12 +46,8 @@ fn the_resonance_curve_of_a_strip_passes_its_folds() {
     ];
     let curve = found(&continuation, out.path()).continuation.unwrap();
     assert_eq!(curve.incomplete, None);
-    let folds: Vec<f64> = curve
-        .points
-        .iter()
-        .filter(|point| point.is_fold)
-        .map(|point| point.parameter)
-        .collect();
+    let folds: Vec<f64> =
+        curve.points.iter().filter(|point| point.is_fold).map(|point| point.parameter).collect();
     assert_eq!(folds.len(), 2, "{folds:?}");
     // The upper branch ends at the higher fold, the lower branch at the lower fold. Between them the states are unstable.
     assert!(folds[0] > folds[1]);
@@ -65,11 +61,7 @@ fn the_resonance_curve_of_a_strip_passes_its_folds() {
     }
     let last = curve.points.last().unwrap();
     assert_eq!(last.parameter, 36.0);
-    let u_y = curve
-        .columns
-        .iter()
-        .position(|name| name == "middle.u_y")
-        .unwrap();
+    let u_y = curve.columns.iter().position(|name| name == "middle.u_y").unwrap();
     let frequency = format!("traction[0].y.frequency={:?}", last.parameter);
     let alone = found(&[&frequency], tempfile::tempdir().unwrap().path());
     let expected = amplitude(&alone);
@@ -82,16 +74,8 @@ fn the_resonance_curve_of_a_strip_passes_its_folds() {
 #[test]
 fn invalid_curves_are_refused_at_their_key() {
     for (key, to, place) in [
-        (
-            "traction[0].y.frequenzy",
-            "9.0",
-            "periodic.continuation.parameter",
-        ),
-        (
-            "traction[0].y.frequency",
-            "29.0",
-            "periodic.continuation.to",
-        ),
+        ("traction[0].y.frequenzy", "9.0", "periodic.continuation.parameter"),
+        ("traction[0].y.frequency", "29.0", "periodic.continuation.to"),
         ("traction[0].y.frequency", "-1.0", "frequency"),
         ("mesh.width", "0.06", "periodic.continuation.parameter"),
         ("mesh.cells[0]", "4.0", "mesh"),
@@ -132,9 +116,7 @@ fn an_interrupted_curve_keeps_its_points() {
     struct AtParameter;
     impl ProgressSink for AtParameter {
         fn on_progress(&self, line: &dyn Fn() -> String) {
-            let parameter = line()
-                .split_once(" = ")
-                .map(|(_, value)| value.parse::<f64>());
+            let parameter = line().split_once(" = ").map(|(_, value)| value.parse::<f64>());
             if let Some(Ok(value)) = parameter
                 && value > 31.0
             {

@@ -23,24 +23,10 @@ fn fields_have_the_amplitudes_of_probes() {
     for (i, frequency) in [40.0, 12.5].into_iter().enumerate() {
         assert!(text.contains(&format!("timestep=\"{frequency}\"")));
         let (mesh, fields) = vtu::read(&out.join(format!("amplitudes_{i:05}.vtu"))).unwrap();
-        let field = |name: &str| {
-            &fields
-                .iter()
-                .find(|field| field.name == name)
-                .unwrap()
-                .values
-        };
-        let middle = mesh
-            .points
-            .iter()
-            .position(|point| point[..2] == [0.0, 0.015])
-            .unwrap();
+        let field = |name: &str| &fields.iter().find(|field| field.name == name).unwrap().values;
+        let middle = mesh.points.iter().position(|point| point[..2] == [0.0, 0.015]).unwrap();
         let [re, im] = ["u_re", "u_im"].map(|name| field(name)[3 * middle]);
-        let k = found
-            .frequencies
-            .iter()
-            .position(|f| *f == frequency)
-            .unwrap();
+        let k = found.frequencies.iter().position(|f| *f == frequency).unwrap();
         let expected = column(&found, "middle", "u_x")[k];
         let error = (Complex64::new(re, im) - expected).norm() / expected.norm();
         // Probe values are difference quotients with a step of 1e-5, which have rounding errors of 1e-11.

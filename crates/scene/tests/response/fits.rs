@@ -141,10 +141,7 @@ fn derivatives_are_limits_of_differences_of_order_four() {
     let folder = tempfile::tempdir().unwrap();
     for (set, text) in [
         (None, BEAM.to_owned()),
-        (
-            None,
-            BEAM.replace("bulk_modulus = 1e5", "bulk_modulus = inf"),
-        ),
+        (None, BEAM.replace("bulk_modulus = 1e5", "bulk_modulus = inf")),
         (Some("response.preload_time="), BEAM.to_owned()),
     ] {
         let path = written(folder.path(), &text, &KEYS);
@@ -152,11 +149,7 @@ fn derivatives_are_limits_of_differences_of_order_four() {
         let scene = Parameterized::load(&path, &set).unwrap();
         let mut outputs = outputs(&scene.scene).unwrap();
         // Amplitudes and phases follow from the real and imaginary parts.
-        outputs.retain(|output| {
-            ["_re", "_im"]
-                .iter()
-                .any(|part| output.name.ends_with(part))
-        });
+        outputs.retain(|output| ["_re", "_im"].iter().any(|part| output.name.ends_with(part)));
         assert_eq!(outputs.len(), 10);
         let frequencies = [1.5, 9.0, 22.0, 60.0];
         let found = samples(&scene, &scene.values(), &outputs, &frequencies, true);
@@ -318,10 +311,7 @@ fn intervals_of_two_hundred_twins_cover_as_often_as_they_say() {
         }
     }
     println!("covered of 200: {covered:?}");
-    assert!(
-        covered.iter().all(|n| (178..=198).contains(n)),
-        "{covered:?}"
-    );
+    assert!(covered.iter().all(|n| (178..=198).contains(n)), "{covered:?}");
 }
 
 /// A viscous block in shear, loaded by a smooth step and by harmonic loads. Either experiment alone determines both
@@ -406,16 +396,9 @@ fn motions_and_responses_are_fitted_together() {
         std::fs::write(&file, text).unwrap();
         file
     };
-    let files = [
-        table("f,real,phase", &responses),
-        table("t,motion", &motions),
-    ];
+    let files = [table("f,real,phase", &responses), table("t,motion", &motions)];
     let rough = BLOCK.replace("c10 = 1e3", "c10 = 1.5e3");
-    written(
-        folder.path(),
-        &rough.replace("viscosity = 20.0", "viscosity = 8.0"),
-        &keys,
-    );
+    written(folder.path(), &rough.replace("viscosity = 20.0", "viscosity = 8.0"), &keys);
     let both = files.into_iter().zip(settings).collect();
     let found = fit_all(&path, both);
     assert_eq!(found.outcome(), Outcome::Converged);

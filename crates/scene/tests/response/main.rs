@@ -58,15 +58,9 @@ fn damping(name: &str) -> [&'static str; 2] {
     match name {
         "plain" => ["", ""],
         "eta5" => ["", "viscosity = 5.0"],
-        "prony" => [
-            "",
-            "prony = [{ relative_modulus = 0.3, relaxation_time = 0.05 }]",
-        ],
+        "prony" => ["", "prony = [{ relative_modulus = 0.3, relaxation_time = 0.05 }]"],
         "beta1e-4" => ["rayleigh_stiffness = 1e-4", ""],
-        "springpot" => [
-            "",
-            "springpot = { modulus = 3000.0, viscosity = 1.0, exponent = 0.3 }",
-        ],
+        "springpot" => ["", "springpot = { modulus = 3000.0, viscosity = 1.0, exponent = 0.3 }"],
         other => panic!("{other}"),
     }
 }

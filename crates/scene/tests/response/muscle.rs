@@ -13,9 +13,7 @@ fn scene(own: &Value, law: &str, rest: &str, range: Option<&str>) -> String {
     let kappa = kappa.map_or("inf".to_owned(), |kappa| format!("{kappa:e}"));
     let rows = own["rows"].as_array().unwrap();
     let own: Vec<String> = rows.iter().map(|row| row[0].to_string()).collect();
-    let frequencies = range.map_or(format!("[{}]", own.join(", ")), |range| {
-        format!("{range:?}")
-    });
+    let frequencies = range.map_or(format!("[{}]", own.join(", ")), |range| format!("{range:?}"));
     format!(
         "analysis = \"response\"\n[solid]\nbulk_modulus = {kappa}\nrayleigh_mass = 1.0\n{solid}\n[[material]]\n{law}\n\
          density = 1100.0\n{material}\n[response]\nfrequencies = {frequencies}\n{rest}\n\
@@ -35,8 +33,7 @@ fn errors(own: &Value, text: &str) -> Vec<(f64, f64)> {
         error(found, expected)
     };
     let rows = rows.iter().enumerate();
-    rows.map(|(k, row)| (number(&row[0]), of(row, 1, u[k]).max(of(row, 3, p[k]))))
-        .collect()
+    rows.map(|(k, row)| (number(&row[0]), of(row, 1, u[k]).max(of(row, 3, p[k])))).collect()
 }
 
 const STRETCHED: &str = "preload_time = 0.0\n[mesh]\ntype = \"file\"\npath = \"muscle_two_ends.msh\"\n\
@@ -81,18 +78,8 @@ fn stretched_muscle_has_the_response_of_independent_programs() {
         let mut errors: Vec<f64> = errors.into_iter().map(|(_, error)| error).collect();
         errors.sort_by(f64::total_cmp);
         let [median, largest] = [errors[errors.len() / 2], errors[errors.len() - 1]];
-        assert!(
-            median < 3e-8,
-            "{} {}: {median:e}",
-            own["kappa"],
-            own["damping"]
-        );
-        assert!(
-            largest < 6e-7,
-            "{} {}: {largest:e}",
-            own["kappa"],
-            own["damping"]
-        );
+        assert!(median < 3e-8, "{} {}: {median:e}", own["kappa"], own["damping"]);
+        assert!(largest < 6e-7, "{} {}: {largest:e}", own["kappa"], own["damping"]);
     }
 }
 
@@ -107,20 +94,14 @@ fn peaks_of_the_stretched_muscle_are_resolved() {
             continue;
         }
         let found = response(&scene(own, MOONEY_RIVLIN, STRETCHED, Some("1..40:196")));
-        let peaks: Vec<_> = found
-            .peaks
-            .iter()
-            .filter(|peak| peak.column == "u_y")
-            .collect();
+        let peaks: Vec<_> = found.peaks.iter().filter(|peak| peak.column == "u_y").collect();
         let expected = case["peaks"]["1e5"][name].as_array().unwrap();
         assert_eq!(peaks.len(), expected.len(), "{name}: {peaks:?}");
         for (peak, expected) in peaks.iter().zip(expected) {
             let quality = 0.5 / peak.damping_ratio.unwrap();
-            for (found, key) in [
-                (peak.frequency, "f_hz"),
-                (peak.amplitude, "amplitude"),
-                (quality, "Q_half_power"),
-            ] {
+            for (found, key) in
+                [(peak.frequency, "f_hz"), (peak.amplitude, "amplitude"), (quality, "Q_half_power")]
+            {
                 // Twice the largest difference found, 1.3e-8; the comment on the test derives this error.
                 let error = (found / number(&expected[key]) - 1.0).abs();
                 assert!(error < 3e-8, "{name} {key}: {error:e}");

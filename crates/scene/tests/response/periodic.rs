@@ -61,20 +61,11 @@ fn a_small_periodic_motion_is_the_harmonic_response() {
         ("bulk_modulus = inf\nformulation = \"position\"", prony),
         ("bulk_modulus = inf\nformulation = \"velocity\"", ""),
         ("bulk_modulus = inf\nformulation = \"stabilized\"", ""),
-        (
-            "bulk_modulus = inf\nrayleigh_stiffness = 1e-3\nformulation = \"rate\"",
-            "",
-        ),
-        (
-            "bulk_modulus = 1e6\nrayleigh_stiffness = 1e-3\nformulation = \"implicit-rate\"",
-            prony,
-        ),
+        ("bulk_modulus = inf\nrayleigh_stiffness = 1e-3\nformulation = \"rate\"", ""),
+        ("bulk_modulus = 1e6\nrayleigh_stiffness = 1e-3\nformulation = \"implicit-rate\"", prony),
     ] {
         let text = body(solid, material, 2.0);
-        let (found, _) = periodic(
-            &text,
-            &["periodic.tolerance=1e-7", "periodic.multipliers=1"],
-        );
+        let (found, _) = periodic(&text, &["periodic.tolerance=1e-7", "periodic.multipliers=1"]);
         let u = of(&found, "u_y");
         let own = Complex64::from_polar(u.amplitudes[0], u.phases[0].to_radians());
         // The load is sin ωt = Re(−i e^{iωt}).
@@ -156,14 +147,8 @@ fn scenes_without_a_period_are_refused_where_the_reason_is() {
     assert!(found.contains("20, 30 Hz"), "{found}");
     assert!(built(&two, &["analysis=periodic", "periodic.frequency=10"]).is_ok());
     let found = refused(&two, &["periodic.frequency=20"]);
-    assert!(
-        found.contains("pressure[0].value") || found.contains("value ="),
-        "{found}"
-    );
-    let constant = text.replace(
-        "{ type = \"sine\", amplitude = 1.0, frequency = 20.0 }",
-        "1.0",
-    );
+    assert!(found.contains("pressure[0].value") || found.contains("value ="), "{found}");
+    let constant = text.replace("{ type = \"sine\", amplitude = 1.0, frequency = 20.0 }", "1.0");
     for (text, set) in [
         (&constant, "periodic.samples=8"),
         (&text, "periodic.frequency=0"),
@@ -185,10 +170,7 @@ fn loads_that_rise_repeat_from_a_later_period() {
     let (found, rows) = periodic(&ramped, &bdf);
     let periods = found.start_time * FREQUENCY;
     // Rounding of a quotient and its product.
-    assert!(
-        periods >= 1.0 && (periods - periods.round()).abs() < 1e-12,
-        "{periods}"
-    );
+    assert!(periods >= 1.0 && (periods - periods.round()).abs() < 1e-12, "{periods}");
     assert_eq!(rows[0][0], found.start_time);
     let [own, expected] = [of(&found, "u_y"), of(&expected, "u_y")].map(|u| u.amplitudes[0]);
     // The ramp ends at 1 − 1/(1 + e^shift). The tolerance of both states is 1e-6.
@@ -204,10 +186,7 @@ fn a_load_that_begins_late_repeats_after_its_beginning() {
     let text = body("bulk_modulus = inf", "", 2.0);
     let line = text.lines().find(|line| line.starts_with("y = ")).unwrap();
     let rise = "{ type = \"step\", value = 1.0, start = 2.0, rise = 0.1 }";
-    let late = format!(
-        "y = {{ type = \"product\", of = [{rise}, {}] }}",
-        &line[4..]
-    );
+    let late = format!("y = {{ type = \"product\", of = [{rise}, {}] }}", &line[4..]);
     let [(own, _), (expected, _)] =
         [text.replace(line, &late), text.clone()].map(|text| periodic(&text, &[]));
     assert!(own.start_time > 2.0, "{}", own.start_time);

@@ -79,11 +79,7 @@ fn errors(n: usize) -> [f64; 3] {
         let wavenumber = s / Complex64::I * (1100.0 / modulus).sqrt();
         let phase = wavenumber * 0.03;
         let stiffness = width * modulus * wavenumber * phase.cos() / phase.sin();
-        let exact = [
-            (0.5 * phase).sin() / phase.sin(),
-            stiffness / s,
-            stiffness / (s * s),
-        ];
+        let exact = [(0.5 * phase).sin() / phase.sin(), stiffness / s, stiffness / (s * s)];
         for ((error, exact), name) in errors.iter_mut().zip(exact).zip(RATIOS) {
             let relative = (column(&found, name, name)[i] / exact - 1.0).norm();
             *error = error.max(relative);
@@ -97,10 +93,7 @@ fn ratios_of_a_slab_converge_to_the_closed_form() {
     let [coarse, fine] = [16, 32].map(errors);
     for ((coarse, fine), name) in coarse.into_iter().zip(fine).zip(RATIOS) {
         // Quadratic elements: displacements at points have order 3, the force has order 4.
-        assert!(
-            fine < 1e-4 && fine < coarse / 7.0,
-            "{name}: {coarse:e} {fine:e}"
-        );
+        assert!(fine < 1e-4 && fine < coarse / 7.0, "{name}: {coarse:e} {fine:e}");
     }
 }
 
@@ -130,13 +123,7 @@ fn a_shaken_support_has_no_peaks() {
         let given = format!("frequencies = {FREQUENCIES:?}");
         let text = slab(8).replace(&given, &format!("frequencies = \"{frequencies}\""));
         let peaks = response(&text).peaks;
-        assert!(
-            peaks.iter().any(|peak| peak.probe == "middle"),
-            "{frequencies}"
-        );
-        assert!(
-            peaks.iter().all(|peak| peak.probe != "top"),
-            "{frequencies}"
-        );
+        assert!(peaks.iter().any(|peak| peak.probe == "middle"), "{frequencies}");
+        assert!(peaks.iter().all(|peak| peak.probe != "top"), "{frequencies}");
     }
 }

@@ -61,18 +61,12 @@ fn invalid_responses_are_refused_at_their_key() {
     assert_eq!(refusal(&[]), None);
     assert_eq!(refusal(&["response.frequencies=[0.0, 1.0]"]), None);
     for (set, place) in [
-        (
-            &["response.frequencies=[-1.0]"][..],
-            "--set response.frequencies",
-        ),
+        (&["response.frequencies=[-1.0]"][..], "--set response.frequencies"),
         (&["response.frequencies=1..2"], "--set response.frequencies"),
         (&["response.frequencies=fast"], "--set response.frequencies"),
         // The body can slide along x, so a solution at 0 Hz does not exist.
         (
-            &[
-                "response.frequencies=[0.0, 1.0]",
-                "fixed[0].components=[\"y\"]",
-            ],
+            &["response.frequencies=[0.0, 1.0]", "fixed[0].components=[\"y\"]"],
             "--set response.frequencies",
         ),
         (&["traction[0].response.y=0.0"], "line 1,"),

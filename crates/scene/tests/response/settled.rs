@@ -41,18 +41,12 @@ fn settled(text: &str) -> Complex64 {
     assert_eq!(result.document["outcome"], "finished");
     let table = std::fs::read_to_string(out.path().join("mean.csv")).unwrap();
     let table = Table::parse(&table).unwrap();
-    let rows: Vec<Vec<f64>> = table
-        .rows
-        .iter()
-        .map(|row| table.numbers(row).unwrap())
-        .collect();
+    let rows: Vec<Vec<f64>> = table.rows.iter().map(|row| table.numbers(row).unwrap()).collect();
     let last = &rows[rows.len() - SAMPLES..];
     let y = table.names.iter().position(|name| name == "u_y").unwrap();
     // u = Im(û e^{iωt}), so the mean of u e^{−iωt} is û/(2i).
-    let sum: Complex64 = last
-        .iter()
-        .map(|row| row[y] * Complex64::from_polar(1.0, -TAU * FREQUENCY * row[0]))
-        .sum();
+    let sum: Complex64 =
+        last.iter().map(|row| row[y] * Complex64::from_polar(1.0, -TAU * FREQUENCY * row[0])).sum();
     2.0 * Complex64::I * sum / SAMPLES as f64
 }
 

@@ -10,10 +10,7 @@ use crate::{column, number, reference, response};
 /// Returns the lines of [solid] and of the material.
 fn material(name: &str) -> [&'static str; 2] {
     match name {
-        "rayleigh" => [
-            "rayleigh_mass = 1.0\nrayleigh_stiffness = 1e-4",
-            "shear_modulus = 20400.0",
-        ],
+        "rayleigh" => ["rayleigh_mass = 1.0\nrayleigh_stiffness = 1e-4", "shear_modulus = 20400.0"],
         "kelvin_voigt" => ["", "shear_modulus = 20400.0\nviscosity = 10.0"],
         "prony2" => [
             "",
@@ -78,12 +75,7 @@ fn errors(
     let error = |found: Complex64, expected: Complex64| (found - expected) / expected.norm();
     let [mut points, mut face] = [Vec::new(), Vec::new()];
     for (k, row) in rows.iter().enumerate() {
-        for (probe, place) in [
-            ("p25", "H/4"),
-            ("p50", "H/2"),
-            ("p75", "3H/4"),
-            ("p100", "H"),
-        ] {
+        for (probe, place) in [("p25", "H/4"), ("p50", "H/2"), ("p75", "3H/4"), ("p100", "H")] {
             let expected = exact(&row[drive][place]);
             points.push(error(column(&found, probe, "u_x")[k], expected));
         }
@@ -95,13 +87,8 @@ fn errors(
     [points, face]
 }
 
-const MATERIALS: [&str; 5] = [
-    "rayleigh",
-    "kelvin_voigt",
-    "prony2",
-    "springpot",
-    "fractional_kelvin_voigt",
-];
+const MATERIALS: [&str; 5] =
+    ["rayleigh", "kelvin_voigt", "prony2", "springpot", "fractional_kelvin_voigt"];
 
 /// All cases of loads and compressibilities.
 const CASES: [[&str; 2]; 4] = [
@@ -153,10 +140,7 @@ fn short_waves_converge_to_the_closed_form() {
                 let pairs = coarse.iter().zip(fine);
                 pairs.map(|(a, b)| (8.0 * b - a) / 7.0).collect::<Vec<_>>()
             };
-            let points = [
-                extrapolated(points[0], points[1]),
-                extrapolated(points[1], points[2]),
-            ];
+            let points = [extrapolated(points[0], points[1]), extrapolated(points[1], points[2])];
             let face = [face[0].clone(), face[1].clone()];
             for [coarse, fine] in [points, face] {
                 for (coarse, fine) in coarse.iter().zip(&fine) {

@@ -37,16 +37,8 @@ fn motion(set: &[&str]) -> (Vec<Value>, String) {
     let out = tempfile::tempdir().unwrap();
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
     let scene = Scene::build("scene.toml", SCENE, &set, Path::new("")).unwrap();
-    let document = compute(&scene, &RunOptions::into_folder(out.path()))
-        .unwrap()
-        .document;
-    let counters = [
-        "steps",
-        "newton_iterations",
-        "residual_evaluations",
-        "work",
-        "output_work",
-    ];
+    let document = compute(&scene, &RunOptions::into_folder(out.path())).unwrap().document;
+    let counters = ["steps", "newton_iterations", "residual_evaluations", "work", "output_work"];
     let counters = counters.map(|key| {
         assert!(!document[key].is_null(), "{key}");
         document[key].clone()

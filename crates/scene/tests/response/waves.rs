@@ -18,11 +18,7 @@ fn elastography(density: f64) -> String {
         )
     };
     let (speed, attenuation) = (output("speed"), output("attenuation"));
-    format!(
-        "{}{speed}{attenuation}{}",
-        &RHEOMETER[..outputs],
-        &RHEOMETER[response..]
-    )
+    format!("{}{speed}{attenuation}{}", &RHEOMETER[..outputs], &RHEOMETER[response..])
 }
 
 /// Writes speed and attenuation of plane waves in the springpot, from the closed form with |G*|.
@@ -70,16 +66,8 @@ fn wrong_waves_are_refused() {
         (&text, "10.0,0.0,1.0", "line 2, column speed"),
         (&text, "10.0,1.0,-1.0", "line 2, column attenuation"),
         (&elastography(0.0), "10.0,1.0,1.0", "density"),
-        (
-            &text.replace("\"R_x\"", "\"R_x_re\""),
-            "10.0,1.0,1.0",
-            "column",
-        ),
-        (
-            &text.replace("\"speed\", d", "\"group\", d"),
-            "10.0,1.0,1.0",
-            "quantity",
-        ),
+        (&text.replace("\"R_x\"", "\"R_x_re\""), "10.0,1.0,1.0", "column"),
+        (&text.replace("\"speed\", d", "\"group\", d"), "10.0,1.0,1.0", "quantity"),
         (
             &text.replace("analysis = \"response\"", "analysis = \"static\""),
             "10.0,1.0,1.0",

@@ -91,9 +91,7 @@ fn run(cells: [usize; 2], text: &str) -> (Value, Vec<Vec<f64>>) {
     std::fs::write(folder.path().join("bar.msh"), mesh(cells)).unwrap();
     let scene = Scene::build("scene.toml", text, &[], folder.path()).unwrap();
     let out = folder.path().join("out");
-    let document = compute(&scene, &RunOptions::into_folder(&out))
-        .unwrap()
-        .document;
+    let document = compute(&scene, &RunOptions::into_folder(&out)).unwrap().document;
     assert_eq!(document["outcome"], "finished");
     let table = Table::parse(&std::fs::read_to_string(out.join("end.csv")).unwrap()).unwrap();
     let rows = table.rows.iter().map(|row| table.numbers(row).unwrap());
@@ -134,11 +132,7 @@ fn the_pressure_of_a_law_without_one_is_the_mean_of_its_stress() {
     // below the middle. With ν = 0.4, the mean is 1.4/3 of this stress.
     let bending = 12.0 * 0.5 * 40.0 * 0.3_f64.powi(2) * 0.008 / 0.02_f64.powi(3);
     let mean = 1.4 / 3.0 * bending;
-    assert!(
-        of("p") > 0.5 * mean && of("p") < 2.0 * mean,
-        "{} {mean}",
-        of("p")
-    );
+    assert!(of("p") > 0.5 * mean && of("p") < 2.0 * mean, "{} {mean}", of("p"));
     assert!((of("p") + sum / 3.0).abs() < 8.0 * f64::EPSILON * sum.abs());
 }
 
@@ -157,9 +151,7 @@ fn a_bar_let_go_swings_as_published() {
     // In the first and the fourth period.
     let least = [0, 3].map(|period| {
         let from = f64::from(period) / 1.0995;
-        let of_period = rows
-            .iter()
-            .filter(|row| (from..from + 0.6).contains(&row[0]));
+        let of_period = rows.iter().filter(|row| (from..from + 0.6).contains(&row[0]));
         of_period.min_by(|a, b| a[2].total_cmp(&b[2])).unwrap()
     });
     let frequency = 3.0 / (least[1][0] - least[0][0]);
@@ -169,9 +161,6 @@ fn a_bar_let_go_swings_as_published() {
         (least[1][2], -63.607e-3 - 65.160e-3),
         (frequency, 1.0995),
     ] {
-        assert!(
-            (found / published - 1.0).abs() < 0.01,
-            "{found} {published}"
-        );
+        assert!((found / published - 1.0).abs() < 0.01, "{found} {published}");
     }
 }

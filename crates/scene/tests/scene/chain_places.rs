@@ -57,9 +57,7 @@ fn refusal(text: &str) -> String {
 /// Runs a scene in a folder.
 fn run(scene: &Scene) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let document = compute(scene, &RunOptions::into_folder(folder.path()))
-        .unwrap()
-        .document;
+    let document = compute(scene, &RunOptions::into_folder(folder.path())).unwrap().document;
     assert_eq!(document["outcome"], "finished");
     folder
 }
@@ -90,29 +88,11 @@ fn response(omega: f64, forcing: f64, t: f64) -> f64 {
 fn oscillators_in_a_rigid_motion_have_the_response_in_closed_form() {
     let inside = "{ from = [-0.05, 0.05, 0.03], to = [0.25, 0.05, 0.03], points = [4, 1, 1] }";
     let chains = [
-        (
-            "list",
-            "[[0.0, 0.0, 0.0], [0.13, 0.02, 0.07]]",
-            "\"x\"",
-            2,
-            1.0,
-        ),
+        ("list", "[[0.0, 0.0, 0.0], [0.13, 0.02, 0.07]]", "\"x\"", 2, 1.0),
         ("grid", inside, "[3.0, 0.0, 4.0]", 2, 0.6),
         ("corners", "{ vertices = \"right\" }", "\"x\"", 4, 1.0),
-        (
-            "all",
-            "{ vertices = \"body\" }",
-            "\"fiber\"",
-            12,
-            0.5_f64.sqrt(),
-        ),
-        (
-            "cells",
-            "{ elements = \"body\" }",
-            "\"fiber\"",
-            12,
-            0.5_f64.sqrt(),
-        ),
+        ("all", "{ vertices = \"body\" }", "\"fiber\"", 12, 0.5_f64.sqrt()),
+        ("cells", "{ elements = \"body\" }", "\"fiber\"", 12, 0.5_f64.sqrt()),
         ("across", "[[0.1, 0.0, 0.0]]", "\"z\"", 1, 0.0),
     ];
     let text = chains.map(|(name, at, component, ..)| single(name, at, component));
@@ -132,10 +112,7 @@ fn oscillators_in_a_rigid_motion_have_the_response_in_closed_form() {
         omega.sort_by(f64::total_cmp);
         assert!(omega.windows(2).all(|pair| pair[0] < pair[1]), "{name}");
     }
-    assert_eq!(
-        scene.notes(),
-        ["chain `grid`: 2 of the 4 points of its grid lie in the body"]
-    );
+    assert_eq!(scene.notes(), ["chain `grid`: 2 of the 4 points of its grid lie in the body"]);
 }
 
 #[test]
@@ -258,9 +235,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     let space = scene.body.as_ref().unwrap().muscle.solid.space();
     let folder = run(&scene);
     let read = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
-    let [nodes, cells, pair] = &scene.chains[..] else {
-        panic!("three chains")
-    };
+    let [nodes, cells, pair] = &scene.chains[..] else { panic!("three chains") };
 
     // Separate points for both chains outside elements, one chain after the other.
     let places = read("places_00001.vtu");
@@ -270,11 +245,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     let n = nodes.places.len();
     assert_eq!(points.len(), n + pair.places.len());
     // Rounding of coordinates below 0.1.
-    assert_near(
-        points[n..].as_flattened(),
-        &[0.0, 0.0, 0.0, 0.01, 0.0, 0.0],
-        "points",
-    );
+    assert_near(points[n..].as_flattened(), &[0.0, 0.0, 0.0, 0.01, 0.0, 0.0], "points");
     let vertices: Vec<[f64; 3]> = space.mesh().points::<3>().to_vec();
     assert!(points[..n].iter().all(|point| vertices.contains(point)));
     let of = |name: &str| vtu::read_field(&places, name).unwrap();
@@ -347,14 +318,7 @@ y = { type = "step", value = 100.0, rise = 0.05 }
         space.position::<2>(at)
     };
     // x runs fastest.
-    let expected = [
-        [0.0, 0.0],
-        [0.1, 0.0],
-        [0.2, 0.0],
-        [0.0, 0.1],
-        [0.1, 0.1],
-        [0.2, 0.1],
-    ];
+    let expected = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.0], [0.0, 0.1], [0.1, 0.1], [0.2, 0.1]];
     for (i, expected) in expected.into_iter().enumerate() {
         let distance = (point(i)[0] - expected[0]).hypot(point(i)[1] - expected[1]);
         assert!(distance < 1e-12, "{:?}", point(i)); // rounding of 0.2, a thousandfold
@@ -371,16 +335,8 @@ y = { type = "step", value = 100.0, rise = 0.05 }
 fn places_and_directions_that_cannot_be_are_refused() {
     let feedback = "[[feedback]]\nchain = \"nodes\"\nat_zero_coherence = 1.5\n[fields]";
     for (from, to, messages) in [
-        (
-            "vertices = \"muscle\"",
-            "vertices = \"muscles\"",
-            ["no group `muscles`", "muscle"],
-        ),
-        (
-            "vertices = \"muscle\"",
-            "vertexes = \"muscle\"",
-            ["has no key `vertexes`", "`vertices`"],
-        ),
+        ("vertices = \"muscle\"", "vertices = \"muscles\"", ["no group `muscles`", "muscle"]),
+        ("vertices = \"muscle\"", "vertexes = \"muscle\"", ["has no key `vertexes`", "`vertices`"]),
         (
             "{ vertices = \"muscle\" }",
             "{ from = [1.0, 0.0, 0.0], to = [2.0, 0.0, 0.0], points = [3, 1, 1] }",
@@ -421,21 +377,9 @@ fn places_and_directions_that_cannot_be_are_refused() {
             "component = [0.0, 0.0, 0.0]",
             ["a direction cannot be zero", "component"],
         ),
-        (
-            "component = \"fiber\"",
-            "component = [1.0, 0.0]",
-            ["three components", "component"],
-        ),
-        (
-            "component = \"fiber\"",
-            "component = [1e200, 0.0, 1e200]",
-            ["implausible", "component"],
-        ),
-        (
-            "fiber = \"fiber\"",
-            "",
-            ["no material with fibers", "give `fiber`"],
-        ),
+        ("component = \"fiber\"", "component = [1.0, 0.0]", ["three components", "component"]),
+        ("component = \"fiber\"", "component = [1e200, 0.0, 1e200]", ["implausible", "component"]),
+        ("fiber = \"fiber\"", "", ["no material with fibers", "give `fiber`"]),
         (
             "at = { elements = \"muscle\" }",
             "at = [[0.0, 0.0, 0.0], [0.09, 0.0, 0.0]]\ncomponent = \"fiber\"",
@@ -456,11 +400,7 @@ fn places_and_directions_that_cannot_be_are_refused() {
             "at = [0.0, 0.0, 0.0]",
             ["at several positions", "coherence_radius"],
         ),
-        (
-            "[fields]",
-            feedback,
-            ["`nodes` at several points", "elements = \"group\""],
-        ),
+        ("[fields]", feedback, ["`nodes` at several points", "elements = \"group\""]),
     ] {
         assert!(MUSCLE.contains(from), "{from}");
         let found = refusal(&MUSCLE.replacen(from, to, 1));

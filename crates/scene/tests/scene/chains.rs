@@ -69,18 +69,13 @@ fn each_element_of_a_group_has_a_chain_with_its_own_frequencies() {
     let options = RunOptions::into_folder(folder.path());
     let document = compute(&scene, &options).unwrap().document;
     assert_eq!(document["outcome"], "finished");
-    let n = MuscleDae::new(body.muscle.clone(), body.formulation)
-        .unwrap()
-        .n_unknowns();
+    let n = MuscleDae::new(body.muscle.clone(), body.formulation).unwrap().n_unknowns();
     assert_eq!(document["unknowns"], n + 2 * 4 * places);
     let text = std::fs::read_to_string(folder.path().join("fields_00001.vtu")).unwrap();
     let field = myovib_scene::vtu::read_field(&text, "coherence_spindles").unwrap();
     assert_eq!(field.len(), space.n_elements());
     let inside: Vec<f64> = elements.iter().map(|&e| field[e]).collect();
-    assert!(
-        inside.iter().all(|chi| (0.0..=1.0 + 1e-12).contains(chi)),
-        "{inside:?}"
-    );
+    assert!(inside.iter().all(|chi| (0.0..=1.0 + 1e-12).contains(chi)), "{inside:?}");
     assert!(inside.iter().any(|chi| *chi > 0.5), "{inside:?}");
     let without = field.iter().filter(|chi| chi.is_nan()).count();
     assert_eq!(without, space.n_elements() - places);
@@ -91,26 +86,10 @@ fn chains_without_elements_are_refused() {
     let feedback =
         "[[feedback]]\nchain = \"spindles\"\ngroup = \"muscle\"\nat_zero_coherence = 1.5\n[fields]";
     for (from, to, messages) in [
-        (
-            "elements = \"muscle\"",
-            "elements = \"muscles\"",
-            ["muscles", "muscle"],
-        ),
-        (
-            "elements = \"muscle\"",
-            "elements = \"left\"",
-            ["left", "contains no tetrahedra"],
-        ),
-        (
-            "oscillators = 4",
-            "oscillators = 900000",
-            ["too many oscillators", "of all places"],
-        ),
-        (
-            "[fields]",
-            feedback,
-            ["act on their own elements", "remove `group`"],
-        ),
+        ("elements = \"muscle\"", "elements = \"muscles\"", ["muscles", "muscle"]),
+        ("elements = \"muscle\"", "elements = \"left\"", ["left", "contains no tetrahedra"]),
+        ("oscillators = 4", "oscillators = 900000", ["too many oscillators", "of all places"]),
+        ("[fields]", feedback, ["act on their own elements", "remove `group`"]),
     ] {
         let found = refusal(from, to);
         for message in messages {
@@ -127,11 +106,7 @@ fn two_way() -> String {
                   group = \"tendon\"\nc10 = 1e4";
     let text = SCENE.replacen("[fields]", feedback, 1);
     let text = text.replacen("c10 = 1e4", active, 1);
-    text.replacen(
-        "quantities = [\"u\"]",
-        "quantities = [\"u\", \"tension\"]",
-        1,
-    )
+    text.replacen("quantities = [\"u\"]", "quantities = [\"u\", \"tension\"]", 1)
 }
 
 #[test]
@@ -144,9 +119,7 @@ fn chains_stiffen_and_contract_the_elements_they_are_in() {
         assert_eq!(feedback.weights.len(), elements.len());
     }
     let folder = tempfile::tempdir().unwrap();
-    let document = compute(&scene, &RunOptions::into_folder(folder.path()))
-        .unwrap()
-        .document;
+    let document = compute(&scene, &RunOptions::into_folder(folder.path())).unwrap().document;
     assert_eq!(document["outcome"], "finished");
     // The oscillators are eliminated before the factorization.
     assert!(
@@ -210,10 +183,7 @@ fn chains_contract_a_body_whose_stress_relaxes() {
         // Both the relaxing stress and the tension must have an effect.
         let pairs = relaxed.iter().zip(&elastic);
         let moved: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-        assert!(
-            length(&moved) > 0.01 * length(&elastic),
-            "{relaxed:?} {elastic:?}"
-        );
+        assert!(length(&moved) > 0.01 * length(&elastic), "{relaxed:?} {elastic:?}");
         assert!(relaxed[3] > 1.0, "{relaxed:?}");
     }
 }
@@ -229,10 +199,7 @@ fn chains_and_stress_that_relaxes_keep_the_balance_of_energy() {
     let text = text.replacen(FEEDBACK, "", 1)
         + "[[probe]]\nname = \"energy\"\ntype = \"energy\"\ninterval = 0.005\n";
     for method in ["radau5", "radau9"] {
-        let set = [
-            format!("integrator.method={method}"),
-            format!("integrator.rtol={RTOL}"),
-        ];
+        let set = [format!("integrator.method={method}"), format!("integrator.rtol={RTOL}")];
         let scene = Scene::build("scene.toml", &text, &set, Path::new("")).unwrap();
         let folder = tempfile::tempdir().unwrap();
         compute(&scene, &RunOptions::into_folder(folder.path())).unwrap();
@@ -260,30 +227,19 @@ fn chains_stiffen_a_body_beside_stress_that_relaxes() {
     let [relaxed, elastic] = with_and_without_relaxation(&text);
     let pairs = relaxed.iter().zip(&elastic);
     let moved: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-    assert!(
-        length(&moved) > 1e-3 * length(&elastic),
-        "{relaxed:?} {elastic:?}"
-    );
+    assert!(length(&moved) > 1e-3 * length(&elastic), "{relaxed:?} {elastic:?}");
 }
 
 #[test]
 fn tensions_that_cannot_follow_a_chain_are_refused() {
     for (from, to, messages) in [
-        (
-            "at_full_coherence = 2e4",
-            "at_full_coherence = -1.0",
-            ["at_full_coherence", "-1"],
-        ),
+        ("at_full_coherence = 2e4", "at_full_coherence = -1.0", ["at_full_coherence", "-1"]),
         (
             "active = { type = \"coherence\", chain = \"spindles\"",
             "active = { type = \"coherence\", chain = \"none\"",
             ["unknown chain `none`", "spindles"],
         ),
-        (
-            "oscillators = 4",
-            "oscillators = 4\ninitial = 1.0",
-            ["jump at the start", "initial"],
-        ),
+        ("oscillators = 4", "oscillators = 4\ninitial = 1.0", ["jump at the start", "initial"]),
         (
             "elements = \"muscle\"",
             "elements = \"tendon\"",
@@ -297,23 +253,16 @@ fn tensions_that_cannot_follow_a_chain_are_refused() {
         (
             "fiber = \"fiber\"",
             "fiber = \"fiber\"\nprony = [{ relative_modulus = 0.5, relaxation_time = 0.1 }]",
-            [
-                "where stress relaxes (material[0].prony)",
-                "constant coefficients",
-            ],
+            ["where stress relaxes (material[0].prony)", "constant coefficients"],
         ),
     ] {
         let text = two_way();
         assert!(text.contains(from), "{from}");
-        let found = match Scene::build(
-            "scene.toml",
-            &text.replacen(from, to, 1),
-            &[],
-            Path::new(""),
-        ) {
-            Ok(_) => "accepted".to_owned(),
-            Err(error) => error.to_string(),
-        };
+        let found =
+            match Scene::build("scene.toml", &text.replacen(from, to, 1), &[], Path::new("")) {
+                Ok(_) => "accepted".to_owned(),
+                Err(error) => error.to_string(),
+            };
         for message in messages {
             assert!(found.contains(message), "{to}: {found}");
         }

@@ -26,11 +26,7 @@ pub(crate) fn tables_in<const N: usize>(
     let out = tempfile::tempdir().unwrap();
     let scene = Scene::build("scene.toml", text, &[], folder).unwrap();
     let run = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
-    assert_eq!(
-        run.document["outcome"], "finished",
-        "{}",
-        run.document["message"]
-    );
+    assert_eq!(run.document["outcome"], "finished", "{}", run.document["message"]);
     probes.map(|probe| {
         let file = out.path().join(format!("{probe}.csv"));
         Table::parse(&fs::read_to_string(file).unwrap()).unwrap()
@@ -41,8 +37,7 @@ pub(crate) fn tables_in<const N: usize>(
 pub(crate) fn column(table: &Table, name: &str) -> Vec<f64> {
     let position = table.names.iter().position(|own| own == name).unwrap();
     let rows = table.rows.iter();
-    rows.map(|row| table.numbers(row).unwrap()[position])
-        .collect()
+    rows.map(|row| table.numbers(row).unwrap()[position]).collect()
 }
 
 /// Returns the last value of a column.
@@ -83,18 +78,12 @@ fn a_plate_compresses_a_block_by_the_exact_force() {
             true => last(&plate, "displacement"),
             false => 0.002,
         };
-        assert!(
-            (top - penetration + down).abs() < 1e-12,
-            "{motion} {method}"
-        );
+        assert!((top - penetration + down).abs() < 1e-12, "{motion} {method}");
         let stretch = 1.0 + top / 0.01;
         let exact = 1e4 * (stretch - stretch.powi(-3)) * 0.02;
         assert!((last(&plate, "F_y") - exact).abs() < 1e-8 * exact.abs());
         assert!((last(&plate, "area") - 0.02).abs() < 1e-12);
-        assert!(
-            (0.0..deepest * 0.02 / 6.0).contains(&penetration),
-            "{method}: {penetration}"
-        );
+        assert!((0.0..deepest * 0.02 / 6.0).contains(&penetration), "{method}: {penetration}");
     }
 }
 
@@ -111,11 +100,7 @@ fn disk() -> String {
             r if r == x.abs() => (x, FRAC_PI_4 * y / x),
             _ => (y, FRAC_PI_2 - FRAC_PI_4 * x / y),
         };
-        [
-            0.01 * radius * angle.cos(),
-            0.01 * radius * angle.sin(),
-            0.0,
-        ]
+        [0.01 * radius * angle.cos(), 0.01 * radius * angle.sin(), 0.0]
     });
     let (mut surface, mut triangles) = (Vec::new(), Vec::new());
     for (i, j) in (0..ACROSS).flat_map(|i| (0..ACROSS).map(move |j| (i, j))) {
@@ -127,12 +112,7 @@ fn disk() -> String {
         };
         triangles.extend(halves.map(|corners| lattice.simplex(&corners)));
         let last = ACROSS - 1;
-        let sides = [
-            (j == 0, [a, b]),
-            (i == last, [b, c]),
-            (j == last, [c, d]),
-            (i == 0, [d, a]),
-        ];
+        let sides = [(j == 0, [a, b]), (i == last, [b, c]), (j == last, [c, d]), (i == 0, [d, a])];
         for (_, side) in sides.iter().filter(|(is_outside, _)| *is_outside) {
             surface.push(lattice.simplex(side));
         }
@@ -188,10 +168,7 @@ fn a_path_ends_where_an_obstacle_would_pull() {
     let (outcome, loads) = crushed("method = \"arc-length\"\nsteps = 200");
     assert_eq!(outcome, "stopped");
     let last = loads[loads.len() - 1];
-    assert!(
-        loads.iter().all(|load| *load >= 0.0) && last < 0.1 * largest(&loads),
-        "{last}"
-    );
+    assert!(loads.iter().all(|load| *load >= 0.0) && last < 0.1 * largest(&loads), "{last}");
 }
 
 /// Velocity after the impact relative to the velocity before it, and the largest imbalance of the energy relative to the
@@ -221,10 +198,7 @@ fn bounce(rtol: f64) -> [f64; 2] {
     let work = column(&energy, "work");
     let work = work.iter().fold(0.0_f64, |m, work| m.max(work.abs()));
     assert!(work < rtol.max(1e-3) * kinetic, "{work} {kinetic}");
-    [
-        last(&mean, "v_y") / -column(&mean, "v_y")[0],
-        imbalance / kinetic,
-    ]
+    [last(&mean, "v_y") / -column(&mean, "v_y")[0], imbalance / kinetic]
 }
 
 /// Checks that the energy of the penetration is part of the stored energy, so that energy is balanced during the
@@ -237,10 +211,7 @@ fn a_ball_that_bounces_keeps_its_energy() {
         let [restitution, imbalance] = bounce(rtol);
         let error = (restitution - exact).abs();
         // The error of order 9 is well below its tolerance.
-        assert!(
-            error < 0.1 * rtol && imbalance < rtol,
-            "{rtol}: {error:e}, {imbalance:e}"
-        );
+        assert!(error < 0.1 * rtol && imbalance < rtol, "{rtol}: {error:e}, {imbalance:e}");
     }
 }
 
@@ -268,11 +239,8 @@ fn between_plates(loads: &str, plate: &str, wall: &str) -> String {
         "[[contact]]\ngroup = \"right\"\ntype = \"sphere\"\ncenter = [0.04, 0.005]\nradius = 0.02\n{wall}\n\
          [[probe]]\nname = \"wall\"\ntype = \"contact\"\ngroup = \"right\"\n"
     );
-    pressed(
-        &format!("analysis = \"static\"\n[static]\nloads = {loads}\n"),
-        plate,
-    )
-    .replace("inf", "2e4")
+    pressed(&format!("analysis = \"static\"\n[static]\nloads = {loads}\n"), plate)
+        .replace("inf", "2e4")
         + &wall
 }
 
@@ -287,10 +255,7 @@ fn obstacles_under_forces_follow_the_same_curve_as_under_displacements() {
     // Obstacles that follow a displacement move toward the body.
     for (table, depth) in [(&plate, 1e-3), (&wall, 5e-4)] {
         for (part, moved) in parts.iter().zip(&column(table, "displacement")[1..]) {
-            assert!(
-                (moved / (depth * part) - 1.0).abs() < 1e-12,
-                "{part}: {moved}"
-            );
+            assert!((moved / (depth * part) - 1.0).abs() < 1e-12, "{part}: {moved}");
         }
     }
     for (k, part) in parts.into_iter().enumerate() {
@@ -305,10 +270,7 @@ fn obstacles_under_forces_follow_the_same_curve_as_under_displacements() {
         for (table, force, name, depth) in [(plate, up, "F_y", 1e-3), (wall, right, "F_x", 5e-4)] {
             let error = (last(&table, "displacement") / (depth * part) - 1.0).abs();
             assert!(error < 1e-7, "{part} {name}: {error:e}");
-            assert!(
-                (last(&table, name) + force).abs() < 1e-10 * force,
-                "{part} {name}"
-            );
+            assert!((last(&table, name) + force).abs() < 1e-10 * force, "{part} {name}");
         }
     }
 }
@@ -325,14 +287,9 @@ fn a_ball_under_a_force_indents_as_deep_as_under_a_displacement() {
     };
     let given = table(&scene("y = -0.003"), "plate");
     let force = -last(&given, "F_y");
-    let driven = table(
-        &scene(&format!("force = {force:e}\ndirection = [0.0, -1.0]")),
-        "plate",
-    );
-    for (name, expected) in [
-        ("displacement", 0.003),
-        ("penetration", last(&given, "penetration")),
-    ] {
+    let driven = table(&scene(&format!("force = {force:e}\ndirection = [0.0, -1.0]")), "plate");
+    for (name, expected) in [("displacement", 0.003), ("penetration", last(&given, "penetration"))]
+    {
         let error = (last(&driven, name) / expected - 1.0).abs();
         assert!(error < 1e-7, "{name}: {error:e}");
     }
@@ -347,10 +304,7 @@ fn sensitivities_need_a_given_contact_stiffness() {
         Scene::build("scene.toml", &text, &[], Path::new("")).unwrap()
     };
     let (feature, key) = unsupported(&scene("")).unwrap();
-    assert_eq!(
-        (feature, &*key),
-        (Unsupported::ContactStiffness, "contact[0]")
-    );
+    assert_eq!((feature, &*key), (Unsupported::ContactStiffness, "contact[0]"));
     assert!(unsupported(&scene("stiffness = 1e8")).is_none());
 }
 
@@ -362,10 +316,7 @@ fn multipliers_belong_to_equilibria_under_given_loads() {
         |head: &str| Scene::build("scene.toml", &pressed(head, contact), &[], Path::new(""));
     let scene = build("analysis = \"static\"\n").unwrap();
     let (feature, key) = unsupported(&scene).unwrap();
-    assert_eq!(
-        (feature, &*key),
-        (Unsupported::AugmentedLagrange, "contact[0].method")
-    );
+    assert_eq!((feature, &*key), (Unsupported::AugmentedLagrange, "contact[0].method"));
     for head in [
         "[time]\nend = 1.0\n",
         "analysis = \"quasi-static\"\n[time]\nend = 1.0\n",
@@ -389,27 +340,11 @@ fn forces_of_obstacles_are_checked() {
     for (head, contact, line) in [
         (head, "force = 1.0", "[[contact]]"),
         (head, "direction = [0.0, -1.0]", "direction = [0.0, -1.0]"),
-        (
-            head,
-            "force = 1.0\ndirection = [0.0, 0.0]",
-            "direction = [0.0, 0.0]",
-        ),
-        (
-            head,
-            "force = 1.0\ndirection = [0.0, 1.0]",
-            "direction = [0.0, 1.0]",
-        ),
+        (head, "force = 1.0\ndirection = [0.0, 0.0]", "direction = [0.0, 0.0]"),
+        (head, "force = 1.0\ndirection = [0.0, 1.0]", "direction = [0.0, 1.0]"),
         (head, "force = 1.0\ndirection = [1.0]", "direction = [1.0]"),
-        (
-            head,
-            "force = -1.0\ndirection = [0.0, -1.0]",
-            "force = -1.0",
-        ),
-        (
-            head,
-            "force = 1.0\ndirection = [0.0, -1.0]\ny = 0.1",
-            "y = 0.1",
-        ),
+        (head, "force = -1.0\ndirection = [0.0, -1.0]", "force = -1.0"),
+        (head, "force = 1.0\ndirection = [0.0, -1.0]\ny = 0.1", "y = 0.1"),
     ] {
         let error = build(head, contact).unwrap_err().to_string();
         assert!(error.contains(&format!(" | {line}")), "{contact}: {error}");

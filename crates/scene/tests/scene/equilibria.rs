@@ -28,16 +28,13 @@ fn result(run: &RunResult, probe: &str, column: &str) -> f64 {
 /// relative to it.
 #[test]
 fn displacements_and_pressures_that_are_zero_are_found() {
-    let confined: String = [
-        ("left", "x"),
-        ("right", "x"),
-        ("front", "y"),
-        ("back", "y"),
-        ("bottom", "z"),
-    ]
-    .iter()
-    .map(|(group, axis)| format!("[[fixed]]\ngroup = \"{group}\"\ncomponents = [\"{axis}\"]\n"))
-    .collect();
+    let confined: String =
+        [("left", "x"), ("right", "x"), ("front", "y"), ("back", "y"), ("bottom", "z")]
+            .iter()
+            .map(|(group, axis)| {
+                format!("[[fixed]]\ngroup = \"{group}\"\ncomponents = [\"{axis}\"]\n")
+            })
+            .collect();
     let box_ = "type = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [2, 2, 2]";
     let pressed = format!("{confined}[[pressure]]\ngroup = \"top\"\nvalue = 1e3\n");
     let found = run(&neo_hooke(box_, &pressed), Path::new(""));
@@ -84,17 +81,12 @@ fn the_search_for_an_equilibrium_reports_progress() {
     let beam = "type = \"beam\"\nlength = 1.0\nheight = 0.1\ncells = [10, 1]";
     let bent = "[time]\nend = 1e-3\n[[fixed]]\ngroup = \"fixed\"\n[[traction]]\ngroup = \"load\"\ny = 1e3\n";
     let at_rest = neo_hooke(beam, bent);
-    let moving = at_rest.replace(
-        "analysis = \"static\"",
-        "initial_state = { type = \"equilibrium\" }",
-    );
+    let moving =
+        at_rest.replace("analysis = \"static\"", "initial_state = { type = \"equilibrium\" }");
     let reported = |text: &str| {
         let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
         let (out, lines) = (tempfile::tempdir().unwrap(), Lines::default());
-        let options = RunOptions {
-            progress: &lines,
-            ..RunOptions::into_folder(out.path())
-        };
+        let options = RunOptions { progress: &lines, ..RunOptions::into_folder(out.path()) };
         let found = compute(&scene, &options).unwrap();
         let lines = lines.0.into_inner().unwrap().into_iter();
         let of_search = lines.filter(|line| line.starts_with("equilibrium"));
@@ -133,16 +125,9 @@ fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
             let text = neo_hooke(beam, &load)
                 .replace("bulk_modulus = inf", &format!("bulk_modulus = {kappa}"));
             let notes = run(&text, Path::new("")).notes;
-            assert_eq!(
-                notes.len(),
-                usize::from(printed.is_some()),
-                "{part}: {notes:?}"
-            );
+            assert_eq!(notes.len(), usize::from(printed.is_some()), "{part}: {notes:?}");
             assert!(
-                notes
-                    .iter()
-                    .zip(printed)
-                    .all(|(note, printed)| note.contains(printed)),
+                notes.iter().zip(printed).all(|(note, printed)| note.contains(printed)),
                 "{notes:?}"
             );
             let vibrating = text.replace("\"static\"", "\"modes\"\nmodes = { preload_time = 0.0 }");
@@ -151,10 +136,7 @@ fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
             assert_eq!(found.document["preload_time"], 0.0);
             let first = &found.document["muscles"][0]["modes"][0];
             assert_eq!(first["frequency"].is_null(), printed.is_some(), "{part}");
-            assert_eq!(
-                first["omega_squared"].as_f64().unwrap() < 0.0,
-                printed.is_some()
-            );
+            assert_eq!(first["omega_squared"].as_f64().unwrap() < 0.0, printed.is_some());
         }
     }
 }
@@ -180,20 +162,9 @@ fn ventricle(cells: [usize; 3]) -> String {
         })
     };
     let (mut tetrahedra, mut groups) = (Vec::new(), vec![Vec::new(); 4]);
-    let orders = [
-        [0, 1, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [0, 2, 1],
-        [2, 1, 0],
-        [1, 0, 2],
-    ];
+    let orders = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
     for cell in 0..cells.iter().product() {
-        let corner = [
-            cell % cells[0],
-            cell / cells[0] % cells[1],
-            cell / cells[0] / cells[1],
-        ];
+        let corner = [cell % cells[0], cell / cells[0] % cells[1], cell / cells[0] / cells[1]];
         for order in orders {
             let mut path = vec![corner];
             for axis in order {

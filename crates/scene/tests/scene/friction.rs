@@ -138,14 +138,8 @@ fn a_compressed_layer_sticks_inside_and_slips_outside() {
     for (found, exact) in [
         (-last(&plate, "F_y"), force),
         (-last(&plate, "F_x"), rubbed),
-        (
-            last(&ten, "u_x"),
-            places[1] - friction * pressure(places[1]) / 3.0,
-        ),
-        (
-            last(&fifteen, "u_x"),
-            places[2] - friction * pressure(places[2]) / 3.0,
-        ),
+        (last(&ten, "u_x"), places[1] - friction * pressure(places[1]) / 3.0),
+        (last(&fifteen, "u_x"), places[2] - friction * pressure(places[2]) / 3.0),
     ] {
         let error = found / (strain * exact) - 1.0;
         assert!(error.abs() < neglected, "{found} {exact}: {error}");
@@ -161,12 +155,7 @@ fn invalid_friction_is_rejected() {
     let motion = "[time]\nend = 1.0\n[[fixed]]\ngroup = \"bottom\"\n";
     let full = "friction = 0.3\nslip_velocity = 1e-3";
     let build = |head: &str, contact: &str| {
-        Scene::build(
-            "scene.toml",
-            &block(2, head, contact, 1e-3),
-            &[],
-            Path::new(""),
-        )
+        Scene::build("scene.toml", &block(2, head, contact, 1e-3), &[], Path::new(""))
     };
     assert!(build(motion, full).is_ok());
     let of = |analysis: &str| format!("analysis = \"{analysis}\"\n[[fixed]]\ngroup = \"bottom\"\n");
@@ -174,11 +163,7 @@ fn invalid_friction_is_rejected() {
         (motion, "friction = 0.3", "friction = 0.3"),
         (motion, "slip_velocity = 1e-3", "slip_velocity = 1e-3"),
         (motion, "friction = -0.3", "friction = -0.3"),
-        (
-            motion,
-            "friction = 0.3\nslip_velocity = 0.0",
-            "slip_velocity = 0.0",
-        ),
+        (motion, "friction = 0.3\nslip_velocity = 0.0", "slip_velocity = 0.0"),
         (
             motion,
             &format!("{full}\nx = {{ type = \"ramp\", value = 0.01, end = 1.0 }}"),
@@ -188,9 +173,6 @@ fn invalid_friction_is_rejected() {
         (&of("modes"), full, "friction = 0.3"),
     ] {
         let error = build(head, contact).unwrap_err().to_string();
-        assert!(
-            error.contains(&format!(" | {line}")),
-            "{head} {contact}: {error}"
-        );
+        assert!(error.contains(&format!(" | {line}")), "{head} {contact}: {error}");
     }
 }

@@ -36,10 +36,7 @@ fn indent(body: &str, folder: &Path, center: &str, axis: &str, depth: f64) -> In
     assert_eq!(run.document["outcome"], "finished");
     let values = &run.document["results"]["indenter"];
     let value = |column: &str| values[column].as_f64().unwrap();
-    Indentation {
-        force: -value(&format!("F_{axis}")),
-        penetration: value("penetration"),
-    }
+    Indentation { force: -value(&format!("F_{axis}")), penetration: value("penetration") }
 }
 
 fn plane(group: &str, axis: &str) -> String {
@@ -91,10 +88,7 @@ fn a_cylinder_presses_with_the_force_of_hertz() {
     assert!((2.0 * fine - coarse).abs() < 1e-3, "{coarse} {fine}");
     // Multipliers remove the penetration: the force is accurate, and converges to the error of the linear theory.
     let [coarse, fine] = [6, 12].map(|cells| error(cells, AUGMENTED));
-    assert!(
-        fine.abs() < 2e-3 && fine.abs() < coarse.abs(),
-        "{coarse} {fine}"
-    );
+    assert!(fine.abs() < 2e-3 && fine.abs() < coarse.abs(), "{coarse} {fine}");
 }
 
 /// Writes a quarter of a block with the lattice planes `across` along x and y, and `up` along z, which end at the top. Groups:
@@ -120,14 +114,8 @@ pub(crate) fn block(cells: [usize; 3], place: impl Fn([usize; 3]) -> [f64; 3] + 
     for cell in all {
         for corners in tetrahedra_of(cell.map(|i| 2 * i), 2) {
             tetrahedra.push(lattice.simplex(&corners));
-            let sides = [
-                (0, 0, 0),
-                (1, 0, 1),
-                (0, 2 * nx, 2),
-                (1, 2 * ny, 2),
-                (2, 0, 3),
-                (2, 2 * nz, 4),
-            ];
+            let sides =
+                [(0, 0, 0), (1, 0, 1), (0, 2 * nx, 2), (1, 2 * ny, 2), (2, 0, 3), (2, 2 * nz, 4)];
             for (axis, value, group) in sides {
                 let face = corners.iter().filter(|corner| corner[axis] == value);
                 let face: Vec<_> = face.copied().collect();
@@ -227,10 +215,7 @@ fn the_force_of_hertz_is_within_a_percent() {
         assert!(fine.abs() < 0.01, "{depth}: {fine}");
         // The limit of the linear theory is −0.4 times the depth.
         let limit = -0.4 * depth;
-        assert!(
-            (fine - limit).abs() < 0.5 * (coarse - limit).abs(),
-            "{coarse} {fine}"
-        );
+        assert!((fine - limit).abs() < 0.5 * (coarse - limit).abs(), "{coarse} {fine}");
     }
 }
 
@@ -267,8 +252,5 @@ fn a_ball_on_a_thin_layer_has_the_published_force() {
         relative_error(&found, force, slope).abs()
     });
     // The linear theory neglects terms of the order of a/R times the strain, 0.05 × 0.02.
-    assert!(
-        errors[1] < 5e-3 && errors[1] < 0.5 * errors[0],
-        "{errors:?}"
-    );
+    assert!(errors[1] < 5e-3 && errors[1] < 0.5 * errors[0], "{errors:?}");
 }

@@ -52,10 +52,7 @@ fn pressures_jump_where_only_the_law_changes() {
     let solid = &body.muscle.solid;
     let space = solid.space();
     // Three vertices of the interface have two pressures.
-    assert_eq!(
-        space.n_pressures(),
-        space.mesh().coordinates().len() / 2 + 3
-    );
+    assert_eq!(space.n_pressures(), space.mesh().coordinates().len() / 2 + 3);
     let found = equilibrium(&body.muscle, body.formulation, 0.0).unwrap();
     let stretch: f64 = 1.25;
     let (narrow, wide) = (stretch.powi(-2), stretch.powi(2));
@@ -155,15 +152,8 @@ fn pressures_jump_in_space_where_only_kappa_changes() {
 /// Checks scenes with one material, including the scenes of Table 2.
 #[test]
 fn one_material_has_one_pressure_at_a_vertex() {
-    for name in [
-        "table2-1",
-        "table2-2",
-        "table2-3",
-        "table2-3m",
-        "table2-4",
-        "table2-31",
-        "land1",
-    ] {
+    for name in ["table2-1", "table2-2", "table2-3", "table2-3m", "table2-4", "table2-31", "land1"]
+    {
         let scene = Scene::load(Path::new(name), &[]).unwrap();
         let solid = scene.body.unwrap().muscle.solid;
         let mesh = solid.space().mesh();
@@ -183,10 +173,7 @@ fn a_material_without_group_covers_the_rest() {
     let unused =
         format!("{STRIP}[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n");
     let notes = build(&unused).unwrap().notes();
-    assert!(
-        notes.iter().any(|note| note.starts_with("material[2]")),
-        "{notes:?}"
-    );
+    assert!(notes.iter().any(|note| note.starts_with("material[2]")), "{notes:?}");
     let two =
         format!("{unused}[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n");
     assert!(build(&two).is_err());

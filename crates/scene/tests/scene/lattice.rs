@@ -14,12 +14,7 @@ pub(crate) struct Lattice<const D: usize> {
 
 impl<const D: usize> Lattice<D> {
     pub(crate) fn new(dimension: usize, place: impl Fn([usize; D]) -> [f64; 3] + 'static) -> Self {
-        Self {
-            dimension,
-            numbers: BTreeMap::new(),
-            points: Vec::new(),
-            place: Box::new(place),
-        }
+        Self { dimension, numbers: BTreeMap::new(), points: Vec::new(), place: Box::new(place) }
     }
 
     fn node(&mut self, at: [usize; D]) -> usize {
@@ -53,23 +48,13 @@ impl<const D: usize> Lattice<D> {
         }
         text += "$EndPhysicalNames\n$Entities\n";
         text += if self.dimension == 2 { "0 " } else { "0 0 " };
-        writeln!(
-            text,
-            "{} 1{}",
-            last - 1,
-            if self.dimension == 2 { " 0" } else { "" }
-        )
-        .unwrap();
+        writeln!(text, "{} 1{}", last - 1, if self.dimension == 2 { " 0" } else { "" }).unwrap();
         for k in 1..=last {
             writeln!(text, "{k} -1 -1 -1 1 1 1 1 {k} 0").unwrap();
         }
         let n = self.points.len();
-        writeln!(
-            text,
-            "$EndEntities\n$Nodes\n1 {n} 1 {n}\n{} {last} 0 {n}",
-            self.dimension
-        )
-        .unwrap();
+        writeln!(text, "$EndEntities\n$Nodes\n1 {n} 1 {n}\n{} {last} 0 {n}", self.dimension)
+            .unwrap();
         (1..=n).for_each(|number| writeln!(text, "{number}").unwrap());
         for [x, y, z] in &self.points {
             writeln!(text, "{x:e} {y:e} {z:e}").unwrap();
@@ -97,14 +82,7 @@ impl<const D: usize> Lattice<D> {
 /// Returns the corners of the six tetrahedra around the diagonal of the cell from `corner` to `corner` plus `size` along each axis,
 /// with positive volumes.
 pub(crate) fn tetrahedra_of(corner: [usize; 3], size: usize) -> [Vec<[usize; 3]>; 6] {
-    let orders = [
-        [0, 1, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [0, 2, 1],
-        [2, 1, 0],
-        [1, 0, 2],
-    ];
+    let orders = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
     orders.map(|order| {
         let mut corners = vec![corner];
         for axis in order {

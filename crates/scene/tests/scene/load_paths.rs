@@ -18,11 +18,7 @@ fn run(text: &str, folder: &Path, probe: &str) -> (RunResult, BTreeMap<String, V
     let found = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
     let csv = fs::read_to_string(out.path().join(format!("{probe}.csv"))).unwrap();
     let table = Table::parse(&csv).unwrap();
-    let rows: Vec<Vec<f64>> = table
-        .rows
-        .iter()
-        .map(|row| table.numbers(row).unwrap())
-        .collect();
+    let rows: Vec<Vec<f64>> = table.rows.iter().map(|row| table.numbers(row).unwrap()).collect();
     let names = table.names.iter().enumerate();
     let columns = names.map(|(j, name)| (name.clone(), rows.iter().map(|row| row[j]).collect()));
     (found, columns.collect())
@@ -111,12 +107,7 @@ fn a_shallow_arch_snaps_through_under_its_load() {
     assert_eq!(found.document["load_reached"], 1.0);
     let points = found.document["critical_points"].as_array().unwrap().iter();
     let points: Vec<_> = points
-        .map(|point| {
-            (
-                point["type"].as_str().unwrap(),
-                point["loads"][0].as_f64().unwrap(),
-            )
-        })
+        .map(|point| (point["type"].as_str().unwrap(), point["loads"][0].as_f64().unwrap()))
         .collect();
     let [("limit", peak), ("limit", valley)] = points[..] else {
         panic!("{points:?}");
@@ -182,13 +173,7 @@ fn sphere() -> String {
         }
     }
     let [x, y, z, inner] = groups;
-    lattice.msh(&[
-        ("x0", x),
-        ("y0", y),
-        ("z0", z),
-        ("inner", inner),
-        ("wall", tetrahedra),
-    ])
+    lattice.msh(&[("x0", x), ("y0", y), ("z0", z), ("inner", inner), ("wall", tetrahedra)])
 }
 
 /// Returns the exact inner pressure of the sphere with a shear modulus of 1e5 Pa when its inner radius is stretched by
@@ -215,9 +200,7 @@ fn a_sphere_is_inflated_beyond_its_limit_pressure() {
          quantities = [\"u\"]\n[[stop]]\ntype = \"displacement\"\nat = [0.0, 0.0, 0.01]\nabove = 0.02\n"
     );
     let (found, curve) = run(&text, folder.path(), "pole");
-    let limit = (40..200)
-        .map(|i| pressure(1.0 + 0.005 * f64::from(i)))
-        .fold(0.0, f64::max);
+    let limit = (40..200).map(|i| pressure(1.0 + 0.005 * f64::from(i))).fold(0.0, f64::max);
     let points = found.document["critical_points"].as_array().unwrap();
     assert_eq!(points.len(), 1);
     let load = points[0]["loads"][0].as_f64().unwrap();

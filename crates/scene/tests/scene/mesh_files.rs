@@ -77,18 +77,8 @@ fn one_block_in_many_files_deflects_alike() {
         ("all saved", in_4(&save_all), "fix", 1.0),
         ("partitions", in_4(&partitions(false)), "fix", 1.0),
         ("ghosts", in_4(&partitions(true)), "fix", 1.0),
-        (
-            "parameters",
-            in_4(&|file| file.parametric = true),
-            "fix",
-            1.0,
-        ),
-        (
-            "unnamed",
-            in_4(&|file| file.names.clear()),
-            "surface 1",
-            1.0,
-        ),
+        ("parameters", in_4(&|file| file.parametric = true), "fix", 1.0),
+        ("unnamed", in_4(&|file| file.names.clear()), "surface 1", 1.0),
         (
             "names",
             in_4(&|file| file.names[0].2 = "feste Wand \"links\", größer"),
@@ -101,12 +91,7 @@ fn one_block_in_many_files_deflects_alike() {
             "surface fix",
             1.0,
         ),
-        (
-            "one name, 2.2",
-            in_2(&|file| file.names[2].2 = "fix"),
-            "surface fix",
-            1.0,
-        ),
+        ("one name, 2.2", in_2(&|file| file.names[2].2 = "fix"), "surface fix", 1.0),
         (
             "millimeters",
             in_4(&|file| file.points.iter_mut().for_each(|x| *x = x.map(|x| 1e3 * x))),
@@ -118,8 +103,7 @@ fn one_block_in_many_files_deflects_alike() {
             in_4(&|file| {
                 file.names.extend([(0, 4, "corner"), (1, 5, "edge")]);
                 file.entities.push(Entity::new(0, 1, &[4], vec![vec![0]]));
-                file.entities
-                    .push(Entity::new(1, 1, &[5], vec![vec![0, 1]]));
+                file.entities.push(Entity::new(1, 1, &[5], vec![vec![0, 1]]));
             }),
             "fix",
             1.0,
@@ -162,34 +146,15 @@ fn one_block_in_many_files_deflects_alike() {
             1.0,
         ),
         ("CRLF", plain.replace('\n', "\r\n"), "fix", 1.0),
-        (
-            "blanks at the ends of lines",
-            plain.replace('\n', "  \n"),
-            "fix",
-            1.0,
-        ),
+        ("blanks at the ends of lines", plain.replace('\n', "  \n"), "fix", 1.0),
         ("byte order mark", format!("\u{feff}{plain}"), "fix", 1.0),
-        (
-            "comments",
-            format!("$Comments\nmade by hand\n$EndComments\n{plain}"),
-            "fix",
-            1.0,
-        ),
-        (
-            "large tags",
-            in_4(&|file| file.tags = [7, 3_000_000_000]),
-            "fix",
-            1.0,
-        ),
+        ("comments", format!("$Comments\nmade by hand\n$EndComments\n{plain}"), "fix", 1.0),
+        ("large tags", in_4(&|file| file.tags = [7, 3_000_000_000]), "fix", 1.0),
         (
             "inverted elements",
             in_4(&|file| {
                 for entity in &mut file.entities {
-                    entity
-                        .elements
-                        .iter_mut()
-                        .step_by(2)
-                        .for_each(|nodes| nodes.swap(0, 1));
+                    entity.elements.iter_mut().step_by(2).for_each(|nodes| nodes.swap(0, 1));
                 }
             }),
             "fix",
@@ -199,9 +164,7 @@ fn one_block_in_many_files_deflects_alike() {
     for (name, content, group, scale) in &files {
         let found = deflection(content, group, *scale);
         // Coordinates, and the order of sums, differ by rounding.
-        let error = found
-            .as_ref()
-            .map_or(f64::NAN, |found| (found / exact - 1.0).abs());
+        let error = found.as_ref().map_or(f64::NAN, |found| (found / exact - 1.0).abs());
         assert!(error < 1e-8, "{name}: {error:e} {found:?}");
     }
     // The hole and the flat element change the deflection only slightly.
@@ -215,8 +178,7 @@ fn one_block_in_many_files_deflects_alike() {
         let corners: Vec<[f64; 3]> = own.iter().map(|&node| file.points[node]).collect();
         let near = |i: usize| (corners[1][i] + corners[2][i] + corners[3][i]) / 3.0;
         let new = file.points.len();
-        file.points
-            .push([0, 1, 2].map(|i| near(i) + 1e-6 * (corners[0][i] - near(i))));
+        file.points.push([0, 1, 2].map(|i| near(i) + 1e-6 * (corners[0][i] - near(i))));
         for i in 0..4 {
             let mut part = own.clone();
             part[i] = new;
@@ -225,10 +187,7 @@ fn one_block_in_many_files_deflects_alike() {
     });
     for (name, content) in [("hole", hole), ("flat", flat)] {
         let found = deflection(&content, "fix", 1.0).unwrap();
-        assert!(
-            (0.9..1.5).contains(&(found / exact)),
-            "{name}: {found} {exact}"
-        );
+        assert!((0.9..1.5).contains(&(found / exact)), "{name}: {found} {exact}");
     }
 }
 
@@ -250,10 +209,7 @@ fn a_name_of_two_groups_is_that_of_the_dimension_of_the_key() {
     };
     let exact = pulled(named(["tip", "body"]), "tip", "body");
     assert_eq!(pulled(named(["part", "part"]), "part", "part"), exact);
-    assert_eq!(
-        pulled(named(["part", "part"]), "surface part", "volume part"),
-        exact
-    );
+    assert_eq!(pulled(named(["part", "part"]), "surface part", "volume part"), exact);
 }
 
 #[test]
@@ -282,10 +238,7 @@ fn files_of_other_kinds_are_refused_with_their_reason() {
         let nodes = &mut file.entities[2].elements[3];
         nodes[3] = nodes[2];
     });
-    assert!(matches!(
-        problem(&same_node),
-        MshProblem::DegenerateElement { .. }
-    ));
+    assert!(matches!(problem(&same_node), MshProblem::DegenerateElement { .. }));
     let plane = |axis: usize, z: f64, slope: f64| {
         let mut file = block.clone();
         file.entities.truncate(1);
@@ -302,10 +255,7 @@ fn files_of_other_kinds_are_refused_with_their_reason() {
     for (axis, z) in [(2, 0.0), (2, 0.05), (1, 0.0), (0, 0.05)] {
         let mesh = Mesh::parse_msh(plane(axis, z, 0.0), "plane.msh").unwrap();
         assert_eq!(mesh.dimension(), 2);
-        let noted = mesh
-            .notes()
-            .iter()
-            .any(|note| matches!(note, MeshNote::Plane { .. }));
+        let noted = mesh.notes().iter().any(|note| matches!(note, MeshNote::Plane { .. }));
         assert_eq!(noted, axis != 2);
         let area: f64 = (0..mesh.n_elements())
             .map(|i| {

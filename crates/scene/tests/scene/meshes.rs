@@ -76,18 +76,12 @@ fn elements_are_selected() {
 #[test]
 fn groups_that_make_no_sense_are_located() {
     for (group, line) in [
-        (
-            "type = \"plane\"\npoint = [0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]\n",
-            "point = [0.0, 0.0]",
-        ),
+        ("type = \"plane\"\npoint = [0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]\n", "point = [0.0, 0.0]"),
         (
             "type = \"plane\"\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 0.0]\n",
             "normal = [0.0, 0.0, 0.0]",
         ),
-        (
-            "type = \"sphere\"\ncenter = [9.0, 9.0, 9.0]\nradius = 1.0\n",
-            "[[group]]",
-        ),
+        ("type = \"sphere\"\ncenter = [9.0, 9.0, 9.0]\nradius = 1.0\n", "[[group]]"),
         (
             "members = \"points\"\ntype = \"direction\"\ndirection = [1.0, 0.0, 0.0]\n",
             "members = \"points\"",
@@ -103,10 +97,8 @@ fn groups_that_make_no_sense_are_located() {
 
 #[test]
 fn a_mesh_in_millimeters_is_scaled() {
-    let in_mm = BLOCK.replace(
-        "size = [2.0, 1.0, 1.0]",
-        "size = [2000.0, 1000.0, 1000.0]\nscale = 1e-3",
-    );
+    let in_mm =
+        BLOCK.replace("size = [2.0, 1.0, 1.0]", "size = [2000.0, 1000.0, 1000.0]\nscale = 1e-3");
     // Coordinates differ by rounding.
     assert!((tip(&in_mm) / tip(BLOCK) - 1.0).abs() < 1e-9);
 }
@@ -116,10 +108,7 @@ fn files_of_gmsh_in_all_versions_deflect_alike() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../fem/tests/data");
     let deflection = |format: &str| {
         let file = format!("type = \"file\"\npath = \"{folder}/block-{format}.msh\"");
-        tip(&BLOCK.replace(
-            "type = \"box\"\nsize = [2.0, 1.0, 1.0]\ncells = [3, 2, 2]",
-            &file,
-        ))
+        tip(&BLOCK.replace("type = \"box\"\nsize = [2.0, 1.0, 1.0]\ncells = [3, 2, 2]", &file))
     };
     let ascii = deflection("4.1-ascii");
     for format in ["4.1-binary", "2.2-ascii", "2.2-binary"] {

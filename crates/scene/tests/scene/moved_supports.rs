@@ -41,21 +41,11 @@ fn a_rotation_of_all_supports_is_rigid() {
     let smooth = "{ type = \"step\", value = 3.0, rise = 1.0 }";
     let rectangle = "type = \"rectangle\"\nwidth = 0.03\nheight = 0.01\ncells = [3, 1]\n";
     let cuboid = "type = \"box\"\nsize = [0.03, 0.01, 0.01]\ncells = [2, 1, 1]\n";
-    let (plane, space) = (
-        "point = [0.01, -0.02]",
-        "point = [0.01, -0.02, 0.03], axis = [2.0, -1.0, 2.0]",
-    );
+    let (plane, space) =
+        ("point = [0.01, -0.02]", "point = [0.01, -0.02, 0.03], axis = [2.0, -1.0, 2.0]");
     let third = 1.0 / 3.0;
     for (head, mesh, axis, angle, at, e, parts) in [
-        (
-            loads,
-            rectangle,
-            plane,
-            "3.0",
-            [0.015, 0.01, 0.0],
-            [0.0, 0.0, 1.0],
-            [0.5, 1.0],
-        ),
+        (loads, rectangle, plane, "3.0", [0.015, 0.01, 0.0], [0.0, 0.0, 1.0], [0.5, 1.0]),
         (
             loads,
             cuboid,
@@ -65,15 +55,7 @@ fn a_rotation_of_all_supports_is_rigid() {
             [2.0 * third, -third, 2.0 * third],
             [0.5, 1.0],
         ),
-        (
-            slow,
-            rectangle,
-            plane,
-            smooth,
-            [0.015, 0.01, 0.0],
-            [0.0, 0.0, 1.0],
-            [0.5, 1.0],
-        ),
+        (slow, rectangle, plane, smooth, [0.015, 0.01, 0.0], [0.0, 0.0, 1.0], [0.5, 1.0]),
     ] {
         let dimension = if mesh == cuboid { 3 } else { 2 };
         let point = [0.01, -0.02, if dimension == 3 { 0.03 } else { 0.0 }];
@@ -90,10 +72,7 @@ fn a_rotation_of_all_supports_is_rigid() {
                 assert!(error.abs() < bound, "{mesh} {part} {name}: {error:e}");
             }
             let stress = column(&middle, "von_mises")[row];
-            assert!(
-                stress < if head == loads { 1e-4 } else { 10.0 },
-                "{mesh}: {stress:e}"
-            );
+            assert!(stress < if head == loads { 1e-4 } else { 10.0 }, "{mesh}: {stress:e}");
         }
     }
 }
@@ -103,13 +82,8 @@ fn a_rotation_of_all_supports_is_rigid() {
 fn a_full_turn_takes_steps_of_its_angle() {
     let rectangle = "type = \"rectangle\"\nwidth = 0.03\nheight = 0.01\ncells = [3, 1]\n";
     let head = "analysis = \"static\"\n";
-    let text = turned(
-        head,
-        rectangle,
-        "point = [0.01, -0.2]",
-        "6.283185307179586",
-        "[0.015, 0.01]",
-    );
+    let text =
+        turned(head, rectangle, "point = [0.01, -0.2]", "6.283185307179586", "[0.015, 0.01]");
     let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
     let out = tempfile::tempdir().unwrap();
     let run = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
@@ -126,13 +100,7 @@ fn a_rotation_by_arc_length_and_with_inertia_reaches_its_angle() {
     let smooth = "{ type = \"step\", value = 0.5, rise = 1.0 }";
     let (at, point) = ([0.015, 0.01, 0.0], [0.01, -0.02, 0.0]);
     for (head, angle, bound) in [(arc, "0.5", 1e-10), ("[time]\nend = 2.0\n", smooth, 1e-4)] {
-        let text = turned(
-            head,
-            rectangle,
-            "point = [0.01, -0.02]",
-            angle,
-            "[0.015, 0.01]",
-        );
+        let text = turned(head, rectangle, "point = [0.01, -0.02]", angle, "[0.015, 0.01]");
         let [middle] = tables_in(&text, Path::new(""), ["middle"]);
         let to = rotated(at, point, [0.0, 0.0, 1.0], 0.5);
         for (i, name) in ["u_x", "u_y"].iter().enumerate() {
@@ -147,13 +115,8 @@ fn a_rotation_by_arc_length_and_with_inertia_reaches_its_angle() {
 fn an_axis_to_rounding_agrees_with_fixed_components() {
     let cuboid = "type = \"box\"\nsize = [0.03, 0.01, 0.01]\ncells = [2, 1, 1]\n";
     let axis = "point = [0.0, 0.0, 0.0], axis = [6.1e-17, 0.0, 1.0]";
-    let text = turned(
-        "analysis = \"static\"\n",
-        cuboid,
-        axis,
-        "1.0",
-        "[0.0, 0.0, 0.0]",
-    ) + "[[fixed]]\ngroup = \"left\"\ncomponents = [\"z\"]\n";
+    let text = turned("analysis = \"static\"\n", cuboid, axis, "1.0", "[0.0, 0.0, 0.0]")
+        + "[[fixed]]\ngroup = \"left\"\ncomponents = [\"z\"]\n";
     Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
 }
 
@@ -164,18 +127,10 @@ fn axes_of_rotations_are_checked() {
     let rectangle = "type = \"rectangle\"\nwidth = 0.03\nheight = 0.01\ncells = [3, 1]\n";
     let cuboid = "type = \"box\"\nsize = [0.03, 0.01, 0.01]\ncells = [2, 1, 1]\n";
     for (mesh, axis, at) in [
-        (
-            rectangle,
-            "point = [0.0, 0.0], axis = [0.0, 0.0, 1.0]",
-            "[0.0, 0.0]",
-        ),
+        (rectangle, "point = [0.0, 0.0], axis = [0.0, 0.0, 1.0]", "[0.0, 0.0]"),
         (rectangle, "point = [0.0, 0.0, 0.0]", "[0.0, 0.0]"),
         (cuboid, "point = [0.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]"),
-        (
-            cuboid,
-            "point = [0.0, 0.0, 0.0], axis = [0.0, 0.0, 0.0]",
-            "[0.0, 0.0, 0.0]",
-        ),
+        (cuboid, "point = [0.0, 0.0, 0.0], axis = [0.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]"),
     ] {
         let text = turned(head, mesh, axis, "1.0", at);
         let error = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap_err();
@@ -206,15 +161,9 @@ fn a_support_follows_a_measured_acceleration() {
         probe("tip", tip),
         probe("relative", &format!("{tip}relative_to = \"left\"\n")),
     ) + &probe("end", "type = \"average\"\ngroup = \"right\"\n")
-        + &probe(
-            "end_relative",
-            "type = \"average\"\ngroup = \"right\"\nrelative_to = \"left\"\n",
-        );
-    let [support, tip, relative, end, end_relative] = tables_in(
-        &text,
-        folder.path(),
-        ["support", "tip", "relative", "end", "end_relative"],
-    );
+        + &probe("end_relative", "type = \"average\"\ngroup = \"right\"\nrelative_to = \"left\"\n");
+    let [support, tip, relative, end, end_relative] =
+        tables_in(&text, folder.path(), ["support", "tip", "relative", "end", "end_relative"]);
     // A load is not given by an acceleration.
     let load = text.replace(
         "[[prescribed_displacement]]\ngroup = \"left\"\nx = 0.0\n",
@@ -244,18 +193,9 @@ fn a_support_follows_a_measured_acceleration() {
             let [support, tip, relative, end, end_relative] =
                 [&support, &tip, &relative, &end, &end_relative]
                     .map(|table| column(table, name)[k]);
-            assert!(
-                (end - support - end_relative).abs() < 1e-12 * (1.0 + end.abs()),
-                "{t} {name}"
-            );
-            assert!(
-                (support - exact).abs() < 1e-12 * (1.0 + exact.abs()),
-                "{t} {name}: {support}"
-            );
-            assert!(
-                (tip - support - relative).abs() < 1e-12 * (1.0 + tip.abs()),
-                "{t} {name}"
-            );
+            assert!((end - support - end_relative).abs() < 1e-12 * (1.0 + end.abs()), "{t} {name}");
+            assert!((support - exact).abs() < 1e-12 * (1.0 + exact.abs()), "{t} {name}: {support}");
+            assert!((tip - support - relative).abs() < 1e-12 * (1.0 + tip.abs()), "{t} {name}");
         }
     }
 }

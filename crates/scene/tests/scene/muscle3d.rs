@@ -84,18 +84,13 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
     let scene = build(&probes);
     let (document, [origin, coherence, drive, states]) =
         run(&scene, ["origin", "coherence", "drive", "states"]);
-    println!(
-        "{} steps, {} CPU s",
-        document["steps"], document["cpu_seconds"]
-    );
+    println!("{} steps, {} CPU s", document["steps"], document["cpu_seconds"]);
     assert_eq!(document["unknowns"], 21_529);
     assert_eq!(document["t_reached"], 2.0);
 
     // The change of energy equals the work of load, tension and damping within the rtol of the scene.
     let energy: Vec<f64> = serde_json::from_value(document["energy"].clone()).unwrap();
-    let [.., work, _, imbalance] = energy[..] else {
-        panic!("five energies: {energy:?}")
-    };
+    let [.., work, _, imbalance] = energy[..] else { panic!("five energies: {energy:?}") };
     println!("energies {energy:?} J");
     assert!(work > 0.1 && imbalance.abs() < 1e-3 * work, "{energy:?}");
 
@@ -114,30 +109,21 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
     let (y, w) = alone.split_at(n);
     let expected = Coherence::new(&chain.chain.omega, y, w);
     // Ψ| and |χ| at the end: the vibration has locked the oscillators.
-    let [_, strength, _, coherent] = coherence.last().unwrap()[..] else {
-        panic!("{coherence:?}")
-    };
+    let [_, strength, _, coherent] = coherence.last().unwrap()[..] else { panic!("{coherence:?}") };
     assert!((strength / expected.centroid.norm() - 1.0).abs() < 1e-3);
     assert!((coherent - expected.phase.norm()).abs() < 1e-3);
     assert!(coherent > 0.9, "{coherent}");
 
     // Tolerances ten times tighter.
     let tight = changed(&probes, "\nrtol = 1e-3", "\nrtol = 1e-4");
-    let tight = changed(
-        &tight,
-        "{ rtol = 1e-3, atol = 1e-5 }",
-        "{ rtol = 1e-4, atol = 1e-6 }",
-    );
+    let tight = changed(&tight, "{ rtol = 1e-3, atol = 1e-5 }", "{ rtol = 1e-4, atol = 1e-6 }");
     let tight = changed(
         &tight,
         "{ displacement = 1e-6, velocity = 1e-4, pressure = 10.0 }",
         "{ displacement = 1e-7, velocity = 1e-5, pressure = 1.0 }",
     );
     let (more, [tighter, tighter_coherence]) = run(&build(&tight), ["origin", "coherence"]);
-    println!(
-        "tighter: {} steps, {} CPU s",
-        more["steps"], more["cpu_seconds"]
-    );
+    println!("tighter: {} steps, {} CPU s", more["steps"], more["cpu_seconds"]);
     assert!(more["steps"].as_u64() > document["steps"].as_u64());
     // Displacements relative to the largest one (along z), pressure, and |Ψ| agree within the rtol of the scene,
     // relative to their maximum.
@@ -228,10 +214,7 @@ fn very_many_oscillators_at_most_double_the_work_on_the_body() {
         "oscillators = 1000\nat = [0.0, 0.0, 0.0]",
         "oscillators = 66\nat = { elements = \"muscle\" }",
     );
-    let given = scene
-        .lines()
-        .find(|line| line.starts_with("active"))
-        .unwrap();
+    let given = scene.lines().find(|line| line.starts_with("active")).unwrap();
     let following =
         "active = { type = \"coherence\", chain = \"middle\", at_full_coherence = 2e4 }";
     let two_way = changed(&one_way, given, following);

@@ -17,9 +17,7 @@ const RAMP: &str = "{ type = \"step\", value = 40.0, rise = 0.2 }";
 fn block(head: &str, contact: &str) -> String {
     let material =
         "shear_modulus = 1e4\nprony = [{ relative_modulus = 0.5, relaxation_time = 0.3 }]";
-    pressed(head, contact)
-        .replace("inf", "2e4")
-        .replace("shear_modulus = 1e4", material)
+    pressed(head, contact).replace("inf", "2e4").replace("shear_modulus = 1e4", material)
         + &format!("[integrator]\nrtol = {RTOL:e}\n")
 }
 
@@ -46,10 +44,7 @@ fn a_block_creeps_under_a_plate_as_under_a_traction() {
     assert!(-exact[at_rise] < 0.9 * deepest);
     for (found, exact) in found.iter().zip(&exact) {
         // Each run has an error of about the tolerance.
-        assert!(
-            (found - exact).abs() < 10.0 * RTOL * deepest,
-            "{found} {exact}"
-        );
+        assert!((found - exact).abs() < 10.0 * RTOL * deepest, "{found} {exact}");
     }
     assert!((last(&plate, "F_y") + 40.0).abs() < 1e-9);
     let penetration = last(&plate, "penetration");
@@ -60,13 +55,10 @@ fn a_block_creeps_under_a_plate_as_under_a_traction() {
 /// A block under a ball with a force that rises slowly.
 fn ball(head: &str, bulk_modulus: &str) -> String {
     let text = pressed(head, &format!("force = {RAMP}\ndirection = [0.0, -1.0]"));
-    text.replace("inf", bulk_modulus)
-        .replace("cells = [6, 3]", "cells = [2, 1]")
-        .replace(
-            "type = \"plane\"\npoint = [0.0, 0.01]\nnormal = [0.0, -2.0]",
-            "type = \"sphere\"\ncenter = [0.0, 0.021]\nradius = 0.01",
-        )
-        + "[[probe]]\nname = \"energy\"\ntype = \"energy\"\n"
+    text.replace("inf", bulk_modulus).replace("cells = [6, 3]", "cells = [2, 1]").replace(
+        "type = \"plane\"\npoint = [0.0, 0.01]\nnormal = [0.0, -2.0]",
+        "type = \"sphere\"\ncenter = [0.0, 0.021]\nradius = 0.01",
+    ) + "[[probe]]\nname = \"energy\"\ntype = \"energy\"\n"
 }
 
 /// The ball indents the block in time as deep as in an equilibrium, also with inertia: in all formulations, by both methods, and with
@@ -104,9 +96,7 @@ fn slow_indentation_by_a_force_ends_in_its_equilibrium() {
         let error = last(&plate, "displacement") / pressed - 1.0;
         let work = last(&energy, "work");
         let imbalance = column(&energy, "imbalance");
-        let imbalance = imbalance
-            .iter()
-            .fold(0.0_f64, |most, own| most.max(own.abs()));
+        let imbalance = imbalance.iter().fold(0.0_f64, |most, own| most.max(own.abs()));
         // The damping exp(−20 t) leaves 1e-5 of the vibration after the rise.
         assert!(error.abs() < 1e-4, "{formulation} {method}: {error:e}");
         assert!(
@@ -119,16 +109,11 @@ fn slow_indentation_by_a_force_ends_in_its_equilibrium() {
 /// A fit of the depth in time has no derivatives.
 #[test]
 fn sensitivities_of_motions_need_given_displacements() {
-    let text = pressed(
-        "[time]\nend = 1.0\n",
-        "force = 1.0\ndirection = [0.0, -1.0]\nstiffness = 1e8",
-    );
+    let text =
+        pressed("[time]\nend = 1.0\n", "force = 1.0\ndirection = [0.0, -1.0]\nstiffness = 1e8");
     let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
     let (feature, key) = unsupported(&scene).unwrap();
-    assert_eq!(
-        (feature, &*key),
-        (Unsupported::ObstacleForce, "contact[0].force")
-    );
+    assert_eq!((feature, &*key), (Unsupported::ObstacleForce, "contact[0].force"));
 }
 
 /// Friction needs the velocity of the obstacle, and a response its stiffness.

@@ -17,11 +17,7 @@ fn ball(p: [f64; 3]) -> [f64; 3] {
     let largest = p.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let length = p.iter().map(|x| x * x).sum::<f64>().sqrt();
     // Between the cube and the ball, so that corners are not flat.
-    let scale = if length > 0.0 {
-        0.3 + 0.7 * largest / length
-    } else {
-        1.0
-    };
+    let scale = if length > 0.0 { 0.3 + 0.7 * largest / length } else { 1.0 };
     p.map(|x| scale * x)
 }
 
@@ -51,11 +47,7 @@ fn organs_deflect_alike_with_large_and_infinite_bulk_modulus() {
         }),
         ("liver", |p| {
             let [x, y, z] = ball(p);
-            [
-                0.1 * x,
-                0.04 * y * (1.2 - 0.6 * x),
-                0.08 * z * (1.1 - 0.3 * x),
-            ]
+            [0.1 * x, 0.04 * y * (1.2 - 0.6 * x), 0.08 * z * (1.1 - 0.3 * x)]
         }),
         ("muscle", |[x, y, z]| {
             // A twisted spindle.
@@ -80,9 +72,6 @@ fn organs_deflect_alike_with_large_and_infinite_bulk_modulus() {
             last(&top, "u_x")
         });
         let difference = (nearly / fully - 1.0).abs();
-        assert!(
-            fully > 0.0 && difference < 1e-2,
-            "{name}: {fully:e} {difference:e}"
-        );
+        assert!(fully > 0.0 && difference < 1e-2, "{name}: {fully:e} {difference:e}");
     }
 }

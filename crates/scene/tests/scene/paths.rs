@@ -14,11 +14,7 @@ fn build(text: &str, folder: &Path) -> Scene {
 
 fn run(text: &str) -> RunResult {
     let out = tempfile::tempdir().unwrap();
-    compute(
-        &build(text, Path::new("")),
-        &RunOptions::into_folder(out.path()),
-    )
-    .unwrap()
+    compute(&build(text, Path::new("")), &RunOptions::into_folder(out.path())).unwrap()
 }
 
 /// Returns the value of the probe `corner` at the end.
@@ -95,10 +91,7 @@ fn a_path_ends_at_its_limit_point() {
 /// lengths failed at 0 % of the load.
 #[test]
 fn a_body_follows_its_supports_over_any_distance() {
-    for (distance, cells) in [1.0, 20.0]
-        .into_iter()
-        .flat_map(|d| [10, 20, 40].map(|c| (d, c)))
-    {
+    for (distance, cells) in [1.0, 20.0].into_iter().flat_map(|d| [10, 20, 40].map(|c| (d, c))) {
         let moved = |group: &str| {
             format!(
                 "[[prescribed_displacement]]\ngroup = \"{group}\"\nx = {distance}\ny = 0.0\nz = 0.0\n"
@@ -114,10 +107,7 @@ fn a_body_follows_its_supports_over_any_distance() {
         let found = run(&bar);
         // A few rounding errors of the distance.
         assert!((result(&found, "middle", "u_x") - distance).abs() < 1e-13 * distance);
-        assert_eq!(
-            found.document["load_steps"], 1,
-            "{cells} cells, {distance} m"
-        );
+        assert_eq!(found.document["load_steps"], 1, "{cells} cells, {distance} m");
         assert!(found.document["newton_iterations"].as_u64().unwrap() <= 2);
     }
 }
@@ -158,12 +148,7 @@ fn a_bar_is_stretched_in_as_many_iterations_for_any_mesh() {
 
 /// Runs a square whose sides are displaced by -`factor` x² along x, so that det F is 1 - 2 `factor` x.
 fn squeezed(factor: f64, kappa: f64, more: &str) -> RunResult {
-    run(&square_squeezed(
-        "analysis = \"static\"",
-        &format!("-{factor}"),
-        kappa,
-        more,
-    ))
+    run(&square_squeezed("analysis = \"static\"", &format!("-{factor}"), kappa, more))
 }
 
 /// Runs the square in a motion of 1 s, with the factor increasing to 0.51. Elements are inverted once the factor
@@ -200,11 +185,7 @@ fn inverted_elements_end_a_static_run_and_implausible_volumes_are_noted() {
     // det F from 0.4 to 1.
     for (kappa, notes) in [(1.1e6, 1), (0.9e6, 0)] {
         let found = squeezed(0.3, kappa, "");
-        assert_eq!(
-            (reason(&found), found.notes.len()),
-            (None, notes),
-            "{kappa}"
-        );
+        assert_eq!((reason(&found), found.notes.len()), (None, notes), "{kappa}");
     }
 }
 
@@ -217,16 +198,11 @@ fn inverted_elements_end_a_motion() {
     let ended = squeezed_in_time("");
     assert_eq!(ended.outcome.reason(), Some(EndReason::Inverted));
     let number = |run: &RunResult, key: &str| run.document[key].as_f64().unwrap();
-    let (t, inverted) = (
-        number(&ended, "t_reached"),
-        ended.document["inversion"]["t"].as_f64().unwrap(),
-    );
+    let (t, inverted) =
+        (number(&ended, "t_reached"), ended.document["inversion"]["t"].as_f64().unwrap());
     // The step is 1/(2 × 0.51) of its value at t = 0.866.
     assert!(0.866 < inverted && inverted <= t && t < 1.0);
-    assert_eq!(
-        allowed.document["inversion"]["t"].as_f64().unwrap(),
-        inverted
-    );
+    assert_eq!(allowed.document["inversion"]["t"].as_f64().unwrap(), inverted);
     let steps = |run: &RunResult| run.document["steps"].as_u64().unwrap();
     assert!(steps(&ended) < steps(&allowed));
 }
@@ -253,21 +229,14 @@ fn factors_are_zero_and_equal_up_to_rounding() {
 #[test]
 fn tables_are_linear_unless_they_say_otherwise() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(
-        folder.path().join("load.csv"),
-        "t,p\n0,0\n1,1000\n10,1000\n",
-    )
-    .unwrap();
+    fs::write(folder.path().join("load.csv"), "t,p\n0,0\n1,1000\n10,1000\n").unwrap();
     let load = |interpolation: &str| {
         let load = format!(
             "[[fixed]]\ngroup = \"bottom\"\n[[traction]]\ngroup = \"top\"\nx = {{ type = \"table\", file = \"load.csv\", \
              column = \"p\"{interpolation} }}\n"
         );
         let scene = build(&square(&load), folder.path());
-        let value = scene.body.as_ref().unwrap().muscle.loads[0]
-            .signal()
-            .at(5.0)
-            .value;
+        let value = scene.body.as_ref().unwrap().muscle.loads[0].signal().at(5.0).value;
         (value, scene.notes().len())
     };
     assert_eq!(load(""), (1000.0, 0));
@@ -288,10 +257,7 @@ fn a_support_that_moves_at_the_start_is_rejected() {
             "viscosity = {eta}\n[[fixed]]\ngroup = \"bottom\"\n[[prescribed_displacement]]\ngroup = \"top\"\nx = {motion}\ny = 0.0\n"
         ));
         let text = text
-            .replace(
-                "bulk_modulus = 1e6",
-                &format!("bulk_modulus = 1e6\nrayleigh_mass = {alpha}"),
-            )
+            .replace("bulk_modulus = 1e6", &format!("bulk_modulus = 1e6\nrayleigh_mass = {alpha}"))
             .replace("end = 10.0", "end = 0.02");
         let out = tempfile::tempdir().unwrap();
         compute(&build(&text, folder), &RunOptions::into_folder(out.path()))
@@ -338,11 +304,8 @@ fn a_corner_held_in_all_nodes_has_its_neighbors_pressure() {
     };
     let (still, moving) = (
         text("analysis = \"static\"", "1.0"),
-        text(
-            "[time]\nend = 0.01",
-            "{ type = \"step\", value = 1.0, rise = 0.01 }",
-        )
-        .replace("at = [0, 0, 0]", "at = [0, 0, 0]\ninterval = 0.01"),
+        text("[time]\nend = 0.01", "{ type = \"step\", value = 1.0, rise = 0.01 }")
+            .replace("at = [0, 0, 0]", "at = [0, 0, 0]\ninterval = 0.01"),
     );
     for text in [still, moving] {
         let scene = build(&text, folder.path());

@@ -155,10 +155,7 @@ fn a_viscous_strip_follows_a_ramp_from_the_start() {
             let l = stretch(t);
             let exact = WIDTH * (G * (l - l.powi(-3)) + eta * rate * (l * l + l.powi(-6)));
             // Three times the default relative tolerance of 1e-4 of the largest force.
-            assert!(
-                (found + exact).abs() < 3e-4 * 100.0,
-                "{head}{bulk} {t}: {found} {exact}"
-            );
+            assert!((found + exact).abs() < 3e-4 * 100.0, "{head}{bulk} {t}: {found} {exact}");
         }
     }
 }
@@ -171,10 +168,7 @@ fn a_load_may_be_sudden_where_viscosity_balances_it() {
     let text = strip(QUASI_STATIC, "viscosity = 4e3", "inf", &pull("4e3"));
     let force = curve(&text, "force", "R_x");
     // The force equals the load at any time; three times the default relative tolerance.
-    assert!(
-        force.iter().all(|row| (row[1] + 40.0).abs() < 3e-4 * 40.0),
-        "{force:?}"
-    );
+    assert!(force.iter().all(|row| (row[1] + 40.0).abs() < 3e-4 * 40.0), "{force:?}");
     let end = curve(&text, "end", "u_x");
     assert_eq!(end[0][1], 0.0);
     // At the start, λ̇ = T/2η; later it is smaller.
@@ -211,10 +205,7 @@ fn a_slow_motion_ends_at_the_same_force() {
         let solid = format!("1e6\nformulation = \"{formulation}\"");
         let found = last(QUASI_STATIC, &solid);
         // The tolerance covers residual vibrations of the motion and twice the tolerance of the integrator.
-        assert!(
-            (found / slow - 1.0).abs() < 1e-3,
-            "{formulation}: {found} {slow}"
-        );
+        assert!((found / slow - 1.0).abs() < 1e-3, "{formulation}: {found} {slow}");
     }
 }
 
@@ -248,10 +239,7 @@ fn a_viscous_layer_creeps_after_a_sudden_load() {
     for [t, u] in curve(&text, "top", "u_x") {
         let exact = 0.1 * traction / G * (1.0 - (-2.0 * G * t / viscosity).exp());
         // Ten times the relative tolerance of the largest displacement.
-        assert!(
-            (u - exact).abs() < 1e-5 * 0.1 * traction / G,
-            "{t}: {u} {exact}"
-        );
+        assert!((u - exact).abs() < 1e-5 * 0.1 * traction / G, "{t}: {u} {exact}");
     }
 }
 
@@ -268,17 +256,10 @@ fn parts_that_need_inertia_are_rejected() {
         ("", "inf\nrayleigh_mass = 1.0", RAMP),
         ("", "inf\nformulation = \"velocity\"", RAMP),
         ("", "inf", jump),
-        (
-            "[initial_state]\ntype = \"velocity\"\nvalue = [1.0, 0.0]\n",
-            "inf",
-            RAMP,
-        ),
+        ("[initial_state]\ntype = \"velocity\"\nvalue = [1.0, 0.0]\n", "inf", RAMP),
         ("[[chain]]\nname = \"c\"\noscillators = 2\n", "inf", RAMP),
     ] {
-        assert!(
-            scene(head, PRONY, bulk, pull).is_err(),
-            "{head}{bulk}{pull}"
-        );
+        assert!(scene(head, PRONY, bulk, pull).is_err(), "{head}{bulk}{pull}");
     }
     let text = strip(QUASI_STATIC, PRONY, "inf", RAMP);
     let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();

@@ -41,24 +41,14 @@ fn error_ratio(drawn: &RandomScene, folder: &Path, rtol: f64) -> Option<f64> {
         let out = folder.join(name);
         let result = compute(&scene, &RunOptions::into_folder(&out)).unwrap();
         let table = Csv::parse(&fs::read_to_string(out.join("tip.csv")).unwrap()).unwrap();
-        let rows: Vec<Vec<f64>> = table
-            .rows
-            .iter()
-            .filter_map(|row| table.numbers(row))
-            .collect();
+        let rows: Vec<Vec<f64>> = table.rows.iter().filter_map(|row| table.numbers(row)).collect();
         result.document["reason"].is_null().then_some(rows)
     };
-    let (rows, exact) = (
-        integrate("run", &[])?,
-        integrate("reference", &drawn.reference())?,
-    );
+    let (rows, exact) = (integrate("run", &[])?, integrate("reference", &drawn.reference())?);
     // Half the number of turning points of u_y.
     let differences = exact.windows(2).map(|pair| pair[1][2] - pair[0][2]);
     let moving: Vec<f64> = differences.filter(|d| *d != 0.0).collect();
-    let turns = moving
-        .windows(2)
-        .filter(|pair| pair[0] * pair[1] < 0.0)
-        .count();
+    let turns = moving.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count();
     let displacements = |row: &[f64]| [row[1], row[2]];
     let (mut error, mut largest) = (0.0_f64, 0.0_f64);
     for (row, exact) in rows.iter().zip(&exact) {
@@ -107,10 +97,7 @@ fn two_hundred_random_scenes_have_the_expected_accuracy() {
     // Stopped runs have no error; at least 190 of the 200 scenes finish.
     assert!(ratios.iter().flatten().count() >= 190, "{ratios:?}");
     for (number, ratio) in numbers.iter().zip(&ratios) {
-        assert!(
-            ratio.is_none_or(|ratio| ratio <= MAX_RATIO),
-            "scene {number}: {ratio:?}"
-        );
+        assert!(ratio.is_none_or(|ratio| ratio <= MAX_RATIO), "scene {number}: {ratio:?}");
     }
 }
 
@@ -138,11 +125,7 @@ impl RandomScene {
         rng.set_stream(number);
         let rng = &mut rng;
         let is_incompressible = rng.random_bool(0.4);
-        let beta = if rng.random_bool(0.5) {
-            decade(rng, -5.0, -3.0)
-        } else {
-            0.0
-        };
+        let beta = if rng.random_bool(0.5) { decade(rng, -5.0, -3.0) } else { 0.0 };
         let formulations: &[&str] = match (is_incompressible, beta > 0.0) {
             (false, false) => &["position", "velocity", "displacement"],
             (true, false) => &["velocity", "stabilized", "position"],
@@ -184,12 +167,7 @@ impl RandomScene {
                 _ => "\"u\", \"p\"",
             },
         );
-        Self {
-            method,
-            rtol,
-            text,
-            tables,
-        }
+        Self { method, rtol, text, tables }
     }
 
     /// Writes the scene and its tables.
@@ -228,10 +206,7 @@ fn decade(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
 fn law(rng: &mut ChaCha8Rng) -> String {
     let modulus = rng.random_range(1.5e4..3e4);
     match rng.random_range(0..4) {
-        0 => format!(
-            "law = \"mooney-rivlin\"\nc10 = {:e}\nc01 = 2e2",
-            0.5 * modulus
-        ),
+        0 => format!("law = \"mooney-rivlin\"\nc10 = {:e}\nc01 = 2e2", 0.5 * modulus),
         1 => format!("law = \"neo-hooke\"\nshear_modulus = {modulus:e}"),
         2 => format!("law = \"deviatoric-st-venant-kirchhoff\"\nshear_modulus = {modulus:e}"),
         _ => format!("law = \"small-strain\"\nshear_modulus = {modulus:e}"),
@@ -255,11 +230,7 @@ fn part(rng: &mut ChaCha8Rng, tables: &mut Vec<String>) -> String {
             let step = |value: f64, start: f64| {
                 format!("{{ type = \"step\", value = {value}, start = {start}, rise = {rise} }}")
             };
-            format!(
-                "{}, {}",
-                step(value, start),
-                step(-value, start + rise + length)
-            )
+            format!("{}, {}", step(value, start), step(-value, start + rise + length))
         }
         1 => {
             let end = start + decade(rng, -3.0, -1.0);
@@ -287,11 +258,7 @@ fn table(rng: &mut ChaCha8Rng, value: f64, at: f64) -> String {
     for i in 0..=1000 {
         let t = f64::from(i) * 1e-3;
         let s = (t - at) / width;
-        let bell = if s.abs() < 1.0 {
-            (1.0 - s * s).powi(3)
-        } else {
-            0.0
-        };
+        let bell = if s.abs() < 1.0 { (1.0 - s * s).powi(3) } else { 0.0 };
         writeln!(text, "{t},{}", value * bell).unwrap();
     }
     text

@@ -104,9 +104,7 @@ fn build(text: &str, set: &[&str]) -> Result<Scene, InputError> {
 /// Runs a scene into a folder.
 fn run(text: &str, set: &[&str], folder: &Path) -> Value {
     let scene = build(text, set).unwrap();
-    compute(&scene, &RunOptions::into_folder(folder))
-        .unwrap()
-        .document
+    compute(&scene, &RunOptions::into_folder(folder)).unwrap().document
 }
 
 fn text(folder: &Path, name: &str) -> String {
@@ -115,11 +113,7 @@ fn text(folder: &Path, name: &str) -> String {
 
 fn rows(folder: &Path, name: &str) -> Vec<Vec<f64>> {
     let table = Table::parse(&text(folder, name)).unwrap();
-    table
-        .rows
-        .iter()
-        .filter_map(|row| table.numbers(row))
-        .collect()
+    table.rows.iter().filter_map(|row| table.numbers(row)).collect()
 }
 
 const SEPARATE: &str = "integrator.chains=separate";
@@ -138,11 +132,8 @@ const COUNTS: [&str; 7] = [
 #[test]
 fn the_body_moves_as_without_chains() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, body, gain) in [
-        ("muscle", MUSCLE, 1.0),
-        ("muscle", MUSCLE, 1e4),
-        ("rod", ROD, 1e3),
-    ] {
+    for (name, body, gain) in [("muscle", MUSCLE, 1.0), ("muscle", MUSCLE, 1e4), ("rod", ROD, 1e3)]
+    {
         for method in ["radau5", "radau9", "bdf"] {
             let method = format!("integrator.method={method}");
             let out = |run: &str| folder.path().join(format!("{run} {name} {method} {gain}"));
@@ -188,11 +179,9 @@ impl ProgressSink for Interrupt {
 fn a_resumed_run_of_radau_iia_is_the_uninterrupted_run() {
     static FLAG: AtomicBool = AtomicBool::new(false);
     let folder = tempfile::tempdir().unwrap();
-    for (name, body, method) in [
-        ("muscle", MUSCLE, "radau5"),
-        ("muscle", MUSCLE, "radau9"),
-        ("rod", ROD, "radau9"),
-    ] {
+    for (name, body, method) in
+        [("muscle", MUSCLE, "radau5"), ("muscle", MUSCLE, "radau9"), ("rod", ROD, "radau9")]
+    {
         let method = format!("integrator.method={method}");
         let set = [&*method, SEPARATE];
         let with = with_chain(body, 3, 1e4);
@@ -209,10 +198,7 @@ fn a_resumed_run_of_radau_iia_is_the_uninterrupted_run() {
         };
         let stopped = compute(&scene, &first).unwrap().document;
         assert_eq!(stopped["reason"], "interrupted");
-        let resume = RunOptions {
-            existing: Existing::Resume,
-            ..RunOptions::into_folder(&parts)
-        };
+        let resume = RunOptions { existing: Existing::Resume, ..RunOptions::into_folder(&parts) };
         let resumed = compute(&scene, &resume).unwrap().document;
         for name in ["drive", "states", "order"] {
             assert_eq!(text(&whole, name), text(&parts, name), "{name}");
@@ -253,16 +239,11 @@ fn the_amplitude_of_a_chain_ends_a_run_within_a_step_of_the_body() {
     assert!(whole["chains"]["steps"].as_u64().unwrap() > 2 * steps(&whole));
     let rows = rows(&above, "order");
     let largest = rows.iter().fold(0.0_f64, |max, row| max.max(row[1]));
-    let stop = format!(
-        "[[stop]]\ntype = \"coherence\"\nchain = \"chain\"\nabove = {:?}\n",
-        0.6 * largest
-    );
+    let stop =
+        format!("[[stop]]\ntype = \"coherence\"\nchain = \"chain\"\nabove = {:?}\n", 0.6 * largest);
     let fast = fast + &stop;
     let mut times = ["separate", "together"].map(|chains| {
-        let set = [
-            &*format!("integrator.chains={chains}"),
-            "integrator.rtol=1e-8",
-        ];
+        let set = [&*format!("integrator.chains={chains}"), "integrator.rtol=1e-8"];
         let document = run(&fast, &set, &out.join(chains));
         assert_eq!(document["reason"], "event");
         document["t_reached"].as_f64().unwrap()
@@ -287,12 +268,7 @@ fn the_error_of_the_driving_displacement_is_reported() {
     let reference = folder.path().join("reference");
     let tight = "integrator.oscillators={ rtol = 1e-9, atol = 1e-12 }";
     run(&with, &["integrator.rtol=1e-8", tight], &reference);
-    for (method, rtol) in [
-        ("bdf", 1e-4),
-        ("bdf", 1e-5),
-        ("radau9", 1e-4),
-        ("radau9", 1e-8),
-    ] {
+    for (method, rtol) in [("bdf", 1e-4), ("bdf", 1e-5), ("radau9", 1e-4), ("radau9", 1e-8)] {
         let set = [
             &*format!("integrator.method={method}"),
             &*format!("integrator.rtol={rtol:e}"),
@@ -306,17 +282,11 @@ fn the_error_of_the_driving_displacement_is_reported() {
         let [size, off] = compare(&tables[0], &tables[1], &[1, 2, 3]);
         // The errors of the oscillators' steps accumulate.
         let own = 20.0 * (1e-7 * size + 1e-10);
-        assert!(
-            off < number("position") + own,
-            "{method} {rtol}: {off:e} {found}"
-        );
+        assert!(off < number("position") + own, "{method} {rtol}: {off:e} {found}");
         // The largest position refers to the ends of steps, the size to the rows of the table.
         let ratio = number("relative") * size / number("position");
         assert!((0.9..1.1).contains(&ratio), "{ratio}");
-        let is_noted = result
-            .notes
-            .iter()
-            .any(|note| note.contains("chain `chain`"));
+        let is_noted = result.notes.iter().any(|note| note.contains("chain `chain`"));
         assert_eq!(is_noted, number("relative") > 10.0 * rtol);
         // The error of BDF is many times its tolerance.
         assert_eq!(is_noted, method == "bdf", "{method} {rtol}: {found}");

@@ -120,10 +120,9 @@ fn all_cases_are_read_before_one_is_computed() {
 #[test]
 fn loads_on_a_body_at_rest_are_rejected_without_searching_an_equilibrium() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, set) in [
-        ("alone", "title=alone"),
-        ("chains", "chain=[{ name = \"c\", oscillators = 2 }]"),
-    ] {
+    for (name, set) in
+        [("alone", "title=alone"), ("chains", "chain=[{ name = \"c\", oscillators = 2 }]")]
+    {
         let out = folder.path().join(name);
         let printed = |vary: &[&str]| refusal(&out, "init", vary, set, Cases::All);
         let sudden = printed(&["time.end=0.01", "traction[0].y=0.0,100.0"]).unwrap();

@@ -57,10 +57,7 @@ fn steps_do_not_depend_on_the_units() {
             let (found, end) = released(*system, method, damping);
             let ratio = found as f64 / steps as f64;
             let place = format!("{method} {system:?}");
-            assert!(
-                (ratio - 1.0).abs() < 0.1,
-                "{place}: {found} and {steps} steps"
-            );
+            assert!((ratio - 1.0).abs() < 0.1, "{place}: {found} and {steps} steps");
             // Rounding changes the steps, and their errors are within a few tolerances of 1e-4.
             let error = (end / deflection - 1.0).abs();
             assert!(error < 1e-3, "{place}: {end} and {deflection} m");

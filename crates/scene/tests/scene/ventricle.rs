@@ -24,13 +24,7 @@ fn run(scene: &str, t_end: &str) -> Run {
 /// Runs the beat of the fine ventricle with a tenth of its tolerances, and with order 9. Newton's iteration limits the
 /// steps here, so that tolerances alone barely increase their number (152 instead of 146 on the coarse mesh).
 fn tighter() -> Run {
-    let set = [
-        "method=radau9",
-        "rtol=1e-4",
-        "atol.u=1e-6",
-        "atol.v=1e-4",
-        "atol.p=10.0",
-    ];
+    let set = ["method=radau9", "rtol=1e-4", "atol.u=1e-6", "atol.v=1e-4", "atol.p=10.0"];
     run_with("ventricle", &set.map(|set| format!("integrator.{set}")))
 }
 
@@ -46,12 +40,7 @@ fn run_with(scene: &str, set: &[String]) -> Run {
         let rows = table.rows.iter();
         rows.map(|row| table.numbers(row).unwrap()).collect()
     };
-    let curve = |point| {
-        rows(point)
-            .iter()
-            .map(|row| [row[1], row[2], row[3]])
-            .collect()
-    };
+    let curve = |point| rows(point).iter().map(|row| [row[1], row[2], row[3]]).collect();
     Run {
         curves: POINTS.map(curve),
         cavity: rows("cavity").iter().map(|row| row[1]).collect(),
@@ -113,20 +102,12 @@ fn error(curve: &[[f64; 3]], other: &[[f64; 3]]) -> f64 {
 /// The test takes ten seconds of CPU for a body of 28 844 unknowns.
 #[test]
 fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
-    let Run {
-        document,
-        curves,
-        cavity,
-    } = run("ventricle-coarse", "0.19");
+    let Run { document, curves, cavity } = run("ventricle-coarse", "0.19");
     for (point, ours) in POINTS.iter().zip(&curves) {
         let reference = curve(&reference(), point);
         // The rtol of the scene.
         assert!(error(ours, &reference) < 1e-3, "{point}");
-        assert!(
-            distance(&ours[19], &[0.0; 3]) > 4e-3,
-            "{point}: {:?}",
-            ours[19]
-        );
+        assert!(distance(&ours[19], &[0.0; 3]) > 4e-3, "{point}: {:?}", ours[19]);
     }
     assert_eq!(document["unknowns"], 28_844);
     // An ellipsoid of semi-axes 0.09, 0.025, 0.025 m, cut at 5/17 of the first. Straight faces
@@ -146,9 +127,7 @@ fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
 #[test]
 #[ignore = "two minutes of CPU"]
 fn the_beat_is_that_of_other_programs() {
-    let Run {
-        document, curves, ..
-    } = run("ventricle-coarse", "1.0");
+    let Run { document, curves, .. } = run("ventricle-coarse", "1.0");
     assert!(document["steps"].as_u64().unwrap() <= 200);
     let codes = codes();
     // Results in mm at 0.48 s of the generalized-α method with dt = 2 ms and P2–P1 elements, followed by their mean and
@@ -182,9 +161,7 @@ fn the_beat_is_that_of_other_programs() {
 #[test]
 #[ignore = "two hours of CPU, 4 GB of memory"]
 fn the_beat_on_the_fine_mesh_is_that_of_ten_codes() {
-    let Run {
-        document, curves, ..
-    } = run("ventricle", "1.0");
+    let Run { document, curves, .. } = run("ventricle", "1.0");
     assert_eq!(document["unknowns"], 184_007);
     assert!(document["steps"].as_u64().unwrap() <= 200);
     // The second largest of the ten codes.

@@ -38,10 +38,7 @@ fn a_cube_under_pressure_has_the_volume_of_its_energy() {
             false => high = middle,
         }
     }
-    for (energy, exact) in [
-        ("quadratic", 1.0 - PRESSURE / BULK_MODULUS),
-        ("logarithmic", low),
-    ] {
+    for (energy, exact) in [("quadratic", 1.0 - PRESSURE / BULK_MODULUS), ("logarithmic", low)] {
         for formulation in ["displacement", "position"] {
             let text = compressed(formulation, energy);
             let [corner] = tables_in(&text, Path::new(""), ["corner"]);
@@ -51,16 +48,9 @@ fn a_cube_under_pressure_has_the_volume_of_its_energy() {
                 .product();
             let pressure = last(&corner, "p");
             // Newton's method leaves rounding errors.
-            assert!(
-                (volume / exact - 1.0).abs() < 1e-9,
-                "{energy} {formulation}: {volume}"
-            );
+            assert!((volume / exact - 1.0).abs() < 1e-9, "{energy} {formulation}: {volume}");
             // p is −κ g(J), and the pressure on the deformed faces its product with g'(J).
-            let slope = if energy == "logarithmic" {
-                1.0 / exact
-            } else {
-                1.0
-            };
+            let slope = if energy == "logarithmic" { 1.0 / exact } else { 1.0 };
             assert!(
                 (slope * pressure / PRESSURE - 1.0).abs() < 1e-8,
                 "{energy} {formulation}: {pressure}"
@@ -80,11 +70,7 @@ fn all_formulations_have_the_logarithmic_energy() {
              volumetric_energy = \"{energy}\"\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
              [[fixed]]\ngroup = \"bottom\"\n[[traction]]\ngroup = \"top\"\ny = {{ type = \"step\", value = -4e3, rise = 0.02 }}\n\
              [[probe]]\nname = \"corner\"\ntype = \"point\"\nat = [0.02, 0.01]\ninterval = 0.01\n[integrator]\nrtol = 1e-6\n",
-            if formulation.ends_with("rate") {
-                1e-3
-            } else {
-                0.0
-            }
+            if formulation.ends_with("rate") { 1e-3 } else { 0.0 }
         );
         let [corner] = tables_in(&text, Path::new(""), ["corner"]);
         column(&corner, "u_y")

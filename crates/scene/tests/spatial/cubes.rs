@@ -28,16 +28,10 @@ fn cube(material: &str, supports: &str, tractions: &[(&str, [f64; 3])]) -> Scene
     let text = BLOCK
         .replace("size = [2.0, 1.0, 1.0]", "size = [1.0, 1.0, 1.0]")
         .replace("bulk_modulus = 1e5", "bulk_modulus = inf")
-        .replace(
-            "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2",
-            material,
-        )
+        .replace("law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2", material)
         .replace("[[fixed]]\ngroup = \"left\"\n", supports)
         .replace("[[traction]]\ngroup = \"right\"\nz = 100.0\n", &tractions)
-        .replace(
-            "[[probe]]\nname = \"support\"\ntype = \"reaction\"\ngroup = \"left\"\n",
-            "",
-        )
+        .replace("[[probe]]\nname = \"support\"\ntype = \"reaction\"\ngroup = \"left\"\n", "")
         .replace("at = [2.0, 0.5, 0.5]", "at = [1.0, 1.0, 1.0]");
     Scene::build("scene.toml", &text, &[], Path::new("")).unwrap()
 }
@@ -91,10 +85,7 @@ fn an_incompressible_cube_is_pulled_and_pushed_along_two_axes() {
         let stress = 2.0 * (l - l.powi(-5)) * (c10 + c01 * l * l);
         let loads = [("right", [stress, 0.0, 0.0]), ("back", [0.0, stress, 0.0])];
         let (thinner, square) = (l.powi(-2), l * l);
-        let traces = [
-            2.0 * square + thinner.powi(2),
-            2.0 * thinner + square.powi(2),
-        ];
+        let traces = [2.0 * square + thinner.powi(2), 2.0 * thinner + square.powi(2)];
         let pressure = pressure_of_free_axis([c10, c01], thinner.powi(2), traces);
         let found = corner(&cube(&law, ROLLERS, &loads));
         assert_close(&found, &[l - 1.0, l - 1.0, thinner - 1.0, pressure]);
@@ -122,10 +113,7 @@ fn an_incompressible_cube_is_sheared() {
             names.iter().map(of).collect()
         };
         let pressure = pressure_of_free_axis([c10, c01], 1.0, [3.0 + k * k; 2]);
-        assert_close(
-            &found("side", &["u_x", "u_y", "u_z", "p"]),
-            &[0.5 * k, 0.0, 0.0, pressure],
-        );
+        assert_close(&found("side", &["u_x", "u_y", "u_z", "p"]), &[0.5 * k, 0.0, 0.0, pressure]);
         // On 1 m² with outward normal -e_y.
         assert_close(
             &found("plate", &["R_x", "R_y", "R_z"]),
@@ -159,11 +147,7 @@ fn an_incompressible_cube_is_pulled_along_and_across_its_fibers() {
         let (mut low, mut high) = (0.5, 2.0);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            *(if free(middle) < 0.0 {
-                &mut low
-            } else {
-                &mut high
-            }) = middle;
+            *(if free(middle) < 0.0 { &mut low } else { &mut high }) = middle;
         }
         0.5 * (low + high)
     };

@@ -16,11 +16,7 @@ const THICKNESS: f64 = 6e-3;
 /// its width.
 fn equilibrium(mesh: &Path, refine: usize, supports: &str) -> [f64; 2] {
     let name = mesh.file_name().unwrap().to_str().unwrap();
-    let at = if supports.is_empty() {
-        "[0.0, 0.0]"
-    } else {
-        "[0.0, 0.0, 2e-3]"
-    };
+    let at = if supports.is_empty() { "[0.0, 0.0]" } else { "[0.0, 0.0, 2e-3]" };
     let text = format!(
         r#"
 analysis = "static"
@@ -93,12 +89,7 @@ fn extruded(plane: &Mesh) -> String {
     for k in 1..=groups.len() {
         writeln!(text, "{k} -1 -1 -1 1 1 1 1 {k} 0").unwrap();
     }
-    write!(
-        text,
-        "$EndEntities\n$Nodes\n1 {0} 1 {0}\n3 4 0 {0}\n",
-        2 * n
-    )
-    .unwrap();
+    write!(text, "$EndEntities\n$Nodes\n1 {0} 1 {0}\n3 4 0 {0}\n", 2 * n).unwrap();
     (1..=2 * n).for_each(|number| writeln!(text, "{number}").unwrap());
     for z in [0.0, THICKNESS] {
         for [x, y] in plane.points::<2>() {
@@ -138,9 +129,6 @@ fn the_muscle_extruded_between_frictionless_planes_tends_to_plane_strain() {
     for ([coarse, fine], plane) in [0, 1].map(|i| (in_space.map(|e| e[i]), in_plane.map(|e| e[i])))
     {
         assert!(fine < 0.5 * coarse, "{in_space:?}");
-        assert!(
-            coarse < 1.2 * plane[0] && fine < 1.2 * plane[1],
-            "{in_space:?} {in_plane:?}"
-        );
+        assert!(coarse < 1.2 * plane[0] && fine < 1.2 * plane[1], "{in_space:?} {in_plane:?}");
     }
 }

@@ -51,15 +51,11 @@ fn results(scene: &Scene) -> Value {
 #[test]
 fn a_spindle_in_equilibrium_is_that_of_another_program() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/meshes");
-    for (kappa, u_z, p) in [
-        ("1e5", 1.494787223207e-3, -13.39663367314),
-        ("inf", 1.385248872204e-3, -13.44158205485),
-    ] {
+    for (kappa, u_z, p) in
+        [("1e5", 1.494787223207e-3, -13.39663367314), ("inf", 1.385248872204e-3, -13.44158205485)]
+    {
         let text = BLOCK
-            .replace(
-                "type = \"box\"",
-                "type = \"file\"\npath = \"spindle_coarse.msh\"",
-            )
+            .replace("type = \"box\"", "type = \"file\"\npath = \"spindle_coarse.msh\"")
             .replace("size = [2.0, 1.0, 1.0]\ncells = [2, 1, 1]", "")
             .replace("bulk_modulus = 1e5", &format!("bulk_modulus = {kappa}"))
             .replace("group = \"left\"", "group = \"fixed\"")
@@ -74,10 +70,7 @@ fn a_spindle_in_equilibrium_is_that_of_another_program() {
         // The supports balance the load: 100 Pa on the patch, along z only.
         let support = |name: &str| results["support"][name].as_f64().unwrap();
         let load = support("R_z").abs();
-        assert!(
-            load > 0.0 && support("R_x").abs() < 1e-8 * load,
-            "{results}"
-        );
+        assert!(load > 0.0 && support("R_x").abs() < 1e-8 * load, "{results}");
     }
 }
 
@@ -89,11 +82,7 @@ fn the_supports_of_a_block_carry_its_load() {
     // The load is 100 Pa on 1 m². The Newton iteration ends at 1e-9 of the displacement.
     assert!((support("R_z") + 100.0).abs() < 1e-6, "{results}");
     assert!(support("R_x").abs() < 1e-6 && support("R_y").abs() < 1e-6);
-    assert_eq!(
-        results["end"].as_object().unwrap().len(),
-        4,
-        "u_x, u_y, u_z, p"
-    );
+    assert_eq!(results["end"].as_object().unwrap().len(), 4, "u_x, u_y, u_z, p");
 }
 
 /// Checks that the advice about collapsing elements names the law that does not collapse.
@@ -101,10 +90,7 @@ fn the_supports_of_a_block_carry_its_load() {
 fn collapsed_guccione_elements_are_reported_with_the_remedy() {
     let text = BLOCK
         .replace("mooney-rivlin", "guccione")
-        .replace(
-            "c10 = 1e4\nc01 = 2e2",
-            "c = 2e3\nb_f = 8\nb_t = 2\nb_fs = 4\nfiber = [1, 0, 0]",
-        )
+        .replace("c10 = 1e4\nc01 = 2e2", "c = 2e3\nb_f = 8\nb_t = 2\nb_fs = 4\nfiber = [1, 0, 0]")
         .replace("z = 100.0", "z = 1e19");
     let of = |text: &str| {
         let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();

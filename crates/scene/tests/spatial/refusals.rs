@@ -24,11 +24,7 @@ fn refusal_of(text: &str, folder: &Path) -> String {
 #[test]
 fn keys_of_the_other_dimension_are_rejected() {
     for (from, to, message) in [
-        (
-            "at = [2.0, 0.5, 0.5]",
-            "at = [2.0, 0.5]",
-            "a point of the body has 3 coordinates, not 2",
-        ),
+        ("at = [2.0, 0.5, 0.5]", "at = [2.0, 0.5]", "a point of the body has 3 coordinates, not 2"),
         (
             "at = [2.0, 0.5, 0.5]",
             "at = [2.0, 0.5, 1.5]",
@@ -59,11 +55,7 @@ fn keys_of_the_other_dimension_are_rejected() {
             "c10 = 0.0",
             "the material has no stiffness: all its moduli are 0\n   where: scene.toml, line 9, column 1",
         ),
-        (
-            "z = 100.0",
-            "",
-            "no component is given\n   where: scene.toml, line 16, column 1",
-        ),
+        ("z = 100.0", "", "no component is given\n   where: scene.toml, line 16, column 1"),
     ] {
         let found = refusal(from, to);
         assert!(found.contains(message), "{to}: {found}");
@@ -80,10 +72,8 @@ fn st_venant_kirchhoff_is_for_displacements_alone() {
     let found = refusal_of(&text, Path::new(""));
     let expected = "the law st-venant-kirchhoff has a volumetric part other than -κ (J-1)";
     assert!(found.starts_with(expected), "{found}");
-    let text = text.replace(
-        "bulk_modulus = 1e5",
-        "bulk_modulus = 1e5\nformulation = \"displacement\"",
-    );
+    let text =
+        text.replace("bulk_modulus = 1e5", "bulk_modulus = 1e5\nformulation = \"displacement\"");
     assert_eq!(refusal_of(&text, Path::new("")), "accepted");
 }
 
@@ -123,14 +113,8 @@ fn a_table_is_refused_with_the_number_of_its_row() {
     let load = "z = { type = \"table\", file = \"load.csv\", column = \"force\" }";
     let text = BLOCK.replace("z = 100.0", load);
     for (rows, message) in [
-        (
-            "0,1\n0.5,nan\n1,2\n",
-            "row 2 after the header needs a finite time and a finite value",
-        ),
-        (
-            "0,1\n0.5,2\n0.5,3\n",
-            "row 3 after the header is not later than the previous row",
-        ),
+        ("0,1\n0.5,nan\n1,2\n", "row 2 after the header needs a finite time and a finite value"),
+        ("0,1\n0.5,2\n0.5,3\n", "row 3 after the header is not later than the previous row"),
     ] {
         std::fs::write(folder.path().join("load.csv"), format!("t,force\n{rows}")).unwrap();
         let found = refusal_of(&text, folder.path());
@@ -149,20 +133,11 @@ fn directions_of_fibers_are_asked_for_and_checked() {
     for (directions, message) in [
         ("", "the law guccione needs the direction of its fibers"),
         ("fiber = [0, 0, 0]", "a direction cannot be zero"),
-        (
-            "fiber = [1, 0]",
-            "a direction in space has three components",
-        ),
+        ("fiber = [1, 0]", "a direction in space has three components"),
         ("fiber = \"f0\"", "the mesh has no nodal field `f0`"),
         ("sheet = [0, 1, 0]", "needs the direction of its fibers"),
-        (
-            "fiber = [1, 0, 0]\nsheet = [-2, 0, 0]",
-            "the sheets are parallel to the fibers",
-        ),
-        (
-            "fiber = [1, 0, 0]\nsheet = \"s0\"",
-            "`fiber` and `sheet` are of different kinds",
-        ),
+        ("fiber = [1, 0, 0]\nsheet = [-2, 0, 0]", "the sheets are parallel to the fibers"),
+        ("fiber = [1, 0, 0]\nsheet = \"s0\"", "`fiber` and `sheet` are of different kinds"),
     ] {
         let found = guccione(directions);
         assert!(found.contains(message), "{directions}: {found}");
@@ -210,21 +185,9 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
     assert_eq!(found("", ""), "accepted");
     for (line, to, message) in [
         // The field lacks a node, is zero at a node, or has another number of components.
-        (
-            "3\n5\n1 1 0 0\n",
-            "3\n4\n",
-            "`f0` is missing or no number at the vertex [0.0, 0.0, 0.0]",
-        ),
-        (
-            "4 1 0 0\n",
-            "4 0 0 0\n",
-            "`f0` is zero at the vertex [0.0, 0.0, 1.0]",
-        ),
-        (
-            "4 1 0 0\n",
-            "4 nan 0 0\n",
-            "no number at the vertex [0.0, 0.0, 1.0]",
-        ),
+        ("3\n5\n1 1 0 0\n", "3\n4\n", "`f0` is missing or no number at the vertex [0.0, 0.0, 0.0]"),
+        ("4 1 0 0\n", "4 0 0 0\n", "`f0` is zero at the vertex [0.0, 0.0, 1.0]"),
+        ("4 1 0 0\n", "4 nan 0 0\n", "no number at the vertex [0.0, 0.0, 1.0]"),
         ("\"f0\"", "\"f1\"", "the mesh has no nodal field `f0`"),
         // A triangle other than the faces of tetrahedra.
         ("1 1 2 3\n", "1 1 2 5\n", "is not a face of any tetrahedron"),
@@ -271,15 +234,8 @@ fn inverted_tetrahedra_are_turned_with_a_note() {
         .replace("size = [2.0, 1.0, 1.0]\ncells = [2, 1, 1]", "")
         .replace("group = \"right\"", "group = \"left\"")
         .replace("at = [2.0, 0.5, 0.5]", "at = [0.1, 0.1, 0.1]");
-    fs::write(
-        folder.path().join("own.msh"),
-        mesh_file("2 1 2 3 4\n", "2 2 1 3 4\n"),
-    )
-    .unwrap();
+    fs::write(folder.path().join("own.msh"), mesh_file("2 1 2 3 4\n", "2 2 1 3 4\n")).unwrap();
     let scene = Scene::build("scene.toml", &text, &[], folder.path()).unwrap();
     let notes = scene.notes();
-    assert!(
-        notes.iter().any(|note| note.contains("reoriented")),
-        "{notes:?}"
-    );
+    assert!(notes.iter().any(|note| note.contains("reoriented")), "{notes:?}");
 }

@@ -31,12 +31,7 @@ pub struct Factors<T: Scalar> {
 impl<T: Scalar> Factors<T> {
     /// Creates an empty set of factors for matrices with the analyzed pattern.
     pub fn new(symbolic: Symbolic) -> Self {
-        Self {
-            symbolic,
-            numeric: None,
-            current: false,
-            choices: 0,
-        }
+        Self { symbolic, numeric: None, current: false, choices: 0 }
     }
 
     /// Number of pivot choices that later matrices keep.

@@ -37,11 +37,7 @@ impl<T: Scalar> Numeric<T> {
         check_values(symbolic, values)?;
         let raw = RawNumeric::factor(Arc::clone(&symbolic.raw), values)
             .map_err(|failure| error::from_failure(symbolic.n(), failure))?;
-        Ok(Self {
-            symbolic: symbolic.clone(),
-            raw,
-            usable: true,
-        })
+        Ok(Self { symbolic: symbolic.clone(), raw, usable: true })
     }
 
     /// Recomputes the factors for new `values`, keeping the pivots chosen by [`factor`](Numeric::factor). Check
@@ -81,11 +77,7 @@ impl<T: Scalar> Numeric<T> {
         let n = self.symbolic.n();
         if !rhs.len().is_multiple_of(n) {
             let what = "right-hand sides (a multiple of the order)";
-            return Err(SparseError::WrongLength {
-                what,
-                expected: n,
-                got: rhs.len(),
-            });
+            return Err(SparseError::WrongLength { what, expected: n, got: rhs.len() });
         }
         self.usable()?;
         self.checked(self.raw.solve(rhs, transposed))
@@ -117,11 +109,7 @@ impl<T: Scalar> Numeric<T> {
     }
 
     fn usable(&self) -> Result<(), SparseError> {
-        if self.usable {
-            Ok(())
-        } else {
-            Err(SparseError::NoFactors)
-        }
+        if self.usable { Ok(()) } else { Err(SparseError::NoFactors) }
     }
 
     fn checked<R>(&self, result: Result<R, Failure>) -> Result<R, SparseError> {

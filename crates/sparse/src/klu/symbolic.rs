@@ -45,9 +45,6 @@ impl Symbolic {
 
 impl std::fmt::Debug for Symbolic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Symbolic")
-            .field("n", &self.n())
-            .field("nnz", &self.nnz())
-            .finish()
+        f.debug_struct("Symbolic").field("n", &self.n()).field("nnz", &self.nnz()).finish()
     }
 }

@@ -19,10 +19,8 @@ impl Graph {
     pub(crate) fn new(neighbors: &AdjacencyList, is_constraint: &[bool]) -> Self {
         let node_of = nodes(neighbors, is_constraint);
         let n = node_of.iter().max().map_or(0, |&last| last as usize + 1);
-        let members = AdjacencyList::group(
-            n,
-            node_of.iter().zip(0..).map(|(&node, k)| (node as usize, k)),
-        );
+        let members =
+            AdjacencyList::group(n, node_of.iter().zip(0..).map(|(&node, k)| (node as usize, k)));
         let mut seen = vec![u32::MAX; n];
         let mut between = AdjacencyList::with_capacity(n);
         for node in 0..n as u32 {
@@ -34,11 +32,7 @@ impl Graph {
             );
         }
         let constrains = (0..n).map(|node| is_constraint[members.lane(node)[0] as usize]);
-        Self {
-            constrains: constrains.collect(),
-            neighbors: between,
-            members,
-        }
+        Self { constrains: constrains.collect(), neighbors: between, members }
     }
 
     /// Creates a graph with one node for each unknown and no constraints.
@@ -64,11 +58,7 @@ impl Graph {
 
     /// Returns the neighbors of `node` except constraints.
     pub(crate) fn constrained(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
-        let lane = self
-            .neighbors
-            .lane(node)
-            .iter()
-            .map(|&other| other as usize);
+        let lane = self.neighbors.lane(node).iter().map(|&other| other as usize);
         lane.filter(|&other| !self.constrains[other])
     }
 }

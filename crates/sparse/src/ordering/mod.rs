@@ -102,9 +102,7 @@ impl ConstraintMerge {
         #[cfg(feature = "metis")]
         let weight = |k| {
             let members = members.lane(k).iter();
-            members
-                .map(|&node| graph.weight(node as usize) as i32)
-                .sum()
+            members.map(|&node| graph.weight(node as usize) as i32).sum()
         };
         Self {
             #[cfg(feature = "metis")]
@@ -167,11 +165,7 @@ fn representative(graph: &Graph, node: usize) -> usize {
         }
     };
     let vertex = own.iter().copied().find(acts_on_the_same);
-    let fewest = || {
-        own.iter()
-            .copied()
-            .min_by_key(|&k| graph.neighbors.lane(k).len())
-    };
+    let fewest = || own.iter().copied().min_by_key(|&k| graph.neighbors.lane(k).len());
     vertex.or_else(fewest).unwrap_or(node)
 }
 

@@ -30,8 +30,7 @@ impl Tree {
         }
         let earlier = |k: usize| {
             let lane = graph.neighbors.lane(order[k] as usize).iter();
-            lane.map(|&node| place[node as usize])
-                .filter(move |&i| (i as usize) < k)
+            lane.map(|&node| place[node as usize]).filter(move |&i| (i as usize) < k)
         };
         let parents = parents(n, earlier);
         let widths: Vec<usize> = order.iter().map(|&k| graph.weight(k as usize)).collect();
@@ -48,12 +47,7 @@ impl Tree {
                 }
             }
         }
-        Self {
-            order,
-            parents,
-            widths,
-            below,
-        }
+        Self { order, parents, widths, below }
     }
 
     /// Multiplications of an LU factorization without explicit zeros. A float, since poor orders of large graphs exceed

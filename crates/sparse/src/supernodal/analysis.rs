@@ -145,11 +145,7 @@ impl Analysis {
             .collect();
         connect(&mut supernodes);
         enter(pattern, kind, &order, &mut supernodes);
-        Self {
-            kind,
-            order,
-            supernodes,
-        }
+        Self { kind, order, supernodes }
     }
 
     /// Order of the matrix.
@@ -159,9 +155,7 @@ impl Analysis {
 
     /// Returns the number of entries of L and U, or of L and D, including explicit zeros.
     pub fn n_entries(&self) -> usize {
-        self.supernodes
-            .last()
-            .map_or(0, |node| node.start + node.n_entries(self.kind))
+        self.supernodes.last().map_or(0, |node| node.start + node.n_entries(self.kind))
     }
 
     /// Returns the number of columns, and of rows below them, of each supernode.
@@ -172,11 +166,7 @@ impl Analysis {
 
     /// Returns the order of the largest front.
     pub(super) fn largest_front(&self) -> usize {
-        self.supernodes
-            .iter()
-            .map(Supernode::size)
-            .max()
-            .unwrap_or(0)
+        self.supernodes.iter().map(Supernode::size).max().unwrap_or(0)
     }
 
     /// Returns the number of multiplications of one factorization.
@@ -192,9 +182,7 @@ impl Analysis {
             size_of::<Supernode>()
                 + size_of_val(&node.shape.rows[..])
                 + size_of_val(&node.entries[..])
-                + children
-                    .map(|child| size_of::<Child>() + child.n_bytes())
-                    .sum::<usize>()
+                + children.map(|child| size_of::<Child>() + child.n_bytes()).sum::<usize>()
         };
         size_of_val(&self.order[..]) + self.supernodes.iter().map(of_node).sum::<usize>()
     }
@@ -242,10 +230,7 @@ fn connect(supernodes: &mut [Supernode]) {
 /// Computes the positions of the matrix entries in the factors. For a symmetric matrix, only entries on and below the
 /// diagonal are used.
 fn enter(pattern: &SparsityPattern, kind: Kind, order: &[u32], supernodes: &mut [Supernode]) {
-    assert!(
-        u32::try_from(pattern.nnz()).is_ok(),
-        "fewer than 2^32 entries"
-    );
+    assert!(u32::try_from(pattern.nnz()).is_ok(), "fewer than 2^32 entries");
     let mut place = vec![0; order.len()];
     for (k, &original) in order.iter().enumerate() {
         place[original as usize] = k;
@@ -259,11 +244,8 @@ fn enter(pattern: &SparsityPattern, kind: Kind, order: &[u32], supernodes: &mut 
         let node = &mut supernodes[owner[row.min(column)] as usize];
         let (row, column) = (local(&node.shape, row), local(&node.shape, column));
         let (m, k) = (node.size(), node.n_columns());
-        let position = if column < k {
-            column * m + row
-        } else {
-            m * k + row * node.n_rows() + (column - k)
-        };
+        let position =
+            if column < k { column * m + row } else { m * k + row * node.n_rows() + (column - k) };
         node.entries.push((index as u32, position as u32));
     }
 }

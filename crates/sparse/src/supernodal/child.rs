@@ -148,11 +148,7 @@ fn runs(places: &[u32], first: usize, origin: usize) -> Vec<Run> {
         let to = place - origin as u32;
         match runs.last_mut() {
             Some(run) if run.to + run.len == to => run.len += 1,
-            _ => runs.push(Run {
-                from: i,
-                to,
-                len: 1,
-            }),
+            _ => runs.push(Run { from: i, to, len: 1 }),
         }
     }
     runs
@@ -182,10 +178,7 @@ fn add_runs_below<T: Number>(
         let (from, to, len) = (run.from as usize, run.to as usize, run.len as usize);
         let skipped = first.saturating_sub(from);
         let (from, to, len) = (from + skipped - row, to + skipped - above, len - skipped);
-        for (target, &update) in target[to..to + len]
-            .iter_mut()
-            .zip(&update[from..from + len])
-        {
+        for (target, &update) in target[to..to + len].iter_mut().zip(&update[from..from + len]) {
             *target += update;
         }
     }

@@ -58,14 +58,12 @@ impl<T: Number> Supernodal<T> {
 
     /// Allocates factors for `threads`. The factors do not depend on the number of threads.
     pub fn in_threads(analysis: Arc<Analysis>, threads: Option<Arc<ThreadPool>>) -> Self {
-        let n_threads = threads
-            .as_ref()
-            .map_or(1, |pool| pool.current_num_threads());
+        let n_threads = threads.as_ref().map_or(1, |pool| pool.current_num_threads());
         let schedule = Schedule::new(&analysis, n_threads);
-        let stacks = schedule.stacks.iter().map(|size| Stacks {
-            sides: size.heights.map(zeros),
-            upper: zeros(size.upper),
-        });
+        let stacks = schedule
+            .stacks
+            .iter()
+            .map(|size| Stacks { sides: size.heights.map(zeros), upper: zeros(size.upper) });
         Self {
             factors: zeros(analysis.n_entries()),
             stacks: stacks.collect(),
@@ -89,22 +87,13 @@ impl<T: Number> Supernodal<T> {
     }
 
     fn factor_subtrees(&mut self, values: &[T]) -> Result<(), SparseError> {
-        let Self {
-            analysis,
-            schedule,
-            factors,
-            stacks,
-            arch,
-            ..
-        } = self;
+        let Self { analysis, schedule, factors, stacks, arch, .. } = self;
         let (mut rest, mut done) = (&mut factors[..], 0);
         let mut tasks = Vec::with_capacity(schedule.subtrees.len());
         for (subtree, stacks) in schedule.subtrees.iter().zip(stacks) {
             let nodes = &analysis.supernodes[subtree.nodes.clone()];
             let start = nodes[0].start;
-            let end = nodes
-                .last()
-                .map_or(start, |last| last.start + last.n_entries(analysis.kind));
+            let end = nodes.last().map_or(start, |last| last.start + last.n_entries(analysis.kind));
             let (_, from_start) = rest.split_at_mut(start - done);
             let (own, beyond) = from_start.split_at_mut(end - start);
             (rest, done) = (beyond, end);
@@ -112,23 +101,20 @@ impl<T: Number> Supernodal<T> {
         }
         // Start with the largest subtrees, so that all threads finish at nearly the same time.
         tasks.sort_by(|(a, ..), (b, ..)| b.work.total_cmp(&a.work));
-        tasks
-            .into_iter()
-            .par_bridge()
-            .try_for_each(|(subtree, start, factors, stacks)| {
-                arch.dispatch(Eliminate {
-                    analysis,
-                    schedule,
-                    nodes: &mut subtree.nodes.clone(),
-                    values,
-                    factors,
-                    start,
-                    stacks,
-                    subtrees: &[],
-                    in_threads: false,
-                    arch: *arch,
-                })
+        tasks.into_iter().par_bridge().try_for_each(|(subtree, start, factors, stacks)| {
+            arch.dispatch(Eliminate {
+                analysis,
+                schedule,
+                nodes: &mut subtree.nodes.clone(),
+                values,
+                factors,
+                start,
+                stacks,
+                subtrees: &[],
+                in_threads: false,
+                arch: *arch,
             })
+        })
     }
 
     fn factor_rest(&mut self, values: &[T], in_threads: bool) -> Result<(), SparseError> {
@@ -181,20 +167,9 @@ impl<T: Number> WithSimd for Eliminate<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        let Self {
-            analysis,
-            schedule,
-            values,
-            factors,
-            start,
-            subtrees,
-            ..
-        } = self;
+        let Self { analysis, schedule, values, factors, start, subtrees, .. } = self;
         let (kind, places) = (analysis.kind, &schedule.places);
-        let Stacks {
-            sides: [even, odd],
-            upper: scaled,
-        } = self.stacks;
+        let Stacks { sides: [even, odd], upper: scaled } = self.stacks;
         for k in self.nodes {
             let node = &analysis.supernodes[k];
             let (own, others) = match node.is_odd {
@@ -258,32 +233,15 @@ impl<T: Number> FrontTask<'_, T> {
     /// is zero or not finite.
     #[inline(always)]
     fn eliminate<'c>(self, values: &[T], of_child: impl Fn(&Child) -> &'c [T] + Sync) -> bool {
-        let Self {
-            node,
-            kind,
-            block,
-            update,
-            scaled,
-            ..
-        } = self;
+        let Self { node, kind, block, update, scaled, .. } = self;
         let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
         let is_symmetric = kind == Kind::Symmetric;
         let layout = node.layout(kind);
         if m >= LARGE[0] && k >= LARGE[1] {
             let (in_threads, arch) = (self.in_threads, self.arch);
-            let front = Front {
-                m,
-                k,
-                kind,
-                in_threads,
-                arch,
-            };
+            let front = Front { m, k, kind, in_threads, arch };
             let (panel, upper) = front.assemble(node, block, values, &of_child);
-            let upper = if is_symmetric {
-                &mut scaled[..r * k]
-            } else {
-                upper
-            };
+            let upper = if is_symmetric { &mut scaled[..r * k] } else { upper };
             return front.eliminate_all(panel, upper, update, &|start, chunk: &mut [T]| {
                 for child in &node.children {
                     child.add_to_update(of_child(child), chunk, start, layout, k);
@@ -302,11 +260,7 @@ impl<T: Number> FrontTask<'_, T> {
                 child.add_to_rows(of_child, upper, 0, [r, k]);
             }
         }
-        let upper = if is_symmetric {
-            &mut scaled[..r * k]
-        } else {
-            upper
-        };
+        let upper = if is_symmetric { &mut scaled[..r * k] } else { upper };
         if is_symmetric {
             mirror(panel, m, 0);
         }

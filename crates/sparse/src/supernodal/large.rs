@@ -108,9 +108,7 @@ impl Front {
             return false;
         }
         let middle = first + half;
-        self.chunks(right, m, |start, chunk| {
-            self.eliminate(left, first, chunk, middle + start)
-        });
+        self.chunks(right, m, |start, chunk| self.eliminate(left, first, chunk, middle + start));
         self.factor(right, middle)
     }
 
@@ -123,11 +121,7 @@ impl Front {
             own.copy_from_slice(&column[first..][..width]);
         }
         let is_symmetric = self.kind == Kind::Symmetric;
-        if !self.arch.dispatch(Square {
-            pivots,
-            width,
-            is_symmetric,
-        }) {
+        if !self.arch.dispatch(Square { pivots, width, is_symmetric }) {
             return false;
         }
         for (own, column) in pivots.chunks_exact(width).zip(panel.chunks_exact_mut(m)) {
@@ -198,10 +192,7 @@ impl Front {
         add: impl Fn(usize, &mut [T]) + Sync,
     ) {
         let (m, k) = (self.m, self.k);
-        let layout = Layout {
-            r: m - k,
-            kind: self.kind,
-        };
+        let layout = Layout { r: m - k, kind: self.kind };
         let r = layout.r;
         let lower = MatRef::from_column_major_slice(panel, m, k).get(k.., ..);
         let upper = MatRef::from_column_major_slice(upper, r, k);
@@ -358,9 +349,7 @@ impl<T: Number> WithSimd for Below<'_, T> {
         let width = self.rows.ncols();
         let columns = self.rows.col_iter_mut().map(|column| {
             let column = column.try_as_col_major_mut();
-            column
-                .expect("fronts are kept column by column")
-                .as_slice_mut()
+            column.expect("fronts are kept column by column").as_slice_mut()
         });
         let mut columns: Vec<&mut [T]> = columns.collect();
         for (j, pivots) in self.pivots.chunks_exact(width).enumerate() {

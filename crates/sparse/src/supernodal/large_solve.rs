@@ -69,10 +69,7 @@ impl<T: Number> LargeFront<'_, T> {
     #[inline(never)]
     pub(super) fn upper<R: Row<T>>(&self, y: &mut [R], upper: &[T], x: &[R]) {
         if !x.is_empty() {
-            let right = Self {
-                m: x.len(),
-                ..*self
-            };
+            let right = Self { m: x.len(), ..*self };
             self.share(y, COLUMNS, |before, y| {
                 right.run(Step::Columns, y, &upper[before * x.len()..], 0, x);
             });
@@ -101,14 +98,7 @@ impl<T: Number> LargeFront<'_, T> {
 
     fn run<R: Row<T>>(&self, step: Step, y: &mut [R], panel: &[T], first: usize, x: &[R]) {
         let m = self.m;
-        self.arch.dispatch(Run {
-            step,
-            y,
-            panel,
-            m,
-            first,
-            x,
-        });
+        self.arch.dispatch(Run { step, y, panel, m, first, x });
     }
 }
 
@@ -142,14 +132,7 @@ impl<T: Number, R: Row<T>> WithSimd for Run<'_, T, R> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self {
-            step,
-            y,
-            panel,
-            m,
-            first,
-            x,
-        } = self;
+        let Self { step, y, panel, m, first, x } = self;
         match step {
             Step::Lower => solve_lower(y, panel, m, first),
             Step::Transposed => solve_transposed(y, panel, m),
@@ -183,12 +166,7 @@ mod tests {
     /// Returns the three solves of a front, first in blocks and then with the kernels for small fronts.
     fn solve<R: Row<f64>>(y: &[R], in_threads: bool) -> [[Vec<R>; 3]; 2] {
         let (panel, upper) = (front().0, front().0);
-        let shared = LargeFront {
-            panel: &panel,
-            m: M,
-            in_threads,
-            arch: Arch::new(),
-        };
+        let shared = LargeFront { panel: &panel, m: M, in_threads, arch: Arch::new() };
         let [mut lower, mut transposed, mut pivots] = [y.to_vec(), y.to_vec(), y[..K].to_vec()];
         shared.lower(&mut lower);
         shared.lower_transposed(&mut transposed);

@@ -61,20 +61,14 @@ impl<'a, T: Number> NarrowFront<'a, T> {
         let [first, second] = self.inverses();
         let x = &mut x[self.first..][..N];
         x[1] = x[1].times(second).plus(sums[1]);
-        x[0] = x[0]
-            .times(first)
-            .plus(sums[0])
-            .minus_product(self.panel[1], x[1]);
+        x[0] = x[0].times(first).plus(sums[0]).minus_product(self.panel[1], x[1]);
     }
 
     /// Computes x ← U⁻¹ x for its unknowns. `upper` holds the rows of U to the right of the pivots, one after the
     /// other.
     #[inline(always)]
     pub(super) fn upper<R: Row<T>>(&self, x: &mut [R], upper: &[T]) {
-        let sums = self.gather_all(
-            x,
-            take_columns(upper, self.rows.len(), 0, 0..self.rows.len()),
-        );
+        let sums = self.gather_all(x, take_columns(upper, self.rows.len(), 0, 0..self.rows.len()));
         let [first, second] = self.inverses();
         let x = &mut x[self.first..][..N];
         x[1] = x[1].plus(sums[1]).times(second);
@@ -162,9 +156,6 @@ impl<'a, T: Number> NarrowFront<'a, T> {
         let rows = *start..*start + L;
         *start = rows.end;
         let [first, second] = columns;
-        (
-            &self.rows[rows.clone()],
-            [&first[rows.clone()], &second[rows]],
-        )
+        (&self.rows[rows.clone()], [&first[rows.clone()], &second[rows]])
     }
 }

@@ -52,11 +52,7 @@ impl Part {
         let width = self.width + child.width;
         let entries = width * (width - 1) / 2 + width * self.below;
         let zeros = self.zeros + child.zeros + self.zeros_from(child);
-        let allowed = if width < WIDE {
-            ZEROS_ALLOWED
-        } else {
-            ZEROS_ALLOWED_WIDE
-        };
+        let allowed = if width < WIDE { ZEROS_ALLOWED } else { ZEROS_ALLOWED_WIDE };
         zeros as f64 <= allowed * entries as f64
     }
 }

@@ -61,9 +61,8 @@ impl Schedule {
         for (s, subtree) in subtrees.iter().enumerate() {
             owner[subtree.nodes.clone()].fill(s);
         }
-        let rest: Vec<u32> = (0..n as u32)
-            .filter(|&k| owner[k as usize] == subtrees.len())
-            .collect();
+        let rest: Vec<u32> =
+            (0..n as u32).filter(|&k| owner[k as usize] == subtrees.len()).collect();
         let mut places = vec![Place::default(); n];
         let mut tops = vec![[0; 2]; subtrees.len() + 1];
         let mut sizes = vec![StackSizes::default(); tops.len()];
@@ -76,10 +75,7 @@ impl Schedule {
             let node = &analysis.supernodes[k];
             let (stacks, side) = (owner[k], usize::from(node.is_odd));
             let top = &mut tops[stacks][side];
-            places[k] = Place {
-                stacks,
-                offset: *top,
-            };
+            places[k] = Place { stacks, offset: *top };
             *top += node.layout(analysis.kind).n_entries();
             let size = &mut sizes[stacks];
             size.heights[side] = size.heights[side].max(*top);
@@ -91,20 +87,13 @@ impl Schedule {
                     child.layout(analysis.kind).n_entries();
             }
         }
-        Self {
-            subtrees,
-            rest,
-            places,
-            stacks: sizes,
-        }
+        Self { subtrees, rest, places, stacks: sizes }
     }
 
     /// Returns the number of entries of all stacks.
     pub(super) fn n_entries(&self) -> usize {
         let stacks = self.stacks.iter();
-        stacks
-            .map(|size| size.heights[0] + size.heights[1] + size.upper)
-            .sum()
+        stacks.map(|size| size.heights[0] + size.heights[1] + size.upper).sum()
     }
 }
 
@@ -126,17 +115,9 @@ fn subtrees(analysis: &Analysis, n_threads: usize) -> Vec<Subtree> {
     let mut found = Vec::new();
     while let Some(k) = pending.pop() {
         if work[k] <= PART_OF_SHARE * share {
-            found.push(Subtree {
-                nodes: first[k]..k + 1,
-                work: work[k],
-            });
+            found.push(Subtree { nodes: first[k]..k + 1, work: work[k] });
         } else {
-            pending.extend(
-                supernodes[k]
-                    .children
-                    .iter()
-                    .map(|child| child.node as usize),
-            );
+            pending.extend(supernodes[k].children.iter().map(|child| child.node as usize));
         }
     }
     found.sort_unstable_by_key(|subtree| subtree.nodes.start);

@@ -42,10 +42,7 @@ impl<T: Number> Supernodal<T> {
                 in_threads,
                 arch: this.arch,
             };
-            let block = ColumnBlock {
-                n_columns: 1,
-                first: 0,
-            };
+            let block = ColumnBlock { n_columns: 1, first: 0 };
             let one = &mut this.workspaces.one;
             this.arch.dispatch(Solve::new(task, one, rhs, block));
         });
@@ -68,13 +65,7 @@ impl<T: Number> Supernodal<T> {
 
     /// Runs the solve in this thread, or in the threads of its pool.
     fn run_here(&mut self, rhs: &mut [T], n_columns: usize, is_transposed: bool, in_threads: bool) {
-        let Self {
-            analysis,
-            factors,
-            workspaces,
-            arch,
-            ..
-        } = self;
+        let Self { analysis, factors, workspaces, arch, .. } = self;
         // One solve with eight real columns takes longer than two with four.
         let most = match T::IS_REAL {
             true => 4,
@@ -83,13 +74,7 @@ impl<T: Number> Supernodal<T> {
         let mut first = 0;
         while first < n_columns {
             let block = ColumnBlock { n_columns, first };
-            let task = Task {
-                analysis,
-                factors,
-                is_transposed,
-                in_threads,
-                arch: *arch,
-            };
+            let task = Task { analysis, factors, is_transposed, in_threads, arch: *arch };
             first += match most.min(n_columns - first) {
                 1 => arch.dispatch(Solve::new(task, &mut workspaces.one, rhs, block)),
                 2 | 3 => arch.dispatch(Solve::new(task, &mut workspaces.two, rhs, block)),
@@ -122,12 +107,7 @@ impl<'a, T> Task<'a, T> {
     /// Returns the large front with these columns.
     #[inline(always)]
     fn shared(&self, panel: &'a [T], m: usize) -> LargeFront<'a, T> {
-        LargeFront {
-            panel,
-            m,
-            in_threads: self.in_threads,
-            arch: self.arch,
-        }
+        LargeFront { panel, m, in_threads: self.in_threads, arch: self.arch }
     }
 }
 
@@ -148,13 +128,7 @@ impl<'a, T: Number, R: Row<T>> Solve<'a, T, R> {
         block: ColumnBlock,
     ) -> Self {
         workspace.fit::<T>(task.analysis);
-        Self {
-            task,
-            x: &mut workspace.x,
-            gathered: &mut workspace.gathered,
-            rhs,
-            block,
-        }
+        Self { task, x: &mut workspace.x, gathered: &mut workspace.gathered, rhs, block }
     }
 }
 
@@ -165,11 +139,7 @@ impl<T: Number, R: Row<T>> WithSimd for Solve<'_, T, R> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, _: S) -> usize {
         let ColumnBlock { n_columns, first } = self.block;
-        let Task {
-            analysis,
-            is_transposed,
-            ..
-        } = self.task;
+        let Task { analysis, is_transposed, .. } = self.task;
         let row = |original: u32| {
             let start = original as usize * n_columns;
             start + first..start + n_columns
@@ -202,12 +172,8 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
     /// Computes x ← L⁻¹ x.
     #[inline(always)]
     fn forward(&mut self) {
-        let Self {
-            task, x, gathered, ..
-        } = self;
-        let Task {
-            analysis, factors, ..
-        } = *task;
+        let Self { task, x, gathered, .. } = self;
+        let Task { analysis, factors, .. } = *task;
         for node in &analysis.supernodes {
             let (m, k) = (node.size(), node.n_columns());
             if let Some(narrow) = NarrowFront::of::<R>(node, factors) {
@@ -233,12 +199,8 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
     /// Computes x ← U⁻¹ x.
     #[inline(always)]
     fn backward(&mut self) {
-        let Self {
-            task, x, gathered, ..
-        } = self;
-        let Task {
-            analysis, factors, ..
-        } = *task;
+        let Self { task, x, gathered, .. } = self;
+        let Task { analysis, factors, .. } = *task;
         for node in analysis.supernodes.iter().rev() {
             let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
             let (panel, upper) = factors[node.start..][..k * (m + r)].split_at(m * k);
@@ -268,9 +230,7 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
     #[inline(always)]
     fn forward_transposed(&mut self) {
         let Self { task, x, .. } = self;
-        let Task {
-            analysis, factors, ..
-        } = *task;
+        let Task { analysis, factors, .. } = *task;
         for node in &analysis.supernodes {
             let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
             let (panel, upper) = factors[node.start..][..k * (m + r)].split_at(m * k);
@@ -291,12 +251,8 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
     /// Computes x ← (Lᵀ)⁻¹ x, or x ← (D Lᵀ)⁻¹ x.
     #[inline(always)]
     fn backward_transposed<const WITH_PIVOTS: bool>(&mut self) {
-        let Self {
-            task, x, gathered, ..
-        } = self;
-        let Task {
-            analysis, factors, ..
-        } = *task;
+        let Self { task, x, gathered, .. } = self;
+        let Task { analysis, factors, .. } = *task;
         for node in analysis.supernodes.iter().rev() {
             let (m, k) = (node.size(), node.n_columns());
             if let Some(narrow) = NarrowFront::of::<R>(node, factors).filter(|_| WITH_PIVOTS) {

@@ -33,9 +33,7 @@ fn in_order(p: &SparsityPattern, kind: Kind, order: &[usize]) -> Arc<Analysis> {
 /// Returns the pattern of the nine-point stencil on a square with `side` points per side.
 fn stencil(side: usize) -> SparsityPattern {
     let near = |a: usize, b: usize| a.abs_diff(b) <= 1;
-    pattern(side * side, |c, r| {
-        near(c / side, r / side) && near(c % side, r % side)
-    })
+    pattern(side * side, |c, r| near(c / side, r / side) && near(c % side, r % side))
 }
 
 fn largest_residual<T: Scalar>(p: &SparsityPattern, values: &[T], b: &[T], x: &[T]) -> f64 {
@@ -66,9 +64,7 @@ fn largest<T: Scalar>(
 
 fn dominant<T: Scalar>(p: &SparsityPattern, mut draw: impl FnMut() -> T) -> Vec<T> {
     let diagonal = T::one() * 12.0;
-    p.entries()
-        .map(|(c, r)| draw() + if c == r { diagonal } else { T::zero() })
-        .collect()
+    p.entries().map(|(c, r)| draw() + if c == r { diagonal } else { T::zero() }).collect()
 }
 
 /// Rows of nine entries of magnitude 1 and a diagonal of 12: solutions of magnitude 1, with a few rounding errors for each
@@ -150,11 +146,7 @@ fn a_poor_pivot_is_detected_by_the_solution_and_leads_to_pivoting() {
     // [ε' 1; 1 1] without pivoting loses all digits of the first unknown for ε' far below ε.
     let p = pattern(2, |_, _| true);
     let mut work = LinearWork::default();
-    let options = SparseOptions {
-        btf: false,
-        pivot_tolerance: 1.0,
-        ..SparseOptions::default()
-    };
+    let options = SparseOptions { btf: false, pivot_tolerance: 1.0, ..SparseOptions::default() };
     let mut system = system(&p, options);
     system.values_mut().copy_from_slice(&[1e-40, 1.0, 1.0, 1.0]);
     system.renew(&mut work).unwrap();
@@ -176,10 +168,8 @@ fn saddle(side: usize, delta: Option<f64>, rng: &mut StdRng) -> Saddle {
     let n_points = side.pow(3);
     let at = |k: usize| [k % side, k / side % side, k / side / side];
     let with_pressure = |k: &usize| at(*k).iter().all(|i| i % 2 == 0);
-    let owners: Vec<usize> = (0..3 * n_points)
-        .map(|k| k / 3)
-        .chain((0..n_points).filter(with_pressure))
-        .collect();
+    let owners: Vec<usize> =
+        (0..3 * n_points).map(|k| k / 3).chain((0..n_points).filter(with_pressure)).collect();
     let n_q = 3 * n_points;
     let near = |a: usize, b: usize| {
         let (a, b) = (at(owners[a]), at(owners[b]));
@@ -194,23 +184,14 @@ fn saddle(side: usize, delta: Option<f64>, rng: &mut StdRng) -> Saddle {
         (true, true) => -delta.unwrap(),
         // 27 points with three components: the diagonal dominates the rows of K.
         (true, false) => 100.0,
-        _ => *drawn
-            .entry((c.min(r), c.max(r)))
-            .or_insert_with(|| rng.random_range(-1.0..1.0)),
+        _ => *drawn.entry((c.min(r), c.max(r))).or_insert_with(|| rng.random_range(-1.0..1.0)),
     });
-    Saddle {
-        values: values.collect(),
-        pressures: n_q..owners.len(),
-        pattern,
-    }
+    Saddle { values: values.collect(), pressures: n_q..owners.len(), pattern }
 }
 
 impl Saddle {
     fn structure(&self) -> Structure {
-        Structure {
-            kind: Kind::Symmetric,
-            constraints: self.pressures.clone(),
-        }
+        Structure { kind: Kind::Symmetric, constraints: self.pressures.clone() }
     }
 
     fn elimination(&self, structure: Structure) -> Elimination {
@@ -236,12 +217,8 @@ fn expect_columns_match<T: Scalar>(system: &mut SparseSystem<T>, b: &[T]) {
     let (n, n_columns) = (b.len(), 15);
     let mut work = LinearWork::default();
     let of = |row: usize, column: usize| b[(row * (column + 1)) % n];
-    let mut all: Vec<T> = (0..n * n_columns)
-        .map(|k| of(k / n_columns, k % n_columns))
-        .collect();
-    system
-        .solve_columns(&mut all, n_columns, &mut work)
-        .unwrap();
+    let mut all: Vec<T> = (0..n * n_columns).map(|k| of(k / n_columns, k % n_columns)).collect();
+    system.solve_columns(&mut all, n_columns, &mut work).unwrap();
     assert_eq!(work.solves, n_columns as u64);
     for column in 0..n_columns {
         let mut x: Vec<T> = (0..n).map(|row| of(row, column)).collect();
@@ -267,10 +244,7 @@ fn ldlt_and_lu_agree_for_symmetric_matrices() {
             let saddle = saddle(side, delta, &mut rng);
             let n = saddle.pattern.major_dim();
             let b: Vec<f64> = (0..n).map(|_| rng.random_range(-1.0..1.0)).collect();
-            let general = Structure {
-                kind: Kind::General,
-                ..saddle.structure()
-            };
+            let general = Structure { kind: Kind::General, ..saddle.structure() };
             let half = saddle.elimination(saddle.structure());
             let all = saddle.elimination(general.clone());
             let work = |e: &Elimination| e.prediction::<f64>().unwrap().flops;
@@ -321,10 +295,7 @@ fn narrow_fronts_agree_with_the_general_kernels() {
         factors.factor(&values).unwrap();
         let mut alone = b.clone();
         factors.solve(&mut alone);
-        assert!(
-            largest_residual(&p, &values, &b, &alone) < ROUNDING,
-            "{kind:?}"
-        );
+        assert!(largest_residual(&p, &values, &b, &alone) < ROUNDING, "{kind:?}");
         let mut beside: Vec<f64> = b.iter().flat_map(|&b| [b, 1.0]).collect();
         factors.solve_columns(&mut beside, 2);
         for (alone, beside) in alone.iter().zip(beside.chunks_exact(2)) {
@@ -338,15 +309,9 @@ fn results_are_bitwise_independent_of_the_number_of_threads() {
     let mut rng = StdRng::seed_from_u64(2);
     // The largest front has 1247 rows, so it is split into several parts of each type.
     let saddle = saddle(14, None, &mut rng);
-    let b: Vec<f64> = saddle.pattern.major_offsets()[1..]
-        .iter()
-        .map(|&k| k as f64)
-        .collect();
+    let b: Vec<f64> = saddle.pattern.major_offsets()[1..].iter().map(|&k| k as f64).collect();
     for kind in [Kind::Symmetric, Kind::General] {
-        let structure = || Structure {
-            kind,
-            ..saddle.structure()
-        };
+        let structure = || Structure { kind, ..saddle.structure() };
         let with = |threads: usize| {
             let elimination = saddle.elimination(structure());
             let (x, error) = solve(elimination.in_threads(threads).unwrap(), &saddle.values, &b);
@@ -371,11 +336,8 @@ fn pressures_of_a_nearly_incompressible_body_are_eliminated_after_displacements(
     let (_, error) = solve(saddle.elimination(saddle.structure()), &saddle.values, &b);
     assert!(error < BACKWARD, "{error:e}");
 
-    let pressures_first: Vec<usize> = saddle
-        .pressures
-        .clone()
-        .chain(0..saddle.pressures.start)
-        .collect();
+    let pressures_first: Vec<usize> =
+        saddle.pressures.clone().chain(0..saddle.pressures.start).collect();
     let pressures_last: Vec<usize> = (0..n).collect();
     let residual = |order: &[usize]| {
         let mut factors = Supernodal::new(in_order(&saddle.pattern, Kind::Symmetric, order));
@@ -412,22 +374,14 @@ fn an_inaccurate_solution_is_an_error() {
     let p = pattern(2, |_, _| true);
     let mut work = LinearWork::default();
     let mut system = system(&p, SparseOptions::default());
-    system
-        .values_mut()
-        .copy_from_slice(&[1e-200, 0.0, 0.0, 1e-200]);
+    system.values_mut().copy_from_slice(&[1e-200, 0.0, 0.0, 1e-200]);
     system.renew(&mut work).unwrap();
     let refused = system.solve(&mut [1e300, 1.0], &mut work);
-    assert!(
-        matches!(refused, Err(SparseError::Inaccurate { n: 2, .. })),
-        "{refused:?}"
-    );
+    assert!(matches!(refused, Err(SparseError::Inaccurate { n: 2, .. })), "{refused:?}");
     // Rejected solutions do not count: the checkpoint stores this number and must be readable.
     assert_eq!(work.largest_backward_error, 0.0);
     let refused = system.solve(&mut [f64::NAN, 1.0], &mut work);
-    assert!(
-        matches!(refused, Err(SparseError::NotFinite { position: 0, .. })),
-        "{refused:?}"
-    );
+    assert!(matches!(refused, Err(SparseError::NotFinite { position: 0, .. })), "{refused:?}");
 }
 
 #[test]

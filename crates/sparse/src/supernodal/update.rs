@@ -54,10 +54,7 @@ impl Layout {
     pub(super) fn column<T>(self, update: &[T], j: usize) -> (&[T], usize) {
         let row = self.first_row(j - j % CHUNK);
         let rows = self.r - row;
-        (
-            &update[self.start(j / CHUNK) + j % CHUNK * rows..][..rows],
-            row,
-        )
+        (&update[self.start(j / CHUNK) + j % CHUNK * rows..][..rows], row)
     }
 
     /// Returns the chunks of an update, each with its first column.

@@ -15,10 +15,7 @@ pub(super) struct Workspace<R> {
 
 impl<R> Default for Workspace<R> {
     fn default() -> Self {
-        Self {
-            x: Vec::new(),
-            gathered: Vec::new(),
-        }
+        Self { x: Vec::new(), gathered: Vec::new() }
     }
 }
 

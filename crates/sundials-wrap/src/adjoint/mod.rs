@@ -49,10 +49,7 @@ pub struct Checkpoints {
 
 impl Default for Checkpoints {
     fn default() -> Self {
-        Self {
-            every: 100,
-            interpolation: Interpolation::default(),
-        }
+        Self { every: 100, interpolation: Interpolation::default() }
     }
 }
 
@@ -213,8 +210,7 @@ impl<P> Problem for At<'_, P> {
         rates: &[f64],
         residual: &mut [f64],
     ) -> Result<(), StepError> {
-        self.problem
-            .residual(self.forward, self.state, values, rates, residual)
+        self.problem.residual(self.forward, self.state, values, rates, residual)
     }
 
     fn jacobian_pattern(&self) -> SparsityPattern {
@@ -231,7 +227,6 @@ impl<P> Problem for At<'_, P> {
         entries: &mut [f64],
     ) -> Result<(), StepError> {
         let lambda = [values, rates];
-        self.problem
-            .jacobian(self.forward, self.state, lambda, (a, b), entries)
+        self.problem.jacobian(self.forward, self.state, lambda, (a, b), entries)
     }
 }

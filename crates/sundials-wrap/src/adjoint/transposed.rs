@@ -90,13 +90,8 @@ impl<P: Problem> AdjointProblem<P> {
         // one unit of each variable.
         let weights = vec![f64::EPSILON.sqrt().recip(); at.y.len()];
         let [of_value, of_rate] = &mut self.parts;
-        let about = Linearization {
-            t: at.t,
-            y: &at.y,
-            y_dot: &at.y_dot,
-            step: 1.0,
-            weights: &weights,
-        };
+        let about =
+            Linearization { t: at.t, y: &at.y, y_dot: &at.y_dot, step: 1.0, weights: &weights };
         self.jacobian.parts(forward, &about, [of_value, of_rate])?;
         let [of_y, of_p] = &mut self.gradients;
         of_y.fill(0.0);

@@ -113,9 +113,7 @@ pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
         unsafe { handed::<C>(user_data, t, [y, y_dot], [s, s_dot], [values, rates]) };
     // SAFETY: as above, but possibly fresh; distinct from all others.
     let residual = unsafe { zeroed_mut(residual) };
-    guarded(boundary, |callbacks| {
-        callbacks.backward_residual(which, &forward, values, residual)
-    })
+    guarded(boundary, |callbacks| callbacks.backward_residual(which, &forward, values, residual))
 }
 
 /// Implements IDAResFnB.
@@ -159,9 +157,7 @@ pub(crate) unsafe extern "C" fn setup_with<C: Callbacks>(
     // callbacks do not nest.
     let (which, boundary, forward, values) =
         unsafe { handed::<C>(user_data, t, [y, y_dot], [s, s_dot], [values, rates]) };
-    guarded(boundary, |callbacks| {
-        callbacks.backward_setup(which, &forward, values, c_j)
-    })
+    guarded(boundary, |callbacks| callbacks.backward_setup(which, &forward, values, c_j))
 }
 
 /// Implements IDALsJacFnB.
@@ -208,11 +204,7 @@ pub(crate) unsafe extern "C" fn solve<C: Callbacks>(
     // SAFETY: its content is the address of our link, and callbacks do not nest.
     let (which, _, boundary) = unsafe { linked::<C>(user_data) };
     // SAFETY: x and b are what IDAS handed over.
-    unsafe {
-        solved(boundary, x, b, |callbacks, rhs| {
-            callbacks.backward_solve(which, rhs)
-        })
-    }
+    unsafe { solved(boundary, x, b, |callbacks, rhs| callbacks.backward_solve(which, rhs)) }
 }
 
 /// Implements IDAQuadRhsFnBS.
@@ -236,9 +228,7 @@ pub(crate) unsafe extern "C" fn quadrature_with<C: Callbacks>(
         unsafe { handed::<C>(user_data, t, [y, y_dot], [s, s_dot], [values, rates]) };
     // SAFETY: as above, but possibly fresh; distinct from all others.
     let out = unsafe { zeroed_mut(out) };
-    guarded(boundary, |callbacks| {
-        callbacks.backward_quadrature(which, &forward, values, out)
-    })
+    guarded(boundary, |callbacks| callbacks.backward_quadrature(which, &forward, values, out))
 }
 
 /// Implements IDAQuadRhsFnB.

@@ -22,9 +22,5 @@ impl CallFailed {
 
 /// Converts a code other than success into the error of `call`.
 pub(crate) fn check(call: &'static str, code: c_int) -> Result<(), CallFailed> {
-    if code == sys::IDA_SUCCESS {
-        Ok(())
-    } else {
-        Err(CallFailed::new(call, code))
-    }
+    if code == sys::IDA_SUCCESS { Ok(()) } else { Err(CallFailed::new(call, code)) }
 }

@@ -67,12 +67,9 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     }
     // SAFETY: each array holds n vectors of IDAS' own.
     unsafe {
-        each(
-            boundary,
-            n,
-            [s, s_dot, residuals],
-            |callbacks, j, of_j, out| callbacks.sensitivity_residual(j, (t, y, y_dot), of_j, out),
-        )
+        each(boundary, n, [s, s_dot, residuals], |callbacks, j, of_j, out| {
+            callbacks.sensitivity_residual(j, (t, y, y_dot), of_j, out)
+        })
     }
 }
 
@@ -100,11 +97,8 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     let (y, y_dot) = unsafe { state(y, y_dot) };
     // SAFETY: each array holds n vectors of IDAS' own.
     unsafe {
-        each(
-            boundary,
-            n,
-            [s, s_dot, rates_of],
-            |callbacks, j, of_j, out| callbacks.quadrature_sensitivity(j, (t, y, y_dot), of_j, out),
-        )
+        each(boundary, n, [s, s_dot, rates_of], |callbacks, j, of_j, out| {
+            callbacks.quadrature_sensitivity(j, (t, y, y_dot), of_j, out)
+        })
     }
 }

@@ -21,10 +21,7 @@ pub(crate) struct Boundary<C> {
 
 impl<C> Boundary<C> {
     pub(crate) fn new(callbacks: C) -> Self {
-        Self {
-            callbacks,
-            panic: None,
-        }
+        Self { callbacks, panic: None }
     }
 }
 
@@ -87,9 +84,7 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     let (y, y_dot) = unsafe { state(y, y_dot) };
     // SAFETY: as above, but possibly fresh; distinct from y and ẏ.
     let residual = unsafe { zeroed_mut(residual) };
-    guarded(boundary, |callbacks| {
-        callbacks.residual(t, y, y_dot, residual)
-    })
+    guarded(boundary, |callbacks| callbacks.residual(t, y, y_dot, residual))
 }
 
 /// Implements IDALsJacFn: the setup of the linear solver, which stores its matrix internally.
@@ -112,9 +107,7 @@ pub(crate) unsafe extern "C" fn linear_setup<C: Callbacks>(
     let boundary = unsafe { boundary::<C>(user_data) };
     // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
-    guarded(boundary, |callbacks| {
-        callbacks.linear_setup(t, y, y_dot, c_j)
-    })
+    guarded(boundary, |callbacks| callbacks.linear_setup(t, y, y_dot, c_j))
 }
 
 /// Implements the solve operation of the linear solver.
@@ -220,7 +213,5 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     let (y, y_dot) = unsafe { state(y, y_dot) };
     // SAFETY: as above, but possibly fresh; distinct from y and ẏ.
     let rates = unsafe { zeroed_mut(rates) };
-    guarded(boundary, |callbacks| {
-        callbacks.quadrature(t, y, y_dot, rates)
-    })
+    guarded(boundary, |callbacks| callbacks.quadrature(t, y, y_dot, rates))
 }

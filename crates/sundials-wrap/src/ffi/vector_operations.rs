@@ -225,9 +225,8 @@ mod tests {
         let mut c = [0.3, -1.7, 2.5, 0.1];
         for n in 1..=4 {
             let vectors = [0.0, 1.0, 2.0, 3.0].map(|phase| wave(&context, phase));
-            let expected: Vec<f64> = (0..N)
-                .map(|i| (0..n).map(|k| c[k] * vectors[k].as_slice()[i]).sum())
-                .collect();
+            let expected: Vec<f64> =
+                (0..N).map(|i| (0..n).map(|k| c[k] * vectors[k].as_slice()[i]).sum()).collect();
             let mut raw = vectors.each_ref().map(NVector::raw);
             let z = raw[0];
             // SAFETY: n vectors of our own, the result being the first.
@@ -250,13 +249,10 @@ mod tests {
         }
         let (x, w, id) = (x.raw(), w.raw(), id.raw());
         // SAFETY: vectors of our own and of one length.
-        let ours = [unsafe { weighted_rms(x, w) }, unsafe {
-            weighted_rms_masked(x, w, id)
-        }];
+        let ours = [unsafe { weighted_rms(x, w) }, unsafe { weighted_rms_masked(x, w, id) }];
         // SAFETY: as above.
-        let theirs = [unsafe { N_VWrmsNorm_Serial(x, w) }, unsafe {
-            N_VWrmsNormMask_Serial(x, w, id)
-        }];
+        let theirs =
+            [unsafe { N_VWrmsNorm_Serial(x, w) }, unsafe { N_VWrmsNormMask_Serial(x, w, id) }];
         for (ours, theirs) in ours.into_iter().zip(theirs) {
             // N positive terms in a different order: an error of N ε relative to the sum, half of
             // it for the root.

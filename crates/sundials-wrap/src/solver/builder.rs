@@ -39,11 +39,7 @@ pub struct IdaBuilder<P> {
 }
 
 /// Parameters, settings, and the initial values of S and Ṡ.
-type Wanted<P> = (
-    Box<dyn Parameters<P> + Send>,
-    SensitivityOptions,
-    Vec<[Vec<f64>; 2]>,
-);
+type Wanted<P> = (Box<dyn Parameters<P> + Send>, SensitivityOptions, Vec<[Vec<f64>; 2]>);
 
 /// Quadratures to be integrated with the solution; empty by default.
 #[derive(Default)]
@@ -141,10 +137,7 @@ impl<P: Problem> IdaBuilder<P> {
         + Send
         + 'static,
     ) -> Self {
-        self.quadrature = Quadrature {
-            start: start.into(),
-            tolerances,
-        };
+        self.quadrature = Quadrature { start: start.into(), tolerances };
         self.quadrature_rates = Some(Box::new(rates));
         self
     }
@@ -221,9 +214,9 @@ impl<P: Problem> IdaBuilder<P> {
         let tolerances = (self.options.suppressed).loosened(tolerances, indices.as_deref())?;
 
         let sensitivities = match self.sensitivities {
-            Some((parameters, options, starts)) if !parameters.list().is_empty() => Some(
-                SensitivityEquations::new(&self.problem, parameters, options, (t0, starts))?,
-            ),
+            Some((parameters, options, starts)) if !parameters.list().is_empty() => {
+                Some(SensitivityEquations::new(&self.problem, parameters, options, (t0, starts))?)
+            }
             _ => None,
         };
         let linear = match self.linear_solver {
@@ -305,10 +298,7 @@ fn expect_shapes(n: usize, kinds: &[VariableKind], pattern: &SparsityPattern) ->
     expect_length("rows of the Jacobian", n, pattern.minor_dim())?;
     expect_length("columns of the Jacobian", n, pattern.major_dim())?;
     match pattern.nnz() {
-        0 => Err(Error::Empty {
-            n_unknowns: n,
-            n_entries: 0,
-        }),
+        0 => Err(Error::Empty { n_unknowns: n, n_entries: 0 }),
         _ => Ok(()),
     }
 }

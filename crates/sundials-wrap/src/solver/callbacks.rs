@@ -124,11 +124,7 @@ impl FailureLog {
                     StepError::Fatal(source) => source,
                     other => other.into(),
                 };
-                self.fatal = Some(Error::Callback {
-                    function,
-                    t,
-                    source,
-                });
+                self.fatal = Some(Error::Callback { function, t, source });
                 Answer::Fatal
             }
         }
@@ -206,8 +202,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
 
     fn linear_solve(&mut self, rhs: &mut [f64]) -> Answer {
         let result = self.linear.solve(&mut self.problem, rhs);
-        self.failures
-            .answer("linear solve", self.t_called, result, rhs)
+        self.failures.answer("linear solve", self.t_called, result, rhs)
     }
 
     fn n_roots(&self) -> usize {
@@ -235,8 +230,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
             self.failures.fatal = Some(Error::NotRepeated { t: self.t_called });
             return Answer::Fatal;
         }
-        self.failures
-            .answer("error weight function", self.t_called, result, &[])
+        self.failures.answer("error weight function", self.t_called, result, &[])
     }
 
     fn quadrature(&mut self, t: f64, y: &[f64], y_dot: &[f64], rates: &mut [f64]) -> Answer {
@@ -255,13 +249,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         let Some(linearized) = &mut self.sensitivities else {
             return Answer::Fatal;
         };
-        let at = Linearization {
-            t,
-            y,
-            y_dot,
-            step: 1.0,
-            weights: &self.weights,
-        };
+        let at = Linearization { t, y, y_dot, step: 1.0, weights: &self.weights };
         let result = linearized.linearize(&mut self.problem, &at);
         self.failures.answer("Jacobian", t, result, &[])
     }

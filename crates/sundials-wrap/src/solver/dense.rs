@@ -116,12 +116,6 @@ impl<P: Problem> IdaSolver<P> {
         if derivative <= order && covers([from, to], t) {
             return Ok(derivative as i32);
         }
-        Err(Error::NoDenseOutput {
-            t,
-            derivative,
-            order,
-            from,
-            to,
-        })
+        Err(Error::NoDenseOutput { t, derivative, order, from, to })
     }
 }

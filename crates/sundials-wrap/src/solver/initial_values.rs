@@ -107,12 +107,7 @@ impl<P: Problem> IdaSolver<P> {
             return call_error(failed, message);
         }
         let name = codes::name(code);
-        Error::InconsistentInitialValues {
-            t,
-            code,
-            name,
-            message,
-        }
+        Error::InconsistentInitialValues { t, code, name, message }
     }
 
     /// Moves the initial values onto the problem's constraints.
@@ -134,11 +129,9 @@ impl<P: Problem> IdaSolver<P> {
                 }
                 self.reinit(t, &y, &y_dot, &q)
             }
-            Err(Inconsistent::Failed(StepError::Fatal(source))) => Err(Error::Callback {
-                function: "residual or constraints",
-                t,
-                source,
-            }),
+            Err(Inconsistent::Failed(StepError::Fatal(source))) => {
+                Err(Error::Callback { function: "residual or constraints", t, source })
+            }
             Err(source) => Err(Error::Unconstrained { t, source }),
         }
     }

@@ -98,12 +98,7 @@ impl WholeLu {
             true => WholeFactors::Dense(DenseLu::new(n)),
             false => WholeFactors::Sparse(Factors::new(Symbolic::analyze(pattern, options)?)),
         };
-        Ok(Self {
-            values: vec![0.0; nnz],
-            factors,
-            smallest_rcond: None,
-            jacobian,
-        })
+        Ok(Self { values: vec![0.0; nnz], factors, smallest_rcond: None, jacobian })
     }
 
     /// Evaluates ∂F/∂y + c_j ∂F/∂ẏ and returns its entries.
@@ -114,9 +109,7 @@ impl WholeLu {
         c_j: f64,
     ) -> (Result<(), StepError>, &[f64]) {
         self.values.fill(0.0);
-        let evaluated = self
-            .jacobian
-            .combined(problem, at, (1.0, c_j), &mut self.values);
+        let evaluated = self.jacobian.combined(problem, at, (1.0, c_j), &mut self.values);
         (evaluated, &self.values)
     }
 

@@ -117,11 +117,7 @@ impl<P: Problem> IdaSolver<P> {
             };
         }
         self.consistent?;
-        let direction = if direction == 0.0 {
-            t_out - self.t
-        } else {
-            direction
-        };
+        let direction = if direction == 0.0 { t_out - self.t } else { direction };
         self.functions_mut().zeros.direction = direction.signum();
         if self.stop_time_lingers {
             let out_of_reach = f64::MAX.copysign(t_out - self.t);
@@ -289,11 +285,7 @@ impl<P: Problem> IdaSolver<P> {
     /// [`Error::InvalidOption`] for invalid values, [`Error::Call`] if IDAS rejects the call.
     pub fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64], q0: &[f64]) -> Result<(), Error> {
         expect_state(self.n, t0, y0, y_dot0)?;
-        expect_length(
-            "initial values of the quadratures",
-            self.n_quadratures(),
-            q0.len(),
-        )?;
+        expect_length("initial values of the quadratures", self.n_quadratures(), q0.len())?;
         expect_finite("initial values of the quadratures", q0)?;
         if let Some(linearized) = &self.functions().sensitivities
             && linearized.t_start != t0
@@ -348,10 +340,7 @@ impl<P: Problem> IdaSolver<P> {
         }
         let direction = self.ida.last_step();
         if (t - self.t) * direction < 0.0 {
-            return Err(Error::TimeBehind {
-                t_out: t,
-                t: self.t,
-            });
+            return Err(Error::TimeBehind { t_out: t, t: self.t });
         }
         let result = self.ida.set_stop_time(t);
         self.refused(result)?;
@@ -387,10 +376,5 @@ impl<P: Problem> IdaSolver<P> {
 
 fn call_error(failed: CallFailed, message: String) -> Error {
     let CallFailed { call, code } = failed;
-    Error::Call {
-        call,
-        code,
-        name: codes::name(code),
-        message,
-    }
+    Error::Call { call, code, name: codes::name(code), message }
 }

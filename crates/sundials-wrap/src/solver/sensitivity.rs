@@ -30,10 +30,7 @@ pub struct SensitivityOptions {
 
 impl Default for SensitivityOptions {
     fn default() -> Self {
-        Self {
-            method: SensitivityMethod::default(),
-            in_error_test: true,
-        }
+        Self { method: SensitivityMethod::default(), in_error_test: true }
     }
 }
 
@@ -167,9 +164,7 @@ impl<P: Problem> IdaSolver<P> {
         let mut scales: Vec<f64> = of.parameters.list().iter().map(|p| p.scale).collect();
         let staggered = of.options.method == SensitivityMethod::Staggered;
         let (starts, in_test) = (of.starts.clone(), of.options.in_error_test);
-        let result = self
-            .ida
-            .init_sensitivities(&starts, &mut scales, staggered, in_test);
+        let result = self.ida.init_sensitivities(&starts, &mut scales, staggered, in_test);
         self.refused(result)
     }
 

@@ -46,11 +46,7 @@ impl ZeroSides {
         if self.known.len() == KEPT {
             self.known.remove(0);
         }
-        self.known.push(Evaluation {
-            t,
-            values: values.to_vec(),
-            are_zero,
-        });
+        self.known.push(Evaluation { t, values: values.to_vec(), are_zero });
     }
 
     /// Removes crossings at `t` if the function only leaves zero there.

@@ -9,10 +9,7 @@ use sundials_wrap::{IdaOptions, IdaSolver};
 use Interpolation::{Hermite, Polynomial};
 
 pub(crate) fn every(every: usize, interpolation: Interpolation) -> Checkpoints {
-    Checkpoints {
-        every,
-        interpolation,
-    }
+    Checkpoints { every, interpolation }
 }
 
 /// Returns whether a number equals a printed number to the five digits of an example. Rounding in
@@ -53,24 +50,15 @@ fn reproduces_the_published_gradient_of_akzo_nobel() {
         };
         let lambda = [0.0; 6];
         let slope = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let backward = solver
-            .add_backward(adjoint, &options, &end, [&lambda, &slope])
-            .unwrap();
+        let backward = solver.add_backward(adjoint, &options, &end, [&lambda, &slope]).unwrap();
         solver.integrate_back_to(0.0).unwrap();
         let run = solver.backward(backward).unwrap();
         let steps = [solver.statistics().steps, run.statistics.steps];
-        println!(
-            "{interpolation:?}: {steps:?} steps, G = {g:?}, {:?}",
-            run.values
-        );
+        println!("{interpolation:?}: {steps:?} steps, G = {g:?}, {:?}", run.values);
         // The quadrature has a relative tolerance of 1e-10, and an absolute one of 1e-12 for each of several hundred
         // steps.
         assert!((g[0] / 31.264_216_258_031_094 - 1.0).abs() < 1e-9, "{g:?}");
-        for (ours, theirs) in run
-            .values
-            .iter()
-            .zip([22.207, -62.695, -2.5114, 91.837, 3.5176])
-        {
+        for (ours, theirs) in run.values.iter().zip([22.207, -62.695, -2.5114, 91.837, 3.5176]) {
             assert!(printed(-ours, theirs), "{ours} {theirs}");
         }
         assert!(steps[0].abs_diff(457) <= 5, "{steps:?}");
@@ -124,14 +112,9 @@ fn reproduces_the_published_gradients_of_robertson() {
     };
     let start = [&[0.0, 0.0, 1.0][..], &[1.0, 1.0, 0.0]];
     let adjoint = adjoint.parameters(rates(p));
-    let backward = solver
-        .add_backward(adjoint, &options, &late, start)
-        .unwrap();
+    let backward = solver.add_backward(adjoint, &options, &late, start).unwrap();
     let check = |solver: &mut IdaSolver<Kinetics>, gradient: [f64; 3], lambda: [f64; 3], steps| {
-        assert_eq!(
-            solver.integrate_back_to(0.0).unwrap(),
-            Outcome::Reached { t: 0.0 }
-        );
+        assert_eq!(solver.integrate_back_to(0.0).unwrap(), Outcome::Reached { t: 0.0 });
         let run = solver.backward(backward).unwrap();
         println!("{run:?}, forward {}", solver.statistics().steps);
         for (ours, theirs) in run.quadratures.iter().zip(gradient) {
@@ -139,16 +122,10 @@ fn reproduces_the_published_gradients_of_robertson() {
         }
         for (ours, theirs) in run.values.iter().zip(lambda) {
             // Near its absolute tolerance of 1e-8 a component has fewer digits.
-            assert!(
-                (ours - theirs).abs() < 1e-4 * theirs.abs() + 1e-7,
-                "{ours} {theirs}"
-            );
+            assert!((ours - theirs).abs() < 1e-4 * theirs.abs() + 1e-7, "{ours} {theirs}");
         }
         let ours = run.statistics.steps;
-        assert!(
-            ours.abs_diff(steps) * 10 < steps,
-            "{ours} steps, not {steps}"
-        );
+        assert!(ours.abs_diff(steps) * 10 < steps, "{ours} steps, not {steps}");
     };
     let (gradient, lambda) = ([1.4878e6, -5.9468, 9.9113e-4], [-24.998, 1.6442e-3, 1.0]);
     check(&mut solver, gradient, lambda, 1263);
@@ -222,9 +199,7 @@ fn a_problem_of_index_2_has_its_gradient_with_the_final_values_stated() {
         };
         // λ_x = −2z, λ̇_x = −2ż, λ_z = λ̇_x − λ_x.
         let (lambda, slope) = ([-2.0 * z, 2.0 * z - 2.0 * z_dot], [-2.0 * z_dot, 0.0]);
-        let backward = solver
-            .add_backward(adjoint, &options, &state, [&lambda, &slope])
-            .unwrap();
+        let backward = solver.add_backward(adjoint, &options, &state, [&lambda, &slope]).unwrap();
         let outcome = solver.integrate_back_to(0.0).unwrap();
         assert_eq!(outcome, Outcome::Reached { t: 0.0 });
         let of_end = 2.0 * z * end.sin();

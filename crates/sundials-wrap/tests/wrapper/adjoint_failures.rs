@@ -38,11 +38,7 @@ impl BackwardProblem<Oscillator> for Told {
     ) -> Result<(), StepError> {
         residual[0] = rates[0] - values[0] + at.y[0];
         // The kinds are requested at the end of the run.
-        if at.t < 5.0 {
-            (self.0)(forward)
-        } else {
-            Ok(())
-        }
+        if at.t < 5.0 { (self.0)(forward) } else { Ok(()) }
     }
 }
 
@@ -51,9 +47,7 @@ fn reported(does: fn(&mut Oscillator) -> Result<(), StepError>) -> IdaSolver<Osc
     solver.integrate_to(5.0).unwrap();
     let end = solver.forward_state().unwrap();
     let options = BackwardOptions::default();
-    solver
-        .add_backward(Told(does), &options, &end, [&[0.0], &[-end.y[0]]])
-        .unwrap();
+    solver.add_backward(Told(does), &options, &end, [&[0.0], &[-end.y[0]]]).unwrap();
     solver
 }
 
@@ -116,20 +110,11 @@ fn a_forward_run_that_was_left_is_started_again_only() {
         solver.integrate_back_to(2.0).unwrap();
         solver.integrate_back_to(0.0).unwrap();
         assert_eq!(solver.statistics().steps, steps);
-        assert!(matches!(
-            solver.integrate_to(6.0),
-            Err(Error::ForwardRunLeft)
-        ));
+        assert!(matches!(solver.integrate_to(6.0), Err(Error::ForwardRunLeft)));
         let mut y = [0.0; 2];
-        assert!(matches!(
-            solver.dense_output(5.0, 0, &mut y),
-            Err(Error::ForwardRunLeft)
-        ));
+        assert!(matches!(solver.dense_output(5.0, 0, &mut y), Err(Error::ForwardRunLeft)));
         let behind = solver.integrate_back_to(1.0);
-        assert!(
-            matches!(behind, Err(Error::TimeBehind { .. })),
-            "{behind:?}"
-        );
+        assert!(matches!(behind, Err(Error::TimeBehind { .. })), "{behind:?}");
         let values = solver.backward(backward).unwrap().values.clone();
         solver.reinit(0.0, &[1.0, 0.0], &[0.0, -9.0], &[]).unwrap();
         (backward, values)
@@ -163,10 +148,7 @@ fn misuse_of_backward_problems_is_rejected() {
         Ok(())
     });
     let refused = watched.build(0.0, &[1.0, 0.0], &[0.0, -9.0]).unwrap_err();
-    assert!(matches!(
-        refused,
-        Error::NotWithCheckpoints { what: "roots" }
-    ));
+    assert!(matches!(refused, Error::NotWithCheckpoints { what: "roots" }));
     let mut solver = oscillator(1e-6);
     let refused = solver.set_stop_time(3.0).unwrap_err();
     assert!(matches!(refused, Error::NotWithCheckpoints { .. }));
@@ -178,41 +160,21 @@ fn misuse_of_backward_problems_is_rejected() {
     let options = BackwardOptions::default();
     let state = solver.forward_state().unwrap();
     let before = solver.add_backward(nothing(), &options, &state, [&[0.0], &[0.0]]);
-    assert!(
-        matches!(before, Err(Error::InvalidOption { .. })),
-        "{before:?}"
-    );
-    assert!(matches!(
-        solver.integrate_back_to(0.0),
-        Err(Error::NoBackward { .. })
-    ));
+    assert!(matches!(before, Err(Error::InvalidOption { .. })), "{before:?}");
+    assert!(matches!(solver.integrate_back_to(0.0), Err(Error::NoBackward { .. })));
     solver.integrate_to(6.0).unwrap();
     let state = solver.forward_state().unwrap();
     let short = solver.add_backward(nothing(), &options, &state, [&[], &[0.0]]);
     assert!(matches!(short, Err(Error::WrongLength { .. })), "{short:?}");
     let endless = solver.add_backward(nothing(), &options, &state, [&[f64::NAN], &[0.0]]);
-    assert!(
-        matches!(endless, Err(Error::NotFinite { .. })),
-        "{endless:?}"
-    );
-    let tested = BackwardOptions {
-        quadrature_tolerances: Some((1e-6, 1e-6)),
-        ..options.clone()
-    };
+    assert!(matches!(endless, Err(Error::NotFinite { .. })), "{endless:?}");
+    let tested = BackwardOptions { quadrature_tolerances: Some((1e-6, 1e-6)), ..options.clone() };
     let none = solver.add_backward(nothing(), &tested, &state, [&[0.0], &[0.0]]);
     assert!(matches!(none, Err(Error::NoQuadrature)), "{none:?}");
     let (lambda, slope) = ([0.0], [-state.y[0]]);
-    let backward = solver
-        .add_backward(nothing(), &options, &state, [&lambda, &slope])
-        .unwrap();
-    assert!(matches!(
-        solver.integrate_back_to(7.0),
-        Err(Error::TimeBehind { .. })
-    ));
-    assert!(matches!(
-        solver.integrate_back_to(-1.0),
-        Err(Error::InvalidOption { .. })
-    ));
+    let backward = solver.add_backward(nothing(), &options, &state, [&lambda, &slope]).unwrap();
+    assert!(matches!(solver.integrate_back_to(7.0), Err(Error::TimeBehind { .. })));
+    assert!(matches!(solver.integrate_back_to(-1.0), Err(Error::InvalidOption { .. })));
     solver.integrate_back_to(0.0).unwrap();
     let late = solver.correct_backward(backward, 1.0);
     assert!(matches!(late, Err(Error::AfterTheStart { .. })), "{late:?}");
@@ -221,10 +183,7 @@ fn misuse_of_backward_problems_is_rejected() {
         .unwrap();
     let unkept = plain.integrate_back_to(0.0);
     assert!(matches!(unkept, Err(Error::NoCheckpoints)), "{unkept:?}");
-    assert!(matches!(
-        plain.backward(backward),
-        Err(Error::NoBackward { number: 0, of: 0 })
-    ));
+    assert!(matches!(plain.backward(backward), Err(Error::NoBackward { number: 0, of: 0 })));
 }
 
 /// ẏ + y² = 0.
@@ -252,12 +211,7 @@ fn a_failed_gradient_leaves_no_matrices_of_another_state() {
             _ => Ok(()),
         }
     });
-    let at = |y: f64| ForwardState {
-        t: y,
-        y: vec![y],
-        y_dot: vec![0.0],
-        s: vec![],
-    };
+    let at = |y: f64| ForwardState { t: y, y: vec![y], y_dot: vec![0.0], s: vec![] };
     let mut residual = |y: f64| {
         let mut r = [0.0];
         let evaluated = adjoint.residual(&mut Square, &at(y), &[1.0], &[0.0], &mut r);

@@ -9,9 +9,7 @@ use crate::decay::{Decay, stop};
 
 fn started() -> IdaSolver<Robertson> {
     let start = Robertson.start();
-    IdaSolver::builder(Robertson)
-        .build(start.t, &start.y, &start.y_dot)
-        .unwrap()
+    IdaSolver::builder(Robertson).build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
 /// IDAS starts with the backward Euler method, for which c_j is the reciprocal of the step size.
@@ -32,12 +30,8 @@ fn the_default_parts_of_a_jacobian_make_the_whole() {
     let n = problem.jacobian_pattern().nnz();
     let [mut of_value, mut of_rate, mut whole] = [(); 3].map(|()| vec![f64::NAN; n]);
     let parts = [of_value.as_mut_slice(), of_rate.as_mut_slice()];
-    problem
-        .jacobian_parts(0.0, &start.y, &start.y_dot, parts)
-        .unwrap();
-    problem
-        .jacobian(0.0, &start.y, &start.y_dot, 2.0, 8.0, &mut whole)
-        .unwrap();
+    problem.jacobian_parts(0.0, &start.y, &start.y_dot, parts).unwrap();
+    problem.jacobian(0.0, &start.y, &start.y_dot, 2.0, 8.0, &mut whole).unwrap();
     for ((a, b), whole) in of_value.iter().zip(&of_rate).zip(&whole) {
         // The results are exact: the factors are powers of two, and each entry belongs to only one of the matrices,
         // except on the diagonal, where a sum is rounded.
@@ -57,23 +51,17 @@ fn the_span_of_dense_output_is_the_last_step() {
     let mut solver = started();
     solver.integrate_to(0.4).unwrap();
     let error = solver.dense_output(-1.0, 0, &mut [0.0; 3]).unwrap_err();
-    let Error::NoDenseOutput { from, to, .. } = error else {
-        panic!("{error}")
-    };
+    let Error::NoDenseOutput { from, to, .. } = error else { panic!("{error}") };
     let stats = solver.statistics();
-    assert_eq!(
-        (from, to),
-        (stats.t_reached - stats.last_step, stats.t_reached)
-    );
+    assert_eq!((from, to), (stats.t_reached - stats.last_step, stats.t_reached));
     assert!(from < 0.4 && to >= 0.4, "{from} {to}");
 }
 
 #[test]
 fn either_tolerance_may_be_zero_where_the_other_is_not() {
-    for tolerances in [
-        Tolerances::vector(0.0, [1e-6, 1e-8, 1e-6]),
-        Tolerances::vector(1e-4, [1e-8, 1e-10, 0.0]),
-    ] {
+    for tolerances in
+        [Tolerances::vector(0.0, [1e-6, 1e-8, 1e-6]), Tolerances::vector(1e-4, [1e-8, 1e-10, 0.0])]
+    {
         let start = Robertson.start();
         IdaSolver::builder(Robertson)
             .tolerances(tolerances)
@@ -95,9 +83,7 @@ fn steps_that_are_lost_in_rounding_are_too_small() {
                 _ => Err(StepError::Recoverable("no matrix".into())),
             }
         });
-        let mut solver = IdaSolver::builder(problem)
-            .build(t0, &[1.0], &[-1.0])
-            .unwrap();
+        let mut solver = IdaSolver::builder(problem).build(t0, &[1.0], &[-1.0]).unwrap();
         stop(solver.integrate_to(t0 + 1.0)).reason
     };
     assert_eq!(run(0.0), StopReason::JacobianFailed);

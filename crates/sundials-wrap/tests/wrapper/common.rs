@@ -10,10 +10,7 @@ pub(crate) const HAS_KLU: bool = !cfg!(feature = "vendored");
 
 /// A reference file of the repository.
 pub(crate) fn reference(name: &str) -> Value {
-    let path = format!(
-        "{}/../../data/references/{name}.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let path = format!("{}/../../data/references/{name}.json", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).expect("the reference file is in the repository");
     serde_json::from_str(&text).expect("the reference file is JSON")
 }
@@ -21,10 +18,7 @@ pub(crate) fn reference(name: &str) -> Value {
 /// An array of numbers.
 pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     let entries = value.as_array().expect("an array");
-    entries
-        .iter()
-        .map(|v| v.as_f64().expect("a number"))
-        .collect()
+    entries.iter().map(|v| v.as_f64().expect("a number")).collect()
 }
 
 /// Compares a problem's Jacobian, for two pairs (a, b), with central differences of its residual.
@@ -55,9 +49,7 @@ pub(crate) fn check_jacobian(
                 residual
             };
             let (plus, minus) = (side(1.0), side(-1.0));
-            let scale = dense[j * n..][..n]
-                .iter()
-                .fold(1e-8_f64, |m, v| m.max(v.abs()));
+            let scale = dense[j * n..][..n].iter().fold(1e-8_f64, |m, v| m.max(v.abs()));
             for i in 0..n {
                 let difference = (plus[i] - minus[i]) / (2.0 * h);
                 let value = dense[j * n + i];
@@ -74,18 +66,11 @@ pub(crate) fn check_jacobian(
 /// A solver from the sample's start.
 pub(crate) fn build<S: Sample>(sample: S, options: IdaOptions) -> IdaSolver<S> {
     let start = sample.start();
-    IdaSolver::builder(sample)
-        .options(options)
-        .build(start.t, &start.y, &start.y_dot)
-        .unwrap()
+    IdaSolver::builder(sample).options(options).build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
 /// Returns options with one value as relative and absolute tolerance and an unlimited number of steps.
 pub(crate) fn tolerance(tolerance: f64) -> IdaOptions {
     let tolerances = Tolerances::scalar(tolerance, tolerance);
-    IdaOptions {
-        tolerances,
-        max_steps: None,
-        ..IdaOptions::default()
-    }
+    IdaOptions { tolerances, max_steps: None, ..IdaOptions::default() }
 }

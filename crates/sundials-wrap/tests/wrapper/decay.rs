@@ -25,23 +25,15 @@ impl Decay {
     pub(crate) fn residual(
         f: impl FnMut(f64, f64) -> Result<f64, StepError> + Send + 'static,
     ) -> Self {
-        Self {
-            residual: Box::new(f),
-            ..Self::new()
-        }
+        Self { residual: Box::new(f), ..Self::new() }
     }
 
     pub(crate) fn jacobian(f: impl FnMut(f64) -> Result<f64, StepError> + Send + 'static) -> Self {
-        Self {
-            jacobian: Box::new(f),
-            ..Self::new()
-        }
+        Self { jacobian: Box::new(f), ..Self::new() }
     }
 
     pub(crate) fn solver(self) -> IdaSolver<Self> {
-        IdaSolver::builder(self)
-            .build(0.0, &[1.0], &[-1.0])
-            .unwrap()
+        IdaSolver::builder(self).build(0.0, &[1.0], &[-1.0]).unwrap()
     }
 }
 

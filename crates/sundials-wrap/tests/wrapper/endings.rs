@@ -32,11 +32,7 @@ struct Plan {
 impl Plan {
     fn new(function: &'static str, trouble: Fault) -> Self {
         let calls = Arc::default();
-        Self {
-            function,
-            trouble,
-            calls,
-        }
+        Self { function, trouble, calls }
     }
 
     /// The value that `function` writes instead of `good`.
@@ -160,9 +156,7 @@ fn a_panic_in_any_function_comes_back_as_it_was() {
 #[test]
 fn a_fatal_error_of_any_function_ends_the_integration() {
     for (function, _) in FUNCTIONS {
-        let error = solver(&Plan::new(function, Fault::Fail))
-            .integrate_to(1.0)
-            .unwrap_err();
+        let error = solver(&Plan::new(function, Fault::Fail)).integrate_to(1.0).unwrap_err();
         let expected = format!("the {function} failed at t = ");
         let message = error.to_string();
         assert!(message.starts_with(&expected), "{message}");
@@ -180,19 +174,14 @@ fn non_finite_values_stop_and_name_the_function() {
             }
             let mut solver = solver(&Plan::new(function, Fault::Write(value)));
             let outcome = solver.integrate_to(1.0).unwrap();
-            let Outcome::Stopped(stop) = outcome else {
-                panic!("{function} {value}: {outcome:?}")
-            };
+            let Outcome::Stopped(stop) = outcome else { panic!("{function} {value}: {outcome:?}") };
             let named = match function {
                 "linear set-up" => "linear solve[0]",
                 "error weight function" => "error weight[0]",
                 other => &format!("{other}[0]"),
             };
             let printed = format!("{named} = {value}");
-            assert!(
-                stop.message.contains(&printed),
-                "{function} {value}: {stop}"
-            );
+            assert!(stop.message.contains(&printed), "{function} {value}: {stop}");
             assert_eq!(stop.reason, reason, "{function} {value}: {stop}");
             assert!(solver.y()[0].is_finite() && solver.t() < 1.0, "{function}");
         }
@@ -235,37 +224,20 @@ fn huge_and_tiny_scales_are_solved_or_refused() {
 
 #[test]
 fn a_solver_continues_or_explains_after_each_kind_of_end() {
-    let options = IdaOptions {
-        stop_time: Some(0.5),
-        ..IdaOptions::default()
-    };
-    let mut solver = IdaSolver::builder(Decay::new())
-        .options(options)
-        .build(0.0, &[1.0], &[-1.0])
-        .unwrap();
+    let options = IdaOptions { stop_time: Some(0.5), ..IdaOptions::default() };
+    let mut solver =
+        IdaSolver::builder(Decay::new()).options(options).build(0.0, &[1.0], &[-1.0]).unwrap();
     // The stop time applies once. A later one may be set, an earlier one may not.
-    assert_eq!(
-        solver.integrate_to(2.0).unwrap(),
-        Outcome::StopTime { t: 0.5 }
-    );
+    assert_eq!(solver.integrate_to(2.0).unwrap(), Outcome::StopTime { t: 0.5 });
     let error = solver.set_stop_time(0.1).unwrap_err();
     assert!(matches!(error, Error::TimeBehind { .. }), "{error}");
     assert!(solver.set_stop_time(f64::NAN).is_err());
     solver.set_stop_time(0.75).unwrap();
-    assert_eq!(
-        solver.integrate_to(2.0).unwrap(),
-        Outcome::StopTime { t: 0.75 }
-    );
-    assert_eq!(
-        solver.integrate_to(1.0).unwrap(),
-        Outcome::Reached { t: 1.0 }
-    );
+    assert_eq!(solver.integrate_to(2.0).unwrap(), Outcome::StopTime { t: 0.75 });
+    assert_eq!(solver.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
     // A restart after a stop has the results of a new solver.
     solver.problem_mut().residual = Box::new(|_, _| Err(StepError::Recoverable("no".into())));
-    assert!(matches!(
-        solver.integrate_to(9.0).unwrap(),
-        Outcome::Stopped(_)
-    ));
+    assert!(matches!(solver.integrate_to(9.0).unwrap(), Outcome::Stopped(_)));
     solver.problem_mut().residual = Box::new(|_, y| Ok(y));
     solver.reinit(0.0, &[1.0], &[-1.0], &[]).unwrap();
     let mut fresh = Decay::new().solver();
@@ -276,9 +248,6 @@ fn a_solver_continues_or_explains_after_each_kind_of_end() {
     assert_eq!(solver.statistics(), fresh.statistics());
     // The problem can be taken from the solver and used for another one.
     let mut second = solver.into_problem().solver();
-    assert_eq!(
-        second.integrate_to(1.0).unwrap(),
-        Outcome::Reached { t: 1.0 }
-    );
+    assert_eq!(second.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
     assert_eq!(second.y(), fresh.y());
 }

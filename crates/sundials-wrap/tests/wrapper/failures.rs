@@ -20,17 +20,10 @@ fn a_recoverable_error_shortens_the_step_and_the_integration_goes_on() {
         Ok(y)
     });
     let mut solver = problem.solver();
-    assert_eq!(
-        solver.integrate_to(1.0).unwrap(),
-        Outcome::Reached { t: 1.0 }
-    );
+    assert_eq!(solver.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
     assert_eq!(solver.statistics().step_solve_failures, 3);
     // Default tolerance of 1e-4 per step, about thirty steps, and a solution of size 1/e.
-    assert!(
-        (solver.y()[0] - (-1.0_f64).exp()).abs() < 1e-2,
-        "{}",
-        solver.y()[0]
-    );
+    assert!((solver.y()[0] - (-1.0_f64).exp()).abs() < 1e-2, "{}", solver.y()[0]);
 }
 
 #[test]
@@ -52,10 +45,7 @@ fn a_recoverable_error_that_persists_and_a_nan_stop_with_the_reason() {
         assert_eq!(stop.reason, StopReason::ResidualFailed, "{stop}");
         assert!(stop.message.contains(message), "{stop}");
         assert!(stop.t <= 0.5 && stop.t > 0.4, "{stop}");
-        assert!(
-            stop.statistics.last_step > 0.0 && stop.statistics.last_order >= 1,
-            "{stop}"
-        );
+        assert!(stop.statistics.last_step > 0.0 && stop.statistics.last_order >= 1, "{stop}");
         assert_eq!(stop.worst_components[0].name, "amount");
     }
 }
@@ -126,19 +116,15 @@ fn a_failed_error_test_names_no_component_left_out_of_it() {
 /// reached.
 #[test]
 fn a_wall_that_no_step_can_cross_is_reached_and_reported() {
-    let problem = Decay::residual(|t, y| {
-        if t > 0.5 {
-            Err(StepError::Recoverable("wall".into()))
-        } else {
-            Ok(y)
-        }
-    });
+    let problem =
+        Decay::residual(
+            |t, y| {
+                if t > 0.5 { Err(StepError::Recoverable("wall".into())) } else { Ok(y) }
+            },
+        );
     let stop = stop(problem.solver().integrate_to(1.0));
     assert_eq!(stop.reason, StopReason::MaxSteps, "{stop}");
-    assert!(
-        stop.t > 0.5 - 1e-9 && stop.message.contains("wall"),
-        "{stop}"
-    );
+    assert!(stop.t > 0.5 - 1e-9 && stop.message.contains("wall"), "{stop}");
 }
 
 #[test]
@@ -149,10 +135,7 @@ fn nan_in_the_jacobian_is_recoverable() {
         Ok(if calls == 3 { f64::NAN } else { 1.0 })
     });
     let mut solver = problem.solver();
-    assert_eq!(
-        solver.integrate_to(1.0).unwrap(),
-        Outcome::Reached { t: 1.0 }
-    );
+    assert_eq!(solver.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
     assert_eq!(solver.statistics().step_solve_failures, 1);
 }
 
@@ -163,12 +146,7 @@ fn a_fatal_error_comes_back_as_it_was() {
     let jacobian = Decay::jacobian(move |_| Err(fail()));
     for (problem, name) in [(residual, "residual"), (jacobian, "Jacobian")] {
         let error = problem.solver().integrate_to(1.0).unwrap_err();
-        let Error::Callback {
-            function, source, ..
-        } = &error
-        else {
-            panic!("{error}")
-        };
+        let Error::Callback { function, source, .. } = &error else { panic!("{error}") };
         assert_eq!(*function, name);
         assert!(source.downcast_ref::<std::io::Error>().is_some(), "{error}");
     }
@@ -187,10 +165,7 @@ fn a_panic_goes_through_idas_and_the_solver_can_still_be_dropped_or_restarted() 
     let text = panic.downcast_ref::<&str>().copied().unwrap_or_default();
     assert!(text.contains("tenth call"), "{text}");
     solver.reinit(0.0, &[1.0], &[-1.0], &[]).unwrap();
-    assert_eq!(
-        solver.integrate_to(1.0).unwrap(),
-        Outcome::Reached { t: 1.0 }
-    );
+    assert_eq!(solver.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
 }
 
 #[test]
@@ -236,15 +211,10 @@ fn singular_jacobians_stop_the_integration() {
     // Structurally singular: row 1 and column 1 are empty. Numerically singular: entry (1, 1) is in the pattern, but
     // zero.
     for rows in [vec![0], vec![0, 0], vec![0, 1]] {
-        let mut solver = IdaSolver::builder(Flat(rows.clone()))
-            .build(0.0, &[1.0, 1.0], &[1.0, 0.0])
-            .unwrap();
+        let mut solver =
+            IdaSolver::builder(Flat(rows.clone())).build(0.0, &[1.0, 1.0], &[1.0, 0.0]).unwrap();
         let stop = stop(solver.integrate_to(1.0));
-        assert_eq!(
-            stop.reason,
-            StopReason::LinearSetupFailed,
-            "{rows:?}: {stop}"
-        );
+        assert_eq!(stop.reason, StopReason::LinearSetupFailed, "{rows:?}: {stop}");
     }
 }
 
@@ -269,8 +239,6 @@ fn inconsistent_values_that_cannot_be_mended_are_an_error() {
     let mut solver = Decay::residual(|_, _| Ok(f64::NAN)).solver();
     let mode = ConsistencyMode::AlgebraicAndDerivatives;
     let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
-    let Error::InconsistentInitialValues { message, .. } = &error else {
-        panic!("{error}")
-    };
+    let Error::InconsistentInitialValues { message, .. } = &error else { panic!("{error}") };
     assert!(message.contains("NaN"), "{error}");
 }

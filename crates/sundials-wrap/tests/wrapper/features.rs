@@ -11,17 +11,8 @@ use crate::common::{HAS_KLU, build, tolerance};
 #[test]
 fn our_arithmetic_of_vectors_is_that_of_sundials() {
     let run = |vectors| {
-        let mut solver = build(
-            Robertson,
-            IdaOptions {
-                vectors,
-                ..tolerance(1e-7)
-            },
-        );
-        assert_eq!(
-            solver.integrate_to(40.0).unwrap(),
-            Outcome::Reached { t: 40.0 }
-        );
+        let mut solver = build(Robertson, IdaOptions { vectors, ..tolerance(1e-7) });
+        assert_eq!(solver.integrate_to(40.0).unwrap(), Outcome::Reached { t: 40.0 });
         (solver.y().to_vec(), solver.statistics().steps)
     };
     assert_eq!(run(VectorArithmetic::Simd), run(VectorArithmetic::Serial));
@@ -44,17 +35,11 @@ fn roots_are_found_in_the_direction_asked_for() {
             panic!("no root near {k} π")
         };
         // y2 is accurate to the tolerance, and its slope there is 1.
-        assert!(
-            (t - f64::from(k) * std::f64::consts::PI).abs() < 1e-8,
-            "{t}"
-        );
+        assert!((t - f64::from(k) * std::f64::consts::PI).abs() < 1e-8, "{t}");
         assert_eq!(crossings, if k % 2 == 1 { [-1, 0] } else { [0, 1] });
         assert_eq!(solver.t(), t);
     }
-    assert_eq!(
-        solver.integrate_to(10.0).unwrap(),
-        Outcome::Reached { t: 10.0 }
-    );
+    assert_eq!(solver.integrate_to(10.0).unwrap(), Outcome::Reached { t: 10.0 });
 }
 
 /// In one-step mode with a stop time, the steps end at this time. Dense output agrees with the exact solution and its
@@ -62,10 +47,7 @@ fn roots_are_found_in_the_direction_asked_for() {
 #[test]
 fn dense_output_gives_the_solution_and_its_derivatives() {
     let tol = 1e-10;
-    let options = IdaOptions {
-        stop_time: Some(10.0),
-        ..tolerance(tol)
-    };
+    let options = IdaOptions { stop_time: Some(10.0), ..tolerance(tol) };
     let mut plain = build(LinearIndex1, options.clone());
     while !matches!(plain.step(10.0).unwrap(), Outcome::StopTime { .. }) {}
 
@@ -81,10 +63,7 @@ fn dense_output_gives_the_solution_and_its_derivatives() {
             for k in 0..3 {
                 solver.dense_output(t, k as usize, &mut out).unwrap();
                 let bound = 1e3 * tol / stats.last_step.powi(k);
-                assert!(
-                    (out[1] - exact(k)).abs() < bound,
-                    "t = {t}, k = {k}: {out:?}"
-                );
+                assert!((out[1] - exact(k)).abs() < bound, "t = {t}, k = {k}: {out:?}");
             }
         }
         if outcome == (Outcome::StopTime { t: 10.0 }) {
@@ -119,16 +98,9 @@ fn a_weight_function_that_repeats_the_tolerances_changes_nothing() {
     let (mut weights, mut errors) = ([0.0; 6], [0.0; 6]);
     weighted.error_weights(&mut weights).unwrap();
     weighted.estimated_local_errors(&mut errors).unwrap();
-    let squares = errors
-        .iter()
-        .zip(&weights)
-        .map(|(e, w)| (e * w).powi(2))
-        .sum::<f64>();
+    let squares = errors.iter().zip(&weights).map(|(e, w)| (e * w).powi(2)).sum::<f64>();
     let norm = (squares / 6.0).sqrt();
-    assert!(
-        norm > 0.0 && norm <= 1.0,
-        "an accepted step passed its error test: {norm}"
-    );
+    assert!(norm > 0.0 && norm <= 1.0, "an accepted step passed its error test: {norm}");
 }
 
 #[test]
@@ -144,39 +116,18 @@ fn settings_reach_idas() {
     };
     let (order, plain) = run(tolerance(1e-6));
     assert!(order > 2);
-    let (order, low) = run(IdaOptions {
-        max_order: 2,
-        ..tolerance(1e-6)
-    });
+    let (order, low) = run(IdaOptions { max_order: 2, ..tolerance(1e-6) });
     assert!(order == 2 && low.steps > plain.steps);
-    let (_, small) = run(IdaOptions {
-        max_step: Some(0.5),
-        ..tolerance(1e-6)
-    });
+    let (_, small) = run(IdaOptions { max_step: Some(0.5), ..tolerance(1e-6) });
     assert!(small.steps >= 360 && small.last_step <= 0.5);
-    let (_, first) = run(IdaOptions {
-        initial_step: Some(1e-7),
-        ..tolerance(1e-6)
-    });
+    let (_, first) = run(IdaOptions { initial_step: Some(1e-7), ..tolerance(1e-6) });
     assert_eq!(first.initial_step, 1e-7);
-    let (_, eager) = run(IdaOptions {
-        delta_cj: 0.01,
-        ..tolerance(1e-6)
-    });
+    let (_, eager) = run(IdaOptions { delta_cj: 0.01, ..tolerance(1e-6) });
     assert!(eager.linear_setups > plain.linear_setups);
-    let (_, strict) = run(IdaOptions {
-        nonlinear_coefficient: 1e-3,
-        ..tolerance(1e-6)
-    });
+    let (_, strict) = run(IdaOptions { nonlinear_coefficient: 1e-3, ..tolerance(1e-6) });
     assert!(strict.newton_iterations > plain.newton_iterations);
-    let sparse = SparseOptions {
-        scaling: Scaling::None,
-        ..SparseOptions::default()
-    };
-    let (_, unscaled_rows) = run(IdaOptions {
-        sparse,
-        ..tolerance(1e-6)
-    });
+    let sparse = SparseOptions { scaling: Scaling::None, ..SparseOptions::default() };
+    let (_, unscaled_rows) = run(IdaOptions { sparse, ..tolerance(1e-6) });
     assert!((unscaled_rows.steps as f64 / plain.steps as f64 - 1.0).abs() < 0.05);
     assert_eq!(
         unscaled_rows.smallest_rcond != plain.smallest_rcond,
@@ -184,10 +135,7 @@ fn settings_reach_idas() {
         "unscaled pivots, another estimate"
     );
     let suppressed = Suppressed::Components(vec![true, false, false, false, false, true]);
-    let (_, fewer) = run(IdaOptions {
-        suppressed,
-        ..tolerance(1e-6)
-    });
+    let (_, fewer) = run(IdaOptions { suppressed, ..tolerance(1e-6) });
     assert_ne!(fewer.steps, plain.steps);
 }
 
@@ -196,11 +144,7 @@ fn the_linked_libraries_are_those_of_the_headers() {
     let versions = Versions::linked();
     assert_eq!(versions.sundials, versions.sundials_headers);
     assert_eq!(versions.index_bits, 64);
-    let major = if cfg!(feature = "vendored") {
-        "7."
-    } else {
-        "6."
-    };
+    let major = if cfg!(feature = "vendored") { "7." } else { "6." };
     assert!(versions.sundials.starts_with(major), "{versions:?}");
     assert_eq!(versions.sparse.is_some(), HAS_KLU);
     if let Some(sparse) = &versions.sparse {
@@ -231,9 +175,7 @@ fn quadratures_have_the_derivatives_of_the_last_step_only() {
         let statistics = solver.statistics();
         let [from, to] = solver.last_step_interval();
         for derivative in 0..=statistics.last_order.min(statistics.current_order) {
-            solver
-                .quadrature_dense_output(to, derivative, &mut out)
-                .unwrap();
+            solver.quadrature_dense_output(to, derivative, &mut out).unwrap();
         }
         orders_to_come += u32::from(statistics.current_order > statistics.last_order);
         for (t, derivative) in [
@@ -243,10 +185,7 @@ fn quadratures_have_the_derivatives_of_the_last_step_only() {
             (to + 100.0, 1),
         ] {
             let error = solver.quadrature_dense_output(t, derivative, &mut out);
-            assert!(
-                matches!(error, Err(sundials_wrap::Error::NoDenseOutput { .. })),
-                "{t}"
-            );
+            assert!(matches!(error, Err(sundials_wrap::Error::NoDenseOutput { .. })), "{t}");
         }
     }
     assert!(orders_to_come > 0, "the case that aborted");
@@ -279,18 +218,11 @@ fn a_tolerance_that_becomes_zero_is_an_outcome_with_statistics() {
         initial_step: Some(0.125),
         ..IdaOptions::default()
     };
-    let mut solver = IdaSolver::builder(Ramp)
-        .options(options)
-        .build(0.0, &[1.0], &[-1.0])
-        .unwrap();
+    let mut solver = IdaSolver::builder(Ramp).options(options).build(0.0, &[1.0], &[-1.0]).unwrap();
     let Outcome::Stopped(stop) = solver.integrate_to(4.0).unwrap() else {
         panic!("it must stop");
     };
-    assert_eq!(
-        stop.reason,
-        myovib_dae::StopReason::ErrorWeightsFailed,
-        "{stop}"
-    );
+    assert_eq!(stop.reason, myovib_dae::StopReason::ErrorWeightsFailed, "{stop}");
     assert!(stop.statistics.steps >= 8, "{stop}");
 }
 

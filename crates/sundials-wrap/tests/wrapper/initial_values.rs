@@ -21,36 +21,22 @@ fn wrong_algebraic_values_are_repaired() {
     // The components excluded from the error test differ from the algebraic components.
     let mut left_out = vec![false; 100];
     left_out[55] = true;
-    let options = IdaOptions {
-        suppressed: Suppressed::Components(left_out),
-        ..tolerance(1e-8)
-    };
-    let mut solver = IdaSolver::builder(sample)
-        .options(options)
-        .build(0.0, &wrong, &[0.0; 100])
-        .unwrap();
+    let options = IdaOptions { suppressed: Suppressed::Components(left_out), ..tolerance(1e-8) };
+    let mut solver =
+        IdaSolver::builder(sample).options(options).build(0.0, &wrong, &[0.0; 100]).unwrap();
     let mode = ConsistencyMode::AlgebraicAndDerivatives;
     solver.correct_initial_values(mode, 0.01).unwrap();
     for (ours, exact) in solver.y().iter().zip(&start.y) {
         assert!((ours - exact).abs() < 1e-8, "{ours} ≠ {exact}");
     }
-    for ((ours, exact), kind) in solver
-        .y_dot()
-        .iter()
-        .zip(&start.y_dot)
-        .zip(sample.kinds().unwrap())
+    for ((ours, exact), kind) in
+        solver.y_dot().iter().zip(&start.y_dot).zip(sample.kinds().unwrap())
     {
         // Newton's tolerance on y, times 4/Δx² = 324.
         let wanted = kind == VariableKind::Differential;
-        assert!(
-            !wanted || (ours - exact).abs() < 324.0 * 1e-8,
-            "{ours} ≠ {exact}"
-        );
+        assert!(!wanted || (ours - exact).abs() < 324.0 * 1e-8, "{ours} ≠ {exact}");
     }
-    assert_eq!(
-        solver.integrate_to(0.01).unwrap(),
-        Outcome::Reached { t: 0.01 }
-    );
+    assert_eq!(solver.integrate_to(0.01).unwrap(), Outcome::Reached { t: 0.01 });
 }
 
 #[test]
@@ -74,9 +60,7 @@ fn states_are_found_from_derivatives() {
     let start = Heat2d::new(10).start();
     let builder = IdaSolver::builder(Heat2d::new(10)).options(tolerance(1e-10));
     let mut solver = builder.build(0.0, &[0.0; 100], &start.y_dot).unwrap();
-    solver
-        .correct_initial_values(ConsistencyMode::States, 0.01)
-        .unwrap();
+    solver.correct_initial_values(ConsistencyMode::States, 0.01).unwrap();
     for (ours, exact) in solver.y().iter().zip(&start.y) {
         assert!((ours - exact).abs() < 1e-10, "{ours} ≠ {exact}");
     }

@@ -10,9 +10,7 @@ fn a_thousand_solvers_come_and_go() {
     for i in 0..1000 {
         let sample = Heat2d::new(4);
         let start = sample.start();
-        let mut solver = IdaSolver::builder(sample)
-            .build(0.0, &start.y, &start.y_dot)
-            .unwrap();
+        let mut solver = IdaSolver::builder(sample).build(0.0, &start.y, &start.y_dot).unwrap();
         if i % 3 == 0 {
             solver.step(1.0).unwrap();
         }
@@ -28,9 +26,7 @@ fn solvers_run_in_many_threads_at_once_and_move_between_them() {
     assert_send::<IdaSolver<Robertson>>();
     let run = || {
         let start = Robertson.start();
-        let mut solver = IdaSolver::builder(Robertson)
-            .build(0.0, &start.y, &start.y_dot)
-            .unwrap();
+        let mut solver = IdaSolver::builder(Robertson).build(0.0, &start.y, &start.y_dot).unwrap();
         solver.integrate_to(4.0).unwrap();
         std::thread::spawn(move || {
             solver.integrate_to(40.0).unwrap();
@@ -42,10 +38,6 @@ fn solvers_run_in_many_threads_at_once_and_move_between_them() {
     let expected = run();
     let threads: Vec<_> = (0..64).map(|_| std::thread::spawn(run)).collect();
     for thread in threads {
-        assert_eq!(
-            thread.join().unwrap(),
-            expected,
-            "bit for bit, whatever runs beside it"
-        );
+        assert_eq!(thread.join().unwrap(), expected, "bit for bit, whatever runs beside it");
     }
 }

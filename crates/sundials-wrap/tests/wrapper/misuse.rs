@@ -23,48 +23,27 @@ fn initial_values_of_a_wrong_length_or_not_finite_are_refused() {
         let built = IdaSolver::builder(Robertson).build(0.0, y, y_dot);
         built.unwrap_err().to_string()
     };
-    assert_eq!(
-        build(&[1.0], &[0.0; 3]),
-        "initial values y0: expected length 3, got 1"
-    );
-    assert_eq!(
-        build(&[1.0; 3], &[]),
-        "initial derivatives y_dot0: expected length 3, got 0"
-    );
-    assert_eq!(
-        build(&[1.0, f64::NAN, 0.0], &[0.0; 3]),
-        "y0[1] = NaN is not finite"
-    );
+    assert_eq!(build(&[1.0], &[0.0; 3]), "initial values y0: expected length 3, got 1");
+    assert_eq!(build(&[1.0; 3], &[]), "initial derivatives y_dot0: expected length 3, got 0");
+    assert_eq!(build(&[1.0, f64::NAN, 0.0], &[0.0; 3]), "y0[1] = NaN is not finite");
 }
 
 #[test]
 fn tolerances_that_make_no_sense_are_refused() {
     for (tolerances, expected) in [
-        (
-            Tolerances::scalar(-1e-3, 1.0),
-            "relative tolerance = -0.001: must be finite and ≥ 0",
-        ),
-        (
-            Tolerances::scalar(f64::NAN, 1.0),
-            "relative tolerance = NaN: must be finite and ≥ 0",
-        ),
+        (Tolerances::scalar(-1e-3, 1.0), "relative tolerance = -0.001: must be finite and ≥ 0"),
+        (Tolerances::scalar(f64::NAN, 1.0), "relative tolerance = NaN: must be finite and ≥ 0"),
         (
             Tolerances::scalar(0.0, 0.0),
             "absolute tolerance = 0: must be > 0 where the relative one is 0",
         ),
-        (
-            Tolerances::vector(1e-3, [1e-3, 1e-3]),
-            "absolute tolerances: expected length 3, got 2",
-        ),
+        (Tolerances::vector(1e-3, [1e-3, 1e-3]), "absolute tolerances: expected length 3, got 2"),
         (
             Tolerances::vector(0.0, [1.0, 0.0, 1.0]),
             "absolute tolerance = 0: must be > 0 where the relative one is 0",
         ),
     ] {
-        let options = IdaOptions {
-            tolerances,
-            ..IdaOptions::default()
-        };
+        let options = IdaOptions { tolerances, ..IdaOptions::default() };
         assert_eq!(refusal(options), expected);
     }
 }
@@ -87,30 +66,15 @@ fn settings_out_of_range_are_refused_by_name_and_value() {
         (|o| o.initial_step = Some(f64::NAN), "initial_step = NaN"),
         (|o| o.stop_time = Some(f64::INFINITY), "stop_time = inf"),
         (|o| o.max_steps = Some(0), "max_steps = 0"),
-        (
-            |o| o.max_error_test_failures = 0,
-            "max_error_test_failures = 0",
-        ),
-        (
-            |o| o.max_convergence_failures = 1 << 31,
-            "max_convergence_failures = 2147483648",
-        ),
-        (
-            |o| o.nonlinear_coefficient = 0.0,
-            "nonlinear_coefficient = 0",
-        ),
-        (
-            |o| o.sparse.pivot_tolerance = 1.5,
-            "sparse.pivot_tolerance = 1.5",
-        ),
+        (|o| o.max_error_test_failures = 0, "max_error_test_failures = 0"),
+        (|o| o.max_convergence_failures = 1 << 31, "max_convergence_failures = 2147483648"),
+        (|o| o.nonlinear_coefficient = 0.0, "nonlinear_coefficient = 0"),
+        (|o| o.sparse.pivot_tolerance = 1.5, "sparse.pivot_tolerance = 1.5"),
         (|o| o.delta_cj = 0.0, "delta_cj = 0:"),
         (|o| o.delta_cj = 1.0, "delta_cj = 1:"),
         (|o| o.max_newton_iterations = 0, "max_newton_iterations = 0"),
         (|o| o.constraints = vec![Constraint::None], "constraints"),
-        (
-            |o| o.suppressed = Suppressed::Components(vec![true]),
-            "suppressed components",
-        ),
+        (|o| o.suppressed = Suppressed::Components(vec![true]), "suppressed components"),
     ];
     for (change, word) in refused {
         let mut options = IdaOptions::default();
@@ -132,10 +96,7 @@ fn the_ends_of_the_ranges_are_in_them() {
         max_newton_iterations: 1,
         tolerances: Tolerances::scalar(0.0, 1e-6),
         constraints: vec![Constraint::None; 3],
-        sparse: SparseOptions {
-            pivot_tolerance: 1.0,
-            ..SparseOptions::default()
-        },
+        sparse: SparseOptions { pivot_tolerance: 1.0, ..SparseOptions::default() },
         ..IdaOptions::default()
     };
     let start = Robertson.start();
@@ -146,25 +107,13 @@ fn the_ends_of_the_ranges_are_in_them() {
 /// IDAS detects the violation in the first step, not at the start.
 #[test]
 fn initial_values_outside_of_the_constraints_are_refused() {
-    let violated = IdaOptions {
-        constraints: vec![Constraint::Negative; 3],
-        ..IdaOptions::default()
-    };
+    let violated =
+        IdaOptions { constraints: vec![Constraint::Negative; 3], ..IdaOptions::default() };
     let start = Robertson.start();
     let builder = IdaSolver::builder(Robertson).options(violated);
     let mut solver = builder.build(0.0, &start.y, &start.y_dot).unwrap();
     let error = solver.integrate_to(1.0).unwrap_err();
-    assert!(
-        matches!(
-            error,
-            Error::Call {
-                call: "IDASolve",
-                code: -22,
-                ..
-            }
-        ),
-        "{error}"
-    );
+    assert!(matches!(error, Error::Call { call: "IDASolve", code: -22, .. }), "{error}");
 }
 
 /// A problem whose numbers of unknowns, kinds, rows and columns may contradict each other.
@@ -212,18 +161,8 @@ fn a_problem_that_contradicts_itself_is_refused() {
     };
     for (n, kinds, pattern, expected) in [
         (2, 3, full(2, 2), "kinds: expected length 2, got 3"),
-        (
-            2,
-            2,
-            full(3, 2),
-            "rows of the Jacobian: expected length 2, got 3",
-        ),
-        (
-            2,
-            2,
-            full(2, 1),
-            "columns of the Jacobian: expected length 2, got 1",
-        ),
+        (2, 2, full(3, 2), "rows of the Jacobian: expected length 2, got 3"),
+        (2, 2, full(2, 1), "columns of the Jacobian: expected length 2, got 1"),
         (
             2,
             2,
@@ -239,9 +178,7 @@ fn a_problem_that_contradicts_itself_is_refused() {
     ] {
         let problem = Crooked { n, kinds, pattern };
         let start = vec![0.0; n];
-        let error = IdaSolver::builder(problem)
-            .build(0.0, &start, &start)
-            .unwrap_err();
+        let error = IdaSolver::builder(problem).build(0.0, &start, &start).unwrap_err();
         assert_eq!(error.to_string(), expected);
     }
 }
@@ -258,12 +195,7 @@ fn quadratures_and_times_that_are_no_numbers_are_refused() {
     };
     for (t0, start, tolerances, expected) in [
         (f64::INFINITY, 0.0, None, "t0 = inf: must be finite"),
-        (
-            0.0,
-            f64::NAN,
-            None,
-            "initial values of the quadratures[0] = NaN is not finite",
-        ),
+        (0.0, f64::NAN, None, "initial values of the quadratures[0] = NaN is not finite"),
         (
             0.0,
             0.0,
@@ -288,16 +220,8 @@ fn quadratures_and_times_that_are_no_numbers_are_refused() {
     }
     let mut solver = build(0.0, &[0.0], None).unwrap();
     for (y, q, expected) in [
-        (
-            vec![1.0],
-            vec![],
-            "initial values of the quadratures: expected length 1, got 0",
-        ),
-        (
-            vec![],
-            vec![0.0],
-            "initial values y0: expected length 1, got 0",
-        ),
+        (vec![1.0], vec![], "initial values of the quadratures: expected length 1, got 0"),
+        (vec![], vec![0.0], "initial values y0: expected length 1, got 0"),
         (vec![f64::NAN], vec![0.0], "y0[0] = NaN is not finite"),
     ] {
         let error = solver.reinit(0.0, &y, &[-1.0], &q).unwrap_err();
@@ -308,10 +232,7 @@ fn quadratures_and_times_that_are_no_numbers_are_refused() {
     assert!(solver.quadrature(&mut []).is_err());
     assert!(solver.quadrature_dense_output(f64::NAN, 0, &mut q).is_err());
     let error = solver.quadrature_dense_output(1.0, 9, &mut q).unwrap_err();
-    assert!(
-        matches!(error, Error::NoDenseOutput { derivative: 9, .. }),
-        "{error}"
-    );
+    assert!(matches!(error, Error::NoDenseOutput { derivative: 9, .. }), "{error}");
     // Within the last step the integral and its derivative y are available.
     let t = 1.0;
     solver.quadrature_dense_output(t, 0, &mut q).unwrap();
@@ -326,34 +247,16 @@ fn an_output_time_behind_t_is_misuse() {
     let mut solver = Decay::new().solver();
     solver.integrate_to(0.5).unwrap();
     let error = solver.integrate_to(0.4).unwrap_err();
-    assert!(
-        matches!(error, Error::TimeBehind { t_out: 0.4, t: 0.5 }),
-        "{error}"
-    );
+    assert!(matches!(error, Error::TimeBehind { t_out: 0.4, t: 0.5 }), "{error}");
     assert!(solver.step(f64::NAN).is_err());
-    assert_eq!(
-        solver.integrate_to(0.6).unwrap(),
-        Outcome::Reached { t: 0.6 }
-    );
+    assert_eq!(solver.integrate_to(0.6).unwrap(), Outcome::Reached { t: 0.6 });
     let mut out = [0.0];
     let error = solver.dense_output(-1.0, 0, &mut out).unwrap_err();
-    assert!(
-        matches!(error, Error::NoDenseOutput { derivative: 0, .. }),
-        "{error}"
-    );
+    assert!(matches!(error, Error::NoDenseOutput { derivative: 0, .. }), "{error}");
     let error = solver.dense_output(0.6, 9, &mut out).unwrap_err();
-    assert!(
-        matches!(error, Error::NoDenseOutput { derivative: 9, .. }),
-        "{error}"
-    );
-    assert!(matches!(
-        solver.quadrature(&mut out),
-        Err(Error::NoQuadrature)
-    ));
-    assert!(matches!(
-        solver.dense_output(0.6, 0, &mut []),
-        Err(Error::WrongLength { .. })
-    ));
+    assert!(matches!(error, Error::NoDenseOutput { derivative: 9, .. }), "{error}");
+    assert!(matches!(solver.quadrature(&mut out), Err(Error::NoQuadrature)));
+    assert!(matches!(solver.dense_output(0.6, 0, &mut []), Err(Error::WrongLength { .. })));
 }
 
 /// At this point IDAS has allocated its vectors, but not written to them. A new process may find
@@ -371,23 +274,11 @@ fn before_the_first_step_weights_and_errors_are_zeros() {
 
 #[test]
 fn integrates_backwards_too() {
-    let mut solver = IdaSolver::builder(Decay::new())
-        .build(1.0, &[1.0], &[-1.0])
-        .unwrap();
-    assert_eq!(
-        solver.integrate_to(0.0).unwrap(),
-        Outcome::Reached { t: 0.0 }
-    );
+    let mut solver = IdaSolver::builder(Decay::new()).build(1.0, &[1.0], &[-1.0]).unwrap();
+    assert_eq!(solver.integrate_to(0.0).unwrap(), Outcome::Reached { t: 0.0 });
     // The default tolerance is 1e-4 per step, for about thirty steps, in which errors grow by a factor of e.
-    assert!(
-        (solver.y()[0] - 1.0_f64.exp()).abs() < 1e-2,
-        "{}",
-        solver.y()[0]
-    );
-    assert!(matches!(
-        solver.integrate_to(0.5),
-        Err(Error::TimeBehind { .. })
-    ));
+    assert!((solver.y()[0] - 1.0_f64.exp()).abs() < 1e-2, "{}", solver.y()[0]);
+    assert!(matches!(solver.integrate_to(0.5), Err(Error::TimeBehind { .. })));
 }
 
 /// Regression, found by random sequences of calls: a correction after the first step changed the stored differences of
@@ -402,8 +293,5 @@ fn initial_values_are_corrected_before_the_first_step_only() {
     assert!(matches!(error, Error::AfterTheStart { t: 0.5 }), "{error}");
     solver.reinit(0.5, &[1.0], &[-1.0], &[]).unwrap();
     solver.correct_initial_values(mode, 1.0).unwrap();
-    assert_eq!(
-        solver.integrate_to(1.0).unwrap(),
-        Outcome::Reached { t: 1.0 }
-    );
+    assert_eq!(solver.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
 }

@@ -100,15 +100,9 @@ fn a_linear_solver_of_ones_own_counts_as_klu_does() {
         dense.integrate_to(t).unwrap();
         let (ours, reference) = (dense.statistics(), klu.statistics());
         assert_eq!(ours.steps, reference.steps, "t = {t}");
-        assert_eq!(
-            ours.newton_iterations, reference.newton_iterations,
-            "t = {t}"
-        );
+        assert_eq!(ours.newton_iterations, reference.newton_iterations, "t = {t}");
         assert_eq!(ours.linear_setups, reference.linear_setups, "t = {t}");
-        assert_eq!(
-            ours.error_test_failures, reference.error_test_failures,
-            "t = {t}"
-        );
+        assert_eq!(ours.error_test_failures, reference.error_test_failures, "t = {t}");
         assert!((dense.y()[0] / klu.y()[0] - 1.0).abs() < 1e-9, "t = {t}");
     }
     assert_eq!(dense.statistics().smallest_rcond, None);

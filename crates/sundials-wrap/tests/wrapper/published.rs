@@ -15,30 +15,17 @@ use crate::common::{HAS_KLU, numbers, reference};
 /// Returns a solver at the start of a sample, with an unlimited number of steps.
 fn solver<S: Sample>(sample: S, options: IdaOptions) -> IdaSolver<S> {
     let start = sample.start();
-    let options = IdaOptions {
-        max_steps: None,
-        ..options
-    };
-    IdaSolver::builder(sample)
-        .options(options)
-        .build(start.t, &start.y, &start.y_dot)
-        .unwrap()
+    let options = IdaOptions { max_steps: None, ..options };
+    IdaSolver::builder(sample).options(options).build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
 fn tolerance(tolerance: f64) -> IdaOptions {
-    IdaOptions {
-        tolerances: Tolerances::scalar(tolerance, tolerance),
-        ..IdaOptions::default()
-    }
+    IdaOptions { tolerances: Tolerances::scalar(tolerance, tolerance), ..IdaOptions::default() }
 }
 
 /// Returns the number of significant correct digits: −log10 of the largest relative error.
 fn scd(y: &[f64], reference: &[f64]) -> f64 {
-    -y.iter()
-        .zip(reference)
-        .map(|(y, r)| ((y - r) / r).abs())
-        .fold(0.0, f64::max)
-        .log10()
+    -y.iter().zip(reference).map(|(y, r)| ((y - r) / r).abs()).fold(0.0, f64::max).log10()
 }
 
 /// The allowed ranges are based on runs of IDA 7.9 with a difference Jacobian: 58, 141 and 266 steps with 2.97, 4.97
@@ -49,15 +36,9 @@ fn akzo_has_the_digits_of_published_runs() {
     let digits = numbers(&reference("s1_akzo")["ref"]);
     for (tol, steps, accuracy) in [(1e-4, 58.0, 2.97), (1e-6, 141.0, 4.97), (1e-8, 266.0, 6.47)] {
         let mut solver = solver(Akzo, tolerance(tol));
-        assert_eq!(
-            solver.integrate_to(180.0).unwrap(),
-            Outcome::Reached { t: 180.0 }
-        );
+        assert_eq!(solver.integrate_to(180.0).unwrap(), Outcome::Reached { t: 180.0 });
         let ours = scd(solver.y(), &digits);
-        assert!(
-            (ours - accuracy).abs() < 1.0,
-            "tolerance {tol}: {ours} digits"
-        );
+        assert!((ours - accuracy).abs() < 1.0, "tolerance {tol}: {ours} digits");
         let ratio = solver.statistics().steps as f64 / steps;
         assert!(
             (0.8..1.2).contains(&ratio),
@@ -81,34 +62,21 @@ fn akzo_quadrature_agrees_with_the_published_run() {
             max_steps: None,
             ..IdaOptions::default()
         })
-        .quadrature(
-            [0.0],
-            Some((setting("rtol_q"), setting("atol_q"))),
-            |_, _, y, _, rates| {
-                rates[0] = y[0];
-                Ok(())
-            },
-        )
+        .quadrature([0.0], Some((setting("rtol_q"), setting("atol_q"))), |_, _, y, _, rates| {
+            rates[0] = y[0];
+            Ok(())
+        })
         .build(start.t, &start.y, &start.y_dot)
         .unwrap();
-    assert_eq!(
-        solver.integrate_to(180.0).unwrap(),
-        Outcome::Reached { t: 180.0 }
-    );
+    assert_eq!(solver.integrate_to(180.0).unwrap(), Outcome::Reached { t: 180.0 });
     let mut integral = [f64::NAN];
     solver.quadrature(&mut integral).unwrap();
     let exact = reference["G_180"].as_f64().unwrap();
     // y itself has about seven digits at this tolerance, and so has its integral.
-    assert!(
-        (integral[0] / exact - 1.0).abs() < 1e-7,
-        "{integral:?} ≠ {exact}"
-    );
+    assert!((integral[0] / exact - 1.0).abs() < 1e-7, "{integral:?} ≠ {exact}");
     let mut rate = [f64::NAN];
     solver.quadrature_dense_output(180.0, 1, &mut rate).unwrap();
-    assert!(
-        (rate[0] / solver.y()[0] - 1.0).abs() < 1e-5,
-        "q̇ = {rate:?} is the integrand"
-    );
+    assert!((rate[0] / solver.y()[0] - 1.0).abs() < 1e-5, "q̇ = {rate:?} is the integrand");
     // Residuals are not compared: the published numbers include evaluations for difference
     // Jacobians.
     let stats = solver.statistics();
@@ -136,9 +104,7 @@ fn heat_equation_reproduces_the_published_run() {
         ..IdaOptions::default()
     };
     let mut solver = solver(Heat2d::new(10), options);
-    solver
-        .correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, 0.01)
-        .unwrap();
+    solver.correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, 0.01).unwrap();
     let maximum = |u: &[f64]| u.iter().copied().fold(f64::MIN, f64::max);
     let (times, maxima) = (numbers(&published["t"]), numbers(&published["umax"]));
     for (row, (&t, &umax)) in times.iter().zip(&maxima).enumerate().skip(1) {
@@ -147,22 +113,11 @@ fn heat_equation_reproduces_the_published_run() {
         let ours = maximum(solver.y());
         assert!((ours / umax - 1.0).abs() < 5e-6, "t = {t}: {ours} ≠ {umax}");
         let stats = solver.statistics();
-        assert_eq!(
-            stats.steps,
-            published["nst"][row].as_u64().unwrap(),
-            "t = {t}"
-        );
-        assert_eq!(
-            stats.jacobian_evaluations,
-            published["nje"][row].as_u64().unwrap(),
-            "t = {t}"
-        );
+        assert_eq!(stats.steps, published["nst"][row].as_u64().unwrap(), "t = {t}");
+        assert_eq!(stats.jacobian_evaluations, published["nje"][row].as_u64().unwrap(), "t = {t}");
     }
     let stats = solver.statistics();
-    assert_eq!(
-        stats.error_test_failures,
-        published["netf"].as_u64().unwrap()
-    );
+    assert_eq!(stats.error_test_failures, published["netf"].as_u64().unwrap());
     assert_eq!(stats.newton_failures, published["ncfn"].as_u64().unwrap());
 }
 
@@ -187,16 +142,11 @@ fn heat_equation_is_accurate_at_a_tight_tolerance() {
 #[test]
 fn linear_index_1_errors_are_the_published_ones() {
     let published = reference("s4_exact_daes")["A"]["published_ida_errors"].clone();
-    let runs = numbers(&published["rtol"])
-        .into_iter()
-        .zip(numbers(&published["error"]));
+    let runs = numbers(&published["rtol"]).into_iter().zip(numbers(&published["error"]));
     let exact = LinearIndex1.exact(10.0).unwrap();
     for (tol, theirs) in runs.step_by(4) {
         let mut solver = solver(LinearIndex1, tolerance(tol));
-        assert_eq!(
-            solver.integrate_to(10.0).unwrap(),
-            Outcome::Reached { t: 10.0 }
-        );
+        assert_eq!(solver.integrate_to(10.0).unwrap(), Outcome::Reached { t: 10.0 });
         let ours = distance(solver.y(), &exact);
         let factor = if tol > 1e-8 { 1.001 } else { 2.0 };
         let is_theirs = theirs < factor * ours || (tol < 1e-8 && !HAS_KLU);
@@ -216,29 +166,14 @@ fn index_2_errors_follow_the_tolerance() {
     let exact = JayIndex2.exact(1.0).unwrap();
     let (mut last_y, mut last_z) = (f64::INFINITY, f64::INFINITY);
     for tol in [1e-4, 1e-6, 1e-8] {
-        let options = IdaOptions {
-            suppressed: Suppressed::Algebraic,
-            ..tolerance(tol)
-        };
+        let options = IdaOptions { suppressed: Suppressed::Algebraic, ..tolerance(tol) };
         let mut solver = solver(JayIndex2, options);
-        assert_eq!(
-            solver.integrate_to(1.0).unwrap(),
-            Outcome::Reached { t: 1.0 }
-        );
+        assert_eq!(solver.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
         let error_y = distance(&solver.y()[..2], &exact[..2]);
         let error_z = (solver.y()[2] - exact[2]).abs();
-        assert!(
-            error_y < 1e2 * allowed(tol, &exact),
-            "tolerance {tol}: error {error_y:e}"
-        );
-        assert!(
-            error_y < 0.1 * last_y,
-            "tolerance {tol}: error {error_y:e} after {last_y:e}"
-        );
-        assert!(
-            error_z < 0.5 * last_z,
-            "tolerance {tol}: error {error_z:e} after {last_z:e}"
-        );
+        assert!(error_y < 1e2 * allowed(tol, &exact), "tolerance {tol}: error {error_y:e}");
+        assert!(error_y < 0.1 * last_y, "tolerance {tol}: error {error_y:e} after {last_y:e}");
+        assert!(error_z < 0.5 * last_z, "tolerance {tol}: error {error_z:e} after {last_z:e}");
         (last_y, last_z) = (error_y, error_z);
     }
 }
@@ -249,11 +184,7 @@ fn allowed(tol: f64, y: &[f64]) -> f64 {
 }
 
 fn distance(y: &[f64], exact: &[f64]) -> f64 {
-    y.iter()
-        .zip(exact)
-        .map(|(y, e)| (y - e).powi(2))
-        .sum::<f64>()
-        .sqrt()
+    y.iter().zip(exact).map(|(y, e)| (y - e).powi(2)).sum::<f64>().sqrt()
 }
 
 /// With the multiplier in the error test, BDF cannot integrate the index-3 form: the estimate of the local error of λ
@@ -266,10 +197,7 @@ fn the_index_3_pendulum_stops_honestly() {
             panic!("tolerance {tol}: went through")
         };
         assert!(
-            matches!(
-                stop.reason,
-                StopReason::ErrorTestFailures | StopReason::StepTooSmall
-            ),
+            matches!(stop.reason, StopReason::ErrorTestFailures | StopReason::StepTooSmall),
             "{stop}"
         );
         assert!(stop.t < 0.1 && stop.t == solver.t(), "{stop}");
@@ -285,31 +213,17 @@ fn the_index_3_pendulum_stops_honestly() {
 #[test]
 fn the_pendulum_goes_through_in_every_form_without_its_multiplier_in_the_error_test() {
     let tol = 1e-4;
-    for form in [
-        MechanicalForm::Index3,
-        MechanicalForm::Index2,
-        MechanicalForm::Stabilized,
-    ] {
+    for form in [MechanicalForm::Index3, MechanicalForm::Index2, MechanicalForm::Stabilized] {
         let pendulum = Pendulum::new(form);
-        let options = IdaOptions {
-            suppressed: Suppressed::Algebraic,
-            ..tolerance(tol)
-        };
+        let options = IdaOptions { suppressed: Suppressed::Algebraic, ..tolerance(tol) };
         let mut solver = solver(pendulum, options);
-        assert_eq!(
-            solver.integrate_to(2.0).unwrap(),
-            Outcome::Reached { t: 2.0 }
-        );
+        assert_eq!(solver.integrate_to(2.0).unwrap(), Outcome::Reached { t: 2.0 });
         let error = distance(&solver.y()[..2], &pendulum.exact(2.0).unwrap()[..2]);
         // The tolerance per step, for most of a period.
         assert!(error < 1e2 * tol, "{form:?}: {error:e}");
         let y = solver.y();
         let drift = (y[0] * y[0] + y[1] * y[1] - 1.0).abs();
-        let bound = if form == MechanicalForm::Index2 {
-            1e2 * tol
-        } else {
-            tol
-        };
+        let bound = if form == MechanicalForm::Index2 { 1e2 * tol } else { tol };
         assert!(drift < bound, "{form:?}: drift {drift:e}");
     }
 }
@@ -334,11 +248,7 @@ fn car_axis_behaves_as_published_in_every_form() {
         let mut solver = builder.build(start.t, &start.y, &start.y_dot).unwrap();
         let outcome = solver.integrate_to(3.0).unwrap();
         let mixed = |(y, r): (&f64, &f64)| ((y - r) / (r.abs() + 1.0)).abs();
-        let error = solver.y()[..8]
-            .iter()
-            .zip(&reference)
-            .map(mixed)
-            .fold(0.0, f64::max);
+        let error = solver.y()[..8].iter().zip(&reference).map(mixed).fold(0.0, f64::max);
         (outcome, solver.statistics().steps as f64, -error.log10())
     };
     let published = [
@@ -352,20 +262,12 @@ fn car_axis_behaves_as_published_in_every_form() {
     for (form, tol, steps, digits) in published {
         let (outcome, our_steps, our_digits) = run(form, tol);
         assert_eq!(outcome, Outcome::Reached { t: 3.0 }, "{form:?}, {tol}");
-        assert!(
-            (0.8..1.2).contains(&(our_steps / steps)),
-            "{form:?}, {tol}: {our_steps} steps"
-        );
+        assert!((0.8..1.2).contains(&(our_steps / steps)), "{form:?}, {tol}: {our_steps} steps");
         // The errors of single runs vary by a factor of several.
-        assert!(
-            (our_digits - digits).abs() < 1.0,
-            "{form:?}, {tol}: {our_digits} digits"
-        );
+        assert!((our_digits - digits).abs() < 1.0, "{form:?}, {tol}: {our_digits} digits");
     }
     let (outcome, ..) = run(MechanicalForm::Index3, 1e-4);
-    let Outcome::Stopped(stop) = outcome else {
-        panic!("index 3 went through")
-    };
+    let Outcome::Stopped(stop) = outcome else { panic!("index 3 went through") };
     assert!((0.2..0.3).contains(&stop.t), "{stop}");
     assert_eq!(stop.reason, StopReason::ErrorTestFailures);
 }

@@ -79,32 +79,18 @@ fn reproduces_the_published_sensitivities_of_robertson() {
     let published = reference("s3_robertson_sensitivities");
     let p = numbers(&published["parameters"]);
     let p = [p[0], p[1], p[2]];
-    let (rtol, atol) = (
-        published["rtol"].as_f64().unwrap(),
-        numbers(&published["atol"]),
-    );
+    let (rtol, atol) = (published["rtol"].as_f64().unwrap(), numbers(&published["atol"]));
     let zero = || [vec![0.0; 3], vec![0.0; 3]];
     let mut solver = IdaSolver::builder(Kinetics { p })
         .tolerances(Tolerances::vector(rtol, atol.clone()))
-        .sensitivities(
-            rates(p),
-            SensitivityOptions::default(),
-            vec![zero(), zero(), zero()],
-        )
+        .sensitivities(rates(p), SensitivityOptions::default(), vec![zero(), zero(), zero()])
         .build(0.0, &[1.0, 0.0, 0.0], &[0.1, 0.0, 0.0])
         .unwrap();
-    solver
-        .correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, 0.4)
-        .unwrap();
+    solver.correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, 0.4).unwrap();
     // Consistent: Ṡ of the first rate is (−1, 1, 0).
     let mut slope = [0.0; 3];
-    solver
-        .sensitivity_dense_output(0, 0.0, 1, &mut slope)
-        .unwrap();
-    assert!(
-        (slope[0] + 1.0).abs() < 1e-6 && (slope[1] - 1.0).abs() < 1e-6,
-        "{slope:?}"
-    );
+    solver.sensitivity_dense_output(0, 0.0, 1, &mut slope).unwrap();
+    assert!((slope[0] + 1.0).abs() < 1e-6 && (slope[1] - 1.0).abs() < 1e-6, "{slope:?}");
     let rows = published["rows"].as_array().unwrap();
     for row in rows {
         let t = row["t"].as_f64().unwrap();
@@ -150,10 +136,7 @@ const INERTIA: [f64; 3] = [1.0, 1.0, 2.0];
 
 /// Returns the gradients of the constraints x − cos p − a cos q and −sin p − a sin q with respect to (q, x, p).
 fn gradients(q: f64, p: f64) -> [[f64; 3]; 2] {
-    [
-        [CRANK * q.sin(), 1.0, p.sin()],
-        [-CRANK * q.cos(), 0.0, -p.cos()],
-    ]
+    [[CRANK * q.sin(), 1.0, p.sin()], [-CRANK * q.cos(), 0.0, -p.cos()]]
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -167,15 +150,9 @@ impl Crank {
         let half = 0.5 * CRANK;
         // Vector from the midpoint of the crank to the midpoint of the rod, which ends at the
         // slider.
-        let d = [
-            x - 0.5 * p.cos() - half * q.cos(),
-            -0.5 * p.sin() - half * q.sin(),
-        ];
+        let d = [x - 0.5 * p.cos() - half * q.cos(), -0.5 * p.sin() - half * q.sin()];
         let length = d[0].hypot(d[1]);
-        let by = [
-            [half * q.sin(), 1.0, 0.5 * p.sin()],
-            [-half * q.cos(), 0.0, -0.5 * p.cos()],
-        ];
+        let by = [[half * q.sin(), 1.0, 0.5 * p.sin()], [-half * q.cos(), 0.0, -0.5 * p.cos()]];
         let of_length = [0, 1, 2].map(|i| (d[0] * by[0][i] + d[1] * by[1][i]) / length);
         let tension = self.stiffness * (length - 1.0) + self.damping * dot(&of_length, v);
         let pushed = [0.0, 1.0, -p.sin()];
@@ -230,41 +207,28 @@ impl Problem for Crank {
 #[test]
 fn reproduces_the_published_sensitivities_of_the_slider_crank() {
     for method in [Simultaneous, Staggered] {
-        let crank = Crank {
-            stiffness: 1.0,
-            damping: 1.0,
-        };
+        let crank = Crank { stiffness: 1.0, damping: 1.0 };
         let [q, x, p] = Crank::start();
         let mut y = vec![0.0; 11];
         y[..3].copy_from_slice(&[q, x, p]);
         let mut y_dot = vec![0.0; 11];
         let forces = crank.forces(&y);
         (0..3).for_each(|i| y_dot[3 + i] = forces[i] / INERTIA[i]);
-        let list = vec![
-            Parameter::new("stiffness", 1.0),
-            Parameter::new("damping", 1.0),
-        ];
+        let list = vec![Parameter::new("stiffness", 1.0), Parameter::new("damping", 1.0)];
         let get = |crank: &Crank, j: usize| [crank.stiffness, crank.damping][j];
         let set = |crank: &mut Crank, j: usize, value: f64| match j {
             0 => crank.stiffness = value,
             _ => crank.damping = value,
         };
         let zero = || [vec![0.0; 11], vec![0.0; 11]];
-        let options = SensitivityOptions {
-            method,
-            in_error_test: true,
-        };
+        let options = SensitivityOptions { method, in_error_test: true };
         let mut solver = IdaSolver::builder(crank)
             .options(IdaOptions {
                 tolerances: Tolerances::scalar(1e-6, 1e-7),
                 suppressed: Suppressed::Algebraic,
                 ..IdaOptions::default()
             })
-            .sensitivities(
-                Differenced::new(list, get, set),
-                options,
-                vec![zero(), zero()],
-            )
+            .sensitivities(Differenced::new(list, get, set), options, vec![zero(), zero()])
             .build(0.0, &y, &y_dot)
             .unwrap();
         let outcome = solver.integrate_to(10.0).unwrap();
@@ -276,10 +240,7 @@ fn reproduces_the_published_sensitivities_of_the_slider_crank() {
             *found = s[10];
         }
         let g = solver.y()[10];
-        println!(
-            "{method:?}: G = {g:.6}, dG/dp = {found:.5?}, {:?}",
-            solver.statistics().steps
-        );
+        println!("{method:?}: G = {g:.6}, dG/dp = {found:.5?}, {:?}", solver.statistics().steps);
         assert!((g - 3.336_616).abs() < 2e-5, "{g}");
         for (found, published) in found.into_iter().zip([0.33346, -0.36375]) {
             assert!((found - published).abs() < 5e-5, "{method:?}: {found}");

@@ -28,18 +28,14 @@ fn reproduces_the_published_run_with_klu() {
         })
         .build(start.t, &start.y, &start.y_dot)
         .unwrap();
-    let rows = numbers(&published["t"])
-        .into_iter()
-        .zip(numbers(&published["y1"]));
+    let rows = numbers(&published["t"]).into_iter().zip(numbers(&published["y1"]));
     let events = [(0, [0, 1]), (9, [-1, 0])];
     let mut t_out = 0.4;
     for (row, (t, y1)) in rows.enumerate() {
         let outcome = solver.integrate_to(t_out).unwrap();
         match events.iter().find(|(event_row, _)| *event_row == row) {
             Some((_, expected)) => {
-                let Outcome::Root { crossings, .. } = &outcome else {
-                    panic!("{outcome:?}")
-                };
+                let Outcome::Root { crossings, .. } = &outcome else { panic!("{outcome:?}") };
                 assert_eq!(crossings, expected);
             }
             None => {
@@ -48,21 +44,9 @@ fn reproduces_the_published_run_with_klu() {
             }
         }
         // Printed with five digits.
-        assert!(
-            (outcome.t() / t - 1.0).abs() < 5e-5,
-            "row {row}: t = {}",
-            outcome.t()
-        );
-        assert!(
-            (solver.y()[0] / y1 - 1.0).abs() < 5e-5,
-            "row {row}: y1 = {}",
-            solver.y()[0]
-        );
-        assert_eq!(
-            solver.statistics().steps,
-            published["nst"][row].as_u64().unwrap(),
-            "row {row}"
-        );
+        assert!((outcome.t() / t - 1.0).abs() < 5e-5, "row {row}: t = {}", outcome.t());
+        assert!((solver.y()[0] / y1 - 1.0).abs() < 5e-5, "row {row}: y1 = {}", solver.y()[0]);
+        assert_eq!(solver.statistics().steps, published["nst"][row].as_u64().unwrap(), "row {row}");
     }
     let stats = solver.statistics();
     let counters = [
@@ -94,10 +78,7 @@ fn is_accurate_at_a_tight_tolerance() {
         assert_eq!(solver.integrate_to(t).unwrap(), Outcome::Reached { t });
         for (component, exact) in [(0, y1[i]), (1, y2[i])] {
             let error = (solver.y()[component] / exact - 1.0).abs();
-            assert!(
-                error < 1e3 * rtol,
-                "t = {t}: relative error {error:e} in y{component}"
-            );
+            assert!(error < 1e3 * rtol, "t = {t}: relative error {error:e} in y{component}");
         }
         let total: f64 = solver.y().iter().sum();
         // The conservation of mass is satisfied to Newton's fraction of the tolerance.

@@ -8,11 +8,8 @@ use myovib_dae::VariableKind;
 
 use crate::common::{check_jacobian, numbers, reference};
 
-const FORMS: [MechanicalForm; 3] = [
-    MechanicalForm::Index3,
-    MechanicalForm::Index2,
-    MechanicalForm::Stabilized,
-];
+const FORMS: [MechanicalForm; 3] =
+    [MechanicalForm::Index3, MechanicalForm::Index2, MechanicalForm::Stabilized];
 
 fn all() -> Vec<Box<dyn Sample>> {
     let mut samples: Vec<Box<dyn Sample>> = vec![
@@ -37,15 +34,10 @@ fn start_consistently() {
         let n = sample.n_unknowns();
         assert_eq!((start.y.len(), start.y_dot.len()), (n, n), "sample {which}");
         let mut residual = vec![f64::NAN; n];
-        sample
-            .residual(start.t, &start.y, &start.y_dot, &mut residual)
-            .unwrap();
+        sample.residual(start.t, &start.y, &start.y_dot, &mut residual).unwrap();
         let scale = start.y_dot.iter().fold(1.0_f64, |m, v| m.max(v.abs()));
         for (i, r) in residual.iter().enumerate() {
-            assert!(
-                r.abs() < 8.0 * f64::EPSILON * scale,
-                "sample {which}: residual[{i}] = {r}"
-            );
+            assert!(r.abs() < 8.0 * f64::EPSILON * scale, "sample {which}: residual[{i}] = {r}");
         }
     }
 }
@@ -71,28 +63,19 @@ fn have_exact_solutions_that_satisfy_the_equations() {
         };
         for (exact, start) in y0.iter().zip(&sample.start().y) {
             // For a horizontal pendulum asin does not lose digits: θ/2 is 45°.
-            assert!(
-                (exact - start).abs() < 1e-13,
-                "sample {which}: {exact} ≠ {start}"
-            );
+            assert!((exact - start).abs() < 1e-13, "sample {which}: {exact} ≠ {start}");
         }
         for t in [0.1, 0.7, 0.95] {
             let h = 6e-6; // cube root of ε
             let (y, plus, minus) = (sample.exact(t), sample.exact(t + h), sample.exact(t - h));
             let (y, plus, minus) = (y.unwrap(), plus.unwrap(), minus.unwrap());
-            let y_dot: Vec<f64> = plus
-                .iter()
-                .zip(&minus)
-                .map(|(p, m)| (p - m) / (2.0 * h))
-                .collect();
+            let y_dot: Vec<f64> =
+                plus.iter().zip(&minus).map(|(p, m)| (p - m) / (2.0 * h)).collect();
             let mut residual = vec![f64::NAN; y.len()];
             sample.residual(t, &y, &y_dot, &mut residual).unwrap();
             for (i, r) in residual.iter().enumerate() {
                 // h² times a third derivative of at most g^(3/2) ≈ 300, plus rounding.
-                assert!(
-                    r.abs() < 1e-8,
-                    "sample {which}: residual[{i}] = {r} at t = {t}"
-                );
+                assert!(r.abs() < 1e-8, "sample {which}: residual[{i}] = {r} at t = {t}");
             }
         }
     }
@@ -106,24 +89,12 @@ fn the_pendulum_is_where_the_elliptic_functions_say() {
         let y = pendulum.exact(row["t"].as_f64().unwrap()).unwrap();
         for (i, key) in [(0, "x"), (1, "y"), (4, "lam")] {
             // A phase of up to 31 has a rounding error of 4e-15, and λ is 3 g times a cosine.
-            assert!(
-                (y[i] - row[key].as_f64().unwrap()).abs() < 1e-12,
-                "{key}: {}",
-                y[i]
-            );
+            assert!((y[i] - row[key].as_f64().unwrap()).abs() < 1e-12, "{key}: {}", y[i]);
         }
     }
     let period = reference["period"].as_f64().unwrap();
-    for (after, start) in pendulum
-        .exact(period)
-        .unwrap()
-        .iter()
-        .zip(&pendulum.start().y)
-    {
-        assert!(
-            (after - start).abs() < 1e-12,
-            "{after} ≠ {start} after one period"
-        );
+    for (after, start) in pendulum.exact(period).unwrap().iter().zip(&pendulum.start().y) {
+        assert!((after - start).abs() < 1e-12, "{after} ≠ {start} after one period");
     }
 }
 
@@ -143,21 +114,12 @@ fn start_values_agree_with_the_published_ones() {
 fn samples_state_algebraic_variables_and_indices() {
     for sample in all() {
         let (kinds, indices) = (sample.kinds().unwrap(), sample.indices().unwrap());
-        assert_eq!(
-            (kinds.len(), indices.len()),
-            (sample.n_unknowns(), sample.n_unknowns())
-        );
+        assert_eq!((kinds.len(), indices.len()), (sample.n_unknowns(), sample.n_unknowns()));
         for (kind, index) in kinds.iter().zip(&indices) {
             assert!(*kind == VariableKind::Differential || *index >= 1);
         }
     }
     let car = reference("s2_caraxis");
-    let published: Vec<u8> = numbers(&car["index_of_variables"])
-        .iter()
-        .map(|&i| i as u8)
-        .collect();
-    assert_eq!(
-        Some(published),
-        myovib_dae::Problem::indices(&CarAxis::new(FORMS[0]))
-    );
+    let published: Vec<u8> = numbers(&car["index_of_variables"]).iter().map(|&i| i as u8).collect();
+    assert_eq!(Some(published), myovib_dae::Problem::indices(&CarAxis::new(FORMS[0])));
 }

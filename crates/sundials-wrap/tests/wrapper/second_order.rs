@@ -81,17 +81,12 @@ impl BackwardProblem<Kinetics> for SecondOrder {
 fn reproduces_the_published_hessian_of_robertson() {
     let p = [0.04, 1e4, 3e7];
     // The example does not specify typical sizes of the parameters; the default is 1.
-    let parameter = |name: &str, value| Parameter {
-        scale: 1.0,
-        ..Parameter::new(name, value)
-    };
+    let parameter = |name: &str, value| Parameter { scale: 1.0, ..Parameter::new(name, value) };
     let list = vec![parameter("p1", p[0]), parameter("p2", p[1])];
     let set = |problem: &mut Kinetics, j: usize, value| problem.p[j] = value;
     let zero = || [vec![0.0; 3], vec![0.0; 3]];
-    let sensitivities = SensitivityOptions {
-        method: SensitivityMethod::Simultaneous,
-        in_error_test: true,
-    };
+    let sensitivities =
+        SensitivityOptions { method: SensitivityMethod::Simultaneous, in_error_test: true };
     let mut solver = IdaSolver::builder(Kinetics { p })
         .options(IdaOptions {
             tolerances: Tolerances::scalar(1e-8, 1e-10),
@@ -133,9 +128,7 @@ fn reproduces_the_published_hessian_of_robertson() {
             ..BackwardOptions::default()
         };
         let problem = SecondOrder { k };
-        solver
-            .add_backward(problem, &options, &end, [&values, &rates])
-            .unwrap()
+        solver.add_backward(problem, &options, &end, [&values, &rates]).unwrap()
     });
     solver.integrate_back_to(0.0).unwrap();
     let columns = backward.map(|b| solver.backward(b).unwrap().quadratures.clone());

@@ -29,9 +29,7 @@ fn error<S: ParametricSample + Copy + Send + 'static>(
         .sensitivities(sample.differenced(), options, starts.collect())
         .build(start.t, &start.y, &start.y_dot)
         .unwrap();
-    solver
-        .correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, t_end)
-        .unwrap();
+    solver.correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, t_end).unwrap();
     assert_eq!(solver.integrate_to(t_end).unwrap().t(), t_end);
     let mut largest = 0.0_f64;
     for (j, parameter) in list.iter().enumerate() {
@@ -50,26 +48,14 @@ fn error<S: ParametricSample + Copy + Send + 'static>(
 fn closed_forms_are_met_by_both_methods_in_and_out_of_the_error_test() {
     for method in [Staggered, Simultaneous] {
         for in_error_test in [true, false] {
-            let options = SensitivityOptions {
-                method,
-                in_error_test,
-            };
+            let options = SensitivityOptions { method, in_error_test };
             for tol in [1e-5, 1e-8] {
                 for (name, error) in [
-                    (
-                        "oscillator",
-                        error(Oscillator { omega: 3.0 }, 2.0, tol, options),
-                    ),
-                    (
-                        "linear",
-                        error(ScaledLinear { p: 2.0, q: 0.6 }, 2.0, tol, options),
-                    ),
+                    ("oscillator", error(Oscillator { omega: 3.0 }, 2.0, tol, options)),
+                    ("linear", error(ScaledLinear { p: 2.0, q: 0.6 }, 2.0, tol, options)),
                 ] {
                     println!("{name}, {options:?}, {tol:e}: {error:.1e}");
-                    assert!(
-                        error < 300.0 * tol,
-                        "{name}, {options:?}, {tol:e}: {error:e}"
-                    );
+                    assert!(error < 300.0 * tol, "{name}, {options:?}, {tol:e}: {error:e}");
                 }
             }
         }
@@ -80,10 +66,7 @@ fn closed_forms_are_met_by_both_methods_in_and_out_of_the_error_test() {
 #[test]
 fn the_stabilized_pendulum_has_its_sensitivity_to_gravity() {
     let sample = Pendulum::new(MechanicalForm::Stabilized);
-    let (start, list) = (
-        myovib_conformance::samples::Sample::start(&sample),
-        sample.parameters(),
-    );
+    let (start, list) = (myovib_conformance::samples::Sample::start(&sample), sample.parameters());
     let starts = (0..2).map(|j| {
         let mut slope = vec![0.0; 6];
         // At rest in the horizontal position, only the acceleration depends on gravity.
@@ -96,11 +79,7 @@ fn the_stabilized_pendulum_has_its_sensitivity_to_gravity() {
             suppressed: Suppressed::Algebraic,
             ..IdaOptions::default()
         })
-        .sensitivities(
-            sample.differenced(),
-            SensitivityOptions::default(),
-            starts.collect(),
-        )
+        .sensitivities(sample.differenced(), SensitivityOptions::default(), starts.collect())
         .build(start.t, &start.y, &start.y_dot)
         .unwrap();
     assert_eq!(solver.integrate_to(1.0).unwrap().t(), 1.0);
@@ -159,37 +138,22 @@ fn a_panic_passes_through_c_and_a_fatal_error_comes_back() {
     assert!(matches!(&error, Error::Callback { function, .. } if function.contains("sensitivity")));
     let mut solver = reported(|| Err(StepError::Recoverable("not here".into())), 1).unwrap();
     let outcome = solver.integrate_to(1.0).unwrap();
-    assert!(
-        matches!(outcome, myovib_dae::Outcome::Stopped(_)),
-        "{outcome:?}"
-    );
+    assert!(matches!(outcome, myovib_dae::Outcome::Stopped(_)), "{outcome:?}");
 }
 
 #[test]
 fn misuse_is_rejected_and_without_parameters_nothing_is_returned() {
-    assert!(matches!(
-        reported(|| Ok(()), 2),
-        Err(Error::WrongLength { .. })
-    ));
+    assert!(matches!(reported(|| Ok(()), 2), Err(Error::WrongLength { .. })));
     let mut solver = reported(|| Ok(()), 1).unwrap();
     solver.integrate_to(0.5).unwrap();
     let none = solver.sensitivity(1, &mut [0.0; 2]);
-    assert!(matches!(
-        none,
-        Err(Error::NoParameter {
-            parameter: 1,
-            of: 1
-        })
-    ));
+    assert!(matches!(none, Err(Error::NoParameter { parameter: 1, of: 1 })));
     let outside = solver.sensitivity_dense_output(0, 9.0, 0, &mut [0.0; 2]);
     assert!(matches!(outside, Err(Error::NoDenseOutput { .. })));
     let plain = IdaSolver::builder(Oscillator { omega: 1.0 })
         .build(0.0, &[1.0, 0.0], &[0.0, -1.0])
         .unwrap();
-    assert_eq!(
-        (plain.n_parameters(), plain.sensitivity_statistics()),
-        (0, Default::default())
-    );
+    assert_eq!((plain.n_parameters(), plain.sensitivity_statistics()), (0, Default::default()));
 }
 
 /// Checks that a restart results in identical sensitivities.
@@ -240,18 +204,11 @@ fn sensitivities_are_continued_over_a_reinit_on_request_only() {
     let (y, y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
     let mut s = [vec![0.0; 2], vec![0.0; 2]];
     for (derivative, s) in s.iter_mut().enumerate() {
-        solver
-            .sensitivity_dense_output(0, 0.5, derivative, s)
-            .unwrap();
+        solver.sensitivity_dense_output(0, 0.5, derivative, s).unwrap();
     }
     let refused = solver.reinit(0.5, &y, &y_dot, &[]);
-    assert!(
-        matches!(refused, Err(Error::SensitivitiesDue { .. })),
-        "{refused:?}"
-    );
-    solver
-        .reinit_with_sensitivities(0.5, &y, &y_dot, &[], vec![s])
-        .unwrap();
+    assert!(matches!(refused, Err(Error::SensitivitiesDue { .. })), "{refused:?}");
+    solver.reinit_with_sensitivities(0.5, &y, &y_dot, &[], vec![s]).unwrap();
     solver.integrate_to(1.0).unwrap();
     let mut found = [0.0; 2];
     solver.sensitivity(0, &mut found).unwrap();
@@ -332,24 +289,14 @@ impl LinearSolver<Decay> for Noting {
 fn linear_solvers_are_given_the_weights_of_y() {
     for scale in [1.0, 1e4] {
         let ratios = Arc::new(Mutex::new(Vec::new()));
-        let linear_solver = Noting {
-            jacobian: 1.0,
-            y: 0.0,
-            ratios: Arc::clone(&ratios),
-        };
-        let parameter = Parameter {
-            scale,
-            ..Parameter::new("p", 1.0)
-        };
+        let linear_solver = Noting { jacobian: 1.0, y: 0.0, ratios: Arc::clone(&ratios) };
+        let parameter = Parameter { scale, ..Parameter::new("p", 1.0) };
         let parameters = Differenced::new(
             vec![parameter],
             |problem: &Decay, _| problem.0,
             |problem: &mut Decay, _, p| problem.0 = p,
         );
-        let options = SensitivityOptions {
-            in_error_test: false,
-            ..SensitivityOptions::default()
-        };
+        let options = SensitivityOptions { in_error_test: false, ..SensitivityOptions::default() };
         let mut solver = IdaSolver::builder(Decay(1.0))
             .options(IdaOptions {
                 tolerances: Tolerances::scalar(1e-6, 1e-6),

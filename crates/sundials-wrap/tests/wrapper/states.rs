@@ -101,10 +101,8 @@ fn apply(solver: &mut IdaSolver<Robertson>, call: &Call) {
             true
         }
     };
-    let asks_only = matches!(
-        call,
-        Call::DenseOutput { .. } | Call::DenseOutputInto(_) | Call::Weights(_)
-    );
+    let asks_only =
+        matches!(call, Call::DenseOutput { .. } | Call::DenseOutputInto(_) | Call::Weights(_));
     if refused && asks_only {
         assert_eq!(before, bits(solver), "{call:?}");
     }

@@ -71,10 +71,7 @@ struct Time {
 }
 
 impl Time {
-    const NONE: Self = Self {
-        cpu: f64::INFINITY,
-        wall: f64::INFINITY,
-    };
+    const NONE: Self = Self { cpu: f64::INFINITY, wall: f64::INFINITY };
 
     /// Runs `work` and keeps the minimum times.
     fn least(&mut self, work: impl FnOnce() -> Result<()>) -> Result<()> {
@@ -135,14 +132,11 @@ impl Contest<'_> {
         let Self { solid, kind, .. } = *self;
         let values = &solid.values(c)[..];
         let ours = |threads| move || Ours::new(solid, values, kind, threads);
-        let mut entrants = vec![
-            Entrant::new(solid, values, ours(1))?,
-            Entrant::new(solid, values, ours(2))?,
-        ];
+        let mut entrants =
+            vec![Entrant::new(solid, values, ours(1))?, Entrant::new(solid, values, ours(2))?];
         #[cfg(feature = "mumps")]
-        entrants.push(Entrant::new(solid, values, || {
-            Ok(Mumps::new(&solid.pattern, values, kind))
-        })?);
+        entrants
+            .push(Entrant::new(solid, values, || Ok(Mumps::new(&solid.pattern, values, kind)))?);
         for _ in 0..self.repeats {
             for entrant in &mut entrants {
                 entrant.factor()?;
@@ -196,13 +190,7 @@ fn backward_error<T: Scalar>(solid: &Solid, values: &[T], b: &[T], x: &[T]) -> f
         scale[row] += a.abs() * x[column].abs();
     }
     let ratios = residual.iter().zip(&scale).map(|(r, s)| r.abs() / s);
-    ratios.fold(0.0, |max, ratio| {
-        if ratio.is_nan() {
-            f64::INFINITY
-        } else {
-            f64::max(max, ratio)
-        }
-    })
+    ratios.fold(0.0, |max, ratio| if ratio.is_nan() { f64::INFINITY } else { f64::max(max, ratio) })
 }
 
 /// Heading of the printed results.

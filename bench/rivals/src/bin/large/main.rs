@@ -101,12 +101,7 @@ fn one(case: &str, repeats: usize) -> Result<contest::Outcome> {
     let known = CASES.iter().find(|(known, _)| *known == name);
     let (name, cubes) = known.context("unknown case")?;
     let solid = &Solid::block(*cubes);
-    let contest = Contest {
-        name,
-        solid,
-        kind,
-        repeats,
-    };
+    let contest = Contest { name, solid, kind, repeats };
     match is_complex {
         true => contest.run(Complex64::new(C, 0.7 * C)),
         false => contest.run(C),

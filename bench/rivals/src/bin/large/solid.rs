@@ -14,14 +14,7 @@ const H: f64 = 2e-3;
 
 /// The six tetrahedra of a cube around its diagonal. Each is given by the order of the axes along a path from one end
 /// of the diagonal to the other.
-const PATHS: [[usize; 3]; 6] = [
-    [0, 1, 2],
-    [0, 2, 1],
-    [1, 0, 2],
-    [1, 2, 0],
-    [2, 0, 1],
-    [2, 1, 0],
-];
+const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 /// The edges of a tetrahedron; their midpoints are nodes.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 /// Coordinates of the quadrature points of degree 2, in barycentric coordinates.
@@ -118,11 +111,7 @@ impl Solid {
                 }
             }
         }
-        Self {
-            pattern,
-            mass,
-            stiffness,
-        }
+        Self { pattern, mass, stiffness }
     }
 
     /// Returns the values of c² M + K with the rows and columns of the constraint.
@@ -147,11 +136,7 @@ impl Local {
         let edge = |i: usize| -> [f64; 3] { std::array::from_fn(|d| at[i][d] - at[0][d]) };
         let [a, b, c] = [edge(1), edge(2), edge(3)];
         let cross = |a: [f64; 3], b: [f64; 3]| {
-            [
-                a[1] * b[2] - a[2] * b[1],
-                a[2] * b[0] - a[0] * b[2],
-                a[0] * b[1] - a[1] * b[0],
-            ]
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
         };
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let det = dot(a, cross(b, c));
@@ -173,9 +158,7 @@ impl Local {
         // φ = Σ coefficient · monomial of degree 2 in barycentric coordinates.
         let monomials = |i: usize| -> Vec<(f64, [usize; 2])> {
             match i {
-                0..4 => (0..4)
-                    .map(|k| (if k == i { 1.0 } else { -1.0 }, [i, k]))
-                    .collect(),
+                0..4 => (0..4).map(|k| (if k == i { 1.0 } else { -1.0 }, [i, k])).collect(),
                 _ => vec![(4.0, EDGES[i - 4])],
             }
         };
@@ -195,11 +178,7 @@ impl Local {
                 sum
             })
         });
-        Self {
-            volume,
-            gradients,
-            products,
-        }
+        Self { volume, gradients, products }
     }
 
     fn mass(&self, i: usize, j: usize) -> f64 {
@@ -216,11 +195,7 @@ impl Local {
             (true, true) => at_points(&|p| {
                 let (g, h) = (self.gradients[p][i / 3], self.gradients[p][j / 3]);
                 let (a, b) = (i % 3, j % 3);
-                let inner = if a == b {
-                    g[0] * h[0] + g[1] * h[1] + g[2] * h[2]
-                } else {
-                    0.0
-                };
+                let inner = if a == b { g[0] * h[0] + g[1] * h[1] + g[2] * h[2] } else { 0.0 };
                 MU * (inner + g[b] * h[a])
             }),
             (true, false) => {

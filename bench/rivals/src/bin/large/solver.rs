@@ -28,10 +28,7 @@ pub struct Ours<T: Scalar> {
 impl<T: Scalar> Ours<T> {
     /// Analyzes the pattern; factors are computed by `threads` threads.
     pub fn new(solid: &Solid, values: &[T], kind: Kind, threads: usize) -> Result<Self> {
-        let structure = Structure {
-            kind,
-            ..Structure::default()
-        };
+        let structure = Structure { kind, ..Structure::default() };
         let elimination = Elimination::new(&solid.pattern, structure, SparseOptions::default())?;
         let elimination = Arc::new(elimination.in_threads(threads)?);
         let prediction = elimination.prediction::<T>();

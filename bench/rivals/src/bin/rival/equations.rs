@@ -42,13 +42,7 @@ impl Equations {
         let context = FaerContext::default();
         let mut mass = M::new_from_sparsity(n, n, Some(sparsity(places)?), context);
         mass.inner_mut()[0].val_mut().copy_from_slice(&values);
-        Ok(Self {
-            dae: RefCell::new(dae),
-            zero,
-            context,
-            jacobian,
-            mass,
-        })
+        Ok(Self { dae: RefCell::new(dae), zero, context, jacobian, mass })
     }
 }
 
@@ -126,9 +120,7 @@ impl NonLinearOpJacobian for Part<'_> {
         let mut copy = V::zeros(zero.len(), *x.context());
         copy.for_each_batch_host([x], |_, [x], _| state.copy_from_slice(x));
         let values = y.inner_mut()[0].val_mut();
-        let evaluated = dae
-            .borrow_mut()
-            .jacobian(t, &state, zero, -1.0, 0.0, values);
+        let evaluated = dae.borrow_mut().jacobian(t, &state, zero, -1.0, 0.0, values);
         if evaluated.is_err() {
             values.fill(f64::NAN);
         }
@@ -149,10 +141,7 @@ impl LinearOp for Part<'_> {
     }
 
     fn sparsity(&self) -> Option<Sparsity> {
-        self.0
-            .mass
-            .sparsity()
-            .map(|sparsity| sparsity.to_owned().expect("a sparsity in memory"))
+        self.0.mass.sparsity().map(|sparsity| sparsity.to_owned().expect("a sparsity in memory"))
     }
 }
 

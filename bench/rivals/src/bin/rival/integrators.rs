@@ -59,17 +59,11 @@ impl Integrator {
     pub fn run(self, dae: MuscleDae, rtol: f64, times: &[f64]) -> anyhow::Result<Run> {
         let settings = settings(rtol, times.last().copied().unwrap_or(0.0));
         if let Self::Ours(integrator, max_order) = self {
-            let settings = Settings {
-                integrator,
-                max_order: max_order.min(5),
-                ..settings
-            };
+            let settings = Settings { integrator, max_order: max_order.min(5), ..settings };
             return ours(dae, &settings, times);
         }
         let origin = Probe::at(dae.muscle().solid.space(), [0.0, 0.0])?;
-        let atol = dae
-            .layout()
-            .fill(|field| settings.absolute_tolerances.of(field));
+        let atol = dae.layout().fill(|field| settings.absolute_tolerances.of(field));
         let start = ThreadTime::now();
         let problem = OdeBuilder::<FaerSparseMat<f64>>::new()
             .rtol(rtol)
@@ -150,11 +144,7 @@ fn ours(dae: MuscleDae, settings: &Settings, times: &[f64]) -> anyhow::Result<Ru
     });
     let statistics = run(integrator.as_mut(), &mut [&mut sampler])?;
     drop(sampler);
-    anyhow::ensure!(
-        statistics.outcome == Outcome::Finished,
-        "{:?}",
-        statistics.outcome
-    );
+    anyhow::ensure!(statistics.outcome == Outcome::Finished, "{:?}", statistics.outcome);
     result.cpu_seconds = statistics.cpu_seconds;
     result.steps = statistics.counts.steps;
     result.residual_evaluations = statistics.counts.residual_evaluations;

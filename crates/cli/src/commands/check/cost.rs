@@ -29,12 +29,7 @@ pub(super) struct CostJson {
 impl Cost {
     /// Formats the cost as text.
     pub(super) fn line(&self, scene: &Scene) -> String {
-        let Trial {
-            steps,
-            t,
-            seconds,
-            end,
-        } = match self {
+        let Trial { steps, t, seconds, end } = match self {
             Self::Tried(trial) => trial,
             Self::Predicted(seconds) => {
                 return format!(
@@ -64,10 +59,7 @@ impl Cost {
                 )
             }
             TrialEnd::Stopped(message) => {
-                format!(
-                    "cost            a trial of the run stops{unless}: {}",
-                    plain(message)
-                )
+                format!("cost            a trial of the run stops{unless}: {}", plain(message))
             }
         }
     }

@@ -36,9 +36,7 @@ pub(super) struct ModesJson {
 impl ModesJson {
     /// Collects the findings for modes, which are only warnings.
     pub(super) fn of(findings: &[Finding]) -> Self {
-        Self {
-            warnings: findings.iter().map(WarningJson::from).collect(),
-        }
+        Self { warnings: findings.iter().map(WarningJson::from).collect() }
     }
 }
 

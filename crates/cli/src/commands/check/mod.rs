@@ -130,19 +130,13 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
                 Analysis::Periodic => "Each period is integrated by Radau IIA.",
                 _ => "Nothing is integrated in time: index and error test do not apply.",
             };
-            let text = format!(
-                "The scene is valid. {method}\n{size}\n{}",
-                warnings(&unusual)
-            );
+            let text = format!("The scene is valid. {method}\n{size}\n{}", warnings(&unusual));
             (text, None)
         }
     };
     let document = Document {
         scene: name.to_owned(),
-        size: scene
-            .body
-            .as_ref()
-            .map(|body| Size::of(&body.muscle).into()),
+        size: scene.body.as_ref().map(|body| Size::of(&body.muscle).into()),
         body,
         equilibrium,
         quasi_static,
@@ -264,10 +258,7 @@ fn added(file: &SceneFile) -> Vec<String> {
         }
         let terms = material.prony.iter().flatten();
         lines.extend(terms.map(|term| {
-            let PronyTerm {
-                relative_modulus: g,
-                relaxation_time: tau,
-            } = term;
+            let PronyTerm { relative_modulus: g, relaxation_time: tau } = term;
             format!("material        {place}: stress relaxes, g = {g:e}, τ = {tau:e} s")
         }));
         lines.extend(material.active.as_ref().map(|active| match active.tension {
@@ -290,22 +281,12 @@ fn added(file: &SceneFile) -> Vec<String> {
             Direction::All => "in all directions",
             Direction::Normal => "along the normal",
         };
-        let ElasticFoundation {
-            group,
-            stiffness,
-            damping,
-            ..
-        } = foundation;
+        let ElasticFoundation { group, stiffness, damping, .. } = foundation;
         format!("foundation      {group}: k = {stiffness:e} Pa/m, c = {damping:e} Pa·s/m, {along}")
     });
     lines.extend(foundations);
     lines.extend(file.spring.iter().map(|spring| {
-        let Spring {
-            at,
-            stiffness,
-            damping,
-            ..
-        } = spring;
+        let Spring { at, stiffness, damping, .. } = spring;
         format!("spring          at {at:?}: k = {stiffness:e} N/m, c = {damping:e} N·s/m")
     }));
     lines.iter().map(|line| plain(line)).collect()
@@ -333,21 +314,14 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
         format!("contact         {group}: rigid obstacle, k = {stiffness:.3e} Pa/m")
     }));
     let residuals = report.residuals.iter();
-    if residuals
-        .clone()
-        .all(|block| block.relative <= check::INCONSISTENT)
-    {
+    if residuals.clone().all(|block| block.relative <= check::INCONSISTENT) {
         lines.push("start           all equations hold at t = 0".to_owned());
     } else {
         lines.extend(
             residuals.map(|block| format!("start           not satisfied at t = 0: {block}")),
         );
     }
-    let slow: Vec<String> = report
-        .slow_modes
-        .iter()
-        .map(|f| format!("{f:.2}"))
-        .collect();
+    let slow: Vec<String> = report.slow_modes.iter().map(|f| format!("{f:.2}")).collect();
     let drive = match report.drive {
         Some(f) => format!("the load at {f} Hz"),
         None => "no load that vibrates".to_owned(),
@@ -382,12 +356,7 @@ fn size_of(scene: &Scene, body: &Body) -> String {
     let space = body.muscle.solid.space();
     let areas = scene.file.group.iter().filter_map(|group| {
         let facets = space.mesh().facets(&group.name).ok()?;
-        let area: f64 = space
-            .quadrature(&group.name)
-            .ok()?
-            .iter()
-            .map(|(_, weight)| weight)
-            .sum();
+        let area: f64 = space.quadrature(&group.name).ok()?.iter().map(|(_, weight)| weight).sum();
         let unit = if space.dimension() == 2 { "m" } else { "m²" };
         let name = plain(&group.name);
         Some(format!(
@@ -395,13 +364,7 @@ fn size_of(scene: &Scene, body: &Body) -> String {
             counted(facets.len(), "facet")
         ))
     });
-    let Size {
-        extents,
-        volume,
-        mass,
-        elements,
-        nodes,
-    } = Size::of(&body.muscle);
+    let Size { extents, volume, mass, elements, nodes } = Size::of(&body.muscle);
     let sides: Vec<String> = extents.iter().map(|side| check::readable(*side)).collect();
     let (unit, depth) = match extents.len() {
         2 => ("m²", " per meter of depth"),
@@ -419,9 +382,7 @@ fn size_of(scene: &Scene, body: &Body) -> String {
 /// Lists the modes whose frequencies a sweep passes, or returns `None` if they are unknown.
 fn passed([low, high]: [f64; 2], slow_modes: &[f64]) -> Option<String> {
     let above = *slow_modes.last()?;
-    let within = slow_modes
-        .iter()
-        .filter(|mode| (low..=high).contains(*mode));
+    let within = slow_modes.iter().filter(|mode| (low..=high).contains(*mode));
     let within: Vec<String> = within.map(|f| format!("{f:.2}")).collect();
     let passes = match (within.join(", "), high > above) {
         (within, false) if within.is_empty() => "passes no mode".to_owned(),
@@ -456,14 +417,9 @@ fn held(held: Option<Held>) -> String {
 
 /// Formats the predicted memory of the factors and of the whole run.
 fn memory(factors: FactorizationCost) -> String {
-    let FactorizationCost {
-        matrices,
-        needs,
-        in_use,
-    } = factors;
-    let peak = in_use.map_or(String::new(), |in_use| {
-        format!("{} at the peak: ", size(in_use + needs.bytes))
-    });
+    let FactorizationCost { matrices, needs, in_use } = factors;
+    let peak = in_use
+        .map_or(String::new(), |in_use| format!("{} at the peak: ", size(in_use + needs.bytes)));
     format!(
         "memory          {peak}{} for the factors of {matrices} {} with {:.1e} entries; a matrix setup costs {:.1e} operations",
         size(needs.bytes),
@@ -488,8 +444,5 @@ fn warnings(findings: &[Finding]) -> String {
         return "No objections.\n".into();
     }
     let warning = paint("warning", Tone::Bad, colored_stdout());
-    findings
-        .iter()
-        .map(|finding| format!("{warning}: {finding}\n"))
-        .collect()
+    findings.iter().map(|finding| format!("{warning}: {finding}\n")).collect()
 }

@@ -51,16 +51,13 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &QuasiStaticReport, cost:
 
 /// Returns the findings for the JSON document.
 pub(super) fn document(body: &Body, report: &QuasiStaticReport, cost: &Cost) -> QuasiStaticJson {
-    let blocks = report
-        .unknowns
-        .iter()
-        .map(|(field, unknowns, index)| BlockJson {
-            field: field.name(),
-            unknowns: *unknowns,
-            index: *index,
-            left_out: body.settings.suppressed.contains(field),
-            better_left_out: false,
-        });
+    let blocks = report.unknowns.iter().map(|(field, unknowns, index)| BlockJson {
+        field: field.name(),
+        unknowns: *unknowns,
+        index: *index,
+        left_out: body.settings.suppressed.contains(field),
+        better_left_out: false,
+    });
     QuasiStaticJson {
         formulation: body.formulation.name(),
         unknowns: total(report),

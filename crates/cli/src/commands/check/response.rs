@@ -70,11 +70,7 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
         },
     ];
     lines.extend(response.prediction().map(|needs| {
-        memory(FactorizationCost {
-            matrices: 1,
-            needs,
-            in_use: resources::in_use(),
-        })
+        memory(FactorizationCost { matrices: 1, needs, in_use: resources::in_use() })
     }));
     let total = found.seconds;
     lines.push(match found.frequencies {
@@ -87,11 +83,7 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
              in {total:.1} s on one thread"
         ),
     });
-    let text = format!(
-        "harmonic response: {} unknowns\n\n{}\n",
-        found.unknowns,
-        lines.join("\n")
-    );
+    let text = format!("harmonic response: {} unknowns\n\n{}\n", found.unknowns, lines.join("\n"));
     Ok((text, found))
 }
 

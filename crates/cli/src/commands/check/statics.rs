@@ -11,9 +11,8 @@ use super::{added, bound, held, in_words, memory, size_of, warnings, writes};
 pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String {
     let total: usize = report.unknowns.iter().map(|(_, number)| number).sum();
     let blocks = report.unknowns.iter();
-    let blocks: Vec<String> = blocks
-        .map(|(field, number)| format!("{number} of {}", in_words(*field)))
-        .collect();
+    let blocks: Vec<String> =
+        blocks.map(|(field, number)| format!("{number} of {}", in_words(*field))).collect();
     let mut lines = vec![size_of(scene, body)];
     lines.extend(added(&scene.file));
     let has_pressure = report.unknowns.len() > 1;

@@ -24,16 +24,9 @@ pub(super) fn lines(scene: &Scene) -> Vec<String> {
     lines.extend(file.fields.as_ref().map(|fields| {
         let names: Vec<&str> = fields.quantities.iter().map(|q| q.label()).collect();
         let files = rows(fields.interval, "file");
-        format!(
-            "writes          fields.pvd: {} in {files}",
-            names.join(", ")
-        )
+        format!("writes          fields.pvd: {} in {files}", names.join(", "))
     }));
-    if scene
-        .chains
-        .iter()
-        .any(|chain| chain.elements().is_none() && chain.is_in_many_places())
-    {
+    if scene.chains.iter().any(|chain| chain.elements().is_none() && chain.is_in_many_places()) {
         lines.extend(file.fields.as_ref().map(|fields| {
             let files = rows(fields.interval, "file");
             format!("writes          places.pvd: oscillators in {files}")

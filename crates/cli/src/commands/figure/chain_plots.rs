@@ -8,15 +8,8 @@ use crate::chains::{ChainRun, SettledJson};
 use myovib_report::plot::ComplexPlane;
 
 /// Columns of a chain's history.
-pub(super) const COLUMNS: [&str; 7] = [
-    "t",
-    "psi_abs",
-    "psi_re",
-    "psi_im",
-    "chi_abs",
-    "chi_arg",
-    "frequency",
-];
+pub(super) const COLUMNS: [&str; 7] =
+    ["t", "psi_abs", "psi_re", "psi_im", "chi_abs", "chi_arg", "frequency"];
 
 /// Returns the samples of a history, which contain all plotted values, in the order of [`COLUMNS`].
 pub(super) fn chain_rows(
@@ -41,9 +34,7 @@ pub(super) fn chain_rows(
 pub(super) fn defined_coherence(history: &CoherenceHistory) -> Vec<f64> {
     let at_rest = |phasors: &Vec<Complex64>| phasors.iter().all(|z| z.norm() == 0.0);
     let samples = history.coherence().into_iter().zip(&history.phasors);
-    samples
-        .map(|(chi, phasors)| if at_rest(phasors) { f64::NAN } else { chi })
-        .collect()
+    samples.map(|(chi, phasors)| if at_rest(phasors) { f64::NAN } else { chi }).collect()
 }
 
 /// Returns the maximum radius of all oscillators and samples, with a small margin.

@@ -51,16 +51,9 @@ pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
     Ok(Product {
         number: 5,
         figure: Figure::column("Two snapshots of the deformed muscle", panels),
-        columns: [
-            "x",
-            "y",
-            "u_x_highest",
-            "u_y_highest",
-            "u_x_lowest",
-            "u_y_lowest",
-        ]
-        .map(String::from)
-        .into(),
+        columns: ["x", "y", "u_x_highest", "u_y_highest", "u_x_lowest", "u_y_lowest"]
+            .map(String::from)
+            .into(),
         rows,
         findings,
         run: run.document()?,
@@ -75,8 +68,5 @@ fn extremes(run: &MuscleRun) -> Option<(&Snapshot, &Snapshot)> {
         row.map_or(f64::NAN, |row| row[2])
     };
     let by_height = |a: &&Snapshot, b: &&Snapshot| height_at(a.0).total_cmp(&height_at(b.0));
-    Some((
-        run.last_period.iter().max_by(by_height)?,
-        run.last_period.iter().min_by(by_height)?,
-    ))
+    Some((run.last_period.iter().max_by(by_height)?, run.last_period.iter().min_by(by_height)?))
 }

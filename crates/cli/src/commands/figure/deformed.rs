@@ -85,11 +85,7 @@ fn height(space: &Space) -> f64 {
 /// Rounds down to a number of the form 1, 2 or 5 times a power of ten.
 fn round_down(value: f64) -> f64 {
     let power = 10_f64.powf(value.log10().floor());
-    [5.0, 2.0, 1.0]
-        .map(|m| m * power)
-        .into_iter()
-        .find(|n| *n <= value)
-        .unwrap_or(power)
+    [5.0, 2.0, 1.0].map(|m| m * power).into_iter().find(|n| *n <= value).unwrap_or(power)
 }
 
 #[cfg(test)]
@@ -98,9 +94,6 @@ mod tests {
 
     #[test]
     fn scales_are_round() {
-        assert_eq!(
-            [1.0, 1.99, 27.0, 0.6, 999.0].map(round_down),
-            [1.0, 1.0, 20.0, 0.5, 500.0]
-        );
+        assert_eq!([1.0, 1.99, 27.0, 0.6, 999.0].map(round_down), [1.0, 1.0, 20.0, 0.5, 500.0]);
     }
 }

@@ -14,21 +14,14 @@ pub(in crate::commands) struct LastPeriod<T> {
 impl<T> LastPeriod<T> {
     /// Creates an empty buffer for a load with this period, s.
     pub(in crate::commands) fn new(period: f64) -> Self {
-        Self {
-            period,
-            samples: VecDeque::new(),
-        }
+        Self { period, samples: VecDeque::new() }
     }
 
     /// Adds a sample and removes samples older than one period.
     pub(in crate::commands) fn push(&mut self, t: f64, sample: T) {
         self.samples.push_back((t, sample));
         let begin = t - self.period;
-        while self
-            .samples
-            .front()
-            .is_some_and(|(oldest, _)| *oldest <= begin)
-        {
+        while self.samples.front().is_some_and(|(oldest, _)| *oldest <= begin) {
             self.samples.pop_front();
         }
     }
@@ -50,10 +43,6 @@ mod tests {
             last.push(0.25 * f64::from(i), i);
         }
         let kept: Vec<i32> = last.iter().map(|(_, i)| *i).collect();
-        assert_eq!(
-            kept,
-            [7, 8, 9, 10],
-            "the sample one period old is the same phase"
-        );
+        assert_eq!(kept, [7, 8, 9, 10], "the sample one period old is the same phase");
     }
 }

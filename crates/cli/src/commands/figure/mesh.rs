@@ -23,18 +23,13 @@ pub(super) fn draw(scene: &Scene) -> anyhow::Result<Product> {
         ("vertices", json!(space.n_pressures())),
         ("triangles", json!(space.n_elements())),
         ("displacement_nodes", json!(space.n_nodes())),
-        (
-            "unknowns_paper",
-            json!(space.n_components() + space.n_pressures()),
-        ),
+        ("unknowns_paper", json!(space.n_components() + space.n_pressures())),
     ];
     Ok(Product {
         number: 4,
         rows: edge_rows(space, &plot),
         figure: Figure::of("Finite element mesh and boundary conditions", plot),
-        columns: ["x_1", "y_1", "x_2", "y_2", "fixed", "load"]
-            .map(String::from)
-            .into(),
+        columns: ["x_1", "y_1", "x_2", "y_2", "fixed", "load"].map(String::from).into(),
         findings,
         run: Map::new(),
         exit: Exit::Done,
@@ -73,10 +68,7 @@ fn edges(space: &Space, group: &str) -> anyhow::Result<Vec<[usize; 3]>> {
 }
 
 fn origin_of(mesh: &Mesh) -> Option<(usize, String)> {
-    let vertex = mesh
-        .points()
-        .iter()
-        .position(|point| *point == [0.0, 0.0])?;
+    let vertex = mesh.points().iter().position(|point| *point == [0.0, 0.0])?;
     Some((vertex, "(0, 0)".into()))
 }
 
@@ -94,21 +86,14 @@ fn edge_rows(space: &Space, plot: &MeshPlot) -> Vec<Vec<f64>> {
     edges.sort_unstable();
     edges.dedup();
     let lies_in = |group: &EdgeGroup, [a, b]: [usize; 2]| {
-        group
-            .edges
-            .iter()
-            .any(|&[p, q, _]| [p.min(q), p.max(q)] == [a, b])
+        group.edges.iter().any(|&[p, q, _]| [p.min(q), p.max(q)] == [a, b])
     };
     let points = space.node_points::<2>();
     edges
         .into_iter()
         .map(|edge @ [a, b]| {
             let mut row = [points[a], points[b]].concat();
-            row.extend(
-                plot.groups
-                    .iter()
-                    .map(|group| f64::from(lies_in(group, edge))),
-            );
+            row.extend(plot.groups.iter().map(|group| f64::from(lies_in(group, edge))));
             row
         })
         .collect()

@@ -167,9 +167,7 @@ impl Runs {
         Ok(Self {
             rod: chained(rod)?,
             mesh,
-            muscle: muscle
-                .map(|scene| MuscleRun::compute(scene, &progress))
-                .transpose()?,
+            muscle: muscle.map(|scene| MuscleRun::compute(scene, &progress)).transpose()?,
             muscle_chain: chained(muscle_chain)?,
         })
     }
@@ -194,8 +192,7 @@ impl Options {
 }
 
 fn needed<T>(run: &Option<T>) -> anyhow::Result<&T> {
-    run.as_ref()
-        .context("the run of this figure was not computed")
+    run.as_ref().context("the run of this figure was not computed")
 }
 
 #[derive(Serialize)]
@@ -241,9 +238,7 @@ fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> any
 
     let folder = request.open()?;
     let mut text = String::new();
-    let mut document = Document {
-        figures: Vec::new(),
-    };
+    let mut document = Document { figures: Vec::new() };
     for product in &products {
         let files = product.write(&folder, options.png)?;
         text += &product.summary(&files);

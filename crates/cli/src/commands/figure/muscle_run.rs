@@ -48,13 +48,7 @@ impl MuscleRun {
         let end = ("muscle", scene.t_end);
         let statistics = run_watched(&mut *integrator, &mut sampler, end, progress)?;
         drop(sampler);
-        Ok(Self {
-            space,
-            scene,
-            statistics,
-            origin: values,
-            last_period,
-        })
+        Ok(Self { space, scene, statistics, origin: values, last_period })
     }
 
     /// Returns parameters, settings and statistics, for the document of a figure.

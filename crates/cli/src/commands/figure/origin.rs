@@ -9,11 +9,7 @@ const SHOWN: f64 = 3.0;
 
 pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
     let end = run.statistics.t_reached;
-    let shown: Vec<&[f64; 4]> = run
-        .origin
-        .iter()
-        .filter(|row| row[0] >= end - SHOWN)
-        .collect();
+    let shown: Vec<&[f64; 4]> = run.origin.iter().filter(|row| row[0] >= end - SHOWN).collect();
     let column = |c: usize| -> Vec<f64> { shown.iter().map(|row| row[c]).collect() };
     let panel = |c: usize, quantity: &str, unit: &str| LinePlot {
         x: Axis::new("*t*", "s").between((end - SHOWN).max(0.0), end),
@@ -21,19 +17,12 @@ pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
         series: vec![Series::curve("", &column(0), &column(c))],
         ..LinePlot::default()
     };
-    let largest = |c: usize| {
-        column(c)
-            .into_iter()
-            .fold(0.0, |m: f64, value| m.max(value.abs()))
-    };
+    let largest = |c: usize| column(c).into_iter().fold(0.0, |m: f64, value| m.max(value.abs()));
     Ok(Product {
         number: 6,
         figure: Figure::column(
             "Vertical displacement and pressure in the origin (0, 0)",
-            vec![
-                Box::new(panel(2, "*u*_{*y*}(0, 0)", "m")),
-                Box::new(panel(3, "*p*(0, 0)", "Pa")),
-            ],
+            vec![Box::new(panel(2, "*u*_{*y*}(0, 0)", "m")), Box::new(panel(3, "*p*(0, 0)", "Pa"))],
         ),
         columns: ["t", "u_x", "u_y", "p"].map(String::from).into(),
         rows: run.origin.iter().map(|row| row.to_vec()).collect(),

@@ -26,13 +26,7 @@ impl Product {
     /// Writes `figureN.svg` and `figureN.csv` (optionally `.png`), and returns their paths.
     pub(super) fn write(&self, folder: &ResultFolder, png: bool) -> anyhow::Result<Vec<String>> {
         let name = name(self.number);
-        picture::write(
-            folder,
-            &name,
-            &self.figure,
-            (&self.columns, &self.rows),
-            png,
-        )
+        picture::write(folder, &name, &self.figure, (&self.columns, &self.rows), png)
     }
 
     /// Formats the findings and files as text.
@@ -54,10 +48,8 @@ pub(super) fn name(number: u8) -> String {
 fn describe(name: &str, value: &Value, indent: usize, text: &mut String) {
     match value {
         Value::Object(parts) if parts.values().all(Value::is_number) => {
-            let parts: Vec<String> = parts
-                .iter()
-                .map(|(name, value)| format!("{name} {}", number(value)))
-                .collect();
+            let parts: Vec<String> =
+                parts.iter().map(|(name, value)| format!("{name} {}", number(value))).collect();
             *text += &format!("{:indent$}{name}: {}\n", "", parts.join(", "));
         }
         Value::Object(parts) => {

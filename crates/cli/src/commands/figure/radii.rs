@@ -19,10 +19,7 @@ pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
         x: Axis::new("*t*", "s").between(0.0, run.scene.t_end),
         y: Axis::new("*r*_{*n*}, |Ψ|, |χ|", ""),
         series: radii
-            .chain([
-                strength.colored(Color::VERMILION),
-                coherence.colored(Color::BLACK),
-            ])
+            .chain([strength.colored(Color::VERMILION), coherence.colored(Color::BLACK)])
             .collect(),
         ..LinePlot::default()
     };
@@ -34,11 +31,7 @@ pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
     Ok(Product {
         number: 3,
         figure: Figure::of("Radii of oscillators and centroid over time", plot),
-        columns: COLUMNS
-            .map(String::from)
-            .into_iter()
-            .chain(columns)
-            .collect(),
+        columns: COLUMNS.map(String::from).into_iter().chain(columns).collect(),
         rows: rows.collect(),
         findings: run.findings()?,
         run: chain_document(run)?,

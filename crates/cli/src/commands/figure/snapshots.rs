@@ -26,26 +26,16 @@ pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
     let row = |&i: &usize| {
         let points = history.phasors[i].iter().flat_map(|z| [z.re, z.im]);
         let psi = history.centroid[i];
-        [history.t[i], psi.re, psi.im]
-            .into_iter()
-            .chain(points)
-            .collect()
+        [history.t[i], psi.re, psi.im].into_iter().chain(points).collect()
     };
     let columns = (1..=n).flat_map(|n| [format!("re_{n}"), format!("im_{n}")]);
     Ok(Product {
         number: 2,
         figure: Figure {
             n_columns: 2,
-            ..Figure::column(
-                format!("{n} oscillators in the complex plane"),
-                panels.collect(),
-            )
+            ..Figure::column(format!("{n} oscillators in the complex plane"), panels.collect())
         },
-        columns: ["t", "psi_re", "psi_im"]
-            .map(String::from)
-            .into_iter()
-            .chain(columns)
-            .collect(),
+        columns: ["t", "psi_re", "psi_im"].map(String::from).into_iter().chain(columns).collect(),
         rows: samples.iter().map(row).collect(),
         findings: run.findings()?,
         run: chain_document(run)?,

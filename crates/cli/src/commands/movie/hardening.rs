@@ -53,16 +53,10 @@ pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
     let displacements = shots.iter().map(|shot| &shot.displacement[..]);
     let drawing = Drawing::of(space, vec![fixed(space)?, outline], displacements);
     let frame = |shot: &Shot| {
-        let field = Field {
-            axis: axis.clone(),
-            values: shot.stress.clone(),
-        };
+        let field = Field { axis: axis.clone(), values: shot.stress.clone() };
         Figure::of("", drawing.panel(shot.t, &shot.displacement, field))
     };
-    Ok(Movie {
-        frames: shots.iter().map(frame).collect(),
-        exit,
-    })
+    Ok(Movie { frames: shots.iter().map(frame).collect(), exit })
 }
 
 /// Returns the triangles of the inclusion.
@@ -101,9 +95,5 @@ fn shot(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Shot {
     let space = snapshot.solid.space();
     let grid = Grid::new(space, &vec![0; space.n_elements()]);
     let stress = grid.values(&snapshot, Quantity::VonMises);
-    Shot {
-        t,
-        displacement: snapshot.displacement.as_chunks().0.to_vec(),
-        stress: stress.concat(),
-    }
+    Shot { t, displacement: snapshot.displacement.as_chunks().0.to_vec(), stress: stress.concat() }
 }

@@ -131,10 +131,7 @@ impl MovieArgs {
     fn check(&self) -> Result<(), InputError> {
         let mesh = self.mesh.as_ref().map(|_| "--mesh");
         let from = self.from.map(|_| "--from");
-        let of_a_run = [
-            self.field.as_ref().map(|_| "--field"),
-            self.factor.map(|_| "--factor"),
-        ];
+        let of_a_run = [self.field.as_ref().map(|_| "--field"), self.factor.map(|_| "--factor")];
         let integrator = self.integrator.map(|_| "--integrator");
         let set = self.set.first().map(|_| "--set");
         let (without_effect, next) = match &self.subject {
@@ -236,10 +233,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     let mut bytes = Vec::new();
     movie::write(&mut bytes, frames, args.width_pixels, DELAY)?;
     output::save(&path, bytes)?;
-    let document = Document {
-        file: path.display().to_string(),
-        frames: n_frames,
-    };
+    let document = Document { file: path.display().to_string(), frames: n_frames };
     let text = plain(&format!("{}: {n_frames} frames\n", path.display()));
     args.common.give("movie", &text, &document)?;
     Ok(match interrupt::has_come() {
@@ -262,15 +256,8 @@ fn stored(args: &MovieArgs, folder: &Path, between: [f64; 2]) -> anyhow::Result<
             .found(factor)
             .into());
     }
-    let request = film::Request {
-        field: args.field.as_deref(),
-        factor,
-        between,
-    };
-    Ok(Movie {
-        frames: film::frames(folder, request)?,
-        exit: Exit::Done,
-    })
+    let request = film::Request { field: args.field.as_deref(), factor, between };
+    Ok(Movie { frames: film::frames(folder, request)?, exit: Exit::Done })
 }
 
 /// Shows each sample of 0.01 s for 0.04 s: a quarter of the speed, 12.5 frames per cycle.
@@ -282,18 +269,12 @@ fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
     let first = (from / EVERY).ceil() as usize;
     let frames =
         (first..history.t.len()).map(|i| Figure::of("", complex_plane(history, i, radius)));
-    Ok(Movie {
-        frames: frames.collect(),
-        exit: run.exit(),
-    })
+    Ok(Movie { frames: frames.collect(), exit: run.exit() })
 }
 
 /// Shows the last cycle of the load in 50 frames: one sixteenth of the speed.
 fn deformation(args: &MovieArgs, to: f64) -> anyhow::Result<Movie> {
     let scene = args.scene("figure5", Some(to))?;
     let run = MuscleRun::compute(scene, &Progress::new(args.common.quiet))?;
-    Ok(Movie {
-        frames: frames(&run)?,
-        exit: run.exit(),
-    })
+    Ok(Movie { frames: frames(&run)?, exit: run.exit() })
 }

@@ -31,16 +31,13 @@ pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
     let mut history = CoherenceHistory::default();
     let mut displacements: Vec<Vec<[f64; 3]>> = Vec::new();
     let times = SampleTimes::new(EVERY, scene.t_end);
-    let mut sampler = Sampler::new(
-        times,
-        unknowns,
-        |dae: &mut CoupledDae<MuscleDae>, t, y: &[f64]| {
+    let mut sampler =
+        Sampler::new(times, unknowns, |dae: &mut CoupledDae<MuscleDae>, t, y: &[f64]| {
             let own = dae.body_range();
             let (displacement, _) = dae.body_mut().nodal_motion(t, &y[own]);
             displacements.push(displacement.as_chunks().0.to_vec());
             Ok(history.record(dae, 0, t, y)?)
-        },
-    );
+        });
     let progress = Progress::new(args.common.quiet);
     let end = (SCENE, scene.t_end);
     let statistics = run_watched(&mut *integrator, &mut sampler, end, &progress)?;
@@ -56,15 +53,9 @@ pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
         Figure {
             n_columns: 2,
             width_mm: WIDTH,
-            ..Figure::column(
-                "",
-                vec![Box::new(plot), Box::new(complex_plane(&history, i, radius))],
-            )
+            ..Figure::column("", vec![Box::new(plot), Box::new(complex_plane(&history, i, radius))])
         }
     };
     let frames = displacements.iter().enumerate().map(frame).collect();
-    Ok(Movie {
-        frames,
-        exit: Exit::of(&statistics.outcome),
-    })
+    Ok(Movie { frames, exit: Exit::of(&statistics.outcome) })
 }

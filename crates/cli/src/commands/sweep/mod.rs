@@ -112,8 +112,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     drop(progress);
     sweep::write(&args.out, &result)?;
     tell_stopped(&result.stopped);
-    args.common
-        .give("sweep", &plain(&result.csv), &result.document)?;
+    args.common.give("sweep", &plain(&result.csv), &result.document)?;
     Ok(if interrupt::has_come() {
         Exit::Interrupted
     } else if result.failed_to_write {
@@ -133,8 +132,6 @@ fn tell_stopped(cases: &[String]) {
     }
     if cases.len() > TOLD {
         let more = cases.len() - TOLD;
-        output::note(&format!(
-            "{more} more; `message` in sweep.json gives the reason"
-        ));
+        output::note(&format!("{more} more; `message` in sweep.json gives the reason"));
     }
 }

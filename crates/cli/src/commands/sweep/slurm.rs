@@ -18,11 +18,7 @@ pub(super) struct Jobs {
 
 impl Jobs {
     pub(super) fn text(&self) -> String {
-        let Self {
-            script,
-            cases,
-            tasks,
-        } = self;
+        let Self { script, cases, tasks } = self;
         let script = script.display();
         format!("{cases} cases in {tasks} tasks. Submit them: sbatch {script}\n")
     }
@@ -59,22 +55,16 @@ pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
         n_tasks = n.div_ceil(per_task),
     );
     output::save(file, script)?;
-    Ok(Jobs {
-        script: file.to_owned(),
-        cases: n,
-        tasks: n.div_ceil(per_task),
-    })
+    Ok(Jobs { script: file.to_owned(), cases: n, tasks: n.div_ceil(per_task) })
 }
 
 /// Returns the command line of the sweep, without the options that select cases.
 fn command(args: &SweepArgs, program: &str) -> String {
     let mut words = vec![quoted(program), "sweep".to_owned()];
     words.push(quoted(&args.scene.display().to_string()));
-    for (option, values) in [
-        ("--vary", &args.vary),
-        ("--set", &args.set),
-        ("--result", &args.result),
-    ] {
+    for (option, values) in
+        [("--vary", &args.vary), ("--set", &args.set), ("--result", &args.result)]
+    {
         words.extend(values.iter().flat_map(|v| [option.to_owned(), quoted(v)]));
     }
     words.push(format!("--out {}", quoted(&args.out.display().to_string())));

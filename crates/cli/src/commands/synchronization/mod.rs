@@ -194,10 +194,7 @@ impl SynchronizationArgs {
         // The default is the scene's value.
         let values = |given: &[f64], key: &str| match given {
             [] => vec![Vec::new()],
-            given => given
-                .iter()
-                .map(|value| vec![change(key, format!("{value:e}"))])
-                .collect(),
+            given => given.iter().map(|value| vec![change(key, format!("{value:e}"))]).collect(),
         };
         let mut cases = Vec::new();
         for (drive, &frequency) in self.frequency.iter().enumerate() {
@@ -208,11 +205,7 @@ impl SynchronizationArgs {
                         let load = change(key, format!("{frequency:e}"));
                         let changes = [&[load][..], &spread, &coupling, &gamma].concat();
                         let scene = self.scene(&changes)?;
-                        cases.push(Case {
-                            frequency,
-                            scene,
-                            drive,
-                        });
+                        cases.push(Case { frequency, scene, drive });
                     }
                 }
             }
@@ -234,13 +227,8 @@ pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
     let progress = Progress::new(args.common.quiet);
     let threads = args.common.n_threads();
     let recordings = parallel::map(&drives, threads, |scene| record(scene, &progress));
-    let recordings = recordings
-        .into_iter()
-        .collect::<anyhow::Result<Vec<Arc<Recording>>>>()?;
-    let criterion = LockCriterion {
-        slip: args.slip,
-        coherence: args.coherence,
-    };
+    let recordings = recordings.into_iter().collect::<anyhow::Result<Vec<Arc<Recording>>>>()?;
+    let criterion = LockCriterion { slip: args.slip, coherence: args.coherence };
     let runs = parallel::map(&cases, threads, |case| {
         replay(case.scene.clone(), &recordings[case.drive], &progress)
     });

@@ -106,12 +106,7 @@ fn row(result: &Outcome) -> Vec<f64> {
     case.into_iter().chain(settled).collect()
 }
 
-fn values(
-    Verdict {
-        settled,
-        synchrony: state,
-    }: Verdict,
-) -> [f64; 10] {
+fn values(Verdict { settled, synchrony: state }: Verdict) -> [f64; 10] {
     let (psi, chi) = (settled.centroid, settled.phase);
     [
         psi.mean,
@@ -191,10 +186,7 @@ fn document(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::Result<D
         seed: chain.seed,
         point: chain.at.clone(),
         t_end: scene.t_end,
-        criterion: CriterionJson {
-            slip: args.slip,
-            coherence: args.coherence,
-        },
+        criterion: CriterionJson { slip: args.slip, coherence: args.coherence },
         cases: results.iter().map(case).collect::<Result<_, _>>()?,
     })
 }
@@ -207,12 +199,7 @@ impl Outcome {
     /// Returns drive frequency, spread, D and γ.
     fn case(&self) -> [f64; 4] {
         let chain = self.chain();
-        [
-            self.frequency,
-            chain.frequency_spread,
-            chain.coupling,
-            chain.gain,
-        ]
+        [self.frequency, chain.frequency_spread, chain.coupling, chain.gain]
     }
 }
 
@@ -249,11 +236,7 @@ fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
                 let range = |name: &str, part| curve(name.into(), part).colored(Color::SKY);
                 series.push(range("least and largest in the window", |s| s.min));
                 series.push(range("", |s| s.max));
-                series.push(
-                    curve("mean".into(), |s| s.mean)
-                        .colored(Color::BLUE)
-                        .marked(),
-                );
+                series.push(curve("mean".into(), |s| s.mean).colored(Color::BLUE).marked());
             }
         }
         panels.push(Box::new(LinePlot {
@@ -300,15 +283,11 @@ fn map(args: &SynchronizationArgs, results: &[Outcome]) -> HeatMap {
         column_label: "gain *γ* (in the cells: mean |χ|)".into(),
         columns: args.gamma.iter().map(f64::to_string).collect(),
         row_label: "drive".into(),
-        rows: chunks(results)
-            .map(|chunk| curve_name(args, &chunk[0]))
-            .collect(),
+        rows: chunks(results).map(|chunk| curve_name(args, &chunk[0])).collect(),
         cells: results
             .iter()
             .map(|result| MapCell {
-                category: result
-                    .verdict
-                    .and_then(|verdict| category(verdict.synchrony)),
+                category: result.verdict.and_then(|verdict| category(verdict.synchrony)),
                 text: result.verdict.map_or("stopped".into(), |verdict| {
                     format!("{:.2}", verdict.settled.phase.mean)
                 }),

@@ -70,11 +70,7 @@ impl RowResult {
 /// not decisive.
 fn block(report: &IndexReport, name: &str) -> Option<String> {
     let (_, found) = report.blocks.iter().find(|(f, _)| f.name() == name)?;
-    let doubt = if found.verdict == Verdict::Decisive {
-        ""
-    } else {
-        "?"
-    };
+    let doubt = if found.verdict == Verdict::Decisive { "" } else { "?" };
     Some(format!("{}{doubt}", found.index))
 }
 
@@ -98,18 +94,12 @@ pub fn run(args: &Table1Args) -> anyhow::Result<Exit> {
     let mut text = text::table(&rows, &limit);
     text.push_str(&text::counterexample(&matching, &richer));
     args.common.give("table1", &text, &document)?;
-    let settled = rows
-        .iter()
-        .all(|row| row.index().is_some() && row.agrees() != Some(false));
+    let settled = rows.iter().all(|row| row.index().is_some() && row.agrees() != Some(false));
     Ok(if settled { Exit::Done } else { Exit::Differs })
 }
 
 fn law_name(law: Law) -> &'static str {
-    if law.is_linear() {
-        "small strain"
-    } else {
-        "Mooney–Rivlin"
-    }
+    if law.is_linear() { "small strain" } else { "Mooney–Rivlin" }
 }
 
 #[cfg(test)]
@@ -120,12 +110,7 @@ mod tests {
     /// Returns all values that define a muscle, with all digits.
     fn data(muscle: &Muscle) -> String {
         let solid = &muscle.solid;
-        let body = (
-            solid.space().mesh(),
-            solid.dofs(),
-            solid.laws(),
-            solid.mass_values(),
-        );
+        let body = (solid.space().mesh(), solid.dofs(), solid.laws(), solid.mass_values());
         format!("{body:?} {:?} {:?}", muscle.parameters, muscle.loads)
     }
 
@@ -136,26 +121,15 @@ mod tests {
         let linear: Vec<_> = cases.iter().filter(|c| c.equation == Some("26")).collect();
         assert_eq!(linear.len(), 4);
         for case in linear {
-            let kappa = if case.kappa.is_finite() {
-                "finite"
-            } else {
-                "inf"
-            };
-            let beta = if case.beta > 0.0 {
-                "damped"
-            } else {
-                "undamped"
-            };
+            let kappa = if case.kappa.is_finite() { "finite" } else { "inf" };
+            let beta = if case.beta > 0.0 { "damped" } else { "undamped" };
             let name = format!("table1-26-{kappa}-{beta}");
             let body = Scene::built_in(&name, &[]).unwrap().body.unwrap();
             let load = Signal::paper(paper::LOAD_AMPLITUDE);
             let ours =
                 paper::muscle_with_load(&mesh, case.law, case.kappa, case.beta, load).unwrap();
             // The data is too long for a message.
-            assert!(
-                data(&body.muscle) == data(&ours),
-                "{name}: the bodies differ"
-            );
+            assert!(data(&body.muscle) == data(&ours), "{name}: the bodies differ");
             // Without damping, (26) equals (28) with the linear law.
             let index = body.formulation.index(&body.muscle.parameters);
             assert_eq!(Some(usize::from(index)), case.printed, "{name}");

@@ -38,9 +38,7 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
         let printed = case.printed.map_or("–".into(), |index| index.to_string());
         let computed = row.index().map_or("undecided".into(), |i| i.to_string());
         table.row([
-            case.equation
-                .map_or("–".into(), |e| format!("({e})"))
-                .into(),
+            case.equation.map_or("–".into(), |e| format!("({e})")).into(),
             case.formulation.name().into(),
             law_name(case.law).into(),
             kappa(case.kappa).into(),
@@ -61,12 +59,8 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
         return text;
     }
     text.push_str(&on_the_way(limit));
-    let mut way = Table::new(&[
-        ("κ", Left),
-        ("β", Left),
-        ("index", Right),
-        ("gap, decades", Right),
-    ]);
+    let mut way =
+        Table::new(&[("κ", Left), ("β", Left), ("index", Right), ("gap, decades", Right)]);
     for (case, report) in limit {
         way.row([
             kappa(case.kappa).into(),
@@ -86,12 +80,7 @@ fn notes(rows: &[RowResult]) -> String {
     let states: BTreeSet<u64> = samples().map(|sample| sample.seed).collect();
     let meshes: Vec<String> = meshes.iter().map(usize::to_string).collect();
     let is_remark = |row: &RowResult| {
-        let Case {
-            equation,
-            beta,
-            printed,
-            ..
-        } = row.case;
+        let Case { equation, beta, printed, .. } = row.case;
         equation == Some("29") && beta == 0.0 && printed.is_some()
     };
     let remark = match rows.iter().any(is_remark) {
@@ -140,10 +129,9 @@ pub(super) fn counterexample(matching: &Solution, richer: &Solution) -> String {
         ("|v - q̇| / |v|", Right),
         ("error of q", Right),
     ]);
-    for (name, solution) in [
-        ("linear, as the pressure: (33)", matching),
-        ("quadratic: (34) as in COMSOL", richer),
-    ] {
+    for (name, solution) in
+        [("linear, as the pressure: (33)", matching), ("quadratic: (34) as in COMSOL", richer)]
+    {
         table.row([
             name.into(),
             solution.index.to_string().into(),
@@ -184,10 +172,7 @@ mod tests {
         let text = table(&[position], &[]);
         let reported = format!("meshes of {triangles} triangles, random states: 1.");
         assert!(text.contains(&reported), "{text}");
-        assert!(
-            !text.contains(remark) && !text.contains("on the way"),
-            "{text}"
-        );
+        assert!(!text.contains(remark) && !text.contains("on the way"), "{text}");
         let text = table(&[row("29", 0.0, f64::INFINITY, 4)], &[]);
         assert!(text.contains("triangles, random states: 2."), "{text}");
         assert!(text.contains(remark), "{text}");

@@ -40,11 +40,7 @@ impl RigidContact {
         let direction: [f64; D] = std::array::from_fn(|i| direction[i]);
         let touching = self.first_touch(direction, u);
         if force <= 0.0 || !touching.is_finite() {
-            return if touching.is_finite() {
-                touching
-            } else {
-                f64::NAN
-            };
+            return if touching.is_finite() { touching } else { f64::NAN };
         }
         let excess = |s: f64| {
             let [along, slope] = self.along(direction, touching + s, u);
@@ -133,9 +129,6 @@ impl RigidContact {
                 }
             }
         });
-        DrivenSlope {
-            by_nodes,
-            by_obstacle: self.along(direction, s, u)[1],
-        }
+        DrivenSlope { by_nodes, by_obstacle: self.along(direction, s, u)[1] }
     }
 }

@@ -176,9 +176,7 @@ impl RigidContact {
             let n = touch.gap.normal;
             let normal = dot(&relative, &n);
             let tangential: [f64; D] = std::array::from_fn(|i| relative[i] - normal * n[i]);
-            let speed = dot(&tangential, &tangential)
-                .sqrt()
-                .hypot(friction.slip_velocity);
+            let speed = dot(&tangential, &tangential).sqrt().hypot(friction.slip_velocity);
             kernel(&Slip {
                 touch,
                 tangential,

@@ -46,19 +46,10 @@ impl Obstacle {
         match self {
             Self::Plane { point, normal } => {
                 let normal = std::array::from_fn(|i| normal[i]);
-                Gap {
-                    distance: dot(&from(point), &normal),
-                    normal,
-                    axis: none,
-                    curvature: 0.0,
-                }
+                Gap { distance: dot(&from(point), &normal), normal, axis: none, curvature: 0.0 }
             }
             Self::Sphere { center, radius } => round(from(center), none, *radius),
-            Self::Cylinder {
-                point,
-                axis,
-                radius,
-            } => {
+            Self::Cylinder { point, axis, radius } => {
                 let axis: [f64; D] = std::array::from_fn(|i| axis[i]);
                 let mut from = from(point);
                 let along = dot(&from, &axis);
@@ -83,11 +74,7 @@ impl Obstacle {
                 (speed > 0.0).then(|| dot(&from(point), &normal) / speed)
             }
             Self::Sphere { center, radius } => first_root(from(center), direction, *radius),
-            Self::Cylinder {
-                point,
-                axis,
-                radius,
-            } => {
+            Self::Cylinder { point, axis, radius } => {
                 let axis: [f64; D] = std::array::from_fn(|i| axis[i]);
                 let across = |v: [f64; D]| -> [f64; D] {
                     let along = dot(&v, &axis);

@@ -27,21 +27,11 @@ fn obstacles(dimension: usize) -> Vec<Obstacle> {
         _ => ([0.04, 0.05, 0.13], [0.0, 0.6, -0.8]),
     };
     let mut all = vec![
-        Obstacle::Plane {
-            point: center.map(|x| 0.75 * x),
-            normal,
-        },
-        Obstacle::Sphere {
-            center,
-            radius: 0.05,
-        },
+        Obstacle::Plane { point: center.map(|x| 0.75 * x), normal },
+        Obstacle::Sphere { center, radius: 0.05 },
     ];
     if dimension == 3 {
-        all.push(Obstacle::Cylinder {
-            point: center,
-            axis: [0.8, 0.6, 0.0],
-            radius: 0.05,
-        });
+        all.push(Obstacle::Cylinder { point: center, axis: [0.8, 0.6, 0.0], radius: 0.05 });
     }
     all
 }
@@ -115,11 +105,7 @@ fn a_plane_presses_with_the_pressure_of_its_penetration() {
         let sums = contact.sums(&offset, &u);
         let area = 0.1_f64.powi(up as i32);
         // The full stiffness is reached at a thousandth of the size of a facet.
-        let size = if dimension == 2 {
-            0.05
-        } else {
-            0.05 / 2_f64.sqrt()
-        };
+        let size = if dimension == 2 { 0.05 } else { 0.05 / 2_f64.sqrt() };
         let expected = -1e6 * (1e-3 - 0.5e-3 * size) * area;
         assert!((sums.force[up] - expected).abs() < 1e-12 * expected.abs());
         assert!((sums.area - area).abs() < 1e-14);
@@ -206,10 +192,7 @@ fn the_force_is_the_derivative_of_the_energy() {
 /// force. Difference quotients have the errors of the stiffness.
 #[test]
 fn the_slopes_of_friction_are_its_derivatives() {
-    let friction = Friction {
-        coefficient: 0.4,
-        slip_velocity: 0.02,
-    };
+    let friction = Friction { coefficient: 0.4, slip_velocity: 0.02 };
     let (offset, velocity) = ([2e-3, -1e-3, 1e-3], [0.05, -0.02, 0.03]);
     for dimension in [2, 3] {
         let solid = block(dimension);
@@ -221,24 +204,14 @@ fn the_slopes_of_friction_are_its_derivatives() {
             let at = |u: &[f64], v: &[f64]| {
                 let mut force = vec![0.0; n];
                 let (offset, velocity) = (&offset[..], &velocity[..]);
-                let sliding = Sliding {
-                    offset,
-                    velocity,
-                    u,
-                    v,
-                };
+                let sliding = Sliding { offset, velocity, u, v };
                 contact.add_friction(&friction, &sliding, &mut force);
                 let sums = contact.friction_sums(&friction, &sliding);
                 (force, sums)
             };
             let mut slopes = [(); 2].map(|()| vec![0.0; pattern.nnz()]);
             let [by_u, by_v] = &mut slopes;
-            let sliding = Sliding {
-                offset: &offset,
-                velocity: &velocity,
-                u: &u,
-                v: &v,
-            };
+            let sliding = Sliding { offset: &offset, velocity: &velocity, u: &u, v: &v };
             contact.add_friction_slopes(&friction, &sliding, [by_u, by_v]);
             for (which, values) in slopes.iter().enumerate() {
                 let scale = values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -264,10 +237,7 @@ fn the_slopes_of_friction_are_its_derivatives() {
                 assert!((sum - sums.force[axis]).abs() < 1e-12, "{obstacle:?}");
             }
             // In the plane and in space, friction dissipates its force times the relative velocity.
-            let relative = v
-                .iter()
-                .enumerate()
-                .map(|(i, v)| v - velocity[i % dimension]);
+            let relative = v.iter().enumerate().map(|(i, v)| v - velocity[i % dimension]);
             let power: f64 = force.iter().zip(relative).map(|(f, v)| f * v).sum();
             assert!((power - sums.dissipation).abs() < 1e-12 && power > 0.0);
             if let Obstacle::Plane { normal, .. } = obstacle {
@@ -275,10 +245,7 @@ fn the_slopes_of_friction_are_its_derivatives() {
                 if dimension == 3 {
                     fast = [1e6, 0.0, 0.0];
                 }
-                let sliding = Sliding {
-                    velocity: &fast,
-                    ..sliding
-                };
+                let sliding = Sliding { velocity: &fast, ..sliding };
                 let [tangential, pressed] = [
                     contact.friction_sums(&friction, &sliding).force,
                     contact.sums(&offset, &u).force,

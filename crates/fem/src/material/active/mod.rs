@@ -77,11 +77,7 @@ pub struct ForceVelocity {
 impl ForceVelocity {
     /// Returns Hill's factor with a = 0.25 and N = 1.4.
     pub fn hill(v_max: f64) -> Self {
-        Self {
-            v_max,
-            a: 0.25,
-            plateau: 1.4,
-        }
+        Self { v_max, a: 0.25, plateau: 1.4 }
     }
 
     /// Returns h.
@@ -155,9 +151,7 @@ impl ActiveStress {
         if let Some(ForceVelocity { v_max, a, plateau }) = self.force_velocity {
             constants.extend([("v_max", v_max), ("a", a), ("plateau - 1", plateau - 1.0)]);
         }
-        constants
-            .into_iter()
-            .try_for_each(|(name, value)| Range::Positive.check(name, value))
+        constants.into_iter().try_for_each(|(name, value)| Range::Positive.check(name, value))
     }
 
     /// Returns τ from T, E and Ė.
@@ -237,9 +231,7 @@ impl<R: Real, const D: usize> ActiveFiber<R, D> {
         let mut out = [self.fiber; D];
         for (i, row) in out.iter_mut().enumerate() {
             for (k, entry) in row.iter_mut().enumerate() {
-                let change = self
-                    .by_strain
-                    .mul_add(*entry, self.by_strain_rate * self.rate[k]);
+                let change = self.by_strain.mul_add(*entry, self.by_strain_rate * self.rate[k]);
                 *entry = self.fiber[i] * change;
             }
             row[i] = row[i] + self.tau;

@@ -16,17 +16,10 @@ fn materials() -> Vec<ActiveStress> {
         for force_length in [
             ForceLength::Constant,
             ForceLength::Parabola { optimal: 1.2 },
-            ForceLength::Gaussian {
-                optimal: 1.1,
-                width: 0.4,
-            },
+            ForceLength::Gaussian { optimal: 1.1, width: 0.4 },
         ] {
             for force_velocity in [None, Some(ForceVelocity::hill(2.0))] {
-                all.push(ActiveStress {
-                    tension,
-                    force_length,
-                    force_velocity,
-                });
+                all.push(ActiveStress { tension, force_length, force_velocity });
             }
         }
     }
@@ -84,10 +77,7 @@ fn stress_measures_give_their_nominal_stress() {
     let (stretched, still) = ([[0.2, 0.0], [0.0; 2]], [[0.0; 2]; 2]);
     let along =
         |active: ActiveStress| active.at([1.0, 0.0], &stretched, &still, 100.0).stress()[0][0];
-    let nominal = ActiveStress {
-        tension: Tension::Nominal,
-        ..ActiveStress::PLAIN
-    };
+    let nominal = ActiveStress { tension: Tension::Nominal, ..ActiveStress::PLAIN };
     assert!((along(ActiveStress::PLAIN) - 120.0).abs() < 1e-12);
     assert!((along(nominal) - 100.0).abs() < 1e-12);
 }
@@ -100,10 +90,7 @@ fn factors_match_their_formulas() {
         assert!((parabola.factor(1.2 * ratio) - formula.max(0.0)).abs() < 1e-14);
     }
     // The exponent is −(1/2)⁴, since (0.375/0.5 − 1)/0.5 = −1/2.
-    let gaussian = ForceLength::Gaussian {
-        optimal: 0.5,
-        width: 0.5,
-    };
+    let gaussian = ForceLength::Gaussian { optimal: 0.5, width: 0.5 };
     assert_eq!(gaussian.factor(0.375_f64), (-0.0625_f64).exp());
     let hill = ForceVelocity::hill(4.0);
     assert_eq!(hill.factor(0.0), 1.0);
@@ -112,10 +99,7 @@ fn factors_match_their_formulas() {
     assert!((hill.factor(-2.0_f64) - 0.5 / 3.0).abs() < 1e-15);
     assert!((hill.factor(1e9_f64) - 1.4).abs() < 1e-8);
     let slope = |rate: f64| {
-        let dual = Dual {
-            value: rate,
-            rate: 4.0,
-        };
+        let dual = Dual { value: rate, rate: 4.0 };
         hill.factor(dual).rate
     };
     // Slope 1 + 1/a on both sides.

@@ -68,11 +68,7 @@ impl Fung {
     #[inline(always)]
     fn couplings(&self) -> [([usize; 2], f64); 3] {
         let twice = |pair, b| (pair, 2.0 * b);
-        [
-            twice([0, 1], self.b_4),
-            twice([1, 2], self.b_5),
-            twice([0, 2], self.b_6),
-        ]
+        [twice([0, 1], self.b_4), twice([1, 2], self.b_5), twice([0, 2], self.b_6)]
     }
 
     /// Returns Q and its derivatives with respect to the strains.
@@ -163,9 +159,7 @@ mod tests {
         use crate::material::parameters::Described;
         let names = Fung::DESCRIPTION.parameters.iter().map(|own| own.name);
         let with = |name, value| {
-            let constants = [(name, value)]
-                .into_iter()
-                .chain(names.clone().zip(LAW.values()));
+            let constants = [(name, value)].into_iter().chain(names.clone().zip(LAW.values()));
             Law::named("fung", &constants.collect::<Vec<_>>())
         };
         assert_eq!(with("b_5", -0.5).unwrap(), LAW);

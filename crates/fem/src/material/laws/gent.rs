@@ -23,12 +23,7 @@ impl Described for Gent {
         energy: "-ζ J_m/2 ln(1 - (Ī1-3)/J_m)",
         about: "Locks at large strains.",
         parameters: &[
-            Parameter::new(
-                "shear_modulus",
-                "Pa",
-                Range::Positive,
-                "Initial shear modulus ζ",
-            ),
+            Parameter::new("shear_modulus", "Pa", Range::Positive, "Initial shear modulus ζ"),
             Parameter::new("limit", "", Range::Positive, "Limit J_m of Ī1 - 3"),
         ],
         fibers: false,

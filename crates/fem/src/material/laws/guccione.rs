@@ -40,24 +40,9 @@ impl Described for Guccione {
 /// Constants of both laws.
 const CONSTANTS: &[Parameter] = &[
     Parameter::new("c", "Pa", Range::Positive, "Stiffness C"),
-    Parameter::new(
-        "b_f",
-        "",
-        Range::NotNegative,
-        "Weight of strain along the fiber",
-    ),
-    Parameter::new(
-        "b_t",
-        "",
-        Range::NotNegative,
-        "Weight of strain across the fiber",
-    ),
-    Parameter::new(
-        "b_fs",
-        "",
-        Range::NotNegative,
-        "Weight of shear along the fiber",
-    ),
+    Parameter::new("b_f", "", Range::NotNegative, "Weight of strain along the fiber"),
+    Parameter::new("b_t", "", Range::NotNegative, "Weight of strain across the fiber"),
+    Parameter::new("b_fs", "", Range::NotNegative, "Weight of shear along the fiber"),
 ];
 
 impl Guccione {
@@ -177,12 +162,7 @@ impl<R: Real> Isochoric<R> {
                 stretched[i] = stretched[i] + one;
             }
         }
-        Self {
-            strains,
-            values,
-            stretched,
-            x,
-        }
+        Self { strains, values, stretched, x }
     }
 
     /// Returns Σ a c.

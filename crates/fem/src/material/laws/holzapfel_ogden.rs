@@ -79,10 +79,7 @@ const fn dispersion(name: &'static str, about: &'static str) -> Parameter {
 impl HolzapfelOgden {
     #[inline(always)]
     fn matrix(&self) -> Exponential {
-        Exponential {
-            a: self.a,
-            b: self.b,
-        }
+        Exponential { a: self.a, b: self.b }
     }
 
     /// Returns the strain and the fiber family of the three anisotropic terms.
@@ -99,10 +96,7 @@ impl HolzapfelOgden {
                 FiberStrain::dispersed(strain, s, self.dispersion_s),
                 family(self.a_s, self.b_s, Some(self.k)),
             ),
-            (
-                FiberStrain::new(strain, f, s),
-                family(self.a_fs, self.b_fs, None),
-            ),
+            (FiberStrain::new(strain, f, s), family(self.a_fs, self.b_fs, None)),
         ]
     }
 }

@@ -30,12 +30,7 @@ impl Described for MooneyRivlin {
         energy: "c10 (Ī1-3) + c01 (Ī2-3)",
         about: "Eq. (20).",
         parameters: &[
-            Parameter::new(
-                "c10",
-                "Pa",
-                Range::NotNegative,
-                "Coefficient of the first invariant",
-            ),
+            Parameter::new("c10", "Pa", Range::NotNegative, "Coefficient of the first invariant"),
             Parameter::new(
                 "c01",
                 "Pa",
@@ -57,11 +52,7 @@ pub(super) fn first_invariant<R: Real>(at: Invariants<R>) -> (R, Slope<R>) {
     let x2 = x * x;
     let x5 = x2 * x2 * x;
     let ratio = at.d / (one + x + x2);
-    let slope = Slope {
-        a: x2,
-        b: one * 0.0,
-        d: x5 * (at.d - at.a) * (2.0 / 3.0),
-    };
+    let slope = Slope { a: x2, b: one * 0.0, d: x5 * (at.d - at.a) * (2.0 / 3.0) };
     (x2 * at.a + ratio * ratio * x5 * (x + one * 2.0), slope)
 }
 
@@ -110,10 +101,8 @@ impl Isotropic for MooneyRivlin {
             bb: zero,
             ad: x5 * (-2.0 / 3.0 * self.c10),
             bd: x7 * (-4.0 / 3.0 * self.c01),
-            dd: self.mix(
-                x5 * 3.0 - x8 * (d - a) * 5.0,
-                x10 * (b + d) * 14.0 - x7 * 6.0,
-            ) * (2.0 / 9.0),
+            dd: self.mix(x5 * 3.0 - x8 * (d - a) * 5.0, x10 * (b + d) * 14.0 - x7 * 6.0)
+                * (2.0 / 9.0),
         }
     }
 
@@ -171,24 +160,14 @@ mod tests {
         /// Regression: published constants with a negative c01 were rejected.
         #[test]
         fn a_negative_second_coefficient_needs_a_positive_shear_modulus() {
-            let fibers = [
-                ("c3", 1e6),
-                ("c4", 10.0),
-                ("c5", 1e9),
-                ("stretch_max", 1.03),
-            ];
-            for (name, more) in [
-                ("mooney-rivlin", &[][..]),
-                ("transverse-mooney-rivlin", &fibers),
-            ] {
+            let fibers = [("c3", 1e6), ("c4", 10.0), ("c5", 1e9), ("stretch_max", 1.03)];
+            for (name, more) in [("mooney-rivlin", &[][..]), ("transverse-mooney-rivlin", &fibers)]
+            {
                 let law = |c01| Law::named(name, &[&[("c10", 4.8e4), ("c01", c01)], more].concat());
                 assert!(law(-4.7e4).is_ok());
                 for c01 in [-4.8e4, -1e5] {
                     let error = law(c01).unwrap_err();
-                    assert!(
-                        matches!(error, FemError::Parameter { name: "c01", .. }),
-                        "{error}"
-                    );
+                    assert!(matches!(error, FemError::Parameter { name: "c01", .. }), "{error}");
                 }
             }
         }

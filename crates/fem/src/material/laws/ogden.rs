@@ -177,10 +177,7 @@ fn series<R: Real>(q: R, r: R) -> [Jet<R>; 2] {
         qr: qr[0],
         rr: rr[1],
     };
-    [
-        Jet::mul_add(one, &odd, &even),
-        Jet::mul_add(one * -1.0, &odd, &even),
-    ]
+    [Jet::mul_add(one, &odd, &even), Jet::mul_add(one * -1.0, &odd, &even)]
 }
 
 /// Returns t(α) and t(−α).
@@ -283,14 +280,7 @@ impl Ogden {
     #[inline(always)]
     fn sum<R: Real>(&self, q: R, r: R) -> Jet<R> {
         let zero = q.like(0.0);
-        let mut sum = Jet {
-            value: zero,
-            q: zero,
-            r: zero,
-            qq: zero,
-            qr: zero,
-            rr: zero,
-        };
+        let mut sum = Jet { value: zero, q: zero, r: zero, qq: zero, qr: zero, rr: zero };
         for (mu, alpha) in self.terms() {
             if mu != 0.0 {
                 let [t, _] = traces(q, r, alpha);
@@ -307,10 +297,7 @@ impl Ogden {
         let [t, u] = traces(q, r, 2.0);
         // Chain rule: W_q = W_1 t_q + W_2 u_q, and so for r.
         let scale = q.like(1.0) / (t.q * u.r - t.r * u.q);
-        let first = [
-            (w.q * u.r - w.r * u.q) * scale,
-            (w.r * t.q - w.q * t.r) * scale,
-        ];
+        let first = [(w.q * u.r - w.r * u.q) * scale, (w.r * t.q - w.q * t.r) * scale];
         // Derivatives of q and r by the invariants.
         let (q1, q2) = (u.r * scale, -(t.r * scale));
         let (r1, r2) = (-(u.q * scale), t.q * scale);
@@ -342,11 +329,7 @@ impl Isotropic for Ogden {
         let w = self.derivatives(at);
         let first = FIRST.slope(at).scaled(w.first[0]);
         let second = SECOND.slope(at).scaled(w.first[1]);
-        Slope {
-            a: first.a,
-            b: second.b,
-            d: first.d + second.d,
-        }
+        Slope { a: first.a, b: second.b, d: first.d + second.d }
     }
 
     #[inline(always)]

@@ -20,12 +20,7 @@ impl Described for SmallStrain {
         name: "small-strain",
         energy: "ζ |dev ε|²",
         about: "Eq. (26): linear, for small displacements only.",
-        parameters: &[Parameter::new(
-            "shear_modulus",
-            "Pa",
-            Range::Positive,
-            "Shear modulus ζ",
-        )],
+        parameters: &[Parameter::new("shear_modulus", "Pa", Range::Positive, "Shear modulus ζ")],
         fibers: false,
         complete: false,
     };
@@ -41,20 +36,13 @@ impl Potential for SmallStrain {
 
     #[inline(always)]
     fn first<R: Real>(&self, _e: R, d: R) -> PlaneSlope<R> {
-        PlaneSlope {
-            e: d.like(self.shear_modulus / 2.0),
-            d: d * (self.shear_modulus / 3.0),
-        }
+        PlaneSlope { e: d.like(self.shear_modulus / 2.0), d: d * (self.shear_modulus / 3.0) }
     }
 
     #[inline(always)]
     fn second<R: Real>(&self, _e: R, d: R) -> PlaneCurvature<R> {
         let zero = d.like(0.0);
-        PlaneCurvature {
-            ee: zero,
-            ed: zero,
-            dd: d.like(self.shear_modulus / 3.0),
-        }
+        PlaneCurvature { ee: zero, ed: zero, dd: d.like(self.shear_modulus / 3.0) }
     }
 }
 
@@ -69,10 +57,7 @@ impl Law3 for SmallStrain {
 
     #[inline(always)]
     fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
-        scaled3(
-            strain.d.like(2.0 * self.shear_modulus),
-            &deviator(strain.green),
-        )
+        scaled3(strain.d.like(2.0 * self.shear_modulus), &deviator(strain.green))
     }
 
     #[inline(always)]

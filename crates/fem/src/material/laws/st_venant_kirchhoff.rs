@@ -89,14 +89,7 @@ impl Isotropic for StVenantKirchhoff {
     fn curvature<R: Real>(&self, Invariants { d, .. }: Invariants<R>) -> Curvature<R> {
         let once = d.like(0.25 * self.lambda + 0.5 * self.shear_modulus);
         let zero = d.like(0.0);
-        Curvature {
-            aa: once,
-            ab: zero,
-            bb: zero,
-            ad: once * 2.0,
-            bd: zero,
-            dd: once * 4.0,
-        }
+        Curvature { aa: once, ab: zero, bb: zero, ad: once * 2.0, bd: zero, dd: once * 4.0 }
     }
 }
 

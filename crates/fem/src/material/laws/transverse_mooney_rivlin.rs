@@ -36,12 +36,7 @@ impl Described for TransverseMooneyRivlin {
                  c3 (exp c4(λ-1) - 1) to stretch_max, c5 λ + c6 beyond",
         about: "Tendon and passive muscle: fibers that uncrimp.",
         parameters: &[
-            Parameter::new(
-                "c10",
-                "Pa",
-                Range::Positive,
-                "Coefficient of the first invariant",
-            ),
+            Parameter::new("c10", "Pa", Range::Positive, "Coefficient of the first invariant"),
             Parameter::new(
                 "c01",
                 "Pa",
@@ -51,12 +46,7 @@ impl Described for TransverseMooneyRivlin {
             .or(0.0),
             Parameter::new("c3", "Pa", Range::NotNegative, "Scale of the exponential"),
             Parameter::new("c4", "", Range::Positive, "Rate of uncrimping"),
-            Parameter::new(
-                "c5",
-                "Pa",
-                Range::NotNegative,
-                "Modulus of straightened fibers",
-            ),
+            Parameter::new("c5", "Pa", Range::NotNegative, "Modulus of straightened fibers"),
             Parameter::new(
                 "stretch_max",
                 "",
@@ -127,10 +117,7 @@ impl TransverseMooneyRivlin {
     fn slopes<R: Real>(&self, e: R, d: R) -> [R; 2] {
         let one = d.like(1.0);
         let tension = self.tension(Self::extension(e, d));
-        [
-            tension / (e * 2.0 + one),
-            tension / (d + one) * (-1.0 / 3.0),
-        ]
+        [tension / (e * 2.0 + one), tension / (d + one) * (-1.0 / 3.0)]
     }
 }
 

@@ -35,10 +35,7 @@ impl VerondaWestmann {
     /// Returns the term of the second invariant.
     #[inline(always)]
     fn second(&self) -> MooneyRivlin {
-        MooneyRivlin {
-            c10: 0.0,
-            c01: -0.5 * self.c1 * self.c2,
-        }
+        MooneyRivlin { c10: 0.0, c01: -0.5 * self.c1 * self.c2 }
     }
 }
 
@@ -54,11 +51,7 @@ impl Isotropic for VerondaWestmann {
         let (y, slope) = first_invariant(at);
         let first = slope.scaled((y * self.c2).exp() * (self.c1 * self.c2));
         let second = self.second().slope(at);
-        Slope {
-            a: first.a + second.a,
-            b: first.b + second.b,
-            d: first.d + second.d,
-        }
+        Slope { a: first.a + second.a, b: first.b + second.b, d: first.d + second.d }
     }
 }
 

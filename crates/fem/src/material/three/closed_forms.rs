@@ -48,24 +48,9 @@ type Slopes = fn(f64) -> [f64; 2];
 
 fn laws_of_invariants() -> [(Law, Slopes); 3] {
     [
-        (
-            Law::Yeoh {
-                c10: 1e4,
-                c20: -1e3,
-                c30: 4e2,
-            },
-            |y| [1e4 - 2e3 * y + 1.2e3 * y * y, 0.0],
-        ),
-        (
-            Law::Gent {
-                shear_modulus: 1e4,
-                limit: 40.0,
-            },
-            |y| [5e3 / (1.0 - y / 40.0), 0.0],
-        ),
-        (Law::VerondaWestmann { c1: 5e3, c2: 0.7 }, |y| {
-            [3.5e3 * (0.7 * y).exp(), -1.75e3]
-        }),
+        (Law::Yeoh { c10: 1e4, c20: -1e3, c30: 4e2 }, |y| [1e4 - 2e3 * y + 1.2e3 * y * y, 0.0]),
+        (Law::Gent { shear_modulus: 1e4, limit: 40.0 }, |y| [5e3 / (1.0 - y / 40.0), 0.0]),
+        (Law::VerondaWestmann { c1: 5e3, c2: 0.7 }, |y| [3.5e3 * (0.7 * y).exp(), -1.75e3]),
     ]
 }
 
@@ -78,10 +63,7 @@ fn laws_of_invariants_under_stretch_and_shear() {
             let [w1, w2] = slopes(l * l + 2.0 / l - 3.0);
             let exact = 2.0 * (l - l.powi(-2)) * (w1 + w2 / l);
             // Rounding of terms that cancel in part.
-            assert!(
-                (uniaxial(law, l) - exact).abs() < 1e-12 * 1e5,
-                "{law:?} {l}"
-            );
+            assert!((uniaxial(law, l) - exact).abs() < 1e-12 * 1e5, "{law:?} {l}");
             let [w1, w2] = slopes(2.0 * l * l + l.powi(-4) - 3.0);
             let exact = 2.0 * (l - l.powi(-5)) * (w1 + w2 * l * l);
             let [along, across, _] = free_side(law, [l, l, l.powi(-2)], NONE);
@@ -110,10 +92,7 @@ fn ogden_under_stretch_and_shear() {
     for l in [0.3_f64, 0.95, 1.3, 2.5, 7.0] {
         let exact = sum(&|a| l.powf(a - 1.0) - l.powf(-0.5 * a - 1.0));
         // Rounding of terms that cancel in part.
-        assert!(
-            (uniaxial(law, l) - exact).abs() < 1e-12 * exact.abs().max(1e6),
-            "{l}"
-        );
+        assert!((uniaxial(law, l) - exact).abs() < 1e-12 * exact.abs().max(1e6), "{l}");
         let exact = sum(&|a| l.powf(a - 1.0) - l.powf(-2.0 * a - 1.0));
         let [along, across, _] = free_side(law, [l, l, l.powi(-2)], NONE);
         let scale = exact.abs().max(1e6);
@@ -129,10 +108,7 @@ fn ogden_under_stretch_and_shear() {
 /// Beyond its limit, Gent's law has no stress that a solver could accept.
 #[test]
 fn a_locked_body_has_no_stress() {
-    let law = Law::Gent {
-        shear_modulus: 1e4,
-        limit: 2.0,
-    };
+    let law = Law::Gent { shear_modulus: 1e4, limit: 2.0 };
     let stretched = |stretch: f64| {
         let h = [[stretch - 1.0, 0.0, 0.0], [0.0; 3], [0.0; 3]];
         law.stress3(h, 0.0, Axes::cartesian(0.0))[0][0]
@@ -154,14 +130,7 @@ fn mooney_rivlin_in_simple_shear_for_any_pressure() {
 #[test]
 fn transverse_law_along_its_fibers() {
     let (c10, c01, c3, c4, c5, stretch_max) = (1e4, 2e2, 500.0, 8.0, 1.2e4, 1.1);
-    let law = Law::TransverseMooneyRivlin {
-        c10,
-        c01,
-        c3,
-        c4,
-        c5,
-        stretch_max,
-    };
+    let law = Law::TransverseMooneyRivlin { c10, c01, c3, c4, c5, stretch_max };
     let crimped = |l: f64| c3 * ((c4 * (l - 1.0)).exp() - 1.0);
     for l in [0.8, 1.0, 1.05, 1.1, 1.3] {
         // λ F2' is added to the Cauchy stress.
@@ -179,14 +148,8 @@ fn transverse_law_along_its_fibers() {
 
 /// Isochoric stretches along fiber, sheet and normal: pure shear, equibiaxial, general.
 fn stretches() -> [[f64; 3]; 5] {
-    [
-        [1.15, 1.0],
-        [1.0, 1.15],
-        [1.1, 1.1],
-        [0.9, 1.2],
-        [1.2, 0.85],
-    ]
-    .map(|[f, s]| [f, s, 1.0 / (f * s)])
+    [[1.15, 1.0], [1.0, 1.15], [1.1, 1.1], [0.9, 1.2], [1.2, 0.85]]
+        .map(|[f, s]| [f, s, 1.0 / (f * s)])
 }
 
 /// Returns P_i of the isochoric stretches λ_i from the second Piola–Kirchhoff stresses S_i
@@ -221,10 +184,7 @@ fn check_simple_shear(law: Law, slope: impl Fn(usize, usize, f64) -> f64) {
             let expected = slope(i, j, gamma);
             // Rounding, with exponents of about ten.
             let error = (found - expected).abs();
-            assert!(
-                error < 1e-12 * expected.abs(),
-                "{i} {j}: {found} {expected}"
-            );
+            assert!(error < 1e-12 * expected.abs(), "{i} {j}: {found} {expected}");
         }
     }
 }
@@ -285,21 +245,13 @@ fn holzapfel_ogden_in_simple_shear_of_all_planes() {
             let square = gamma * gamma;
             let family = |axis: usize, a: f64, b: f64| {
                 let dispersion = dispersions[axis];
-                let aligned = if axis == j {
-                    1.0 - 3.0 * dispersion
-                } else {
-                    0.0
-                };
+                let aligned = if axis == j { 1.0 - 3.0 * dispersion } else { 0.0 };
                 let weight = dispersion + aligned;
                 let y = weight * square;
                 2.0 * a * weight * y * (b * y * y).exp()
             };
             let stretched = family(0, a_f, b_f) + family(1, a_s, b_s);
-            let shear = if i + j == 1 {
-                a_fs * (b_fs * square).exp()
-            } else {
-                0.0
-            };
+            let shear = if i + j == 1 { a_fs * (b_fs * square).exp() } else { 0.0 };
             gamma * (a * (b * square).exp() + stretched + shear)
         });
     }
@@ -310,17 +262,7 @@ fn holzapfel_ogden_in_simple_shear_of_all_planes() {
 fn fibers_in_all_directions_are_isotropic() {
     let law = holzapfel_ogden([1.0 / 3.0, 1.0 / 3.0]);
     let Law::HolzapfelOgden {
-        a,
-        b,
-        a_f,
-        b_f,
-        a_s,
-        b_s,
-        b_fs,
-        k,
-        dispersion_f,
-        dispersion_s,
-        ..
+        a, b, a_f, b_f, a_s, b_s, b_fs, k, dispersion_f, dispersion_s, ..
     } = law
     else {
         unreachable!("the law above")
@@ -344,10 +286,7 @@ fn fibers_in_all_directions_are_isotropic() {
         fiber: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
         sheet: [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0],
     };
-    let (one, other) = (
-        law.stress3(h, 0.0, Axes::cartesian(0.0)),
-        law.stress3(h, 0.0, turned),
-    );
+    let (one, other) = (law.stress3(h, 0.0, Axes::cartesian(0.0)), law.stress3(h, 0.0, turned));
     let scale = one.iter().flatten().fold(0.0, |m: f64, p| m.max(p.abs()));
     for (one, other) in one.iter().flatten().zip(other.iter().flatten()) {
         // Rounding, with exponents of about ten.
@@ -359,10 +298,7 @@ const GUCCIONE: [f64; 4] = [2e3, 8.0, 2.0, 4.0];
 
 fn guccione_laws() -> [Law; 2] {
     let [c, b_f, b_t, b_fs] = GUCCIONE;
-    [
-        Law::Guccione { c, b_f, b_t, b_fs },
-        Law::IsochoricGuccione { c, b_f, b_t, b_fs },
-    ]
+    [Law::Guccione { c, b_f, b_t, b_fs }, Law::IsochoricGuccione { c, b_f, b_t, b_fs }]
 }
 
 #[test]
@@ -399,9 +335,7 @@ fn guccione_in_simple_shear_of_all_planes() {
 const FUNG: [f64; 9] = [8.0, 3.0, 2.0, 1.5, -0.5, 1.0, 4.0, 3.0, 5.0];
 
 fn fung() -> Law {
-    let names = [
-        "b_1", "b_2", "b_3", "b_4", "b_5", "b_6", "b_7", "b_8", "b_9",
-    ];
+    let names = ["b_1", "b_2", "b_3", "b_4", "b_5", "b_6", "b_7", "b_8", "b_9"];
     let constants = [("c", 2e3)].into_iter().chain(names.into_iter().zip(FUNG));
     Law::named("fung", &constants.collect::<Vec<_>>()).unwrap()
 }
@@ -411,11 +345,8 @@ fn fung_under_stretches_of_fiber_and_sheet() {
     let [b1, b2, b3, b4, b5, b6, ..] = FUNG;
     check_stretches(fung(), |stretches| {
         let [f, s, n] = stretches.map(|l| 0.5 * (l * l - 1.0));
-        let half_slopes = [
-            b1 * f + b4 * s + b6 * n,
-            b4 * f + b2 * s + b5 * n,
-            b6 * f + b5 * s + b3 * n,
-        ];
+        let half_slopes =
+            [b1 * f + b4 * s + b6 * n, b4 * f + b2 * s + b5 * n, b6 * f + b5 * s + b3 * n];
         let q: f64 = half_slopes.iter().zip([f, s, n]).map(|(a, e)| a * e).sum();
         half_slopes.map(|half| 2e3 * q.exp() * half)
     });

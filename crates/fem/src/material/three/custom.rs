@@ -35,10 +35,7 @@ impl CustomLaw {
 
     /// Returns the law with its energy multiplied by `factor`.
     pub(crate) fn scaled(self, factor: f64) -> Self {
-        Self {
-            factor: self.factor * factor,
-            ..self
-        }
+        Self { factor: self.factor * factor, ..self }
     }
 
     /// Returns a description without constants, which are private to the law.
@@ -77,9 +74,7 @@ impl CustomLaw {
         volumetric: &Volumetric<R>,
         velocity_gradient: Option<&Tensor3Of<R>>,
     ) -> Tensor3Of<R> {
-        let found = self
-            .law
-            .stress(&self.block(strain, volumetric, velocity_gradient));
+        let found = self.law.stress(&self.block(strain, volumetric, velocity_gradient));
         found.map(|row| row.map(|entry| strain.d.first_lanes(&entry)))
     }
 
@@ -91,9 +86,7 @@ impl CustomLaw {
         volumetric: &Volumetric<R>,
         velocity_gradient: Option<&Tensor3Of<R>>,
     ) -> Symmetric3<R> {
-        let found = self
-            .law
-            .tangent(&self.block(strain, volumetric, velocity_gradient));
+        let found = self.law.tangent(&self.block(strain, volumetric, velocity_gradient));
         Symmetric3(found.0.map(|entry| strain.d.first_lanes(&entry)))
     }
 

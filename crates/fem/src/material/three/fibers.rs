@@ -84,16 +84,8 @@ impl<R: Real> FiberStrains<R> {
         for (value, [x, y]) in values.iter_mut().zip(PAIRS) {
             *value = strain.green_along(axes[x], axes[y]);
         }
-        let times_deformation = [
-            strain.push(axes[0]),
-            strain.push(axes[1]),
-            strain.push(axes[2]),
-        ];
-        Self {
-            values,
-            axes,
-            times_deformation,
-        }
+        let times_deformation = [strain.push(axes[0]), strain.push(axes[1]), strain.push(axes[2])];
+        Self { values, axes, times_deformation }
     }
 
     /// Returns the derivative ∂E_xy/∂F of one strain.

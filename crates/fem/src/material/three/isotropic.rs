@@ -43,11 +43,7 @@ impl<R: Real> Slope<R> {
     /// result has the derivatives of w(y).
     #[inline(always)]
     pub fn scaled(self, factor: R) -> Self {
-        Self {
-            a: factor * self.a,
-            b: factor * self.b,
-            d: factor * self.d,
-        }
+        Self { a: factor * self.a, b: factor * self.b, d: factor * self.d }
     }
 }
 
@@ -83,11 +79,7 @@ pub trait Isotropic {
     #[inline(always)]
     fn slope<R: Real>(&self, at: Invariants<R>) -> Slope<R> {
         let [a, b, d] = directions(at);
-        Slope {
-            a: self.energy(a).rate,
-            b: self.energy(b).rate,
-            d: self.energy(d).rate,
-        }
+        Slope { a: self.energy(a).rate, b: self.energy(b).rate, d: self.energy(d).rate }
     }
 
     /// Returns the second derivatives.
@@ -110,10 +102,7 @@ pub trait Isotropic {
     #[inline(always)]
     fn plane_slope<R: Real>(&self, e: R, d: R) -> PlaneSlope<R> {
         let slope = self.slope(plane_invariants(e, d));
-        PlaneSlope {
-            e: slope.a + slope.b,
-            d: (slope.b * 2.0).mul_add(d, slope.d),
-        }
+        PlaneSlope { e: slope.a + slope.b, d: (slope.b * 2.0).mul_add(d, slope.d) }
     }
 
     /// Returns the second derivatives in plane strain.
@@ -134,11 +123,8 @@ pub trait Isotropic {
 #[inline(always)]
 fn directions<R: Real>(at: Invariants<R>) -> [Invariants<Dual<R>>; 3] {
     let one = at.d.like(1.0);
-    let constant = Invariants {
-        a: Dual::constant(at.a),
-        b: Dual::constant(at.b),
-        d: Dual::constant(at.d),
-    };
+    let constant =
+        Invariants { a: Dual::constant(at.a), b: Dual::constant(at.b), d: Dual::constant(at.d) };
     let mut all = [constant; 3];
     all[0].a.rate = one;
     all[1].b.rate = one;

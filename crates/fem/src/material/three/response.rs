@@ -20,10 +20,7 @@ impl<R: Real> Strain3<R> {
         let mut h = [[zero; 3]; 3];
         for ((row, value), rate) in h.iter_mut().zip(&self.h).zip(v) {
             for ((entry, value), rate) in row.iter_mut().zip(value).zip(rate) {
-                *entry = Dual {
-                    value: *value,
-                    rate: *rate,
-                };
+                *entry = Dual { value: *value, rate: *rate };
             }
         }
         let mut moving = Strain3::new(w, h, self.axes.constant());
@@ -88,11 +85,7 @@ impl<R: Real> Strain3<R> {
         if let Some(factor) = self.factor {
             stress = scaled3(factor, &stress);
         }
-        add_scaled3(
-            &mut stress,
-            self.volume_slope(w, volumetric),
-            &self.volume_gradient(),
-        );
+        add_scaled3(&mut stress, self.volume_slope(w, volumetric), &self.volume_gradient());
         stress
     }
 
@@ -115,11 +108,7 @@ impl<R: Real> Strain3<R> {
     /// Returns κ g − p.
     #[inline(always)]
     fn volume_slope<W: Law3>(&self, _: &W, volumetric: Volumetric<R>) -> R {
-        if W::COMPLETE {
-            -volumetric.p
-        } else {
-            self.volume() * volumetric.kappa - volumetric.p
-        }
+        if W::COMPLETE { -volumetric.p } else { self.volume() * volumetric.kappa - volumetric.p }
     }
 
     /// Returns Ṗ along `v` = ∇v and ṗ.

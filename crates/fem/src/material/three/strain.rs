@@ -26,10 +26,7 @@ impl<R: Real> Axes<R> {
     #[inline(always)]
     pub fn cartesian(like: R) -> Self {
         let (one, zero) = (like.like(1.0), like.like(0.0));
-        Self {
-            fiber: [one, zero, zero],
-            sheet: [zero, one, zero],
-        }
+        Self { fiber: [one, zero, zero], sheet: [zero, one, zero] }
     }
 
     /// Returns the sheet normal n0 = f0 × s0.
@@ -48,16 +45,8 @@ impl<R: Real> Axes<R> {
     pub(crate) fn constant(&self) -> Axes<Dual<R>> {
         let [f, s] = [self.fiber, self.sheet];
         Axes {
-            fiber: [
-                Dual::constant(f[0]),
-                Dual::constant(f[1]),
-                Dual::constant(f[2]),
-            ],
-            sheet: [
-                Dual::constant(s[0]),
-                Dual::constant(s[1]),
-                Dual::constant(s[2]),
-            ],
+            fiber: [Dual::constant(f[0]), Dual::constant(f[1]), Dual::constant(f[2])],
+            sheet: [Dual::constant(s[0]), Dual::constant(s[1]), Dual::constant(s[2])],
         }
     }
 }
@@ -97,10 +86,8 @@ impl<R: Real> Strain3<R> {
         let (mut a, mut d) = (zero, trace);
         if is_finite {
             let (gram, cofactor) = (gram3(&h), cofactor3(&h));
-            let det = h[0][2].mul_add(
-                cofactor[0][2],
-                h[0][1].mul_add(cofactor[0][1], h[0][0] * cofactor[0][0]),
-            );
+            let det = h[0][2]
+                .mul_add(cofactor[0][2], h[0][1].mul_add(cofactor[0][1], h[0][0] * cofactor[0][0]));
             let beyond = trace3(&cofactor) + det;
             d = trace + beyond;
             a = trace3(&gram) - beyond * 2.0;

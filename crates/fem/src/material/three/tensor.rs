@@ -113,11 +113,7 @@ impl<R: Real> Symmetric3<R> {
             }
             for (j, l, o, other) in PERMUTATIONS {
                 let entry = &mut self.0[UPPER3[3 * i + j][3 * k + l]];
-                *entry = if sign * other > 0.0 {
-                    *entry + mf[n][o]
-                } else {
-                    *entry - mf[n][o]
-                };
+                *entry = if sign * other > 0.0 { *entry + mf[n][o] } else { *entry - mf[n][o] };
             }
         }
     }

@@ -21,10 +21,7 @@ pub(crate) const VELOCITY: Tensor3 = [[0.3, -0.8, 0.4], [0.5, 0.9, -0.2], [-0.6,
 
 /// Returns orthonormal axes oblique to all coordinates.
 pub(crate) fn axes() -> Axes<f64> {
-    Axes {
-        fiber: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
-        sheet: [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0],
-    }
+    Axes { fiber: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0], sheet: [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0] }
 }
 
 pub(crate) fn along(h: Tensor3, step: f64, direction: Tensor3) -> Tensor3 {
@@ -46,10 +43,7 @@ pub(crate) fn product(a: Tensor3, b: Tensor3) -> Tensor3 {
 }
 
 pub(crate) fn close(found: f64, expected: f64, scale: f64) {
-    assert!(
-        (found - expected).abs() < DIFFERENCE * scale,
-        "{found} {expected} {scale}"
-    );
+    assert!((found - expected).abs() < DIFFERENCE * scale, "{found} {expected} {scale}");
 }
 
 pub(crate) fn check_tangent(
@@ -272,18 +266,12 @@ fn tangent_at_a_kink_is_that_of_the_tension_side() {
         let tangent = law.tangent3(rest, 0.0, axes());
         let stress = in_plane(law.stress3(along(rest, 1e-8, VELOCITY), 0.0, axes()));
         let other = in_plane(law.stress3(along(rest, -1e-8, VELOCITY), 0.0, axes()));
-        let scale = tangent
-            .iter()
-            .flatten()
-            .fold(0.0, |m: f64, a| m.max(a.abs()));
+        let scale = tangent.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()));
         let mut jump = 0.0_f64;
         for ((row, stress), other) in tangent.iter().zip(stress).zip(other) {
             let linear: f64 = row.iter().zip(in_plane(VELOCITY)).map(|(a, v)| a * v).sum();
             // One-sided difference: first-order error with constants of about ten.
-            assert!(
-                (stress / 1e-8 - linear).abs() < 1e-6 * scale,
-                "{stress} {linear}"
-            );
+            assert!((stress / 1e-8 - linear).abs() < 1e-6 * scale, "{stress} {linear}");
             jump = jump.max((stress + other).abs() / 1e-8);
         }
         assert!(jump > 1e-3 * scale, "no kink: {jump}");
@@ -338,22 +326,13 @@ fn energies_are_affine_in_moduli() {
             let all = law.parameters.iter().enumerate();
             all.map(|(i, of)| (of.name, value(i, of))).collect()
         };
-        for constant in law
-            .parameters
-            .iter()
-            .filter(|constant| constant.is_modulus())
-        {
+        for constant in law.parameters.iter().filter(|constant| constant.is_modulus()) {
             let [a, b, c] = [1e3, 2e3, 3e3].map(|value| {
                 let law = Law::named(law.name, &values((constant.name, value))).unwrap();
                 law.energy3(MODERATE[1], axes())
             });
             // Rounding of sums of about ten terms.
-            assert!(
-                (a - 2.0 * b + c).abs() < 1e-13 * b.abs(),
-                "{} {}",
-                law.name,
-                constant.name
-            );
+            assert!((a - 2.0 * b + c).abs() < 1e-13 * b.abs(), "{} {}", law.name, constant.name);
         }
     }
 }

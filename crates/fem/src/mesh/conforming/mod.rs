@@ -46,11 +46,7 @@ pub(super) fn conforming(
 
 fn defect(kind: DefectKind, elements: &[usize], near: Vec<f64>) -> MeshDefect {
     let elements = elements.iter().map(|&e| ElementName::Index(e)).collect();
-    MeshDefect {
-        kind,
-        elements,
-        near,
-    }
+    MeshDefect { kind, elements, near }
 }
 
 /// Classifies the defect of a facet that has several elements on one side.
@@ -99,10 +95,8 @@ impl<'a> Boundary<'a> {
         let free = |facet: &Facet| {
             let vertices = facet.vertices().to_vec();
             let corners: Vec<Point> = vertices.iter().map(|&v| mesh.point(v)).collect();
-            let inside = minus(
-                mesh.point(mesh.vertices(facet.element)[facet.opposite]),
-                corners[0],
-            );
+            let inside =
+                minus(mesh.point(mesh.vertices(facet.element)[facet.opposite]), corners[0]);
             let normal = normal(&corners);
             let length = dot(normal, normal).sqrt().copysign(-dot(normal, inside));
             BoundaryFacet {
@@ -113,10 +107,7 @@ impl<'a> Boundary<'a> {
                 corners,
             }
         };
-        Self {
-            mesh,
-            facets: facets.iter().map(free).collect(),
-        }
+        Self { mesh, facets: facets.iter().map(free).collect() }
     }
 
     /// Returns an error for facets that touch without sharing their vertices.
@@ -199,17 +190,13 @@ fn touch(f: &BoundaryFacet, g: &BoundaryFacet) -> bool {
             });
         }
     }
-    !axes
-        .into_iter()
-        .any(|axis| separated(axis, &f.corners, &g.corners, TOUCHING * size))
+    !axes.into_iter().any(|axis| separated(axis, &f.corners, &g.corners, TOUCHING * size))
 }
 
 /// Returns whether each corner of one facet coincides with a corner of the other.
 fn same_corners(f: &BoundaryFacet, g: &BoundaryFacet) -> bool {
     let near = |a: &Point, b: &Point| diameter(&[*a, *b]) <= TOUCHING * f.size;
-    f.corners
-        .iter()
-        .all(|a| g.corners.iter().any(|b| near(a, b)))
+    f.corners.iter().all(|a| g.corners.iter().any(|b| near(a, b)))
 }
 
 /// Returns whether the interiors of two simplices intersect, by the separating axis theorem.
@@ -235,9 +222,7 @@ fn overlap(dimension: usize, a: &[Point], b: &[Point]) -> bool {
         edges
     };
     let has_separating_axis = dimension == 3
-        && edges(a)
-            .into_iter()
-            .any(|e| edges(b).into_iter().any(|f| separates(cross(e, f))));
+        && edges(a).into_iter().any(|e| edges(b).into_iter().any(|f| separates(cross(e, f))));
     !has_separating_axis
 }
 
@@ -248,9 +233,7 @@ fn separated(axis: Point, a: &[Point], b: &[Point], depth: f64) -> bool {
     let projection = |points: &[Point]| {
         // Coordinates relative to a[0]: absolute ones may be large compared with the elements.
         let along = points.iter().map(|&p| dot(axis, minus(p, a[0])));
-        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (low.min(x), high.max(x))
-        })
+        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
     };
     let ((low_a, high_a), (low_b, high_b)) = (projection(a), projection(b));
     length > 0.0 && high_a.min(high_b) - low_a.max(low_b) <= depth * length

@@ -21,8 +21,7 @@ impl Body {
     fn and(mut self, other: &Self) -> Self {
         let shift = self.points.len() / self.dimension;
         self.points.extend(&other.points);
-        self.elements
-            .extend(other.elements.iter().map(|v| v + shift));
+        self.elements.extend(other.elements.iter().map(|v| v + shift));
         self
     }
 
@@ -47,10 +46,8 @@ fn perturbed_block(dimension: usize, n: usize, amplitude: f64) -> Body {
     let per_axis = n + 1;
     let coordinates = |v: usize| (0..dimension).map(move |k| v / per_axis.pow(k as u32) % per_axis);
     let n_points = per_axis.pow(dimension as u32);
-    let mut points: Vec<f64> = (0..n_points)
-        .flat_map(coordinates)
-        .map(|i| i as f64 / n as f64)
-        .collect();
+    let mut points: Vec<f64> =
+        (0..n_points).flat_map(coordinates).map(|i| i as f64 / n as f64).collect();
     for (v, point) in points.chunks_exact_mut(dimension).enumerate() {
         if coordinates(v).all(|i| i > 0 && i < n) {
             for (k, x) in point.iter_mut().enumerate() {
@@ -60,14 +57,7 @@ fn perturbed_block(dimension: usize, n: usize, amplitude: f64) -> Body {
     }
     let orders: &[&[usize]] = match dimension {
         2 => &[&[0, 1], &[1, 0]],
-        _ => &[
-            &[0, 1, 2],
-            &[1, 2, 0],
-            &[2, 0, 1],
-            &[1, 0, 2],
-            &[0, 2, 1],
-            &[2, 1, 0],
-        ],
+        _ => &[&[0, 1, 2], &[1, 2, 0], &[2, 0, 1], &[1, 0, 2], &[0, 2, 1], &[2, 1, 0]],
     };
     let mut elements = Vec::new();
     for corner in (0..n_points).filter(|&v| coordinates(v).all(|i| i < n)) {
@@ -83,19 +73,11 @@ fn perturbed_block(dimension: usize, n: usize, amplitude: f64) -> Body {
             elements.extend(path);
         }
     }
-    Body {
-        dimension,
-        points,
-        elements,
-    }
+    Body { dimension, points, elements }
 }
 
 fn body<const D: usize, const N: usize>(points: &[[f64; D]], elements: &[[usize; N]]) -> Body {
-    Body {
-        dimension: D,
-        points: points.concat(),
-        elements: elements.concat(),
-    }
+    Body { dimension: D, points: points.concat(), elements: elements.concat() }
 }
 
 #[test]
@@ -129,18 +111,10 @@ fn duplicate_elements_are_found() {
 
 #[test]
 fn elements_on_the_same_side_of_a_facet_are_found() {
-    let folded = body(
-        &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.3, 0.5]],
-        &[[0, 1, 2], [0, 1, 3]],
-    );
+    let folded = body(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.3, 0.5]], &[[0, 1, 2], [0, 1, 3]]);
     assert_eq!(folded.kind(), DefectKind::SameSide { inverted: false });
-    let points = [
-        [0.0, 0.0, 0.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-        [0.5, 0.5, 0.3],
-    ];
+    let points =
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.5, 0.3]];
     let folded = body(&points, &[[0, 1, 2, 3], [0, 1, 2, 4]]);
     assert_eq!(folded.kind(), DefectKind::SameSide { inverted: false });
     let defect = folded.check().unwrap_err();
@@ -164,11 +138,7 @@ fn overlaps_of_any_depth_are_found() {
         let one = block(dimension, 3);
         for by in [[0.9999, 0.2, 0.1], [0.1, 0.05, 0.02], [1e-4, 0.0, 0.0]] {
             let other = one.clone().moved(&by);
-            assert_eq!(
-                one.clone().and(&other).kind(),
-                DefectKind::Overlap,
-                "{by:?}"
-            );
+            assert_eq!(one.clone().and(&other).kind(), DefectKind::Overlap, "{by:?}");
         }
         // A small body inside the large elements of the other: no facets touch.
         let mut small = one.clone();

@@ -32,20 +32,10 @@ impl Structured {
         let fraction = |i: usize, n: usize| i as f64 / n.max(1) as f64;
         let indices = (0..=rows).flat_map(|j| (0..=columns).map(move |i| (i, j)));
         let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
-        let across = |j: usize| {
-            (0..columns)
-                .map(|i| [vertex(i, j), vertex(i + 1, j)])
-                .collect()
-        };
-        let along = |i: usize| {
-            (0..rows)
-                .map(|j| [vertex(i, j), vertex(i, j + 1)])
-                .collect()
-        };
+        let across = |j: usize| (0..columns).map(|i| [vertex(i, j), vertex(i + 1, j)]).collect();
+        let along = |i: usize| (0..rows).map(|j| [vertex(i, j), vertex(i, j + 1)]).collect();
         Self {
-            points: indices
-                .map(|(i, j)| map([fraction(i, columns), fraction(j, rows)]))
-                .collect(),
+            points: indices.map(|(i, j)| map([fraction(i, columns), fraction(j, rows)])).collect(),
             triangles: cells
                 .flat_map(|(i, j)| {
                     let (low, high) = (vertex(i, j), vertex(i + 1, j + 1));
@@ -80,11 +70,7 @@ fn positive(name: &'static str, value: f64) -> Result<(), FemError> {
         return Ok(());
     }
     let condition = "positive and finite";
-    Err(FemError::Parameter {
-        name,
-        value,
-        condition,
-    })
+    Err(FemError::Parameter { name, value, condition })
 }
 
 /// Returns an error unless `n` is a positive multiple of `divisor`.
@@ -97,11 +83,7 @@ fn multiple(
     if n > 0 && n.is_multiple_of(divisor) {
         return Ok(());
     }
-    Err(FemError::Parameter {
-        name,
-        value: n as f64,
-        condition,
-    })
+    Err(FemError::Parameter { name, value: n as f64, condition })
 }
 
 /// Interpolates between `a` and `b` with weights 1 − s and s; exact at both ends.
@@ -145,9 +127,7 @@ pub fn block(lower: [f64; 3], upper: [f64; 3], cells: [usize; 3]) -> Result<Mesh
     for (axis, name) in ["length", "width", "height"].into_iter().enumerate() {
         positive(name, upper[axis] - lower[axis])?;
     }
-    spatial(cells, |s| {
-        [0, 1, 2].map(|m| interpolate(lower[m], upper[m], s[m]))
-    })
+    spatial(cells, |s| [0, 1, 2].map(|m| interpolate(lower[m], upper[m], s[m])))
 }
 
 /// Generates the image of a unit cube of cells under an orientation-preserving map; groups as for
@@ -169,14 +149,8 @@ pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<
     }
     // Axis orders of the paths from the lowest to the highest corner of a cell. For the odd
     // permutations (the last three) two vertices are swapped.
-    const AXIS_ORDERS: [[usize; 3]; 6] = [
-        [0, 1, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [0, 2, 1],
-        [1, 0, 2],
-        [2, 1, 0],
-    ];
+    const AXIS_ORDERS: [[usize; 3]; 6] =
+        [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [2, 1, 0]];
     let mut elements: Vec<[usize; 4]> = Vec::new();
     let mut sides: [Vec<[usize; 3]>; 6] = Default::default();
     for k in 0..nz {
@@ -223,9 +197,7 @@ pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<
 pub fn beam(length: f64, height: f64, cells: [usize; 2]) -> Result<Mesh, FemError> {
     positive("length", length)?;
     positive("height", height)?;
-    cantilever(Structured::new(cells, |[s, t]| {
-        [length * s, height * (t - 0.5)]
-    }))
+    cantilever(Structured::new(cells, |[s, t]| [length * s, height * (t - 0.5)]))
 }
 
 /// Generates Cook's membrane, the trapezoid (0, 0), (48, 44), (48, 60), (0, 44); groups as for
@@ -235,10 +207,7 @@ pub fn beam(length: f64, height: f64, cells: [usize; 2]) -> Result<Mesh, FemErro
 /// An error of [`Mesh::new`] for zero cells.
 pub fn cook(cells: [usize; 2]) -> Result<Mesh, FemError> {
     cantilever(Structured::new(cells, |[s, t]| {
-        [
-            48.0 * s,
-            interpolate(interpolate(0.0, 44.0, s), interpolate(44.0, 60.0, s), t),
-        ]
+        [48.0 * s, interpolate(interpolate(0.0, 44.0, s), interpolate(44.0, 60.0, s), t)]
     }))
 }
 
@@ -280,10 +249,7 @@ pub fn spindle(cells @ [columns, rows]: [usize; 2]) -> Result<Mesh, FemError> {
     let load = parts.top[2 * columns / 5..3 * columns / 5].to_vec();
     let origin = (rows / 2) * (columns + 1) + columns / 2;
     let groups = [
-        (
-            "fixed",
-            Group::Edges([parts.left.clone(), parts.right.clone()].concat()),
-        ),
+        ("fixed", Group::Edges([parts.left.clone(), parts.right.clone()].concat())),
         ("load", Group::Edges(load)),
         ("origin", Group::Points(vec![origin])),
     ];
@@ -347,15 +313,9 @@ mod tests {
     #[test]
     fn spindle_groups_match_its_geometry() {
         let mesh = spindle([40, 8]).unwrap();
-        let Group::Points(origin) = mesh.group("origin").unwrap() else {
-            panic!("points")
-        };
+        let Group::Points(origin) = mesh.group("origin").unwrap() else { panic!("points") };
         // The rounding of -0.1 * 0.5 + 0.1 * 0.5.
-        assert!(
-            mesh.points::<2>()[origin[0]]
-                .iter()
-                .all(|x| x.abs() < 1e-17)
-        );
+        assert!(mesh.points::<2>()[origin[0]].iter().all(|x| x.abs() < 1e-17));
         assert!((length(&mesh, "fixed") - 2.0 * 0.024).abs() < ROUNDING);
         for &[a, b] in mesh.edges("load").unwrap() {
             for v in [a, b] {
@@ -369,10 +329,7 @@ mod tests {
 
     #[test]
     fn invalid_sizes_and_cell_counts_are_rejected() {
-        assert!(matches!(
-            rectangle([0.0; 2], [1.0; 2], [0, 2]),
-            Err(FemError::NoElements { .. })
-        ));
+        assert!(matches!(rectangle([0.0; 2], [1.0; 2], [0, 2]), Err(FemError::NoElements { .. })));
         let parameter = |result: Result<Mesh, FemError>| match result {
             Err(FemError::Parameter { name, value, .. }) => (name, value),
             other => panic!("{other:?} instead of an invalid parameter"),

@@ -65,13 +65,9 @@ pub fn muscle(cells: [usize; 3]) -> Result<Mesh, FemError> {
         let growth = spindle_slope(x) / spindle_half_height(x);
         [1.0, growth * y, growth * z]
     });
-    let field = NodalField {
-        components: 3,
-        values: along.collect(),
-    };
+    let field = NodalField { components: 3, values: along.collect() };
     let named = groups.map(|(name, group)| (name.to_owned(), group));
-    mesh.with_groups(named.into())?
-        .with_fields(BTreeMap::from([("fiber".to_owned(), field)]))
+    mesh.with_groups(named.into())?.with_fields(BTreeMap::from([("fiber".to_owned(), field)]))
 }
 
 /// Returns the faces of a group.
@@ -91,9 +87,7 @@ mod tests {
     fn groups_and_fibers_match_the_geometry() {
         let mesh = muscle([20, 4, 4]).unwrap();
         assert!(mesh.notes().is_empty(), "{:?}", mesh.notes());
-        let Group::Points(origin) = mesh.group("origin").unwrap() else {
-            panic!("points")
-        };
+        let Group::Points(origin) = mesh.group("origin").unwrap() else { panic!("points") };
         let points = mesh.points::<3>();
         // The rounding of -0.1 * 0.5 + 0.1 * 0.5.
         assert!(points[origin[0]].iter().all(|x| x.abs() < 1e-17));
@@ -116,11 +110,8 @@ mod tests {
         let on_top: Vec<usize> = (0..21).map(|i| (4 * 5 + 2) * 21 + i).collect();
         let field = mesh.field("fiber").unwrap();
         for v in on_top.windows(3) {
-            let [before, fiber, after] = [
-                points[v[0]],
-                field.at(v[1]).try_into().unwrap(),
-                points[v[2]],
-            ];
+            let [before, fiber, after] =
+                [points[v[0]], field.at(v[1]).try_into().unwrap(), points[v[2]]];
             let slope = (after[2] - before[2]) / (after[0] - before[0]);
             let fiber: [f64; 3] = fiber;
             // Error h²/6 z''' with z''' below 0.009 (π/0.1)³ = 280 1/m².

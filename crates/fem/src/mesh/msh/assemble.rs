@@ -67,11 +67,7 @@ impl MshFile {
     }
 
     fn assemble_in<const D: usize, const V: usize>(&self, name: &str) -> Result<Mesh, FemError> {
-        let error_at = |(line, problem)| FemError::Msh {
-            file: name.to_owned(),
-            line,
-            problem,
-        };
+        let error_at = |(line, problem)| FemError::Msh { file: name.to_owned(), line, problem };
         let parts = self.parts::<D, V>().map_err(error_at)?;
         if parts.elements.is_empty() && self.has_volumes {
             return Err(error_at((1, self.not_meshed())));
@@ -120,14 +116,7 @@ impl MshFile {
             let corners = element.map(|v| points[v]);
             if is_degenerate(&corners) {
                 let (tag, measure) = (cell.tag, measure(&corners));
-                return Err((
-                    cell.line,
-                    MshProblem::DegenerateElement {
-                        tag,
-                        measure,
-                        shape,
-                    },
-                ));
+                return Err((cell.line, MshProblem::DegenerateElement { tag, measure, shape }));
             }
             elements.push(element);
             tags.push(cell.tag);
@@ -135,12 +124,7 @@ impl MshFile {
         if D == 3 {
             self.check_triangles(&elements, &vertices)?;
         }
-        Ok(Parts {
-            points,
-            elements,
-            tags,
-            vertices,
-        })
+        Ok(Parts { points, elements, tags, vertices })
     }
 
     /// Returns the problem of volumes without tetrahedra.
@@ -221,12 +205,7 @@ impl MshFile {
     ) -> BTreeMap<String, NodalField> {
         let field = |(name, data): (&String, &super::Data)| {
             let mut values = Vec::new();
-            for (node, _) in self
-                .nodes
-                .iter()
-                .zip(&parts.vertices)
-                .filter(|(_, v)| v.is_some())
-            {
+            for (node, _) in self.nodes.iter().zip(&parts.vertices).filter(|(_, v)| v.is_some()) {
                 match data.values.get(&node.tag) {
                     Some(entries) => values.extend_from_slice(entries),
                     None => values.resize(values.len() + data.components, f64::NAN),
@@ -248,10 +227,7 @@ impl MshFile {
             let others = nodes().filter(|(_, vertex)| vertex.is_none());
             let values = others.filter(|(node, _)| data.values.contains_key(&node.tag));
             let values = values.count();
-            (values > 0).then(|| MeshNote::OffVertexValues {
-                field: name.clone(),
-                values,
-            })
+            (values > 0).then(|| MeshNote::OffVertexValues { field: name.clone(), values })
         };
         self.data.iter().filter_map(note).collect()
     }

@@ -9,9 +9,7 @@ use super::{ElementType, MshProblem, excerpt};
 /// Returns whether a file is binary, as its header states.
 pub(super) fn is_binary(content: &[u8]) -> bool {
     let mut lines = content.split(|&byte| byte == b'\n');
-    let is_msh = lines
-        .next()
-        .is_some_and(|l| l.trim_ascii() == b"$MeshFormat");
+    let is_msh = lines.next().is_some_and(|l| l.trim_ascii() == b"$MeshFormat");
     let format = String::from_utf8_lossy(lines.next().unwrap_or_default());
     is_msh && format.split_whitespace().nth(1) == Some("1")
 }
@@ -21,12 +19,7 @@ pub(super) fn to_ascii(content: &[u8]) -> Result<String, MshProblem> {
     let mut bytes = Bytes { rest: content };
     let mut text = String::new();
     bytes.line()?;
-    let version = bytes
-        .line()?
-        .split_whitespace()
-        .next()
-        .unwrap_or_default()
-        .to_owned();
+    let version = bytes.line()?.split_whitespace().next().unwrap_or_default().to_owned();
     if bytes.int()? != 1 {
         return Err(MshProblem::ByteOrder);
     }
@@ -62,10 +55,8 @@ struct Bytes<'a> {
 
 impl<'a> Bytes<'a> {
     fn take<const N: usize>(&mut self) -> Result<[u8; N], MshProblem> {
-        let (head, rest) = self
-            .rest
-            .split_first_chunk::<N>()
-            .ok_or(MshProblem::Truncated("a number"))?;
+        let (head, rest) =
+            self.rest.split_first_chunk::<N>().ok_or(MshProblem::Truncated("a number"))?;
         self.rest = rest;
         Ok(*head)
     }
@@ -102,10 +93,9 @@ impl<'a> Bytes<'a> {
             return Ok(None);
         }
         let line = self.line()?;
-        let name = line.strip_prefix('$').ok_or_else(|| MshProblem::Expected {
-            expected: "a section",
-            found: excerpt(line),
-        })?;
+        let name = line
+            .strip_prefix('$')
+            .ok_or_else(|| MshProblem::Expected { expected: "a section", found: excerpt(line) })?;
         Ok(Some(name.to_owned()))
     }
 
@@ -119,18 +109,13 @@ impl<'a> Bytes<'a> {
             }
             None => Err(MshProblem::Expected {
                 expected: "the end of a section",
-                found: excerpt(&String::from_utf8_lossy(
-                    &self.rest[..self.rest.len().min(60)],
-                )),
+                found: excerpt(&String::from_utf8_lossy(&self.rest[..self.rest.len().min(60)])),
             }),
         }
     }
 
     fn skip_to(&mut self, end: &str) -> Result<(), MshProblem> {
-        let found = self
-            .rest
-            .windows(end.len())
-            .position(|w| w == end.as_bytes());
+        let found = self.rest.windows(end.len()).position(|w| w == end.as_bytes());
         let found = found.ok_or(MshProblem::Truncated("the end of a section"))?;
         self.rest = &self.rest[found + end.len()..];
         Ok(())
@@ -217,11 +202,7 @@ impl<'a> Bytes<'a> {
             for _ in 0..count {
                 let _ = writeln!(text, "{}", self.size()?);
             }
-            let n_parameters = if is_parametric == 0 {
-                0
-            } else {
-                dimension.clamp(0, 3)
-            };
+            let n_parameters = if is_parametric == 0 { 0 } else { dimension.clamp(0, 3) };
             for _ in 0..count {
                 self.doubles(&mut text, 3 + n_parameters as u64)?;
                 text.push('\n');
@@ -286,9 +267,7 @@ impl<'a> Bytes<'a> {
         let mut last = Vec::new();
         for _ in 0..3 {
             let count = self.count()?;
-            let lines = (0..count)
-                .map(|_| self.line())
-                .collect::<Result<Vec<_>, _>>()?;
+            let lines = (0..count).map(|_| self.line()).collect::<Result<Vec<_>, _>>()?;
             let _ = writeln!(text, "{count}\n{}", lines.join("\n"));
             last = lines;
         }
@@ -305,9 +284,6 @@ impl<'a> Bytes<'a> {
     /// Reads a count on a line of text.
     fn count(&mut self) -> Result<u64, MshProblem> {
         let line = self.line()?;
-        line.parse().map_err(|_| MshProblem::Expected {
-            expected: "a count",
-            found: excerpt(line),
-        })
+        line.parse().map_err(|_| MshProblem::Expected { expected: "a count", found: excerpt(line) })
     }
 }

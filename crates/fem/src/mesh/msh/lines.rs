@@ -33,10 +33,7 @@ impl<'a> Lines<'a> {
     pub(super) fn close(&mut self, end: &'static str) -> Result<(), MshProblem> {
         match self.expect(end)? {
             line if line == end => Ok(()),
-            line => Err(MshProblem::Expected {
-                expected: end,
-                found: excerpt(line),
-            }),
+            line => Err(MshProblem::Expected { expected: end, found: excerpt(line) }),
         }
     }
 }
@@ -47,10 +44,7 @@ pub(super) fn number<T: FromStr>(
     what: &'static str,
 ) -> Result<T, MshProblem> {
     let word = words.next().unwrap_or("end of line");
-    word.parse().map_err(|_| MshProblem::Expected {
-        expected: what,
-        found: excerpt(word),
-    })
+    word.parse().map_err(|_| MshProblem::Expected { expected: what, found: excerpt(word) })
 }
 
 pub(super) fn coordinate(words: &mut SplitWhitespace<'_>) -> Result<f64, MshProblem> {
@@ -58,10 +52,7 @@ pub(super) fn coordinate(words: &mut SplitWhitespace<'_>) -> Result<f64, MshProb
     if x.is_finite() {
         Ok(x)
     } else {
-        Err(MshProblem::Expected {
-            expected: "a finite coordinate",
-            found: x.to_string(),
-        })
+        Err(MshProblem::Expected { expected: "a finite coordinate", found: x.to_string() })
     }
 }
 

@@ -29,10 +29,8 @@ impl Mesh {
     /// [`FemError::Io`], or an error of [`Mesh::parse_msh`].
     pub fn read_msh(path: impl AsRef<Path>) -> Result<Self, FemError> {
         let path = path.as_ref();
-        let content = std::fs::read(path).map_err(|source| FemError::Io {
-            path: path.to_owned(),
-            source,
-        })?;
+        let content =
+            std::fs::read(path).map_err(|source| FemError::Io { path: path.to_owned(), source })?;
         Self::parse_msh(content, &path.display().to_string())
     }
 
@@ -42,11 +40,7 @@ impl Mesh {
     /// [`FemError::Msh`] with the line number (in a binary file, of the same file as text), or an error of
     /// [`Mesh::new`].
     pub fn parse_msh(content: impl AsRef<[u8]>, name: &str) -> Result<Self, FemError> {
-        let error_at = |line, problem| FemError::Msh {
-            file: name.to_owned(),
-            line,
-            problem,
-        };
+        let error_at = |line, problem| FemError::Msh { file: name.to_owned(), line, problem };
         // Some editors write a byte order mark.
         let content = content.as_ref();
         let content = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content);
@@ -54,17 +48,12 @@ impl Mesh {
             true => Cow::Owned(binary::to_ascii(content).map_err(|problem| error_at(1, problem))?),
             false => String::from_utf8_lossy(content),
         };
-        let mut lines = Lines {
-            text: text.lines(),
-            number: 0,
-        };
+        let mut lines = Lines { text: text.lines(), number: 0 };
         let mut file = parse(&mut lines).map_err(|problem| error_at(lines.number, problem))?;
         let axes = file.flatten();
         let mesh = file.assemble(name)?;
         Ok(mesh.with_earlier_notes(
-            axes.map(|axes| super::MeshNote::Plane { axes })
-                .into_iter()
-                .collect(),
+            axes.map(|axes| super::MeshNote::Plane { axes }).into_iter().collect(),
         ))
     }
 }
@@ -96,12 +85,7 @@ impl ElementType {
         vertices: usize,
         midpoints: &'static [[usize; 2]],
     ) -> Self {
-        Self {
-            number,
-            dimension,
-            vertices,
-            midpoints,
-        }
+        Self { number, dimension, vertices, midpoints }
     }
 
     fn find(number: i64) -> Result<&'static Self, MshProblem> {
@@ -164,16 +148,10 @@ fn parse(lines: &mut Lines<'_>) -> Result<MshFile, MshProblem> {
     let mut seen = HashSet::new();
     while let Some(line) = lines.next() {
         let Some(section) = line.strip_prefix('$') else {
-            return Err(MshProblem::Expected {
-                expected: "a section",
-                found: excerpt(line),
-            });
+            return Err(MshProblem::Expected { expected: "a section", found: excerpt(line) });
         };
         if !seen.insert(section) && section != "NodeData" {
-            return Err(MshProblem::Duplicate {
-                what: "section",
-                tag: excerpt(section),
-            });
+            return Err(MshProblem::Duplicate { what: "section", tag: excerpt(section) });
         }
         match section {
             "PhysicalNames" => file.physical_names(lines)?,
@@ -201,8 +179,7 @@ fn parse(lines: &mut Lines<'_>) -> Result<MshFile, MshProblem> {
     // Only elements of the highest dimension have ghosts.
     let dimension = file.cells.iter().map(|cell| cell.dimension).max();
     let ghosts = &file.ghosts;
-    file.cells
-        .retain(|cell| Some(cell.dimension) != dimension || !ghosts.contains(&cell.entity));
+    file.cells.retain(|cell| Some(cell.dimension) != dimension || !ghosts.contains(&cell.entity));
     Ok(file)
 }
 
@@ -258,10 +235,7 @@ impl MshFile {
                     found: excerpt(line),
                 })?;
             if !names.insert((dimension, name.clone())) {
-                return Err(MshProblem::Duplicate {
-                    what: "physical name",
-                    tag: name,
-                });
+                return Err(MshProblem::Duplicate { what: "physical name", tag: name });
             }
             self.names.insert((dimension, tag), name);
         }
@@ -332,11 +306,7 @@ impl MshFile {
         let blocks: usize = number(&mut lines.words("a count")?, "a count of node blocks")?;
         for _ in 0..blocks {
             let mut words = lines.words("a node block")?;
-            for what in [
-                "an entity's dimension",
-                "an entity's tag",
-                "0 or 1 (parametric)",
-            ] {
+            for what in ["an entity's dimension", "an entity's tag", "0 or 1 (parametric)"] {
                 number::<i64>(&mut words, what)?;
             }
             let count: usize = number(&mut words, "a count of nodes")?;
@@ -364,16 +334,9 @@ impl MshFile {
             *x = coordinate(words)?;
         }
         if self.node_indices.insert(tag, self.nodes.len()).is_some() {
-            return Err(MshProblem::Duplicate {
-                what: "node",
-                tag: tag.to_string(),
-            });
+            return Err(MshProblem::Duplicate { what: "node", tag: tag.to_string() });
         }
-        self.nodes.push(Node {
-            tag,
-            line,
-            position,
-        });
+        self.nodes.push(Node { tag, line, position });
         Ok(())
     }
 
@@ -387,10 +350,7 @@ impl MshFile {
             if kind.dimension != block_dimension {
                 return Err(MshProblem::Expected {
                     expected: "an element type of the entity's dimension",
-                    found: format!(
-                        "elements of dimension {} on {block_dimension}",
-                        kind.dimension
-                    ),
+                    found: format!("elements of dimension {} on {block_dimension}", kind.dimension),
                 });
             }
             let count: usize = number(&mut words, "a count of elements")?;
@@ -460,10 +420,7 @@ impl MshFile {
         lines.close("$EndNodeData")?;
         let data = Data { components, values };
         if self.data.insert(name.to_owned(), data).is_some() {
-            return Err(MshProblem::Duplicate {
-                what: "nodal data",
-                tag: name.to_owned(),
-            });
+            return Err(MshProblem::Duplicate { what: "nodal data", tag: name.to_owned() });
         }
         Ok(())
     }

@@ -28,18 +28,11 @@ fn full(a: &Symmetric3<Lane>) -> Tangent3 {
 }
 
 fn volumetric(p: f64, p_rate: f64) -> Volumetric<Lane> {
-    Volumetric {
-        p: lane(p),
-        p_rate: lane(p_rate),
-        kappa: 0.0,
-    }
+    Volumetric { p: lane(p), p_rate: lane(p_rate), kappa: 0.0 }
 }
 
 fn strain(law: Spatial, h: Tensor3, axes: Axes<f64>) -> Strain3<Lane> {
-    let axes = Axes {
-        fiber: axes.fiber.map(lane),
-        sheet: axes.sheet.map(lane),
-    };
+    let axes = Axes { fiber: axes.fiber.map(lane), sheet: axes.sheet.map(lane) };
     law.strain(tensor(h), axes, None)
 }
 
@@ -109,8 +102,6 @@ impl Law {
     /// Returns ∂(J − 1)/∂F = cof F, or I for small strains.
     pub fn volume_gradient3(self, h: Tensor3) -> Tensor3 {
         let law = Spatial::new(self);
-        strain(law, h, Axes::cartesian(0.0))
-            .cofactor
-            .map(|row| row.map(value))
+        strain(law, h, Axes::cartesian(0.0)).cofactor.map(|row| row.map(value))
     }
 }

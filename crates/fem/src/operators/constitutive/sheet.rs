@@ -17,11 +17,7 @@ pub(crate) struct Sheet(Spatial);
 #[inline(always)]
 fn embed<R: Real>(h: &Tensor<R, 2>) -> Tensor<R, 3> {
     let zero = h[0][0].like(0.0);
-    [
-        [h[0][0], h[0][1], zero],
-        [h[1][0], h[1][1], zero],
-        [zero; 3],
-    ]
+    [[h[0][0], h[0][1], zero], [h[1][0], h[1][1], zero], [zero; 3]]
 }
 
 /// Embeds a gradient, if there is one.
@@ -125,11 +121,7 @@ impl Constitutive<2> for Sheet {
         strain: &Strain3<Lanes<S>>,
         v: Option<&Tensor<Lanes<S>, 2>>,
     ) -> Tensor<Lanes<S>, 2> {
-        in_plane(
-            &self
-                .spatial()
-                .volume_gradient(strain, embed_some(v).as_ref()),
-        )
+        in_plane(&self.spatial().volume_gradient(strain, embed_some(v).as_ref()))
     }
 
     #[inline(always)]

@@ -63,12 +63,7 @@ impl<T: Simd, W: Law3> WithSimd for Stress<'_, T, W> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        let At {
-            law,
-            strain,
-            volumetric,
-            velocity_gradient,
-        } = self.0;
+        let At { law, strain, volumetric, velocity_gradient } = self.0;
         match velocity_gradient {
             None => strain.stress(&law, *volumetric),
             Some(v) => strain.stress_rate(&law, v, *volumetric),
@@ -84,12 +79,7 @@ impl<T: Simd, W: Law3> WithSimd for Slope<'_, T, W> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        let At {
-            law,
-            strain,
-            volumetric,
-            velocity_gradient,
-        } = self.0;
+        let At { law, strain, volumetric, velocity_gradient } = self.0;
         match velocity_gradient {
             None => strain.tangent(&law, *volumetric),
             Some(v) => strain.tangent_rate(&law, v, *volumetric),
@@ -116,18 +106,12 @@ impl Spatial {
     /// Creates a law with the default function of the volume.
     #[inline(always)]
     pub(crate) fn new(law: Law) -> Self {
-        Self {
-            law,
-            volume_function: VolumeFunction::default(),
-        }
+        Self { law, volume_function: VolumeFunction::default() }
     }
 
     #[inline(always)]
     pub(crate) fn of(material: &ElementMaterial) -> Self {
-        Self {
-            law: material.law,
-            volume_function: material.volume_function,
-        }
+        Self { law: material.law, volume_function: material.volume_function }
     }
 
     /// Returns W times its factor, without the pressure term.

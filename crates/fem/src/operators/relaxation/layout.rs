@@ -60,18 +60,10 @@ impl InternalStresses {
             }
             let states = state..state + prony.terms().len() * (slot - start);
             state = states.end;
-            RelaxationRegion {
-                prony: prony.clone(),
-                slots: start..slot,
-                states,
-            }
+            RelaxationRegion { prony: prony.clone(), slots: start..slot, states }
         };
         let parts = prony.iter().enumerate().map(&mut part).collect();
-        Self {
-            parts,
-            first,
-            strips,
-        }
+        Self { parts, first, strips }
     }
 
     /// Returns the Prony series of an element and a function that returns Σ Q at its quadrature

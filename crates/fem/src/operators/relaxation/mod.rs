@@ -43,29 +43,15 @@ pub enum Overstress<'a> {
 /// overwritten.
 pub(crate) enum Requested<'a> {
     /// Force ∫ F H : ∇φ and rates Q̇.
-    Vectors {
-        internal: &'a [f64],
-        force: Option<&'a mut [f64]>,
-        rates: &'a mut [f64],
-    },
+    Vectors { internal: &'a [f64], force: Option<&'a mut [f64]>, rates: &'a mut [f64] },
     /// Stress S at the slots.
     Stresses { out: &'a mut [f64] },
     /// Forces ∫ F T : ∇φ of several tensors T given at the slots.
-    ForceOf {
-        tensors: &'a [Vec<f64>],
-        forces: &'a mut [Vec<f64>],
-    },
+    ForceOf { tensors: &'a [Vec<f64>], forces: &'a mut [Vec<f64>] },
     /// Stress rates Ṡ at the slots along several nodal velocities.
-    StressRates {
-        v: &'a [Vec<f64>],
-        out: &'a mut [Vec<f64>],
-    },
+    StressRates { v: &'a [Vec<f64>], out: &'a mut [Vec<f64>] },
     /// Tangents ∂/∂u of ∫ F H : ∇φ at constant H, and of ∫ F S : ∇φ at constant F for each region.
-    Tangents {
-        over: Overstress<'a>,
-        geometric: &'a mut [f64],
-        material: &'a mut [Vec<f64>],
-    },
+    Tangents { over: Overstress<'a>, geometric: &'a mut [f64], material: &'a mut [Vec<f64>] },
 }
 
 /// Kernel for the viscoelastic elements.
@@ -137,11 +123,7 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'
             let at = At::<S, D, C>::new(law, part, (number, point), &u);
             match &mut self.requested {
                 Requested::ForceOf { .. } => {}
-                Requested::Vectors {
-                    internal,
-                    force,
-                    rates,
-                } => {
+                Requested::Vectors { internal, force, rates } => {
                     let mut over = scaled(&at.stress, series.prony.instantaneous() - 1.0);
                     let across = at.stress_across(full_law);
                     for (k, term) in series.prony.terms().iter().enumerate() {
@@ -161,12 +143,7 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'
                         slots.store((&q, q_across), &mut rates[states(k)..]);
                     }
                     if force.is_some() {
-                        accumulate(
-                            &mut local_force,
-                            part,
-                            point,
-                            &times_deformation(&at.h, &over),
-                        );
+                        accumulate(&mut local_force, part, point, &times_deformation(&at.h, &over));
                     }
                 }
                 Requested::Stresses { out } => {
@@ -229,11 +206,7 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'
                 }
             }
             Requested::Stresses { .. } | Requested::StressRates { .. } => {}
-            Requested::Tangents {
-                geometric,
-                material,
-                ..
-            } => {
+            Requested::Tangents { geometric, material, .. } => {
                 if let Some([local_material, local_geometric]) = &matrices {
                     scatter(part, map, local_material, &mut material[region]);
                     scatter(part, map, local_geometric, geometric);

@@ -55,10 +55,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         }
         let law = Spatial::new(law);
         let h = embed(&self.h, self.inverse_jacobian.like(0.0));
-        Some(OutOfPlane {
-            law,
-            strain: law.strain(h, self.axes, None),
-        })
+        Some(OutOfPlane { law, strain: law.strain(h, self.axes, None) })
     }
 
     /// Returns the out-of-plane component of S of a plane body.

@@ -28,11 +28,7 @@ pub(crate) struct Batches<const D: usize, const N: usize, const P: usize> {
 
 impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
     pub(crate) fn all(&self) -> BatchRange<'_, D, N, P> {
-        BatchRange {
-            points: &self.points,
-            batches: &self.batches,
-            element_wise: false,
-        }
+        BatchRange { points: &self.points, batches: &self.batches, element_wise: false }
     }
 
     /// Returns one batch with vectors stored element by element.
@@ -95,9 +91,7 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
         let batches = groups
             .iter()
             .flat_map(|((material, _), members)| {
-                members
-                    .chunks(LANES)
-                    .map(|chunk| Batch::new(space, *material, chunk, &points))
+                members.chunks(LANES).map(|chunk| Batch::new(space, *material, chunk, &points))
             })
             .collect();
         Self { points, batches }

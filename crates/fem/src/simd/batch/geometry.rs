@@ -35,10 +35,7 @@ impl<const D: usize> Geometry<D> {
                 measures.0[l] = measure;
             }
         }
-        Self {
-            inverse,
-            measure: measures,
-        }
+        Self { inverse, measure: measures }
     }
 
     /// Loads one register.

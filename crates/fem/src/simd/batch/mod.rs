@@ -57,11 +57,7 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
         points: &[Point<D, N, P>],
     ) -> Self {
         let elements = std::array::from_fn(|l| members[l.min(members.len() - 1)]);
-        let n_maps = if space.is_curved(members[0]) {
-            points.len()
-        } else {
-            1
-        };
+        let n_maps = if space.is_curved(members[0]) { points.len() } else { 1 };
         let geometry = points[..n_maps]
             .iter()
             .map(|point| Geometry::new(space, &elements, members.len(), &point.psi))

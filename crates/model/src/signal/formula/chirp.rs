@@ -80,11 +80,7 @@ impl TimeFunction for Chirp {
 
     fn sweep(&self, to: f64) -> Option<[f64; 2]> {
         let [a, b] = [0.0, to].map(|t| self.frequency_at(t));
-        let lowest = if a * b < 0.0 {
-            0.0
-        } else {
-            a.abs().min(b.abs())
-        };
+        let lowest = if a * b < 0.0 { 0.0 } else { a.abs().min(b.abs()) };
         Some([lowest, a.abs().max(b.abs())])
     }
 

@@ -21,11 +21,8 @@ pub struct Ramp {
 }
 
 impl Constants for Ramp {
-    const ROLES: &[(&str, Role)] = &[
-        ("value", Role::Factor),
-        ("start", Role::Break),
-        ("end", Role::Break),
-    ];
+    const ROLES: &[(&str, Role)] =
+        &[("value", Role::Factor), ("start", Role::Break), ("end", Role::Break)];
 }
 
 impl TimeFunction for Ramp {

@@ -24,11 +24,8 @@ pub struct Sine {
 }
 
 impl Constants for Sine {
-    const ROLES: &[(&str, Role)] = &[
-        ("amplitude", Role::Factor),
-        ("frequency", Role::Smooth),
-        ("phase", Role::Smooth),
-    ];
+    const ROLES: &[(&str, Role)] =
+        &[("amplitude", Role::Factor), ("frequency", Role::Smooth), ("phase", Role::Smooth)];
 }
 
 impl TimeFunction for Sine {

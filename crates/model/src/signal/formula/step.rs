@@ -22,11 +22,8 @@ pub struct Step {
 }
 
 impl Constants for Step {
-    const ROLES: &[(&str, Role)] = &[
-        ("value", Role::Factor),
-        ("start", Role::Break),
-        ("rise", Role::Break),
-    ];
+    const ROLES: &[(&str, Role)] =
+        &[("value", Role::Factor), ("start", Role::Break), ("rise", Role::Break)];
 }
 
 impl TimeFunction for Step {
@@ -48,11 +45,7 @@ impl TimeFunction for Step {
     }
 
     fn next_break(&self, after: f64) -> Option<Break> {
-        first(
-            [self.start, self.start + self.rise],
-            after,
-            self.lowest_jump(),
-        )
+        first([self.start, self.start + self.rise], after, self.lowest_jump())
     }
 
     fn lowest_jump(&self) -> u8 {

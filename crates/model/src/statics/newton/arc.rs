@@ -30,10 +30,7 @@ impl Metric {
         let n_free = newton.n_free();
         let supports = newton.prescribed.iter().map(|(_, value)| value * value);
         let own = super::square(&direction[..n_free]) + supports.sum::<f64>();
-        Self {
-            n_free,
-            weight: if own > 0.0 { own } else { 1.0 },
-        }
+        Self { n_free, weight: if own > 0.0 { own } else { 1.0 } }
     }
 
     pub(in crate::statics) fn dot(&self, a: &Point, b: &Point) -> f64 {
@@ -50,10 +47,7 @@ impl Point {
     /// Returns `self + factor · other`.
     pub(in crate::statics) fn plus(&self, factor: f64, other: &Self) -> Self {
         let x = self.x.iter().zip(&other.x);
-        Self {
-            x: x.map(|(a, b)| a + factor * b).collect(),
-            load: self.load + factor * other.load,
-        }
+        Self { x: x.map(|(a, b)| a + factor * b).collect(), load: self.load + factor * other.load }
     }
 }
 
@@ -106,10 +100,7 @@ impl Newton<'_> {
             if !load.is_finite() {
                 return Ok(None);
             }
-            let origin = Point {
-                x: vec![0.0; at.x.len()],
-                load: 0.0,
-            };
+            let origin = Point { x: vec![0.0; at.x.len()], load: 0.0 };
             let increment = origin.plus(load, &by_load).plus(-1.0, &correction);
             let is_balanced = self.size(&r) <= BALANCED * BALANCED
                 && excess.abs() <= RELATIVE_INCREMENT * radius * radius;

@@ -80,11 +80,8 @@ impl Newton<'_> {
             foundation.add_force(displacement, velocity, force);
         }
         if !tensions.is_empty() {
-            let motion = AddedMotion {
-                u: displacement,
-                v: velocity,
-                tensions: &scaled(tensions, factor),
-            };
+            let motion =
+                AddedMotion { u: displacement, v: velocity, tensions: &scaled(tensions, factor) };
             solid.added_force(&motion, added);
             for (force, added) in force.iter_mut().zip(added) {
                 *force += *added;
@@ -114,16 +111,12 @@ impl Newton<'_> {
         solid.tangents(&fields, &mut self.matrices.wanted())?;
         let (u, of_contacts) = (&self.displacement, self.contact_factor(factor));
         let forces = boundary_forces(&muscle.surface_loads, &self.contacts);
-        self.matrices
-            .update_boundary_forces(forces, (self.t, of_contacts), u);
+        self.matrices.update_boundary_forces(forces, (self.t, of_contacts), u);
         let slopes = driven::slopes(solid.dofs(), &self.contacts, (self.t, of_contacts), u);
         self.slopes = slopes.map(|(slope, _)| slope).collect();
         if !self.tensions.is_empty() {
-            let motion = AddedMotion {
-                u,
-                v: &self.velocity,
-                tensions: &scaled(&self.tensions, factor),
-            };
+            let motion =
+                AddedMotion { u, v: &self.velocity, tensions: &scaled(&self.tensions, factor) };
             solid.added_tangents(&motion, self.matrices.wanted_added());
         }
         let matrices = &self.matrices;
@@ -139,13 +132,7 @@ impl Newton<'_> {
     pub(in crate::statics) fn factorize(&mut self) -> Result<(), SparseError> {
         self.system.renew(&mut self.work)?;
         let (n, rows) = (self.layout.n_unknowns(), 0..self.n_free());
-        let Self {
-            system,
-            work,
-            slopes,
-            driven,
-            ..
-        } = self;
+        let Self { system, work, slopes, driven, .. } = self;
         driven.factorize(slopes, (n, rows.clone(), rows), |x| system.solve(x, work))
     }
 

@@ -54,61 +54,21 @@ fn rejected_tables_name_the_line_and_the_column() {
         ("t,tip\n,1\n", MissingTime, Some(2), Some("t")),
         ("t,tap\n0,1\n", UnknownOutput, None, Some("tap")),
         ("t,tip,unit\n0,1,mm\n", UnknownOutput, None, Some("unit")),
-        (
-            "t,tip,root.noise\n0,1,1\n",
-            UnknownOutput,
-            None,
-            Some("root.noise"),
-        ),
+        ("t,tip,root.noise\n0,1,1\n", UnknownOutput, None, Some("root.noise")),
         ("x,tip\n0,1\n", MissingColumn, None, Some("t or time")),
         ("t,tip\n", Empty, None, None),
         ("\n", Empty, None, None),
         ("t,tip,tip\n0,1,1\n", DuplicateColumn, None, Some("tip")),
         ("t,tip\n0,1\n1\n", ShortRow, Some(3), None),
         ("t,tip\n0,1,5e-3\n", LongRow, Some(2), None),
-        (
-            "t,tip,tip.noise\n0,1,0\n",
-            NonpositiveNoise,
-            Some(2),
-            Some("tip.noise"),
-        ),
-        (
-            "observableId,time\ntip,1\n",
-            MissingColumn,
-            None,
-            Some("measurement"),
-        ),
-        (
-            &scaled,
-            UnsupportedColumn,
-            Some(3),
-            Some("observableParameters"),
-        ),
-        (
-            &preequilibrated,
-            UnsupportedColumn,
-            Some(2),
-            Some("preequilibrationConditionId"),
-        ),
-        (
-            &logarithmic,
-            UnsupportedColumn,
-            Some(3),
-            Some("observableTransformation"),
-        ),
-        (
-            &laplace,
-            UnsupportedColumn,
-            Some(2),
-            Some("noiseDistribution"),
-        ),
+        ("t,tip,tip.noise\n0,1,0\n", NonpositiveNoise, Some(2), Some("tip.noise")),
+        ("observableId,time\ntip,1\n", MissingColumn, None, Some("measurement")),
+        (&scaled, UnsupportedColumn, Some(3), Some("observableParameters")),
+        (&preequilibrated, UnsupportedColumn, Some(2), Some("preequilibrationConditionId")),
+        (&logarithmic, UnsupportedColumn, Some(3), Some("observableTransformation")),
+        (&laplace, UnsupportedColumn, Some(2), Some("noiseDistribution")),
         (&unit, UnsupportedColumn, Some(2), Some("unit")),
-        (
-            &conditions,
-            SeveralConditions,
-            None,
-            Some("simulationConditionId"),
-        ),
+        (&conditions, SeveralConditions, None, Some("simulationConditionId")),
     ] {
         let error = read_text(text).unwrap_err();
         let found = (error.problem, error.line, error.column.as_deref());
@@ -119,10 +79,7 @@ fn rejected_tables_name_the_line_and_the_column() {
 #[test]
 fn frequencies_are_within_the_response() {
     let read_text = |text: &str| {
-        let domain = Domain::Frequency {
-            low: 1.0,
-            high: 60.0,
-        };
+        let domain = Domain::Frequency { low: 1.0, high: 60.0 };
         read(Path::new("m.csv"), text, &outputs(), domain)
     };
     let plain = read_text("frequency,tip\n60,2\n1,3\n").unwrap();
@@ -143,10 +100,7 @@ fn frequencies_are_within_the_response() {
 /// Checks load factors of a path from −0.5 to 1.
 #[test]
 fn load_factors_are_within_the_path() {
-    let domain = Domain::Load {
-        low: -0.5,
-        high: 1.0,
-    };
+    let domain = Domain::Load { low: -0.5, high: 1.0 };
     let read_text = |text: &str| read(Path::new("m.csv"), text, &outputs(), domain);
     let plain = read_text("load,tip\n1,2\n-0.5,3\n").unwrap();
     let long = "observableId,load,measurement\ntip,1,2\ntip,-0.5,3\n";

@@ -133,9 +133,8 @@ pub(super) fn expect_supports_at_rest(
     for prescribed in &muscle.prescribed {
         let now = prescribed.signal.at(0.0);
         let sizes = times(t_end).map(|t| prescribed.signal.at(t));
-        let [u, v] = sizes.fold([0.0_f64; 2], |[u, v], size| {
-            [u.max(size.value.abs()), v.max(size.d1.abs())]
-        });
+        let [u, v] = sizes
+            .fold([0.0_f64; 2], |[u, v], size| [u.max(size.value.abs()), v.max(size.d1.abs())]);
         let found = match () {
             () if !displaced && now.value.abs() > ZERO_AT_START * u => {
                 format!("{:.3e} m", now.value)
@@ -144,15 +143,9 @@ pub(super) fn expect_supports_at_rest(
             () if has_inertia && now.d1.abs() > ZERO_AT_START * v => format!("{:.3e} m/s", now.d1),
             () => continue,
         };
-        let (node, axis) = (
-            prescribed.component / space.dimension(),
-            prescribed.component % space.dimension(),
-        );
-        let place: Vec<String> = space
-            .node_point(node)
-            .iter()
-            .map(|x| format!("{x:.4}"))
-            .collect();
+        let (node, axis) =
+            (prescribed.component / space.dimension(), prescribed.component % space.dimension());
+        let place: Vec<String> = space.node_point(node).iter().map(|x| format!("{x:.4}")).collect();
         let mut error = InputError::new(format!(
             "a support moves at t = 0, but the body starts at rest: the {} component at ({})",
             NAMES[axis],

@@ -41,10 +41,7 @@ pub(super) fn strong_load(
                 load / shear,
                 readable(shear)
             );
-            (
-                problem,
-                "check the unit, Pa: loads far above the modulus invert elements",
-            )
+            (problem, "check the unit, Pa: loads far above the modulus invert elements")
         })
     })
 }
@@ -52,11 +49,7 @@ pub(super) fn strong_load(
 /// Checks that supports move less than the length of the body.
 pub(super) fn large_displacement(file: &SceneFile, body: &Body, t_end: f64) -> Option<Unusual> {
     // A rotation moves a support by up to twice its distance from the axis.
-    if file
-        .prescribed_displacement
-        .iter()
-        .any(|own| own.rotation.is_some())
-    {
+    if file.prescribed_displacement.iter().any(|own| own.rotation.is_some()) {
         return None;
     }
     let length = length(body);
@@ -80,11 +73,7 @@ pub(super) fn large_displacement(file: &SceneFile, body: &Body, t_end: f64) -> O
 fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
     match file.analysis {
         Analysis::Static => vec![t_end],
-        Analysis::Modes => file
-            .modes
-            .iter()
-            .filter_map(|modes| modes.preload_time)
-            .collect(),
+        Analysis::Modes => file.modes.iter().filter_map(|modes| modes.preload_time).collect(),
         Analysis::Response => {
             let response = file.response.iter();
             response.filter_map(|own| own.preload_time).collect()
@@ -102,9 +91,7 @@ fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
 fn loads<'a>(file: &SceneFile, body: &'a Body) -> impl Iterator<Item = (&'a str, &'a Signal)> {
     let tractions = file.traction.iter().enumerate();
     let distributed = tractions.filter(|(_, traction)| traction.spatial_factor.is_some());
-    let mut excluded: Vec<String> = distributed
-        .map(|(i, _)| format!("traction[{i}]."))
-        .collect();
+    let mut excluded: Vec<String> = distributed.map(|(i, _)| format!("traction[{i}].")).collect();
     excluded.extend(["body_force", "point_force", "contact"].map(str::to_owned));
     let mut loads = body.keyed_loads().collect::<Vec<_>>();
     loads.retain(|(key, _)| !excluded.iter().any(|other| key.starts_with(other)));

@@ -55,15 +55,9 @@ impl Part {
             law,
             density: material.density,
             kappa,
-            beta: material
-                .rayleigh_stiffness
-                .unwrap_or(solid.rayleigh_stiffness),
+            beta: material.rayleigh_stiffness.unwrap_or(solid.rayleigh_stiffness),
             // The energy of a complete law contains the volumetric part.
-            bulk: if law.description().complete {
-                own
-            } else {
-                own + kappa
-            },
+            bulk: if law.description().complete { own } else { own + kappa },
             shear,
             drive,
         }
@@ -72,9 +66,7 @@ impl Part {
 
 /// Checks for a negative Poisson's ratio (3 K − 2 G)/(2 (3 K + G)), which means K < 2/3 G.
 fn volume(part: &Part) -> Option<Unusual> {
-    let Part {
-        kappa, bulk, shear, ..
-    } = *part;
+    let Part { kappa, bulk, shear, .. } = *part;
     let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
     (poisson < 0.0).then(|| {
         let problem = format!(
@@ -91,10 +83,7 @@ fn volume(part: &Part) -> Option<Unusual> {
 fn softness(part: &Part) -> Option<Unusual> {
     (DENSITIES.contains(&part.density) && part.shear < SOFTEST).then(|| {
         let problem = format!("the shear modulus at rest is {} Pa", readable(part.shear));
-        (
-            problem,
-            "give moduli in Pa: 5 kPa is 5e3; tissue has 1e2 to 1e6",
-        )
+        (problem, "give moduli in Pa: 5 kPa is 5e3; tissue has 1e2 to 1e6")
     })
 }
 

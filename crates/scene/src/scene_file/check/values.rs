@@ -13,18 +13,11 @@ pub(super) fn one_name(value: &Value, names: &[&str], path: &str) -> Result<(), 
     let error = InputError::new(format!("`{path}` has an unknown name"))
         .found(value)
         .allowed(names.join(", "));
-    Err(Problem::new(
-        path,
-        suggest(error, given.and_then(|name| nearest(name, names))),
-    ))
+    Err(Problem::new(path, suggest(error, given.and_then(|name| nearest(name, names)))))
 }
 
 pub(super) fn unknown_key(key: &str, known: &[&str], path_of_key: String, path: &str) -> Problem {
-    let place = if path.is_empty() {
-        "a scene".into()
-    } else {
-        format!("`{path}`")
-    };
+    let place = if path.is_empty() { "a scene".into() } else { format!("`{path}`") };
     let error = InputError::new(format!("{place} has no key `{key}`")).allowed(known.join(", "));
     Problem {
         at_key: true,
@@ -52,9 +45,7 @@ pub(super) fn expect_moderate(x: f64, path: &str) -> Result<(), Problem> {
     }
     let error = InputError::new(format!("`{path}` has an implausible value"))
         .found(written(x))
-        .allowed(format!(
-            "0, or a magnitude from {SMALLEST:e} to {LARGEST:e}"
-        ));
+        .allowed(format!("0, or a magnitude from {SMALLEST:e} to {LARGEST:e}"));
     Err(Problem::new(path, error))
 }
 
@@ -73,10 +64,8 @@ pub(super) fn in_range(x: f64, schema: &Value, path: &str) -> Result<(), Problem
     if bounds.iter().all(|(bound, _, holds)| holds(x, *bound)) {
         return Ok(());
     }
-    let words: Vec<String> = bounds
-        .iter()
-        .map(|(bound, words, _)| format!("{words} {}", written(*bound)))
-        .collect();
+    let words: Vec<String> =
+        bounds.iter().map(|(bound, words, _)| format!("{words} {}", written(*bound))).collect();
     let error = InputError::new(format!("`{path}` is out of range"))
         .found(written(x))
         .allowed(describe(words.join(" and "), schema));
@@ -95,10 +84,9 @@ pub(super) fn wrong_kind(value: &Value, expected: &str, schema: &Value, path: &s
     let (problem, found) = match value.as_str() {
         // The user writes `inf`, which our JSON tree cannot contain.
         Some("inf") => ("must be finite", "inf".to_owned()),
-        _ => (
-            "has a value of the wrong kind",
-            format!("{}: {value}", with_article(kind_of(value))),
-        ),
+        _ => {
+            ("has a value of the wrong kind", format!("{}: {value}", with_article(kind_of(value))))
+        }
     };
     let error = InputError::new(format!("`{path}` {problem}"))
         .found(found)
@@ -123,14 +111,8 @@ pub(super) fn first_sentence(text: &str) -> String {
 /// Returns the kinds named in a schema, except for null.
 pub(super) fn kinds(schema: &Value) -> impl Iterator<Item = &str> {
     let one = schema["type"].as_str();
-    let several = schema["type"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_str);
-    one.into_iter()
-        .chain(several)
-        .filter(|kind| *kind != "null")
+    let several = schema["type"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    one.into_iter().chain(several).filter(|kind| *kind != "null")
 }
 
 pub(super) fn is_kind(value: &Value, kind: &str) -> bool {

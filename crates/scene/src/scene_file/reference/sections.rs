@@ -15,11 +15,7 @@ const UP_TO_TRACTIONS: &[Section] = &[
         keys: &["title", "analysis"],
         example: "title = \"A block under its weight\"\nanalysis = \"static\"",
     },
-    Section {
-        title: "`[time]`",
-        keys: &["time"],
-        example: "[time]\nend = 2.0",
-    },
+    Section { title: "`[time]`", keys: &["time"], example: "[time]\nend = 2.0" },
     Section {
         title: "`[mesh]`",
         keys: &["mesh"],

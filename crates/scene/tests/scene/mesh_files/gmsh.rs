@@ -43,13 +43,7 @@ impl Entity {
         groups: &[usize],
         elements: Vec<Vec<usize>>,
     ) -> Self {
-        Self {
-            dimension,
-            tag,
-            groups: groups.to_vec(),
-            kind: [15, 1, 2, 4][dimension],
-            elements,
-        }
+        Self { dimension, tag, groups: groups.to_vec(), kind: [15, 1, 2, 4][dimension], elements }
     }
 }
 
@@ -122,11 +116,7 @@ impl File {
     /// Formats the file in version 4.1, or under another `version`.
     pub(super) fn version_4(&self, version: &str) -> String {
         let mut text = self.head(version) + "$Entities\n";
-        let of = |dimension| {
-            self.entities
-                .iter()
-                .filter(move |e| e.dimension == dimension)
-        };
+        let of = |dimension| self.entities.iter().filter(move |e| e.dimension == dimension);
         let counts: Vec<String> = (0..4).map(|d| of(d).count().to_string()).collect();
         writeln!(text, "{}", counts.join(" ")).unwrap();
         for entity in (0..4).flat_map(of) {
@@ -140,33 +130,16 @@ impl File {
         text += &self.sections;
         let n = self.points.len();
         let parametric = u8::from(self.parametric);
-        writeln!(
-            text,
-            "$Nodes\n1 {n} {} {}\n3 1 {parametric} {n}",
-            self.tag(0),
-            self.tag(n - 1)
-        )
-        .unwrap();
+        writeln!(text, "$Nodes\n1 {n} {} {}\n3 1 {parametric} {n}", self.tag(0), self.tag(n - 1))
+            .unwrap();
         for node in 0..n {
             writeln!(text, "{}", self.tag(node)).unwrap();
         }
         (0..n).for_each(|node| text += &self.coordinates(node));
         let n: usize = self.entities.iter().map(|e| e.elements.len()).sum();
-        writeln!(
-            text,
-            "$EndNodes\n$Elements\n{} {n} 1 {n}",
-            self.entities.len()
-        )
-        .unwrap();
+        writeln!(text, "$EndNodes\n$Elements\n{} {n} 1 {n}", self.entities.len()).unwrap();
         let mut number = 0;
-        for Entity {
-            dimension,
-            tag,
-            kind,
-            elements,
-            ..
-        } in &self.entities
-        {
+        for Entity { dimension, tag, kind, elements, .. } in &self.entities {
             writeln!(text, "{dimension} {tag} {kind} {}", elements.len()).unwrap();
             for nodes in elements {
                 number += 1;
@@ -182,37 +155,23 @@ impl File {
         for node in 0..self.points.len() {
             write!(text, "{} {}", self.tag(node), self.coordinates(node)).unwrap();
         }
-        let n: usize = self
-            .entities
-            .iter()
-            .map(|e| e.elements.len() * e.groups.len())
-            .sum();
+        let n: usize = self.entities.iter().map(|e| e.elements.len() * e.groups.len()).sum();
         writeln!(text, "$EndNodes\n$Elements\n{n}").unwrap();
         let mut number = 0;
         for entity in &self.entities {
-            for (nodes, group) in entity
-                .elements
-                .iter()
-                .flat_map(|e| entity.groups.iter().map(move |g| (e, g)))
+            for (nodes, group) in
+                entity.elements.iter().flat_map(|e| entity.groups.iter().map(move |g| (e, g)))
             {
                 number += 1;
                 let (kind, tag) = (entity.kind, entity.tag);
-                writeln!(
-                    text,
-                    "{number} {kind} 2 {group} {tag} {}",
-                    self.words(nodes)
-                )
-                .unwrap();
+                writeln!(text, "{number} {kind} 2 {group} {tag} {}", self.words(nodes)).unwrap();
             }
         }
         text + "$EndElements\n"
     }
 
     pub(super) fn words(&self, nodes: &[usize]) -> String {
-        let tags: Vec<String> = nodes
-            .iter()
-            .map(|&node| self.tag(node).to_string())
-            .collect();
+        let tags: Vec<String> = nodes.iter().map(|&node| self.tag(node).to_string()).collect();
         tags.join(" ")
     }
 

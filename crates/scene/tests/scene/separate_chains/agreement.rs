@@ -14,12 +14,7 @@ fn separate_steps_agree_with_one_system_at_tighter_tolerances() {
         let with = with_chain(MUSCLE, n, gain);
         let together = folder.path().join(format!("together {gain}"));
         let tight = "integrator.oscillators={ rtol = 1e-7, atol = 1e-10 }";
-        let set = [
-            "integrator.method=radau9",
-            TOGETHER,
-            tight,
-            "integrator.rtol=1e-8",
-        ];
+        let set = ["integrator.method=radau9", TOGETHER, tight, "integrator.rtol=1e-8"];
         run(&with, &set, &together);
         for method in ["radau5", "radau9", "bdf"] {
             let method = format!("integrator.method={method}");
@@ -82,13 +77,7 @@ fn expect_agreement(seeds: Range<u64>, most: usize, methods: &[&str]) {
         let load = format!("{key}={}", load(&mut rng, size));
         let out = |name: &str| folder.path().join(format!("{name} {seed}"));
         let tight = "integrator.oscillators={ rtol = 1e-7, atol = 1e-10 }";
-        let set = [
-            &*load,
-            "time.end=0.4",
-            tight,
-            "integrator.rtol=1e-8",
-            TOGETHER,
-        ];
+        let set = [&*load, "time.end=0.4", tight, "integrator.rtol=1e-8", TOGETHER];
         let document = run(&with, &set, &out("together"));
         assert_eq!(document["outcome"], "finished", "seed {seed}");
         for method in methods {
@@ -108,17 +97,11 @@ fn expect_agreement(seeds: Range<u64>, most: usize, methods: &[&str]) {
             let allowed = |size: f64| 20.0 * (1e-5 * size + 1e-8);
             for k in 1..=n {
                 let [size, off] = compare(&one, &other, &[k]);
-                assert!(
-                    off < allowed(size),
-                    "{case}: {k} is {off:e} off of {size:e}"
-                );
+                assert!(off < allowed(size), "{case}: {k} is {off:e} off of {size:e}");
             }
             let [one, other] = tables("order");
             let [size, off] = compare(&one, &other, &[1]);
-            assert!(
-                off < allowed(size),
-                "{case}: |Ψ| is {off:e} off of {size:e}"
-            );
+            assert!(off < allowed(size), "{case}: |Ψ| is {off:e} off of {size:e}");
             for (one, other) in one.iter().zip(&other) {
                 // χ has the relative errors of the positions; it is undefined at rest.
                 let (off, amplitude) = ((one[3] - other[3]).abs(), other[1]);
@@ -159,18 +142,8 @@ fn scenes_of_other_kinds_agree_with_one_system() {
         ("jump", "rise = 0.03", "rise = 0.0", 3),
         ("equilibrium", load, sine, 3),
         ("support", fixed, moved, 3),
-        (
-            "at a support",
-            "at = [0.0, 0.0]\ngain",
-            "at = [-0.1, 0.0]\ngain",
-            3,
-        ),
-        (
-            "elements",
-            "at = [0.0, 0.0]\ngain",
-            "at = { elements = \"muscle\" }\ngain",
-            900,
-        ),
+        ("at a support", "at = [0.0, 0.0]\ngain", "at = [-0.1, 0.0]\ngain", 3),
+        ("elements", "at = [0.0, 0.0]\ngain", "at = { elements = \"muscle\" }\ngain", 900),
     ] {
         assert!(with.contains(from), "{name}");
         let scene = with
@@ -180,11 +153,7 @@ fn scenes_of_other_kinds_agree_with_one_system() {
             let out = folder.path().join(format!("{name} {chains}"));
             let chains = format!("integrator.chains={chains}");
             let tolerances = "integrator.oscillators={ rtol = 1e-6, atol = 1e-9 }";
-            run(
-                &scene,
-                &[&chains, "time.end=0.2", "integrator.rtol=1e-7", tolerances],
-                &out,
-            );
+            run(&scene, &[&chains, "time.end=0.2", "integrator.rtol=1e-7", tolerances], &out);
             rows(&out, "states")
         });
         let columns: Vec<usize> = (1..=n).collect();

@@ -50,10 +50,7 @@ pub(crate) struct Failure {
 
 impl Failure {
     fn of(common: &klu_l_common) -> Self {
-        Self {
-            status: common.status,
-            singular_column: common.singular_col,
-        }
+        Self { status: common.status, singular_column: common.singular_col }
     }
 
     /// Returns whether the matrix is singular (as opposed to a lack of memory or an invalid argument).

@@ -54,12 +54,7 @@ impl<T: Entry> RawNumeric<T> {
             && let Some(handle) = handle
         {
             let common = UnsafeCell::new(common);
-            return Ok(Self {
-                handle,
-                symbolic,
-                common,
-                entry: PhantomData,
-            });
+            return Ok(Self { handle, symbolic, common, entry: PhantomData });
         }
         let failure = Failure::of(&common);
         if let Some(handle) = handle {
@@ -108,11 +103,7 @@ impl<T: Entry> RawNumeric<T> {
         let n = self.symbolic.n();
         assert_eq!(rhs.len() % n, 0, "whole columns");
         let functions = T::FUNCTIONS;
-        let solve = if transposed {
-            functions.solve_transposed
-        } else {
-            functions.solve
-        };
+        let solve = if transposed { functions.solve_transposed } else { functions.solve };
         // SAFETY: rhs holds whole columns of length n in KLU's layout; the workspace inside the numeric object is not
         // shared, since self is not Sync and KLU has no callbacks; the control block is not borrowed elsewhere.
         let ok = unsafe {

@@ -49,13 +49,7 @@ impl RawSymbolic {
             )
         };
         let handle = NonNull::new(handle).ok_or_else(|| Failure::of(&common))?;
-        Ok(Self {
-            handle,
-            column_pointers,
-            row_indices,
-            options,
-            factor_lock: Mutex::new(()),
-        })
+        Ok(Self { handle, column_pointers, row_indices, options, factor_lock: Mutex::new(()) })
     }
 
     pub(crate) fn n(&self) -> usize {
@@ -76,9 +70,7 @@ impl RawSymbolic {
 
     pub(super) fn lock(&self) -> MutexGuard<'_, ()> {
         // The guarded data belong to KLU, whose C code cannot panic, so a poisoned lock is harmless.
-        self.factor_lock
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.factor_lock.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -67,9 +67,7 @@ impl<C: Callbacks> Ida<C> {
             return Ok(());
         }
         // SAFETY: the block is valid and has checkpoints.
-        check("IDAAdjReInit", unsafe {
-            sys::IDAAdjReInit(self.memory.raw())
-        })
+        check("IDAAdjReInit", unsafe { sys::IDAAdjReInit(self.memory.raw()) })
     }
 
     /// Attaches a backward problem that starts at t from the given y and ẏ, with quadratures of zero. The forward run
@@ -185,12 +183,7 @@ impl<C: Callbacks> Ida<C> {
         check("IDASVtolerancesB", code)?;
         self.set_b("IDASetIdB", sys::IDASetIdB, which, id.raw())?;
         let suppress = c_int::from(settings.suppress);
-        self.set_b(
-            "IDASetSuppressAlgB",
-            sys::IDASetSuppressAlgB,
-            which,
-            suppress,
-        )?;
+        self.set_b("IDASetSuppressAlgB", sys::IDASetSuppressAlgB, which, suppress)?;
         let steps = settings.max_steps as c_long;
         self.set_b("IDASetMaxNumStepsB", sys::IDASetMaxNumStepsB, which, steps)?;
         let order = settings.max_order as c_int;

@@ -343,9 +343,7 @@ impl<C: Callbacks> Ida<C> {
     }
 
     pub(crate) fn n_quadratures(&self) -> usize {
-        self.quadrature
-            .as_ref()
-            .map_or(0, |vector| vector.as_slice().len())
+        self.quadrature.as_ref().map_or(0, |vector| vector.as_slice().len())
     }
 
     /// Returns the k-th derivative of the quadratures at t.

@@ -118,11 +118,7 @@ impl<C: Callbacks> Ida<C> {
         let refused = CallFailed::new("IDAQuadSensInit", sys::IDA_NO_SENS);
         let sensitivities = self.sensitivities.as_mut().ok_or(refused)?;
         let zeros = |_: &NVector| NVector::zeros(n, &self.context);
-        let zeros: Vec<NVector> = sensitivities
-            .s
-            .iter()
-            .map(zeros)
-            .collect::<Result<_, _>>()?;
+        let zeros: Vec<NVector> = sensitivities.s.iter().map(zeros).collect::<Result<_, _>>()?;
         let function: sys::IDAQuadSensRhsFn = Some(quadrature::<C>);
         // SAFETY: the block is valid; the function fits the user data; the array holds a vector for each
         // parameter, which are copied.

@@ -68,11 +68,7 @@ impl<C: Callbacks> Ida<C> {
         // SAFETY: the block is valid; the function fits the user data and writes n_roots numbers.
         let code = unsafe { sys::IDARootInit(self.memory.raw(), n_roots as c_int, function) };
         check("IDARootInit", code)?;
-        self.set(
-            "IDASetRootDirection",
-            sys::IDASetRootDirection,
-            directions.as_mut_ptr(),
-        )
+        self.set("IDASetRootDirection", sys::IDASetRootDirection, directions.as_mut_ptr())
     }
 
     /// Attaches quadratures starting at `q0`.

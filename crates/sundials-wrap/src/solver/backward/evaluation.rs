@@ -17,16 +17,8 @@ impl ForwardState {
     }
 
     pub(super) fn view(&self) -> ForwardView<'_> {
-        let pairs = self
-            .s
-            .iter()
-            .map(|[s, s_dot]| [s.as_slice(), s_dot.as_slice()]);
-        ForwardView {
-            t: self.t,
-            y: &self.y,
-            y_dot: &self.y_dot,
-            s: pairs.collect(),
-        }
+        let pairs = self.s.iter().map(|[s, s_dot]| [s.as_slice(), s_dot.as_slice()]);
+        ForwardView { t: self.t, y: &self.y, y_dot: &self.y_dot, s: pairs.collect() }
     }
 }
 
@@ -44,12 +36,7 @@ impl<P: Problem> BackwardCallbacks for UserFunctions<P> {
         posed.state.set(forward);
         let problem = &mut self.problem;
         let result = (posed.problem).residual(problem, &posed.state, values, rates, residual);
-        self.failures.answer(
-            "residual of a backward problem",
-            forward.t,
-            result,
-            residual,
-        )
+        self.failures.answer("residual of a backward problem", forward.t, result, residual)
     }
 
     fn backward_setup(
@@ -69,28 +56,20 @@ impl<P: Problem> BackwardCallbacks for UserFunctions<P> {
             step: 1.0 / c_j,
             weights: &posed.weights,
         };
-        let mut problem = At {
-            problem: posed.problem.as_mut(),
-            forward: &mut self.problem,
-            state: &posed.state,
-        };
+        let mut problem =
+            At { problem: posed.problem.as_mut(), forward: &mut self.problem, state: &posed.state };
         let (evaluated, entries) = posed.lu.evaluate(&mut problem, &at, c_j);
-        match self
-            .failures
-            .answer("Jacobian", forward.t, evaluated, entries)
-        {
+        match self.failures.answer("Jacobian", forward.t, evaluated, entries) {
             Answer::Success => {}
             failed => return failed,
         }
         let result = posed.lu.factorize();
-        self.failures
-            .answer("linear set-up", forward.t, result, &[])
+        self.failures.answer("linear set-up", forward.t, result, &[])
     }
 
     fn backward_solve(&mut self, which: usize, rhs: &mut [f64]) -> Answer {
         let result = self.backward[which].lu.solve(rhs);
-        self.failures
-            .answer("linear solve", self.t_called, result, rhs)
+        self.failures.answer("linear solve", self.t_called, result, rhs)
     }
 
     fn backward_quadrature(
@@ -104,7 +83,6 @@ impl<P: Problem> BackwardCallbacks for UserFunctions<P> {
         posed.state.set(forward);
         let problem = &mut self.problem;
         let result = (posed.problem).quadrature(problem, &posed.state, values, rates, out);
-        self.failures
-            .answer("quadrature of a backward problem", forward.t, result, out)
+        self.failures.answer("quadrature of a backward problem", forward.t, result, out)
     }
 }

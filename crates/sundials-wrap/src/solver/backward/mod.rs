@@ -63,9 +63,7 @@ impl<P: Problem> IdaSolver<P> {
             return Err(Error::NotWithCheckpoints { what: "roots" });
         }
         if options.stop_time.is_some() {
-            return Err(Error::NotWithCheckpoints {
-                what: "a stop time",
-            });
+            return Err(Error::NotWithCheckpoints { what: "a stop time" });
         }
         let hermite = checkpoints.interpolation == Interpolation::Hermite;
         let result = self.ida.init_adjoint(checkpoints.every, hermite);
@@ -143,10 +141,7 @@ impl<P: Problem> IdaSolver<P> {
         expect_length("columns of a backward Jacobian", n, pattern.major_dim())?;
         if pattern.nnz() == 0 {
             let (n_unknowns, n_entries) = (n, 0);
-            return Err(Error::Empty {
-                n_unknowns,
-                n_entries,
-            });
+            return Err(Error::Empty { n_unknowns, n_entries });
         }
         let mut posed = RegisteredProblem {
             problem: Box::new(problem),
@@ -235,10 +230,7 @@ impl<P: Problem> IdaSolver<P> {
         let result = self.ida.correct_backward(which, t_first, &state.view());
         self.resume_panic();
         result.map_err(|failed| self.inconsistent(failed, t))?;
-        let corrected = self
-            .ida
-            .backward_start(which)
-            .map(|start| start.map(<[f64]>::to_vec));
+        let corrected = self.ida.backward_start(which).map(|start| start.map(<[f64]>::to_vec));
         let [values, rates] = self.refused(corrected)?;
         let run = &mut self.runs_mut()?[which];
         (run.values, run.rates) = (values, rates);
@@ -289,13 +281,7 @@ impl<P: Problem> IdaSolver<P> {
         let values = values.map(|values| values.map(<[f64]>::to_vec));
         let [values, rates, quadratures] = self.refused(values)?;
         let statistics = self.backward_statistics(which)?;
-        self.runs_mut()?[which] = BackwardRun {
-            t,
-            values,
-            rates,
-            quadratures,
-            statistics,
-        };
+        self.runs_mut()?[which] = BackwardRun { t, values, rates, quadratures, statistics };
         Ok(())
     }
 
@@ -303,21 +289,12 @@ impl<P: Problem> IdaSolver<P> {
         let mut statistics = Statistics::default();
         for (counter, place) in [
             (Counter::Steps, &mut statistics.steps),
-            (
-                Counter::ErrorTestFailures,
-                &mut statistics.error_test_failures,
-            ),
+            (Counter::ErrorTestFailures, &mut statistics.error_test_failures),
             (Counter::NewtonFailures, &mut statistics.newton_failures),
             (Counter::NewtonIterations, &mut statistics.newton_iterations),
-            (
-                Counter::ResidualEvaluations,
-                &mut statistics.residual_evaluations,
-            ),
+            (Counter::ResidualEvaluations, &mut statistics.residual_evaluations),
             (Counter::LinearSetups, &mut statistics.linear_setups),
-            (
-                Counter::JacobianEvaluations,
-                &mut statistics.jacobian_evaluations,
-            ),
+            (Counter::JacobianEvaluations, &mut statistics.jacobian_evaluations),
         ] {
             let count = self.ida.backward_counter(which, counter);
             *place = self.refused(count)?;
@@ -363,11 +340,7 @@ impl<P: Problem> IdaSolver<P> {
         }
         expect_length("y of the forward state", self.n, at.y.len())?;
         expect_length("y_dot of the forward state", self.n, at.y_dot.len())?;
-        expect_length(
-            "sensitivities of the forward state",
-            self.n_parameters(),
-            at.s.len(),
-        )?;
+        expect_length("sensitivities of the forward state", self.n_parameters(), at.s.len())?;
         for values in at.s.iter().flatten() {
             expect_length("a sensitivity of the forward state", self.n, values.len())?;
             expect_finite("a sensitivity of the forward state", values)?;

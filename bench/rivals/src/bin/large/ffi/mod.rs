@@ -130,13 +130,7 @@ impl<T: Rival> Mumps<T> {
             )
         };
         assert_eq!(status, 0, "MUMPS analyzes");
-        Self {
-            run,
-            n,
-            _rows: rows,
-            _columns: columns,
-            _values: own,
-        }
+        Self { run, n, _rows: rows, _columns: columns, _values: own }
     }
 }
 

@@ -35,10 +35,7 @@ mod plane {
             ] {
                 let law = rubber();
                 let tangent = law.tangent(h, PRESSURE);
-                let scale = tangent
-                    .iter()
-                    .flatten()
-                    .fold(0.0, |m: f64, a| m.max(a.abs()));
+                let scale = tangent.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()));
                 check_tangent(tangent, |h| law.stress(h, PRESSURE), h, scale);
             }
         }
@@ -84,19 +81,15 @@ mod space {
     #[test]
     fn even_exponents_are_mooney_rivlin() {
         let (c10, c01) = (1e4, 2e3);
-        for (ogden, c01) in [
-            (law(&[(2.0 * c10, 2.0)]), 0.0),
-            (law(&[(2.0 * c10, 2.0), (-2.0 * c01, -2.0)]), c01),
-        ] {
+        for (ogden, c01) in
+            [(law(&[(2.0 * c10, 2.0)]), 0.0), (law(&[(2.0 * c10, 2.0), (-2.0 * c01, -2.0)]), c01)]
+        {
             let mooney = Law::MooneyRivlin { c10, c01 };
             for h in STATES.into_iter().chain(nearly_equal()) {
                 let (a, b) = (ogden.energy3(h, axes()), mooney.energy3(h, axes()));
                 // Four square roots and squarings double relative rounding errors.
                 assert!((a - b).abs() <= 64.0 * f64::EPSILON * b.abs(), "{a} {b}");
-                let (a, b) = (
-                    ogden.tangent3(h, 0.0, axes()),
-                    mooney.tangent3(h, 0.0, axes()),
-                );
+                let (a, b) = (ogden.tangent3(h, 0.0, axes()), mooney.tangent3(h, 0.0, axes()));
                 let scale = b.iter().flatten().fold(0.0, |m: f64, b| m.max(b.abs()));
                 for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
                     assert!((a - b).abs() < 1e-13 * scale, "{a} {b}");
@@ -110,16 +103,10 @@ mod space {
         for (constants, wrong) in [
             (vec![("mu_1", 1e4), ("alpha_1", 0.0)], "alpha_1"),
             (vec![("mu_1", -1e4), ("alpha_1", 2.0)], "mu_1"),
-            (
-                vec![("mu_1", 1e4), ("alpha_1", 2.0), ("mu_2", 1e3)],
-                "alpha_2",
-            ),
+            (vec![("mu_1", 1e4), ("alpha_1", 2.0), ("mu_2", 1e3)], "alpha_2"),
         ] {
             let error = Law::named("ogden", &constants).unwrap_err();
-            assert!(
-                matches!(error, FemError::Parameter { name, .. } if name == wrong),
-                "{error}"
-            );
+            assert!(matches!(error, FemError::Parameter { name, .. } if name == wrong), "{error}");
         }
     }
 }
@@ -129,11 +116,7 @@ mod space {
 fn powers_are_accurate() {
     for i in -12_i32..=12 {
         for j in -12..=12 {
-            let logs = [
-                f64::from(i) / 4.0,
-                f64::from(j) / 4.0,
-                -f64::from(i + j) / 4.0,
-            ];
+            let logs = [f64::from(i) / 4.0, f64::from(j) / 4.0, -f64::from(i + j) / 4.0];
             if logs[2].abs() > 3.0 {
                 continue;
             }
@@ -155,9 +138,7 @@ fn powers_are_accurate() {
 fn small_strains_have_full_relative_accuracy() {
     let law = rubber();
     let modulus: f64 = 0.5 * (0.63e6 * 1.3 + 1.2e3 * 5.0 + 1e4 * 2.0);
-    let small = Law::SmallStrain {
-        shear_modulus: modulus,
-    };
+    let small = Law::SmallStrain { shear_modulus: modulus };
     let h = [[3e-12, 1e-12], [-2e-12, 1e-12]];
     let (a, b) = (law.stress(h, 0.0), small.stress(h, 0.0));
     for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
