@@ -5,7 +5,6 @@ use myovib_model::{Formulation, IntegratorKind, Muscle, Parameters};
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::SceneFile;
-use crate::scene_file::material::Material;
 use crate::sensitivity::first_jump;
 
 impl Builder<'_> {
@@ -54,23 +53,18 @@ impl Builder<'_> {
         }
     }
 
-    /// Rejects loads that jump, which a body without inertia would follow at once, unless all materials are viscous.
+    /// Rejects loads that jump, which a body without inertia would follow at once.
     pub(super) fn expect_no_jump(
         &self,
         file: &SceneFile,
         muscle: &Muscle,
     ) -> Result<(), InputError> {
-        let is_viscous = |own: &Material| own.viscosity.is_some_and(|viscosity| viscosity > 0.0);
         match muscle.first_jump(self.t_end) {
-            Some(_) if file.material.iter().all(is_viscous) => Ok(()),
             None => Ok(()),
             Some(t) => {
-                let error =
-                    InputError::new("a load or tension jumps in a quasi-static analysis")
-                        .found(format!("a jump at t = {t} s"))
-                        .next(
-                            "give it a short `rise`, rows of a table with different times, or all materials a `viscosity`",
-                        );
+                let error = InputError::new("a load or tension jumps in a quasi-static analysis")
+                    .found(format!("a jump at t = {t} s"))
+                    .next("give it a short `rise`, or rows of a table with different times");
                 let tree = serde_json::to_value(file).unwrap_or_default();
                 let step = first_jump(&tree, "", self.t_end);
                 Err(self.wrong(step.as_deref().unwrap_or("analysis"), error))

@@ -222,27 +222,6 @@ fn a_preloaded_strip_rests() {
     assert!(rows.iter().all(|row| (row[1] - first).abs() < 1e-4 * first));
 }
 
-/// A layer under a sudden shear traction q, viscous in all materials: G'' = ωη/2, so that the shear is
-/// (q/G)(1 − exp(−2Gt/η)).
-#[test]
-fn a_viscous_layer_creeps_after_a_sudden_load() {
-    let (viscosity, traction) = (1000.0, 10.0);
-    let text = format!(
-        "{QUASI_STATIC}[time]\nend = 0.1\n[integrator]\nmethod = \"radau5\"\nrtol = 1e-6\n\
-         [mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.1\ncells = [2, 1]\n[solid]\nbulk_modulus = 1e6\n\
-         [[material]]\nlaw = \"neo-hooke\"\ndensity = 1000.0\nshear_modulus = {G}\nviscosity = {viscosity}\n\
-         [[group]]\nname = \"all\"\ntype = \"box\"\nmin = [-1.0, -1.0]\nmax = [1.0, 1.0]\n\
-         [[fixed]]\ngroup = \"all\"\ncomponents = [\"y\"]\n[[fixed]]\ngroup = \"bottom\"\n\
-         [[traction]]\ngroup = \"top\"\nx = {{ type = \"step\", value = {traction}, rise = 0.0 }}\n\
-         [[probe]]\nname = \"top\"\ntype = \"average\"\ngroup = \"top\"\ninterval = 0.01\nquantities = [\"u\"]\n"
-    );
-    for [t, u] in curve(&text, "top", "u_x") {
-        let exact = 0.1 * traction / G * (1.0 - (-2.0 * G * t / viscosity).exp());
-        // Ten times the relative tolerance of the largest displacement.
-        assert!((u - exact).abs() < 1e-5 * 0.1 * traction / G, "{t}: {u} {exact}");
-    }
-}
-
 #[test]
 fn parts_that_need_inertia_are_rejected() {
     let scene = |head: &str, material: &str, bulk: &str, pull: &str| {
