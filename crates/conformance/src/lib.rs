@@ -71,7 +71,7 @@ pub struct Request<P> {
 }
 
 impl<P> Request<P> {
-    /// Creates a request with the tolerances [`RELATIVE`] and [`ABSOLUTE`].
+    /// Creates a request with the tolerances `RELATIVE` and `ABSOLUTE`.
     pub fn new(problem: P, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Self {
         Self {
             problem,
@@ -105,7 +105,7 @@ pub trait Method {
     fn build<P: Problem + 'static>(&self, request: Request<P>) -> Self::Integrator<P>;
 }
 
-/// Generates one test for each behavior; the expression creates the [`Method`](myovib_dae::Method) under test.
+/// Generates one test for each behavior; the expression creates the [`Method`](crate::Method) under test.
 #[macro_export]
 macro_rules! conformance_tests {
     ($method:expr) => {
