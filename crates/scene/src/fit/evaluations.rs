@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::model::Effort;
+use super::effort::Effort;
 use crate::inputs::{self, sha256};
 use crate::result_folder::FolderRequest;
 use crate::{Error, InputError};

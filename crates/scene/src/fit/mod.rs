@@ -4,6 +4,7 @@
 //! derivatives from forward sensitivities and returns a [`FitResult`], which `report` describes.
 
 mod data;
+mod effort;
 mod evaluations;
 mod history;
 mod model;

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::Point;
 use super::data::Datum;
+use super::effort::Effort;
 use super::evaluations::{Evaluation, Evaluations, Numbers};
 use crate::sensitivity::{
     Abscissa, Output, Parameterized, Precision, Sample, equilibria, follow, respond,
@@ -130,20 +131,6 @@ impl Experiment {
             (datum, &samples[k])
         })
     }
-}
-
-/// Duration and accuracy of the runs.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Effort {
-    /// Lower limit of the relative tolerance.
-    pub(super) least_tolerance: f64,
-    /// Computed fraction of the measurements' time, from its start.
-    pub(super) part: f64,
-}
-
-impl Effort {
-    /// Full runs: the scene's tolerance, up to the last measurement.
-    pub(super) const FULL: Self = Self { least_tolerance: 0.0, part: 1.0 };
 }
 
 /// Returns σ, or 1 if it is unknown.

@@ -6,7 +6,8 @@ use myovib_fit::{
     Ended, Fit, FitError, Iteration, Options, Parameter, best_fit, fit_observed, refine,
 };
 
-use super::model::{Effort, SceneModel};
+use super::effort::Effort;
+use super::model::SceneModel;
 
 /// Effort and convergence offset (in units of the parameters' uncertainty) of the phases before the last. A short run
 /// costs less, and its oscillations are still close enough in phase to the measurements for the linearization to hold.
