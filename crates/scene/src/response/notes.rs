@@ -1,11 +1,11 @@
-//! Notes on responses whose peaks are not those of the body.
+//! Notes on responses with missing or unbounded peaks.
 
 use myovib_fem::AddedStress;
 use myovib_model::Muscle;
 
 use super::{Curves, peaks};
 
-/// Returns a note for each probe with a displacement that is largest at an end of the range of frequencies.
+/// Returns a note for each probe whose displacement is largest at an end of the frequency range.
 pub(super) fn resonances_outside(curves: &[Curves], frequencies: &[f64]) -> Vec<String> {
     let notes = curves.iter().filter_map(|of| {
         let (column, frequency) = of.largest_at_an_end(frequencies)?;
@@ -18,7 +18,7 @@ pub(super) fn resonances_outside(curves: &[Curves], frequencies: &[f64]) -> Vec<
 }
 
 impl Curves {
-    /// Returns the displacement that is largest at an end of the range of frequencies, with this frequency.
+    /// Returns the name of the largest displacement and its frequency if this frequency is an end of the range.
     fn largest_at_an_end(&self, frequencies: &[f64]) -> Option<(&str, f64)> {
         let last = frequencies.len().checked_sub(1).filter(|last| *last > 1)?;
         let size = |(k, j): (usize, usize)| self.amplitudes[k][j].norm();

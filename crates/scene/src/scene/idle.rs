@@ -240,7 +240,7 @@ y = { type = "step", value = 1.0, rise = 0.1 }
             )
         };
         for (height, radius, count) in [(1.05, 0.6, 0), (1.15, 0.6, 1), (1.05, 0.4, 1)] {
-            // The last one is smaller than the facets.
+            // The last sphere has a smaller radius than the facets.
             let found = notes(&sphere(height, radius, "y = -0.1"), &["traction=[]"]);
             assert_eq!(found.len(), count, "{found:?}");
         }

@@ -95,8 +95,8 @@ pub enum Grid {
 pub struct Adaptive {
     /// Ends of the range, Hz.
     pub range: [f64; 2],
-    /// Accepted error of the interpolation, relative to the amplitude, or to a hundredth of the median amplitude if
-    /// that is larger.
+    /// Accepted error of the interpolation, relative to the larger of the amplitude and a hundredth of the median
+    /// amplitude.
     pub tolerance: f64,
 }
 

@@ -39,7 +39,7 @@ fn a_free_body_keeps_its_velocity() {
     }
 }
 
-/// Checks that a body in the plane has three modes at 0 Hz, and that a foundation raises the next one by its stiffness.
+/// Checks that a body in the plane has three modes at 0 Hz, and that a foundation raises the fourth frequency by its stiffness.
 #[test]
 fn a_free_body_has_rigid_modes() {
     let frequencies = |more: &str| {
@@ -52,7 +52,7 @@ fn a_free_body_has_rigid_modes() {
     let free = frequencies("");
     let bedded = frequencies("[[elastic_foundation]]\ngroup = \"bottom\"\nstiffness = 1.0\n");
     assert_eq!(free[..3], [0.0; 3]);
-    // For a shape that is constant across the beam, the foundation adds k/(ρ h) to ω²; the edges move more by a few
+    // For a shape constant across the beam, the foundation adds k/(ρ h) to ω²; the edges move more by a few
     // percent.
     let added = (bedded[3] - free[3]) * 1e3 * 0.1;
     assert!((added - 1.0).abs() < 0.1, "{free:?} {bedded:?}");
