@@ -3,12 +3,17 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::fs::File;
+use std::io::{self, Write};
+use std::mem;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::effort::Effort;
+use crate::atomic_file::{self, Growing};
 use crate::inputs::{self, sha256};
-use crate::result_folder::FolderRequest;
+use crate::result_folder::{FolderRequest, ResultFolder};
 use crate::{Error, InputError};
 
 /// The file: a line with checksum and JSON for each evaluation.
@@ -21,21 +26,42 @@ pub(super) struct Numbers {
     pub(super) jacobian: Vec<f64>,
 }
 
-/// Result of the model, with the number of runs.
+/// Numbers of a successful evaluation, with the number of runs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Evaluation {
     pub(super) runs: u64,
-    pub(super) outcome: Result<Numbers, String>,
+    pub(super) numbers: Numbers,
 }
 
-/// Evaluations by the parameters, the effort, and whether they have derivatives.
+/// Successful evaluations by the parameters, the effort, and whether they have derivatives.
 #[derive(Default)]
 pub(super) struct Evaluations {
     known: HashMap<String, Evaluation>,
-    /// Intact lines of the file.
-    lines: String,
-    /// Lines to be appended to the file.
-    new: RefCell<String>,
+    /// Intact lines of the file of an earlier fit, and the size of this file in bytes.
+    earlier: (String, usize),
+    output: RefCell<Output>,
+}
+
+#[derive(Default)]
+struct Output {
+    /// Lines before the file is opened.
+    pending: String,
+    file: Option<Growing<File>>,
+    failed: Option<io::Error>,
+}
+
+impl Output {
+    /// Appends a line and writes it to the disk.
+    fn append(&mut self, line: &str) {
+        match &mut self.file {
+            None => self.pending += line,
+            Some(_) if self.failed.is_some() => {}
+            Some(file) => {
+                let written = file.write_all(line.as_bytes());
+                self.failed = written.and_then(|()| atomic_file::sync(&file.0)).err();
+            }
+        }
+    }
 }
 
 /// Refuses to resume a fit of another scene or to other measurements.
@@ -61,7 +87,7 @@ impl Evaluations {
         request.check()?;
         expect_origin(request)?;
         let bytes = inputs::content(&request.path.join(EVALUATIONS)).unwrap_or_default();
-        let mut all = Self::default();
+        let mut all = Self { earlier: (String::new(), bytes.len()), ..Self::default() };
         for line in String::from_utf8_lossy(&bytes).split_inclusive('\n') {
             let (sum, text) = line.split_once(' ').unwrap_or_default();
             let found = serde_json::from_str(text).ok();
@@ -69,7 +95,7 @@ impl Evaluations {
                 break;
             };
             all.known.insert(key, evaluation);
-            all.lines += line;
+            all.earlier.0 += line;
         }
         Ok(all)
     }
@@ -85,24 +111,40 @@ impl Evaluations {
 
     /// Adds an evaluation. JSON has no non-finite numbers, so a resumed fit repeats evaluations with such numbers.
     pub(super) fn add(&self, key: String, evaluation: &Evaluation) {
-        let numbers = evaluation.outcome.iter();
-        let mut numbers = numbers.flat_map(|n| n.residuals.iter().chain(&n.jacobian));
-        if !numbers.all(|number| number.is_finite()) {
+        let Numbers { residuals, jacobian } = &evaluation.numbers;
+        if !residuals.iter().chain(jacobian).all(|number| number.is_finite()) {
             return;
         }
         if let Ok(text) = serde_json::to_string(&(key, evaluation)) {
             let text = text + "\n";
-            *self.new.borrow_mut() += &format!("{} {text}", sha256(text.as_bytes()));
+            let line = format!("{} {text}", sha256(text.as_bytes()));
+            self.output.borrow_mut().append(&line);
         }
     }
 
-    /// Returns the intact lines of the file.
-    pub(super) fn lines(&self) -> &str {
-        &self.lines
+    /// Creates the file in a locked folder with the intact lines of the earlier fit. Later evaluations are appended at
+    /// once.
+    ///
+    /// # Errors
+    /// [`Error::Busy`] if another process has continued the earlier fit since it was read.
+    pub(super) fn store_in(&self, folder: &ResultFolder) -> Result<(), Error> {
+        let path = folder.path().join(EVALUATIONS);
+        let (lines, size) = &self.earlier;
+        if *size > 0 && inputs::content(&path).map_or(0, |bytes| bytes.len()) != *size {
+            return Err(Error::Busy(folder.path().to_owned()));
+        }
+        folder.write(EVALUATIONS, lines)?;
+        let file = atomic_file::append(&path).map_err(Error::file("write", &path))?;
+        let mut output = self.output.borrow_mut();
+        output.file = Some(file);
+        let pending = mem::take(&mut output.pending);
+        output.append(&pending);
+        Ok(())
     }
 
-    /// Returns the new lines since the last call.
-    pub(super) fn take_new(&self) -> String {
-        self.new.take()
+    /// Returns the first error of writing since the last call.
+    pub(super) fn take_error(&self, folder: &Path) -> Option<Error> {
+        let failed = self.output.borrow_mut().failed.take();
+        failed.map(Error::file("write", &folder.join(EVALUATIONS)))
     }
 }

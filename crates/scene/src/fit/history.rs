@@ -1,7 +1,6 @@
 //! Files that grow during a fit: the table of iterations and the evaluations of the model.
 
 use std::fs::File;
-use std::io::Write;
 
 use myovib_fit::{Iteration, Parameter};
 
@@ -27,11 +26,10 @@ pub(super) struct History<'a> {
     failed: Option<Error>,
 }
 
-/// The folder and its growing files.
+/// The folder, which is locked, and its table.
 struct Files {
     folder: ResultFolder,
     table: CsvWriter<Growing<File>>,
-    evaluations: Growing<File>,
 }
 
 impl<'a> History<'a> {
@@ -54,20 +52,19 @@ impl<'a> History<'a> {
                 folder.remove(name)?;
             }
         }
-        folder.write(EVALUATIONS, self.evaluations.lines())?;
-        let path = folder.path().join(EVALUATIONS);
-        let evaluations = atomic_file::append(&path).map_err(Error::file("write", &path))?;
+        self.evaluations.store_in(&folder)?;
         let names: Vec<&str> = self.columns.iter().map(String::as_str).collect();
         let table = CsvWriter::new(folder.create(HISTORY)?, &names)
             .map_err(Error::file("write", &folder.path().join(HISTORY)))?;
-        Ok(Files { folder, table, evaluations })
+        Ok(Files { folder, table })
     }
 
-    /// Adds iteration `number`, counted from 0. An error is reported by [`end`](Self::end).
-    pub(super) fn add(&mut self, number: usize, part: f64, iteration: &Iteration) {
-        if let Err(error) = self.write(number, part, iteration) {
-            self.failed = Some(error);
-        }
+    /// Adds iteration `number`, counted from 0. Returns whether the files are complete; [`end`](Self::end) reports an
+    /// error.
+    pub(super) fn add(&mut self, number: usize, part: f64, iteration: &Iteration) -> bool {
+        let written = self.write(number, part, iteration);
+        self.failed = self.failed.take().or(written.err());
+        self.failed.is_none()
     }
 
     fn write(&mut self, number: usize, part: f64, iteration: &Iteration) -> Result<(), Error> {
@@ -78,26 +75,24 @@ impl<'a> History<'a> {
         let mut row = [number, iteration.evaluations].map(|count| count as f64).to_vec();
         row.extend([part, iteration.cost]);
         row.extend(&iteration.values);
-        let new = self.evaluations.take_new();
-        let evaluations = &mut files.evaluations;
-        let kept = evaluations.write_all(new.as_bytes());
-        let kept = kept.and_then(|()| atomic_file::sync(&evaluations.0));
+        let path = files.folder.path();
+        let stored = self.evaluations.take_error(path).map_or(Ok(()), Err);
         let table = &mut files.table;
-        let written = table.row(&row);
-        let written = written.and_then(|()| atomic_file::sync(&table.sink().0));
-        let path = |name| files.folder.path().join(name);
-        let ended = kept
-            .map_err(Error::file("write", &path(EVALUATIONS)))
-            .and(written.map_err(Error::file("write", &path(HISTORY))));
+        let written = stored.and_then(|()| {
+            let written = table.row(&row).and_then(|()| atomic_file::sync(&table.sink().0));
+            written.map_err(Error::file("write", &path.join(HISTORY)))
+        });
         self.files = Some(files);
-        ended
+        written
     }
 
-    /// Reports whether all iterations were written. Also creates the folder of a fit that `succeeded` without any iteration.
-    pub(super) fn end(self, succeeded: bool) -> Result<(), Error> {
+    /// Reports whether all iterations and evaluations were written. Also creates the folder of a fit that `succeeded` without any iteration.
+    pub(super) fn end(&mut self, succeeded: bool) -> Result<(), Error> {
         if succeeded && self.files.is_none() && self.failed.is_none() {
-            self.open()?;
+            self.files = Some(self.open()?);
         }
-        self.failed.map_or(Ok(()), Err)
+        let files = self.files.as_ref();
+        let of_evaluations = files.and_then(|own| self.evaluations.take_error(own.folder.path()));
+        self.failed.take().or(of_evaluations).map_or(Ok(()), Err)
     }
 }

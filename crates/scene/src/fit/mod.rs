@@ -26,7 +26,7 @@ use myovib_fit::{
 use serde_json::{Value, json};
 
 use crate::inputs::sha256;
-use crate::result_folder::{Existing, FolderRequest};
+use crate::result_folder::{Existing, FolderRequest, program};
 use crate::sensitivity::{Abscissa, Parameterized, SceneParameter, outputs};
 use crate::watch::{ProgressSink, Watcher};
 use crate::{Error, InputError, Scene};
@@ -195,10 +195,10 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     let mut history = History::new(request, &parameters, &evaluations);
     let mut number = 0;
     let mut observe = |part: f64, iteration: &Iteration| {
-        history.add(number, part, iteration);
+        let is_written = history.add(number, part, iteration);
         number += 1;
         progress.iteration(number, part, iteration.cost);
-        match watcher.is_interrupted() {
+        match watcher.is_interrupted() || !is_written {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
@@ -211,6 +211,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         true => profiles(&mut model, &parameters, &fit, &wanted, options.progress),
         false => Vec::new(),
     };
+    history.end(true)?;
     let uncertainty = fit.uncertainty().map_err(InputError::new)?;
     let body = scene.scene.body.as_ref();
     let in_space = body.is_some_and(|body| body.muscle.solid.space().dimension() == 3);
@@ -368,14 +369,14 @@ fn expect_bounds(scene: &Parameterized, start: &[f64]) -> Result<(), InputError>
     Ok(())
 }
 
-/// Returns the version, and hashes of the scenes, their input files and the measurements. Evaluations of an earlier fit
+/// Returns the program, and hashes of the scenes, their input files and the measurements. Evaluations of an earlier fit
 /// are valid if all of them are equal.
 fn origin(options: &FitOptions<'_>, experiments: &[Experiment]) -> Value {
     let of_each =
         |of: &dyn Fn(&Experiment) -> Value| -> Value { experiments.iter().map(of).collect() };
     json!({
         "loss": format!("{:?}", options.loss),
-        "version": env!("CARGO_PKG_VERSION"),
+        "program": program(),
         "scene": of_each(&|experiment| json!(sha256(experiment.computed().to_string().as_bytes()))),
         "files": of_each(&|experiment| json!(experiment.scene().inputs)),
         "measurements": of_each(&|experiment| {

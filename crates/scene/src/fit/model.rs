@@ -273,27 +273,24 @@ impl<'a> SceneModel<'a> {
         let sizes = [n, if with { n * p.len() } else { 0 }];
         let fits = |known: &Numbers| [known.residuals.len(), known.jacobian.len()] == sizes;
         let known = self.evaluations.known(&key);
-        let outcome = match known.filter(|known| known.outcome.as_ref().map_or(true, fits)) {
-            Some(known) => {
-                self.runs[usize::from(with)] += known.runs;
-                known.outcome.clone()
-            }
-            None => {
-                let before = self.runs[usize::from(with)];
-                let evaluation = Evaluation {
-                    outcome: self.numbers(p, with),
-                    runs: self.runs[usize::from(with)] - before,
-                };
+        if let Some(known) = known.filter(|known| fits(&known.numbers)) {
+            self.runs[usize::from(with)] += known.runs;
+            return Ok(known.numbers.clone());
+        }
+        let before = self.runs[usize::from(with)];
+        match self.numbers(p, with) {
+            Ok(numbers) => {
+                let runs = self.runs[usize::from(with)] - before;
                 if !self.is_interrupted() {
-                    self.evaluations.add(key, &evaluation);
+                    self.evaluations.add(key, &Evaluation { runs, numbers: numbers.clone() });
                 }
-                evaluation.outcome
+                Ok(numbers)
             }
-        };
-        outcome.map_err(|message| {
-            self.failure = Some(message.clone());
-            Failed(message)
-        })
+            Err(message) => {
+                self.failure = Some(message.clone());
+                Err(Failed(message))
+            }
+        }
     }
 }
 
