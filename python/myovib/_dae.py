@@ -410,7 +410,7 @@ def solve_dae(
         structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
     constraints = None
     if indices is not None and highest == 3 and initial == "given":
-        weights = rtol * np.abs(rates) + tolerances
+        weights = (rtol * np.abs(start) + tolerances, rtol * np.abs(rates) + tolerances)
         positions = np.array(indices) <= 1
         positions &= ~structure.algebraic if structure else True
         constraints = _PositionConstraints.at(residual, first_limits, (start, rates), positions, weights)
@@ -735,11 +735,11 @@ class _PositionConstraints(NamedTuple):
         limits: tuple[float, float],
         start: tuple[Array, Array],
         positions: NDArray[np.bool_],
-        tolerances: Array,
+        tolerances: tuple[Array, Array],
     ) -> _PositionConstraints | None:
         """Return the constraints on these variables, or None if F cannot be evaluated near the start.
 
-        The limits are the first and the last time before the next break.
+        The limits are the first and the last time before the next break. The tolerances are those of y and of yp.
         """
         (t0, t_end), (y, yp) = limits, start
 
@@ -763,15 +763,15 @@ class _PositionConstraints(NamedTuple):
         try:
             given = evaluate(t0, y, yp)
             # Different displacements do not cancel in an equation.
-            sizes = 1.0 + 0.618 * np.arange(2 * len(y)).reshape(2, -1) % 1.0
+            golden = (np.sqrt(5.0) - 1.0) / 2.0
+            sizes = 1.0 + golden * np.arange(2 * len(y)).reshape(2, -1) % 1.0
             others = np.where(positions, y, y + sizes[0] * (1.0 + np.abs(y)))
             moved = evaluate(t0, others, yp + sizes[1] * (1.0 + np.abs(yp)))
             rate = derivative(rates)
             alternating = (-1.0) ** np.arange(len(y))
-            changes = [
-                np.abs(derivative(rates + sign * positions * tolerances) - rate)
-                for sign in (1.0, alternating)
-            ]
+            signs = [positions * sign for sign in (1.0, alternating)]
+            within = [np.abs(evaluate(t0, y + sign * tolerances[0], yp) - given) for sign in signs]
+            changes = [np.abs(derivative(rates + sign * tolerances[1]) - rate) for sign in signs]
             terms = np.abs(derivative(rates * alternating))
         except Exception:  # the integration reports it
             return None
@@ -779,25 +779,33 @@ class _PositionConstraints(NamedTuple):
         explained = np.max(changes, axis=0) + 1e-8 * terms
         is_constraint = (given == moved) & (explained > 0.0)
         changing = is_constraint & (np.abs(rate) > FAR * explained) & (largest > 0.0)
-        return cls(bool(given[is_constraint].any()), np.flatnonzero(changing).tolist(), rate, yp)
+        is_violated = is_constraint & (np.abs(given) > np.max(within, axis=0))
+        return cls(bool(is_violated.any()), np.flatnonzero(changing).tolist(), rate, yp)
 
 
 def _with_kinematic_rates(residual: Callable[[Array], Array], yp: Array, positions: NDArray[np.bool_]) -> Array:
-    """Return yp with the rates of positions that follow from the equations without other derivatives, if these determine all."""
+    """Return yp with the rates of positions that follow from the linear equations without other derivatives.
+
+    Returns yp itself if these do not determine all rates, or for more than LARGE positions.
+    """
     where = np.flatnonzero(positions)
     if len(where) > LARGE:
         return yp
     given = residual(yp)
     others = residual(np.where(positions, yp, yp + 1.0 + np.abs(yp)))
-    # Kinematic equations are linear in the rates.
-    columns = [residual(yp + np.eye(len(yp))[j]) - given for j in where]
-    matrix = np.array(columns).T
-    kinematic = (others == given) & matrix.any(axis=1) if len(where) else np.zeros(len(yp), dtype=bool)
+    matrix = np.zeros((len(yp), len(where)))
+    for k, j in enumerate(where):
+        changed = yp.copy()
+        changed[j] += 1.0
+        matrix[:, k] = residual(changed) - given
+    kinematic = (others == given) & matrix.any(axis=1)
     if np.linalg.matrix_rank(matrix[kinematic]) < len(where):
         return yp
     found = yp.copy()
     found[where] -= np.linalg.lstsq(matrix[kinematic], given[kinematic], rcond=None)[0]
-    return found
+    terms = np.abs(matrix) @ np.abs(found[where]) + np.abs(given)
+    is_solved = np.abs(residual(found)) <= 1e-8 * terms
+    return found if is_solved[kinematic].all() else yp
 
 
 class _End(NamedTuple):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from myovib import consistent_start, solve_dae
+from myovib._dae import _with_kinematic_rates
 
 METHODS = ("bdf", "radau5", "radau9", "radau13")
 G = 9.81
@@ -129,3 +130,32 @@ def test_wrong_rates_of_positions_have_no_effect():
         for yp in (RATES, wrong)
     ]
     assert (found[0] == found[1]).all()
+
+
+def test_rates_of_nonlinear_kinematic_equations_are_kept():
+    """The distance d = hypot(x', y')³ is not linear in the rates."""
+
+    def residual(t, y, yp):
+        x, z, u, v, force, distance = y
+        return [
+            distance - np.hypot(yp[0], yp[1]) ** 3, yp[1] - v, yp[2] + force * x, yp[3] + force * z,
+            x * x + z * z - 1.0, x * u + z * v,
+        ]  # fmt: skip
+
+    start, rates = np.array([1.0, 0.0, 0.0, 2.0, 4.0, 8.0]), np.array([0.0, 1.9, -4.0, 0.0, 0.0, 0.0])
+    positions = np.array([True, True, False, False, False, False])
+    kept = _with_kinematic_rates(lambda yp: np.array(residual(0.0, start, yp)), rates, positions)
+    assert (kept == rates).all()
+
+
+@pytest.mark.parametrize("angle", np.linspace(0.0, 1.5, 16))
+def test_rounding_of_positions_is_no_violation(angle):
+    """A wrong power stops the start; `consistent_start` would not help."""
+    start, rates = START.copy(), RATES.copy()
+    start[:2] = np.cos(angle), np.sin(angle)
+    start[4] = -G * start[1]
+    rates[2:4] = -start[4] * start[:2] - [0.0, G]
+    start[6] = 3.0
+    with pytest.raises(RuntimeError) as raised:
+        solve_dae(pendulum_and_heat, (0, 0.1), start, rates, method="radau5", index=INDEX)
+    assert "`consistent_start`" not in str(raised.value)
