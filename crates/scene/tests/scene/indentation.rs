@@ -105,7 +105,7 @@ fn quarter(folder: &Path, across: &[f64], up: &[f64]) {
 }
 
 /// Returns the file of a deformed block, whose nodes have indices from 0 to twice the number of `cells`.
-pub(crate) fn block(cells: [usize; 3], place: impl Fn([usize; 3]) -> [f64; 3] + 'static) -> String {
+fn block(cells: [usize; 3], place: impl Fn([usize; 3]) -> [f64; 3] + 'static) -> String {
     let mut lattice = Lattice::new(3, place);
     let mut faces: [Vec<Vec<usize>>; 5] = Default::default();
     let mut tetrahedra = Vec::new();

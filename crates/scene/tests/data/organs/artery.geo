@@ -1,0 +1,21 @@
+// An artery with a branch, held at its ends; lengths in m. `gmsh -3 artery.geo` writes artery.msh (Gmsh 4.8.4).
+SetFactory("OpenCASCADE");
+Mesh.MeshSizeMax = 0.006;
+Mesh.MeshSizeMin = 0.003;
+Mesh.MeshSizeFromCurvature = 4;
+Mesh.ElementOrder = 1;
+Cylinder(1) = {0, 0, 0, 0, 0, 0.03, 0.004};
+Cylinder(2) = {0, 0, 0.015, 0.02, 0, 0.012, 0.003};
+Cylinder(3) = {0, 0, 0, 0, 0, 0.03, 0.0028};
+Cylinder(4) = {0, 0, 0.015, 0.02, 0, 0.012, 0.002};
+BooleanUnion(5) = { Volume{1}; Delete; }{ Volume{2}; Delete; };
+BooleanUnion(6) = { Volume{3}; Delete; }{ Volume{4}; Delete; };
+BooleanDifference(7) = { Volume{5}; Delete; }{ Volume{6}; Delete; };
+lower() = Surface In BoundingBox{-0.01, -0.01, -0.0001, 0.01, 0.01, 0.0001};
+upper() = Surface In BoundingBox{-0.01, -0.01, 0.0299, 0.01, 0.01, 0.0301};
+held() = {lower(), upper()};
+Physical Volume("tissue") = {7};
+Physical Surface("held") = {held()};
+free() = CombinedBoundary{ Volume{7}; };
+free() -= held();
+Physical Surface("free") = {free()};
