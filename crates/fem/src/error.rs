@@ -116,7 +116,8 @@ pub enum FemError {
     },
     /// Law without a choice of the volume function.
     #[error(
-        "the law `{law}` has small strains or its own volumetric energy, which excludes another function of the volume"
+        "the law `{law}` has small strains or includes its volumetric energy, which excludes the logarithmic volumetric \
+         energy: use the quadratic energy or another law"
     )]
     VolumeFunction {
         /// Name of the law.

@@ -2,8 +2,8 @@
 //! computed on demand.
 
 use crate::element::Barycentric;
+use crate::material::Law;
 use crate::material::three::{Tensor3, add_scaled3, contract3, scaled3};
-use crate::material::{Law, VolumeFunction};
 use crate::operators::added::AtPoint;
 use crate::solid::{Fields, Pressure, Solid};
 use crate::space::{Degree, ElementPoint};
@@ -40,8 +40,8 @@ pub struct PointState {
     pub gradient: Tensor3,
     /// Volume ratio J = det F (1 + div u for small strains).
     pub jacobian: f64,
-    /// Pressure p, or −κ g(J) without a pressure field, with the [function](VolumeFunction) g; or −tr σ/3 for a law whose energy
-    /// includes the volumetric part.
+    /// Pressure p, or −κ g(J) without a pressure field, with the [function](crate::material::VolumeFunction) g; or −tr σ/3
+    /// for a law whose energy includes the volumetric part.
     pub pressure: f64,
     /// First Piola–Kirchhoff stress P.
     pub piola: Tensor3,
@@ -85,14 +85,16 @@ impl Solid {
         let gradient = self.spatial_gradient_at(fields.u, at);
         let volume_change = law.volume_change3(gradient);
         let jacobian = 1.0 + volume_change;
-        let (volume, slope) = self.volume_at(at, volume_change);
+        let function = self.volume_function(at.element);
         let pressure = match fields.pressure {
             Pressure::Nodal(p) => self.space().pressure_at(p, at),
             Pressure::Penalty { kappa } => {
-                -law.penalty(kappa * self.element_scale(at.element).kappa) * volume
+                let kappa = law.penalty(kappa * self.element_scale(at.element).kappa);
+                -kappa * function.value(volume_change)
             }
         };
-        let piola = law.stress3(gradient, slope * pressure, self.axes_at(at));
+        let piola =
+            law.stress3(gradient, function.slope(volume_change) * pressure, self.axes_at(at));
         let state = PointState { gradient, jacobian, pressure, piola, cauchy: piola };
         let mut state = state.with_stress(piola, law.is_linear());
         if law.description().complete {
@@ -146,31 +148,22 @@ impl Solid {
     ) -> Tensor3 {
         let (law, h) = (self.law_at(fields, at), state.gradient);
         let dilation_rate = contract3(&law.volume_gradient3(h), &v);
-        let (_, slope) = self.volume_at(at, state.jacobian - 1.0);
-        let rate = match fields.pressure {
-            Pressure::Nodal(_) => {
-                let rate = fields.p_rate;
-                rate.map_or(0.0, |p| self.space().pressure_at(p, at))
+        let (function, d) = (self.volume_function(at.element), law.volume_change3(h));
+        let slope = function.slope(d);
+        // The penalty of a law that includes the volumetric part is zero, unlike the pressure of its state.
+        let (pressure, rate) = match fields.pressure {
+            Pressure::Nodal(p) => {
+                let value = |p: &[f64]| self.space().pressure_at(p, at);
+                (value(p), fields.p_rate.map_or(0.0, value))
             }
             Pressure::Penalty { kappa } => {
                 let kappa = law.penalty(kappa * self.element_scale(at.element).kappa);
-                -kappa * slope * dilation_rate
+                (-kappa * function.value(d), -kappa * slope * dilation_rate)
             }
         };
-        let of_slope = match self.volume_function(at.element) {
-            VolumeFunction::Quadratic => 0.0,
-            VolumeFunction::Logarithmic => -state.pressure * slope * dilation_rate,
-        };
-        let pressures = [slope * state.pressure, slope * (rate + of_slope)];
+        let slope_rate = function.curvature(d) * dilation_rate;
+        let pressures = [slope * pressure, slope * rate + slope_rate * pressure];
         law.stress_rate3(h, v, pressures, self.axes_at(at))
-    }
-
-    /// Returns the function of the volume at a volume change J − 1, and its derivative.
-    fn volume_at(&self, at: &ElementPoint, volume_change: f64) -> (f64, f64) {
-        match self.volume_function(at.element) {
-            VolumeFunction::Quadratic => (volume_change, 1.0),
-            VolumeFunction::Logarithmic => (volume_change.ln_1p(), 1.0 / (1.0 + volume_change)),
-        }
     }
 
     /// Returns the law at a point, scaled by its factor.

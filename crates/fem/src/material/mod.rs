@@ -127,7 +127,7 @@ impl Law {
         with_law!(self, w => has_fibers(&w), custom => custom.has_fibers())
     }
 
-    /// Returns κ of the penalty energy κ/2 (J − 1)²; zero for a law whose energy includes the
+    /// Returns κ of the penalty energy κ/2 g(J)²; zero for a law whose energy includes the
     /// volumetric part.
     pub(crate) fn penalty(self, kappa: f64) -> f64 {
         if self.description().complete { 0.0 } else { kappa }

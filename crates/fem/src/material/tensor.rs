@@ -29,6 +29,39 @@ pub enum VolumeFunction {
     Logarithmic,
 }
 
+impl VolumeFunction {
+    /// Returns g at d = J − 1.
+    #[inline(always)]
+    pub(crate) fn value<R: Real>(self, d: R) -> R {
+        match self {
+            Self::Quadratic => d,
+            Self::Logarithmic => d.ln_1p(),
+        }
+    }
+
+    /// Returns g'.
+    #[inline(always)]
+    pub(crate) fn slope<R: Real>(self, d: R) -> R {
+        let one = d.like(1.0);
+        match self {
+            Self::Quadratic => one,
+            Self::Logarithmic => one / (d + one),
+        }
+    }
+
+    /// Returns g''.
+    #[inline(always)]
+    pub(crate) fn curvature<R: Real>(self, d: R) -> R {
+        match self {
+            Self::Quadratic => d.like(0.0),
+            Self::Logarithmic => {
+                let slope = self.slope(d);
+                -(slope * slope)
+            }
+        }
+    }
+}
+
 /// Volumetric terms added to W: a pressure, or the penalty energy κ/2 g².
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Volumetric<R> {

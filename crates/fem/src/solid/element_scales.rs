@@ -29,10 +29,11 @@ impl Solid {
     /// [`FemError::VolumeFunction`] for another function than the default with a law for small strains, or a law whose energy
     /// includes the volumetric part.
     pub fn with_volume_function(mut self, function: VolumeFunction) -> Result<Self, FemError> {
-        if function == VolumeFunction::default() {
+        if self.materials.iter().all(|own| own.volume_function == function) {
             return Ok(self);
         }
-        let is_unfit = |law: &Law| law.is_linear() || law.description().complete;
+        let is_default = function == VolumeFunction::default();
+        let is_unfit = |law: &Law| !is_default && (law.is_linear() || law.description().complete);
         if let Some(law) = self.laws.iter().find(|law| is_unfit(law)) {
             let law = law.description().name;
             return Err(FemError::VolumeFunction { law });

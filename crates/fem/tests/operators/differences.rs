@@ -188,6 +188,23 @@ fn check_all(law: Law, space: Space, kappa: Option<f64>) {
     check_with(law, space, kappa, None, VolumeFunction::Quadratic);
 }
 
+/// Returns the solid with fibers that are not aligned with coordinates, if its law has fibers. In 2D the sheet direction is
+/// arbitrary.
+pub(crate) fn with_oblique_fibers(solid: Solid) -> Solid {
+    let mesh = solid.space().mesh();
+    if !solid.laws()[0].has_fibers() {
+        return solid;
+    }
+    let mut fibers = Fibers::new(mesh);
+    let all: Vec<usize> = (0..mesh.n_elements()).collect();
+    let (fiber, sheet) = match mesh.dimension() {
+        2 => ([0.8, 0.6, 0.0], None),
+        _ => ([2.0, 2.0, 1.0], Some([-2.0, 1.0, 2.0])),
+    };
+    fibers.set_constant(mesh, &all, fiber, sheet).unwrap();
+    solid.with_fibers(fibers)
+}
+
 pub(crate) fn check_with(
     law: Law,
     space: Space,
@@ -198,18 +215,7 @@ pub(crate) fn check_with(
     let (n, m) = (space.n_components(), space.n_pressures());
     let mut solid = clamped(space, "left", law);
     solid = solid.with_volume_function(function).unwrap();
-    if law.has_fibers() {
-        let mesh = solid.space().mesh();
-        let mut fibers = Fibers::new(mesh);
-        let all: Vec<usize> = (0..mesh.n_elements()).collect();
-        // Not aligned with coordinates; in 2D the sheet direction is arbitrary.
-        let (fiber, sheet) = match mesh.dimension() {
-            2 => ([0.8, 0.6, 0.0], None),
-            _ => ([2.0, 2.0, 1.0], Some([-2.0, 1.0, 2.0])),
-        };
-        fibers.set_constant(mesh, &all, fiber, sheet).unwrap();
-        solid = solid.with_fibers(fibers);
-    }
+    solid = with_oblique_fibers(solid);
     let mut state = State {
         u: random(n, 0.02, 1),
         v: random(n, 1.0, 2),

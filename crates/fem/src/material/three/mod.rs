@@ -2,7 +2,7 @@
 //!
 //! A [`Law3`] evaluates its energy, stress and tangent at a [`Strain3`], which is formed from ∇u
 //! without cancellation near rest and contains the fiber [`Axes`]. An [`Isotropic`] law only needs
-//! W(a, b, d) of invariants that vanish at rest. [`Strain3`] adds the volumetric term, −p (J − 1)
+//! W(a, b, d) of invariants that vanish at rest. [`Strain3`] adds the volumetric term, −p g(J)
 //! or a penalty, for all laws. Rates are derivatives by [`Dual`](super::Dual) numbers.
 
 mod custom;

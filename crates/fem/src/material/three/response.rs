@@ -34,10 +34,7 @@ impl<R: Real> Strain3<R> {
     /// Returns g, the function of the volume that the pressure controls.
     #[inline(always)]
     pub(crate) fn volume(&self) -> R {
-        match self.volume_function {
-            VolumeFunction::Quadratic => self.d,
-            VolumeFunction::Logarithmic => self.d.ln_1p(),
-        }
+        self.volume_function.value(self.d)
     }
 
     /// Returns ∂g/∂F = g' N.
@@ -45,15 +42,8 @@ impl<R: Real> Strain3<R> {
     pub(crate) fn volume_gradient(&self) -> Tensor3Of<R> {
         match self.volume_function {
             VolumeFunction::Quadratic => self.cofactor,
-            VolumeFunction::Logarithmic => scaled3(self.inverse_jacobian(), &self.cofactor),
+            function => scaled3(function.slope(self.d), &self.cofactor),
         }
-    }
-
-    /// Returns 1/J.
-    #[inline(always)]
-    fn inverse_jacobian(&self) -> R {
-        let one = self.d.like(1.0);
-        one / (self.d + one)
     }
 
     /// Adds m ∂²g/∂F² = m (g' ∂N/∂F + g'' N⊗N) for finite strains.
@@ -61,10 +51,9 @@ impl<R: Real> Strain3<R> {
     fn add_volume_tangent(&self, m: R, a: &mut Symmetric3<R>) {
         match self.volume_function {
             VolumeFunction::Quadratic => a.add_cofactor_slope(m, &self.f),
-            VolumeFunction::Logarithmic => {
-                let slope = self.inverse_jacobian();
-                a.add_cofactor_slope(m * slope, &self.f);
-                a.add_square(-(m * slope * slope), &self.cofactor);
+            function => {
+                a.add_cofactor_slope(m * function.slope(self.d), &self.f);
+                a.add_square(m * function.curvature(self.d), &self.cofactor);
             }
         }
     }
@@ -108,7 +97,12 @@ impl<R: Real> Strain3<R> {
     /// Returns κ g − p.
     #[inline(always)]
     fn volume_slope<W: Law3>(&self, _: &W, volumetric: Volumetric<R>) -> R {
-        if W::COMPLETE { -volumetric.p } else { self.volume() * volumetric.kappa - volumetric.p }
+        match self.volume_function {
+            _ if W::COMPLETE => -volumetric.p,
+            // Without a penalty, the logarithm is not needed.
+            VolumeFunction::Logarithmic if volumetric.kappa == 0.0 => -volumetric.p,
+            function => function.value(self.d) * volumetric.kappa - volumetric.p,
+        }
     }
 
     /// Returns Ṗ along `v` = ∇v and ṗ.
