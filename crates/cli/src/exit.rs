@@ -56,6 +56,7 @@ impl Exit {
                     Some(
                         ModelError::Output(_)
                             | ModelError::NoEquilibrium { .. }
+                            | ModelError::Penetration { .. }
                             | ModelError::Factorization(
                                 SparseError::Memory { .. } | SparseError::Threads { .. }
                             )

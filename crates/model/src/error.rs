@@ -120,6 +120,16 @@ pub enum ModelError {
         /// Suggested remedy.
         remedy: String,
     },
+    /// Augmented Lagrange multipliers did not remove the penetration of a contact.
+    #[error(
+        "at {:.1} % of the load, augmented Lagrange multipliers do not remove the penetration of a contact: use a larger \
+         `stiffness` of [[contact]]",
+        100.0 * .reached
+    )]
+    Penetration {
+        /// Fraction of the load.
+        reached: f64,
+    },
     /// Newton's method found no periodic state.
     #[error(
         "no periodic state: the ends of the period differ by {residual:.1e} of the size of the state, and Newton's \
@@ -217,6 +227,7 @@ impl ModelError {
         matches!(
             self,
             Self::NoEquilibrium { .. }
+                | Self::Penetration { .. }
                 | Self::NoPeriodicState { .. }
                 | Self::PeriodStopped { .. }
                 | Self::Interrupted

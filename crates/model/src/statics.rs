@@ -82,6 +82,8 @@ pub enum Shortfall {
         /// Suggested remedy.
         remedy: String,
     },
+    /// Augmented Lagrange multipliers did not remove the penetration of a contact.
+    Penetration,
 }
 
 impl Approach {
@@ -100,6 +102,7 @@ impl Shortfall {
             Self::NotConverged { inverted, remedy } => {
                 ModelError::NoEquilibrium { reached, inverted, remedy }
             }
+            Self::Penetration => ModelError::Penetration { reached },
         }
     }
 }
@@ -119,8 +122,8 @@ pub struct Search {
     pub iterations: usize,
 }
 
-/// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + J - 1) = 0 for the loads at time `t`, or, for a `formulation`
-/// without pressure, ∫P:∇φ = f(t) with the energy κ/2 (J - 1)² in P.
+/// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + g(J)) = 0 for the loads at time `t`, or, for a `formulation`
+/// without pressure, ∫P:∇φ = f(t) with the energy κ/2 g(J)² in P.
 ///
 /// The path of equilibria is followed from the unloaded body. Each load step is predicted by the
 /// equations linearized at its start. Its size is limited so that the prediction changes no
@@ -131,7 +134,7 @@ pub struct Search {
 ///
 /// # Errors
 /// [`ModelError::NotHeld`] for a body that can move without strain; [`ModelError::NoEquilibrium`]
-/// with the fraction of the load that was reached, and the inverted element, if any;
+/// with the fraction of the load that was reached, and the inverted element, if any; [`ModelError::Penetration`];
 /// [`ModelError::NotAllowed`] for `displacement` with κ = ∞; errors of [`Muscle::check`].
 pub fn equilibrium(
     muscle: &Muscle,
@@ -162,7 +165,7 @@ pub fn equilibrium_watched(
 /// full load, or `watch` ends the search, the last equilibrium of the load steps is returned.
 ///
 /// # Errors
-/// Errors of [`equilibrium`] except for [`ModelError::NoEquilibrium`].
+/// Errors of [`equilibrium`] except for [`ModelError::NoEquilibrium`] and [`ModelError::Penetration`].
 pub fn approach(
     muscle: &Muscle,
     formulation: Formulation,

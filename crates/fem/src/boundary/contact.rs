@@ -33,7 +33,7 @@ const AUGMENTED: f64 = 1e-4;
 /// [`Friction`] is added separately.
 ///
 /// With augmented Lagrange multipliers, φ(d − g) − φ(d) replaces φ(−g), with a depth d ≥ 0 for each quadrature point. The
-/// pressure φ'(d) without penetration is the multiplier.
+/// pressure φ'(d) without penetration is the multiplier. The energy of an open contact is then negative.
 ///
 /// # Shapes
 /// Forces and displacements have length `n_components`; displacements of the obstacle have D components.
@@ -60,7 +60,7 @@ pub struct RigidContact {
 pub struct ContactSums {
     /// Force on the body, N, in 2D in N/m; unused components are zero.
     pub force: [f64; 3],
-    /// Stored energy ∫φ dS, J, in 2D in J/m.
+    /// Stored energy, J, in 2D in J/m.
     pub energy: f64,
     /// Undeformed area of the points in contact, m², in 2D the length, m.
     pub area: f64,
@@ -136,14 +136,13 @@ impl RigidContact {
         })
     }
 
-    /// Returns the contact with the depths d of augmented Lagrange multipliers.
+    /// Sets the depths d of augmented Lagrange multipliers.
     ///
     /// # Panics
     /// Panics if the number of depths is not [`n_points`](Self::n_points).
-    #[must_use]
-    pub fn with_depths(self, depths: Vec<f64>) -> Self {
+    pub fn set_depths(&mut self, depths: Vec<f64>) {
         assert_eq!(depths.len(), self.n_points());
-        Self { depths, ..self }
+        self.depths = depths;
     }
 
     /// Returns the depths d of the multipliers, m; empty without multipliers.
@@ -171,14 +170,14 @@ impl RigidContact {
 
     fn update_multipliers_in<const D: usize>(&mut self, offset: &[f64], u: &[f64]) -> bool {
         let mut depths = vec![0.0; self.depths.len()];
-        let (mut force, mut away) = (0.0, 0.0);
+        let (mut force, mut force_times_distance) = (0.0, 0.0);
         self.for_each_touch::<D>(offset, u, |touch| {
-            let pressed = touch.weight * touch.potential[1];
-            force += pressed;
-            away += pressed * touch.gap.distance.abs();
+            let point_force = touch.weight * touch.potential[1];
+            force += point_force;
+            force_times_distance += point_force * touch.gap.distance.abs();
             depths[touch.index] = touch.depth;
         });
-        let is_changed = away > AUGMENTED * self.facet_size() * force;
+        let is_changed = force_times_distance > AUGMENTED * self.facet_size() * force;
         if is_changed {
             self.depths = depths;
         }
@@ -223,13 +222,18 @@ impl RigidContact {
         normal
     }
 
-    /// Returns φ, φ' and φ'' at the penetration `s` > 0.
+    /// Returns φ, φ' and φ'' at `s` ≥ 0.
     fn potential(&self, s: f64) -> [f64; 3] {
         let (k, w) = (self.stiffness, self.smoothing);
         match s < w {
             true => [k * s.powi(3) / (6.0 * w), 0.5 * k * s * s / w, k * s / w],
             false => [0.5 * k * (s * (s - w) + w * w / 3.0), k * (s - 0.5 * w), k],
         }
+    }
+
+    /// Returns the depth d of a point, which is 0 without multipliers.
+    fn depth(&self, index: usize) -> f64 {
+        self.depths.get(index).copied().unwrap_or(0.0)
     }
 
     /// Calls `kernel` at each quadrature point in contact.
@@ -245,18 +249,15 @@ impl RigidContact {
             for ((point, &weight), index) in points.zip(&mut index) {
                 let gap =
                     self.obstacle.gap::<D>(self.boundary.sum(nodes, &point.values, u), offset);
-                let given = self.depths.get(index).copied().unwrap_or(0.0);
-                let depth = given - gap.distance;
+                let depth = self.depth(index) - gap.distance;
                 if depth > 0.0 {
-                    let mut potential = self.potential(depth);
-                    potential[0] -= self.potential(given)[0];
                     kernel(&Touch {
                         facet,
                         index,
                         depth,
                         values: &point.values[..nodes.len()],
                         weight,
-                        potential,
+                        potential: self.potential(depth),
                         gap,
                     });
                 }
@@ -349,6 +350,9 @@ impl RigidContact {
 
     fn sums_in<const D: usize>(&self, offset: &[f64], u: &[f64]) -> ContactSums {
         let mut sums = ContactSums::default();
+        // Points that multipliers do not press any more also have the energy −φ(d).
+        let points = self.depths.iter().zip(self.weights.iter().flatten());
+        points.for_each(|(&d, weight)| sums.energy -= weight * self.potential(d)[0]);
         self.for_each_touch::<D>(offset, u, |touch| {
             for (force, normal) in sums.force.iter_mut().zip(touch.gap.normal) {
                 *force += touch.weight * touch.potential[1] * normal;

@@ -198,15 +198,14 @@ impl Contact {
 
     /// Adds augmented Lagrange multipliers, which loading paths adjust until the penetration vanishes. Elsewhere they are constant.
     #[must_use]
-    pub fn augmented(self) -> Self {
-        let depths = vec![0.0; self.operator.n_points()];
-        self.with_depths(depths)
+    pub fn augmented(mut self) -> Self {
+        self.set_depths(vec![0.0; self.operator.n_points()]);
+        self
     }
 
-    /// Returns the contact with the [`depths`](RigidContact::depths) of multipliers.
-    pub(crate) fn with_depths(self, depths: Vec<f64>) -> Self {
-        let operator = self.operator.with_depths(depths);
-        Self { operator, ..self }
+    /// Sets the [`depths`](RigidContact::depths) of multipliers.
+    pub(crate) fn set_depths(&mut self, depths: Vec<f64>) {
+        self.operator.set_depths(depths);
     }
 
     /// Returns the depths of the multipliers; empty without multipliers.
@@ -417,6 +416,12 @@ impl BoundaryForce for Contact {
     fn is_driven(&self) -> bool {
         self.is_driven()
     }
+}
+
+/// Sets the depths of the multipliers of each contact; those of a contact without multipliers are empty.
+pub(crate) fn set_multipliers(contacts: &mut [Contact], depths: Vec<Vec<f64>>) {
+    let augmented = contacts.iter_mut().zip(depths).filter(|(_, depths)| !depths.is_empty());
+    augmented.for_each(|(contact, depths)| contact.set_depths(depths));
 }
 
 /// A displacement component that follows a function of time instead of an equation of motion.

@@ -12,7 +12,9 @@ use crate::error::ModelError;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
 use activation::Activation;
-use load::{BoundaryForce, Contact, Load, Prescribed, SurfaceLoad, boundary_forces};
+use load::{
+    BoundaryForce, Contact, Load, Prescribed, SurfaceLoad, boundary_forces, set_multipliers,
+};
 use parameters::Parameters;
 use robin_support::RobinSupport;
 
@@ -231,12 +233,8 @@ impl Muscle {
 
     /// Returns the body with the multipliers of a state of a loading path.
     #[must_use]
-    pub fn with_multipliers(mut self, of_contacts: &[Vec<f64>]) -> Self {
-        for (contact, depths) in self.contacts.iter_mut().zip(of_contacts) {
-            if !depths.is_empty() {
-                *contact = contact.clone().with_depths(depths.clone());
-            }
-        }
+    pub fn with_multipliers(mut self, of_contacts: Vec<Vec<f64>>) -> Self {
+        set_multipliers(&mut self.contacts, of_contacts);
         self
     }
 

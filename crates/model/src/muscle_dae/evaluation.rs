@@ -62,21 +62,22 @@ impl MuscleDae {
 
     /// Rejects a motion in which an obstacle passes the body, so that no displacement balances its force.
     fn expect_contact(&self, t: f64) -> Result<(), StepError> {
-        let (contacts, u) = (self.muscle.contacts.iter(), &self.work.displacement);
-        for contact in contacts.clone().filter(|own| own.is_driven()) {
-            let force = contact.signals()[0].at(t).value;
+        for contact in self.muscle.contacts.iter().filter(|own| own.is_driven()) {
+            let (force, group) = (contact.signals()[0].at(t).value, contact.group());
             if force < 0.0 {
                 let message = format!(
-                    "the force of an obstacle is {force} N at t = {t} s: an obstacle presses, but does not pull"
+                    "the force of the obstacle at the group `{group}` is {force} N at t = {t} s: an obstacle presses, but does not pull"
                 );
                 return Err(StepError::Fatal(message.into()));
             }
+            let distance = contact.driven_distance(t, 1.0, &self.work.displacement);
+            if distance.is_some_and(f64::is_nan) {
+                let message =
+                    format!("the obstacle at the group `{group}` passes the body under its force");
+                return Err(StepError::Recoverable(message));
+            }
         }
-        let mut distances = contacts.filter_map(|own| own.driven_distance(t, 1.0, u));
-        match distances.any(f64::is_nan) {
-            true => Err(StepError::Recoverable("an obstacle under a force passes the body".into())),
-            false => Ok(()),
-        }
+        Ok(())
     }
 
     /// Rejects the full matrix of a system whose internal stresses are eliminated at the quadrature

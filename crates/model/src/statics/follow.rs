@@ -32,7 +32,7 @@ pub enum Control {
 /// called before each iteration, and may interrupt. If the path ends early, its last state is recorded too.
 ///
 /// # Errors
-/// Errors of [`equilibrium`](super::equilibrium) except for [`ModelError::NoEquilibrium`].
+/// Errors of [`equilibrium`](super::equilibrium) except for [`ModelError::NoEquilibrium`] and [`ModelError::Penetration`].
 pub fn follow(
     muscle: &Muscle,
     formulation: Formulation,

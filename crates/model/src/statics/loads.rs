@@ -93,7 +93,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
                     Err(ModelError::Factorization(error))
                         if self.load_steps > 0 && is_singular(&error) =>
                     {
-                        return self.give_up();
+                        return self.give_up(not_converged(self.newton));
                     }
                     Err(error) => return Err(error),
                 },
@@ -143,7 +143,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
                 if self.increment < SMALLEST_LOAD_STEP
                     || (self.increment < SMALLEST_STEP && is_stiff)
                 {
-                    return self.give_up();
+                    return self.give_up(not_converged(self.newton));
                 }
             }
         }
@@ -160,12 +160,11 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
             interrupted |= flow.is_break();
             flow
         };
-        match self.newton.augment(self.x.clone(), end, &mut reported)? {
-            Some(x) => self.x = x,
-            None if interrupted => return Ok(Some(Shortfall::Interrupted)),
-            None => return self.give_up(),
+        match self.newton.augment(&mut self.x, end, &mut reported)? {
+            true => self.observe(),
+            false if interrupted => return Ok(Some(Shortfall::Interrupted)),
+            false => return self.give_up(Shortfall::Penetration),
         }
-        self.observe();
         Ok(None)
     }
 
@@ -196,8 +195,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
     }
 
     /// Converges the last equilibrium fully.
-    fn give_up(&mut self) -> Result<Option<Shortfall>, ModelError> {
-        let shortfall = not_converged(self.newton);
+    fn give_up(&mut self, shortfall: Shortfall) -> Result<Option<Shortfall>, ModelError> {
         if self.load_steps > 0 {
             let goes_on = |_| ControlFlow::Continue(());
             let (x, reached) = (&self.x, self.reached);

@@ -80,8 +80,8 @@ impl Reading for Sums {
             let sums = contact.sums(t, 1.0, &u);
             let friction = contact.friction_sums(t, [&u, &v]).force;
             let forces = sums.force.iter().zip(friction);
-            for (value, (pressed, rubbed)) in values[..self.dimension].iter_mut().zip(forces) {
-                *value += pressed - rubbed;
+            for (value, (normal, friction)) in values[..self.dimension].iter_mut().zip(forces) {
+                *value += normal - friction;
             }
             values[self.dimension] += sums.area;
             let deepest = &mut values[self.dimension + 1];

@@ -194,7 +194,7 @@ impl<'a> Recording<'a> {
         let has_multipliers = !state.multipliers.iter().all(Vec::is_empty);
         let muscle = match state.load {
             1.0 if !has_multipliers => whole,
-            load => &whole.under_part_of_loads(load).with_multipliers(&state.multipliers),
+            load => &whole.under_part_of_loads(load).with_multipliers(state.multipliers.clone()),
         };
         let mut dae = at_rest(muscle, self.body.formulation)?;
         let y = unknowns(state);

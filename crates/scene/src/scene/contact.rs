@@ -27,8 +27,8 @@ impl Builder<'_> {
         solid: &Solid,
     ) -> Result<Vec<Contact>, InputError> {
         let dimension = solid.space().dimension();
-        let given = file.contact.iter().enumerate();
-        given
+        let contacts = file.contact.iter().enumerate();
+        contacts
             .map(|(i, contact)| {
                 let path = format!("contact[{i}]");
                 let is_second = |other: &scene_file::contact::Contact| {
@@ -169,7 +169,7 @@ impl Builder<'_> {
             return Err(self.wrong(&format!("{path}.friction"), error));
         }
         let moved = [&contact.x, &contact.y, &contact.z];
-        if let Some(axis) = moved.iter().position(|given| given.is_some()) {
+        if let Some(axis) = moved.iter().position(|displacement| displacement.is_some()) {
             let error = InputError::new("an obstacle follows a force or a displacement, not both")
                 .next(format!("remove `{}` or `force`", NAMES[axis]));
             return Err(self.wrong(&format!("{path}.{}", NAMES[axis]), error));

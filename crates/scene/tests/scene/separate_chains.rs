@@ -165,7 +165,7 @@ fn compare(one: &[Vec<f64>], other: &[Vec<f64>], columns: &[usize]) -> [f64; 2] 
 }
 
 /// Sets a flag after a number of steps.
-struct Interrupt(AtomicU32, &'static AtomicBool);
+pub(crate) struct Interrupt(pub(crate) AtomicU32, pub(crate) &'static AtomicBool);
 
 impl ProgressSink for Interrupt {
     fn on_progress(&self, _: &dyn Fn() -> String) {

@@ -20,7 +20,8 @@ pub struct DrivenSlope {
 
 impl RigidContact {
     /// Returns the displacement of the obstacle along the unit vector `direction` at which the contact force on the body
-    /// has the component `force` along it; NaN if the obstacle passes the body. Without force, the obstacle touches the body.
+    /// has the component `force` along it; NaN if the obstacle passes the body. Without force, the obstacle touches the body
+    /// or, with multipliers, is at the distance at which they begin to press.
     ///
     /// # Panics
     /// Panics if an array is too short.
@@ -46,12 +47,7 @@ impl RigidContact {
             let [along, slope] = self.along(direction, touching + s, u);
             [along - force, slope]
         };
-        // Multipliers press before the obstacle touches the body.
-        let deepest = self.depths.iter().fold(0.0_f64, |most, own| most.max(*own));
-        let (mut low, mut high) = (-deepest, self.smoothing);
-        while low < 0.0 && excess(low)[0] > 0.0 {
-            low *= 2.0;
-        }
+        let (mut low, mut high) = (0.0, self.smoothing);
         let mut doublings = 0..MAX_ITERATIONS;
         let falls_short = |[rest, _]: [f64; 2]| rest < 0.0 || rest.is_nan();
         while falls_short(excess(high)) {
@@ -84,14 +80,16 @@ impl RigidContact {
         touching + s
     }
 
-    /// Returns the smallest displacement along `direction` at which the obstacle touches the body; infinite if it does not.
+    /// Returns the smallest displacement along `direction` at which the obstacle presses on the body; infinite if it does not.
     fn first_touch<const D: usize>(&self, direction: [f64; D], u: &[f64]) -> f64 {
         let boundary = &self.boundary;
         let points = boundary.facets.iter().flat_map(|nodes| {
             let points = boundary.points.iter();
             points.map(|point| boundary.sum::<D>(nodes, &point.values, u))
         });
-        let distances = points.filter_map(|x| self.obstacle.distance_along(x, direction));
+        let distances = points
+            .enumerate()
+            .filter_map(|(index, x)| self.obstacle.distance_along(x, direction, self.depth(index)));
         distances.fold(f64::INFINITY, f64::min)
     }
 

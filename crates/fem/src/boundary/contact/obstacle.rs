@@ -59,28 +59,29 @@ impl Obstacle {
         }
     }
 
-    /// Returns the distance by which the obstacle moves along the unit vector `direction` until it reaches the point `x`, if
-    /// it does.
+    /// Returns the distance by which the obstacle moves along the unit vector `direction` until its gap to the point `x` is
+    /// `gap`, if it reaches it.
     pub(super) fn distance_along<const D: usize>(
         &self,
         x: [f64; D],
         direction: [f64; D],
+        gap: f64,
     ) -> Option<f64> {
         let from = |point: &[f64; 3]| -> [f64; D] { std::array::from_fn(|i| x[i] - point[i]) };
         match self {
             Self::Plane { point, normal } => {
                 let normal = std::array::from_fn(|i| normal[i]);
                 let speed = dot(&direction, &normal);
-                (speed > 0.0).then(|| dot(&from(point), &normal) / speed)
+                (speed > 0.0).then(|| (dot(&from(point), &normal) - gap) / speed)
             }
-            Self::Sphere { center, radius } => first_root(from(center), direction, *radius),
+            Self::Sphere { center, radius } => first_root(from(center), direction, radius + gap),
             Self::Cylinder { point, axis, radius } => {
                 let axis: [f64; D] = std::array::from_fn(|i| axis[i]);
                 let across = |v: [f64; D]| -> [f64; D] {
                     let along = dot(&v, &axis);
                     std::array::from_fn(|i| v[i] - along * axis[i])
                 };
-                first_root(across(from(point)), across(direction), *radius)
+                first_root(across(from(point)), across(direction), radius + gap)
             }
         }
     }

@@ -36,6 +36,19 @@ fn obstacles(dimension: usize) -> Vec<Obstacle> {
     all
 }
 
+/// Contacts of the top of `solid` with each obstacle, without and with multipliers, which press some points before they touch.
+fn contacts(solid: &Solid, stiffness: Option<f64>) -> Vec<(Obstacle, RigidContact)> {
+    let mut all = Vec::new();
+    for obstacle in obstacles(solid.space().dimension()) {
+        let contact = RigidContact::new(solid, "top", obstacle, stiffness).unwrap();
+        let depths = (0..contact.n_points()).map(|i| STRETCH * (0.7 * i as f64).sin().abs());
+        let mut augmented = contact.clone();
+        augmented.set_depths(depths.collect());
+        all.extend([(obstacle, contact), (obstacle, augmented)]);
+    }
+    all
+}
+
 /// A deformation without symmetry.
 fn deformed(solid: &Solid) -> Vec<f64> {
     let n = solid.dofs().n_full();
@@ -49,12 +62,7 @@ fn the_stiffness_is_the_derivative_of_the_force() {
     for dimension in [2, 3] {
         let solid = block(dimension);
         let u = deformed(&solid);
-        for obstacle in obstacles(dimension) {
-            let contact = RigidContact::new(&solid, "top", obstacle, None).unwrap();
-            // Multipliers press some points before they touch.
-            let n = contact.n_points();
-            let depths = (0..n).map(|i| STRETCH * (0.7 * i as f64).sin().abs());
-            let contact = contact.with_depths(depths.collect());
+        for (obstacle, contact) in contacts(&solid, None) {
             let offset = [2e-3, -1e-3, 1e-3];
             let pattern = solid.displacement_pattern();
             let mut values = vec![0.0; pattern.nnz()];
@@ -127,8 +135,7 @@ fn a_driven_obstacle_balances_its_force() {
         let mut direction = vec![0.6; dimension];
         direction[0] = 0.0;
         direction[dimension - 1] = if dimension == 2 { -1.0 } else { -0.8 };
-        for obstacle in obstacles(dimension) {
-            let contact = RigidContact::new(&solid, "top", obstacle, None).unwrap();
+        for (obstacle, contact) in contacts(&solid, None) {
             let force_at = |s: f64, u: &[f64]| {
                 let offset: Vec<f64> = direction.iter().map(|e| s * e).collect();
                 let force = contact.sums(&offset, u).force;
@@ -163,15 +170,14 @@ fn a_driven_obstacle_balances_its_force() {
 }
 
 /// The force on the body is the negative derivative of the stored energy with respect to its motion: the energy grows by
-/// −f·du, with a difference quotient as above.
+/// −f·du, with a difference quotient as above. It also grows by the work of an obstacle that closes and opens the contact.
 #[test]
 fn the_force_is_the_derivative_of_the_energy() {
     for dimension in [2, 3] {
         let solid = block(dimension);
         let u = deformed(&solid);
         let offset = [2e-3, -1e-3, 1e-3];
-        for obstacle in obstacles(dimension) {
-            let contact = RigidContact::new(&solid, "top", obstacle, None).unwrap();
+        for (obstacle, contact) in contacts(&solid, None) {
             let mut force = vec![0.0; u.len()];
             contact.add_force(&offset, 1.0, &u, &mut force);
             let largest = force.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
@@ -184,6 +190,21 @@ fn the_force_is_the_derivative_of_the_energy() {
                 let quotient = (at(1e-8) - at(-1e-8)) / 2e-8;
                 assert!((f + quotient).abs() < 1e-6 * largest, "{obstacle:?} {i}");
             }
+            // From an open contact to a closed one.
+            let (from, to, n) = (0.05, -0.01, 6000);
+            let h = (to - from) / f64::from(n);
+            let sums = |i: i32| {
+                let mut offset = vec![0.0; dimension];
+                offset[dimension - 1] = from + h * f64::from(i);
+                contact.sums(&offset, &u)
+            };
+            let ends = 0.5 * (sums(0).force[dimension - 1] + sums(n).force[dimension - 1]);
+            let inside: f64 = (1..n).map(|i| sums(i).force[dimension - 1]).sum();
+            let (work, growth) = (h * (ends + inside), sums(n).energy - sums(0).energy);
+            // Trapezoidal rule: the second derivative of the force is at most k/w times the area.
+            let k_by_w = contact.stiffness() / contact.smoothing();
+            let bound = (to - from).abs() * h * h / 12.0 * k_by_w * sums(n).area;
+            assert!((growth - work).abs() < bound, "{obstacle:?}: {growth} {work} {bound:e}");
         }
     }
 }
@@ -199,8 +220,7 @@ fn the_slopes_of_friction_are_its_derivatives() {
         let (u, n) = (deformed(&solid), solid.dofs().n_full());
         let v: Vec<f64> = (0..n).map(|i| 0.04 * (2.1 * i as f64).cos()).collect();
         let pattern = solid.displacement_pattern();
-        for obstacle in obstacles(dimension) {
-            let contact = RigidContact::new(&solid, "top", obstacle, Some(1e6)).unwrap();
+        for (obstacle, contact) in contacts(&solid, Some(1e6)) {
             let at = |u: &[f64], v: &[f64]| {
                 let mut force = vec![0.0; n];
                 let (offset, velocity) = (&offset[..], &velocity[..]);
@@ -246,12 +266,12 @@ fn the_slopes_of_friction_are_its_derivatives() {
                     fast = [1e6, 0.0, 0.0];
                 }
                 let sliding = Sliding { velocity: &fast, ..sliding };
-                let [tangential, pressed] = [
+                let [tangential, normal] = [
                     contact.friction_sums(&friction, &sliding).force,
                     contact.sums(&offset, &u).force,
                 ]
                 .map(|force| dot(&force, &force).sqrt());
-                assert!((tangential / (0.4 * pressed) - 1.0).abs() < 1e-12);
+                assert!((tangential / (0.4 * normal) - 1.0).abs() < 1e-12);
             }
         }
     }

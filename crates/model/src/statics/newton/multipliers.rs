@@ -4,38 +4,43 @@ use std::ops::ControlFlow;
 
 use super::Newton;
 use crate::error::ModelError;
+use crate::muscle::load::set_multipliers;
 
-/// Maximum number of updates of multipliers. Each one divides the penetration by about the ratio of the contact stiffness
-/// to the stiffness of the body.
+/// Maximum number of updates of multipliers. If the contact is stiffer than the body, each update divides the penetration
+/// by about the ratio of both stiffnesses.
 const MAX_AUGMENTATIONS: usize = 50;
 
 impl Newton<'_> {
-    /// Updates the multipliers of contacts at the equilibrium `x`, and repeats Newton's iteration, until the penetration
-    /// vanishes (Uzawa). Returns `None` as [`solve`](Self::solve) does, or if this does not converge.
+    /// Updates the multipliers of contacts and solves for the equilibrium `x` again, in turn, until no contact penetrates
+    /// (method of Uzawa). Returns whether this converges; if not, `x` and the multipliers are those of the last equilibrium.
     pub(in crate::statics) fn augment(
         &mut self,
-        mut x: Vec<f64>,
+        x: &mut Vec<f64>,
         factor: f64,
         watch: &mut dyn FnMut([usize; 2]) -> ControlFlow<()>,
-    ) -> Result<Option<Vec<f64>>, ModelError> {
+    ) -> Result<bool, ModelError> {
         let rest = vec![0.0; x.len()];
         for _ in 0..MAX_AUGMENTATIONS {
             self.place(&x[..self.n_free()], factor);
             let (t, u) = (self.t, &self.displacement);
+            let last = self.multipliers();
             let mut is_changed = false;
             for i in 0..self.contacts.len() {
                 is_changed |= !self.contacts[i].depths().is_empty()
                     && self.contacts.to_mut()[i].update_multipliers(t, factor, u);
             }
             if !is_changed {
-                return Ok(Some(x));
+                return Ok(true);
             }
-            match self.solve(&rest, &x, factor, false, &mut *watch)? {
-                Some(next) => x = next,
-                None => return Ok(None),
+            match self.solve(&rest, x, factor, false, &mut *watch)? {
+                Some(next) => *x = next,
+                None => {
+                    set_multipliers(self.contacts.to_mut(), last);
+                    break;
+                }
             }
         }
-        Ok(None)
+        Ok(false)
     }
 
     /// Returns the multipliers of all contacts.
