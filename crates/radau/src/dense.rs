@@ -171,7 +171,8 @@ pub(crate) fn start_slope(method: &Method, h: f64, z: &[f64], out: &mut [f64]) {
     write_combined(out, out.len(), slope, z);
 }
 
-/// Returns the value of component i at t_0 of the polynomial of degree s − 1 through the increments `z` alone.
+/// Returns the difference at t_0 between the polynomial of degree s − 1 through the values of component i at the stages and
+/// y_0. `z` are the increments of the stages relative to y_0; the polynomial does not depend on y_0.
 pub(crate) fn change_of_start(method: &Method, n: usize, z: &[f64], i: usize) -> f64 {
     let z_i = z[i..].iter().step_by(n).zip(method.nodes()).enumerate();
     z_i.map(|(j, (z, c))| c * method.basis_derivative(j, 0.0) * z).sum()

@@ -105,7 +105,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// [`reinit`](RadauSolver::reinit).
     ///
     /// Algebraic variables may have their values from before the jump. Call it before the first step if the initial
-    /// values do.
+    /// values do; then whether they are consistent is not checked.
     pub fn restart(&mut self) {
         if let Some(pause) = self.pause.take() {
             self.t = pause.t;

@@ -109,11 +109,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let mut cause = String::new();
         loop {
             self.h = Some(wanted);
-            let rounding = self.rounding_of_t();
-            let (smallest, bound) = match self.options.min_step > rounding {
-                true => (self.options.min_step, "min_step"),
-                false => (rounding, "the rounding of t"),
-            };
+            let (smallest, bound) = self.shortest_step();
             if wanted < smallest {
                 let message =
                     format!("the next step, {wanted:e}, is below {bound}, {smallest:e}{cause}");
@@ -261,6 +257,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
+    /// Returns the change of component i at the start of the step just computed that
+    /// [`extrapolate_start`](Self::extrapolate_start) applies.
     fn change_of_start(&self, i: usize) -> f64 {
         change_of_start(&self.method, self.y.len(), &self.collocation.increments, i)
     }
@@ -288,7 +286,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Returns the shortest step: some units of rounding of t.
+    /// Returns the shortest allowed step and the name of its bound.
+    pub(super) fn shortest_step(&self) -> (f64, &'static str) {
+        let rounding = self.rounding_of_t();
+        match self.options.min_step > rounding {
+            true => (self.options.min_step, "min_step"),
+            false => (rounding, "the rounding of t"),
+        }
+    }
+
+    /// Returns some units of rounding of t.
     pub(super) fn rounding_of_t(&self) -> f64 {
         (10.0 * f64::EPSILON * self.t.abs()).max(f64::MIN_POSITIVE)
     }

@@ -61,7 +61,17 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 }
             } else {
                 last = of_index_2;
-                *h = self.rounded(0.5 * *h);
+                let half = self.rounded(0.5 * *h);
+                if half < self.shortest_step().0 {
+                    return Err(Failure::Rejected(Rejection {
+                        reason: StopReason::ErrorTestFailures,
+                        message: format!(
+                            "the first step of size h = {h:e} differs from two steps of half the size"
+                        ),
+                        step_factor: 0.5,
+                    }));
+                }
+                *h = half;
             }
             self.control.forget();
         }

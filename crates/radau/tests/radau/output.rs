@@ -1,11 +1,11 @@
 //! Output between the ends of steps, for inputs and characteristics with kinks.
 
 use myovib_conformance::samples::{Differentiated, Pump, Sample, VanDerPol};
-use myovib_dae::{Outcome, Problem};
+use myovib_dae::{Outcome, Problem, StepError, StopReason};
 use myovib_radau::{RadauOptions, RadauSolver};
 
 use crate::circuits::{CIRCUITS, Driven, PROMISED, WAVES, pairs};
-use crate::common::tolerance;
+use crate::common::{stopped, tolerance};
 
 /// Result of a completed run: number of attempted steps, and y.
 type End = Option<(u64, Vec<f64>)>;
@@ -114,18 +114,66 @@ fn output_behind_a_restart_does_not_depend_on_values_before() {
 /// autonomous problem was wrong by thousands of tolerances.
 #[test]
 fn steps_are_exact_differences_of_times() {
-    for (stages, t0) in pairs(&[3, 5, 7], &[1.7e9, 1e12]) {
-        let problem = VanDerPol { vdp_mu: 1.0 };
-        let start = problem.start();
-        let options = RadauOptions { stages, ..tolerance(1e-6) };
-        let builder = RadauSolver::builder(problem).options(options);
-        let mut solver = builder.build(t0, &start.y, &start.y_dot).unwrap();
-        solver.set_stop_time(t0 + 5.0).unwrap();
-        while let Outcome::StepTaken { .. } = solver.step(t0 + 5.0).unwrap() {
-            let [from, to] = solver.last_step_interval();
-            assert_eq!(solver.statistics().last_step, to - from);
+    let tol = 1e-6;
+    for stages in [3, 5, 7] {
+        let end = |t0: f64| {
+            let problem = VanDerPol { vdp_mu: 1.0 };
+            let start = problem.start();
+            let options = RadauOptions { stages, ..tolerance(tol) };
+            let builder = RadauSolver::builder(problem).options(options);
+            let mut solver = builder.build(t0, &start.y, &start.y_dot).unwrap();
+            solver.set_stop_time(t0 + 5.0).unwrap();
+            let mut checked = 0;
+            while solver.t() < t0 + 5.0 {
+                let outcome = solver.step(t0 + 5.0).unwrap();
+                assert!(!matches!(outcome, Outcome::Stopped(_)), "{outcome:?}");
+                let [from, to] = solver.last_step_interval();
+                // Times near 0 have fractions that t + h rounds.
+                assert!(t0 == 0.0 || solver.statistics().last_step == to - from);
+                checked += 1;
+            }
+            assert_eq!((solver.t(), solver.statistics().steps), (t0 + 5.0, checked));
+            solver.y().to_vec()
+        };
+        let exact = end(0.0);
+        for t0 in [1.7e9, 1e12] {
+            for (found, exact) in end(t0).iter().zip(&exact) {
+                // The errors of both runs add up.
+                let bound = 2.0 * PROMISED * tol * (1.0 + exact.abs());
+                assert!((found - exact).abs() < bound, "{stages} {t0:e}: {found} {exact}");
+            }
         }
-        assert_eq!(solver.t(), t0 + 5.0);
+    }
+}
+
+/// Regression: a first step after a late start was halved to 0 if an input changes within the rounding of times.
+#[test]
+fn first_steps_are_not_halved_below_the_rounding_of_times() {
+    struct Noise;
+    impl Problem for Noise {
+        fn n_unknowns(&self) -> usize {
+            2
+        }
+
+        fn residual(
+            &mut self,
+            t: f64,
+            y: &[f64],
+            yp: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            r.copy_from_slice(&[yp[0] + y[0], y[1] - (1e7 * t).sin()]);
+            Ok(())
+        }
+    }
+    for (stages, t0) in pairs(&[3, 5, 7], &[1.7e9, 1e12]) {
+        let options = RadauOptions { stages, ..tolerance(1e-6) };
+        let builder = RadauSolver::builder(Noise).options(options);
+        let mut solver = builder.build(t0, &[1.0, (1e7 * t0).sin()], &[-1.0, 0.0]).unwrap();
+        let stop = stopped(solver.step(t0 + 1e3).unwrap());
+        assert_eq!(stop.reason, StopReason::StepTooSmall, "{stop}");
+        // A step of size 0 would have a matrix that is not finite.
+        assert_eq!(stop.statistics.step_solve_failures, 0, "{stop}");
     }
 }
 
