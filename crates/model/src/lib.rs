@@ -36,13 +36,13 @@ mod matrices;
 mod matrix;
 mod muscle;
 mod muscle_dae;
+mod muscle_index;
 
 mod operators;
 mod reading;
 mod rod_dae;
 mod signal;
 mod state;
-mod tabulated_index;
 
 pub mod advice;
 pub mod coupling;

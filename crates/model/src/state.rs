@@ -128,7 +128,7 @@ pub(crate) struct Integrals<'a> {
 }
 
 impl Integrals<'_> {
-    /// Returns ∫ψ(J - 1).
+    /// Returns ∫ψ g(J).
     pub(crate) fn volume_residual(&self) -> &[f64] {
         &self.work.volume_residual
     }

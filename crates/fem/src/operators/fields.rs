@@ -7,7 +7,7 @@ use crate::element::Barycentric;
 pub enum Pressure<'a> {
     /// Pressure field by its vertex values: `P = P_iso − p cof F`. Paper, eq. (20).
     Nodal(&'a [f64]),
-    /// Penalty energy κ/2 (J − 1)² at each point instead of a pressure field. Paper, eq. (16).
+    /// Penalty energy κ/2 g(J)² at each point instead of a pressure field. Paper, eq. (16).
     Penalty {
         /// Bulk modulus, Pa.
         kappa: f64,
@@ -80,7 +80,7 @@ pub struct Vectors<'a> {
     pub force: Option<&'a mut [f64]>,
     /// Force rate ∫ Ṗ : ∇φ with Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ; length `n_components`.
     pub force_rate: Option<&'a mut [f64]>,
-    /// Volume residual ∫ ψ (J − 1); length `n_pressures`.
+    /// Volume residual ∫ ψ g(J); length `n_pressures`.
     pub volume_residual: Option<&'a mut [f64]>,
     /// Volume residual rate ∫ ψ cof F : ∇v = B(u) v; length `n_pressures`.
     pub volume_residual_rate: Option<&'a mut [f64]>,

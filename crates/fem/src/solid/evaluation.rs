@@ -111,8 +111,8 @@ impl Solid {
         }))
     }
 
-    /// Returns the potential of the force: ∫ W(F) − p (J − 1) with a pressure field, ∫ W(F) + κ/2
-    /// (J − 1)² otherwise.
+    /// Returns the potential of the force: ∫ W(F) − p g(J) with a pressure field, ∫ W(F) + κ/2
+    /// g(J)² otherwise.
     ///
     /// If the pressure satisfies the constraint, the stored energy is this value minus pᵀ M_p p /
     /// (2κ). Paper, eqs. (16) and (20).

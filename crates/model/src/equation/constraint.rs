@@ -5,7 +5,7 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::state::{Integrals, State};
 
-/// Computes ∫ψ (p/κ + J - 1).
+/// Computes ∫ψ (p/κ + g(J)).
 pub(super) fn residual(
     context: &Context,
     state: &State<'_>,

@@ -28,7 +28,7 @@ pub enum Equation {
     PressureKinematic,
     /// M (v̇ + α v) + ∫(P + β Ṗ + added stresses):∇φ + foundations - f(t) = 0.
     Momentum,
-    /// ∫ψ (p/κ + J - 1) = 0.
+    /// ∫ψ (p/κ + g(J)) = 0.
     Constraint,
     /// ∫ψ (ṗ/κ + cof F:∇v) = 0.
     ConstraintRate,
@@ -131,7 +131,7 @@ pub struct Needs {
     pub force: bool,
     /// ∫Ṗ:∇φ.
     pub force_rate: bool,
-    /// ∫ψ(J - 1).
+    /// ∫ψ g(J).
     pub volume_residual: bool,
     /// ∫ψ cof F:∇v.
     pub volume_residual_rate: bool,

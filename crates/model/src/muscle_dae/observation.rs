@@ -205,7 +205,7 @@ impl MuscleDae {
         Some(start + place)
     }
 
-    /// Returns the constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + J - 1)|
+    /// Returns the constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + g(J))|
     /// / ∫ψ_k; 0 for a formulation without pressure.
     ///
     /// # Errors

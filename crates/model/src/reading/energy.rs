@@ -36,7 +36,7 @@ impl MuscleDae {
         let snapshot = self.snapshot(t, y, y_dot);
         let velocity = snapshot.velocity;
         let solid = snapshot.solid;
-        // With p = -κ (J - 1) the mixed energy is the stored energy plus pᵀM_p p/(2κ).
+        // With p = -κ g(J) the mixed energy is the stored energy plus pᵀM_p p/(2κ).
         let doubled = pressure.map_or(0.0, |p| {
             let mut product = vec![0.0; p.len()];
             solid.apply_compliance(p, &mut product);

@@ -95,7 +95,7 @@ quantities! {
         components: Components::Scalar,
         evaluation: Evaluation::Fields(|body, place| vec![match body.pressure {
             Pressure::Nodal(p) => body.solid.space().pressure_at(p, place),
-            // −κ (J − 1) for the formulation without pressure.
+            // −κ g(J) for the formulation without pressure.
             Pressure::Penalty { .. } => body.state_at(place).pressure,
         }]),
     }

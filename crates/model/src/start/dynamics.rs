@@ -76,7 +76,7 @@ impl Dynamics {
         }
     }
 
-    /// Computes the pressure for κ < ∞ from M_p λ/κ = -∫ψ (J - 1), and its rates from the first and
+    /// Computes the pressure for κ < ∞ from M_p λ/κ = -∫ψ g(J), and its rates from the first and
     /// second derivatives.
     fn compressible(
         mut dae: MuscleDae,

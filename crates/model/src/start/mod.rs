@@ -86,7 +86,7 @@ impl InitialValues {
     /// second derivative of the constraint, λ̇ and v̈ from the derivatives of these equations. With
     /// β > 0 only λ + β λ̇ is determined. Of all λ(0), the value with λ̈ = 0 is chosen, so that
     /// e^(-t/β) is excited only by terms of order β² λ̈ (the slow manifold to first order in β).
-    /// For κ < ∞ the constraint gives λ and λ̇, so p/κ + J - 1 = 0, which `velocity` conserves,
+    /// For κ < ∞ the constraint gives λ and λ̇, so p/κ + g(J) = 0, which `velocity` conserves,
     /// holds from the start.
     ///
     /// # Shapes

@@ -6,7 +6,7 @@ use nalgebra_sparse::CscMatrix;
 use crate::muscle::Muscle;
 use crate::operators;
 
-/// Strain of the shift used for differences of a motion, which are exact except for rounding.
+/// Strain by which the body is displaced for central differences.
 const SMALL_STRAIN: f64 = 1e-3;
 
 /// A motion of the body at one time, prescribed components included.
@@ -43,7 +43,7 @@ impl<'a> Motion<'a> {
         self.muscle.solid.evaluate(&fields, out)
     }
 
-    /// Computes ∫ψ (J - 1).
+    /// Computes ∫ψ g(J).
     pub(crate) fn volume_residual(&self) -> Result<Vec<f64>, Inverted> {
         let mut volume_residual = vec![0.0; self.muscle.solid.space().n_pressures()];
         let mut out = Vectors { volume_residual: Some(&mut volume_residual), ..Vectors::default() };
@@ -51,7 +51,7 @@ impl<'a> Motion<'a> {
         Ok(volume_residual)
     }
 
-    /// Computes ∫ψ cof F(u):∇w for nodal u and w.
+    /// Computes ∫ψ g' cof F(u):∇w for nodal u and w.
     fn flux_at(&self, u: &[f64], w: &[f64]) -> Result<Vec<f64>, Inverted> {
         let mut flux = vec![0.0; self.muscle.solid.space().n_pressures()];
         let mut out = Vectors { volume_residual_rate: Some(&mut flux), ..Vectors::default() };
@@ -59,15 +59,16 @@ impl<'a> Motion<'a> {
         Ok(flux)
     }
 
-    /// Computes the first derivative of ∫ψ (J - 1): ∫ψ cof F:∇v.
+    /// Computes the first derivative of ∫ψ g(J) with respect to time: ∫ψ g' cof F:∇v.
     pub(crate) fn volume_residual_rate(&self) -> Result<Vec<f64>, Inverted> {
         self.flux_at(&self.displacement, &self.velocity)
     }
 
-    /// Computes the second derivative of ∫ψ (J - 1): ∫ψ (cof F:∇v̇ + (∂cof F/∂F:∇v):∇v).
+    /// Computes the second derivative of ∫ψ g(J) with respect to time: ∫ψ (N:∇v̇ + (∂N/∂F:∇v):∇v) with N = g' cof F.
     ///
-    /// The second term is a central difference of the first derivative along v, exact because cof
-    /// is linear in plane strain and quadratic in 3D.
+    /// The solid provides no product with ∂N/∂F for nodal v. Therefore the second term is the central difference of
+    /// ∫ψ N:∇v between the bodies displaced by ±τ v. For g = J - 1 it is exact, because cof F is a polynomial of degree 1
+    /// in plane strain and 2 in space. For g = ln J its relative error is about the square of the strain of τ v.
     pub(crate) fn defect_acceleration(&self) -> Result<Vec<f64>, Inverted> {
         let mut sum = self.flux_at(&self.displacement, &self.acceleration)?;
         let fastest = largest(&self.velocity);

@@ -73,7 +73,7 @@ fn meaning_of_motion(document: &Value) -> String {
     );
     if let Some(drift) = document["constraint_drift"].as_f64() {
         text += &format!(
-            "<p>The volume constraint p/κ + J - 1 = 0 was missed by at most {drift:.1e} \
+            "<p>The volume constraint was missed by at most {drift:.1e} \
              (projected on the pressure's functions)."
         );
         if document["formulation"] == "velocity" {

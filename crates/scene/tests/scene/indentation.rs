@@ -86,9 +86,11 @@ fn a_cylinder_presses_with_the_force_of_hertz() {
     let [coarse, fine] = [12, 24].map(|cells| error(cells, ""));
     assert!((coarse / fine - 2.0).abs() < 0.05, "{coarse} {fine}");
     assert!((2.0 * fine - coarse).abs() < 1e-3, "{coarse} {fine}");
-    // Multipliers remove the penetration: the force is accurate, and converges to the error of the linear theory.
+    // Multipliers remove the penetration: the errors above remain, and the second-order error of the mesh, which is a third
+    // of the difference between both meshes.
     let [coarse, fine] = [6, 12].map(|cells| error(cells, AUGMENTED));
-    assert!(fine.abs() < 2e-3 && fine.abs() < coarse.abs(), "{coarse} {fine}");
+    let bound = b.powi(2) + (b / length).powi(4) + (coarse - fine).abs() / 3.0;
+    assert!(fine.abs() < bound && fine.abs() < coarse.abs(), "{coarse} {fine}");
 }
 
 /// Writes a quarter of a block with the lattice planes `across` along x and y, and `up` along z, which end at the top. Groups:

@@ -31,12 +31,12 @@ fn a_block_creeps_under_a_plate_as_under_a_traction() {
     let head = "analysis = \"quasi-static\"\n[time]\nend = 1.0\n";
     let force = format!("force = {RAMP}\ndirection = [0.0, -1.0]\nstiffness = 1e8");
     let [plate, corner] = run(&block(head, &force), ["plate", "corner"]);
-    let away = block(head, "y = 1.0").replace(
+    let traction = block(head, "y = 1.0").replace(
         "[solid]",
         "[[traction]]\ngroup = \"top\"\n\
         y = { type = \"step\", value = -2000.0, rise = 0.2 }\n[solid]",
     );
-    let [_, exact] = run(&away, ["plate", "corner"]);
+    let [_, exact] = run(&traction, ["plate", "corner"]);
     let (found, exact) = (column(&corner, "u_y"), column(&exact, "u_y"));
     let deepest = -exact[exact.len() - 1];
     let at_rise = column(&corner, "t").iter().position(|t| *t >= 0.2).unwrap();
@@ -74,6 +74,7 @@ fn slow_indentation_by_a_force_ends_in_its_equilibrium() {
     let slow = ball("analysis = \"quasi-static\"\n[time]\nend = 0.3\n", "2e4");
     let [plate, _] = run(&slow, ["plate", "energy"]);
     assert!((last(&plate, "displacement") / depth("2e4", "position") - 1.0).abs() < 1e-6);
+    let rtol = 1e-4;
     let chain = "[[chain]]\nname = \"spindles\"\nat = [0.0, 0.0]\noscillators = 4\n[[feedback]]\nchain = \"spindles\"\nat_zero_coherence = 1.0000001\n";
     for (formulation, bulk_modulus, damping, method, rest) in [
         ("position", "2e4", "0.0", "radau9", ""),
@@ -87,20 +88,22 @@ fn slow_indentation_by_a_force_ends_in_its_equilibrium() {
             "[solid]\nrayleigh_mass = 40.0\nrayleigh_stiffness = {damping}\nformulation = \"{formulation}\"\n"
         );
         let text = ball("[time]\nend = 0.8\n", bulk_modulus).replace("[solid]\n", &own)
-            + &format!("[integrator]\nmethod = \"{method}\"\nrtol = 1e-4\n{rest}");
+            + &format!("[integrator]\nmethod = \"{method}\"\nrtol = {rtol:e}\n{rest}");
         let [plate, energy] = run(&text, ["plate", "energy"]);
-        let pressed = match formulation {
+        let exact = match formulation {
             "displacement" => depth(bulk_modulus, formulation),
             _ => depth(bulk_modulus, "position"),
         };
-        let error = last(&plate, "displacement") / pressed - 1.0;
+        let error = last(&plate, "displacement") / exact - 1.0;
         let work = last(&energy, "work");
         let imbalance = column(&energy, "imbalance");
         let imbalance = imbalance.iter().fold(0.0_f64, |most, own| most.max(own.abs()));
-        // The damping exp(−20 t) leaves 1e-5 of the vibration after the rise.
-        assert!(error.abs() < 1e-4, "{formulation} {method}: {error:e}");
+        // The damping exp(−20 t) of 0.6 s after the rise leaves at most this part of the vibration. The guide expects
+        // errors of at least 10 tolerances of BDF.
+        let vibration = (-20.0_f64 * 0.6).exp();
+        assert!(error.abs() < rtol + vibration, "{formulation} {method}: {error:e}");
         assert!(
-            work > 0.0 && imbalance < 1e-3 * work,
+            work > 0.0 && imbalance < if method == "bdf" { 10.0 * rtol } else { rtol } * work,
             "{formulation} {method}: {imbalance:e} {work:e}"
         );
     }

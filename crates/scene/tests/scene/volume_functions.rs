@@ -47,29 +47,28 @@ fn a_cube_under_pressure_has_the_volume_of_its_energy() {
                 .into_iter()
                 .product();
             let pressure = last(&corner, "p");
-            // Newton's method leaves rounding errors.
-            assert!((volume / exact - 1.0).abs() < 1e-9, "{energy} {formulation}: {volume}");
             // p is −κ g(J), and the pressure on the deformed faces its product with g'(J).
             let slope = if energy == "logarithmic" { 1.0 / exact } else { 1.0 };
-            assert!(
-                (slope * pressure / PRESSURE - 1.0).abs() < 1e-8,
-                "{energy} {formulation}: {pressure}"
-            );
+            // Newton's increments are below 1e-9 at the end, and the error is about their square. Rounding remains.
+            for ratio in [volume / exact, slope * pressure / PRESSURE] {
+                assert!((ratio - 1.0).abs() < 1e-12, "{energy} {formulation}: {ratio}");
+            }
         }
     }
 }
 
-/// Checks that all formulations move a damped block alike, up to the tolerance of the integrator and, without pressures, the
-/// error of the mesh.
+/// Checks that all formulations move a damped block alike, up to 100 times the tolerance of the integrator for each run and, without
+/// pressures, the error of the mesh.
 #[test]
 fn all_formulations_have_the_logarithmic_energy() {
+    const RTOL: f64 = 1e-6;
     let end = |formulation: &str, energy: &str| {
         let text = format!(
             "[time]\nend = 0.05\n[mesh]\ntype = \"rectangle\"\nwidth = 0.02\nheight = 0.01\ncells = [4, 2]\n[solid]\n\
              bulk_modulus = {BULK_MODULUS}\nrayleigh_stiffness = {}\nformulation = \"{formulation}\"\n\
              volumetric_energy = \"{energy}\"\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
              [[fixed]]\ngroup = \"bottom\"\n[[traction]]\ngroup = \"top\"\ny = {{ type = \"step\", value = -4e3, rise = 0.02 }}\n\
-             [[probe]]\nname = \"corner\"\ntype = \"point\"\nat = [0.02, 0.01]\ninterval = 0.01\n[integrator]\nrtol = 1e-6\n",
+             [[probe]]\nname = \"corner\"\ntype = \"point\"\nat = [0.02, 0.01]\ninterval = 0.01\n[integrator]\nrtol = {RTOL:e}\n",
             if formulation.ends_with("rate") { 1e-3 } else { 0.0 }
         );
         let [corner] = tables_in(&text, Path::new(""), ["corner"]);
@@ -80,16 +79,15 @@ fn all_formulations_have_the_logarithmic_energy() {
         let [a, b] = alike.map(|formulation| end(formulation, "logarithmic"));
         let largest = a.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
         for (a, b) in a.iter().zip(b) {
-            // Errors of both runs add up.
-            assert!((a - b).abs() < 1e-4 * largest, "{alike:?}: {a:e} {b:e}");
+            assert!((a - b).abs() < 200.0 * RTOL * largest, "{alike:?}: {a:e} {b:e}");
         }
     }
-    // The energies differ at a strain of a tenth; the error of the mesh without pressures is smaller.
+    // The mesh is stiffer without pressures, but the result is nearer to the same energy than to the other.
     let [quadratic, logarithmic] =
         ["quadratic", "logarithmic"].map(|energy| last("position", energy));
     let plain = last("displacement", "logarithmic");
     assert!(
-        (plain - logarithmic).abs() < 0.5 * (quadratic - logarithmic).abs(),
+        (plain - logarithmic).abs() < (plain - quadratic).abs(),
         "{plain:e} {quadratic:e} {logarithmic:e}"
     );
 }
