@@ -49,8 +49,8 @@ thread_local! {
     static PASSING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a computation whose files are only needed during this process. Meanwhile, this thread does not wait until files
-/// are on the disk.
+/// Runs a computation whose files are only needed while this process runs. During it, this thread does not wait for
+/// files to reach the disk.
 pub fn passing<T>(compute: impl FnOnce() -> T) -> T {
     struct Before(bool);
     impl Drop for Before {
@@ -62,7 +62,7 @@ pub fn passing<T>(compute: impl FnOnce() -> T) -> T {
     compute()
 }
 
-/// Waits until a file is on the disk, unless within [`passing`].
+/// Waits until a file is on the disk; does nothing within [`passing`].
 pub(crate) fn sync(file: &File) -> io::Result<()> {
     allow(Change::Sync)?;
     match PASSING.get() {
@@ -161,8 +161,8 @@ pub(crate) fn truncate(file: &File, bytes: u64) -> io::Result<()> {
     file.set_len(bytes)
 }
 
-/// Creates a temporary folder in `parent`. Dropping the value removes it; after a kill, the next program
-/// that writes into `parent` does.
+/// Creates a temporary folder in `parent`. It is removed when the value is dropped; if the process is killed, the next
+/// program that writes into `parent` removes it.
 pub fn temporary_folder(parent: &Path) -> io::Result<TempDir> {
     let mut builder = Builder::new();
     builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);

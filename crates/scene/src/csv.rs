@@ -1,4 +1,4 @@
-//! Tables of comma-separated values: read as a whole, written line by line during a computation.
+//! Tables of comma-separated values, which are read as a whole and written line by line during a computation.
 
 use std::io::{self, Write};
 
@@ -43,7 +43,7 @@ impl<W: Write> CsvWriter<W> {
     /// Writes one row.
     ///
     /// # Panics
-    /// If the number of values differs from the number of names.
+    /// Panics if the number of values differs from the number of names.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
         assert_eq!(values.len(), self.n_columns, "as many values as names");
         let words: Vec<String> = values.iter().map(|value| format!("{value:.16e}")).collect();
@@ -85,7 +85,7 @@ pub struct Table {
     pub names: Vec<String>,
     /// Rows without blank lines; a row may have any number of fields.
     pub rows: Vec<Vec<String>>,
-    /// The line of the file in which each row starts, from 1.
+    /// The line of the file in which each row starts, counted from 1.
     pub lines: Vec<u64>,
 }
 

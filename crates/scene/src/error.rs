@@ -10,7 +10,7 @@ use myovib_sparse::SparseError;
 
 use crate::text::plain;
 
-/// Reason why a scene was not computed, or not to its end.
+/// Reason why a scene was not computed, or was computed only in part.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -16,7 +16,7 @@ struct Envelope<'a, T> {
 /// Returns the JSON document of `command` with the fields of `body`, which must serialize as an object.
 ///
 /// # Errors
-/// If `body` cannot be serialized.
+/// Returns an error if `body` cannot be serialized.
 pub fn document(command: &str, body: &impl Serialize) -> serde_json::Result<String> {
     let envelope =
         Envelope { schema: format!("myovib/{command}/1"), versions: Versions::found(), body };

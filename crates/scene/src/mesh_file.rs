@@ -9,7 +9,7 @@ use crate::inputs;
 /// Reads the mesh from the file, or returns the built-in spindle; also returns a description.
 ///
 /// # Errors
-/// If the file cannot be read or is not a valid mesh.
+/// Returns an error if the file cannot be read or is not a valid mesh.
 pub fn load(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
     match path {
         Some(path) => {

@@ -13,8 +13,7 @@ use crate::{Body, InputError, Scene, json};
 pub struct Modes {
     /// Constant traction of the state of linearization, Pa.
     pub load: f64,
-    /// Time of the loads of the equilibrium about which the modes are computed, s; null for the
-    /// unloaded body.
+    /// Time at which the loads of the equilibrium are evaluated, s; null for the unloaded body.
     pub preload_time: Option<f64>,
     /// Mass-proportional damping α, 1/s.
     pub alpha: f64,

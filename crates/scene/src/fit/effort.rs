@@ -5,7 +5,7 @@
 pub(super) struct Effort {
     /// Lower limit of the relative tolerance.
     pub(super) least_tolerance: f64,
-    /// Computed fraction of the measurements' time, from its start.
+    /// Fraction of the measured time span, from its start, that is computed.
     pub(super) part: f64,
 }
 

@@ -82,7 +82,7 @@ fn expect_origin(request: &FolderRequest<'_>) -> Result<(), InputError> {
 }
 
 impl Evaluations {
-    /// Reads the evaluations of an earlier fit up to the first damaged line, for example of a killed program.
+    /// Reads the evaluations of an earlier fit up to the first damaged line. A killed program may leave such a line.
     pub(super) fn read(request: &FolderRequest<'_>) -> Result<Self, Error> {
         request.check()?;
         expect_origin(request)?;

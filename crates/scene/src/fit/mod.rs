@@ -45,7 +45,7 @@ pub struct FitOptions<'a> {
     pub scene: PathBuf,
     /// Overrides of all experiments.
     pub set: Vec<String>,
-    /// File of measurements and additional overrides of each experiment.
+    /// For each experiment, the file of its measurements and its additional overrides.
     pub experiments: Vec<(PathBuf, Vec<String>)>,
     /// Folder for the results; `history.csv` grows with each iteration.
     pub out: PathBuf,
@@ -276,7 +276,8 @@ fn request<'a>(
     }
 }
 
-/// Returns the error of the run that failed at the start, which may name a place in the scene.
+/// Returns the error of the run that failed at the starting values. It may include the location of
+/// the cause in the scene.
 fn explain(error: FitError, model: &SceneModel<'_>) -> Error {
     match (&error, model.last_failure()) {
         _ if model.is_interrupted() => {

@@ -21,7 +21,7 @@ const BEFORE: [(Effort, f64); 2] = [
 /// Convergence tolerance of these phases for relative changes of the parameters.
 const NEAR: f64 = 1e-2;
 
-/// Called with the part of the measurements' time and each iteration.
+/// Callback that receives the computed fraction of the measured time span, and each iteration.
 pub(super) type Observe<'a> = dyn FnMut(f64, &Iteration) -> ControlFlow<()> + 'a;
 
 /// Fits with short, inaccurate runs from all `starts`, then continues from the best result with full runs. Fits of
@@ -51,7 +51,7 @@ type OnePhase<'a> =
 
 struct Phases<'a, 'o> {
     observe: &'a mut Observe<'o>,
-    /// The iterations of all phases, with a common count of evaluations.
+    /// The iterations of all phases, with evaluations counted across phases.
     history: Vec<Iteration>,
     evaluations: usize,
 }
@@ -97,7 +97,7 @@ impl Phases<'_, '_> {
         })
     }
 
-    /// Performs all phases before the last from one start. Returns the fit and the effort of the last completed phase.
+    /// Performs all phases except the last from one start. Returns the fit and the effort of the last completed phase.
     fn before(
         &mut self,
         model: &mut SceneModel<'_>,

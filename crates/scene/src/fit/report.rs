@@ -33,7 +33,8 @@ impl FitResult {
         self.noise_is_known && self.misfit() > FAR
     }
 
-    /// Returns the standard deviation of the residuals, or a robust estimate of it where a robust loss hides it.
+    /// Returns the larger of the standard deviation of the residuals and a robust estimate of it, because a robust loss
+    /// may hide a misfit from the former.
     fn misfit(&self) -> f64 {
         self.deviation().max(self.robust_deviation())
     }
@@ -45,7 +46,7 @@ impl FitResult {
         sizes.get(sizes.len() / 2).copied().unwrap_or(0.0) / MEDIAN_OF_NORMAL
     }
 
-    /// Returns whether the fit fails because of outliers: the median of the residuals is within the noise.
+    /// Returns whether only outliers make the fit fail: the median of the residuals is within the noise.
     pub fn fails_by_outliers(&self) -> bool {
         self.does_not_fit() && self.robust_deviation() <= FAR
     }

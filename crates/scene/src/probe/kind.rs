@@ -49,7 +49,7 @@ pub(crate) enum InvalidPlace {
 
 /// A kind of probe, with its keys in a scene.
 pub(crate) trait Kind {
-    /// Returns the quantities of its columns; columns of a [`Quantity`](myovib_model::Quantity) are described there.
+    /// Returns the quantities of its columns, except those described by [`Quantity`](myovib_model::Quantity).
     fn columns() -> &'static [ColumnKind]
     where
         Self: Sized,

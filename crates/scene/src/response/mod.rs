@@ -38,7 +38,7 @@ const MODES: usize = 20;
 /// Harmonic response of a scene at ascending frequencies.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Response {
-    /// Time of the loads of the equilibrium about which the body vibrates, s; null for rest.
+    /// Time at which the loads of the equilibrium are evaluated, s; null for a response about rest.
     pub preload_time: Option<f64>,
     /// Frequencies, Hz.
     pub frequencies: Vec<f64>,
@@ -289,7 +289,7 @@ pub(crate) type HarmonicProbes = Vec<(String, Box<dyn Reading>)>;
 /// Returns the probes that have amplitudes.
 ///
 /// # Errors
-/// Probes that cannot measure anything in the scene; stresses of a body with stress relaxation.
+/// A probe that cannot measure anything in the scene; stresses of a body with stress relaxation.
 pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputError> {
     let relaxes = scene.body.as_ref().is_some_and(|body| body.muscle.solid.n_slots() > 0);
     let mut probes = Vec::new();

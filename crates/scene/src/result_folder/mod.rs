@@ -407,7 +407,7 @@ fn remove(path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Removes what killed programs left while they wrote, except for files of other users, which it cannot remove.
+/// Removes temporary files of killed programs, except for files of other users that cannot be removed.
 pub fn remove_temporary_files(folder: &Path, min_age: Duration) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
@@ -420,7 +420,7 @@ pub fn remove_temporary_files(folder: &Path, min_age: Duration) {
     }
 }
 
-/// Takes the shared lock of a folder. Processes that prepare the folder hold the other lock for a moment.
+/// Takes the shared lock of a folder. Processes that prepare the folder briefly hold the exclusive lock.
 fn lock_shared(folder: &Path) -> Result<File, Error> {
     for _ in 0..25 {
         match lock(folder, LOCK, Lock::Shared) {

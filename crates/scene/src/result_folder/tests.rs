@@ -100,7 +100,7 @@ fn a_folder_takes_one_process_at_a_time() {
     assert!(request(folder.path(), Existing::Resume, &[]).open().is_err());
 }
 
-/// Checks that files of a killed program are listed before they exist, and that its temporary files are removed.
+/// Checks that a killed program leaves no unlisted file, and that its temporary files are removed.
 #[test]
 fn a_killed_program_leaves_nothing_behind_and_nothing_unknown() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,8 +1,8 @@
 //! State from which a run can continue.
 //!
-//! With Radau IIA, a resumed run takes the same steps as an uninterrupted run, bit by bit. IDAS
-//! cannot restore its history of past steps. A resumed BDF run therefore restarts at order 1 from
-//! the state and its derivative.
+//! With Radau IIA, a resumed run takes exactly the steps of an uninterrupted run and has bitwise
+//! identical results. IDAS cannot restore its history of past steps. A resumed BDF run therefore
+//! restarts at order 1 from the state and its derivative.
 
 use std::path::Path;
 

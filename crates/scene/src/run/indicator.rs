@@ -1,11 +1,10 @@
 //! Error indicator for the probes from the integrator's error estimates, at negligible cost.
 //!
-//! Each step estimates the error that it adds to each unknown. The resulting change of a probe value
-//! is the error estimate of the probe. The indicator is the sum of the magnitudes over all steps: it
-//! assumes that the errors add up and none decays. Over random scenes (`scripts/errors`) it is at most
-//! nine times too small, and within a factor of 5 of the error in 95 % of the columns. For 13 % of the
-//! pressures it is up to 250 times too large, mostly with stiffness damping, where the errors of
-//! earlier steps decay. Radau IIA has no such estimate, and its runs no
+//! Each step estimates the error that it adds to each unknown. The resulting change of a probe value is the error
+//! estimate of the probe. The indicator is the sum of the magnitudes over all steps: it assumes that the errors add up
+//! and that none decays. Over random scenes (`scripts/errors`) it is at most nine times too small, and within a factor
+//! of 5 of the error in 95 % of the columns. For 13 % of the pressures it is up to 250 times too large, mostly with
+//! stiffness damping, where the errors of earlier steps decay. Radau IIA has no such estimate, so its runs have no
 //! indicator: indicators derived from its estimates of lower order were up to 1000 times too small.
 
 use std::f64::consts::TAU;

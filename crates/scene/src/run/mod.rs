@@ -42,7 +42,7 @@ use crate::{Error, InputError, Scene};
 /// the overwritten results are removed.
 ///
 /// # Errors
-/// An invalid scene (before any file is written), a search without result, or an output that cannot be written.
+/// An invalid scene (before any file is written), a search without a result, or an output that cannot be written.
 pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let computed = compute_analysis(scene, options);
     if let Err(Error::Model(error)) = &computed

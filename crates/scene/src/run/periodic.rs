@@ -21,7 +21,7 @@ use crate::state::State;
 use crate::system::System;
 use crate::{Error, Scene};
 
-/// Growth of a deviation from an unstable state until the motion has departed.
+/// Factor by which a deviation from an unstable state grows before the motion counts as having left the state.
 const DEPARTURE: f64 = 1e6;
 /// Maximum number of periods until then.
 const MOST_PERIODS: f64 = 500.0;

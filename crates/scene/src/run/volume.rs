@@ -60,8 +60,8 @@ impl Volumes {
         self.ratios
     }
 
-    /// Returns a note on an inversion, or on implausible volumes of a nearly incompressible `muscle`. The time of an
-    /// inversion is only included if `is_motion`.
+    /// Returns a note on an inversion, or on implausible volumes of a nearly incompressible `muscle`. The note contains
+    /// the time of an inversion only if `is_motion`.
     pub(super) fn note(&self, muscle: &Muscle, is_motion: bool) -> Option<String> {
         if let Some(inversion) = &self.inversion {
             return Some(inversion.note(is_motion));
@@ -77,8 +77,8 @@ impl Volumes {
         })
     }
 
-    /// Returns the outcome of a run that ends because of an inverted element, or `None`. The time of the inversion is
-    /// only included if `is_motion`.
+    /// Returns the outcome of a run that ends because of an inverted element, or `None`. The outcome contains the time
+    /// of the inversion only if `is_motion`.
     pub(super) fn refusal(&self, is_motion: bool) -> Option<Outcome> {
         let message = self.inversion.as_ref()?.note(is_motion);
         Some(Outcome::ended(

@@ -15,8 +15,8 @@ use crate::scene_file::{self, Analysis, SceneFile};
 /// Distance, relative to the coordinates, at which an obstacle counts as touching the body. It allows for rounding
 /// errors.
 const ROUNDING: f64 = 1e-9;
-/// Number of intervals at which a force is sampled; prime, as a force with a round number of periods vanishes at a round number
-/// of samples.
+/// Number of intervals at which a force is sampled. It is prime, because a force with a round number of periods could
+/// vanish at all sample times of a round number of samples.
 const FORCE_TIMES: u32 = 97;
 
 impl Builder<'_> {

@@ -76,10 +76,10 @@ fn coarse(file: &SceneFile, body: &Body) -> Vec<String> {
     notes.collect()
 }
 
-/// Number of intervals at which signals are sampled; prime, as a load with a round number of periods
-/// vanishes at a round number of samples.
+/// Number of intervals at which signals are sampled. It is prime, because a load with a round number of periods could
+/// vanish at all sample times of a round number of samples.
 const TIMES: u32 = 97;
-/// Fraction of its later maximum that a load reaches at least if its duration is intended.
+/// A note is added if a load reaches less than this fraction of its later maximum during the motion.
 const LEAST_PART: f64 = 0.05;
 
 /// Returns the sampled times between two times.
@@ -138,7 +138,7 @@ fn missed(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     notes.collect()
 }
 
-/// Returns notes on traction components along which all of the group is held or moved.
+/// Returns notes on traction components along which every node of the group is fixed or moved.
 fn held(i: usize, traction: &Traction, muscle: &Muscle) -> Vec<String> {
     let solid = &muscle.solid;
     let (dimension, free) = (solid.space().dimension(), solid.dofs().free_to_full());

@@ -35,7 +35,7 @@ fn open_files() -> Option<usize> {
 }
 
 /// Returns a note on probes with too few rows per period of the highest frequency `drive` (Hz) of the loads. Probes
-/// that only record the start and the end (`t_end`, s) are excluded, because users choose this intentionally.
+/// that only record the start and the end (`t_end`, s) are excluded, because this is usually intended.
 pub(super) fn coarse_probes(file: &SceneFile, t_end: f64, drive: Option<f64>) -> Option<String> {
     let drive = drive.filter(|_| file.analysis == Analysis::Dynamic)?;
     let is_coarse =

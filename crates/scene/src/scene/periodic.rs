@@ -14,12 +14,12 @@ use crate::scene_file::integrator::IntegratorSettings;
 const TIMES: u32 = 97;
 /// Numbers of periods after which the loads are compared with their initial values.
 const PERIODS: [f64; 3] = [1.0, 2.0, 7.0];
-/// Doublings of the number of periods after which loads that rise may repeat.
+/// Maximum number of times that the number of periods is doubled until a rising load repeats.
 const DOUBLINGS: i32 = 16;
 /// Allowed change of a load after a period, relative to its maximum: rounding of a frequency such as 33.333.
 const CHANGE: f64 = 1e-6;
-/// Growth of a load after many periods, relative to its maximum, above which it does not repeat yet. Larger than the error of
-/// a maximum of sampled values.
+/// Growth of a load after many periods, relative to its maximum, above which the load does not yet repeat. This is
+/// larger than the error of a maximum of sampled values.
 const GROWTH: f64 = 0.1;
 
 impl Builder<'_> {

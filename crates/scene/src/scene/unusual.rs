@@ -24,7 +24,7 @@ const LENGTHS: RangeInclusive<f64> = 1e-4..=3.0;
 /// Description of a problem and of the usual values.
 type Unusual = (String, &'static str);
 
-/// Returns the first problem that each check finds: of the materials, and for one check of the loads.
+/// Returns the first problem found by each check of the body, its materials and its loads.
 pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding> {
     let Some(solid) = &file.solid else {
         return Vec::new();
@@ -235,7 +235,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         assert_eq!(found(&[&short[..], &[step]].concat()), Vec::<String>::new());
     }
 
-    /// Checks that the density of a weightless body is not checked at rest, and neither is its damping.
+    /// Checks that neither the density nor the damping of a weightless body is checked at rest.
     #[test]
     fn unusual_values_without_effect_are_not_reported() {
         let at_rest =

@@ -179,7 +179,7 @@ pub enum Place {
 pub enum Component {
     /// A coordinate, or along the fiber.
     Named(ComponentName),
-    /// A vector of any length but zero; d has length 1.
+    /// A nonzero vector; only its direction matters.
     Along(#[schemars(length(min = 2, max = 3))] Vec<f64>),
 }
 

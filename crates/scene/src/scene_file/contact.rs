@@ -19,8 +19,8 @@ pub struct Contact {
     pub y: Option<Function>,
     /// Displacement of the obstacle, m [default: 0].
     pub z: Option<Function>,
-    /// Force that presses the obstacle, which has no mass, along `direction`, N, in the plane N/m, instead of a displacement;
-    /// without friction.
+    /// Force along `direction` that presses the obstacle against the body, N (N/m in the plane), instead of a
+    /// displacement. The obstacle has no mass and no friction.
     pub force: Option<Function>,
     /// Direction of the force, along which the obstacle is free to move, of any length; only with `force`.
     #[schemars(length(min = 2, max = 3))]

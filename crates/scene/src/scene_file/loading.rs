@@ -17,7 +17,7 @@ pub struct LoadingPath {
     /// How the path is followed.
     #[serde(default)]
     pub method: PathMethod,
-    /// Equal load increments [default: 10], or most steps by arc length [default: 100].
+    /// Number of equal load increments [default: 10], or maximum number of steps by arc length [default: 100].
     #[schemars(range(min = 1, max = 100_000))]
     pub steps: Option<usize>,
     /// Load factors of the equilibria in their order, instead of `steps`.

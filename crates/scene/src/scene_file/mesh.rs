@@ -25,7 +25,9 @@ pub struct Mesh {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum MeshSource {
-    /// Gmsh file (MSH 4.1 or 2.2). Unnamed physical groups are called by dimension and tag: `surface 3`; groups of several dimensions with one name by dimension and name: `surface skin`, or by the name where a key needs facets or elements.
+    /// Gmsh file (MSH 4.1 or 2.2). An unnamed physical group is addressed by dimension and tag: `surface 3`. Groups of
+    /// several dimensions that share a name are addressed by dimension and name: `surface skin`, or by the name alone
+    /// where a key requires facets or elements.
     File {
         /// File name, relative to the scene.
         path: PathBuf,

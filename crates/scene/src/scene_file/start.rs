@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 pub enum InitialState {
     /// Equilibrium under the loads at t = 0, at rest.
     Equilibrium,
-    /// Undeformed; one velocity of all free nodes, or of the free nodes of a group. For an incompressible
-    /// body, it is projected onto velocities that keep the volume.
+    /// Undeformed, with the same velocity at all free nodes or at the free nodes of a group. For an incompressible
+    /// body, the velocity is projected onto velocities that preserve the volume.
     Velocity {
         /// Group of nodes [default: all].
         group: Option<String>,

@@ -11,7 +11,7 @@ use crate::run::start::driven_by;
 use crate::scene::Scene;
 
 impl Parameterized {
-    /// Returns, for each parameter, how its chain depends on it at the values of `scene`; `None` for parameters of the
+    /// Returns, for each parameter, the dependence of its chain at the values of `scene`; `None` for parameters of the
     /// body.
     pub(super) fn of_chains(
         &self,

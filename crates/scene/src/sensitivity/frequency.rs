@@ -18,8 +18,8 @@ use crate::{Error, Scene};
 /// errors and the effect of errors of equilibria are both below 1e-9.
 const STEP: f64 = 1e-3;
 
-/// Computes the outputs of a response at ascending frequencies, and their derivatives if requested, by further
-/// solutions with the same factorization. The equilibrium under a preload also depends on the parameters.
+/// Computes the outputs of a response at ascending frequencies and, if requested, their derivatives by additional
+/// solves with the same factorization. The equilibrium under a preload also depends on the parameters.
 ///
 /// # Errors
 /// An invalid scene at these values; errors of equilibria and factorizations.

@@ -53,7 +53,7 @@ impl Parameterized {
     /// Returns the scene with other values of its parameters.
     ///
     /// # Panics
-    /// Unless there is a value for each parameter.
+    /// Panics if the number of values differs from the number of parameters.
     pub fn at(&self, values: &[f64]) -> Result<Scene, InputError> {
         assert_eq!(values.len(), self.parameters.len(), "a value for each");
         let set = self.parameters.iter().zip(values);
@@ -71,10 +71,10 @@ impl Parameterized {
         self.parameters.iter().map(|p| p.value).collect()
     }
 
-    /// Returns how the body, its start and the chains depend on the parameters at these values.
+    /// Returns the dependence of the body, its initial state and the chains on the parameters at these values.
     ///
     /// # Panics
-    /// Unless there is a value for each parameter.
+    /// Panics if the number of values differs from the number of parameters.
     pub fn dependences(&self, values: &[f64]) -> Result<Dependences, Error> {
         let scene = self.at(values)?;
         let body = body(&scene)?;

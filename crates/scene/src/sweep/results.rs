@@ -46,7 +46,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// `reduction(probe.column)` or `reduction(probe.column, from)`, which uses values from a time on.
+/// `reduction(probe.column)` or `reduction(probe.column, from)`, which uses the values from the time `from` on.
 #[derive(Debug)]
 struct Reduced {
     reduction: Reduction,

@@ -31,7 +31,7 @@ fn equal_tables_of_both_forms_give_equal_measurements() {
     assert_eq!(noises, [Some(0.1), Some(0.5), Some(0.2)]);
 }
 
-/// Checks that each rejection names its line and column, also after blank lines.
+/// Checks that each rejection names its line and column, even after blank lines.
 #[test]
 fn rejected_tables_name_the_line_and_the_column() {
     let long = |column: &str, entries: [&str; 2]| {

@@ -78,8 +78,8 @@ pub(super) fn chains_on(
     coupled(scene, dae, test, options(scene), resumed, &[])
 }
 
-/// Returns the options for systems without a muscle. The pattern contains all keys, so that a new key cannot be
-/// forgotten: it must be used here or reported as without effect.
+/// Returns the options for systems without a muscle. The pattern lists all keys, so that a new key must be either used
+/// here or reported as having no effect.
 pub(in crate::run) fn options(scene: &Scene) -> CoupledOptions {
     let IntegratorSettings {
         method,

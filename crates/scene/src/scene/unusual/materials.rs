@@ -17,8 +17,8 @@ const DENSITIES: RangeInclusive<f64> = 100.0..=2e4;
 const SHEAR_WAVES: RangeInclusive<f64> = 0.1..=20.0;
 /// Smallest shear modulus, Pa. The softest solid tissues, embryos and brain, have about 100.
 const SOFTEST: f64 = 50.0;
-/// Maximum ratio of viscous to elastic stress at the driving frequency. Tissue has 0.05 to 1; the
-/// material would flow above 5.
+/// Maximum ratio of viscous to elastic stress at the driving frequency. Tissue has ratios from 0.05
+/// to 1; a material with a ratio above 5 would flow.
 const MOST_LOSS: f64 = 5.0;
 
 /// Properties of a material.
