@@ -44,8 +44,7 @@ impl<C: Copy> Assembly<C> {
     /// to the transposed pattern.
     ///
     /// # Panics
-    /// If a block is larger than its matrix, or the assembled matrix has 2³² entries or
-    /// more.
+    /// Panics if a block is larger than its matrix, or the assembled matrix has 2³² entries or more.
     pub fn new<'a>(
         shape: (usize, usize),
         entries: impl IntoIterator<Item = Entry<C>>,

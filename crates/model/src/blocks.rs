@@ -73,7 +73,7 @@ impl Blocks {
     /// Places `blocks`, which may overlap, in a matrix of `shape` (rows, columns).
     ///
     /// # Panics
-    /// If a block exceeds the matrix, or the matrix has 2³² entries or more.
+    /// Panics if a block exceeds the matrix, or the matrix has 2³² entries or more.
     pub(crate) fn new(shape: (usize, usize), blocks: &[Block<'_>]) -> Self {
         let pattern = union(shape, blocks);
         let positions =

@@ -1,4 +1,4 @@
-//! Work counters. They prove that a run does not compute what its scene does not need.
+//! Work counters. Tests use them to check that a run computes only what its scene needs.
 
 use myovib_dae::StepError;
 use myovib_fem::Inverted;

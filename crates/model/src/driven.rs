@@ -27,8 +27,9 @@ struct Driven<T> {
     pivot: T,
 }
 
-/// Returns the derivatives of the contact forces for the free displacement components, at the displacement `u` of all nodes under a
-/// `part` of the loads at time `t`, and the forces under the full load. Obstacles that do not press have none.
+/// Returns the derivatives of the contact forces for the free displacement components, at the displacement `u` of all
+/// nodes under a `part` of the loads at time `t`, and the forces under the full load. Obstacles without contact have no
+/// derivatives.
 pub(crate) fn slopes(
     dofs: &DofMap,
     contacts: &[Contact],

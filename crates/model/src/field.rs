@@ -86,7 +86,7 @@ impl Layout {
     /// Returns the rows of the momentum balance, which are the rows of v.
     ///
     /// # Panics
-    /// If the formulation has no velocity.
+    /// Panics if the formulation has no velocity.
     pub(crate) fn momentum(&self) -> Range<usize> {
         self.range(Field::Velocity).expect("the momentum balance is in the rows of v")
     }
@@ -94,7 +94,7 @@ impl Layout {
     /// Returns the block that contains component `i` and the position within the block.
     ///
     /// # Panics
-    /// If `i` is not less than [`n_unknowns`](Layout::n_unknowns).
+    /// Panics if `i` is not less than [`n_unknowns`](Layout::n_unknowns).
     pub fn locate(&self, i: usize) -> (Field, usize) {
         let (field, range) =
             self.blocks.iter().find(|(_, range)| range.contains(&i)).expect("i < n_unknowns");

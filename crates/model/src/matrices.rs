@@ -23,7 +23,7 @@ pub(crate) struct Matrices {
     foundations: [SparsityPattern; 2],
     /// Rows: free components of each active region whose tension is an unknown.
     tensions: SparsityPattern,
-    /// Values of the matrices in use, except for the next two groups.
+    /// Values of the matrices in use, except for the two groups below.
     values: HashMap<Matrix, Vec<f64>>,
     /// Tangents of the regions with viscoelastic (Prony) stress, if there are any.
     relaxing: Option<ViscoelasticMatrices>,

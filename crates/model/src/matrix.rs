@@ -50,7 +50,7 @@ pub enum Matrix {
     FoundationDamping,
     /// ∂/∂q of the force of active and viscous stresses; symmetric unless one depends on v.
     AddedStiffness,
-    /// Its symmetric part, used in Newton's method where all other matrices are symmetric.
+    /// Its symmetric part, used in Newton's method if all other matrices are symmetric.
     AddedSymmetricStiffness,
     /// ∂/∂v of the force of active and viscous stresses; symmetric.
     AddedDamping,

@@ -1,4 +1,4 @@
-//! Operators of a body as sparse matrices over its free displacement components and its pressures.
+//! Operators of a body as sparse matrices that act on its free displacement components and its pressures.
 
 use myovib_fem::{Fields, Inverted, Pressure, Solid, Space, Tangents};
 use nalgebra_sparse::CscMatrix;

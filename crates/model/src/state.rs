@@ -30,7 +30,7 @@ impl<'a> State<'a> {
     /// Returns the unknowns of `field`.
     ///
     /// # Panics
-    /// If the formulation does not have the field.
+    /// Panics if the formulation does not have the field.
     pub fn value(&self, field: Field) -> &'a [f64] {
         &self.y[self.range(field)]
     }

@@ -31,9 +31,9 @@ const GRADIENT_STEP: f64 = 0.2;
 pub struct Equilibrium {
     /// Free displacement components, m.
     pub displacement: Vec<f64>,
-    /// Pressure at the vertices, Pa; empty for a formulation without.
+    /// Pressure at the vertices, Pa; empty for a formulation without pressure.
     pub pressure: Vec<f64>,
-    /// Time of the loads, s; `None` for a body without loads.
+    /// Time at which the loads are evaluated, s; `None` for a body without loads.
     pub preload_time: Option<f64>,
     /// Newton iterations over all load steps, excluding predictions.
     pub newton_iterations: usize,
@@ -66,7 +66,7 @@ pub struct Approach {
     pub equilibrium: Equilibrium,
     /// Fraction of the load for which it is the equilibrium.
     pub reached: f64,
-    /// Reason why it is not the whole load, if applicable.
+    /// Reason why the full load was not reached, if applicable.
     pub shortfall: Option<Shortfall>,
 }
 

@@ -36,8 +36,8 @@ const SECTORS: [(u8, f64); 3] = [(5, 51.84), (4, 73.35), (3, 86.03)];
 const UNRESOLVED: f64 = 10.0;
 
 /// If no step succeeds from a state with an element whose det F is below this value, the
-/// deformation is the likelier cause than the index. Chosen from few observed stops: near 0.1 at a
-/// hundred times the paper's load, above 0.95 when the index was the cause.
+/// deformation is a likelier cause than the index. The value is based on few observed stops: near
+/// 0.1 at a hundred times the paper's load, above 0.95 when the index was the cause.
 const FLAT: f64 = 0.2;
 /// Suggested change if elements are strained too far.
 const EASE: &str = "apply the load more slowly, reduce it, or refine the mesh there";
@@ -256,7 +256,7 @@ impl Advice {
         })
     }
 
-    /// Finds an order whose sector of stability excludes modes.
+    /// Finds a BDF order whose sector of stability does not contain all modes.
     fn order(&self) -> Option<Finding> {
         let bound = self.order_bound()?;
         Some(Finding {
@@ -312,9 +312,9 @@ impl Advice {
         causes
     }
 
-    /// Returns a finding for a stop in a state whose smallest det F is `ratio`, in `element`, if
-    /// that is small: near det F = 0 the law resists without bound, so time steps and Newton's
-    /// method fail.
+    /// Returns a finding if `ratio`, the smallest det F of the state at a stop, is small. It occurs
+    /// in `element`. Near det F = 0 the stress of the law grows without bound, so time steps and
+    /// Newton's method fail.
     pub(crate) fn flatness(&self, ratio: f64, element: usize) -> Option<Finding> {
         (ratio < FLAT).then(|| Finding {
             fields: Vec::new(),

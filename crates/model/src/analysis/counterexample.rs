@@ -44,7 +44,7 @@ pub enum MultiplierSpace {
     Quadratic,
 }
 
-/// A solution of the stabilized equations under a load as in the paper.
+/// A solution of the stabilized equations under a load like the paper's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
     /// Index of the DAE.

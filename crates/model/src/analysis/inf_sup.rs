@@ -70,7 +70,7 @@ pub struct Level {
 }
 
 impl Level {
-    /// Measures `pair` on `mesh` at rest with the nodes of the groups `fixed` held.
+    /// Measures `pair` on `mesh` at rest with the nodes of the groups `fixed` fixed.
     ///
     /// # Errors
     /// [`ModelError::Fem`] for an unknown group, [`ModelError::Structure`] if B cannot be

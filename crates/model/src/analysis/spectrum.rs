@@ -40,7 +40,7 @@ const SYMMETRIC: f64 = 1e-10;
 /// follower pressures if the edge of their surface moves.
 ///
 /// # Panics
-/// If a length is wrong.
+/// Panics if a length is wrong.
 pub fn vibration(muscle: &Muscle, at: &Equilibrium) -> Result<Vibration, ModelError> {
     let solid = &muscle.solid;
     let u = &displacement(muscle, at)[..];

@@ -74,7 +74,7 @@ impl<B: Problem> CoupledDae<B> {
     /// Combines `body` and `oscillators`. The points of [`Source::Body`] must belong to this body.
     ///
     /// # Panics
-    /// If a source names an unknown that the body does not have.
+    /// Panics if a source names an unknown that the body does not have.
     pub fn new(body: B, oscillators: Vec<Oscillators>) -> Self {
         let n_body = body.n_unknowns();
         let mut end = n_body;

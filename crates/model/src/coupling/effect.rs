@@ -27,7 +27,7 @@ impl Effect {
         self.numbers_per_element(solid) * solid.space().n_elements()
     }
 
-    /// Returns the value at points on which no place acts.
+    /// Returns the value at points outside the reach of all places.
     pub(super) fn elsewhere(self) -> f64 {
         match self {
             Self::Stiffness => 1.0,
@@ -49,8 +49,8 @@ pub struct Feedback {
     pub unsynchronized: f64,
     /// g_∞ or T_1: stiffness factor or tension at full coherence.
     pub coherent: f64,
-    /// For each place of the network (all have equally many oscillators): (index, weight w) of the
-    /// values it acts on, ordered by element.
+    /// For each place of the network (all have equally many oscillators): index and weight w of
+    /// each value that it affects, ordered by element.
     pub weights: Vec<Vec<(usize, f64)>>,
 }
 

@@ -72,7 +72,7 @@ impl ErrorTest {
     /// Appends the oscillators of `dae` to the body's part.
     ///
     /// # Panics
-    /// If the body's part does not have one entry per unknown of the body.
+    /// Panics if the body's part does not have one entry per unknown of the body.
     #[must_use]
     pub fn with_oscillators<B: Problem>(
         mut self,

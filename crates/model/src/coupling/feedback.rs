@@ -38,7 +38,7 @@ pub struct FeedbackDae {
     /// The one-way system, then one block per feedback.
     blocks: Blocks,
     one_way_values: Vec<f64>,
-    /// Values of the body for each effect; empty if no feedback has that effect.
+    /// Values of the body for each effect; empty for an effect without feedback.
     numbers: [(Effect, Vec<f64>); 2],
 }
 
@@ -46,8 +46,8 @@ impl FeedbackDae {
     /// Adds feedbacks to a system.
     ///
     /// # Panics
-    /// If a feedback refers to a network or value that does not exist, or if the places of
-    /// a network have different numbers of oscillators.
+    /// Panics if a feedback refers to a network or value that does not exist, or if the places of a
+    /// network have different numbers of oscillators.
     pub fn new(one_way: CoupledDae<MuscleDae>, feedbacks: Vec<Feedback>) -> Self {
         let body = one_way.body();
         let solid = &body.muscle().solid;

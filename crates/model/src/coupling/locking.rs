@@ -7,12 +7,12 @@ use super::history::Settling;
 ///
 /// Frequency: over the trailing window, the mean frequency of the centroid (by counting turns)
 /// differs from the drive's by less than `slip` turns per window. Coherence: |χ| never falls below
-/// `coherence` in that window. Both are needed: a free chain is coherent at a different frequency,
-/// and just above the onset of entrainment the centroid follows the drive while the oscillators
-/// disagree.
+/// `coherence` in that window. Both conditions are needed: a free chain is coherent at a different
+/// frequency, and just above the onset of entrainment the centroid follows the drive although the
+/// oscillators have different phases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LockCriterion {
-    /// Maximum slip of the centroid against the drive in the window, turns.
+    /// Maximum slip of the centroid relative to the drive in the window, turns.
     pub slip: f64,
     /// Minimum |χ| in the window.
     pub coherence: f64,

@@ -9,12 +9,13 @@
 //! ```
 //!
 //! # Error
-//! Besides their own tolerance, the oscillators have the error of the forcing, γ |ũ − u|: the gain times the error δu
-//! of the body's displacement at the driving point. If it is constant, it moves an oscillator by γ δu/ω². At resonance,
-//! or along a limit cycle, whose phase is free, its effects add up to γ δu T/(2ω) in the time T. [`Driving`] contains
-//! the factors of the bound γ δu (1/ω² + T/(2ω)). With BDF, δu is the sum of the local errors of u. Radau IIA has no
-//! estimate of its error. The error of its dense output within steps is not dominant: replacing the dense output by the
-//! integral of the dense output of the velocity, which has a higher order, did not change the error of the oscillators.
+//! The error of the forcing, γ |ũ − u|, adds to the tolerance error of the oscillators: it is the gain times the error
+//! δu of the body's displacement at the driving point. A constant error moves an oscillator by γ δu/ω². At resonance,
+//! or along a limit cycle, whose phase is free, the effects of the error add up to γ δu T/(2ω) in the time T.
+//! [`Driving`] contains the factors of the bound γ δu (1/ω² + T/(2ω)). With BDF, δu is the sum of the local errors of
+//! u. Radau IIA has no estimate of its error. The error of its dense output within steps is not dominant: replacing the
+//! dense output by the integral of the dense output of the velocity, which has a higher order, did not change the error
+//! of the oscillators.
 
 use std::sync::Arc;
 
@@ -48,12 +49,12 @@ pub struct Multirate<B> {
     steps: Steps,
     /// Sum of the magnitudes of the local errors of these steps; `None` without an estimate.
     error: Option<Vec<f64>>,
-    /// Whether the integrator of the oscillators gave up.
+    /// Whether the integrator of the oscillators stopped before its end time.
     chains_stopped: bool,
     y: Vec<f64>,
 }
 
-/// Magnitudes of the driving displacements and the driven positions over a run.
+/// Magnitudes of the driving displacements and of the resulting positions over a run.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Driven {
     /// Largest displacement of each driving point and the sum of its local errors, m.
@@ -82,7 +83,7 @@ struct Steps {
     n_states: usize,
     /// Number of values that determine a polynomial.
     n_points: usize,
-    /// Number of steps in use; further ones are kept for reuse.
+    /// Number of steps in use; the remaining ones are kept for reuse.
     n: usize,
     list: Vec<Interpolated>,
 }
@@ -228,7 +229,7 @@ impl<B> Multirate<B> {
         &self.driven
     }
 
-    /// Continues the magnitudes of an earlier part of the run of the same body and oscillators.
+    /// Restores the magnitudes of an earlier part of the run with the same body and oscillators.
     pub fn set_driven(&mut self, driven: &Driven) {
         self.driven.clone_from(driven);
     }

@@ -94,8 +94,8 @@ impl Oscillators {
         Ok(Self { network, drive, sources })
     }
 
-    /// Replaces the points of the body by their `motion` over its steps, and appends them to
-    /// `places`.
+    /// Replaces the points of the body in the sources by their `motion` over the body's steps, and
+    /// appends these points to `places`.
     pub(super) fn following(
         mut self,
         motion: &Arc<StepMotion>,

@@ -11,8 +11,8 @@ pub(super) fn residual(context: &Context, integrals: &mut Integrals<'_>, rows: &
     integrals.momentum_balance(context.alpha, context.beta, rows);
 }
 
-/// Returns the Jacobian: P = P_iso - p cof F gives ∂(force)/∂λ = -Bᵀ and, for the damping force,
-/// ∂(force rate)/∂v = K, ∂(force rate)/∂λ = -∂(B(q)v)/∂qᵀ, ∂(force rate)/∂λ̇ = -Bᵀ.
+/// Returns the terms of the Jacobian. P = P_iso - p cof F gives ∂(force)/∂λ = -Bᵀ and, for the
+/// damping force, ∂(force rate)/∂v = K, ∂(force rate)/∂λ = -∂(B(q)v)/∂qᵀ, ∂(force rate)/∂λ̇ = -Bᵀ.
 pub(super) fn terms(context: &Context) -> Vec<Term> {
     let Context { alpha, beta, has_pressure, pressed, added, graded, coherence, .. } = *context;
     let mut terms = vec![

@@ -93,7 +93,7 @@ pub struct HarmonicResponse {
     stiffness: DynamicStiffness,
     plan: Arc<Condensation>,
     elimination: Arc<Elimination>,
-    /// Matrices that no thread uses; their allocation costs as much as a factorization.
+    /// Matrices that are not in use by a thread. Allocating one costs as much as a factorization.
     matrices: Mutex<Vec<Condensed<Complex64>>>,
 }
 
@@ -139,7 +139,7 @@ impl DynamicStiffness {
         Self { tensions: dae.muscle().tensions_at_rest(t), dae, u, p, t, force, supports }
     }
 
-    /// Returns whether stresses relax, so that stresses are not functions of the current motion.
+    /// Returns whether the body has stress relaxation, so that its stresses are not functions of the current motion.
     pub fn relaxes(&self) -> bool {
         self.dae.muscle().solid.n_slots() > 0
     }
@@ -220,8 +220,8 @@ impl HarmonicResponse {
         self.map_with_derivatives(frequencies, &[], |amplitude, _| read(amplitude))
     }
 
-    /// Solves like [`map`](Self::map), also for the derivatives of the amplitudes with respect to parameters, each of which
-    /// costs a solution with the same factors.
+    /// Solves like [`map`](Self::map), and also for the derivatives of the amplitudes with respect to parameters. Each
+    /// derivative costs one additional solve with the same factors.
     ///
     /// # Errors
     /// As for [`map`](Self::map).

@@ -18,7 +18,7 @@ impl Neighbors {
     /// Creates the neighbors from one body at each point of a stencil with the given step.
     ///
     /// # Panics
-    /// Unless there is a body for each point.
+    /// Panics if the number of bodies differs from the number of points.
     pub fn new(stencil: Stencil, step: f64, bodies: Vec<DynamicStiffness>) -> Self {
         assert_eq!(stencil.points().len(), bodies.len(), "a body for each point");
         Self { stencil, step, bodies }

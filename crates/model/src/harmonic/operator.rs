@@ -175,8 +175,8 @@ impl DynamicStiffness {
     }
 
     /// Returns the derivative of `force` along `direction` at the nodal field `at`, by central
-    /// differences. Extrapolation removes the term of first order in the step, which belongs to the
-    /// force–velocity relation: its curvature jumps at rest.
+    /// differences. Extrapolation removes the error term of first order in the step, which is
+    /// caused by the force–velocity relation: its curvature jumps at rest.
     fn slope(&self, direction: &[f64], at: &[f64], force: impl Fn(&[f64], &mut [f64])) -> Vec<f64> {
         let values = |step: f64| {
             let mut result = vec![0.0; at.len()];
@@ -192,7 +192,7 @@ impl DynamicStiffness {
         pairs.map(|(whole, half)| 2.0 * half - whole).collect()
     }
 
-    /// Returns the factor of a displacement of all nodes for differences along it.
+    /// Returns the factor by which a displacement of all nodes is scaled for differences along it.
     pub(super) fn probing_step(&self, displacement: &[f64]) -> f64 {
         let space = self.dae.muscle().solid.space();
         match operators::largest_gradient(space, displacement) {

@@ -135,8 +135,8 @@ impl<P: Problem> IdaIntegrator<P> {
     }
 }
 
-/// Maximum number of restarts with a smaller first step, and the reduction per restart. The last
-/// attempt is 1e-18 of the first, where any step is below rounding.
+/// Maximum number of restarts with a smaller first step, and the reduction per restart. The first
+/// step of the last attempt is 1e-18 times the original one and below rounding.
 const RESTARTS: usize = 3;
 const SMALLER: f64 = 1e-6;
 

@@ -26,7 +26,7 @@ pub enum Advance {
     },
 }
 
-/// Data with which a run by Radau IIA continues bit by bit.
+/// Data from which a run with Radau IIA continues with bitwise identical results.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Continuation {
     /// The integrator's state.
@@ -60,9 +60,9 @@ impl Continuation {
 
 /// A variable-step integrator that owns its problem.
 pub trait Integrator<P> {
-    /// Restarts behind a jump of the excitation if the current time is the time of a jump: the
-    /// state is made consistent with the values after the jump. [`advance`] does this first;
-    /// calling it before gives access to the start of the next step.
+    /// Restarts after a jump of the excitation if the current time is the time of a jump: the state
+    /// is made consistent with the values after the jump. [`advance`] does this automatically; call
+    /// this method before [`advance`] to access the start of the next step.
     ///
     /// [`advance`]: Integrator::advance
     ///
@@ -83,7 +83,7 @@ pub trait Integrator<P> {
     /// step.
     ///
     /// # Errors
-    /// If `t` is outside the last step or the order is too high.
+    /// Returns an error if `t` is outside the last step or the order is too high.
     fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError>;
 
     /// Returns the times, s, within the last step that separate polynomials of the dense output.
@@ -96,7 +96,7 @@ pub trait Integrator<P> {
     /// of Radau IIA have a lower order than its error.
     ///
     /// # Errors
-    /// If `out` has the wrong length.
+    /// Returns an error if `out` has the wrong length.
     fn local_error(&mut self, _out: &mut [f64]) -> Result<bool, ModelError> {
         Ok(false)
     }
@@ -104,8 +104,8 @@ pub trait Integrator<P> {
     /// Returns the accumulated counts.
     fn counts(&self) -> Counts;
 
-    /// Returns the data that [`restore`](Integrator::restore) needs to continue bit by bit; `None`
-    /// for BDF, since IDAS does not expose its history.
+    /// Returns the data from which [`restore`](Integrator::restore) continues with bitwise
+    /// identical results; `None` for BDF, since IDAS does not expose its history.
     fn save(&self) -> Option<Continuation> {
         None
     }

@@ -4,8 +4,8 @@ use myovib_dae::Statistics;
 
 use crate::signal::schedule::Schedule;
 
-/// Largest growth of the step after a step that was shortened, which contains no information on the
-/// step size that accuracy allows. Equal to the growth limit of Radau IIA.
+/// Largest growth of the step after a shortened step, which contains no information on the step
+/// size that accuracy allows. Equal to the growth limit of Radau IIA.
 const GROWTH: f64 = 8.0;
 
 /// The schedule of a run and its progress.
@@ -25,13 +25,12 @@ pub(crate) struct Bounds {
 }
 
 impl Pace {
-    /// Creates the pace of a run to `t_end` of a system excited by a `schedule`.
+    /// Creates the step limits of a run to `t_end` for a system with this `schedule` of its excitation.
     pub(crate) fn new(schedule: Schedule, t_end: f64) -> Self {
         Self { schedule, t_end, shortened: false }
     }
 
-    /// Returns whether the last step was shorter than the integrator proposed, which is the only
-    /// stored state.
+    /// Returns whether the last step was shorter than the integrator proposed. No other state is stored.
     pub(crate) fn shortened(&self) -> bool {
         self.shortened
     }

@@ -20,7 +20,7 @@ impl SampleTimes {
     /// Creates times at intervals of `every` seconds up to `end`.
     ///
     /// # Panics
-    /// If `every` is not positive.
+    /// Panics if `every` is not positive.
     pub fn new(every: f64, end: f64) -> Self {
         assert!(every > 0.0, "the sampling interval {every} s must be positive");
         Self { every, end, next: 0 }

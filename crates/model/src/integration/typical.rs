@@ -8,8 +8,8 @@ use crate::muscle::Muscle;
 use crate::muscle::activation::Activation;
 use crate::signal::Signal;
 
-/// Number of intervals at which loads are sampled. It is prime: a load with a round number of periods would vanish at all
-/// times of a round number of samples.
+/// Number of intervals at which loads are sampled. It is prime, because a load with a round number of periods could
+/// vanish at all sample times of a round number of samples.
 const INTERVALS: u32 = 997;
 /// Maximum number of breaks of a load around which it is sampled too.
 const BREAKS: usize = 100;

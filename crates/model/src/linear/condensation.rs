@@ -186,8 +186,9 @@ impl Arrangement {
         self.kinematic.iter().find(|k| k.eliminated == field)
     }
 
-    /// Returns the retained field whose condensed rows hold the equation of a field. The row of an
-    /// eliminated unknown is included by its base, whose own row holds the kinematic equation.
+    /// Returns the retained field whose condensed rows contain the equation of a field. The
+    /// equation of an eliminated unknown is in the rows of its base, whose own rows contain the
+    /// kinematic equation.
     fn owner(&self, field: Field) -> Field {
         self.eliminating(field).map_or(field, |k| k.base)
     }
@@ -272,8 +273,7 @@ pub struct Condensation {
     pub(super) recovered: Vec<Recovered>,
     /// The condensed matrix; square.
     pub(super) condensed: Assembly<Quadratic>,
-    /// A_w / value for all eliminated unknowns, which multiplies the rows of the kinematic
-    /// equations.
+    /// A_w / value for all eliminated unknowns. It multiplies the right-hand sides of the kinematic equations.
     pub(super) coupling: Assembly<Quadratic>,
     /// Terms of the equations included above, with their rows.
     pub(super) included: Vec<(Field, Term)>,

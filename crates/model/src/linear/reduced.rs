@@ -38,7 +38,7 @@ impl Reduction {
     /// Sets up the reduction for `dae`; every formulation has one.
     ///
     /// # Panics
-    /// If the equations have a term that no part of the reduction includes.
+    /// Panics if the equations have a term that no part of the reduction includes.
     pub fn new(dae: &MuscleDae, options: SparseOptions) -> Result<Self, SparseError> {
         let mut included;
         let body = match Splitting::new(dae) {

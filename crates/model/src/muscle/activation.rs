@@ -19,7 +19,7 @@ pub enum Activation {
         /// T0, Pa.
         unsynchronized: f64,
     },
-    /// Linear function of time: linearization of a model at a state, for derivatives there.
+    /// Linear function of time: the linearization of a model at a state, used for derivatives there.
     Line {
         /// Where it touches, s.
         t: f64,

@@ -9,8 +9,8 @@ use myovib_fem::{
 
 use crate::signal::Signal;
 
-/// Motion of an obstacle in which the contact force is nearly linear, as a fraction of the depth over which its stiffness
-/// sets in.
+/// Displacement of an obstacle over which the contact force is nearly linear, as a fraction of the depth over which the
+/// contact stiffness increases to its full value.
 const LINEAR: f64 = 1e-3;
 
 /// A force on the nodes: a constant vector times a function of time.
@@ -148,7 +148,7 @@ pub enum ObstacleMotion {
     Driven {
         /// Unit vector.
         direction: Vec<f64>,
-        /// Force along the direction, N, in 2D N/m.
+        /// Force along the direction, N (N/m in 2D).
         force: Signal,
     },
 }
@@ -289,8 +289,8 @@ impl Contact {
         Some(self.operator.displacement_under(force, direction, u))
     }
 
-    /// Returns the displacement of an obstacle that a force drives along its direction, or of an obstacle that moves toward the
-    /// body, as for [`sums`](Self::sums); `None` for an obstacle at rest.
+    /// Returns the displacement of an obstacle along its direction if a force drives it, or toward the body if its
+    /// motion is prescribed, as for [`sums`](Self::sums); `None` for an obstacle at rest.
     pub fn distance(&self, t: f64, part: f64, u: &[f64]) -> Option<f64> {
         let ObstacleMotion::Given(motion) = &self.motion else {
             return self.driven_distance(t, part, u);
@@ -305,8 +305,8 @@ impl Contact {
         self.is_driven() || !self.signals().iter().all(rests)
     }
 
-    /// Returns the derivatives of the force of a driven obstacle, as for [`sums`](Self::sums), and the force under the full load;
-    /// `None` without force.
+    /// Returns the derivatives of the force of a driven obstacle, as for [`sums`](Self::sums), and the force under the
+    /// full load; `None` if no force drives the obstacle.
     pub(crate) fn driven_slope(&self, t: f64, part: f64, u: &[f64]) -> Option<(DrivenSlope, f64)> {
         let ObstacleMotion::Driven { direction, force } = &self.motion else {
             return None;
@@ -323,7 +323,8 @@ impl Contact {
         self.operator.sums(&self.offset(t, part, u), u)
     }
 
-    /// Calls `action` with the friction and the motion of the obstacle at time `t` and of the body, if there is friction.
+    /// Calls `action` with the friction, the motion of the obstacle at time `t`, and the motion of the body. Does
+    /// nothing without friction.
     fn slide<R>(
         &self,
         t: f64,
@@ -340,7 +341,8 @@ impl Contact {
         Some(action(friction, &Sliding { offset, velocity, u, v }))
     }
 
-    /// Adds the force of the body on the obstacle by friction to `total`, at displacement and velocity `motion` of all nodes.
+    /// Adds the friction force of the body on the obstacle to `total`, for the displacement and velocity `motion` of
+    /// all nodes.
     pub(crate) fn add_friction(&self, t: f64, motion: [&[f64]; 2], total: &mut [f64]) {
         self.slide(t, motion, |friction, sliding| {
             self.operator.add_friction(friction, sliding, total);
@@ -361,7 +363,8 @@ impl Contact {
         sums.unwrap_or_default()
     }
 
-    /// Returns the dissipation by friction, and its power on the body plus this dissipation: the power of the obstacle.
+    /// Returns the dissipation by friction, and the power of the obstacle: the power of friction on the body plus this
+    /// dissipation.
     pub(crate) fn friction_powers(&self, t: f64, motion: [&[f64]; 2]) -> [f64; 2] {
         let sums = self.friction_sums(t, motion);
         let components = sums.force.iter().zip(self.signals());

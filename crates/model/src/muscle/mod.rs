@@ -253,7 +253,7 @@ impl Muscle {
         self.boundary_forces().next().is_some()
     }
 
-    /// Returns a body without Prony terms, whose stress is therefore always relaxed.
+    /// Returns the body without its Prony terms, so that its stress is always relaxed.
     #[must_use]
     pub fn relaxed(&self) -> Self {
         let mut muscle = self.clone();

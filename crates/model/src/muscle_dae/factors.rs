@@ -10,7 +10,7 @@ impl MuscleDae {
     /// Sets factors of the law's energy at the corners of each element for all further evaluations.
     ///
     /// # Panics
-    /// At the next evaluation, if there is not one factor per vertex of each element.
+    /// Panics at the next evaluation, if there is not one factor per vertex of each element.
     pub fn set_factors(&mut self, factors: &[f64]) {
         let own = self.factors.get_or_insert_default();
         own.clear();
@@ -85,7 +85,7 @@ impl MuscleDae {
     /// values of other elements are ignored.
     ///
     /// # Panics
-    /// At the next evaluation, if there is not one value per element.
+    /// Panics at the next evaluation, if there is not one value per element.
     pub(crate) fn set_tensions(&mut self, tensions: &[f64]) {
         let own = self.coherent_tensions.get_or_insert_default();
         own.clear();

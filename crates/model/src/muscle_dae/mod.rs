@@ -74,8 +74,7 @@ impl MuscleDae {
         Ok(Self::for_analysis(muscle, formulation))
     }
 
-    /// Creates the DAE even if it cannot be run: the index of `rate` with β = 0 is of interest, for
-    /// example.
+    /// Creates the DAE even if it cannot be integrated, for example to compute the index of `rate` with β = 0.
     pub fn for_analysis(mut muscle: Muscle, formulation: Formulation) -> Self {
         muscle.solid = muscle.solid.in_threads(resources::threads());
         let solid = &muscle.solid;
@@ -268,7 +267,7 @@ impl MuscleDae {
     /// Returns the values of a matrix from the last [`update_matrices`](Self::update_matrices).
     ///
     /// # Panics
-    /// If the formulation has no such matrix.
+    /// Panics if the formulation has no such matrix.
     pub fn matrix_values(&self, matrix: Matrix) -> &[f64] {
         self.matrices.values(&self.muscle.solid, matrix)
     }

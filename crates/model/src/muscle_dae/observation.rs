@@ -65,9 +65,9 @@ impl MuscleDae {
         values.get(self.layout.range(field)?)
     }
 
-    /// Computes inertia, stress and damping minus the loads at all nodal components: zero where the
-    /// body moves freely, the force of the support on the body (N; N/m in 2D) where it is held or
-    /// moved.
+    /// Computes inertia, stress and damping minus the loads at all nodal components. The result is
+    /// zero where the body moves freely, and the force of the support on the body (N; N/m in 2D)
+    /// where it is fixed or moved.
     pub fn unbalanced_force(
         &mut self,
         t: f64,

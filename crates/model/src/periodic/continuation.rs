@@ -4,7 +4,7 @@ use super::krylov::{dot, gmres, norm};
 use super::shooting::Shooting;
 use crate::error::ModelError;
 
-/// Required reduction of the residual when a tangent is computed.
+/// Relative residual of the linear solve for a tangent.
 const REDUCTION: f64 = 1e-9;
 /// Maximum number of Newton iterations of a step after which the next step may be longer.
 const FEW: usize = 2;

@@ -89,8 +89,8 @@ pub(super) fn gmres(
     }
 }
 
-/// Returns the `count` eigenvalues of largest magnitude, by Arnoldi's method with at most `most` products, and
-/// their residual norms. The products end when all residuals are below `tolerance` times the largest magnitude.
+/// Returns the `count` eigenvalues of largest magnitude, by Arnoldi's method with at most `most` products, and their
+/// residual norms. The iteration ends when all residuals are below `tolerance` times the largest magnitude.
 pub(super) fn eigenvalues(
     product: &mut Product<'_>,
     start: &[f64],

@@ -47,7 +47,7 @@ impl Probe {
     /// Creates a probe at a known position in an element.
     ///
     /// # Panics
-    /// If the element does not exist.
+    /// Panics if the element does not exist.
     pub fn located_at(space: &Space, at: ElementPoint) -> Self {
         Self::new(space, at, place_of(space, &at))
     }
@@ -55,7 +55,7 @@ impl Probe {
     /// Creates a probe at the centroid of an element.
     ///
     /// # Panics
-    /// If the element does not exist.
+    /// Panics if the element does not exist.
     pub fn in_element(space: &Space, element: usize) -> Self {
         let n = space.mesh().shape().n_vertices();
         let barycentric = Barycentric::new(&vec![1.0 / n as f64; n]);

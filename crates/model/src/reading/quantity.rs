@@ -168,7 +168,7 @@ impl Quantity {
         all.find(|quantity| quantity.label() == label)
     }
 
-    /// Returns the start of the names of its columns.
+    /// Returns the prefix of its column names.
     pub fn prefix(self) -> &'static str {
         self.description().names[1]
     }

@@ -39,8 +39,8 @@ enum Scope {
 }
 
 impl Dependence {
-    /// Creates the dependence on a parameter in which the equations are affine. In `other` the parameter is larger by
-    /// `distance`, which may be as large as the parameter. The difference is exact up to rounding.
+    /// Creates the dependence on a parameter in which the equations are affine. In `other`, the parameter is larger by
+    /// `distance`, which may be as large as the parameter itself. The difference is exact up to rounding.
     pub fn affine(
         parameter: Parameter,
         formulation: Formulation,
@@ -215,7 +215,7 @@ impl Dependences {
     /// Returns the dependence on parameter j.
     ///
     /// # Panics
-    /// If the parameter does not exist.
+    /// Panics if the parameter does not exist.
     pub fn get_mut(&mut self, j: usize) -> &mut Dependence {
         &mut self.all[j]
     }

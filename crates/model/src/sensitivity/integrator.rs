@@ -124,7 +124,7 @@ where
     /// the reading. `own` is the value of the reading. The derivative is NaN at a kink.
     ///
     /// # Panics
-    /// If the parameter does not exist.
+    /// Panics if the parameter does not exist.
     pub fn derivative(
         &mut self,
         j: usize,

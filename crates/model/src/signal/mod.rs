@@ -94,7 +94,7 @@ pub trait TimeFunction: Debug + Send + Sync {
         None
     }
 
-    /// Returns the function under `part` of a load, if this is not `part` times the function.
+    /// Returns the function under a fraction `part` of a load; `None` if this is `part` times the function.
     fn under_part(&self, _part: f64) -> Option<Signal> {
         None
     }
@@ -154,7 +154,8 @@ impl Signal {
         Turn { angle, phase }.into()
     }
 
-    /// Returns the function under the part `factor` of a load: multiplied by it, except that angles are.
+    /// Returns the function under a fraction `factor` of the load. This is `factor` times the function, except for
+    /// functions of an angle, in which the angle is scaled.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let product = || Self::product(vec![Self::constant(factor), self.clone()]);
@@ -350,7 +351,7 @@ mod tests {
         assert_eq!(jumps.lowest_jump(), 0);
     }
 
-    /// The step has values on both sides, up to the last times of stages, and no derivatives.
+    /// The step has its own value on each side, up to the last times of stages, and no derivatives.
     #[test]
     fn a_step_without_a_rise_has_a_value_on_each_side() {
         for start in [0.0, 0.3, 7.0, -2.0] {

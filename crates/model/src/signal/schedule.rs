@@ -16,8 +16,8 @@ use super::timing::{Break, TimeScales, just_after, shortest};
 /// s, the end of Table 2's runs.
 const AHEAD: f64 = 80.0;
 
-/// Times with a relative difference below this value are equal: a few thousand times the unit
-/// roundoff, shorter than any step of an integrator.
+/// Times whose relative difference is below this value count as equal: a few thousand times the
+/// unit roundoff, shorter than any step of an integrator.
 pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// Signals that drive a system.
@@ -35,7 +35,7 @@ impl Schedule {
         self.drives.push((Arc::new(drive), derivatives));
     }
 
-    /// Adds times in which the system changes of itself (s): they bound the first step alone.
+    /// Adds times in which the system changes without excitation (s). They limit the first step only.
     pub(crate) fn add_own_times(&mut self, times: impl IntoIterator<Item = f64>) {
         self.own_time = shortest(times.into_iter().chain(self.own_time));
     }
@@ -49,8 +49,8 @@ impl Schedule {
         breaks.reduce(Break::earlier)
     }
 
-    /// Returns the time from which a system that has reached time `t` is driven by the values after
-    /// a jump at `t`, or within rounding after it; `None` if nothing jumps.
+    /// Returns the time from which the values after a jump drive a system that has reached time
+    /// `t`, if a jump is at `t` or within rounding after it; otherwise `None`.
     pub(crate) fn after_jump(&self, t: f64) -> Option<f64> {
         let first = self.next_break(t.next_down());
         let breaks = std::iter::successors(first, |last| self.next_break(last.t));

@@ -52,7 +52,7 @@ impl Spline {
     /// non-finite values.
     ///
     /// # Panics
-    /// If the lengths differ.
+    /// Panics if the lengths differ.
     pub fn new(times: Vec<f64>, values: Vec<f64>) -> Result<Self, ModelError> {
         Ok(Points::new(times, values)?.into())
     }

@@ -25,7 +25,7 @@ impl Points {
     /// [`ModelError::OutOfRange`] for fewer than two points, times that do not ascend, or NaN and infinite numbers.
     ///
     /// # Panics
-    /// If the lengths differ.
+    /// Panics if the lengths differ.
     pub fn new(times: Vec<f64>, values: Vec<f64>) -> Result<Self, ModelError> {
         assert_eq!(times.len(), values.len(), "a value for each time");
         let fail = |name, value, allowed| Err(ModelError::OutOfRange { name, value, allowed });

@@ -21,8 +21,8 @@ impl Break {
     }
 }
 
-/// Offset after a jump, in multiples of the unit roundoff: the times of stages of steps that end at
-/// the jump have smaller rounding errors, and every step of an integrator is longer.
+/// Offset after a jump, in multiples of the unit roundoff. It exceeds the rounding errors of the
+/// stage times of a step that ends at the jump, and is shorter than any step of an integrator.
 const PASSED: f64 = 16.0 * f64::EPSILON;
 /// Replacement for a time scale of zero, s.
 const LEAST_TIME: f64 = 1e-290;

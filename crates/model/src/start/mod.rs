@@ -98,7 +98,7 @@ impl InitialValues {
     /// without full rank).
     ///
     /// # Panics
-    /// If a length is wrong.
+    /// Panics if a length is wrong.
     pub fn new(dae: &mut MuscleDae, t: f64, q: &[f64], v: &[f64]) -> Result<Self, ModelError> {
         let tensions = vec![0.0; dae.muscle().models().count()];
         Self::contracting(dae, t, [q, v, &tensions], None, None)
@@ -160,7 +160,7 @@ impl InitialValues {
     /// internal stresses in `y`.
     ///
     /// # Panics
-    /// If `y` is not a state of `dae`.
+    /// Panics if `y` is not a state of `dae`.
     pub fn of(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Result<Self, ModelError> {
         Self::next_to(dae, t, y, None)
     }
@@ -237,8 +237,8 @@ impl InitialValues {
     }
 }
 
-/// Returns the rates of tensions in the state `y`; other rates of a body without inertia are unknown
-/// before a step, and zero here.
+/// Returns ẏ for a body without inertia in the state `y`: the rates of tensions. All other rates are unknown before a
+/// step and are set to zero.
 fn rates_without_inertia(dae: &MuscleDae, t: f64, y: &[f64]) -> Vec<f64> {
     let mut y_dot = vec![0.0; y.len()];
     if let Some(range) = dae.layout().range(Field::Tension) {

@@ -16,7 +16,7 @@ const SMALLEST_COSINE: f64 = 0.5;
 /// Smallest length of a step relative to the first one.
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 
-/// Reason why a path ends below zero load.
+/// Reason why a path ends when the load returns to zero.
 const NO_PULL: &str = "the load returns to zero, where an obstacle under a force no longer presses: give its displacement";
 
 /// A path in steps of given length.

@@ -27,9 +27,9 @@ pub enum Control {
     },
 }
 
-/// Follows the path of equilibria from the unloaded body, as [`equilibrium`](super::equilibrium) does. `record` receives
-/// each requested state, converged to rounding, and may end the path; the unloaded body is not among them. `watch` is
-/// called before each iteration, and may interrupt. If the path ends early, its last state is recorded too.
+/// Follows the path of equilibria from the unloaded body, as [`equilibrium`](super::equilibrium) does. `record`
+/// receives each requested state, converged to rounding, but not the unloaded body; it may end the path. `watch` is
+/// called before each iteration and may interrupt the search. If the path ends early, its last state is recorded too.
 ///
 /// # Errors
 /// Errors of [`equilibrium`](super::equilibrium) except for [`ModelError::NoEquilibrium`] and [`ModelError::Penetration`].

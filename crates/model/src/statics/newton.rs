@@ -78,8 +78,8 @@ pub(super) struct Newton<'a> {
     force_square: f64,
     /// The prescribed components and the derivatives of their displacement with respect to the load factor, m.
     prescribed: Vec<(usize, f64)>,
-    /// The prescribed components that the load factor does not multiply, last above. Their derivatives are those at the factor of the
-    /// last [`direction`](Self::direction).
+    /// The prescribed components that are not proportional to the load factor; they are the last ones of the list
+    /// above. Their derivatives are evaluated at the load factor of the last [`direction`](Self::direction).
     turned: Vec<(usize, Signal)>,
     displacement: Vec<f64>,
     /// Zero.
@@ -227,8 +227,8 @@ impl<'a> Newton<'a> {
         self.contacts.iter().any(Contact::is_driven)
     }
 
-    /// Returns the size of the displacement gradient for the free components `q` and `factor` times
-    /// the prescribed components.
+    /// Returns the size of the displacement gradient if the free components are `q` and the
+    /// prescribed components are multiplied by `factor`.
     pub(super) fn gradient(&mut self, q: &[f64], factor: f64) -> f64 {
         self.deform(q, factor);
         largest_gradient(self.muscle.solid.space(), &self.displacement)

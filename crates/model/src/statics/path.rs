@@ -10,7 +10,7 @@ pub struct PathState {
     pub load: f64,
     /// Free displacement components, m.
     pub displacement: Vec<f64>,
-    /// Pressure at the vertices, Pa; empty for a formulation without.
+    /// Pressure at the vertices, Pa; empty for a formulation without pressure.
     pub pressure: Vec<f64>,
     /// Number of independent small motions that grow, as in [`Equilibrium`](super::Equilibrium); unknown at a limit
     /// point.
@@ -69,10 +69,10 @@ impl PathState {
     }
 }
 
-/// Number of negative directions of the states of a path.
+/// Number of directions in which the energy decreases, along a path.
 #[derive(Debug, Default)]
 pub(super) struct Stability {
-    /// Load factor and number at the last state where it is known.
+    /// Load factor and number of these directions at the last state where the number is known.
     last: Option<(f64, usize)>,
     pub(super) points: Vec<CriticalPoint>,
 }

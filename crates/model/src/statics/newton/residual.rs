@@ -9,8 +9,8 @@ use crate::field::Field;
 use crate::muscle::load::boundary_forces;
 
 impl Newton<'_> {
-    /// Sets all components of the displacement: `q` for the free, `factor` times the prescribed
-    /// values for the others.
+    /// Sets all components of the displacement: the free components to `q`, the others to `factor`
+    /// times their prescribed values.
     pub(super) fn deform(&mut self, q: &[f64], factor: f64) {
         for &(component, value) in &self.prescribed {
             self.displacement[component] = factor * value;
