@@ -159,7 +159,7 @@ pub enum FemError {
         /// Vertices.
         vertices: Vec<usize>,
     },
-    /// An axis to which the model has no plane of symmetry normal, or several.
+    /// The model has no plane of symmetry normal to the axis, or several.
     #[error(
         "the rim of the group is not in one plane normal to {} with all nodes fixed along that axis",
         ["x", "y", "z"][*axis]

@@ -18,8 +18,8 @@ use obstacle::{Gap, dot};
 const DEFAULT_STIFFNESS: f64 = 100.0;
 /// Penetration at which the full stiffness is reached, as a fraction of the facet size.
 const SMOOTHING: f64 = 1e-3;
-/// Mean distance from the obstacle that augmented Lagrange multipliers leave, as a fraction of the facet size: at a contact
-/// pressure of one shear modulus, the default penalty penetrates a hundred times deeper.
+/// Mean distance from the obstacle that remains with augmented Lagrange multipliers, as a fraction of the facet size.
+/// At a contact pressure of one shear modulus, the default penalty penetrates a hundred times deeper.
 const AUGMENTED: f64 = 1e-4;
 
 /// Contact of a boundary group with a rigid obstacle, with the energy ∫ φ(−g) dS over the undeformed boundary, with the
@@ -39,7 +39,7 @@ const AUGMENTED: f64 = 1e-4;
 /// Forces and displacements have length `n_components`; displacements of the obstacle have D components.
 ///
 /// # Units
-/// k in Pa/m; forces in N, in 2D in N/m.
+/// k in Pa/m; forces in N (N/m in 2D).
 #[derive(Debug, Clone)]
 pub struct RigidContact {
     boundary: DeformedFacets,
@@ -58,11 +58,11 @@ pub struct RigidContact {
 /// Sums over a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ContactSums {
-    /// Force on the body, N, in 2D in N/m; unused components are zero.
+    /// Force on the body, N (N/m in 2D); unused components are zero.
     pub force: [f64; 3],
-    /// Stored energy, J, in 2D in J/m.
+    /// Stored energy, J (J/m in 2D).
     pub energy: f64,
-    /// Undeformed area of the points in contact, m², in 2D the length, m.
+    /// Undeformed area of the points in contact, m² (length in 2D, m).
     pub area: f64,
     /// Largest penetration, m.
     pub penetration: f64,
@@ -155,9 +155,10 @@ impl RigidContact {
         self.weights.iter().map(Vec::len).sum()
     }
 
-    /// Updates the multipliers to the pressures at displacement `u` (Uzawa). Returns `false` and changes nothing if the distance from
-    /// the obstacle, averaged over the contact pressure, is at most 1e-4 of the facet size. Single points penetrate deeper:
-    /// quadratic facets do not fit the obstacle where its contact ends.
+    /// Updates the multipliers to the pressures at displacement `u` (Uzawa). Returns `false` and changes nothing if the
+    /// mean distance from the obstacle, weighted by the contact pressure, is at most 1e-4 of the facet size. Single
+    /// points penetrate deeper, because quadratic facets do not follow the shape of the obstacle at the edge of the
+    /// contact.
     ///
     /// # Panics
     /// Panics if an array is too short.

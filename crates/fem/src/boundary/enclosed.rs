@@ -29,7 +29,7 @@ use crate::space::Space;
 /// onto the planes at which it ends.
 ///
 /// # Units
-/// m³; in 2D m².
+/// m³ (m² in 2D).
 #[derive(Debug, Clone)]
 pub struct EnclosedVolume {
     walls: DeformedFacets,
@@ -38,7 +38,7 @@ pub struct EnclosedVolume {
     rims: Vec<Vec<Vec<usize>>>,
     /// Weight, shape functions and their derivatives at the quadrature points of an edge.
     points: Vec<(f64, Vec<f64>, Vec<f64>)>,
-    /// Planes of symmetry: normal axis, and a node.
+    /// Planes of symmetry, each given by its normal axis and a node on it.
     planes: Vec<(usize, usize)>,
 }
 

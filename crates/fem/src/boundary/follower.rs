@@ -15,7 +15,7 @@ use crate::solid::Solid;
 /// Loads and displacements have length `n_components`.
 ///
 /// # Units
-/// p in Pa; the load in N, in 2D in N/m.
+/// p in Pa; the load in N (N/m in 2D).
 #[derive(Debug, Clone)]
 pub struct FollowerPressure {
     boundary: DeformedFacets,

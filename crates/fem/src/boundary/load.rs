@@ -15,7 +15,7 @@ use crate::space::{ElementPoint, Space};
 /// precomputed vectors of unit tractions.
 ///
 /// # Units
-/// τ in N/m²; the result in N, in 2D in N/m.
+/// τ in N/m²; the result in N (N/m in 2D).
 ///
 /// # Errors
 /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] unless the group has edges (2D) or faces

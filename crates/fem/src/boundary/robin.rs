@@ -25,7 +25,7 @@ pub enum SupportDirection {
 /// Displacements and forces have length `n_components`.
 ///
 /// # Units
-/// R in m², in 2D in m. With k in Pa/m and c in Pa·s/m forces are in N, in 2D in N/m.
+/// R in m² (m in 2D). With k in Pa/m and c in Pa·s/m, forces are in N (N/m in 2D).
 #[derive(Debug, Clone)]
 pub struct RobinMatrix {
     /// Row, column and value over all components, sorted by row.

@@ -47,7 +47,7 @@ pub fn axes_at(fibers: &[[f64; 3]], sheets: Option<&[[f64; 3]]>, weights: &[f64]
     Directed { axes: Axes { fiber, sheet }, nearest: fiber_opposed || sheet_opposed }
 }
 
-/// Returns the unit vector along a vector of any length but zero.
+/// Returns the unit vector along a nonzero vector.
 pub fn unit_vector(vector: [f64; 3]) -> [f64; 3] {
     // Scaled first: the squares of components of 1e-200 are zero.
     let largest = vector.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -99,7 +99,8 @@ fn less_along(vector: [f64; 3], unit: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| vector[i] - along * unit[i])
 }
 
-/// Returns a unit vector orthogonal to `unit`: the least parallel coordinate direction, projected.
+/// Returns a unit vector orthogonal to `unit`: the coordinate direction that is least parallel to
+/// it, projected onto the orthogonal plane.
 fn any_across(unit: [f64; 3]) -> [f64; 3] {
     let least = (0..3).min_by(|&a, &b| unit[a].abs().total_cmp(&unit[b].abs()));
     let mut coordinate = [0.0; 3];

@@ -1,4 +1,4 @@
-//! Laws written outside the crate, compiled for the vector instructions of the processor.
+//! Macro for laws defined outside this crate, which compiles them for the vector instructions of the processor.
 
 /// Adds `#[inline(always)]` to all functions of an `impl` block.
 ///

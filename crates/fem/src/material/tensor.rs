@@ -88,8 +88,7 @@ impl<R: Real> Volumetric<R> {
     }
 }
 
-/// Symmetric derivative of a tensor with respect to a tensor: the upper triangle by
-/// rows.
+/// Symmetric derivative of a tensor with respect to a tensor, stored as its upper triangle by rows.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Symmetric<R>(pub(crate) [R; 10]);
 

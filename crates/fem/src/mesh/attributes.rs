@@ -59,8 +59,8 @@ impl Mesh {
         Ok(self)
     }
 
-    /// Returns the mesh with midside nodes at the given positions, by the ends of their edges. A
-    /// node at the midpoint of its edge keeps the edge straight.
+    /// Returns the mesh with midside nodes at the given positions; each is identified by the ends
+    /// of its edge. A node at the midpoint of its edge keeps the edge straight.
     ///
     /// # Errors
     /// [`FemError::UnknownFacet`] for edges that belong to no element, [`FemError::Defect`] for

@@ -1,4 +1,4 @@
-//! Defects by which elements fail to form a conforming mesh.
+//! Mesh defects: reasons why elements do not form a conforming mesh.
 
 use std::fmt;
 

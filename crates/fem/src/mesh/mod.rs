@@ -244,7 +244,7 @@ impl Mesh {
         &self.notes
     }
 
-    /// Returns the mesh with the notes of its source mesh or file before its own.
+    /// Returns the mesh with the notes of its source mesh or file placed before its own notes.
     pub(crate) fn with_earlier_notes(mut self, mut notes: Vec<MeshNote>) -> Self {
         notes.append(&mut self.notes);
         self.notes = notes;
@@ -324,7 +324,7 @@ impl Mesh {
         })
     }
 
-    /// Returns the group of a name; of several groups with one name, the group of this dimension.
+    /// Returns the group with a name. If several groups have this name, returns the group of the given dimension.
     ///
     /// # Errors
     /// [`FemError::UnknownGroup`].

@@ -18,7 +18,7 @@ pub enum MeshNote {
         /// Name of their original vertex order.
         order: &'static str,
     },
-    /// A group listed members repeatedly (an edge in either direction); they count once.
+    /// A group listed some members repeatedly (an edge possibly in both directions); each counts once.
     Repeated {
         /// Name of the group.
         group: String,
@@ -27,7 +27,7 @@ pub enum MeshNote {
         /// Name of its members.
         kind: &'static str,
     },
-    /// The mesh is in another plane than z = 0, and its axes are called x and y.
+    /// The mesh is in a plane other than z = 0; its two axes are renamed x and y.
     Plane {
         /// Axes of the file.
         axes: [char; 2],

@@ -1,7 +1,7 @@
 //! Vector register with one number per element.
 //!
-//! Functions on lanes use loops and are always inlined. Closures (as for `array::map`) would be
-//! compiled without vector instructions and called separately.
+//! Functions on lanes use loops and are always inlined. Closures (for example in `array::map`)
+//! would be compiled as separate functions without vector instructions.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::slice::{from_mut, from_ref};

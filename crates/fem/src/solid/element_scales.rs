@@ -26,7 +26,7 @@ impl Solid {
     /// Returns the solid with a function of the volume in the volumetric energy.
     ///
     /// # Errors
-    /// [`FemError::VolumeFunction`] for another function than the default with a law for small strains, or a law whose energy
+    /// [`FemError::VolumeFunction`] for a function other than the default if a law has small strains or an energy that
     /// includes the volumetric part.
     pub fn with_volume_function(mut self, function: VolumeFunction) -> Result<Self, FemError> {
         if self.materials.iter().all(|own| own.volume_function == function) {

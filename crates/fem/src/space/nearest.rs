@@ -22,7 +22,7 @@ impl Space {
     /// well-shaped elements.
     ///
     /// # Panics
-    /// Unless `D` is the dimension.
+    /// Panics unless `D` is the dimension.
     pub fn near<const D: usize>(&self, point: [f64; D]) -> Option<Near> {
         let candidate = |element: usize| {
             let lambda = match self.curved[element] {

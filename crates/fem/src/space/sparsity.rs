@@ -23,8 +23,7 @@ pub(crate) fn pattern(n_rows: usize, columns: impl Iterator<Item = Vec<usize>>) 
         .expect("rows are sorted, distinct and in range")
 }
 
-/// Returns, for each of `n_columns` items, the sorted set of row items that share an element with
-/// it.
+/// Returns, for each of `n_columns` column items, the sorted set of row items that share an element with it.
 fn neighbors<'a, C, R>(
     space: &'a Space,
     n_columns: usize,

@@ -20,8 +20,8 @@ pub struct DrivenSlope {
 
 impl RigidContact {
     /// Returns the displacement of the obstacle along the unit vector `direction` at which the contact force on the body
-    /// has the component `force` along it; NaN if the obstacle passes the body. Without force, the obstacle touches the body
-    /// or, with multipliers, is at the distance at which they begin to press.
+    /// has the component `force` along it; NaN if the obstacle passes the body. For a force of zero, the obstacle only
+    /// touches the body or, with multipliers, is at the distance at which they begin to press.
     ///
     /// # Panics
     /// Panics if an array is too short.

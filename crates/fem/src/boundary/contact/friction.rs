@@ -29,9 +29,9 @@ pub struct Sliding<'a> {
 /// Sums over a contact with friction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FrictionSums {
-    /// Force of the body on the obstacle, N, in 2D in N/m; unused components are zero.
+    /// Force of the body on the obstacle, N (N/m in 2D); unused components are zero.
     pub force: [f64; 3],
-    /// Dissipated power, W, in 2D in W/m.
+    /// Dissipated power, W (W/m in 2D).
     pub dissipation: f64,
 }
 

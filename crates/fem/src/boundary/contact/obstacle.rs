@@ -1,6 +1,6 @@
 //! Shapes of rigid obstacles and distances from them.
 
-/// Shape of a rigid obstacle; in the plane without third coordinates.
+/// Shape of a rigid obstacle. In the plane, the third coordinates are not used.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Obstacle {
     /// Half-space behind a plane.

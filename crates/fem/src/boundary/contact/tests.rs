@@ -209,8 +209,8 @@ fn the_force_is_the_derivative_of_the_energy() {
     }
 }
 
-/// The slopes of friction are its derivatives, its forces add up to its sums, and the force of a long slip is μ times the normal
-/// force. Difference quotients have the errors of the stiffness.
+/// The slopes of friction are its derivatives, its forces add up to its sums, and the force during a long slip is μ
+/// times the normal force. The difference quotients have the same errors as for the stiffness.
 #[test]
 fn the_slopes_of_friction_are_its_derivatives() {
     let friction = Friction { coefficient: 0.4, slip_velocity: 0.02 };

@@ -8,7 +8,7 @@ use crate::material::three::{Invariants, Isotropic, Slope};
 /// Gent's law `W = −μ J_m/2 ln(1 − (Ī1 − 3)/J_m)`, which locks at Ī1 − 3 = J_m.
 ///
 /// Source: Gent (1996), Rubber Chemistry and Technology 69, 59–61. Beyond the limit, energy and
-/// stress are not a number, so that solvers reject the state.
+/// stress are NaN, so that solvers reject the state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gent {
     /// Initial shear modulus μ, in Pa.

@@ -119,7 +119,7 @@ pub trait Isotropic {
     }
 }
 
-/// Returns the invariants as dual numbers, each with unit rate in turn.
+/// Returns the invariants as dual numbers: one copy for each invariant, with unit rate in this invariant.
 #[inline(always)]
 fn directions<R: Real>(at: Invariants<R>) -> [Invariants<Dual<R>>; 3] {
     let one = at.d.like(1.0);

@@ -5,8 +5,8 @@ use super::super::Real;
 /// 3 × 3 tensor.
 pub type Tensor3Of<R> = [[R; 3]; 3];
 
-/// Symmetric derivative of a 3 × 3 tensor with respect to a 3 × 3 tensor: the upper triangle by
-/// rows, where entry (i, J) of a tensor has row and column 3 i + J.
+/// Symmetric derivative of a 3 × 3 tensor with respect to a 3 × 3 tensor, stored as its upper
+/// triangle by rows. Entry (i, J) of a tensor has row and column 3 i + J.
 #[derive(Debug, Clone, Copy)]
 pub struct Symmetric3<R>(pub(crate) [R; 45]);
 

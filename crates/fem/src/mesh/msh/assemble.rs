@@ -159,7 +159,7 @@ impl MshFile {
         }
     }
 
-    /// Returns the physical groups. A group without a name is called by its dimension and tag, as in `surface 3`.
+    /// Returns the physical groups. A group without a name is identified by its dimension and tag, as in `surface 3`.
     fn groups<const D: usize, const V: usize>(
         &self,
         parts: &Parts<D, V>,

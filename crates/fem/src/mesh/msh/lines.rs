@@ -38,7 +38,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// Parses the next word as a number; `what` describes it in messages.
+/// Parses the next word as a number; `what` is its description in messages.
 pub(super) fn number<T: FromStr>(
     words: &mut SplitWhitespace<'_>,
     what: &'static str,

@@ -50,8 +50,8 @@ fn in_plane_tangent<R: Real>(a: &Tangent<R, 3>) -> Tangent<R, 2> {
     out
 }
 
-/// Evaluates an expression with `$law` bound to a law of linear triangles. They are only used as
-/// counterexample for inf–sup constants, so one loop handles all laws.
+/// Evaluates an expression with `$law` bound to a law of linear triangles. These elements only
+/// serve as a counterexample for inf–sup constants, so one loop handles all laws.
 macro_rules! with_sheet_law {
     ($material:expr, $law:ident => $body:expr) => {{
         let $law = $crate::operators::constitutive::Sheet::of($material);

@@ -26,7 +26,8 @@ pub(crate) struct InternalStresses {
     pub(crate) parts: Vec<RelaxationRegion>,
     /// First slot of each viscoelastic batch.
     pub(super) first: Vec<usize>,
-    /// First slot and slot stride of each viscoelastic element; the list ends at the last one.
+    /// First slot and slot stride of each element, if it is viscoelastic. The list ends at the last
+    /// viscoelastic element.
     strips: Vec<Option<[usize; 2]>>,
 }
 

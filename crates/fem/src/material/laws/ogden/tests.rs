@@ -3,7 +3,7 @@
 use super::{logarithm, traces};
 use crate::material::Law;
 
-/// Ogden's three terms of Treloar's rubber, in Pa.
+/// Ogden's three terms for Treloar's rubber, in Pa.
 fn rubber() -> Law {
     law(&[(0.63e6, 1.3), (1.2e3, 5.0), (-1e4, -2.0)])
 }
