@@ -23,7 +23,7 @@ pub(crate) struct Control {
 pub(crate) struct StepHistory {
     /// Size and error of the last accepted step.
     accepted: Option<(f64, f64)>,
-    /// Size and error of the last attempt at this step, if it was rejected.
+    /// Size and error of the last rejected attempt at this step, if any.
     rejected: Option<(f64, f64)>,
 }
 

@@ -106,8 +106,7 @@ impl Collocation {
         stages.zip(of_stages).for_each(|(z, b)| add_scaled(out, b, z));
     }
 
-    /// Returns the factors of ẏ_0 and of the increments in û (`derivative` 0) or its derivative
-    /// (1).
+    /// Returns the factors of ẏ_0 and of the increments in û (`derivative` 0) or in its derivative (1).
     pub(crate) fn coefficients(
         &self,
         method: &Method,

@@ -54,7 +54,7 @@ pub enum RadauError {
         /// Current time.
         t: f64,
     },
-    /// Dense output was requested outside of the last step, or for too high a derivative.
+    /// Dense output was requested outside the last step, or for a derivative of too high an order.
     #[error(
         "no derivative of order {derivative} at t = {t}: orders 0 and 1 are available on [{from}, {to}]"
     )]

@@ -145,7 +145,7 @@ impl ErrorTest {
         &self.error
     }
 
-    /// Returns the last estimate, and u'(t_n) of the step.
+    /// Returns the last estimate, and u'(t_n) of the same step.
     pub(crate) fn at_start(&self) -> [&[f64]; 2] {
         [&self.error, &self.y_dot]
     }

@@ -75,7 +75,7 @@ pub(crate) struct PreviousMultipliers {
     raw: f64,
     /// Value of e(ε) in the last step.
     last: f64,
-    /// Whether e(ε) has changed as rounding errors would.
+    /// Whether the change of e(ε) is consistent with rounding errors.
     #[serde(default)]
     noisy: bool,
 }
@@ -90,8 +90,8 @@ impl PreviousMultipliers {
 /// successive orders.
 const MARGIN: f64 = 2.0;
 
-/// Part of a displacement by which variables are moved to find the equations that contain them; small, because equations need not
-/// have values far from the state.
+/// Factor of the displacements by which variables are moved to find the equations that contain them. It is small,
+/// because equations may be undefined far from the state.
 const SMALL: f64 = 1e-3;
 
 /// Minimum ratio of step sizes at which the change of e(ε) can be distinguished from rounding.

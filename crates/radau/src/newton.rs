@@ -41,7 +41,7 @@ pub(crate) struct Step<'a> {
 pub(crate) struct NewtonSolver {
     /// Stage increments, stage by stage.
     pub(crate) z: Vec<f64>,
-    /// Residuals of the stages; the corrections after the solve.
+    /// Residuals of the stages; after the solve, their corrections.
     residuals: Vec<f64>,
     stage: Vec<f64>,
     stage_dot: Vec<f64>,

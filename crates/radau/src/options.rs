@@ -96,15 +96,14 @@ pub struct RadauOptions {
     pub suppressed: Suppressed,
     /// Whether the error of dense output limits the step size; true by default. It does not limit the steps of
     /// [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, which end at the output time.
-    /// Multipliers of index 2 are excluded in the step that contains their jump, and if rounding divided by the step
-    /// size exceeds their tolerance.
+    /// Multipliers of index 2 are excluded in the step that contains their jump, and whenever rounding divided by the
+    /// step size exceeds their tolerance.
     pub dense_output: bool,
     /// Step size control; [`StepSize::Adaptive`] by default.
     pub step_size: StepSize,
-    /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 τ^(1/4) ‖ẏ_0‖), with τ the
-    /// relative tolerance of the estimate and the norm in units of the tolerances. For multipliers of
-    /// index 3 it is long enough, up to (t_out − t_0)/10, that their rounding error, proportional to
-    /// 1/h², is within the tolerances.
+    /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 τ^(1/4) ‖ẏ_0‖), where τ is the relative
+    /// tolerance of the estimate and the norm is in units of the tolerances. With multipliers of index 3, the step is
+    /// increased, up to (t_out − t_0)/10, until their rounding error, proportional to 1/h², is within the tolerances.
     pub initial_step: Option<f64>,
     /// Smallest step; 0 by default, so that only rounding in t limits the step.
     pub min_step: f64,

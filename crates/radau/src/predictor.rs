@@ -46,7 +46,7 @@ impl Predictor {
         self.continues = false;
     }
 
-    /// Returns whether the last step's polynomial is extrapolated, which is the only stored state.
+    /// Returns whether the last step's polynomial is extrapolated. No other state is stored.
     pub(crate) fn continues(&self) -> bool {
         self.continues
     }

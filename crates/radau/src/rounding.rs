@@ -25,8 +25,8 @@ use crate::work::Counters;
 pub(crate) struct Rounding {
     /// Variables of index 2 and 3, whose rounding grows as steps get shorter.
     magnified: Vec<usize>,
-    /// Whether the weight of any of these variables stays constant while its rounding grows with decreasing h, as for velocities
-    /// of index 2. In this case, a step that fails because of rounding would also fail if it were shortened.
+    /// Whether, for any of these variables, the weight stays constant while the rounding grows with decreasing h, as
+    /// for velocities of index 2. In this case, shortening a step that fails because of rounding does not help.
     grows: bool,
     y: Vec<f64>,
     y_dot: Vec<f64>,

@@ -11,10 +11,10 @@ const MOST_STAGES: usize = 7;
 
 /// Index of the driving quantity at the start of the step; the indices of the stages follow.
 pub(super) const BEGIN: usize = 0;
-/// Index of the change of the driving quantity if y changes by its estimated error.
+/// Index of the change of the driving quantity for a change of y by its estimated error.
 pub(super) const CHANGE: usize = MOST_STAGES + 1;
-/// Indices used if the estimate is repeated at y minus its first estimated error: of the driving quantity there, and of
-/// its change if y changes by the second estimated error.
+/// Indices used if the estimate is repeated at y minus its first estimated error: the driving quantity there, and its
+/// change if y changes by the second estimated error.
 pub(super) const SHIFTED: usize = CHANGE + 1;
 pub(super) const SHIFTED_CHANGE: usize = CHANGE + 2;
 /// Number of driving quantities in a form.

@@ -13,7 +13,7 @@ use crate::work::Counters;
 /// solutions exceed it in a few percent of the steps.
 const SUDDEN: f64 = 10.0;
 
-/// Errors of a multiplier at the end of the step, from the residual between the stages.
+/// Errors of a multiplier at the end of the step, computed from the residual between the stages.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WithinStep {
     pub(crate) variable: usize,
@@ -118,7 +118,7 @@ impl Multipliers {
         multipliers.for_each(|multiplier| multiplier.missed = 0.0);
     }
 
-    /// Returns whether multipliers of index 2 exist, and none of index 3.
+    /// Returns whether there are multipliers of index 2 and no multipliers of index 3.
     pub(crate) fn are_of_index_2(&self) -> bool {
         self.largest_index() == 2 && self.of_index_2().next().is_some()
     }

@@ -27,7 +27,7 @@ impl Cotangents<'_> {
         [self.step.t0, self.end]
     }
 
-    /// Returns whether the step contains a time. The common end of two steps belongs to a single step.
+    /// Returns whether the step contains a time. A time at the common end of two steps belongs to only one of them.
     pub fn covers(&self, t: f64) -> bool {
         let is_start = self.is_first && t == self.step.t0;
         is_start || (self.step.t0 < t && t <= self.end)
@@ -36,7 +36,7 @@ impl Cotangents<'_> {
     /// Evaluates the dense output, or its first derivative, at a time in the step.
     ///
     /// # Panics
-    /// If the length of `out` is not the number of unknowns.
+    /// Panics if the length of `out` is not the number of unknowns.
     pub fn evaluate(&self, t: f64, derivative: usize, out: &mut [f64]) {
         self.step.evaluate(self.method, t, derivative, out);
     }
@@ -45,7 +45,7 @@ impl Cotangents<'_> {
     /// [`evaluate`](Self::evaluate).
     ///
     /// # Panics
-    /// If the length of `cotangent` is not the number of unknowns.
+    /// Panics if the length of `cotangent` is not the number of unknowns.
     pub fn add(&mut self, t: f64, derivative: usize, cotangent: &[f64]) {
         assert_eq!(cotangent.len(), self.start.len(), "one for each unknown");
         if derivative == 0 {
@@ -68,7 +68,7 @@ impl Cotangents<'_> {
     /// Writes y at stage `i`, counted from 0.
     ///
     /// # Panics
-    /// If the stage does not exist, or if the length of `out` is not the number of unknowns.
+    /// Panics if the stage does not exist, or if the length of `out` is not the number of unknowns.
     pub fn stage(&self, i: usize, out: &mut [f64]) {
         out.copy_from_slice(&self.step.y0);
         let n = out.len();

@@ -1,19 +1,19 @@
 //! Reuse of the factors of one step in other steps.
 
-/// Factors of an earlier step of the backward pass or of the run, and their quality as
-/// preconditioner.
+/// Factors from an earlier step of the backward pass or from the run, and their quality as a preconditioner.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Factors {
     /// Step size for which they were computed.
     h: f64,
-    /// Number of search directions in that step; for factors of the run, the expected number, if known.
+    /// Number of search directions in the step of the factorization. For factors from the run it is the expected
+    /// number, if known.
     fresh: Option<usize>,
     is_stale: bool,
 }
 
-/// Refactorize once GCR needs this many directions more than with fresh factors. A matrix setup costs about as much as
-/// five directions or ten solves. (A direction consists of a solve and a product with the tangents at all stages, which
-/// cost about the same.) A difference of one direction may be random.
+/// The matrix is factorized again once GCR needs this many more directions than with fresh factors. A matrix setup
+/// costs about as much as five directions or ten solves. (A direction consists of a solve and a product with the
+/// tangents at all stages, which cost about the same.) A difference of one direction may be random.
 const STALE: usize = 3;
 
 /// Factors are reused for step sizes within this ratio r. If inertia dominates, the matrices differ by the factor r²,

@@ -52,7 +52,7 @@ pub struct ForwardSensitivities<Q> {
     parameters: Q,
     /// Number of solver steps followed since its start.
     followed: u64,
-    /// Number of [starts of the solver](RadauSolver::restarts) when the sensitivities were created.
+    /// Number of [restarts of the solver](RadauSolver::restarts) when the sensitivities were created.
     restarts: u64,
     operator: StageOperator,
     system: StageSystem,
@@ -191,7 +191,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// Returns ∂y/∂p_j at the end of the last step that was followed.
     ///
     /// # Panics
-    /// If the parameter does not exist.
+    /// Panics if the parameter does not exist.
     pub fn of(&self, j: usize) -> &[f64] {
         self.curves.of(j)
     }
@@ -205,7 +205,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// [`RadauError::NoDenseOutput`] outside the last step or for a `derivative` above 1.
     ///
     /// # Panics
-    /// If the parameter does not exist.
+    /// Panics if the parameter does not exist.
     pub fn dense_output<P: Problem, M: LinearSolver<P>>(
         &self,
         solver: &RadauSolver<P, M>,

@@ -69,8 +69,7 @@ pub(super) struct Beginning<'a> {
 /// Minimum number of steps for a guess.
 const FEWEST: usize = 3;
 
-/// Maximum ratio of the predicted step to a stored step; a larger ratio amplifies the errors of the
-/// polynomial.
+/// Maximum ratio of the predicted step to a stored step; a larger ratio would amplify the errors of the polynomial.
 const LONGER: f64 = 1.25;
 
 /// Maximum number of stored values (8 bytes each).

@@ -15,7 +15,7 @@ pub struct Recording {
     recorded_steps: RecordedSteps,
     /// Request and result of each step.
     steps: Vec<StepRequest>,
-    /// Number of starts of the [solver](RadauSolver::restarts) to which they belong.
+    /// Number of restarts of the [solver](RadauSolver::restarts) before the recorded steps.
     restarts: u64,
 }
 

@@ -104,7 +104,7 @@ impl<P: Problem> RadauBuilder<P> {
     }
 
     /// Integrates q̇ = g(t, y, ẏ) from `start` along with the solution, with the weights of the collocation. The result
-    /// has the order of the method. It requires g at each stage of each accepted step, but no solution of equations.
+    /// has the order of the method. This requires g at each stage of each accepted step, but no equations are solved.
     /// Quadratures do not affect the steps, unless g fails.
     #[must_use]
     pub fn quadrature(

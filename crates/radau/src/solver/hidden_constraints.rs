@@ -88,12 +88,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Removes the error of velocities, and of derivatives of positions, at the start of a first step, if
-    /// the step just tested and the step of half its size, with these errors and slopes `in_half`, agree
-    /// about it and it exceeds rounding. Returns whether the start was changed.
+    /// Removes the error of velocities at the start of a first step, and the error of the derivatives of positions.
+    /// This requires that the step just tested and the step of half its size, with these errors and slopes `in_half`,
+    /// agree about the error and that it exceeds rounding. Returns whether the start was changed.
     ///
     /// The derivative of the polynomial through positions on the constraints satisfies the hidden
-    /// constraint up to an error of order h^s, also if the constraint depends on time.
+    /// constraint up to an error of order h^s, even if the constraint depends on time.
     pub(super) fn correct_velocities(
         &mut self,
         h: f64,

@@ -38,7 +38,7 @@ impl<P, M> RadauSolver<P, M> {
         self.at_step(collocation, number)
     }
 
-    /// Returns the step with these stages and this number, and the current matrices.
+    /// Returns a step with the given stages and number, together with the current matrices.
     pub(crate) fn at_step(
         &mut self,
         collocation: Collocation,

@@ -13,7 +13,7 @@ use crate::options::StepSize;
 /// Number of steps before a time limit over which the remaining time is distributed equally.
 const SHARED: f64 = 4.0;
 
-/// Fraction of a step below which a remaining time is attributed to rounding of t.
+/// Fraction of a step; a shorter remaining time is attributed to rounding of t.
 const SLIVER: f64 = 1e-8;
 
 /// Ratio of t to the time scale above which rounding of t in a few hundred steps may exceed tight tolerances.

@@ -20,7 +20,7 @@ const UNEXPLAINED: f64 = 30.0;
 /// several hundred tolerances from step to step.
 pub(super) const DIFFERENT: f64 = 300.0;
 
-/// Growth to or from a step above which an input may act unseen between its stages.
+/// Growth from or to the step above which an input may act undetected between the stages.
 const FAST_GROWTH: f64 = 2.0;
 
 /// Residual between the stages, in units of the tolerances, that indicates an unseen input. In a
@@ -31,9 +31,9 @@ const UNSEEN: f64 = 10.0;
 const SHORTEST: f64 = 1.0 / 4096.0;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Attempts a step of size `h` and returns the size proposed for the next one. Only Newton's
-    /// state and the Jacobian change, and at a first step violations of constraints within the tolerances
-    /// are removed.
+    /// Attempts a step of size `h` and returns the size proposed for the next one. Apart from the result, only Newton's
+    /// state and the Jacobian change; at a first step, violations of constraints within the tolerances are also
+    /// removed.
     ///
     /// The size of a first step is halved until its polynomial agrees, at its middle, with the end
     /// of a step of half the size. This is necessary because the error estimate excludes the error
