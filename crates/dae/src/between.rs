@@ -19,7 +19,7 @@ pub struct Unsatisfied {
 const PERTURBATIONS: u64 = 4;
 
 /// Ratio above which a residual is reported. Errors of y between the ends of a step may be several times the tolerance,
-/// and errors of ẏ several times the tolerance divided by the step: 2500 allows a factor of 50 for each.
+/// and errors of ẏ several times the tolerance divided by the step size: 2500 allows a factor of 50 for each.
 const FAR: f64 = 2500.0;
 
 /// Checks F(t, y, ẏ) at a time within a step of size `h`, where y and ẏ are values of dense output and `weights` the
@@ -31,7 +31,7 @@ const FAR: f64 = 2500.0;
 /// costs five evaluations of F.
 ///
 /// # Errors
-/// Errors of the residual. Dense output may be outside of its domain.
+/// Errors of the residual, for example if dense output is outside the domain of F.
 pub fn check_between<P: Problem + ?Sized>(
     problem: &mut P,
     (t, y, y_dot): (f64, &[f64], &[f64]),

@@ -4,7 +4,7 @@
 /// back.
 ///
 /// # Errors
-/// The first error of `each`.
+/// Returns the first error of `each`.
 pub fn one_by_one<T: Copy, E>(
     x: &mut [T],
     n_columns: usize,

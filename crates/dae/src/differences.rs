@@ -45,8 +45,8 @@ const SIGNIFICANCE: f64 = 0.1;
 /// compared with the usual displacement: their rounding, divided by a short step, may exceed ∂F/∂y where the terms of
 /// ∂F/∂ẏ cancel, as in sums of nodal equations of circuits.
 ///
-/// If the residual cannot be evaluated there, the unknowns of this color are moved in [other ways](Perturbation). A
-/// smaller time step would not help, because it does not reduce 1/w_j.
+/// If the residual cannot be evaluated there, the unknowns of this color are moved by [other
+/// displacements](Perturbation). A smaller time step would not help, because it does not reduce 1/w_j.
 ///
 /// F need not be linear over a tolerance 1/w_j much larger than the variable and its motion, such as the amount of a
 /// trace species. Such a variable is also moved by a [fraction](FRACTION) of the larger of both. The resulting change

@@ -13,9 +13,9 @@ pub enum ConsistencyMode {
     /// The algebraic components of y and the derivatives of the differential components, for
     /// semi-explicit systems of index 1.
     AlgebraicAndDerivatives,
-    /// All of y; ẏ is given, for instance zero for a steady state.
+    /// All of y, for a given ẏ, for instance zero for a steady state.
     States,
-    /// All of y and ẏ, from the constraints that the problem declares, for systems of index 2 and 3: see
+    /// All of y and ẏ, computed from the constraints that the problem states, for systems of index 2 and 3: see
     /// [`project_onto_constraints`](crate::project_onto_constraints).
     Constraints,
 }
@@ -67,7 +67,7 @@ pub trait Integrator<P: Problem> {
     /// may end beyond `t_out`.
     ///
     /// # Errors
-    /// A `t_out` before `t` or not finite; a fatal error of the problem.
+    /// A `t_out` that is before `t` or not finite; a fatal error of the problem.
     fn step(&mut self, t_out: f64) -> Result<Outcome, Self::Error>;
 
     /// Integrates up to `t_out`, unless a root or the stop time comes first.
@@ -79,7 +79,7 @@ pub trait Integrator<P: Problem> {
     /// Sets a stop time: no step passes it, and it is removed when it is reached.
     ///
     /// # Errors
-    /// A time before `t` or not finite.
+    /// A time that is before `t` or not finite.
     fn set_stop_time(&mut self, t: f64) -> Result<(), Self::Error>;
 
     /// Restarts at (t0, y0, ẏ0), keeping problem, settings and functions. Statistics restart at
@@ -133,7 +133,7 @@ pub trait Integrator<P: Problem> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// A time outside the last step by more than rounding; a derivative of too high order.
+    /// A time outside the last step by more than rounding; a derivative of too high an order.
     fn dense_output(
         &mut self,
         t: f64,
@@ -144,11 +144,11 @@ pub trait Integrator<P: Problem> {
     /// Returns the number of quadratures.
     fn n_quadratures(&self) -> usize;
 
-    /// Writes the quadratures or a derivative of them, as
+    /// Writes the quadratures or one of their derivatives, as
     /// [`dense_output`](Integrator::dense_output) does for the solution.
     ///
     /// # Errors
-    /// Errors of [`dense_output`](Integrator::dense_output), and if no quadratures were set up.
+    /// Errors of [`dense_output`](Integrator::dense_output); an error if no quadratures were set up.
     fn quadrature_dense_output(
         &mut self,
         t: f64,

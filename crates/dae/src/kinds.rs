@@ -60,8 +60,8 @@ struct Search<'a, P: ?Sized> {
 }
 
 impl<P: Problem + ?Sized> Search<'_, P> {
-    /// Marks the nonzero entries of ∂F/∂ẏ, also at derivatives near the given ones: at ẏ_j = 0 the
-    /// entry of ẏ_j² is zero.
+    /// Marks the nonzero entries of ∂F/∂ẏ, including those at derivatives near the given ones: at
+    /// ẏ_j = 0 the entry of ẏ_j² is zero.
     fn by_jacobian(&mut self) -> Result<(), StepError> {
         let pattern = self.problem.jacobian_pattern();
         let mut values = vec![0.0; pattern.nnz()];

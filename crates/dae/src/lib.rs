@@ -1,7 +1,7 @@
 //! Differential-algebraic equations F(t, y, ẏ) = 0: interfaces of problems and integrators. Pure
 //! Rust; contains neither integrators nor linear algebra.
 //!
-//! # Cast of types
+//! # Types
 //! - [`Problem`]: the interface to implement: the residual and, optionally, the Jacobian in a fixed
 //!   sparse pattern and the kind of each variable.
 //! - [`Jacobian`]: evaluates a problem's exact Jacobian, or difference quotients at a [`Linearization`]; [`kinds_at`]

@@ -198,7 +198,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok(probe)
     }
 
-    /// Returns F(t, y, ẏ) minus its value at the state; non-finite values are treated as failures.
+    /// Returns F(t, y, ẏ) minus its value at the original state; non-finite values are treated as failures.
     fn change(&mut self, y: &[f64], y_dot: &[f64]) -> Result<Vec<f64>, StepError> {
         let mut change = vec![0.0; y.len()];
         self.problem.residual(self.at.t, y, y_dot, &mut change)?;

@@ -11,7 +11,7 @@ use crate::tolerances::UNTESTED;
 const ITERATIONS: usize = 30;
 /// Relative displacement of central differences: the cube root of the unit roundoff.
 const DIFFERENCE: f64 = 6e-6;
-/// Singular values below this fraction of the largestof a matrix with [scaled](Scaling) rows and columns belong to
+/// Singular values below this fraction of the largest one of a matrix with [scaled](Scaling) rows and columns belong to
 /// redundant constraints.
 const RANK: f64 = 1e-9;
 /// Accepted residual of an equation relative to its terms; differences have errors of about 1e-10.

@@ -88,8 +88,8 @@ impl StopContext {
         }
     }
 
-    /// Returns the remedies for this `reason`; `highest` is the highest index that the method
-    /// supports directly.
+    /// Returns the remedies for this `reason`. `highest` is the highest index that the method
+    /// supports without reformulation.
     pub(crate) fn remedies(self, reason: StopReason, highest: u8) -> Vec<Remedy> {
         let mut remedies = match reason {
             StopReason::MaxSteps => vec![Remedy::AnotherCall, Remedy::MoreSteps],

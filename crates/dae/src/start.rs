@@ -73,7 +73,7 @@ const ROUNDING: f64 = 1e3 * f64::EPSILON;
 /// `y`, `y_dot`, `weights`: the number of unknowns.
 ///
 /// # Errors
-/// The equation with the largest e_i.
+/// Returns the equation with the largest e_i.
 pub fn check_start<P: Problem + ?Sized>(
     problem: &mut P,
     (t, y, y_dot): (f64, &[f64], &[f64]),

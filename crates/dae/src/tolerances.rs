@@ -60,7 +60,7 @@ impl Tolerances {
     /// Returns the absolute tolerance of component `i`.
     ///
     /// # Panics
-    /// If the component does not exist.
+    /// Panics if the component does not exist.
     pub fn absolute(&self, i: usize) -> f64 {
         match self {
             Self::Scalar { absolute, .. } => *absolute,
@@ -113,7 +113,7 @@ impl Suppressed {
     /// [`NoIndices`] if indices are required but not stated.
     ///
     /// # Panics
-    /// If there are fewer indices than kinds.
+    /// Panics if there are fewer indices than kinds.
     pub fn left_out(
         &self,
         kinds: &[VariableKind],

@@ -47,7 +47,7 @@ const AGREEMENT: f64 = 0.1;
 /// found. Problems without a Jacobian, and evaluations that fail, do not lead to an error.
 ///
 /// # Errors
-/// The first wrong entry.
+/// Returns the first wrong entry.
 pub fn check_jacobian<P: Problem + ?Sized>(
     problem: &mut P,
     at: &Linearization<'_>,

@@ -64,7 +64,7 @@ fn the_unit_of_mass_does_not_matter() {
     }
 }
 
-/// A constraint that contradicts the equations is found in any unit.
+/// A constraint that contradicts the equations is detected in any unit.
 #[test]
 fn contradictions_are_found_in_any_unit() {
     /// The equation ẋ = 0 multiplied by a factor, with the constraint x = t.
