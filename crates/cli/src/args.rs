@@ -14,8 +14,8 @@ use crate::values;
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
 pub struct CommonArgs {
-    /// Print the results as JSON instead of text; with `=FILE`, write them to FILE. An existing file
-    /// that the program did not make is not replaced.
+    /// Print the results as JSON instead of text; with `=FILE`, write them to FILE. Only a file that this program wrote
+    /// is replaced.
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     pub json: Option<JsonTarget>,
 

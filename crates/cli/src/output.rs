@@ -24,7 +24,7 @@ pub fn print(text: impl AsRef<[u8]>) -> Result<(), Error> {
     }
 }
 
-/// Prints text to standard error without changes. Errors are ignored.
+/// Prints text to standard error unchanged. Write errors are ignored.
 pub fn print_error(text: &str) {
     let mut stderr = io::stderr();
     let _ = stderr.write_all(text.as_bytes());
@@ -57,7 +57,7 @@ pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     atomic_file::save(path, contents)
 }
 
-/// First lines of job scripts, by which the program recognizes the job scripts that it wrote.
+/// First lines of the job scripts that this program writes, by which it recognizes them.
 pub const JOB_SCRIPT: &str = "#!/bin/bash\n# Made by myovib sweep.\n";
 
 /// Returns the reason why a file must not be replaced, if there is one.

@@ -46,7 +46,8 @@ fn chain(scene: &Scene) -> Value {
     })
 }
 
-/// Describes the body and its load, and whether it moved together with the chain or its motion was recorded before.
+/// Describes the body and its load, and whether the body moved together with the chain or its motion was recorded
+/// before.
 fn body(scene: &Scene) -> Value {
     let chain = &scene.file.chain[0];
     match (&scene.body, &scene.file.rod) {

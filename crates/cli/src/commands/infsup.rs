@@ -144,8 +144,8 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
     Ok(Subject { name: path.display().to_string(), fixed: fixed.unwrap_or_else(groups), mesh })
 }
 
-/// Computes the meshes one after the other. A line on standard error precedes each of them, because a fine mesh takes
-/// minutes.
+/// Computes the constants on one mesh after the other. A line is printed to standard error before each mesh, because a
+/// fine mesh takes minutes.
 fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<Family> {
     let fixed: Vec<&str> = subject.fixed.iter().map(String::as_str).collect();
     let on_level = |level: usize, mesh: &Mesh| {
@@ -159,8 +159,8 @@ fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<F
     Ok(Family { pair, levels })
 }
 
-/// Describes (28) with κ = ∞ and these spaces: if B has full rank, the index of constrained
-/// mechanics; otherwise a system that cannot be integrated.
+/// Describes the system (28) with κ = ∞ and these spaces: its index if B has full rank, otherwise
+/// that it cannot be integrated.
 fn incompressible(level: &Level) -> String {
     match (&level.index, level.nullity) {
         (Some(report), _) => report.index.to_string(),

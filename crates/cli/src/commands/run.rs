@@ -141,8 +141,8 @@ fn rounded(value: f64) -> String {
     }
 }
 
-/// Relative size below which a column is considered rounding error of other columns of its kind: 1e6 rounding errors of
-/// 1e-16, which may occur in solutions with ill-conditioned matrices.
+/// Size, relative to other columns of the same kind, below which a column is considered rounding error: 1e6 rounding
+/// errors of 1e-16, which may occur in solutions with ill-conditioned matrices.
 const NOISE: f64 = 1e-10;
 
 /// Returns the group of columns with which a column is compared: components of one vector, or all

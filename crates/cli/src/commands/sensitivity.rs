@@ -42,8 +42,8 @@ pub struct SensitivityArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Compute instead, by the discrete adjoint, the influence of the stiffness at each position of
-    /// the body on each displacement or velocity.
+    /// Compute a stiffness map instead: for each displacement or velocity, the influence of the
+    /// stiffness at each position of the body, by the discrete adjoint.
     #[arg(long)]
     pub map: bool,
 

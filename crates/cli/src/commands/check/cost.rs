@@ -21,8 +21,9 @@ pub(super) struct CostJson {
     t: Option<f64>,
     /// CPU time per step, s; null if no step was completed.
     seconds_per_step: Option<f64>,
-    /// "patience": the trial ended, the run would continue. "finished", "stopped": same as the run.
-    /// "predicted": no steps were tried.
+    /// Reason why the trial ended. "patience": its CPU time was used up, but the run would
+    /// continue. "finished", "stopped": the run would end in the same way. "predicted": no steps
+    /// were tried.
     end: &'static str,
 }
 

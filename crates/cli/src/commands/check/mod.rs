@@ -207,7 +207,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     text
 }
 
-/// Describes the effect of a preload on the modes, which are those at rest.
+/// Describes the effect of a preload; the listed modes are those at rest.
 fn preload(file: &SceneFile) -> Option<String> {
     let is_loaded = matches!(file.initial_state, Some(InitialState::Equilibrium));
     is_loaded.then(|| {

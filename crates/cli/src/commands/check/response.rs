@@ -28,7 +28,7 @@ pub(super) struct ResponseJson {
     seconds: f64,
     /// Loads and displacements with a harmonic part.
     harmonic: Vec<String>,
-    /// Time of the loads of the preload, s; null for rest.
+    /// Time at which the loads of the preload are evaluated, s; null for a response about rest.
     preload_time: Option<f64>,
 }
 

@@ -11,7 +11,7 @@ use myovib_report::plot::ComplexPlane;
 pub(super) const COLUMNS: [&str; 7] =
     ["t", "psi_abs", "psi_re", "psi_im", "chi_abs", "chi_arg", "frequency"];
 
-/// Returns the samples of a history, which contain all plotted values, in the order of [`COLUMNS`].
+/// Returns the samples of a history with all plotted values, in the order of [`COLUMNS`].
 pub(super) fn chain_rows(
     history: &CoherenceHistory,
 ) -> impl Iterator<Item = (usize, Vec<f64>)> + '_ {
@@ -30,7 +30,7 @@ pub(super) fn chain_rows(
     })
 }
 
-/// Returns |χ| if it is defined. While all oscillators are at rest it is NaN, which curves omit.
+/// Returns |χ| at each sample. It is NaN while all oscillators are at rest; curves omit these values.
 pub(super) fn defined_coherence(history: &CoherenceHistory) -> Vec<f64> {
     let at_rest = |phasors: &Vec<Complex64>| phasors.iter().all(|z| z.norm() == 0.0);
     let samples = history.coherence().into_iter().zip(&history.phasors);

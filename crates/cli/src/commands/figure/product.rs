@@ -17,7 +17,7 @@ pub(super) struct Product {
     pub(super) rows: Vec<Vec<f64>>,
     /// Scalars for the text and for JSON.
     pub(super) findings: Vec<(&'static str, Value)>,
-    /// Run from which the figure is drawn, for JSON; empty for figures without a run.
+    /// Data of the run from which the figure is drawn, for JSON; empty for figures without a run.
     pub(super) run: Map<String, Value>,
     pub(super) exit: Exit,
 }
@@ -62,7 +62,7 @@ fn describe(name: &str, value: &Value, indent: usize, text: &mut String) {
     }
 }
 
-/// Rounds a non-integer number to five digits in the text; JSON has all digits.
+/// Rounds a non-integer number to five digits for the text; JSON contains all digits.
 fn number(value: &Value) -> String {
     match value.as_f64() {
         Some(x) if x != x.round() => {

@@ -59,7 +59,7 @@ pub struct SweepArgs {
     #[arg(long)]
     pub overwrite: bool,
 
-    /// Compute only case K, or cases K to L, of N (counted from 1). N must be the number of cases.
+    /// Compute only case K of N, or cases K to L of N (counted from 1). N must be the number of cases.
     #[arg(long, value_name = "K[-L]/N")]
     pub case: Option<String>,
 

@@ -133,7 +133,7 @@ impl BodyName {
 struct Case {
     frequency: f64,
     scene: Scene,
-    /// Index of the drive in the list of recordings.
+    /// Index of the drive in the list of recorded motions.
     drive: usize,
 }
 

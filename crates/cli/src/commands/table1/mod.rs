@@ -107,7 +107,7 @@ mod tests {
     use myovib_model::{Muscle, Signal, paper, table1};
     use myovib_scene::{Scene, mesh_file};
 
-    /// Returns all values that define a muscle, with all digits.
+    /// Returns all values that define a muscle, at full precision.
     fn data(muscle: &Muscle) -> String {
         let solid = &muscle.solid;
         let body = (solid.space().mesh(), solid.dofs(), solid.laws(), solid.mass_values());
