@@ -37,7 +37,8 @@ struct Shot {
 /// Returns a picture for each stored time of the run in a folder, all with the same scale and colors.
 ///
 /// # Errors
-/// A folder without fields, without the requested field or without a stored time in the range; files that cannot be read.
+/// Returns an error for a folder without fields, without the requested field, or without a stored time in the range,
+/// and for files that cannot be read.
 pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>> {
     let files = vtu::files(folder).context(format!("cannot read {}", folder.display()))?;
     if files.is_empty() {

@@ -170,7 +170,7 @@ fn idle(result: &FitResult) -> Option<String> {
     ))
 }
 
-/// Explains the mark of intervals that exceed a bound.
+/// Explains the mark at intervals that exceed a bound.
 fn passing(result: &FitResult) -> Option<String> {
     let names = named(result, |j| result.passes_bound(j))?;
     let remedy = match result.profiles.is_empty() {

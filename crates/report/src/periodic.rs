@@ -107,7 +107,7 @@ fn stability(point: &CurvePoint) -> &'static str {
     }
 }
 
-/// Returns the figures of a curve: amplitude over the parameter.
+/// Returns the figures of a curve: amplitude against the parameter.
 fn curve_section(curve: &Curve, in_space: bool, data: &mut PageData) -> String {
     let x: Vec<f64> = curve.points.iter().map(|point| point.parameter).collect();
     let figures = curve.columns.iter().enumerate().map(|(j, name)| {

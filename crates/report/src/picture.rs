@@ -18,7 +18,7 @@ pub fn names(name: &str, png: bool) -> Vec<String> {
 /// Writes `name.svg`, `name.csv` and, if requested, `name.png`; returns their paths.
 ///
 /// # Errors
-/// If a file cannot be written.
+/// Returns an error if a file cannot be written.
 pub fn write(
     folder: &ResultFolder,
     name: &str,

@@ -1,5 +1,5 @@
-//! Harmonic response: table of peaks, amplitude and phase over frequency (Bode plot), and curves in the
-//! complex plane (Nyquist plot).
+//! Harmonic response: table of peaks, amplitude and phase against frequency (Bode plot), and curves in the complex
+//! plane (Nyquist plot).
 
 use myovib_scene::escape;
 use myovib_scene::response::{Curves, Peak, Response, phase};
@@ -154,7 +154,7 @@ pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> 
     )
 }
 
-/// Plots the values of a probe: amplitude and phase over frequency, and the complex plane.
+/// Plots the values of a probe: amplitude and phase against frequency, and the complex plane.
 fn plots(frequencies: &[f64], curves: &Curves, in_space: bool) -> Vec<LinePlot> {
     let columns = curves.columns.iter().enumerate().take(MOST_COLUMNS);
     let plots = columns.flat_map(|(k, name)| {

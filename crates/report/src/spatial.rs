@@ -12,7 +12,8 @@ const FINE: usize = 3000;
 /// Relative tolerance for equal extents in the choice of a section; the first axis is preferred.
 const ALIKE: f64 = 0.05;
 
-/// Returns the boundary faces by their six nodes: corners counterclockwise from outside, then edges.
+/// Returns the boundary faces by their six nodes: the corners, counterclockwise as seen from outside, then the edge
+/// midpoints.
 pub fn boundary(space: &Space) -> Vec<[usize; 6]> {
     let faces = boundary_with_elements(space).into_iter();
     faces.map(|(_, nodes)| nodes).collect()

@@ -1,4 +1,4 @@
-//! Report of a sweep: the cases, results over the varied values, and the curves of all cases.
+//! Report of a sweep: the cases, plots of the results against the varied values, and the curves of all cases.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -21,7 +21,7 @@ const MOST_CHARTS: usize = 12;
 /// Writes the report of a sweep into its folder.
 ///
 /// # Errors
-/// If a table of a case cannot be read or the report cannot be written.
+/// Returns an error if a table of a case cannot be read or the report cannot be written.
 pub fn write(folder: &Path, result: &SweepResult) -> Result<(), Error> {
     let rows = result.document["rows"].as_array();
     let rows = rows.map_or(&[][..], Vec::as_slice);
@@ -34,7 +34,7 @@ pub fn write(folder: &Path, result: &SweepResult) -> Result<(), Error> {
     atomic_file::save(&folder.join(page::NAME), page)
 }
 
-/// Formats an entry of a row; numbers with six digits.
+/// Formats an entry of a row; numbers have six digits.
 fn word(value: &Value) -> String {
     match value {
         Value::Null => String::new(),
@@ -75,8 +75,8 @@ fn cases(result: &SweepResult, rows: &[Value]) -> String {
     )
 }
 
-/// Returns plots of the results over the first key that has several numerical values, with a curve for each combination
-/// of values of the other keys.
+/// Returns plots of the results against the first key that has several numerical values, with a curve for each
+/// combination of values of the other keys.
 fn over_values(result: &SweepResult, rows: &[Value], data: &mut PageData) -> String {
     let distinct = |key: &&String| {
         let numbers = rows.iter().filter_map(|row| row[*key].as_f64());
@@ -200,7 +200,7 @@ fn curves(
     ))
 }
 
-/// Returns whether the bodies are 3D, by the record of the first case.
+/// Returns whether the bodies are 3D, according to the record of the first case.
 fn is_in_space(folder: &Path, rows: &[&Value]) -> bool {
     let number = rows.first().and_then(|row| row["case"].as_u64()).unwrap_or(0);
     let text = std::fs::read_to_string(folder.join(format!("case-{number:04}.json")));

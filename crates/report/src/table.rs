@@ -80,7 +80,7 @@ impl Table {
     /// Adds a row.
     ///
     /// # Panics
-    /// If the number of cells differs from the number of columns.
+    /// Panics if the number of cells differs from the number of columns.
     pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
         let cells: Vec<Cell> = cells.into_iter().collect();
         assert_eq!(cells.len(), self.columns.len(), "one cell per column");

@@ -85,7 +85,7 @@ fn levels(values: &[f64], [low, high]: [f64; 2]) -> String {
 /// Returns the body of a run with the fields in its folder.
 ///
 /// # Errors
-/// If a file of the fields cannot be read.
+/// Returns an error if a file of the fields cannot be read.
 pub(super) fn of_run(folder: &Path, scene: &Scene, body: &Body) -> Result<BodyData, Error> {
     let space = body.muscle.solid.space();
     let grid = Grid::of_body(body);
@@ -169,12 +169,12 @@ pub(super) fn of_modes(scene: &Scene, body: &Body, modes: &BodyModes) -> BodyDat
     BodyData { document, notes }
 }
 
-/// Returns the size of a frame with this number of components in base64, bytes.
+/// Returns the base64 size, in bytes, of a frame with this number of components.
 fn bytes(surface: &Surface, n_components: usize) -> usize {
     surface.points.len() * n_components * 8 / 3
 }
 
-/// Returns at most `most` of the indices below `n`, with equal distances and always including the last index.
+/// Returns at most `most` of the indices below `n`, equally spaced and always including the last one.
 fn spread(n: usize, most: usize) -> Vec<usize> {
     match most.clamp(1, n.max(1)) {
         _ if n == 0 => Vec::new(),

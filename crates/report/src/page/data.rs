@@ -12,7 +12,7 @@ use crate::plot::{Axis, Color, LinePlot, Scale, text};
 #[derive(Debug, Default)]
 pub(crate) struct PageData {
     columns: Vec<Value>,
-    /// Number of each column of values, found by its content, because charts share their times.
+    /// Number of each stored column of values. Columns are found by their content, because charts share their times.
     known: HashMap<String, usize>,
     charts: Vec<Value>,
     traces: Vec<Value>,
@@ -101,7 +101,7 @@ impl PageData {
         self.column("f8", values.flat_map(f64::to_le_bytes).collect())
     }
 
-    /// Single precision has seven digits, which is sufficient for charts.
+    /// Adds numbers in single precision: seven digits are sufficient for charts.
     fn singles(&mut self, values: impl Iterator<Item = f64>) -> usize {
         let bytes = values.flat_map(|value| (value as f32).to_le_bytes());
         self.column("f4", bytes.collect())

@@ -35,7 +35,7 @@ pub const NAME: &str = "report.html";
 /// Writes the report of a run into its folder.
 ///
 /// # Errors
-/// If a table of the folder cannot be read or the report cannot be written.
+/// Returns an error if a table of the folder cannot be read or the report cannot be written.
 pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Error> {
     save(folder, scene, result, PageData::default())
 }

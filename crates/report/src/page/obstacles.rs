@@ -12,8 +12,8 @@ type Place = [f64; 3];
 /// Number of sides of a circle.
 const SIDES: usize = 256;
 
-/// Returns the outlines of the obstacles before they move; in 2D with third coordinates of zero. Planes and cylinders end beside
-/// the body.
+/// Returns the outlines of the obstacles before they move; in 2D, the third coordinates are zero. Planes and cylinders
+/// are cut off next to the body.
 pub(super) fn outlines(scene: &Scene, space: &Space) -> Vec<Vec<Place>> {
     let mesh = space.mesh();
     let in_space = mesh.dimension() == 3;

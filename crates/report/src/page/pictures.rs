@@ -19,7 +19,7 @@ use crate::spatial;
 /// without a body. Without JavaScript, the picture of the deformed body is shown instead of the interactive view.
 ///
 /// # Errors
-/// If the fields cannot be read.
+/// Returns an error if the fields cannot be read.
 pub(super) fn body(
     folder: &Path,
     scene: &Scene,

@@ -170,7 +170,7 @@ const ANALYSIS: &str = "<details hidden><summary>Spectrum and damping of a curve
 /// Returns the extrema of all probes and their curves; empty without probes.
 ///
 /// # Errors
-/// If a table cannot be read.
+/// Returns an error if a table cannot be read.
 pub(super) fn section(
     folder: &Path,
     scene: &Scene,

@@ -145,7 +145,7 @@ fn linear(limits: [f64; 2], n_ticks: usize) -> Division {
     Division { scale: Scale::Linear, limits, ticks: ticks.collect(), minor: vec![], exponent }
 }
 
-/// Returns zero if numbers are printed unchanged, otherwise the power of ten to factor out.
+/// Returns the power of ten to factor out of the tick labels, or zero if numbers are printed unchanged.
 fn common_exponent(largest: f64) -> i32 {
     let exponent = largest.log10().floor();
     if !exponent.is_finite() || (-2.0..4.0).contains(&exponent) { 0 } else { exponent as i32 }

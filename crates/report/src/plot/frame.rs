@@ -10,7 +10,7 @@ use super::text;
 const TICK: f64 = 2.5;
 const MINOR_TICK: f64 = 1.5;
 const GAP: f64 = 2.5;
-/// Minimum distance of ticks along the horizontal axis.
+/// Minimum distance between ticks along the horizontal axis.
 const PER_X_TICK: f64 = 34.0;
 const PER_Y_TICK: f64 = 15.0;
 

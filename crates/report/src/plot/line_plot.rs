@@ -31,7 +31,7 @@ impl Series {
     /// Creates a curve through the points.
     ///
     /// # Panics
-    /// If the lengths differ.
+    /// Panics if the lengths differ.
     pub fn curve(name: impl Into<String>, x: &[f64], y: &[f64]) -> Self {
         assert_eq!(x.len(), y.len(), "x and y have equal lengths");
         let points = x.iter().zip(y).map(|(&x, &y)| [x, y]).collect();

@@ -25,7 +25,7 @@ pub fn is_own_gif(start: &[u8]) -> bool {
 /// The iterator is evaluated one figure at a time.
 ///
 /// # Errors
-/// If a figure cannot be drawn or differs in size from the first one, or the sink cannot be written.
+/// Returns an error if a figure cannot be drawn or differs in size from the first one, or the sink cannot be written.
 pub fn write<W: Write>(
     sink: W,
     figures: impl IntoIterator<Item = anyhow::Result<Figure>>,

@@ -8,7 +8,7 @@ use resvg::usvg::{Options, Tree};
 /// [`Figure::outlined`](super::Figure::outlined).
 ///
 /// # Errors
-/// If the document is invalid or too large.
+/// Returns an error if the document is invalid or too large.
 pub fn pixels(svg: &str, width: u32) -> anyhow::Result<Pixmap> {
     let tree = Tree::from_str(svg, &Options::default()).context("the figure is not valid SVG")?;
     let scale = width as f32 / tree.size().width();
@@ -23,7 +23,7 @@ pub fn pixels(svg: &str, width: u32) -> anyhow::Result<Pixmap> {
 /// Renders an SVG document as a PNG file, `width` pixels wide.
 ///
 /// # Errors
-/// If the document is invalid or too large.
+/// Returns an error if the document is invalid or too large.
 pub fn png(svg: &str, width: u32) -> anyhow::Result<Vec<u8>> {
     pixels(svg, width)?.encode_png().context("the figure cannot be encoded as PNG")
 }

@@ -132,8 +132,8 @@ impl RowRun {
         }
     }
 
-    /// Returns whether the run ended like the paper's, or `None` for variants and Radau IIA, which the paper does not
-    /// contain.
+    /// Returns whether the run ended in the same way as the paper's; `None` for variants and for Radau IIA, which the
+    /// paper does not contain.
     fn agrees(&self) -> Option<bool> {
         let has_counterpart = !self.conventions().is_empty();
         has_counterpart.then(|| self.paper().outcome == self.word("outcome"))
@@ -171,7 +171,7 @@ pub enum Verdict {
     Done,
     /// The outcome of a run differs from the paper's.
     Differs,
-    /// With modified settings, for which the paper has no outcome, a run stopped.
+    /// A run with modified settings stopped; the paper has no outcome to compare with.
     Stopped,
     Interrupted,
 }
