@@ -15,17 +15,17 @@ use crate::single::SingleFactors;
 use crate::supernodal::{Analysis, Supernodal};
 use crate::{Factorization, Kind, Prediction, Scalar, SparseError};
 
-/// Matrices that take more multiplications are not passed to the pivoting solver. Its scalar loops and its order,
-/// without nested dissection, take a hundred times as long as the dense blocks: 8 s instead of 0.1 s for a body of 10⁴
-/// unknowns (1e9), hours for larger ones.
+/// Matrices whose factorization takes more multiplications are not passed to the pivoting solver. Its scalar loops and
+/// its order, without nested dissection, take a hundred times as long as the dense blocks: 8 s instead of 0.1 s for a
+/// body of 10⁴ unknowns (1e9), hours for larger ones.
 const MAX_PIVOTING_WORK: f64 = 1e9;
 
-/// Matrices that take more multiplications are factorized by several [threads](resources::use_threads), if enabled.
-/// Below a few milliseconds, waking the threads costs more than it saves.
+/// Matrices whose factorization takes more multiplications are factorized by several [threads](resources::use_threads),
+/// if enabled. If the work takes less than a few milliseconds, waking the threads costs more than it saves.
 const MIN_THREADED_WORK: f64 = 1e8;
 
-/// Matrices that take more multiplications have factors in single precision with [`Precision::Auto`]. Below, scaling and
-/// refinement cost about as much time as the factorization saves.
+/// Matrices whose factorization takes more multiplications have factors in single precision with [`Precision::Auto`].
+/// For less work, scaling and refinement cost about as much time as the factorization saves.
 const MIN_MIXED_WORK: f64 = 1e9;
 
 /// Known structure of a matrix beyond its pattern.
@@ -33,8 +33,8 @@ const MIN_MIXED_WORK: f64 = 1e9;
 pub struct Structure {
     /// Whether the matrix is symmetric.
     pub kind: Kind,
-    /// Unknowns whose diagonal entries are too small for pivots before other unknowns are eliminated (the pressures of
-    /// a nearly incompressible body). Unknowns without a diagonal entry are detected and need not be listed.
+    /// Unknowns whose diagonal entries are too small to be pivots before other unknowns are eliminated (the pressures
+    /// of a nearly incompressible body). Unknowns without a diagonal entry are detected and need not be listed.
     pub constraints: Range<usize>,
 }
 

@@ -11,7 +11,7 @@ use crate::{Factorization, Kind};
 /// A factorization library outside this crate that replaces its dense blocks, for example a library that runs in several
 /// processes.
 ///
-/// The engine exchanges pivots if necessary.
+/// The engine performs its own pivoting if necessary.
 pub trait Engine: Debug + Send + Sync {
     /// Allocates factors of real matrices with this compressed-column pattern.
     fn real(&self, pattern: &Arc<SparsityPattern>, kind: Kind) -> Box<dyn Factorization<f64>>;

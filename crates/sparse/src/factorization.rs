@@ -25,7 +25,7 @@ pub trait Factorization<T: Scalar>: std::fmt::Debug + Send {
     /// Factorizes the matrix with these `values`, given in the order of the pattern.
     ///
     /// # Errors
-    /// If the factorization fails. No factors are available then.
+    /// Returns an error if the factorization fails. No factors are available then.
     fn renew(&mut self, values: &[T]) -> Result<(), SparseError>;
 
     /// Solves A x = b in place.

@@ -36,7 +36,7 @@ impl Product {
     /// Finds the blocks in `pattern`.
     ///
     /// # Panics
-    /// If the pattern has 2³² rows or more.
+    /// Panics if the pattern has 2³² rows or more.
     pub fn new(pattern: &SparsityPattern) -> Self {
         let offsets = pattern.major_offsets();
         let (mut groups, mut rows) = (Vec::new(), Vec::new());

@@ -1,7 +1,8 @@
 //! Limits of this process: threads and memory.
 //!
-//! The size of large factors follows from the pattern, long before they are computed. Checking it first gives an error
-//! with both numbers; otherwise the system may kill the process in the middle of a run.
+//! The size of large factors follows from the pattern, long before they are computed. A check in advance results in an
+//! error that states the required and the available memory; otherwise the system may kill the process in the middle of
+//! a run.
 
 use std::fs;
 use std::path::Path;
@@ -97,7 +98,7 @@ fn kibibytes(file: &str, name: &str) -> Option<usize> {
     Some(1024 * number)
 }
 
-/// Returns the memory left below a limit of the process; `used` is the memory that counts.
+/// Returns the difference between a limit of the process and the memory `used` to which the limit applies.
 fn below(name: &str, used: &str) -> Option<usize> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let limit = limits.lines().find_map(|line| line.strip_prefix(name))?;
@@ -105,14 +106,14 @@ fn below(name: &str, used: &str) -> Option<usize> {
     Some(soft.saturating_sub(kibibytes("/proc/self/status", used)?))
 }
 
-/// Returns the memory left in the control group below `root` (version 2): the minimum over it and its ancestors.
+/// Returns the free memory of a control group (version 2) below `root`: the minimum over the group and its ancestors.
 fn in_group(root: &Path, group: &str) -> Option<usize> {
     let folder = root.join(group.trim_start_matches('/'));
     let groups = folder.ancestors().take_while(|one| one.starts_with(root));
     groups.filter_map(left_in).min()
 }
 
-/// Returns the memory below the limit of one control group. The file cache that the system would reclaim counts as free.
+/// Returns the free memory of one control group. The file cache that the system would reclaim counts as free.
 fn left_in(group: &Path) -> Option<usize> {
     let text = |name| fs::read_to_string(group.join(name)).ok();
     let number = |text: &str| text.trim().parse::<usize>().ok(); // "max" means no limit

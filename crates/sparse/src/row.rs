@@ -13,7 +13,7 @@ pub trait Row<T>: Copy + Send + Sync + std::fmt::Debug {
     /// Loads the row from the front of `row`.
     ///
     /// # Panics
-    /// If `row` is shorter than the row of `Self`.
+    /// Panics if `row` is shorter than the row of `Self`.
     fn load(row: &[T]) -> Self;
 
     /// Stores the row at the front of `row`.

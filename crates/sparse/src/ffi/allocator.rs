@@ -4,7 +4,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Allocates memory of the system. If there is not enough, it prints an error and ends the process, which Rust would abort.
+/// System allocator that prints an error and ends the process if memory runs out, where Rust would abort.
 #[derive(Debug)]
 pub struct Allocator {
     /// Exit code of the process without memory.
@@ -20,7 +20,7 @@ impl Allocator {
         memory
     }
 
-    /// Prints the error without allocating. Other threads that reach this point wait for the end of the process.
+    /// Prints the error without allocating. Other threads that reach this point wait until the process ends.
     fn end(&self, bytes: usize) -> ! {
         static IS_ENDING: AtomicBool = AtomicBool::new(false);
         if !IS_ENDING.swap(true, Ordering::Relaxed) {

@@ -12,7 +12,7 @@ const GROWTH_LOSS: f64 = 1e-3;
 pub enum Pivots {
     /// Newly chosen.
     Fresh,
-    /// Kept from an earlier matrix; several times cheaper.
+    /// Kept from an earlier matrix, which is several times cheaper than choosing new ones.
     Kept,
 }
 

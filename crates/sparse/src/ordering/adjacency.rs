@@ -45,7 +45,7 @@ impl AdjacencyList {
     /// Returns the pattern of A + Aᵀ without the diagonal. Each list is ascending.
     ///
     /// # Panics
-    /// If the pattern has 2³² rows or more.
+    /// Panics if the pattern has 2³² rows or more.
     pub(crate) fn symmetrized(pattern: &SparsityPattern) -> Self {
         let n = pattern.major_dim();
         assert!(u32::try_from(n).is_ok(), "fewer than 2^32 rows");

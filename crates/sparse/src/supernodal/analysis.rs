@@ -82,7 +82,7 @@ impl Analysis {
     /// [`SparseError::NotSquare`]; [`SparseError::EmptyColumn`] if an unknown is in no equation.
     ///
     /// # Panics
-    /// If the pattern has 2³² entries or more.
+    /// Panics if the pattern has 2³² entries or more.
     pub fn new(
         pattern: &SparsityPattern,
         kind: Kind,
@@ -102,7 +102,7 @@ impl Analysis {
     /// As for [`new`](Self::new).
     ///
     /// # Panics
-    /// If `order` is not a permutation.
+    /// Panics if `order` is not a permutation.
     #[cfg(test)]
     pub(crate) fn with_order(
         pattern: &SparsityPattern,

@@ -143,12 +143,12 @@ impl<T: Number> Supernodal<T> {
     }
 }
 
-/// The elimination of some supernodes with vector instructions. A type instead of a closure, because a call of a
-/// closure is not inlined into the function compiled with vector instructions.
+/// The elimination of some supernodes with vector instructions. This is a type instead of a closure, because a call of
+/// a closure is not inlined into the function compiled with vector instructions.
 struct Eliminate<'a, T: Number> {
     analysis: &'a Analysis,
     schedule: &'a Schedule,
-    /// A trait object, so that the loop is compiled once for subtrees and for the rest.
+    /// This is a trait object, so that the loop is compiled only once for subtrees and for the rest.
     nodes: &'a mut dyn Iterator<Item = usize>,
     values: &'a [T],
     /// The factors, from position `start` on.

@@ -21,8 +21,8 @@ pub(super) struct NarrowFront<'a, T> {
 }
 
 impl<'a, T: Number> NarrowFront<'a, T> {
-    /// Returns the front of `node` if it has two columns and each row is one real number. Wider rows would
-    /// gain nothing.
+    /// Returns the front of `node` if it has two columns and a row of the right-hand side is one real number. Wider
+    /// rows would gain nothing.
     #[inline(always)]
     pub(super) fn of<R: Row<T>>(node: &'a Supernode, factors: &'a [T]) -> Option<Self> {
         let is_narrow = T::IS_REAL && size_of::<R>() == size_of::<T>() && node.n_columns() == N;

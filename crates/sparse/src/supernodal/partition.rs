@@ -8,8 +8,8 @@ use crate::ordering::{Graph, NONE, Tree};
 /// is cheaper than another front. Measured on the muscle: fastest between 0.1 and 0.2.
 const ZEROS_ALLOWED: f64 = 0.15;
 
-/// Maximum fraction for supernodes of at least [`WIDE`] columns. Their fronts are large enough; more zeros only cost
-/// memory and arithmetic.
+/// Maximum fraction of explicit zeros for supernodes of at least [`WIDE`] columns. Their fronts are already large
+/// enough; more zeros would only cost memory and arithmetic.
 const ZEROS_ALLOWED_WIDE: f64 = 0.05;
 const WIDE: usize = 64;
 

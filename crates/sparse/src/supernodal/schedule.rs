@@ -11,8 +11,8 @@ const PART_OF_SHARE: f64 = 0.25;
 
 /// Position of a waiting update: the stacks of a subtree or of the rest, and the offset in them.
 ///
-/// There are two stacks each, for supernodes at even and at odd depth. One update is formed in its final position while
-/// the updates of its children are read.
+/// Each subtree, and the rest, has two stacks: one for supernodes at even depth and one for supernodes at odd depth.
+/// One update is formed in its final position while the updates of its children are read.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Place {
     pub(super) stacks: usize,

@@ -325,7 +325,7 @@ fn results_are_bitwise_independent_of_the_number_of_threads() {
     }
 }
 
-/// Regression: pressures were eliminated first if they have a diagonal entry, however small. The matrix is quasi-definite, so
+/// Regression: pressures with a diagonal entry, however small, were eliminated first. The matrix is quasi-definite, so
 /// pivots exist for any order, but with δ = 1e-12 pressures lose all digits if eliminated first.
 #[test]
 fn pressures_of_a_nearly_incompressible_body_are_eliminated_after_displacements() {

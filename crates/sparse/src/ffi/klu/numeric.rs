@@ -31,7 +31,7 @@ impl<T: Entry> RawNumeric<T> {
     /// Factorizes the matrix with the pattern of `symbolic` and these `values`.
     ///
     /// # Panics
-    /// If the number of values differs from the number of entries of the pattern.
+    /// Panics if the number of values differs from the number of entries of the pattern.
     pub(crate) fn factor(symbolic: Arc<RawSymbolic>, values: &[T]) -> Result<Self, Failure> {
         let doubles = as_doubles(&symbolic, values);
         let mut common = default_common();
@@ -68,7 +68,7 @@ impl<T: Entry> RawNumeric<T> {
     /// Recomputes the factors for new `values`, keeping the pivots.
     ///
     /// # Panics
-    /// If the number of values differs from the number of entries of the pattern.
+    /// Panics if the number of values differs from the number of entries of the pattern.
     pub(crate) fn refactor(&mut self, values: &[T]) -> Result<(), Failure> {
         self.with_matrix(T::FUNCTIONS.refactor, values)
     }
@@ -76,7 +76,7 @@ impl<T: Entry> RawNumeric<T> {
     /// Returns the reciprocal pivot growth of the factors of the matrix with these `values`.
     ///
     /// # Panics
-    /// If the number of values differs from the number of entries of the pattern.
+    /// Panics if the number of values differs from the number of entries of the pattern.
     pub(crate) fn rgrowth(&self, values: &[T]) -> Result<f64, Failure> {
         self.with_matrix(T::FUNCTIONS.rgrowth, values)?;
         Ok(self.common().rgrowth)
@@ -98,7 +98,7 @@ impl<T: Entry> RawNumeric<T> {
     /// Solves A x = b, or Aᵀ x = b, in place for the columns of `rhs`.
     ///
     /// # Panics
-    /// If the length of `rhs` is not a multiple of the order of the matrix.
+    /// Panics if the length of `rhs` is not a multiple of the order of the matrix.
     pub(crate) fn solve(&self, rhs: &mut [T], transposed: bool) -> Result<(), Failure> {
         let n = self.symbolic.n();
         assert_eq!(rhs.len() % n, 0, "whole columns");

@@ -30,7 +30,7 @@ impl RawSymbolic {
     /// Analyzes a compressed-column pattern.
     ///
     /// # Panics
-    /// If the pattern is not square.
+    /// Panics if the pattern is not square.
     pub(crate) fn analyze(pattern: &SparsityPattern, options: RawOptions) -> Result<Self, Failure> {
         let n = pattern.major_dim();
         assert_eq!(pattern.minor_dim(), n, "a square pattern");
