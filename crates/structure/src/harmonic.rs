@@ -8,8 +8,8 @@ use num_complex::Complex64;
 
 use crate::error::StructureError;
 
-/// Solves (∂F/∂y + s ∂F/∂ẏ) ŷ = f̂ in place for the linearization of `problem` at (t, y, 0): the
-/// motion y + Re(ŷ e^{st}) under the load Re(f̂ e^{st}), with s = iω, whatever the index.
+/// Solves (∂F/∂y + s ∂F/∂ẏ) ŷ = f̂ in place for the linearization of `problem` at (t, y, 0). The
+/// result is the motion y + Re(ŷ e^{st}) under the load Re(f̂ e^{st}), with s = iω, for any index.
 ///
 /// # Shapes
 /// `amplitudes`: the unknowns; f̂ on entry, ŷ on return.
@@ -19,7 +19,7 @@ use crate::error::StructureError;
 /// singular.
 ///
 /// # Panics
-/// If a length is wrong.
+/// Panics if a length is wrong.
 pub fn harmonic_response(
     problem: &mut dyn Problem,
     (t, y): (f64, &[f64]),

@@ -51,7 +51,8 @@ impl Mode {
     }
 }
 
-/// Computes the `count` modes with ω² closest to `shift`, in ascending order of ω²; fewer if the system has fewer.
+/// Computes the `count` modes with ω² closest to `shift`, in ascending order of ω²; returns fewer if the system has
+/// fewer.
 ///
 /// If `shift` is at most the lowest ω² (0 for a stable equilibrium of a supported body), these are the lowest modes.
 ///
@@ -169,7 +170,7 @@ impl<'a> KrylovSpace<'a> {
         w.dot(&self.vibration.mass_times(w)).max(0.0).sqrt()
     }
 
-    /// Orthogonalizes a vector to the basis and returns its coefficients. Two passes are sufficient.
+    /// Orthogonalizes a vector against the basis and returns its coefficients. Two passes are sufficient.
     fn take_out_basis(&self, w: &mut DVector<f64>) -> DVector<f64> {
         let mut weights = DVector::zeros(self.basis.len());
         for _pass in 0..2 {

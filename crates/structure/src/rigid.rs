@@ -29,7 +29,7 @@ impl RigidBodies {
     /// Creates bodies with these centers; `size` is the unit of length.
     ///
     /// # Panics
-    /// Unless the dimension is 2 or 3 and matches the number of coordinates of each center.
+    /// Panics unless the dimension is 2 or 3 and matches the number of coordinates of each center.
     pub fn new(dimension: usize, centers: &[Vec<f64>], size: f64) -> Self {
         assert!(dimension == 2 || dimension == 3, "a body in {dimension} dimensions");
         let n = centers.len() * n_motions(dimension);

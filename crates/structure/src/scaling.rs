@@ -24,7 +24,7 @@ const RIDGE: f64 = 1e-10;
 /// Other units change r, c and τ but not the scaled pencil, so results do not depend on the units. The index is
 /// independent of R, C, τ.
 ///
-/// Terms that cancel in an assembly leave entries of rounding errors, which would distort the fit. They are identified
+/// Terms that cancel in an assembly leave rounding errors as entries, which would distort the fit. They are identified
 /// by their distance below an upper envelope, which is the same fit with a small weight for entries below it. The
 /// envelope does not depend on the units either.
 pub(crate) fn scale(pencil: &Pencil) -> (DMatrix<f64>, DMatrix<f64>) {
@@ -126,7 +126,7 @@ mod tests {
         assert!((plain.1 - scaled.1).amax() < 1e-7);
     }
 
-    /// Three quarters of the entries are rounding errors, as if terms of an assembly cancel.
+    /// Three quarters of the entries are rounding errors, as after cancellation of terms in an assembly.
     #[test]
     fn rounding_errors_do_not_affect_the_scaling() {
         let n = 12;

@@ -63,8 +63,8 @@ pub struct PencilStructure {
     pub decisions: Vec<RankDecision>,
     /// Perturbation index of each variable; empty for a singular pencil.
     pub variables: Vec<VariableIndex>,
-    /// Decisions which variables contain the j-th derivative of a perturbation, j = 0, 1, …, from which the variable
-    /// indices follow.
+    /// Decisions on which variables contain the j-th derivative of a perturbation, j = 0, 1, …. The variable indices
+    /// follow from them.
     pub variable_decisions: Vec<RankDecision>,
 }
 
@@ -115,7 +115,7 @@ impl PencilStructure {
     /// Returns the maximum index of a block of variables.
     ///
     /// # Panics
-    /// If the pencil is singular, or the range is empty or out of bounds.
+    /// Panics if the pencil is singular, or the range is empty or out of bounds.
     pub fn block(&self, range: Range<usize>) -> VariableIndex {
         let block = &self.variables[range];
         let index = block.iter().map(|v| v.index).max().expect("a block has variables");

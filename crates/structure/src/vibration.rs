@@ -33,7 +33,8 @@ pub struct Vibration {
     mass: CscMatrix<f64>,
     stiffness: CscMatrix<f64>,
     constraint: Option<Constraint>,
-    /// Whether to eliminate the displacements after the multipliers that act on them: if C has the large pivots.
+    /// Whether to eliminate the displacements after the multipliers that act on them, which is suitable if C has the
+    /// large pivots.
     displacements_last: bool,
 }
 
@@ -66,7 +67,7 @@ impl Vibration {
         Ok(Self { mass, stiffness, constraint, displacements_last: false })
     }
 
-    /// Returns the problem with an elimination order for a C with large pivots and a K − σ M with small ones.
+    /// Returns the problem with an elimination order suited to large pivots of C and small pivots of K − σ M.
     pub(crate) fn with_displacements_last(self) -> Self {
         Self { displacements_last: true, ..self }
     }
@@ -74,7 +75,7 @@ impl Vibration {
     /// Returns uᵀ K u / uᵀ M u, ignoring the constraint.
     ///
     /// # Panics
-    /// If `u` has the wrong length.
+    /// Panics if `u` has the wrong length.
     pub fn quotient(&self, u: &[f64]) -> f64 {
         let u = DVector::from_column_slice(u);
         u.dot(&(&self.stiffness * &u)) / u.dot(&self.mass_times(&u))
