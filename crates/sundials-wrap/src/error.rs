@@ -60,7 +60,7 @@ pub enum Error {
         /// The time reached.
         t: f64,
     },
-    /// Dense output was requested outside the last step, or for a derivative of too high order.
+    /// Dense output was requested outside the last step, or for a derivative of too high an order.
     #[error(
         "no derivative of order {derivative} at t = {t}: the last step, of order {order}, covers \
          [{from}, {to}]"
@@ -127,7 +127,7 @@ pub enum Error {
         "the forward run cannot continue after a backward integration: start a new one with reinit"
     )]
     ForwardRunLeft,
-    /// A part of the forward run took more steps when it was repeated.
+    /// A repeated part of the forward run took more steps than the original run.
     #[error(
         "the forward run took other steps when it was repeated up to t = {t}: its functions must give \
          the same values again"

@@ -92,7 +92,7 @@ pub enum VectorArithmetic {
     /// This crate's arithmetic with the vector instructions of the processor; sums are computed in a different order.
     #[default]
     Simd,
-    /// The arithmetic of SUNDIALS' serial vectors, entry by entry; for comparison.
+    /// The arithmetic of SUNDIALS' serial vectors, entry by entry; intended for comparisons.
     Serial,
 }
 
@@ -122,8 +122,7 @@ pub struct IdaOptions {
     pub max_error_test_failures: usize,
     /// Step-solve failures allowed in one step; 10 by default.
     pub max_convergence_failures: usize,
-    /// Newton is converged when its estimated error is below this fraction of the tolerance; 0.33
-    /// by default.
+    /// Newton's method has converged when its estimated error is below this fraction of the tolerance; 0.33 by default.
     pub nonlinear_coefficient: f64,
     /// Newton iterations allowed in one solve; 4 by default.
     pub max_newton_iterations: usize,

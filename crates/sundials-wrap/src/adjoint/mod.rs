@@ -60,7 +60,7 @@ pub enum Interpolation {
     /// Cubic, from y and ẏ at both ends of a step.
     #[default]
     Hermite,
-    /// A polynomial of the order of the step, from y alone; requires half the memory.
+    /// A polynomial of the order of the step, from y alone; it requires half the memory.
     Polynomial,
 }
 

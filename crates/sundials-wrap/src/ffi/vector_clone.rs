@@ -8,7 +8,7 @@ use sundials_sys::{N_VClone_Serial, N_VConst, N_Vector};
 
 use super::vector::NVector;
 
-/// Makes the clones of `vector`, and their clones, vectors of zeros.
+/// Makes all clones of `vector`, and their clones, start as vectors of zeros.
 pub(super) fn zero_clones_of(vector: &mut NVector) {
     // SAFETY: ours, valid, and borrowed uniquely.
     let vector = unsafe { &mut *vector.raw() };

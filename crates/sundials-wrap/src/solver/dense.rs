@@ -18,7 +18,7 @@ impl<P: Problem> IdaSolver<P> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`Error::NoDenseOutput`] outside the last step or for a derivative of too high order, [`Error::WrongLength`],
+    /// [`Error::NoDenseOutput`] outside the last step or for a derivative of too high an order, [`Error::WrongLength`],
     /// [`Error::InvalidOption`] for a non-finite time.
     pub fn dense_output(
         &mut self,

@@ -79,7 +79,7 @@ impl<P: Problem> IdaSolver<P> {
         Err(self.inconsistent(failed, self.t0))
     }
 
-    /// Searches for initial values with this coefficient, and this time for differences of ẏ.
+    /// Searches for initial values with this coefficient, and with this time as the scale for differences of ẏ.
     fn search(
         &mut self,
         (coefficient, differences): (f64, Option<f64>),

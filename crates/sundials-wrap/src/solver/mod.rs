@@ -59,7 +59,7 @@ pub struct IdaSolver<P: Problem> {
     max_steps: Option<usize>,
     /// Number of steps and time at the last check at which t had increased.
     mark: (u64, f64),
-    /// Last recoverable failure of a user function since then, also of earlier calls.
+    /// Last recoverable failure of a user function since then, including failures in earlier calls.
     refusal: Option<String>,
     /// Time at which a step must end; `None` after it is reached.
     stop_time: Option<f64>,
@@ -176,7 +176,7 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Returns whether t did not change in the last steps. IDAS would continue forever.
+    /// Returns whether t did not change in the last steps, in which case IDAS would continue forever.
     fn stands_still(&mut self) -> bool {
         let (steps, t) = (self.ida.counter(Counter::Steps), self.ida.internal_time());
         let (marked_steps, marked_t) = self.mark;

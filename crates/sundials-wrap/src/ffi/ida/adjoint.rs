@@ -46,8 +46,9 @@ pub(crate) struct BackwardSettings {
 }
 
 impl<C: Callbacks> Ida<C> {
-    /// Stores the solution for backward problems: a checkpoint every `steps` steps, between which
-    /// it is interpolated by Hermite polynomials or by the polynomials of the steps.
+    /// Stores the solution for backward problems, with a checkpoint every `steps` steps. Between
+    /// checkpoints, the solution is interpolated by Hermite polynomials or by the polynomials of
+    /// the steps.
     pub(crate) fn init_adjoint(&mut self, steps: usize, hermite: bool) -> Result<(), CallFailed> {
         let interpolation = match hermite {
             true => sys::IDA_HERMITE,

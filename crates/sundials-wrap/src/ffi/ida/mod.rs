@@ -103,7 +103,7 @@ impl<C: Callbacks> Ida<C> {
     /// Creates an integrator at (t0, y0, ẏ0) with provisional tolerances.
     ///
     /// # Panics
-    /// Unless `y0` and `y_dot0` have the same positive length.
+    /// Panics unless `y0` and `y_dot0` have the same positive length.
     pub(crate) fn new(
         callbacks: C,
         t0: f64,
