@@ -15,7 +15,7 @@ const EPSILON: f64 = 1e-5;
 /// y, ẏ and δ: `n_unknowns`.
 ///
 /// # Panics
-/// If the problem cannot be evaluated there.
+/// Panics if the problem cannot be evaluated there.
 pub fn jacobian_error<P: Problem + ?Sized>(
     problem: &mut P,
     t: f64,

@@ -2,7 +2,7 @@
 
 use myovib_dae::{Problem, StepError};
 
-/// Returns a perturbation of a value computed by [`Circle`], or a failure.
+/// Function that returns a perturbation of a value computed by [`Circle`], or a failure.
 pub(super) type Disturbance = Box<dyn FnMut(f64) -> Result<f64, StepError> + Send>;
 
 /// The system ẋ = v, v̇ = −x, a − x² − v² = 0 with the solution x = sin t, v = cos t, a = 1. The analytic Jacobian is
@@ -13,9 +13,9 @@ pub(super) struct Circle {
     pub(super) residuals: u64,
     /// Number of evaluations of the Jacobian or of its two parts.
     pub(super) jacobians: u64,
-    /// Returns the value added to the first entry of the residual at a time.
+    /// Function that returns the value added to the first entry of the residual at a time.
     pub(super) in_residual: Disturbance,
-    /// Returns the value added to the first entry of the Jacobian.
+    /// Function that returns the value added to the first entry of the Jacobian.
     pub(super) in_jacobian: Disturbance,
 }
 

@@ -24,7 +24,7 @@ impl Heat2d {
     /// Creates a grid with `m` points on each side.
     ///
     /// # Panics
-    /// If m < 3, because the grid would have no interior.
+    /// Panics if m < 3, because the grid would have no interior.
     pub fn new(m: usize) -> Self {
         assert!(m >= 3, "a grid of {m} points on a side has no interior");
         Self { m }
