@@ -17,7 +17,7 @@ pub trait Model {
     /// Writes the residuals at the parameters `p`.
     ///
     /// # Errors
-    /// [`Failed`] where the model cannot be evaluated; non-finite residuals have the same effect.
+    /// [`Failed`] if the model cannot be evaluated; non-finite residuals have the same effect.
     fn residuals(&mut self, p: &[f64], out: &mut [f64]) -> Result<(), Failed>;
 
     /// Writes ∂r_i/∂p_j (n_residuals × n_parameters). By default, central difference quotients are used, with steps
@@ -30,7 +30,7 @@ pub trait Model {
     }
 
     /// Writes the residuals and, if one evaluation can return both, the derivatives; returns whether it wrote both.
-    /// Implement it if derivatives cost little more than residuals: most trial steps are accepted, so that their
+    /// Implement this method if derivatives cost little more than residuals: most trial steps are accepted, so their
     /// derivatives are needed next.
     ///
     /// # Errors

@@ -63,7 +63,7 @@ fn drawn(parameter: &Parameter, share: f64) -> f64 {
 /// The error of the first start if all fail.
 ///
 /// # Panics
-/// If `starts` is empty.
+/// Panics if `starts` is empty.
 pub fn best_fit(
     starts: &[Vec<Parameter>],
     fit: &mut dyn FnMut(&[Parameter]) -> Result<Fit, FitError>,

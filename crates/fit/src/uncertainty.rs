@@ -57,7 +57,7 @@ impl Uncertainty {
     /// Returns two-sided confidence intervals at `level` from Student's t distribution.
     ///
     /// # Panics
-    /// If `level` is not in (0, 1).
+    /// Panics if `level` is not in (0, 1).
     pub fn intervals(&self, level: f64) -> Vec<[f64; 2]> {
         assert!(level > 0.0 && level < 1.0, "level in (0, 1)");
         let t = student_quantile(0.5 + 0.5 * level, self.freedom);
