@@ -16,7 +16,7 @@ use num_complex::Complex64;
 /// `omega`, `y`, `w` (= ẏ): N values each.
 ///
 /// # Panics
-/// If the lengths differ.
+/// Panics if the lengths differ.
 pub fn phasors(omega: &[f64], y: &[f64], w: &[f64]) -> impl Iterator<Item = Complex64> {
     assert_eq!(omega.len(), y.len(), "positions");
     assert_eq!(omega.len(), w.len(), "velocities");
@@ -48,7 +48,7 @@ impl Coherence {
     /// Computes Ψ and χ for frequencies `omega`, positions `y` and velocities `w`.
     ///
     /// # Panics
-    /// If the slices are empty or their lengths differ.
+    /// Panics if the slices are empty or their lengths differ.
     pub fn new(omega: &[f64], y: &[f64], w: &[f64]) -> Self {
         Self {
             centroid: mean(phasors(omega, y, w)),
@@ -61,7 +61,7 @@ impl Coherence {
 /// [`Chain::network_at`](crate::Chain::network_at).
 ///
 /// # Panics
-/// If `places` is zero or the lengths are not multiples of it.
+/// Panics if `places` is zero or the lengths are not multiples of it.
 pub fn coherence_at(places: usize, omega: &[f64], y: &[f64], w: &[f64]) -> Vec<Coherence> {
     let n = omega.len() / places;
     assert_eq!(n * places, omega.len(), "oscillators at each place");
@@ -84,7 +84,7 @@ pub fn coherence_at(places: usize, omega: &[f64], y: &[f64], w: &[f64]) -> Vec<C
 /// Hz; `omega` in rad/s.
 ///
 /// # Panics
-/// If the slices are empty or their lengths differ.
+/// Panics if the slices are empty or their lengths differ.
 pub fn centroid_frequency(omega: &[f64], y: &[f64], w: &[f64], w_dot: &[f64]) -> Option<f64> {
     let centroid = mean(phasors(omega, y, w));
     let rate = mean(phasors(omega, w, w_dot));
@@ -93,7 +93,7 @@ pub fn centroid_frequency(omega: &[f64], y: &[f64], w: &[f64], w_dot: &[f64]) ->
 }
 
 /// # Panics
-/// If the iterator is empty.
+/// Panics if the iterator is empty.
 pub(crate) fn mean(numbers: impl Iterator<Item = Complex64>) -> Complex64 {
     let (sum, count) = numbers.fold((Complex64::ZERO, 0), |(sum, count), z| (sum + z, count + 1));
     assert!(count > 0, "the mean needs at least one oscillator");

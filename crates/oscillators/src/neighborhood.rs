@@ -56,7 +56,7 @@ impl Neighborhood {
     /// Returns the coherence of each neighborhood. `of_places` holds Ψ and χ of each place.
     ///
     /// # Panics
-    /// If the number of values differs from the number of places.
+    /// Panics if the number of values differs from the number of places.
     pub fn coherence(&self, of_places: &[Coherence]) -> Vec<f64> {
         assert_eq!(of_places.len(), self.places.len(), "a χ for each place");
         let own = |place: &[f64; 3]| mean(self.near(*place).map(|j| of_places[j].phase)).norm();

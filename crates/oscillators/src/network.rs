@@ -203,7 +203,7 @@ impl Network {
     /// [`n_channels`](Self::n_channels).
     ///
     /// # Panics
-    /// If a slice has the wrong length.
+    /// Panics if a slice has the wrong length.
     pub fn residual(&self, s: &[f64], s_dot: &[f64], forcing: &[f64], residual: &mut [f64]) {
         let n = self.n_oscillators();
         assert_eq!(s.len(), 2 * n, "states");
@@ -236,7 +236,7 @@ impl Network {
     /// Evaluates `a ∂F/∂s + b ∂F/∂ṡ` into `values`, in the order of the pattern.
     ///
     /// # Panics
-    /// If `s` or `values` has the wrong length.
+    /// Panics if `s` or `values` has the wrong length.
     pub fn jacobian(&self, s: &[f64], a: f64, b: f64, values: &mut [f64]) {
         let n = self.n_oscillators();
         assert_eq!(s.len(), 2 * n, "states");
@@ -270,7 +270,7 @@ impl Network {
     /// (with respect to velocities).
     ///
     /// # Panics
-    /// If a slice has the wrong length.
+    /// Panics if a slice has the wrong length.
     pub fn linearize(&self, s: &[f64], stiffness: &mut [f64], damping: &mut [f64]) {
         let n = self.n_oscillators();
         assert_eq!(s.len(), 2 * n, "states");

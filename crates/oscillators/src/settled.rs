@@ -45,7 +45,7 @@ impl Settled {
     /// samples.
     ///
     /// # Panics
-    /// If the lengths differ.
+    /// Panics if the lengths differ.
     pub fn over_window(t: &[f64], values: &[f64], window: f64) -> Result<Self, Error> {
         assert_eq!(t.len(), values.len(), "one value per time");
         let before = |time: &f64| match t.last() {

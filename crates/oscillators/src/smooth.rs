@@ -46,7 +46,7 @@ impl SmoothCoherence {
     /// Returns S for frequencies `omega`, positions `y` and velocities `w`.
     ///
     /// # Panics
-    /// If the slices are empty or their lengths differ.
+    /// Panics if the slices are empty or their lengths differ.
     pub fn squared(&self, omega: &[f64], y: &[f64], w: &[f64]) -> f64 {
         self.order_parameter(omega, y, w).norm_sqr()
     }
@@ -54,7 +54,7 @@ impl SmoothCoherence {
     /// Evaluates ∂S/∂y and ∂S/∂w into `by_position` and `by_velocity`, overwriting them.
     ///
     /// # Panics
-    /// If the slices are empty or their lengths differ.
+    /// Panics if the slices are empty or their lengths differ.
     pub fn gradient(
         &self,
         omega: &[f64],

@@ -20,7 +20,7 @@ use num_complex::Complex64;
 /// s, Hz. The fastest resolved motion is half a revolution per sample.
 ///
 /// # Panics
-/// If the lengths differ.
+/// Panics if the lengths differ.
 ///
 /// # Examples
 /// ```
