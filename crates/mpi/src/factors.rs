@@ -73,7 +73,7 @@ enum State {
 /// A matrix distributed over all ranks.
 struct MumpsFactors<T: MumpsScalar> {
     leader: Arc<Leader>,
-    /// Number by which the other ranks identify it.
+    /// Number by which the other ranks identify this matrix.
     number: f64,
     pattern: Arc<SparsityPattern>,
     is_symmetric: bool,

@@ -43,7 +43,7 @@ impl Leader {
     }
 
     /// # Panics
-    /// After the end of the session.
+    /// Panics after the end of the session.
     pub(crate) fn with_world<R>(&self, work: impl FnOnce(&World) -> R) -> R {
         let world = self.lock();
         work(world.as_ref().expect("runs end before their session"))

@@ -51,10 +51,11 @@ impl Sharing {
     /// process, whose passes return the sums over all ranks. Matrices analyzed from now on are factorized by MUMPS.
     ///
     /// # Errors
-    /// If a rank cannot load the body or loads a different one; it prints the reason to standard error.
+    /// Returns an error if a rank cannot load the body or loads a different one; it prints the reason to standard
+    /// error.
     ///
     /// # Panics
-    /// After the end of the session.
+    /// Panics after the end of the session.
     pub fn share(&self, solid: Solid) -> Result<Solid, String> {
         let leader = &self.0;
         leader.send(Command::Body, [0.0; 4]);

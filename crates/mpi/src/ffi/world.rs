@@ -39,7 +39,7 @@ impl World {
         self.size
     }
 
-    /// Broadcasts numbers from rank 0 to all other ranks, which must [receive](Self::receive) the same number.
+    /// Broadcasts numbers from rank 0 to all other ranks, which must [receive](Self::receive) as many numbers.
     pub(crate) fn send(&self, numbers: &[f64]) {
         assert_eq!(self.rank, 0, "rank 0 sends");
         // SAFETY: the length is the length of the slice; MPI only reads the numbers of rank 0.
