@@ -76,7 +76,7 @@ pub fn not_replaceable(path: &Path) -> Option<String> {
     if !there.is_file() {
         return Some("it is not a regular file".to_owned());
     }
-    let reason = "the file exists and was not made by this program, which does not replace it";
+    let reason = "the file exists and was not written by this program, so it is not replaced";
     (!is_ours(path)).then(|| reason.to_owned())
 }
 

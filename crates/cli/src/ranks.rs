@@ -24,8 +24,8 @@ mod alone {
         let several = |name: &&str| env::var(name).is_ok_and(|size| size != "1");
         if SIZES.iter().any(several) {
             output::line(
-                "error: several processes were started, but this program was built for one: build it \
-                 with `--features mpi`, or start one",
+                "error: several processes were started, but this program was built for one: build it with \
+                 `--features mpi`, or start a single process",
             );
             return Exit::Usage.into();
         }

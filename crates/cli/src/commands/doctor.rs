@@ -14,7 +14,7 @@ use sundials_wrap::Versions;
 /// Options of `myovib doctor`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  myovib doctor\n  myovib doctor --json=doctor.json\n\n\
-                        Exit code 1 when something is missing.")]
+                        The exit code is 1 if something is missing.")]
 pub struct DoctorArgs {
     /// Options of every command.
     #[command(flatten)]
@@ -87,7 +87,7 @@ fn remedies(linked: &Versions, build: &[BuildTool]) -> Vec<String> {
     }
     let Versions { sundials, sundials_headers, index_bits, .. } = linked;
     if !is_supported(sundials) {
-        remedies.push(format!("SUNDIALS {sundials} is linked, 6.4 to 7.x is needed: {MEND}"));
+        remedies.push(format!("SUNDIALS {sundials} is linked, but 6.4 to 7.x is required: {MEND}"));
     }
     if sundials != sundials_headers {
         remedies.push(format!(
@@ -97,7 +97,7 @@ fn remedies(linked: &Versions, build: &[BuildTool]) -> Vec<String> {
     }
     if *index_bits != 64 {
         remedies.push(format!(
-            "SUNDIALS is linked with {index_bits}-bit indices, 64 are needed: {MEND}"
+            "SUNDIALS is linked with {index_bits}-bit indices, but 64 bits are required: {MEND}"
         ));
     }
     remedies
@@ -154,7 +154,7 @@ fn text(findings: &Findings) -> String {
         paint("Nothing is missing.", Tone::Good, colored)
     } else {
         let lines: Vec<String> = findings.remedies.iter().map(|line| format!("  {line}")).collect();
-        format!("{}\n{}", paint("To mend it:", Tone::Bad, colored), lines.join("\n"))
+        format!("{}\n{}", paint("To fix it:", Tone::Bad, colored), lines.join("\n"))
     };
     format!("{}\n{}\n{verdict}\n", facts.render(colored), build.render(colored))
 }

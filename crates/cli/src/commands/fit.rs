@@ -107,7 +107,7 @@ impl From<LossArg> for Loss {
 }
 
 /// Splits the value of `--data` into the file and its overrides, which begin at a word with a `=`. The file is the
-/// longest name that exists; if there is none, the overrides begin at the first such word.
+/// longest name of an existing file; without an existing file, the overrides begin at the first such word.
 fn experiment(text: &str) -> (PathBuf, Vec<String>) {
     let text = text.trim();
     let is_start = |at: usize| at == 0 || text[..at].ends_with(char::is_whitespace);

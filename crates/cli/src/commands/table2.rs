@@ -32,7 +32,7 @@ use crate::values;
     myovib table2 --rows 4 --max-order 2\n  \
     myovib table2 --integrator radau9 --rtol 1e-6\n  \
     myovib table2 --rows 1 --probe origin --every 0.01 --csv origin.csv\n\n\
-    Exit code 1 when a run ends otherwise than the paper's."
+    The exit code is 1 if a run ends differently from the paper's."
 )]
 pub struct Table2Args {
     /// Keys of the rows to run: 1, 2, 2m, 3, 3m, 4, 4-order2, 4-suppressed, 31. With Radau IIA 1,
@@ -214,7 +214,7 @@ impl Table2Args {
                 let keys: Vec<_> = offered().map(|row| row.key).collect();
                 let known = ROWS.iter().any(|row| row.key == key);
                 InputError::new(match known {
-                    true => "this row differs from another one in settings of BDF alone",
+                    true => "this row differs from another one only in settings of BDF",
                     false => "unknown row",
                 })
                 .at("--rows")

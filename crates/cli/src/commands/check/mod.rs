@@ -39,7 +39,8 @@ use myovib_scene::{Body, Scene, plain};
     myovib check table2-4\n  \
     myovib check scene.toml --set solid.bulk_modulus=inf --json\n\n\
     What is printed: each block of unknowns with its index, and whether the integrator tests its error; the \
-    size of the body; the index of the system; how well pressures are held (inf–sup); the start; eigenfrequencies; the first steps \
+    size of the body; the index of the system; how well the pressures are controlled (inf–sup); the start; \
+    eigenfrequencies; the first steps \
     of the run, tried for a second; then warnings with what to change. For an equilibrium: the displacement \
     according to linear elasticity, and the time per iteration. Blocks are named as in the table; to exclude lambda \
     from the error test, use `--set 'integrator.error_test.exclude=[\"p\"]'`.\n\n\
@@ -104,8 +105,8 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             (text, Some(document(scene, body, &report, &cost)))
         }
         (Analysis::Dynamic, None) => (
-            "The scene is valid. Rods and chains are ordinary differential equations: index 0, \
-             nothing to leave out of the error test.\n"
+            "The scene is valid. Rods and chains are ordinary differential equations: index 0, nothing to exclude \
+             from the error test.\n"
                 .to_owned(),
             None,
         ),
@@ -328,7 +329,9 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     };
     lines.push(match slow.is_empty() {
         true if report.too_large_for_modes => {
-            format!("modes           not computed for so large a body; use `myovib modes`; {drive}")
+            format!(
+                "modes           not computed for a body of this size; use `myovib modes`; {drive}"
+            )
         }
         true => format!(
             "modes           not computed because the pressures are not determined; {drive}"
@@ -409,7 +412,7 @@ fn held(held: Option<Held>) -> String {
             )
         }
         None => {
-            "inf–sup         not computed for so many pressures; `myovib infsup` computes it for a mesh"
+            "inf–sup         not computed for this number of pressures; `myovib infsup` computes it for a mesh"
                 .to_owned()
         }
     }

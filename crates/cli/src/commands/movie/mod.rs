@@ -215,7 +215,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
         Subject::Film(Film::Muscle3d) => muscle3d::film(args)?,
     };
     if movie.frames.is_empty() && movie.exit != Exit::Done {
-        output::line("no film: the run ended before the first moment to be shown");
+        output::line("no movie: the run ended before the start time of the movie");
         return Ok(movie.exit);
     }
     // After Ctrl-C, the movie ends with the frames drawn so far.
@@ -227,7 +227,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     let frames = frames.take_while(|_| draws_all || !is_interrupted.load(Ordering::Relaxed));
     let mut frames = frames.inspect(|_| n_frames += 1).map(Ok).peekable();
     if frames.peek().is_none() && interrupt::has_come() {
-        output::line("no film: it was interrupted before its first frame was drawn");
+        output::line("no movie: the command was interrupted before the first frame was drawn");
         return Ok(Exit::Interrupted);
     }
     let mut bytes = Vec::new();

@@ -21,7 +21,7 @@ pub(super) use document::{ReportJson, report_json};
     myovib table1\n  \
     myovib table1 --json=t1.json\n\n\
     Every index is computed from the matrices alone, on two meshes and at two random, consistent \
-    states of large strain. Exit code 1 when one differs from the paper's or is undecided.")]
+    states of large strain. The exit code is 1 if an index differs from the paper's or is undecided.")]
 pub struct Table1Args {
     /// Options of every command.
     #[command(flatten)]
