@@ -37,7 +37,7 @@ pub fn text(found: &Response) -> String {
         ]);
     }
     let peaks = match found.peaks.is_empty() {
-        true => "No value has a peak between these frequencies; the tables have all values.\n"
+        true => "No value has a peak between these frequencies; the tables contain all values.\n"
             .to_owned(),
         false => table.render(colored_stdout()),
     };
@@ -60,7 +60,8 @@ fn unresolved(found: &Response) -> &'static str {
     let is_given = found.interpolation_error.is_none();
     match is_given && found.peaks.iter().any(|peak| peak.damping_ratio.is_none()) {
         true => {
-            "–: no half-power width between these frequencies; the peak may be higher between them (`adaptive` resolves it).\n"
+            "–: the frequencies do not resolve the half-power width, and the peak may be higher than shown \
+            (`adaptive` resolves it).\n"
         }
         false => "",
     }

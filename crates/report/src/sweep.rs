@@ -183,12 +183,12 @@ fn curves(
     let mut notes = String::new();
     if stride > 1 {
         notes += &format!(
-            "<p class=\"note\">The charts have one case in {stride}; the folders of the cases have all.</p>\n"
+            "<p class=\"note\">The charts have one case in {stride}; the folders of the cases contain all of them.</p>\n"
         );
     }
     if thinning > 1 {
         notes += &format!(
-            "<p class=\"note\">The curves have one row in {thinning}; the tables of the cases have all.</p>\n"
+            "<p class=\"note\">The curves have one row in {thinning}; the tables of the cases contain all rows.</p>\n"
         );
     }
     let legend = result.keys.join(", ");

@@ -27,11 +27,11 @@ pub(super) fn meaning(document: &Value) -> String {
     }
 }
 
-const MODES: &str = "<p>Small free vibrations; Prony terms count as relaxed. The damping ratio is that by α, β, \
-                     viscosity and elastic foundations, not by Prony terms; 1 is critical.</p>\n";
+const MODES: &str = "<p>Small free vibrations; Prony terms count as relaxed. The damping ratio includes α, β, \
+                     viscosity and elastic foundations, but not Prony terms; 1 is critical.</p>\n";
 const RESPONSE: &str = "<p>Small harmonic motions Re(û e<sup>iωt</sup>) of the linearized body. A positive phase leads \
-                        the drive. Damping ratios are half-power widths Δf/(2f), which hold for light damping and \
-                        separate peaks.</p>\n";
+                        the drive. Damping ratios are computed from half-power widths, Δf/(2f), which is valid for light \
+                        damping and separate peaks.</p>\n";
 const PERIODIC: &str = "<p>The motion that repeats with the period of the loads, found without its transient. A Floquet \
                         multiplier is the factor by which a small deviation grows over a period: the motion is stable \
                         if all are inside the unit circle. Curves show one period.</p>\n";
@@ -73,7 +73,7 @@ fn meaning_of_motion(document: &Value) -> String {
     );
     if let Some(drift) = document["constraint_drift"].as_f64() {
         text += &format!(
-            "<p>The volume constraint was missed by at most {drift:.1e} \
+            "<p>The volume constraint was violated by at most {drift:.1e} \
              (projected on the pressure's functions)."
         );
         if document["formulation"] == "velocity" {
@@ -90,8 +90,8 @@ fn meaning_of_motion(document: &Value) -> String {
     if let Some([kinetic, elastic, work, dissipated, imbalance]) = energies(document) {
         text += &format!(
             "<p>Energy{} at the end: {kinetic:.3e} J kinetic and {elastic:.3e} J \
-             elastic; the loads did {work:.3e} J of work, damping took {dissipated:.3e} J. The \
-             balance is missed by {imbalance:.1e} J: {}.</p>\n",
+             elastic; the work of the loads is {work:.3e} J, and damping dissipated {dissipated:.3e} J. The \
+             error of the balance is {imbalance:.1e} J: {}.</p>\n",
             match is_in_space(document) {
                 true => "",
                 false => " per meter of depth",
@@ -115,7 +115,9 @@ fn has_feedback(document: &Value) -> bool {
 /// Explains the consequences of the index for the integrator.
 fn meaning_of_index(index: u64, is_bdf: bool) -> &'static str {
     match (index, is_bdf) {
-        (0, _) => "an ordinary differential equation; all variables are controlled alike",
+        (0, _) => {
+            "an ordinary differential equation; the error test treats all variables in the same way"
+        }
         (1, _) => {
             "the pressure follows from the displacement without differentiation, and the error \
              test may include it"

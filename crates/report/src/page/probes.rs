@@ -160,7 +160,7 @@ const EXTREMES: &str = "<th class=\"n\">minimum</th><th class=\"n\">at</th><th c
 const VALUE: &str = "<th class=\"n\">value</th>";
 
 /// Explanation of estimated errors.
-const BY_STEPS: &str = "<p>Errors in time are what the estimates of the steps add up to, which is no bound; \
+const BY_STEPS: &str = "<p>The errors in time are sums of the error estimates of the steps and not a bound; \
      <code>myovib run … --verify</code> measures them.</p>\n";
 
 /// Placeholder for the spectrum and the damping of a curve; hidden without JavaScript.
@@ -201,7 +201,7 @@ pub(super) fn section(
     let thinned = match stride {
         1 => String::new(),
         _ => format!(
-            "<p class=\"note\">The interactive curves have one row in {stride}; the tables in the folder have all.</p>\n"
+            "<p class=\"note\">The interactive curves have one row in {stride}; the tables in the folder contain all rows.</p>\n"
         ),
     };
     Ok(format!(
