@@ -97,7 +97,8 @@ impl Modes {
     ) -> Result<Self, crate::Error> {
         let muscle = body_of(scene).map(|body| &body.muscle)?;
         if scene.file.analysis == Analysis::QuasiStatic {
-            let error = InputError::new("a quasi-static analysis has no inertia, and no modes");
+            let error =
+                InputError::new("a quasi-static analysis has no inertia and therefore no modes");
             let error = error.next("use analysis = \"modes\"");
             return Err(scene.wrong("analysis", error).into());
         }

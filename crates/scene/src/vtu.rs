@@ -74,8 +74,8 @@ impl NotFinite {
             n => format!("{n} points"),
         };
         format!(
-            "field `{}` is not finite at {points} at t = {t} s: the tissue is deformed there beyond what its law is \
-             defined for; the field `J` shows where",
+            "field `{}` is not finite at {points} at t = {t} s: the deformation there is outside the domain of the \
+             law; the field `J` shows where",
             quantity.label()
         )
     }

@@ -39,6 +39,7 @@ pub(super) fn undamped(muscle: &Muscle) -> Option<String> {
         && solid.n_slots() == 0
         && !solid.added_stresses().iter().any(AddedStress::is_viscous)
         && muscle.foundations.iter().all(|own| own.damping() == 0.0);
-    let note = "the body has no damping: amplitudes have no bound at resonances, and peaks depend on the frequencies";
+    let note = "the body has no damping: amplitudes are unbounded at resonances, and peaks depend on the \
+                chosen frequencies";
     is_undamped.then(|| note.to_owned())
 }

@@ -107,7 +107,7 @@ impl Values {
                 return Err(ModelError::OutOfRange {
                     name: "the denominator of a ratio",
                     value: 0.0,
-                    allowed: "values that move, at frequencies above 0 Hz for velocities and accelerations",
+                    allowed: "nonzero values; velocities and accelerations are zero at 0 Hz",
                 });
             }
             values.push(ratio.numerator.of(s, &values) / denominator);

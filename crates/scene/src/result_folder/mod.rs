@@ -375,7 +375,7 @@ fn is_bare(folder: &Path) -> bool {
 }
 
 fn not_ours(path: &Path) -> InputError {
-    InputError::new("the file exists and was not made by this program, which does not replace it")
+    InputError::new("the file exists and was not written by this program, so it is not replaced")
         .at(path.display())
         .next("move it, or choose another folder")
 }

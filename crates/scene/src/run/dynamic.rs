@@ -215,8 +215,7 @@ impl Driver for Motion<'_> {
         document::write(&folder, &document)?;
         let mut outcome = statistics.outcome;
         if ended && !self.verify(&folder, &mut document)? {
-            let message =
-                "--verify was interrupted and measured no error; --resume --verify measures it";
+            let message = "--verify was interrupted and measured no error; use --resume --verify to measure it";
             notes.push(message.to_owned());
             outcome = Outcome::ended(EndReason::Interrupted, message.to_owned());
         }

@@ -108,8 +108,8 @@ impl Explain for FemError {
                 if known.is_empty() {
                     return error.found("a mesh without groups").next(format!(
                         "name its parts in Gmsh and save it again: Physical Curve(\"{name}\") = {{…}} for edges, \
-                         Physical Surface for faces and plane tissue, Physical Volume for tissue in space; once \
-                         there is one, what has no name is not saved"
+                         Physical Surface for faces and plane tissue, Physical Volume for tissue in space; once a \
+                         physical group exists, Gmsh saves only the parts in such groups"
                     ));
                 }
                 suggest(error.allowed(names.join(", ")), nearest(name, &names))

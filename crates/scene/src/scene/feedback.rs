@@ -94,8 +94,9 @@ impl Builder<'_> {
              terms `Ḣ + H/τ = g Ṡ` require a law with constant coefficients"
         ))
         .next(
-            "leave out `prony` there, or let the feedback act on a `group` without `prony`; the tension of \
-             `active` may follow chains where stress relaxes; `viscosity` or `rayleigh_stiffness` damp with feedback too",
+            "remove `prony` there, or let the feedback act on a `group` without `prony`; the tension of \
+             `active` may follow chains where stress relaxes; `viscosity` and `rayleigh_stiffness` can be combined \
+             with feedback",
         );
         Err(self.wrong(path, error))
     }

@@ -78,7 +78,7 @@ impl Builder<'_> {
             let [from, to] = found.between;
             self.notes.borrow_mut().push(format!(
                 "{path}: between the rows at {from} s and {to} s the spline reaches {}, beyond both rows by {:.0} % of the \
-                 range of the table: use `interpolation = \"pchip\"` or \"linear\" if the data do not",
+                 range of the table: use `interpolation = \"pchip\"` or \"linear\" if the data do not overshoot",
                 readable(found.value),
                 100.0 * found.excess
             ));

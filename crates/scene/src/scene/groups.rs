@@ -35,7 +35,7 @@ impl Builder<'_> {
             let (min, max) = extent(mesh);
             let error = InputError::new(format!("the group `{}` has no members", group.name))
                 .found(format!("the mesh extends from {min:?} to {max:?} m"))
-                .next("move or widen the place of the group: it must contain all vertices of a member");
+                .next("move or enlarge the region of the group: it must contain all vertices of a member");
             return Err(self.wrong(path, error));
         }
         let mut groups = mesh.groups().clone();

@@ -131,7 +131,8 @@ fn missed(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     });
     let notes = missed.map(|(i, contact)| {
         format!(
-            "the obstacle of contact[{i}] does not reach `{}` of the undeformed body: check its place, and its displacement in m",
+            "the obstacle of contact[{i}] does not reach `{}` of the undeformed body: check its position, and its \
+             displacement in m",
             contact.group()
         )
     });

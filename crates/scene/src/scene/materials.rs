@@ -93,7 +93,7 @@ impl Builder<'_> {
             let plural = mesh.shape().plural;
             let error = InputError::new(format!("{without} {plural} have no material")).next(
                 "add a [[material]] for their group, or one without `group` for all of them; \
-                     leave rigid parts out of the mesh, and hold or move their surface",
+                     exclude rigid parts from the mesh, and fix or move their surface instead",
             );
             self.wrong("material", error)
         })?;

@@ -279,8 +279,8 @@ impl Scene {
         let n_elements = mesh.n_elements();
         if body.unresolved_fibers > n_elements / RARE {
             notes.push(format!(
-                "in {} of {n_elements} elements fibers at two vertices are more than 120° apart: how they turn is not \
-                 resolved; refine the mesh across them, or turn vectors of opposite sign",
+                "in {} of {n_elements} elements fibers at two vertices are more than 120° apart: the mesh does not \
+                 resolve the change of direction; refine it there, or reverse vectors of opposite sign",
                 body.unresolved_fibers
             ));
         }

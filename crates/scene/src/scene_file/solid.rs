@@ -110,7 +110,7 @@ pub struct PrescribedDisplacement {
     pub z: Option<Function>,
     /// Rotation of the group as a rigid body.
     pub rotation: Option<Rotation>,
-    /// Harmonic motion in a response, m; held in other analyses.
+    /// Harmonic motion in a response, m; fixed in other analyses.
     pub response: Option<Amplitudes>,
     /// Factor of the displacement, evaluated at the nodes [default: 1].
     pub spatial_factor: Option<SpatialFactor>,

@@ -225,7 +225,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
                         error.next("set [initial_state] type = \"velocity\" with a `value`")
                     }
                     _ => error.next(
-                        "write the key as for --set: material[0].c10, traction[0].y.amplitude",
+                        "write the key in the form used by --set: material[0].c10, traction[0].y.amplitude",
                     ),
                 },
             });

@@ -66,7 +66,9 @@ impl fmt::Display for DataProblem {
             Self::NotANumber => {
                 "times, measurements and standard deviations must be finite numbers"
             }
-            Self::NotAWave => "a wave speed is positive, and an attenuation is not negative",
+            Self::NotAWave => {
+                "a wave speed must be positive, and an attenuation must not be negative"
+            }
             Self::MissingTime => "a measurement needs a time, frequency or load factor",
             Self::OutsideRun => "the time is outside the run",
             Self::OutsideFrequencies => "the frequency is outside the response",

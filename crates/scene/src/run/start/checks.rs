@@ -81,7 +81,7 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     let later = times(t_end).map(|t| largest_force(t, &rest).unwrap_or(0.0));
     if largest > negligible * later.fold(0.0, f64::max) {
         return Err(InputError::new(
-            "the loads do not start from zero, but the body starts at rest (tensions are loads)",
+            "the loads do not start from zero, but the body starts at rest (tensions count as loads)",
         )
         .found(format!(
             "a nodal force of {largest:.3e} {} at t = 0{}",
