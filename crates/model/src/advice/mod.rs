@@ -247,8 +247,8 @@ impl Advice {
         remedies.extend(self.order_bound());
         Some(Finding {
             problem: format!(
-                "in the error test: {}, whose estimated error does not fall as fast as the step, \
-                 or not at all",
+                "the error test includes {}, whose estimated error decreases more slowly than the step size, or not \
+                at all",
                 named.join(", ")
             ),
             fields: tested,

@@ -17,7 +17,8 @@ const SMALLEST_COSINE: f64 = 0.5;
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 
 /// Reason why a path ends when the load returns to zero.
-const NO_PULL: &str = "the load returns to zero, where an obstacle under a force no longer presses: give its displacement";
+const NO_PULL: &str = "the load returns to zero, where an obstacle under a force loses contact: prescribe its \
+                       displacement instead";
 
 /// A path in steps of given length.
 pub(super) struct ArcLength<'n, 'm> {
