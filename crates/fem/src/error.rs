@@ -338,8 +338,8 @@ pub enum MshProblem {
     },
     /// Volumes without tetrahedra.
     #[error(
-        "the volumes of the file are not meshed, only their {meshed}: `gmsh -3 -format msh41` instead of `-{dimension}`; \
-         if the volumes belong to no physical group, add them to one, since Gmsh saves only groups"
+        "the volumes of the file are not meshed, only their {meshed}: `gmsh -3 -format msh41` instead of \
+         `-{dimension}`; if the volumes are in no physical group, add them to one, since Gmsh saves only groups"
     )]
     NotMeshed {
         /// Highest dimension of the elements.

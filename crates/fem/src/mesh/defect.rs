@@ -73,7 +73,7 @@ impl MeshDefect {
                 format!("lie on the same side of the {facet} they share: the last element is inverted")
             }
             DefectKind::Crack => format!(
-                "touch at {a_facet} without sharing it, a crack: merge the duplicate nodes \
+                "touch at {a_facet} without sharing it (a crack): merge the duplicate nodes \
                  (Gmsh: Coherence Mesh), or leave a gap"
             ),
             DefectKind::HangingNode => format!(
