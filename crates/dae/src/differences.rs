@@ -431,7 +431,7 @@ mod tests {
         }
     }
 
-    /// Regression: the amplifier of the IVP test set, of index 1 with cancelling derivatives, stopped after five steps
+    /// Regression: the amplifier of the IVP test set, of index 1 with canceling derivatives, stopped after five steps
     /// of about 1e-11 s, because a variable at zero was perturbed by √ε times its tolerance.
     #[test]
     fn cancelling_derivatives_cancel_in_short_steps() {

@@ -18,7 +18,7 @@ pub enum Inconsistent {
     /// The problem states no constraints.
     #[error(
         "the problem states no constraints: implement Problem::n_constraints and \
-         Problem::constraints, hidden ones included"
+         Problem::constraints, including hidden constraints"
     )]
     NoConstraints,
     /// No values satisfy both F and the stated constraints.

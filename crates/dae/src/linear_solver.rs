@@ -141,8 +141,8 @@ pub trait LinearSolver<P> {
 }
 
 fn no_transposed_solves() -> StepError {
-    let message = "this linear solver has no transposed solves, which the adjoint needs: \
-                   use a linear solver with transposed solves";
+    let message = "the adjoint requires transposed solves, which this linear solver does not support: use \
+                   another linear solver";
     StepError::Fatal(message.into())
 }
 

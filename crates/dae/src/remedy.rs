@@ -47,8 +47,8 @@ impl fmt::Display for Remedy {
                  correct_initial_values) and, above index 1, the derivatives of the constraints"
             }
             Self::RestartAtBreak => {
-                "integrating to the time where an input or a characteristic jumps or has a kink, if \
-                 there is one near, and restarting there with the values after it (reinit)"
+                "integrating to the time at which an input or a characteristic jumps or has a kink, if such a time \
+                 is near, and restarting there (reinit) with the values after it"
             }
             Self::LooserTolerances => "looser tolerances",
             Self::LooserMultipliers => "looser tolerances for velocities and multipliers",

@@ -27,7 +27,7 @@ impl std::fmt::Display for InconsistentStart {
         let (what, remedy) = match self.equation.checked_sub(self.n_equations) {
             None => (
                 format!("equation {}, which has no derivative,", self.equation),
-                "give a y0 that fulfils it or, for index 1, call correct_initial_values",
+                "give a y0 that satisfies it or, for index 1, call correct_initial_values",
             ),
             Some(k) => (
                 format!("constraint {k} that the problem states"),
