@@ -72,7 +72,7 @@ pub enum RadauError {
     #[error("this solver has no quadratures")]
     NoQuadrature,
     /// The adjoint equations cannot be solved backward over a step.
-    #[error("the adjoint cannot be taken back over the step at t = {t}: {message}")]
+    #[error("the adjoint equations cannot be solved over the step at t = {t}: {message}")]
     Adjoint {
         /// Start of the step.
         t: f64,
@@ -89,7 +89,7 @@ pub enum RadauError {
         t: f64,
     },
     /// A correction of the initial values was requested after the first step.
-    #[error("initial values can be corrected before the first step only, not at t = {t}")]
+    #[error("initial values can be corrected only before the first step, not at t = {t}")]
     AfterTheStart {
         /// Current time.
         t: f64,
@@ -127,7 +127,9 @@ pub enum RadauError {
     )]
     Fading,
     /// The equations of a sensitivity cannot be solved.
-    #[error("no sensitivity to `{parameter}` over the step from t = {t}: {message}")]
+    #[error(
+        "the sensitivity to `{parameter}` cannot be computed over the step from t = {t}: {message}"
+    )]
     Sensitivity {
         /// Name of the parameter.
         parameter: String,
@@ -146,7 +148,7 @@ pub enum RadauError {
     },
     /// The solver was restarted, and the sensitivities of its new values are unknown.
     #[error(
-        "the solver was started again at t = {t} (reinit, restore or correct_initial_values): continue \
+        "the solver was restarted at t = {t} (reinit, restore or correct_initial_values): continue \
          sensitivities by ForwardSensitivities::reinit; make a new Recording"
     )]
     StartedAgain {

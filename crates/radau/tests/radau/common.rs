@@ -77,7 +77,7 @@ pub(crate) fn scd(y: &[f64], reference: &[f64]) -> f64 {
 /// If an error is NaN: `f64::max` would ignore it and overestimate the digits.
 fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |largest, error| {
-        assert!(!error.is_nan(), "an error that is no number");
+        assert!(!error.is_nan(), "an error is NaN");
         f64::max(largest, error)
     })
 }
