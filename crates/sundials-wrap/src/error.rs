@@ -55,7 +55,7 @@ pub enum Error {
     },
     /// A correction of the initial values was requested after the first step, when the memory of IDAS already contains
     /// the differences of past steps.
-    #[error("initial values can be corrected before the first step only, not at t = {t}")]
+    #[error("initial values can be corrected only before the first step, not at t = {t}")]
     AfterTheStart {
         /// The time reached.
         t: f64,
@@ -97,7 +97,7 @@ pub enum Error {
         t_start: f64,
     },
     /// A backward problem requires a stored forward solution, see `IdaBuilder::checkpoints`.
-    #[error("this solver keeps no checkpoints: build it with IdaBuilder::checkpoints")]
+    #[error("this solver does not store checkpoints: build it with IdaBuilder::checkpoints")]
     NoCheckpoints,
     /// The feature cannot be combined with checkpoints, because it is not repeated with the steps of a run.
     #[error("{what}: not available with checkpoints; integrate up to it, and start again there")]
@@ -129,7 +129,7 @@ pub enum Error {
     ForwardRunLeft,
     /// A repeated part of the forward run took more steps than the original run.
     #[error(
-        "the forward run took other steps when it was repeated up to t = {t}: its functions must give \
+        "the forward run took different steps when it was repeated up to t = {t}: its functions must give \
          the same values again"
     )]
     NotRepeated {

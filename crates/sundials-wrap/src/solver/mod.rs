@@ -113,7 +113,7 @@ impl<P: Problem> IdaSolver<P> {
             // IDAS takes the direction and the scale of the first step from t_out.
             return match task {
                 Task::Normal => Ok(Outcome::Reached { t: t_out }),
-                Task::OneStep => invalid("t_out", t_out, "another time than t at the first step"),
+                Task::OneStep => invalid("t_out", t_out, "a time other than t at the first step"),
             };
         }
         self.consistent?;
