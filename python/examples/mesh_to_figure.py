@@ -28,7 +28,7 @@ for j in range(ny):
 
 
 def gmsh(nodes, groups):
-    """The text of a mesh: `groups` has for each name the dimension and the elements."""
+    """Return the text of a mesh; `groups` maps each name to the dimension and the elements of a group."""
     names, entities, blocks = [], {1: [], 2: []}, []
     element = 0
     for tag, (name, (dimension, cells)) in enumerate(groups.items(), start=1):

@@ -616,8 +616,8 @@ def _advice(
         )
     elif is_late:
         advice = (
-            f"t_span: times near {solution.t[-1]:.3g} have a rounding of {np.spacing(abs(solution.t[-1])):.1e}, in which "
-            "the solution changes by more than the tolerances: measure the time from a nearer origin"
+            f"t_span: times near {solution.t[-1]:.3g} are rounded to {np.spacing(abs(solution.t[-1])):.1e}, within which "
+            "the solution changes by more than the tolerances: measure time from a closer origin"
         )
     elif many:
         # For example, a variable amplifies the errors of others. BDF's estimate is small while steps are
@@ -1051,7 +1051,7 @@ class _Jacobian:
         whole = matrix.count_nonzero() if sparse else np.count_nonzero(matrix)
         if whole > np.count_nonzero(values):
             raise ValueError(
-                f"jacobian: {self._outside(matrix, sparse)}, where `sparsity` has none: give `sparsity` with "
+                f"jacobian: {self._outside(matrix, sparse)} is not in `sparsity`: give `sparsity` with "
                 "all entries that may become nonzero (by default, it is the pattern of sparse matrices at the start)"
             )
         return values

@@ -164,7 +164,7 @@ class Scene:
         Returns
         -------
         RunResult
-            The result, also if the run stopped or an equilibrium was only found under a part of
+            The result, even if the run stopped or an equilibrium was only found under a part of
             the load: see `success` and `document["message"]`.
 
         Raises
@@ -235,7 +235,7 @@ class Scene:
         Parameters
         ----------
         count : int, optional
-            Number of modes; by default the scene's, else 10.
+            Number of modes; by default the scene's number, otherwise 10.
 
         Returns
         -------
@@ -449,7 +449,7 @@ class Scene:
         Returns
         -------
         FitResult
-            The result, also if the fit did not converge: see ``converged`` and ``message``.
+            The result, even if the fit did not converge: see ``converged`` and ``message``.
 
         Raises
         ------

@@ -69,7 +69,7 @@ class Structure:
         return [int(j) for j, part in zip(differential, parts, strict=True) if part]
 
     def singular(self) -> tuple[list[int], list[int]]:
-        """Return the variables that F = 0 does not determine, and the equations that depend on others.
+        """Return the variables that F = 0 does not determine, and the equations that are combinations of others.
 
         Both are empty unless dF/dy + c dF/dy' is singular for all c.
         """

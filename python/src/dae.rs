@@ -26,7 +26,7 @@ use stepping::integrate;
 #[pyo3(from_item_all)]
 pub(crate) struct Request {
     residual: Py<PyAny>,
-    /// Returns the values of ∂F/∂y and ∂F/∂ẏ, in the order of the pattern.
+    /// Function that returns the values of ∂F/∂y and ∂F/∂ẏ, in the order of the pattern.
     jacobian: Option<Py<PyAny>>,
     /// Column offsets, and row indices.
     pattern: Option<(Vec<usize>, Vec<usize>)>,
@@ -52,7 +52,7 @@ pub(crate) struct Request {
     /// Size of the first step; its direction is the direction of the span.
     first_step: Option<f64>,
     max_step: Option<f64>,
-    /// Time that the errors of multipliers are scaled by.
+    /// Time scale for the errors of multipliers.
     time_scale: f64,
     max_order: usize,
     max_steps: Option<usize>,
