@@ -57,7 +57,7 @@ pub(crate) enum What {
     Rows,
     /// Time of a residual and of a run while features are enabled step by step
     Features,
-    /// Harmonic responses compared with motions and factorizations, and adaptive with equidistant frequencies
+    /// Harmonic responses compared with motions and with factorizations, and adaptive frequencies with equidistant ones
     Response,
     /// Twenty steps of bodies with 100 000 unknowns, and costs from 10 000 to 200 000
     Large,
