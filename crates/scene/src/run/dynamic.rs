@@ -182,7 +182,7 @@ impl Driver for Motion<'_> {
         let (mut outputs, mut notes) = self.outputs(&folder, n_unknowns)?;
         if checkpoint.is_some() {
             for name in AT_THE_END {
-                folder.remove(name)?; // they are of the earlier end
+                folder.remove(name)?; // they describe the earlier end
             }
         }
         let setup = self.started.elapsed();
@@ -192,7 +192,7 @@ impl Driver for Motion<'_> {
             Some(checkpoint) => ended_at(checkpoint.t, integrator.counts()),
             None => self.integrate(&mut *integrator, &mut outputs)?,
         };
-        let ended = statistics.outcome == Outcome::Finished; // and may be gone on with to a later end
+        let ended = statistics.outcome == Outcome::Finished; // it can still continue to a later end
         let interrupted = statistics.outcome.reason() == Some(EndReason::Interrupted);
         let is_written = outputs.checkpointed == Some(integrator.time()) || at_the_end.is_some();
         if interrupted || (ended && !is_written) {
