@@ -233,13 +233,13 @@ fn check_fung_weights(values: &[f64]) -> Result<(), FemError> {
         vec![nn * ff, -nf * nf],
         vec![ff * ss * nn, 2.0 * fs * sn * nf, -ff * sn * sn, -ss * nf * nf, -nn * fs * fs],
     ];
-    // Of a zero determinant, rounding decides the sign.
+    // Rounding decides the sign of a zero determinant.
     let is_negative = |terms: &Vec<f64>| {
         let scale: f64 = terms.iter().map(|term| term.abs()).sum();
         let sum: f64 = terms.iter().sum();
         sum < -16.0 * f64::EPSILON * scale || sum.is_nan()
     };
-    // Of the determinant, the coupling with the largest contribution is reported.
+    // If the determinant is negative, the coupling with the largest contribution to it is reported.
     let parts = [fs * fs * nn, sn * sn * ff, nf * nf * ss];
     let largest = (0..3).max_by(|&a, &b| parts[a].total_cmp(&parts[b])).unwrap_or(0);
     let coupling = |i: usize| if i < 3 { i } else { largest };

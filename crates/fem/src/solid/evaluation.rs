@@ -165,7 +165,8 @@ impl Solid {
         }))
     }
 
-    /// Returns the fields with the factors of the solid included; `product` stores the factors if both have some.
+    /// Returns the fields with the factors of the solid included. If both the fields and the solid have factors,
+    /// `product` stores their product.
     pub(crate) fn with_own_factors<'f>(
         &'f self,
         fields: &Fields<'f>,

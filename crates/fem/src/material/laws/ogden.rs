@@ -140,9 +140,9 @@ fn sums<R: Real>(c: &[R; TERMS], shift: usize) -> [R; 2] {
 
 /// Returns t(1) and t(−1) for small q and r.
 ///
-/// With the complete homogeneous polynomials h of the eigenvalues, `tr Lⁿ = 2 q hₙ₋₂ + 3 r hₙ₋₃`, and its
-/// derivatives by q and r are n hₙ₋₂ and n hₙ₋₃. The sequence h has the generating function 1/D with D = 1 − q z² −
-/// r z³, and its derivatives have z²/D² and z³/D²; g belongs to 1/D².
+/// With the complete homogeneous polynomials h of the eigenvalues, `tr Lⁿ = 2 q hₙ₋₂ + 3 r hₙ₋₃`, and its derivatives
+/// with respect to q and r are n hₙ₋₂ and n hₙ₋₃. The sequence h has the generating function 1/D with D = 1 − q z² − r
+/// z³, and its derivatives have z²/D² and z³/D²; g belongs to 1/D².
 #[inline(always)]
 fn series<R: Real>(q: R, r: R) -> [Jet<R>; 2] {
     let (zero, one) = (q.like(0.0), q.like(1.0));
@@ -248,7 +248,7 @@ fn logarithm<R: Real>(mut traces: [R; 2]) -> [R; 2] {
 const FIRST: MooneyRivlin = MooneyRivlin { c10: 1.0, c01: 0.0 };
 const SECOND: MooneyRivlin = MooneyRivlin { c10: 0.0, c01: 1.0 };
 
-/// Derivatives of W by Ī1 and Ī2.
+/// Derivatives of W with respect to Ī1 and Ī2.
 struct Derivatives<R> {
     first: [R; 2],
     /// 11, 12, 22.
@@ -295,10 +295,10 @@ impl Ogden {
         let [q, r] = Self::strain(at);
         let w = self.sum(q, r);
         let [t, u] = traces(q, r, 2.0);
-        // Chain rule: W_q = W_1 t_q + W_2 u_q, and so for r.
+        // Chain rule: W_q = W_1 t_q + W_2 u_q; similarly for r.
         let scale = q.like(1.0) / (t.q * u.r - t.r * u.q);
         let first = [(w.q * u.r - w.r * u.q) * scale, (w.r * t.q - w.q * t.r) * scale];
-        // Derivatives of q and r by the invariants.
+        // Derivatives of q and r with respect to the invariants.
         let (q1, q2) = (u.r * scale, -(t.r * scale));
         let (r1, r2) = (-(u.q * scale), t.q * scale);
         let qq = w.qq - first[0] * t.qq - first[1] * u.qq;
@@ -338,7 +338,7 @@ impl Isotropic for Ogden {
         let ([w1, w2], [w11, w12, w22]) = (w.first, w.second);
         let (first, second) = (FIRST.slope(at), SECOND.slope(at));
         let (first_curve, second_curve) = (FIRST.curvature(at), SECOND.curvature(at));
-        // Derivatives of W_1 and W_2 by d.
+        // Derivatives of W_1 and W_2 with respect to d.
         let w1d = w11 * first.d + w12 * second.d;
         let w2d = w12 * first.d + w22 * second.d;
         Curvature {

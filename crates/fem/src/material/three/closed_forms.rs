@@ -43,7 +43,7 @@ fn mooney_rivlin_under_uniaxial_and_equibiaxial_stretch() {
     }
 }
 
-/// Derivatives W1 and W2 of an energy by Ī1 and Ī2, as a function of Ī1 − 3.
+/// Derivatives W1 and W2 of an energy with respect to Ī1 and Ī2, as a function of Ī1 − 3.
 type Slopes = fn(f64) -> [f64; 2];
 
 fn laws_of_invariants() -> [(Law, Slopes); 3] {
