@@ -65,7 +65,7 @@ pub fn command(arguments: impl IntoIterator<Item = OsString>) -> Exit {
                 true => output::print_error(&plain(&error.to_string())),
                 false => drop(error.print()),
             }
-            // Requests for help are errors of the parser, too.
+            // The parser also returns requests for help as errors.
             if error.use_stderr() { Exit::Usage } else { Exit::Done }
         }
     }
