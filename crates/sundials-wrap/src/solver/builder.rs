@@ -111,7 +111,7 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Monitors the functions g(t, y, ẏ), as many as entries of `directions`. The integration pauses when a function
+    /// Monitors root functions g(t, y, ẏ), one per entry of `directions`. The integration pauses when a function
     /// crosses zero in its direction.
     #[must_use]
     pub fn roots(
