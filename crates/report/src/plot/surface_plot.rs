@@ -50,7 +50,7 @@ pub struct SurfacePlot {
 /// Direction of view: angles to the right and above, in rad.
 const AZIMUTH: f64 = 0.5;
 const ELEVATION: f64 = 0.42;
-/// Direction of the light in the axes of the page (right, up, towards the viewer).
+/// Direction of the light in the axes of the page (right, up, toward the viewer).
 const LIGHT: Place = [-0.35, 0.6, 0.72];
 /// Brightness of surfaces in the shadow.
 const SHADOW: f64 = 0.5;
@@ -60,7 +60,7 @@ const ARROW: f64 = 13.0;
 const OBSTACLE: f64 = 0.7;
 const BELOW: f64 = 2.0 * ARROW;
 
-/// Transforms a point to the axes of the page: right, up, and towards the viewer.
+/// Transforms a point to the axes of the page: right, up, and toward the viewer.
 fn seen([x, y, z]: Place) -> Place {
     let ((s, c), (se, ce)) = (AZIMUTH.sin_cos(), ELEVATION.sin_cos());
     [c * x + s * y, se * (c * y - s * x) + ce * z, ce * (s * x - c * y) + se * z]
