@@ -12,7 +12,7 @@ const SHAKEN: &str = "[time]\nend = 0.4\n[mesh]\ntype = \"rectangle\"\nwidth = 0
      [[probe]]\nname = \"end\"\ntype = \"point\"\nat = [0.1, 0.01]\ninterval = 1e-3\nquantities = [\"v\", \"a\"]\n\
      [[probe]]\nname = \"base\"\ntype = \"point\"\nat = [0.0, 0.01]\ninterval = 1e-3\nquantities = [\"v\", \"a\"]\n";
 
-/// Checks that the acceleration is the derivative of the velocity, also at supports.
+/// Checks that the acceleration is the derivative of the velocity, including at supports.
 #[test]
 fn accelerations_are_rates_of_velocities() {
     let out = tempfile::tempdir().unwrap();

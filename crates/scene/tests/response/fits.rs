@@ -259,7 +259,6 @@ pub(crate) fn attempt(
 
 /// Writes G' and G'' of a springpot at 12 frequencies, from the closed form. The stated standard deviation is 2 % of
 /// |G*|; the added errors are `noise` times as large.
-/// |G*| added.
 fn rheometry([shear, modulus, exponent]: [f64; 3], noise: f64, seed: u64, file: &Path) {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
     // The sum of twelve uniform random numbers has variance 1 and is nearly normally distributed.
