@@ -18,7 +18,7 @@ fn with_address_space(folder: &Path, kibibytes: u64, arguments: &str) -> (Option
     (run.status.code(), stderr)
 }
 
-/// Regression: failed allocations aborted the program (134), in threads also with a violation of memory (139).
+/// Regression: failed allocations aborted the program (134) or, in threads, caused a segmentation fault (139).
 #[test]
 fn too_little_memory_is_one_error_and_code_4() {
     let folder = tempfile::tempdir().unwrap();

@@ -61,8 +61,8 @@ fn ball(head: &str, bulk_modulus: &str) -> String {
     ) + "[[probe]]\nname = \"energy\"\ntype = \"energy\"\n"
 }
 
-/// The ball indents the block in time as deep as in an equilibrium, also with inertia: in all formulations, by both methods, and with
-/// chains whose feedback is too weak to matter.
+/// The ball indents the block in a motion as deep as in an equilibrium, even with inertia: in all formulations, by both methods, and
+/// with chains whose feedback is too weak to matter.
 #[test]
 fn slow_indentation_by_a_force_ends_in_its_equilibrium() {
     let depth = |bulk_modulus: &str, formulation: &str| {

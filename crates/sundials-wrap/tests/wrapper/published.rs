@@ -273,7 +273,7 @@ fn car_axis_behaves_as_published_in_every_form() {
 }
 
 /// Returns the number of steps and the error of the states. Multipliers are excluded from the error test, and the error
-/// of a variable of index i is weighted by (Ωh)^(i−1), also in Newton's method.
+/// of a variable of index i is weighted by (Ωh)^(i−1), in Newton's method too.
 fn step_scaled<S: Sample + Clone>(
     sample: &S,
     (omega, tol): (f64, f64),
