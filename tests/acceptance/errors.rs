@@ -280,7 +280,7 @@ fn errors_point_at_the_line_to_change() {
     }
 }
 
-/// Regression: a varied name with U+202E reversed the text of a terminal behind it.
+/// Regression: a varied name with U+202E reversed the text that follows it in a terminal.
 #[test]
 fn names_on_standard_output_do_not_hide_text() {
     let folder = tempfile::tempdir().unwrap();

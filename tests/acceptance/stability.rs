@@ -1,4 +1,4 @@
-//! Failing runs report the location, and results are reproducible bit by bit.
+//! Failing runs report the location, and results are reproducible bitwise.
 
 use std::fs;
 use std::path::Path;

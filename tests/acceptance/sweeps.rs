@@ -40,7 +40,7 @@ fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
     assert!(all.iter().all(|row| row["outcome"] == "finished"));
 }
 
-/// Regression: a pipe in place of a record stopped the sweep forever.
+/// Regression: a sweep waited forever if a record was a pipe.
 #[test]
 fn a_pipe_in_place_of_a_record_is_not_read() {
     let folder = tempfile::tempdir().unwrap();

@@ -67,7 +67,7 @@ impl Engine for Erring {
     }
 }
 
-/// Solves [2 1; 1 3] x = [3; 4]; the exact solution is one.
+/// Solves [2 1; 1 3] x = [3; 4]; the exact solution is [1; 1].
 fn solve<T: Scalar>(error: f64) -> (Result<Vec<T>, SparseError>, LinearWork) {
     let dense =
         SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1]);

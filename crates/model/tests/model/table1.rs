@@ -69,7 +69,7 @@ fn the_blocks_of_29_with_a_finite_bulk_modulus() {
     }
 }
 
-/// Dropping β or adding 1/κ is seen.
+/// Dropping β or adding 1/κ is detected.
 #[test]
 fn other_parameters_give_another_index() {
     let infinite = f64::INFINITY;

@@ -21,7 +21,7 @@ pub(crate) fn numbers(value: &Value) -> Vec<f64> {
 /// Returns max |a − b|.
 ///
 /// # Panics
-/// If a difference is NaN, which `f64::max` would ignore.
+/// Panics if a difference is NaN, which `f64::max` would ignore.
 pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());

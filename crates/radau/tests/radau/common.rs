@@ -74,7 +74,7 @@ pub(crate) fn scd(y: &[f64], reference: &[f64]) -> f64 {
 /// Returns the largest error.
 ///
 /// # Panics
-/// If an error is NaN: `f64::max` would ignore it and overestimate the digits.
+/// Panics if an error is NaN: `f64::max` would ignore it, so that the digits would be overestimated.
 fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |largest, error| {
         assert!(!error.is_nan(), "an error is NaN");

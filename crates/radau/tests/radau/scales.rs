@@ -88,7 +88,7 @@ impl Problem for Rectifier {
     }
 }
 
-/// Regression: steps of 45 ms skipped whole periods. The reference is of BDF and of SciPy's Radau.
+/// Regression: steps of 45 ms skipped whole periods. The reference was computed with BDF and with SciPy's Radau.
 #[test]
 fn no_conduction_of_a_rectifier_is_skipped() {
     for stages in [3, 5, 7] {

@@ -1,4 +1,4 @@
-//! A motion pays nothing for the response and the periodic state that its scene also describes.
+//! A motion has no extra cost if its scene also describes a response and a periodic state.
 
 use std::path::Path;
 
