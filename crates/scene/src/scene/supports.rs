@@ -50,7 +50,7 @@ type Terms = Vec<(usize, f64)>;
 struct Move<'f> {
     component: Component<'f>,
     signal: Signal,
-    /// Part of a rotation, if it is one.
+    /// Terms of the component if the displacement is a rotation.
     turn: Option<Turn>,
     /// Largest |factor| at the nodes of the group; for a rotation, of all its components.
     largest_factor: f64,
