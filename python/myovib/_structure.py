@@ -80,7 +80,7 @@ class Structure:
         return np.flatnonzero(columns).tolist(), np.flatnonzero(rows).tolist()
 
     def contradictory(self, initial: str) -> list[int]:
-        """Return the equations of which a combination contains none of the values that `initial` corrects."""
+        """Return the equations of which some combination is independent of all values that `initial` corrects."""
         columns = self.df_dy if initial == "states" else np.where(self.algebraic, self.df_dy, self.df_dyp)
         return np.flatnonzero(_null(columns.T)).tolist()
 
