@@ -15,7 +15,7 @@ impl Count {
         Ok(Self(status("VmRSS:")?))
     }
 
-    /// Returns the peak memory since then, in addition to the memory at the start, in bytes.
+    /// Returns the peak memory since [`begin`](Self::begin), in excess of the memory at the start, in bytes.
     pub fn peak(&self) -> Result<usize> {
         Ok(status("VmHWM:")?.saturating_sub(self.0))
     }
