@@ -196,7 +196,7 @@ impl Builder<'_> {
             false => signal.at(self.t_end).value,
         };
         if value < 0.0 {
-            let error = InputError::new("an obstacle presses, but does not pull")
+            let error = InputError::new("an obstacle can only press, not pull")
                 .found(format!("{value} N"))
                 .allowed("0 or greater; reverse `direction` if necessary");
             return Err(self.wrong(&of_force, error));
