@@ -153,17 +153,19 @@ fn confirmed<P: Problem + ?Sized>(
     matrix: Stated<'_>,
     d: &[f64],
 ) -> Result<Option<f64>, StepError> {
-    let mut central = |factor: f64| -> Result<f64, StepError> {
-        let scaled = |sign: f64| -> Vec<f64> { d.iter().map(|d| sign * factor * d).collect() };
-        let ahead = probe.change_along([column], &scaled(1.0))?[row];
-        let behind = probe.change_along([column], &scaled(-1.0))?[row];
-        Ok((ahead - behind) / (2.0 * factor * d[column]))
+    let mut one_sided = |factor: f64| -> Result<f64, StepError> {
+        let scaled: Vec<f64> = d.iter().map(|d| factor * d).collect();
+        Ok(probe.change_along([column], &scaled)?[row] / scaled[column])
     };
-    let [long, short] = [central(1.0)?, central(0.25)?];
+    let [ahead, behind] = [one_sided(1.0)?, one_sided(-1.0)?];
+    let long = 0.5 * (ahead + behind);
+    let short = 0.5 * (one_sided(0.25)? + one_sided(-0.25)?);
     let stated = matrix.entry(row, column);
     let size = long.abs().max(short.abs());
     let is_smooth = (long - short).abs() <= 0.1 * AGREEMENT * size.max(stated.abs());
-    let difference = (long - stated).abs();
+    // At a kink, the entry may be the slope on one side.
+    let differences = [long, ahead, behind].map(|quotient| (quotient - stated).abs());
+    let difference = differences.into_iter().fold(f64::INFINITY, f64::min);
     let is_wrong = difference > AGREEMENT * size.max(stated.abs())
         && difference * d[column].abs() > ROUNDING * probe.rounding[row];
     Ok((is_smooth && is_wrong).then_some(long))

@@ -73,3 +73,40 @@ fn wrong_entries_are_named() {
     assert!(found(&VanDerPol { vdp_mu: 10.0 }).0 >= 4);
     assert!(found(&Akzo).0 >= 20, "{:?}", found(&Akzo));
 }
+
+/// max(y, 0), with this derivative at the kink.
+struct Kink(f64);
+
+impl Problem for Kink {
+    fn n_unknowns(&self) -> usize {
+        1
+    }
+
+    fn residual(&mut self, _: f64, y: &[f64], _: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        r[0] = y[0].max(0.0);
+        Ok(())
+    }
+
+    fn jacobian(
+        &mut self,
+        _: f64,
+        _: &[f64],
+        _: &[f64],
+        a: f64,
+        _: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        values[0] = a * self.0;
+        Ok(())
+    }
+}
+
+/// Checks that the derivatives on both sides of a kink are accepted, and no other value.
+#[test]
+fn one_sided_derivatives_at_a_kink_are_correct() {
+    let at = Linearization { t: 0.0, y: &[0.0], y_dot: &[0.0], step: 1e-3, weights: &[1e4] };
+    for (derivative, is_correct) in [(0.0, true), (1.0, true), (2.0, false), (-1.0, false)] {
+        let checked = check_jacobian(&mut Kink(derivative), &at);
+        assert_eq!(checked.is_ok(), is_correct, "{derivative}");
+    }
+}
