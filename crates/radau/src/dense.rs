@@ -53,6 +53,15 @@ impl Collocation {
         Self { t0, h: 1.0, y0: y0.to_vec(), y_dot0: y_dot0.to_vec(), increments }
     }
 
+    /// Extends a [`line`](Self::line) to a first step of size `h`. Rounding would dominate an extrapolation far beyond
+    /// its end.
+    pub(crate) fn stretch_line(&mut self, h: f64) {
+        if h > self.h {
+            self.increments.iter_mut().for_each(|z| *z *= h / self.h);
+            self.h = h;
+        }
+    }
+
     /// Copies `other`, which has the same size.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         (self.t0, self.h) = (other.t0, other.h);

@@ -100,10 +100,12 @@ pub(crate) struct Failures {
     rejected: usize,
     unsolved: usize,
     refused: bool,
+    /// Whether the last step ended near a kink.
+    near_kink: bool,
 }
 
-/// Number of failures to solve the first step after which its size is reduced by larger factors, because the time scale
-/// is unknown.
+/// Number of failures to solve a step after which a first step is reduced by larger factors, because the time scale
+/// is unknown, and other steps may be near a kink.
 const PATIENCE: usize = 2;
 
 impl Failures {
@@ -128,10 +130,16 @@ impl Failures {
         self.unsolved > 0
     }
 
+    /// Returns whether Newton's method fails so often that F may have a kink near the start of the step. Later steps
+    /// approach the kink until one of them passes it.
+    pub(crate) fn suggest_kink(self) -> bool {
+        self.unsolved > PATIENCE || (self.near_kink && self.unsolved())
+    }
+
     /// Returns zero counts for the start of a new step. `refused` records whether the problem [rejected](Self::refused)
-    /// a larger size of the previous step.
-    pub(crate) fn after(refused: bool) -> Self {
-        Self { refused, ..Self::default() }
+    /// a larger size of the previous step, and `near_kink` whether that step [suggests a kink](Self::suggest_kink).
+    pub(crate) fn after(refused: bool, near_kink: bool) -> Self {
+        Self { refused, near_kink, ..Self::default() }
     }
 
     /// Resets the counts to zero.

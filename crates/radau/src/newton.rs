@@ -266,7 +266,8 @@ impl NewtonSolver {
 
     /// Returns whether ẏ changes abruptly over the step, by more than rounding of y can explain. The change is abrupt
     /// if it exceeds the size of ẏ while y changes by only a fraction of its tolerance, or if ẏ is far steeper than y.
-    pub(crate) fn leaps(&mut self, step: &Step<'_>, y_dot: &[f64]) -> bool {
+    /// Derivatives of `free` variables may change abruptly.
+    pub(crate) fn leaps(&mut self, step: &Step<'_>, y_dot: &[f64], free: &[usize]) -> bool {
         if !self.strict {
             return false;
         }
@@ -274,6 +275,9 @@ impl NewtonSolver {
         let last = step.method.stages() - 1;
         let slope = |_, j| step.method.a_inverse(last, j) / step.h;
         write_combined(&mut self.stage_dot, n, slope, &self.z);
+        for &i in free {
+            self.stage_dot[i] = y_dot[i];
+        }
         let changes = self.stage_dot.iter().zip(y_dot).zip(step.weights);
         let change = norm(changes.map(|((new, old), w)| (new - old) * w), n);
         let weighted = |x: &[f64]| norm(x.iter().zip(step.weights).map(|(x, w)| x * w), n);
@@ -281,6 +285,11 @@ impl NewtonSolver {
         let unresolved = self.size <= RESOLVED && change > before;
         let steep = change > STEEP * before.max(self.size / step.h);
         (unresolved || steep) && change > ROUNDING * weighted(step.y) / step.h.abs()
+    }
+
+    /// Returns the norm of the increments.
+    pub(crate) fn size(&self) -> f64 {
+        self.size
     }
 
     /// Returns the last correction of the solution.

@@ -1,13 +1,20 @@
 //! One attempt at a step: Jacobian, matrix setup, Newton iterations, error test.
 
-use myovib_dae::{LinearSolver, Linearization, Problem, StepError, StopReason};
+use myovib_dae::{LinearSolver, Linearization, Problem, StepError, StopReason, VariableKind};
 
 use super::state::{Jacobian, RadauSolver, step_of};
+use crate::dense::{add_scaled, write_combined};
 use crate::failure::{Failure, Failures, Operation, Rejection};
 use crate::memory::Memory;
 use crate::newton::{Newton, norm};
 use crate::options::StepSize;
 use crate::rounding::Sampling;
+
+/// Displacements of difference quotients near a kink, in units of the usual ones.
+const FINE: f64 = 1e-4;
+
+/// Largest norm of the increments of a step across a kink.
+const NEAR: f64 = 10.0;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Solves a step of size `h` and tests its error. Returns the size proposed for the next step.
@@ -17,7 +24,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         let iterations = self.solve_stages(h, failures)?;
         let step = step_of!(self, h);
-        if failures.unsolved() && self.newton.leaps(&step, &self.y_dot) {
+        let free: &[usize] = match failures.suggest_kink() && self.moves_within_tolerances(h) {
+            true => &self.algebraic,
+            false => &[],
+        };
+        if failures.unsolved() && self.newton.leaps(&step, &self.y_dot, free) {
             // The iterations have found another root of F, with a very different ẏ, which the error test of y does not
             // detect.
             return Err(Failure::Rejected(Rejection {
@@ -200,11 +211,79 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.counters.statistics.newton_failures += 1;
             // The Jacobian of an earlier step may cause slow convergence.
             let slow = rejection.reason == StopReason::ConvergenceFailures;
-            if !slow || self.jacobian == Jacobian::Current {
-                return Err(Failure::Rejected(rejection));
+            if slow && self.jacobian != Jacobian::Current {
+                self.jacobian = Jacobian::Due;
+                continue;
             }
-            self.jacobian = Jacobian::Due;
+            let near_kink = failures.suggest_kink() && self.moves_within_tolerances(h);
+            return match slow && near_kink && self.memory.is_none() {
+                true => self.solve_beyond_kink(h, failures, rejection),
+                false => Err(Failure::Rejected(rejection)),
+            };
         }
+    }
+
+    /// Solves the stage equations with Jacobians at the end of the step, after Newton's method has failed with the
+    /// Jacobian at its start. Returns `rejection` if these fail as well.
+    ///
+    /// F may have a kink near the start, for example at the threshold of an ideal diode, and the start may be on the
+    /// other side. The end is on the right side according to the predicted or to the iterated values. Only steps within
+    /// the tolerances are solved in this way, because F may have other roots, to which these Jacobians may lead.
+    fn solve_beyond_kink(
+        &mut self,
+        h: f64,
+        failures: Failures,
+        rejection: Rejection,
+    ) -> Result<usize, Failure> {
+        let (n, last) = (self.y.len(), self.method.stages() - 1);
+        // Displacements by the tolerances may cross the kink.
+        let weights: Vec<f64> = self.weights.plain().iter().map(|w| w / FINE).collect();
+        let iterated = self.newton.z.clone();
+        // The iterations may alternate between the two sides.
+        let mut before = iterated.clone();
+        add_scaled(&mut before[last * n..], -1.0, self.newton.correction());
+        let mut predicted = vec![0.0; iterated.len()];
+        self.predictor.start(&self.method, &self.collocation, (self.t, h), &self.y, &mut predicted);
+        let candidates = [predicted, iterated, before];
+        // Displacements follow or oppose the motion: one of both does not cross the kink.
+        for (z, step) in [h, -h].iter().flat_map(|step| candidates.iter().map(move |z| (z, *step)))
+        {
+            let (mut y, mut y_dot) = (self.y.clone(), vec![0.0; n]);
+            add_scaled(&mut y, 1.0, &z[last * n..]);
+            write_combined(&mut y_dot, n, |_, j| self.method.a_inverse(last, j) / h, z);
+            let at = Linearization { t: self.t + h, y: &y, y_dot: &y_dot, step, weights: &weights };
+            self.jacobian_point.note(&at, &[]);
+            let prepared = self.evaluate_jacobian_at_point().and_then(|()| self.set_up(h));
+            match prepared.and_then(|()| self.iterate(h, failures)) {
+                Ok(iterations) if self.newton.size() < NEAR && self.keeps_rates(h) => {
+                    return Ok(iterations);
+                }
+                Ok(_) | Err(Failure::Rejected(_)) => {}
+                Err(fatal) => return Err(fatal),
+            }
+        }
+        self.jacobian = Jacobian::Due;
+        Err(Failure::Rejected(rejection))
+    }
+
+    /// Returns whether the derivatives that occur in F change by less than half of their size in the step just solved.
+    /// Otherwise F may have another root.
+    fn keeps_rates(&self, h: f64) -> bool {
+        let (n, last) = (self.y.len(), self.method.stages() - 1);
+        let mut y_dot = vec![0.0; n];
+        write_combined(&mut y_dot, n, |_, j| self.method.a_inverse(last, j) / h, &self.newton.z);
+        let weight = |i: usize| match self.kinds[i] {
+            VariableKind::Differential => self.weights.plain()[i],
+            VariableKind::Algebraic => 0.0,
+        };
+        let change = norm((0..n).map(|i| weight(i) * (y_dot[i] - self.y_dot[i])), n);
+        change < 0.5 * norm((0..n).map(|i| weight(i) * self.y_dot[i]), n)
+    }
+
+    /// Returns whether the solution moves by less than its tolerance in a step of size `h`.
+    pub(super) fn moves_within_tolerances(&self, h: f64) -> bool {
+        let weighted = self.y_dot.iter().zip(self.weights.plain()).map(|(v, w)| h * v * w);
+        norm(weighted, self.y.len()) <= 1.0
     }
 
     /// Runs Newton iterations with the current matrices. Returns their number.
@@ -254,8 +333,6 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Evaluates the Jacobian at the beginning of the step, if required.
     pub(super) fn evaluate_jacobian(&mut self, h: f64) -> Result<(), Failure> {
         if self.jacobian == Jacobian::Due {
-            self.counters.statistics.jacobian_evaluations += 1;
-            self.set_up_for = None;
             let at = Linearization {
                 t: self.t,
                 y: &self.y,
@@ -263,11 +340,19 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 step: h,
                 weights: self.weights.plain(),
             };
-            self.matrices.evaluate(&mut self.problem, &at).map_err(Operation::Jacobian.failed())?;
             let response = self.memory.as_ref().map_or(&[][..], Memory::present);
             self.jacobian_point.note(&at, response);
-            self.jacobian = Jacobian::Current;
+            self.evaluate_jacobian_at_point()?;
         }
+        Ok(())
+    }
+
+    fn evaluate_jacobian_at_point(&mut self) -> Result<(), Failure> {
+        self.counters.statistics.jacobian_evaluations += 1;
+        (self.jacobian, self.set_up_for) = (Jacobian::Due, None);
+        let at = self.jacobian_point.as_linearization();
+        self.matrices.evaluate(&mut self.problem, &at).map_err(Operation::Jacobian.failed())?;
+        self.jacobian = Jacobian::Current;
         Ok(())
     }
 

@@ -248,6 +248,7 @@ impl<P: Problem> RadauBuilder<P> {
             fresh: true,
             began_afresh: false,
             refused: None,
+            near_kink: false,
             jump: None,
             problem,
             matrices,

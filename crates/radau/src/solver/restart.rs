@@ -65,7 +65,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.control = self.options.control(self.multipliers.any());
         self.multipliers.restart(y0);
         (self.fresh, self.refused) = (true, None);
-        self.jump = None;
+        (self.near_kink, self.jump) = (false, None);
         self.jacobian = Jacobian::Due;
         self.set_up_for = None;
         self.pause = None;

@@ -32,6 +32,8 @@ pub struct RadauState {
     #[serde(default)]
     refused: Option<String>,
     #[serde(default)]
+    near_kink: bool,
+    #[serde(default)]
     jump: Option<[f64; 2]>,
     stop_time: Option<f64>,
     last: Collocation,
@@ -100,6 +102,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             h: self.h,
             fresh: self.fresh,
             refused: self.refused.clone(),
+            near_kink: self.near_kink,
             jump: self.jump,
             stop_time: self.options.stop_time,
             last: self.collocation.clone(),
@@ -139,7 +142,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.y.copy_from_slice(&state.y);
         self.y_dot.copy_from_slice(&state.y_dot);
         (self.fresh, self.refused) = (state.fresh, state.refused.clone());
-        self.jump = state.jump;
+        (self.near_kink, self.jump) = (state.near_kink, state.jump);
         self.options.stop_time = state.stop_time;
         self.collocation = state.last.clone();
         self.predictor.restore(state.continues);

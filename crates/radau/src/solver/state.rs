@@ -54,6 +54,8 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) began_afresh: bool,
     /// Message with which the problem has rejected steps longer than the next one, if any.
     pub(super) refused: Option<String>,
+    /// Whether the last step was repeated near a kink.
+    pub(super) near_kink: bool,
     /// End of the first step in which a multiplier of index 2 jumped, and the minimum size of steps before this time.
     /// Once an accepted step contains the jump: the start of this step, and 0.
     pub(super) jump: Option<[f64; 2]>,

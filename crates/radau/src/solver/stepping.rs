@@ -100,11 +100,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let mut wanted = match self.h {
             Some(h) => h,
             None => match self.initial_step(t_out, limit) {
-                Ok(h) => h,
+                Ok(h) => {
+                    if self.counters.statistics.steps == 0 {
+                        self.collocation.stretch_line(h);
+                    }
+                    h
+                }
                 Err(fatal) => return Err(fatal.in_step(self.t, 0.0)),
             },
         };
-        let mut failures = Failures::after(self.refused.is_some());
+        let mut failures = Failures::after(self.refused.is_some(), self.near_kink);
         let mut refused = self.refused.take();
         let mut cause = String::new();
         loop {
@@ -118,7 +123,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let mut h = self.step_size_within(wanted, limit);
             let Rejection { reason, message, step_factor } = match self.attempt(&mut h, failures) {
                 Ok(proposal) => {
-                    let next = match failures.any() {
+                    self.near_kink = failures.suggest_kink() && self.moves_within_tolerances(h);
+                    // A longer step may have all its stages beyond a kink.
+                    let next = match failures.any() && !self.near_kink {
                         true => proposal.min(h),
                         false => proposal,
                     };

@@ -241,6 +241,7 @@ impl<P: Problem> IdaBuilder<P> {
             backward: Vec::new(),
             repeating: Repeating::default(),
             search_time: None,
+            repetitions: Default::default(),
             t_called: t0,
             failures: FailureLog::default(),
         };

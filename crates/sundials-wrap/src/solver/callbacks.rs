@@ -77,9 +77,48 @@ pub(super) struct UserFunctions<P> {
     pub(super) repeating: Repeating,
     /// Set during a search for initial values: difference quotients change ẏ by the tolerance divided by this time.
     pub(super) search_time: Option<f64>,
+    pub(super) repetitions: Repetitions,
     /// Time of the last call that had a time argument, for messages of calls without one.
     pub(super) t_called: f64,
     pub(super) failures: FailureLog,
+}
+
+/// Displacements of difference quotients near a kink, in units of the usual ones.
+const FINE: f64 = 1e-4;
+
+/// Repetitions of a step with smaller sizes after failures, counted by matrix setups at earlier times.
+#[derive(Default)]
+pub(super) struct Repetitions {
+    count: usize,
+    t: f64,
+    /// Latest time of a repeated step.
+    t_failed: f64,
+}
+
+impl Repetitions {
+    fn count(&mut self, t: f64, step: f64) {
+        let is_later = |than: f64| (t - than) * step > 0.0;
+        if (self.t - t) * step > 0.0 {
+            if self.count == 0 {
+                self.t_failed = self.t;
+            }
+            self.count += 1;
+        } else if is_later(self.t_failed) || (!self.suggest_kink() && is_later(self.t)) {
+            self.count = 0;
+        }
+        self.t = t;
+    }
+
+    /// Returns whether a step fails so often that F may have a kink near it. Displacements by the tolerances may then
+    /// cross the kink.
+    fn suggest_kink(&self) -> bool {
+        self.count > 2
+    }
+
+    /// Returns 1 and −1 in turn.
+    fn alternate(&self) -> f64 {
+        if self.count.is_multiple_of(2) { 1.0 } else { -1.0 }
+    }
 }
 
 /// Failures since the last call began, to be reported when it ends.
@@ -183,13 +222,19 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         if weighed != Answer::Success {
             return weighed;
         }
-        let at = Linearization {
-            t,
-            y,
-            y_dot,
-            step: self.search_time.unwrap_or(1.0 / c_j),
-            weights: &self.weights,
+        let mut step = self.search_time.unwrap_or(1.0 / c_j);
+        self.repetitions.count(t, step);
+        let fine: Vec<f64>;
+        let weights = match self.repetitions.suggest_kink() {
+            true => {
+                // Displacements follow or oppose the motion: one of both does not cross the kink.
+                step *= self.repetitions.alternate();
+                fine = self.weights.iter().map(|w| w / FINE).collect();
+                &fine
+            }
+            false => &self.weights,
         };
+        let at = Linearization { t, y, y_dot, step, weights };
         let in_parts = self.search_time.is_some();
         let (evaluated, values) = self.linear.evaluate(&mut self.problem, &at, c_j, in_parts);
         let evaluated = self.failures.answer("Jacobian", t, evaluated, values);
