@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -406,7 +407,7 @@ def solve_dae(
     structure = None
     # The indices of all variables are known, or the variables of index 2 are excluded from the error test.
     is_index_known = left_out is not None if family == "bdf" else indices is not None
-    if initial == "algebraic" or not is_index_known or (highest == 3 and family != "bdf"):
+    if initial == "algebraic" or not is_index_known or (is_hidden and family != "bdf"):
         structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
     constraints = None
     if indices is not None and highest == 3 and initial == "given":
@@ -426,6 +427,15 @@ def solve_dae(
     if structure:
         is_of_index_3 = highest == 3 and family != "bdf"
         notes += _structure_notes(structure, family, initial, is_of_index_3, is_index_known)
+    if matrices is None and pattern is None and (share := _share_of_entries(residual, first_limits[0], start, rates)):
+        notes.append(
+            f"about {share:.1%} of the entries of the Jacobian are nonzero, and full matrices with {n} differences each "
+            "are computed: `sparsity` makes them much cheaper"
+        )
+    may_have_higher_index = family != "bdf" and not is_index_known
+    if may_have_higher_index and structure:
+        may_have_higher_index = any(structure.singular()) or bool(structure.of_higher_index())
+    request["may_have_higher_index"] = may_have_higher_index
     try:
         found, last_limits = _integrate_parts(
             request, ends, (residual, matrices, watched), (start, rates), outputs
@@ -440,10 +450,16 @@ def solve_dae(
     notes += found.pop("warnings")
     solution = _solution(found, n, len(watched.functions), family)
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
-    known = (left_out, is_hidden, has_wrong_velocities)
+    known = (left_out, is_hidden, has_wrong_velocities, jacobian is not None)
     advice = _advice(solution, _within(residual, last_limits), rtol, tolerances, known)
     if advice is not None:
         notes.append(advice)
+    elif solution.success and solution.t.size and is_index_known and structure and _singular(structure):
+        # Constraints may also depend on each other at the start alone.
+        end = (solution.t[-1], solution.y[:, -1], solution.yp[:, -1])
+        at_end = Structure.at(_within(residual, last_limits), *end, rtol * np.abs(end[1]) + tolerances)
+        if singular := _singular(at_end):
+            notes.append(singular)
     for warning in dict.fromkeys(notes):
         warnings.warn(warning, stacklevel=2)
     return solution
@@ -519,6 +535,8 @@ def _integrate_parts(
     is_hidden = max(request["index"] or [0]) > 1
     found: dict[str, Any] = {}
     before = None
+    is_late = request["method"] == "bdf" and abs(ends[0].t) > LATE * request["time_scale"]
+    origin = ends[0].t if is_late else 0.0
     for part, (end_from, end_to) in enumerate(zip(ends, ends[1:])):
         is_first, is_last = part == 0, part == len(ends) - 2
         part_limits = (end_from.after, end_to.before)
@@ -527,20 +545,21 @@ def _integrate_parts(
             due.append(end_to.t)
         events = None
         if watched.functions:
-            events = _in_bytes(_within(watched.values, part_limits), len(watched.functions), "events")
+            events = _within(watched.values, part_limits, origin)
+            events = _in_bytes(events, len(watched.functions), "events")
         try:
             solved = _native.solve(
                 {
                     **request,
-                    "residual": _in_bytes(_within(residual, part_limits), n),
-                    "jacobian": None if matrices is None else _within(matrices, part_limits),
+                    "residual": _in_bytes(_within(residual, part_limits, origin), n),
+                    "jacobian": None if matrices is None else _within(matrices, part_limits, origin),
                     "events": events,
                     "terminal": watched.terminal_after(found.get("events", [])),
                     "events_before": before,
-                    "t_span": (end_from.t, end_to.t),
+                    "t_span": (end_from.t - origin, end_to.t - origin),
                     "y0": y.tolist(),
                     "yp0": yp.tolist(),
-                    "t_eval": due,
+                    "t_eval": None if due is None else [t - origin for t in due],
                     "after_break": is_hidden and not is_first,
                     "initial": request["initial"] if is_first else "given" if is_hidden else "algebraic",
                 }
@@ -554,6 +573,8 @@ def _integrate_parts(
                 raise _Failed(error) from None
             found.update(status=-1, message=str(error))
             break
+        if is_late:
+            _delay(solved, origin)
         limits = part_limits
         if not is_first and is_hidden and outputs is None:
             # At the start of this part, the multipliers still have their values from before the break.
@@ -569,11 +590,38 @@ def _integrate_parts(
     return found, limits
 
 
+def _listed(numbers: list[int]) -> str:
+    """Return the first numbers of a list."""
+    return str(numbers) if len(numbers) < 10 else f"{str(numbers[:6])[:-1]}, … ({len(numbers)} in total)]"
+
+
 def _index_advice(hidden: list[int], method: str) -> str:
     remedy = "give the index of each variable by `index`"
     if method == "bdf":
         remedy = "exclude them from the error test by `suppress`, or use a Radau method with `index`"
-    return f"the variables {hidden} (counted from 0) have an index above 1: {remedy}"
+    return f"the variables {_listed(hidden)} (counted from 0) have an index above 1: {remedy}"
+
+
+# Part of the entries of a full matrix below which `sparsity` is recommended, and number of compared columns.
+SPARSE = 0.1
+SAMPLED = 8
+
+
+def _share_of_entries(residual: Function, t: float, y: Array, yp: Array) -> float | None:
+    """Return the part of nonzero entries of the Jacobian in some columns, if it is small and the matrix large."""
+    n = len(y)
+    if n <= LARGE:
+        return None
+    try:
+        base = np.array(residual(t, y, yp), dtype=float)
+        count = 0
+        for j in range(n // (2 * SAMPLED), n, n // SAMPLED):
+            moved = [values + 1e-3 * (1.0 + np.abs(values)) * (np.arange(n) == j) for values in (y, yp)]
+            count += np.count_nonzero(np.asarray(residual(t, *moved)) != base)
+    except Exception:  # outside of the domain of F
+        return None
+    share = count / n / len(range(n // (2 * SAMPLED), n, n // SAMPLED))
+    return share if share < SPARSE else None
 
 
 def _advice(
@@ -581,14 +629,15 @@ def _advice(
     residual: Function,
     rtol: float,
     atol: Array,
-    known: tuple[list[bool] | None, bool, bool],
+    known: tuple[list[bool] | None, bool, bool, bool],
 ) -> str | None:
     """Return advice if the integrator gave up, failed many error tests or lacks digits, for a reason that has a remedy.
 
     The message of a solution that ends early then contains it. `known`: the variables excluded from the
-    error test, whether an index is above 1, and whether the velocities at the start violate constraints.
+    error test, whether an index is above 1, whether the velocities at the start violate constraints, and whether
+    the Jacobian is exact.
     """
-    suppress, is_hidden, has_wrong_velocities = known
+    suppress, is_hidden, has_wrong_velocities, has_jacobian = known
     is_bdf = solution.method == "bdf"
     many = is_bdf and solution.nsteps > 1000 and 3 * solution.netf > solution.nsteps
     if not solution.t.size:
@@ -608,7 +657,16 @@ def _advice(
     elif tested:
         advice = _index_advice(tested, "bdf")
     elif hidden and not solution.success:
-        advice = f"the variables {hidden} (counted from 0) have an index above 1: use a Radau method with `index`"
+        advice = f"the variables {_listed(hidden)} (counted from 0) have an index above 1: use a Radau method with `index`"
+    elif (
+        not (solution.success or has_jacobian)
+        and "converge" in solution.message
+        and (kinked := _kinked(residual, solution, rtol, atol))
+    ):
+        advice = (
+            f"the equations {kinked} (counted from 0) have a kink near this time, as `max` and `abs` do, which "
+            "difference quotients do not resolve: replace the kink by a smooth function, or give the exact `jacobian`"
+        )
     elif not (solution.success or is_hidden) and (steep := _growing(solution)):
         advice = (
             f"the derivatives of the variables {steep} (counted from 0) grow without bound near this time: "
@@ -629,7 +687,7 @@ def _advice(
             f"BDF failed {solution.netf} error tests in {solution.nsteps} steps: {other}a Radau method may "
             "need far fewer steps"
         )
-    elif not solution.nsteps and "error_test_failures" in solution.message and (rtol * np.abs(y) < atol).any():
+    elif "after 0 steps" in solution.message and "error_test_failures" in solution.message and (rtol * np.abs(y) < atol).any():
         advice = (
             f"the variables {np.flatnonzero(rtol * np.abs(y) < atol).tolist()} (counted from 0) start at or near 0: "
             "if they grow far beyond `atol` in the first step, raise their `atol` or give their `yp0`"
@@ -663,14 +721,40 @@ def _growing(solution: DaeSolution) -> list[int]:
     return np.flatnonzero((before > 0) & (sizes[:, -1] > GROWTH * before)).tolist()
 
 
+# Displacements, in tolerances, within which kinks of F are searched, and the relative change of slope of a kink.
+DISTANCES = (0.01, 0.1, 1.0, 10.0, 100.0)
+BEND = 0.1
+
+
+def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array) -> list[int]:
+    """Return the equations with a kink near the last state."""
+    t, y, yp = solution.t[-1], solution.y[:, -1], solution.yp[:, -1]
+    if len(y) > LARGE:
+        return []
+    tolerances = rtol * np.abs(y) + atol
+    found = np.zeros(len(y), dtype=bool)
+    try:
+        base = np.array(residual(t, y, yp), dtype=float)
+        for j, distance in itertools.product(range(len(y)), DISTANCES):
+            moves = [factor * distance * tolerances[j] * (np.arange(len(y)) == j) for factor in (1, -1, 0.25, -0.25)]
+            changes = [np.array(residual(t, y + move, yp), dtype=float) - base for move in moves]
+            bend, near = np.abs(changes[0] + changes[1]), np.abs(changes[2] + changes[3])
+            # At a quarter of the distance, the bend of a smooth function is 1/16 and the bend of a kink 1/4 as large.
+            found |= (bend > BEND * (np.abs(changes[0]) + np.abs(changes[1]))) & (near > 0.2 * bend)
+    except Exception:  # outside of the domain of F
+        return []
+    return np.flatnonzero(found).tolist()
+
+
 def _singular(structure: Structure | None) -> str:
     """Describe equations that do not determine all variables, or return an empty string."""
     variables, equations = structure.singular() if structure else ([], [])
     if not variables:
         return ""
     return (
-        f"the equations do not determine the variables {variables}: the equations {equations} (counted from "
-        "0) depend on each other or contain no variable. Replace a dependent equation by the missing equation"
+        f"the equations do not determine the variables {_listed(variables)}: the equations {_listed(equations)} (counted from "
+        "0) depend on each other or contain no variable. Replace a dependent equation by the missing equation; "
+        "fix one value of a pressure of which only differences occur"
     )
 
 
@@ -861,10 +945,28 @@ def _in_part(outputs: list[float], t_from: float, t_to: float, is_first: bool) -
     ]
 
 
-def _within(function: Any, limits: tuple[float, float]) -> Any:
-    """Return the function with its times clamped to the limits."""
+def _within(function: Any, limits: tuple[float, float], origin: float = 0.0) -> Any:
+    """Return the function of times counted from the origin, with times clamped to the limits."""
     low, high = min(limits), max(limits)
-    return lambda t, y, yp: function(min(max(t, low), high), y, yp)
+    return lambda t, y, yp: function(min(max(origin + t, low), high), y, yp)
+
+
+# Ratio of the start to the span above which BDF counts times from the start, because it rounds each time but not its
+# steps.
+LATE = 1e4
+
+
+def _delay(found: dict[str, Any], origin: float) -> None:
+    """Add the origin to all times, and remove steps that are shorter than the rounding of these times."""
+    found["t"] = (origin + np.frombuffer(found["t"])).tobytes()
+    ends = (origin + np.frombuffer(found["segments"])).reshape(-1, 2)
+    if len(ends):
+        is_longer = ends[:, 0] != ends[:, 1]
+        samples = np.frombuffer(found["samples"]).reshape(len(ends), -1)
+        found["segments"], found["samples"] = ends[is_longer].tobytes(), samples[is_longer].tobytes()
+    found["events"] = [(k, origin + t, y) for k, t, y in found["events"]]
+    if found["status"] != 0:
+        found["message"] += f" (these times are counted from t = {origin})"
 
 
 def _cut(found: dict[str, Any], n: int, rows: slice) -> None:

@@ -360,7 +360,9 @@ def test_remedies_are_arguments_of_this_function():
         return [yp[0] - y[1], y[0] ** 2 + y[1] ** 2 - 1]
 
     message = myovib.solve_dae(circle, (0, 1), [0, 1], [0, 0], rtol=1e-6, atol=1e-9).message
-    assert 'initial="algebraic"' in message and "index=" in message, message
+    assert 'initial="algebraic"' in message, message
+    # The index is 1.
+    assert "index=" not in message, message
     assert "reinit" not in message, message
 
 
@@ -607,10 +609,11 @@ def test_breaks_that_differ_by_rounding_are_one_backwards():
 
 
 def test_breaks_of_a_short_span_at_a_late_time_are_not_ignored():
-    # Rounding of the time, 1.2e-7, prevents an integration of the second part, 5e-4.
     start = 1e9
     s = solve_dae(lambda t, y, yp: yp - 1.0, (start, start + 2e-3), [0], [1], breaks=start + 1.5e-3)
-    assert s.status == -1 and s.t[-1] == start + 1.5e-3
+    assert s.success and (s.t == start + 1.5e-3).sum() == 2
+    # The time has a rounding of 1.2e-7.
+    assert s.y[0, -1] == pytest.approx(2e-3, abs=1.2e-7)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -1,7 +1,5 @@
 """Kinks of algebraic equations, which difference quotients do not resolve."""
 
-import warnings
-
 import numpy as np
 import pytest
 from myovib import solve_dae
@@ -54,39 +52,3 @@ def test_ideal_diodes_switch_with_difference_quotients(method, rtol, conductance
     assert abs(s.y[0, -1] - exact.y[0, -1]) < LIMIT * rtol * 5
     is_open = s.y[1] < s.y[0]
     assert is_open.any() and not is_open.all()
-
-
-def bridge(t, y, yp):
-    """Return a bridge of four diodes, which all switch when the source changes its sign."""
-    capacitor, a, b = y
-    diode = lambda u: 50.0 * max(u, 0.0)
-    source = (5 * np.sin(t) - (a - b)) / 0.5
-    return [
-        yp[0] - diode(a - capacitor) - diode(b - capacitor) + 0.3 * capacitor,
-        source - diode(a - capacitor) + diode(-a) - 1e-3 * a,
-        -source - diode(b - capacitor) + diode(-b) - 1e-3 * b,
-    ]
-
-
-def slopes_of_bridge(t, y, yp):
-    capacitor, a, b = y
-    slope = lambda u: 50.0 * (u > 0)
-    of_a, of_b = slope(a - capacitor), slope(b - capacitor)
-    of_y = [
-        [of_a + of_b + 0.3, -of_a, -of_b],
-        [of_a, -2 - of_a - slope(-a) - 1e-3, 2],
-        [of_b, 2, -2 - of_b - slope(-b) - 1e-3],
-    ]
-    return np.array(of_y), np.diag([1.0, 0, 0])
-
-
-@pytest.mark.parametrize("method", METHODS[1:3])
-@pytest.mark.parametrize("rtol", [1e-4, 1e-7])
-def test_the_remedy_of_a_stop_at_a_kink_works(method, rtol):
-    arguments = {"method": method, "rtol": rtol, "atol": 0.01 * rtol, "initial": "algebraic"}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        s = solve_dae(bridge, (0, 20), [0, 0, 0], [0, 0, 0], **arguments)
-    assert s.success or "`jacobian`" in s.message
-    s = solve_dae(bridge, (0, 20), [0, 0, 0], [0, 0, 0], jacobian=slopes_of_bridge, **arguments)
-    assert s.success, s.message

@@ -136,3 +136,15 @@ def test_an_event_that_is_not_a_number_is_named():
     events = [lambda t, y, yp: t - 0.5, lambda t, y, yp: y]
     with pytest.raises(TypeError, match="event 1 .* must be a number"):
         solve_dae(lambda t, y, yp: yp + y, (0, 1), [1, 1], [-1, -1], events=events)
+
+
+@pytest.mark.parametrize("method", ["radau5", "radau9", "radau13"])
+@pytest.mark.parametrize("unit", [1e-12, 1.0, 1e9, 1e15])
+def test_the_unit_of_time_does_not_affect_first_steps(method, unit):
+    def decay(t, y, yp):
+        return [unit * yp[0] + np.sqrt(np.abs(y[1])), y[1] - y[0] ** 2]
+
+    s = solve_dae(decay, (0, 2 * unit), [1, 1], [-1 / unit, 0], method, rtol=1e-6, atol=1e-8)
+    assert s.success, s.message
+    # Global errors of a few tolerances.
+    assert s.y[:, -1] == pytest.approx([np.exp(-2), np.exp(-4)], rel=1e-5)

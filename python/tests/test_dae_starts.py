@@ -159,3 +159,44 @@ def test_rounding_of_positions_is_no_violation(angle):
     with pytest.raises(RuntimeError) as raised:
         solve_dae(pendulum_and_heat, (0, 0.1), start, rates, method="radau5", index=INDEX)
     assert "`consistent_start`" not in str(raised.value)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-7])
+def test_first_steps_of_bdf_at_index_2_resolve_multipliers(rtol):
+    # In IDAS' own first step, rounding of x divided by the step exceeds the tolerance of the force.
+    def prescribed(t, y, yp):
+        x, fast, force = y
+        return [yp[0] - np.cos(t) - force + fast - np.exp(-t), 1e-3 * yp[1] + fast - 0.999 * np.exp(-t), x - 1 - np.sin(t)]
+
+    s = solve_dae(
+        prescribed, (0, 20), [1, 1, 0], [1, -1, 0], suppress=[False, False, True], rtol=rtol,
+        atol=0.01 * rtol, max_steps=5000,
+    )  # fmt: skip
+    assert s.success, s.message
+
+
+@pytest.mark.parametrize("method", ["radau5", "radau9"])
+def test_multipliers_that_are_not_determined_are_reported(method):
+    # Both constraints are x = sin t.
+    def twice(t, y, yp):
+        x, force, other = y
+        return [yp[0] - force - other, x - np.sin(t), 2 * x - 2 * np.sin(t)]
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        s = solve_dae(twice, (0, 1), [0, 0.5, 0.5], [1, 0, 0], method, index=[1, 2, 2])
+    assert not s.success and "[1, 2]" in s.message
+
+
+def test_sparsity_is_recommended_for_large_sparse_matrices():
+    n = 300
+
+    def chain(t, y, yp):
+        return yp + 2 * y - np.roll(y, 1)
+
+    start = np.linspace(0, 1, n)
+    for arguments, is_recommended in [({}, True), ({"sparsity": np.eye(n) + np.roll(np.eye(n), 1, axis=0)}, False)]:
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            solve_dae(chain, (0, 0.1), start, np.roll(start, 1) - 2 * start, **arguments)
+        assert any("`sparsity`" in str(warning.message) for warning in found) == is_recommended

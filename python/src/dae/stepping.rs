@@ -2,7 +2,7 @@
 
 use std::sync::PoisonError;
 
-use myovib_dae::{ConsistencyMode, Integrator, Outcome, Tolerances};
+use myovib_dae::{ConsistencyMode, Integrator, Outcome, Problem, Remedy, Tolerances};
 use pyo3::prelude::*;
 
 use super::checks::{FIRST_STEPS, check_last_step, forget_raised};
@@ -111,7 +111,16 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
                 let counts = (&mut occurrences[..], &mut record);
                 count(crossed.collect(), (t, solver.y()), request, counts)
             }
-            Outcome::Stopped(stop) => Some((-1, stop.to_string())),
+            Outcome::Stopped(stop) => {
+                let mut stop = stop.clone();
+                let is_autonomous = is_autonomous(solver, request)?;
+                stop.remedies.retain(|remedy| match remedy {
+                    Remedy::RestartAtBreak => !is_autonomous,
+                    Remedy::StateIndices => request.may_have_higher_index,
+                    _ => true,
+                });
+                Some((-1, stop.to_string()))
+            }
             _ => Some((0, "the end of the span was reached".to_owned())),
         };
         let at_a_step = !matches!(outcome, Outcome::Root { .. });
@@ -155,6 +164,31 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
             return Ok(record);
         }
     }
+}
+
+/// Times, as fractions of the span, at which inputs are compared with their present values.
+const FRACTIONS: [f64; 6] = [0.0, 0.171, 0.382, 0.618, 0.829, 1.0];
+
+/// Returns whether F has the same values at other times, so that no input has breaks.
+fn is_autonomous<I: Integrator<PythonDae>>(
+    solver: &mut I,
+    request: &Request,
+) -> Result<bool, Failure> {
+    if has_raised(solver.problem()) {
+        return Ok(true);
+    }
+    let (t, y, y_dot) = (solver.t(), solver.y().to_vec(), solver.y_dot().to_vec());
+    let (t0, t_end) = request.t_span;
+    let mut at = |t: f64| {
+        let mut residual = vec![0.0; y.len()];
+        let evaluated = solver.problem_mut().residual(t, &y, &y_dot, &mut residual);
+        evaluated.is_ok().then_some(residual)
+    };
+    let here = at(t);
+    let mut times = FRACTIONS.iter().map(|c| t0 + c * (t_end - t0));
+    let is_autonomous = here.is_some() && times.all(|t| at(t) == here);
+    forget_raised(solver.problem())?;
+    Ok(is_autonomous)
 }
 
 /// Returns the events that change their sign at the break at the start of the span.
