@@ -12,18 +12,6 @@ pub enum Ordering {
     Natural,
 }
 
-impl Ordering {
-    /// KLU's code of this ordering.
-    #[cfg(klu)]
-    fn code(self) -> i64 {
-        match self {
-            Self::Amd => 0,
-            Self::Colamd => 1,
-            Self::Natural => 2,
-        }
-    }
-}
-
 /// Scaling of the rows before factorization.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Scaling {
@@ -34,17 +22,6 @@ pub enum Scaling {
     /// Scaling by the largest absolute value of the row.
     #[default]
     Max,
-}
-
-#[cfg(klu)]
-impl Scaling {
-    fn code(self) -> i64 {
-        match self {
-            Self::None => 0,
-            Self::Sum => 1,
-            Self::Max => 2,
-        }
-    }
 }
 
 /// Precision of factors. Matrices and solutions are always in double precision.
@@ -78,20 +55,6 @@ pub struct SparseOptions {
     pub pivot_tolerance: f64,
 }
 
-/// The settings in KLU's coding, as in its control block.
-#[cfg(klu)]
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct RawOptions {
-    /// 0: AMD; 1: COLAMD; 2: natural.
-    pub(crate) ordering: i64,
-    /// Whether to permute to block triangular form: 0 or 1.
-    pub(crate) btf: i64,
-    /// 0: no scaling; 1: by the sum, 2: by the largest entry of each row.
-    pub(crate) scale: i64,
-    /// The diagonal pivot is preferred above this fraction of the largest entry.
-    pub(crate) pivot_tolerance: f64,
-}
-
 impl Default for SparseOptions {
     fn default() -> Self {
         Self {
@@ -100,19 +63,6 @@ impl Default for SparseOptions {
             btf: true,
             scaling: Scaling::default(),
             pivot_tolerance: 0.001,
-        }
-    }
-}
-
-#[cfg(klu)]
-impl SparseOptions {
-    /// Converts the settings to KLU's coding.
-    pub(crate) fn raw(self) -> RawOptions {
-        RawOptions {
-            ordering: self.ordering.code(),
-            btf: i64::from(self.btf),
-            scale: self.scaling.code(),
-            pivot_tolerance: self.pivot_tolerance,
         }
     }
 }

@@ -1,6 +1,11 @@
 //! LU factors that keep their pivots as long as these are accurate.
 
-use super::{Numeric, Symbolic};
+use std::sync::Arc;
+
+use super::Symbolic;
+use crate::error::expect_length;
+use crate::ffi::klu::RawNumeric;
+use crate::finite::expect_finite;
 use crate::{Factorization, Scalar, SparseError};
 
 /// New pivots are chosen if the reciprocal pivot growth falls below this fraction of its value for new pivots. Old
@@ -17,11 +22,13 @@ pub enum Pivots {
 }
 
 /// Factors of a sequence of matrices with the same pattern.
+///
+/// `Send`, but not `Sync`: a solve uses internal workspace.
 #[derive(Debug)]
 pub struct Factors<T: Scalar> {
     symbolic: Symbolic,
     /// The factors, and the reciprocal pivot growth when the pivots were chosen.
-    numeric: Option<(Numeric<T>, f64)>,
+    numeric: Option<(RawNumeric<T>, f64)>,
     /// Whether the factors belong to the last matrix. Pivots are kept after a matrix that could not be factorized.
     current: bool,
     /// Number of times that pivots were chosen.
@@ -49,60 +56,76 @@ impl<T: Scalar> Factors<T> {
     /// The pivots of the previous matrix are kept unless the pivot growth shows that they cost more than three digits
     /// compared with new ones.
     ///
+    /// # Shapes
+    /// `values`: one per entry of the pattern, in its order.
+    ///
     /// # Errors
-    /// As for [`Numeric::factor`]. No factors are available then until a matrix is factorized.
+    /// [`SparseError::Singular`], [`SparseError::NotFinite`], [`SparseError::WrongLength`] or [`SparseError::Failed`].
+    /// No factors are available then until a matrix is factorized.
     pub fn renew(&mut self, values: &[T]) -> Result<Pivots, SparseError> {
         self.current = false;
+        expect_length("values of the matrix", self.symbolic.nnz(), values.len())?;
+        expect_finite(values, "matrix")?;
         let pivots = self.factorize(values)?;
         self.current = true;
         Ok(pivots)
     }
 
     fn factorize(&mut self, values: &[T]) -> Result<Pivots, SparseError> {
+        let n = self.symbolic.n();
         if let Some((numeric, fresh_growth)) = &mut self.numeric
             && numeric.refactor(values).is_ok()
-            && numeric.rgrowth(values)? >= GROWTH_LOSS * *fresh_growth
+            && numeric.rgrowth(values).map_err(|failure| failure.error(n))?
+                >= GROWTH_LOSS * *fresh_growth
         {
             return Ok(Pivots::Kept);
         }
-        let numeric = Numeric::factor(&self.symbolic, values)?;
-        let growth = numeric.rgrowth(values)?;
+        let fresh = RawNumeric::factor(Arc::clone(&self.symbolic.raw), values);
+        let numeric = fresh.map_err(|failure| failure.error(n))?;
+        let growth = numeric.rgrowth(values).map_err(|failure| failure.error(n))?;
         self.numeric = Some((numeric, growth));
         self.choices += 1;
         Ok(Pivots::Fresh)
     }
 
     /// Returns the factors of the last matrix.
-    ///
-    /// # Errors
-    /// [`SparseError::NoFactors`] before the first matrix and after a failed factorization.
-    pub fn current(&self) -> Result<&Numeric<T>, SparseError> {
-        self.numeric
-            .as_ref()
-            .filter(|_| self.current)
-            .map(|(numeric, _)| numeric)
-            .ok_or(SparseError::NoFactors)
+    fn current(&self) -> Result<&RawNumeric<T>, SparseError> {
+        let numeric = self.numeric.as_ref().filter(|_| self.current);
+        numeric.map(|(numeric, _)| numeric).ok_or(SparseError::NoFactors)
     }
 
-    /// Returns a cheap estimate of the reciprocal condition number of the last matrix; see [`Numeric::rcond`].
+    /// Returns a cheap estimate of the reciprocal condition number of the last matrix: min |u_kk| / max |u_kk|.
     pub fn rcond(&self) -> Option<f64> {
         self.current().ok()?.rcond().ok()
     }
 
     /// Solves A x = b in place.
     ///
+    /// # Shapes
+    /// `rhs`: one right-hand side of length [`n`](Symbolic::n), or several, one after the other.
+    ///
     /// # Errors
-    /// As for [`Numeric::solve`].
+    /// [`SparseError::WrongLength`] if the length is not a multiple of n, [`SparseError::NoFactors`] before the first
+    /// matrix and after a failed factorization.
     pub fn solve(&self, rhs: &mut [T]) -> Result<(), SparseError> {
-        self.current()?.solve(rhs)
+        self.solve_either(rhs, false)
     }
 
     /// Solves Aᵀ x = b in place (transposed, not conjugated).
     ///
     /// # Errors
-    /// As for [`Numeric::solve`].
+    /// As for [`solve`](Self::solve).
     pub fn solve_transposed(&self, rhs: &mut [T]) -> Result<(), SparseError> {
-        self.current()?.solve_transposed(rhs)
+        self.solve_either(rhs, true)
+    }
+
+    fn solve_either(&self, rhs: &mut [T], transposed: bool) -> Result<(), SparseError> {
+        let n = self.symbolic.n();
+        if !rhs.len().is_multiple_of(n) {
+            let what = "right-hand sides (a multiple of the order)";
+            return Err(SparseError::WrongLength { what, expected: n, got: rhs.len() });
+        }
+        self.current()?.solve(rhs, transposed).map_err(|failure| failure.error(n))
     }
 }
 
@@ -120,7 +143,6 @@ impl<T: Scalar> Factorization<T> for Factors<T> {
     }
 
     fn n_entries(&self) -> Option<usize> {
-        let (lower, upper) = self.current().ok()?.nnz_factors();
-        Some(lower + upper)
+        self.current().ok().map(RawNumeric::n_entries)
     }
 }

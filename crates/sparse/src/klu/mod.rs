@@ -1,9 +1,8 @@
 //! KLU, a sparse direct solver for unsymmetric, nearly block triangular systems.
 //!
 //! A pattern is analyzed once ([`Symbolic`]: ordering and block triangular form). Matrices with that pattern are then
-//! factorized ([`Numeric::factor`]), refactorized with the same pivots ([`Numeric::refactor`], several times cheaper)
-//! and used for solves ([`Numeric::solve`]). Real and complex matrices with the same pattern share one analysis.
-//! Neither a refactorization nor a solve allocates.
+//! factorized ([`Factors::renew`]), with the pivots of the previous one as long as these are accurate. Real and complex
+//! matrices with the same pattern share one analysis. Neither a refactorization nor a solve allocates.
 //!
 //! This module is empty without the feature `klu` or with `vendored`.
 //!
@@ -12,12 +11,12 @@
 //! # #[cfg(klu)] {
 //! use nalgebra_sparse::pattern::SparsityPattern;
 //! use myovib_sparse::SparseOptions;
-//! use myovib_sparse::klu::{RealNumeric, Symbolic};
+//! use myovib_sparse::klu::{Factors, Symbolic};
 //!
 //! // A = [2 1; 0 4], stored by columns.
 //! let pattern = SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 1, 3], vec![0, 0, 1])?;
-//! let symbolic = Symbolic::analyze(&pattern, SparseOptions::default())?;
-//! let lu = RealNumeric::factor(&symbolic, &[2.0, 1.0, 4.0])?;
+//! let mut lu = Factors::new(Symbolic::analyze(&pattern, SparseOptions::default())?);
+//! lu.renew(&[2.0, 1.0, 4.0])?;
 //! let mut x = [4.0, 8.0];
 //! lu.solve(&mut x)?;
 //! assert_eq!(x, [1.0, 2.0]);
@@ -30,17 +29,11 @@
 //!   simulation problems, ACM Trans. Math. Softw. 37 (2010) 36.
 
 #[cfg(klu)]
-mod error;
-#[cfg(klu)]
 mod factors;
-#[cfg(klu)]
-mod numeric;
 #[cfg(klu)]
 mod symbolic;
 
 #[cfg(klu)]
 pub use factors::{Factors, Pivots};
-#[cfg(klu)]
-pub use numeric::{ComplexNumeric, Numeric, RealNumeric};
 #[cfg(klu)]
 pub use symbolic::Symbolic;

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use super::error;
 use crate::ffi::klu::RawSymbolic;
 use crate::{SparseError, SparseOptions};
 
@@ -27,8 +26,7 @@ impl Symbolic {
         if rows != columns || rows == 0 {
             return Err(SparseError::NotSquare { rows, columns });
         }
-        let raw = RawSymbolic::analyze(pattern, options.raw())
-            .map_err(|failure| error::from_failure(rows, failure))?;
+        let raw = RawSymbolic::analyze(pattern, options).map_err(|failure| failure.error(rows))?;
         Ok(Self { raw: Arc::new(raw) })
     }
 

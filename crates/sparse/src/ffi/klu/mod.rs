@@ -22,19 +22,27 @@ mod entry;
 mod numeric;
 mod symbolic;
 
-use crate::options::RawOptions;
+use crate::{Ordering, Scaling, SparseError, SparseOptions};
 use bindings::{KLU_SINGULAR, klu_l_common, klu_l_defaults};
 
 pub(crate) use entry::Entry;
 pub(crate) use numeric::RawNumeric;
 pub(crate) use symbolic::RawSymbolic;
 
-impl RawOptions {
+impl SparseOptions {
     /// Writes the settings into KLU's control block.
-    pub(crate) fn write_to(self, common: &mut klu_l_common) {
-        common.ordering = self.ordering;
-        common.btf = self.btf;
-        common.scale = self.scale;
+    fn write_to(self, common: &mut klu_l_common) {
+        common.ordering = match self.ordering {
+            Ordering::Amd => 0,
+            Ordering::Colamd => 1,
+            Ordering::Natural => 2,
+        };
+        common.btf = i64::from(self.btf);
+        common.scale = match self.scaling {
+            Scaling::None => 0,
+            Scaling::Sum => 1,
+            Scaling::Max => 2,
+        };
         common.tol = self.pivot_tolerance;
     }
 }
@@ -42,10 +50,9 @@ impl RawOptions {
 /// KLU's control block after a failed call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Failure {
-    /// KLU's status code.
-    pub(crate) status: i64,
+    status: i64,
     /// Column at which the matrix was found singular; outside 0..n if unknown.
-    pub(crate) singular_column: i64,
+    singular_column: i64,
 }
 
 impl Failure {
@@ -53,9 +60,13 @@ impl Failure {
         Self { status: common.status, singular_column: common.singular_col }
     }
 
-    /// Returns whether the matrix is singular (as opposed to a lack of memory or an invalid argument).
-    pub(crate) fn is_singular(&self) -> bool {
-        self.status == i64::from(KLU_SINGULAR)
+    /// Converts a failure for an `n` × `n` matrix.
+    pub(crate) fn error(self, n: usize) -> SparseError {
+        if self.status != i64::from(KLU_SINGULAR) {
+            return SparseError::Failed { status: self.status };
+        }
+        let column = usize::try_from(self.singular_column).ok().filter(|&column| column < n);
+        SparseError::Singular { n, column }
     }
 }
 

@@ -88,11 +88,11 @@ impl<T: Entry> RawNumeric<T> {
         Ok(self.common().rcond)
     }
 
-    /// Returns the number of entries of L and of U, including both diagonals.
-    pub(crate) fn nnz_factors(&self) -> (usize, usize) {
+    /// Returns the number of entries of L and U, including both diagonals but not the off-diagonal blocks.
+    pub(crate) fn n_entries(&self) -> usize {
         // SAFETY: the handle is valid for the life of self; only two integers are read.
         let numeric = unsafe { self.handle.as_ref() };
-        (numeric.lnz as usize, numeric.unz as usize)
+        (numeric.lnz + numeric.unz) as usize
     }
 
     /// Solves A x = b, or Aᵀ x = b, in place for the columns of `rhs`.
@@ -155,6 +155,12 @@ impl<T: Entry> RawNumeric<T> {
         } else {
             Err(Failure::of(&common))
         }
+    }
+}
+
+impl<T: Entry> std::fmt::Debug for RawNumeric<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RawNumeric").field("n_entries", &self.n_entries()).finish_non_exhaustive()
     }
 }
 

@@ -7,14 +7,14 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::bindings::{klu_l_analyze, klu_l_free_symbolic, klu_l_symbolic};
 use super::{Failure, default_common};
-use crate::options::RawOptions;
+use crate::SparseOptions;
 
 /// The analysis of one pattern, together with the pattern.
 pub(crate) struct RawSymbolic {
     pub(super) handle: NonNull<klu_l_symbolic>,
     column_pointers: Box<[i64]>,
     row_indices: Box<[i64]>,
-    pub(super) options: RawOptions,
+    pub(super) options: SparseOptions,
     /// Held during klu_l_factor, which writes revised size estimates into the symbolic object. All other functions read
     /// only constant parts.
     factor_lock: Mutex<()>,
@@ -31,7 +31,10 @@ impl RawSymbolic {
     ///
     /// # Panics
     /// Panics if the pattern is not square.
-    pub(crate) fn analyze(pattern: &SparsityPattern, options: RawOptions) -> Result<Self, Failure> {
+    pub(crate) fn analyze(
+        pattern: &SparsityPattern,
+        options: SparseOptions,
+    ) -> Result<Self, Failure> {
         let n = pattern.major_dim();
         assert_eq!(pattern.minor_dim(), n, "a square pattern");
         let column_pointers = widened(pattern.major_offsets());
