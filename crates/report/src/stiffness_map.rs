@@ -93,7 +93,7 @@ fn panel(space: &Space, density: &CellField) -> Box<dyn Panel> {
 fn at_nodes(space: &Space, density: &CellField) -> Vec<f64> {
     let mut sums = vec![[0.0; 2]; space.n_nodes()];
     for &(element, value) in &density.values {
-        let measure = space.mesh().measure_of(element);
+        let measure = space.measure_of(element);
         for &node in space.element_nodes(element) {
             sums[node][0] += measure * value;
             sums[node][1] += measure;

@@ -251,17 +251,17 @@ impl Space {
 
     /// Returns the total area or volume, including curved elements.
     pub fn measure(&self) -> f64 {
+        (0..self.n_elements()).map(|element| self.measure_of(element)).sum()
+    }
+
+    /// Returns the area or volume of an element, which may be curved.
+    pub fn measure_of(&self, element: usize) -> f64 {
+        if !self.curved[element] {
+            return self.mesh.measure_of(element);
+        }
         // The determinant of a quadratic map has degree 3 in 3D.
         let rule = Rule::Degree4.points(self.mesh.shape());
-        let curved_measure = |element| {
-            let parts = rule.iter().map(|q| q.weight * self.measure_at(element, &q.barycentric));
-            parts.sum::<f64>()
-        };
-        let of = |element| match self.curved[element] {
-            true => curved_measure(element),
-            false => self.mesh.measure_of(element),
-        };
-        (0..self.n_elements()).map(of).sum()
+        rule.iter().map(|q| q.weight * self.measure_at(element, &q.barycentric)).sum()
     }
 
     /// Returns the position of a point.

@@ -126,7 +126,7 @@ pub(crate) fn transit_time(muscle: &Muscle) -> f64 {
 
 /// Returns the shear modulus of the mean compliance over the volume (Reuss average), Pa.
 fn mean_shear_modulus(muscle: &Muscle) -> f64 {
-    let (solid, mesh) = (&muscle.solid, muscle.solid.space().mesh());
+    let (solid, space) = (&muscle.solid, muscle.solid.space());
     let (mut compliance, mut volume) = (0.0, 0.0);
     let mut last: Option<(&Law, f64)> = None;
     for (element, law) in solid.laws().iter().enumerate() {
@@ -135,7 +135,7 @@ fn mean_shear_modulus(muscle: &Muscle) -> f64 {
             _ => law.moduli()[1],
         };
         last = Some((law, shear));
-        let measure = mesh.measure_of(element);
+        let measure = space.measure_of(element);
         compliance += measure / (solid.mean_factor(element) * shear);
         volume += measure;
     }
@@ -144,10 +144,14 @@ fn mean_shear_modulus(muscle: &Muscle) -> f64 {
 
 /// Returns the mean density, kg/m³, also for a body whose inertia is neglected.
 pub(crate) fn mean_density(muscle: &Muscle) -> f64 {
-    let (solid, mesh) = (&muscle.solid, muscle.solid.space().mesh());
+    mass(muscle) / muscle.solid.volume()
+}
+
+/// Returns the mass, kg, also of a body whose inertia is neglected; in the plane per meter of thickness.
+pub(crate) fn mass(muscle: &Muscle) -> f64 {
+    let (solid, space) = (&muscle.solid, muscle.solid.space());
     let densities = solid.densities().iter().enumerate();
-    let masses = densities.map(|(element, density)| density * mesh.measure_of(element));
-    masses.sum::<f64>() / solid.volume()
+    densities.map(|(element, density)| density * space.measure_of(element)).sum()
 }
 
 /// Returns the sum of the magnitudes of the nodal forces of all loads, N, for signals of the given sizes.

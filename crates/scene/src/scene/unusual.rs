@@ -80,7 +80,7 @@ fn size(body: &Body, parts: &[Part]) -> Option<Unusual> {
     let space = body.muscle.solid.space();
     let (length, dimension) = (length(body), space.dimension());
     let measure = |(element, region): (usize, &usize)| {
-        parts[*region].density * space.mesh().measure_of(element)
+        parts[*region].density * space.measure_of(element)
     };
     let mass: f64 = body.regions.iter().enumerate().map(measure).sum();
     (length > LONGEST || mass > HEAVIEST).then(|| {

@@ -113,15 +113,15 @@ impl StiffnessMap {
     /// Returns the sensitivity of each element divided by its share of the volume. The density does not depend on the size of
     /// elements, and its mean over the body is the total.
     pub fn densities(&self) -> Result<Vec<CellField>, Error> {
-        let mesh = body(&self.scene)?.muscle.solid.space().mesh();
-        let whole = mesh.measure();
+        let space = body(&self.scene)?.muscle.solid.space();
+        let whole = space.measure();
         let of = |output: &OutputMap| CellField {
             name: output.name.clone(),
             values: output
                 .elements
                 .iter()
                 .enumerate()
-                .map(|(e, own)| (e, own * whole / mesh.measure_of(e)))
+                .map(|(e, own)| (e, own * whole / space.measure_of(e)))
                 .collect(),
         };
         Ok(self.outputs.iter().map(of).collect())

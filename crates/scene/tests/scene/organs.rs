@@ -1,21 +1,35 @@
 //! Bodies in the shape of organs, meshed by Gmsh, nearly incompressible and incompressible.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use myovib_model::check::Size;
+use myovib_scene::Scene;
 
 use crate::contact::{last, tables_in};
 
 /// Returns the mean displacement and pressure of the free boundary of a body under its weight, with a pressure around it.
 fn equilibrium(name: &str, bulk_modulus: &str, outer_pressure: f64) -> [f64; 4] {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/organs");
     let text = format!(
+        "{}[[body_force]]\nx = 4.0\ny = 2.0\nz = -3.0\n\
+         [[pressure]]\ngroup = \"free\"\nvalue = {outer_pressure}\n\
+         [[probe]]\nname = \"free\"\ntype = \"average\"\ngroup = \"free\"\n",
+        body(name, bulk_modulus)
+    );
+    let [table] = tables_in(&text, &folder(), ["free"]);
+    ["u_x", "u_y", "u_z", "p"].map(|column| last(&table, column))
+}
+
+/// Returns the scene of a body that is held.
+fn body(name: &str, bulk_modulus: &str) -> String {
+    format!(
         "analysis = \"static\"\n[mesh]\ntype = \"file\"\npath = \"{name}.msh\"\n[solid]\n\
          bulk_modulus = {bulk_modulus}\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 5e3\n\
-         [[fixed]]\ngroup = \"held\"\n[[body_force]]\nx = 4.0\ny = 2.0\nz = -3.0\n\
-         [[pressure]]\ngroup = \"free\"\nvalue = {outer_pressure}\n\
-         [[probe]]\nname = \"free\"\ntype = \"average\"\ngroup = \"free\"\n"
-    );
-    let [table] = tables_in(&text, &folder, ["free"]);
-    ["u_x", "u_y", "u_z", "p"].map(|column| last(&table, column))
+         [[fixed]]\ngroup = \"held\"\n"
+    )
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/organs")
 }
 
 /// Nearly incompressible bodies deflect as incompressible ones, except for a part of about the ratio of the moduli, 5e-3; the
@@ -39,4 +53,13 @@ fn organs_deflect_alike_with_large_and_infinite_bulk_modulus() {
         let change = inside[3] - fully[3] - OUTER;
         assert!(change.abs() < 1e-8 * OUTER, "{name}: {change:e}");
     }
+}
+
+/// Regression: the mass was that of elements with straight edges, 3 % less.
+#[test]
+fn a_body_with_curved_elements_has_the_mass_of_its_volume() {
+    let scene = Scene::build("scene.toml", &body("ventricle", "inf"), &[], &folder()).unwrap();
+    let size = Size::of(&scene.body.unwrap().muscle);
+    // Rounding of sums over about 500 elements.
+    assert!((size.mass / (1e3 * size.volume) - 1.0).abs() < 500.0 * f64::EPSILON, "{size:?}");
 }
