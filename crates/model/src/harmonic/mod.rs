@@ -110,6 +110,7 @@ impl DynamicStiffness {
             None => Muscle { surface_loads: Vec::new(), ..muscle.under_part_of_loads(0.0) },
         };
         let t = at.preload_time.unwrap_or(0.0);
+        let muscle = muscle.with_supports_at(t);
         let u = spectrum::displacement(&muscle, at);
         let formulation = match (formulation.has(Field::Pressure), muscle.parameters.is_damped()) {
             (false, _) => Formulation::Displacement,

@@ -263,6 +263,15 @@ impl Muscle {
         muscle
     }
 
+    /// Returns the body with supports that keep their displacement at time `t`, as those of an equilibrium do.
+    #[must_use]
+    pub fn with_supports_at(mut self, t: f64) -> Self {
+        for Prescribed { signal, .. } in &mut self.prescribed {
+            *signal = Signal::constant(signal.at(t).value);
+        }
+        self
+    }
+
     /// Returns the body with tensions that are functions of time: each model is replaced by its
     /// tangent at time `t` and `tensions`.
     pub(crate) fn with_tangents_of_tensions(&self, t: f64, tensions: &[f64]) -> Self {

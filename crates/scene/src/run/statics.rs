@@ -189,6 +189,7 @@ impl<'a> Recording<'a> {
     }
 
     fn write(&mut self, state: &PathState) -> Result<(), Error> {
+        let t = self.scene.t_end;
         // Outputs are computed with the loads for which this state is the equilibrium.
         let whole = &self.body.muscle;
         let has_multipliers = !state.multipliers.iter().all(Vec::is_empty);
@@ -196,10 +197,9 @@ impl<'a> Recording<'a> {
             1.0 if !has_multipliers => whole,
             load => &whole.under_part_of_loads(load).with_multipliers(state.multipliers.clone()),
         };
-        let mut dae = at_rest(muscle, self.body.formulation)?;
+        let mut dae = at_rest(muscle, self.body.formulation, t)?;
         let y = unknowns(state);
         let rest = vec![0.0; dae.n_unknowns()];
-        let t = self.scene.t_end;
         let is_path = self.scene.file.loading_path.is_some();
         let parameter = if is_path { state.load } else { t };
         let drift = dae.constraint_drift(t, &y).map_err(ModelError::from)?;
@@ -337,10 +337,14 @@ pub(crate) fn unknowns(state: &PathState) -> Vec<f64> {
     y
 }
 
-/// Returns the muscle at rest as an undamped system (q, v, λ), or (q, v) without pressure. Only the outputs use this
-/// system; it is not integrated.
-pub(crate) fn at_rest(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, ModelError> {
-    let mut muscle = muscle.relaxed();
+/// Returns the muscle at rest at time `t` as an undamped system (q, v, λ), or (q, v) without pressure. Only the outputs use
+/// this system; it is not integrated.
+pub(crate) fn at_rest(
+    muscle: &Muscle,
+    formulation: Formulation,
+    t: f64,
+) -> Result<MuscleDae, ModelError> {
+    let mut muscle = muscle.relaxed().with_supports_at(t);
     let kappa = muscle.parameters.kappa();
     muscle.parameters = Parameters::new(0.0, 0.0, kappa)?;
     let formulation = match formulation {

@@ -69,7 +69,8 @@ pub fn equilibria(
 
     let mut sample = |state: &PathState| {
         let read = |muscle: &Muscle, y: &[f64]| {
-            let mut dae = at_rest(&muscle.under_part_of_loads(state.load), body.formulation)?;
+            let muscle = muscle.under_part_of_loads(state.load);
+            let mut dae = at_rest(&muscle, body.formulation, t)?;
             readings.values(&mut dae, t, y, &vec![0.0; y.len()])
         };
         let y = unknowns(state);

@@ -8,7 +8,7 @@ use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, compute};
 use num_complex::Complex64;
 
-use crate::{column, error, response};
+use crate::{column, damping, error, response};
 
 const FREQUENCY: f64 = 20.0;
 /// Number of periods until the transient has decayed to e^{−αt/2} = 2e-9 (α = 50 1/s; no mode is overdamped).
@@ -81,4 +81,28 @@ fn plane_motions_settle_to_the_response() {
 fn motions_in_space_settle_to_the_response() {
     let mesh = "type = \"box\"\nsize = [0.06, 0.02, 0.02]\ncells = [2, 1, 1]";
     expect_settled(mesh, 5.0);
+}
+
+/// Supports that move at the time of the preload have no velocity in the equilibrium. Regression: the viscous stress of that
+/// velocity was linearized, which changed amplitudes by 10 %.
+#[test]
+fn velocities_of_supports_at_the_preload_time_have_no_effect() {
+    let amplitude = |motion: &str, name: &str| {
+        let [solid, material] = damping(name);
+        let text = format!(
+            "analysis = \"response\"\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.03\ncells = [4, 2]\n\
+             [solid]\nbulk_modulus = inf\n{solid}\n[[material]]\nlaw = \"neo-hooke\"\nshear_modulus = 1e3\ndensity = 1e3\n\
+             {material}\n[[fixed]]\ngroup = \"left\"\n[[prescribed_displacement]]\ngroup = \"right\"\nx = {motion}\n\
+             [response]\nfrequencies = [3.0]\npreload_time = 1.0\n[[traction]]\ngroup = \"top\"\nresponse = {{ y = 1.0 }}\n\
+             [[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.05, 0.03]\n"
+        );
+        column(&response(&text), "middle", "u_y")[0]
+    };
+    for name in ["beta1e-4", "eta5", "prony", "springpot"] {
+        // Half of a step at the middle of its rise.
+        let moving = amplitude("{ type = \"step\", value = 0.02, rise = 2.0 }", name);
+        let still = amplitude("0.01", name);
+        // A hundred of the last relative increments of Newton's method, 1e-9: the stiffness amplifies them.
+        assert!(error(moving, still) < 1e-7, "{name}: {moving} {still}");
+    }
 }

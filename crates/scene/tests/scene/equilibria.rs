@@ -307,3 +307,38 @@ fn an_equilibrium_takes_its_displacements_at_one_time() {
     assert_eq!(material["law"], "neo-hooke");
     assert_eq!(material["shear_modulus"], 1e4);
 }
+
+/// Supports that move at the time of an equilibrium have no velocity in it. Regression: the reaction contained the viscous
+/// stress. The bar has the stress G (λ² − 1/λ) of an incompressible body.
+#[test]
+fn viscosity_has_no_effect_on_equilibria() {
+    const G: f64 = 1e4;
+    let stretched = |viscosity: f64| {
+        let bar: String = [("left", "x"), ("front", "y"), ("bottom", "z")]
+            .iter()
+            .map(|(group, axis)| {
+                format!("[[fixed]]\ngroup = \"{group}\"\ncomponents = [\"{axis}\"]\n")
+            })
+            .collect();
+        let text = format!(
+            "analysis = \"static\"\n[time]\nend = 1.0\n[mesh]\ntype = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [1, 1, 1]\n\
+             [solid]\nbulk_modulus = inf\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = {G}\n\
+             viscosity = {viscosity}\n{bar}[[prescribed_displacement]]\ngroup = \"right\"\n\
+             x = {{ type = \"ramp\", value = 0.1, end = 2.0 }}\n\
+             [[probe]]\nname = \"end\"\ntype = \"reaction\"\ngroup = \"right\"\n\
+             [[probe]]\nname = \"inside\"\ntype = \"point\"\nat = [0.9, 0.5, 0.5]\nquantities = [\"v\", \"stress\"]\n"
+        );
+        let found = run(&text, Path::new(""));
+        [("end", "R_x"), ("inside", "v_x"), ("inside", "stress_xx")]
+            .map(|(probe, column)| result(&found, probe, column))
+    };
+    let stretch = 1.05_f64;
+    let stress = G * (stretch * stretch - 1.0 / stretch);
+    for viscosity in [0.0, 1e4] {
+        let [force, velocity, found] = stretched(viscosity);
+        // Ten of the last relative increments of Newton's method, 1e-9.
+        assert!((force * stretch / stress - 1.0).abs() < 1e-8, "{viscosity}: {force:e}");
+        assert!((found / stress - 1.0).abs() < 1e-8, "{viscosity}: {found:e}");
+        assert_eq!(velocity, 0.0);
+    }
+}
