@@ -22,10 +22,12 @@ use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::integration::settings::{LinearSolverKind, Settings};
-use crate::integration::typical::mean_density;
+use crate::integration::typical::mass;
 use crate::linear::Reduction;
 use crate::muscle::Muscle;
+use crate::muscle::load::Prescribed;
 use crate::muscle_dae::MuscleDae;
+use crate::signal::Signal;
 use crate::start::{BlockResidual, residuals};
 use crate::statics::Prospect;
 
@@ -88,7 +90,7 @@ impl Size {
         Self {
             extents: extents(muscle),
             volume: solid.volume(),
-            mass: mean_density(muscle) * solid.volume(),
+            mass: mass(muscle),
             elements: solid.space().n_elements(),
             nodes: solid.space().n_nodes(),
         }
@@ -141,7 +143,7 @@ pub fn check(
     start: Option<[Vec<f64>; 2]>,
 ) -> Result<Report, ModelError> {
     let mut dae = MuscleDae::new(muscle.clone(), formulation)?;
-    let sizes = Sizes::new(&mut dae, settings)?;
+    let sizes = Sizes::new(muscle, formulation, settings)?;
     let factors = sizes.factors(settings)?;
     let advice = Advice::new(muscle, formulation, settings);
     let [y, y_dot] = start.unwrap_or_else(|| [(); 2].map(|()| vec![0.0; dae.n_unknowns()]));
@@ -191,16 +193,18 @@ fn of_equations(
     dae: &mut MuscleDae,
     [y, y_dot]: [&[f64]; 2],
 ) -> Result<(Vec<BlockResidual>, (IndexReport, Computed)), ModelError> {
-    let muscle = dae.muscle();
+    let (muscle, formulation) = (dae.muscle(), dae.formulation());
     if muscle.solid.n_internal() == 0 {
-        return Ok((residuals(dae, 0.0, y, y_dot)?, index(dae)?));
+        let index = index(muscle, formulation)?;
+        return Ok((residuals(dae, 0.0, y, y_dot)?, index));
     }
     // Prony terms change neither the index nor the residual of a body at rest. Their internal
     // stresses are the last unknowns.
-    let mut relaxed = MuscleDae::new(muscle.relaxed(), dae.formulation())?;
-    let n = relaxed.n_unknowns();
-    let missed = residuals(&mut relaxed, 0.0, &y[..n], &y_dot[..n])?;
-    Ok((missed, index(&mut relaxed)?))
+    let relaxed = muscle.relaxed();
+    let index = index(&relaxed, formulation)?;
+    let mut dae = MuscleDae::new(relaxed, formulation)?;
+    let n = dae.n_unknowns();
+    Ok((residuals(&mut dae, 0.0, &y[..n], &y_dot[..n])?, index))
 }
 
 /// Findings of the inspection of a static analysis.
@@ -287,8 +291,8 @@ pub fn check_quasi_static(
     formulation: Formulation,
     settings: &Settings,
 ) -> Result<QuasiStaticReport, ModelError> {
-    let mut dae = MuscleDae::new(muscle.clone(), formulation)?;
-    let factors = Sizes::new(&mut dae, settings)?.factors(settings)?;
+    let dae = MuscleDae::new(muscle.clone(), formulation)?;
+    let factors = Sizes::new(muscle, formulation, settings)?.factors(settings)?;
     let blocks = dae.layout().blocks().iter();
     let unknowns = blocks.map(|(field, range)| {
         let index = muscle.variable_index(formulation, *field);
@@ -318,8 +322,13 @@ struct Sizes {
 }
 
 impl Sizes {
-    fn new(dae: &mut MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
+    fn new(
+        muscle: &Muscle,
+        formulation: Formulation,
+        settings: &Settings,
+    ) -> Result<Self, ModelError> {
         // Allocated memory that was never written to is not counted as in use.
+        let dae = &mut undeformed(muscle, formulation)?;
         let at_rest = vec![0.0; dae.n_unknowns()];
         dae.update_matrices(0.0, &at_rest, &at_rest)?;
         // Each conjugate pair of stages has a complex matrix; the odd stage has the real matrix.
@@ -344,6 +353,15 @@ impl Sizes {
     }
 }
 
+/// Returns the system of a body whose supports stay in place, so that zero displacements do not deform it.
+fn undeformed(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, ModelError> {
+    let mut muscle = muscle.clone();
+    for Prescribed { signal, .. } in &mut muscle.prescribed {
+        *signal = Signal::constant(0.0);
+    }
+    MuscleDae::new(muscle, formulation)
+}
+
 /// Computes the inf–sup constant unless the mesh is too fine.
 fn held(muscle: &Muscle) -> Result<Option<Held>, ModelError> {
     if muscle.solid.space().n_pressures() > MOST_PRESSURES {
@@ -355,16 +373,16 @@ fn held(muscle: &Muscle) -> Result<Option<Held>, ModelError> {
 
 /// Computes the index of the scene itself if it is small enough, otherwise on a coarse mesh. The
 /// index does not depend on the mesh as long as B has full rank.
-fn index(dae: &mut MuscleDae) -> Result<(IndexReport, Computed), ModelError> {
+fn index(muscle: &Muscle, formulation: Formulation) -> Result<(IndexReport, Computed), ModelError> {
+    let mut dae = undeformed(muscle, formulation)?;
     if dae.n_unknowns() <= LARGEST_SYSTEM {
         let rest = vec![0.0; dae.n_unknowns()];
-        return Ok((IndexReport::at(dae, 0.0, &rest, &rest)?, Computed::Here));
+        return Ok((IndexReport::at(&mut dae, 0.0, &rest, &rest)?, Computed::Here));
     }
-    let muscle = dae.muscle();
     let case = Case {
         equation: None,
         law: muscle.solid.laws()[0],
-        formulation: dae.formulation(),
+        formulation,
         kappa: muscle.parameters.kappa(),
         beta: muscle.parameters.beta,
         printed: None,

@@ -2,11 +2,14 @@
 //! x, `check` and `modes` did not finish, and statics reported a limit load.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use myovib_fem::{DofMap, Group, Law, Mesh, Solid, Space, generate};
-use myovib_model::Settings;
-use myovib_model::{Formulation, Muscle, Parameters, check, spectrum, statics, support};
+use myovib_model::{
+    Formulation, InitialValues, Muscle, MuscleDae, Parameters, Prescribed, Settings, Signal, check,
+    spectrum, statics, support,
+};
 
 /// Creates a body on `mesh` in which the components `axes` of the nodes of the groups are fixed.
 fn body(mesh: &Mesh, groups: &[&str], axes: &[usize], kappa: f64) -> Muscle {
@@ -156,4 +159,23 @@ fn a_body_has_the_size_of_its_mesh() {
         // Rounding of sums over forty elements.
         assert!((found / expected - 1.0).abs() < 1e-13, "{size:?}");
     }
+}
+
+/// Regression: `check` evaluated the undeformed body with displaced supports, which inverts the elements beside them if the
+/// displacement, 0.06 m, exceeds their size, 0.05 m.
+#[test]
+fn a_body_whose_support_is_displaced_by_more_than_an_element_is_checked() {
+    let formulation = Formulation::ImplicitRate;
+    let coarse = generate::rectangle([0.0, 0.0], [0.2, 0.1], [4, 2]).expect("a valid body");
+    let mut muscle = body(&coarse, &["left", "right"], &[0, 1], f64::INFINITY);
+    let right = muscle.solid.space().nodes_of("right").unwrap();
+    let moved = |node: &usize| Prescribed { component: 2 * node, signal: Signal::constant(-0.06) };
+    muscle.prescribed = right.iter().map(moved).collect();
+    let mut dae = MuscleDae::new(muscle.clone(), formulation).unwrap();
+    let start =
+        InitialValues::equilibrium(&mut dae, 0.0, &mut |_| ControlFlow::Continue(())).unwrap();
+    let settings = Settings::paper(formulation);
+    let report =
+        check::check(&muscle, formulation, &settings, Some([start.y, start.y_dot])).unwrap();
+    assert_eq!(report.computed_on, check::Computed::Here);
 }

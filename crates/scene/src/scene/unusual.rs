@@ -79,9 +79,8 @@ fn length(body: &Body) -> f64 {
 fn size(body: &Body, parts: &[Part]) -> Option<Unusual> {
     let space = body.muscle.solid.space();
     let (length, dimension) = (length(body), space.dimension());
-    let measure = |(element, region): (usize, &usize)| {
-        parts[*region].density * space.measure_of(element)
-    };
+    let measure =
+        |(element, region): (usize, &usize)| parts[*region].density * space.measure_of(element);
     let mass: f64 = body.regions.iter().enumerate().map(measure).sum();
     (length > LONGEST || mass > HEAVIEST).then(|| {
         let unit = match length {
