@@ -62,6 +62,12 @@ impl CoupledOptions {
         Self { linear_solver: LinearSolverKind::Condensed, ..Self::of_states(integrator) }
     }
 
+    /// Sets a constant step (s) without error test; `None` for adaptive steps.
+    pub fn with_fixed_step(mut self, step: Option<f64>) -> Self {
+        self.radau.step_size = radau::step_size(step);
+        self
+    }
+
     /// Sets the first and the largest step (s); `None` leaves the choice to the integrator.
     pub fn with_steps(mut self, initial: Option<f64>, largest: Option<f64>) -> Self {
         (self.ida.initial_step, self.radau.initial_step) = (initial, initial);

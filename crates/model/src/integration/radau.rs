@@ -3,6 +3,7 @@
 use myovib_dae::{Problem, Suppressed};
 use myovib_radau::{
     Fading, InternalVariables, RadauBuilder, RadauOptions, RadauSolver, SparseDirectSolver,
+    StepSize,
 };
 
 use crate::coupling::{ErrorTest, tested};
@@ -150,8 +151,26 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
     }
 }
 
+/// Ratio of Newton's tolerance to the tolerance for the solution for fixed steps, whose end state should be a smooth
+/// function of the start.
+pub const FIXED_STEP_ERROR: f64 = 1e-2;
+
+/// Returns the step size control for a constant step or adaptive steps.
+pub(crate) fn step_size(fixed_step: Option<f64>) -> StepSize {
+    fixed_step.map_or(StepSize::Adaptive, StepSize::Fixed)
+}
+
 fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBuilder<P> {
+    let relative = options.tolerances.relative();
+    let newton_tolerance = match options.step_size {
+        StepSize::Fixed(_) => {
+            let error = FIXED_STEP_ERROR.max(10.0 * f64::EPSILON / relative);
+            Some(error / options.internal_factor(relative))
+        }
+        _ => options.newton_tolerance,
+    };
     RadauSolver::builder(problem).options(RadauOptions {
+        newton_tolerance,
         stop_time: Some(t_end),
         // Runs read samples from dense output, but their steps are not limited by its error yet.
         dense_output: false,
@@ -191,6 +210,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
         stages: settings.integrator.stages().unwrap_or(3),
         initial_step: settings.initial_step,
         max_step: settings.max_step,
+        step_size: step_size(settings.fixed_step),
         time_scale: transit_time(dae.muscle()),
         jacobian_reuse: 0.1,
         step_window: (1.0, 2.0),

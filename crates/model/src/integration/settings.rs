@@ -164,6 +164,8 @@ pub struct Settings {
     pub initial_step: Option<f64>,
     /// Largest step, s.
     pub max_step: Option<f64>,
+    /// Constant step without error test, s; adaptive steps by default (Radau IIA).
+    pub fixed_step: Option<f64>,
     /// Time between two projections onto the constraint, s; no projections by default (IDAS).
     pub projection_interval: Option<f64>,
 }
@@ -194,6 +196,7 @@ impl Settings {
             vectors: VectorArithmetic::Simd,
             initial_step: None,
             max_step: None,
+            fixed_step: None,
             projection_interval: None,
         }
     }

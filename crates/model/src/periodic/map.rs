@@ -8,6 +8,15 @@ use crate::integration::run::{Observer, run};
 use crate::integration::statistics::{Counts, EndReason, Outcome};
 use crate::start::Consistent;
 
+/// Times of an integration, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Start and end.
+    pub times: [f64; 2],
+    /// Constant step, or `None` for adaptive steps.
+    pub fixed_step: Option<f64>,
+}
+
 /// Integrates a system over one period from consistent values.
 ///
 /// The unknowns of the map are the differential variables. Before each integration they are projected onto the
@@ -16,7 +25,7 @@ use crate::start::Consistent;
 pub struct PeriodMap<P, S> {
     dae: P,
     start: S,
-    times: [f64; 2],
+    interval: Interval,
     differential: Vec<usize>,
     n_unknowns: usize,
     evaluations: u64,
@@ -26,7 +35,7 @@ pub struct PeriodMap<P, S> {
 impl<P, S> PeriodMap<P, S>
 where
     P: Consistent + Clone,
-    S: FnMut(P, [f64; 2], &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+    S: FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
 {
     /// Creates the map from the first to the second of the `times`, s. `start` starts an integrator over the
     /// times from consistent y and ẏ; `y` is any state.
@@ -42,7 +51,7 @@ where
             n_unknowns: y.len(),
             dae,
             start,
-            times,
+            interval: Interval { times, fixed_step: None },
             evaluations: 0,
             counts: Counts::default(),
         })
@@ -68,6 +77,13 @@ where
         &mut self.dae
     }
 
+    /// Integrates with this number of equal steps from now on, or with adaptive steps. With equal steps, the end is a smooth
+    /// function of the start, and fast vibrations of a deviation decay instead of shortening the steps.
+    pub fn set_steps(&mut self, n_steps: Option<u64>) {
+        let [from, to] = self.interval.times;
+        self.interval.fixed_step = n_steps.map(|n| (to - from) / n as f64);
+    }
+
     /// Returns the number of integrations.
     pub fn evaluations(&self) -> u64 {
         self.evaluations
@@ -87,7 +103,7 @@ where
         for (&i, value) in self.differential.iter().zip(state) {
             y[i] = *value;
         }
-        self.dae.consistent(self.times[0], &y)
+        self.dae.consistent(self.interval.times[0], &y)
     }
 
     /// Returns the differential variables after one period.
@@ -108,14 +124,14 @@ where
         observers: &mut [&mut dyn Observer<P>],
     ) -> Result<Vec<f64>, ModelError> {
         let [y, y_dot] = self.consistent(state)?;
-        let mut integrator = (self.start)(self.dae.clone(), self.times, &y, &y_dot)?;
+        let mut integrator = (self.start)(self.dae.clone(), self.interval, &y, &y_dot)?;
         let ended = run(&mut *integrator, observers)?;
         self.evaluations += 1;
         self.counts = self.counts.followed_by(ended.counts);
         match ended.outcome {
             Outcome::Finished => {
                 let mut y = vec![0.0; self.n_unknowns];
-                integrator.dense_output(self.times[1], 0, &mut y)?;
+                integrator.dense_output(self.interval.times[1], 0, &mut y)?;
                 Ok(self.restrict(&y))
             }
             outcome if outcome.reason() == Some(EndReason::Interrupted) => {

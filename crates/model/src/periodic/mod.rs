@@ -8,11 +8,13 @@
 //! All products with the derivative are differences of the map, which exist for each formulation, with relaxing
 //! stress and with chains.
 
+mod balance;
 mod continuation;
 mod krylov;
 mod map;
 mod shooting;
 
+pub use balance::balance;
 pub use continuation::{Continuation, Point, follow};
-pub use map::PeriodMap;
+pub use map::{Interval, PeriodMap};
 pub use shooting::{Multipliers, PeriodicState, Shooting, multipliers, shoot};

@@ -22,6 +22,8 @@ pub struct Shooting {
     pub tolerance: f64,
     /// Relative error of the map, which determines the increment of differences.
     pub map_error: f64,
+    /// Whether multipliers use one-sided differences, at half the cost of central differences.
+    pub is_one_sided: bool,
     /// Maximum number of Newton iterations.
     pub max_iterations: usize,
     /// Maximum number of products of a linear solve or a set of multipliers.
@@ -31,7 +33,14 @@ pub struct Shooting {
 impl Shooting {
     /// Returns the default options for these scales.
     pub fn new(scales: Vec<f64>) -> Self {
-        Self { scales, tolerance: 1e-6, map_error: 1e-8, max_iterations: 20, max_products: 60 }
+        Self {
+            scales,
+            tolerance: 1e-6,
+            map_error: 1e-8,
+            is_one_sided: false,
+            max_iterations: 20,
+            max_products: 60,
+        }
     }
 
     /// Returns the increment h that balances the truncation error of central differences, h², and the error of
@@ -62,6 +71,25 @@ impl Shooting {
         Ok(both.map(|(a, b)| (a - b) / (2.0 * h)).collect())
     }
 
+    /// Returns the product of the derivative of `function` at `x` with `v`, by a difference to the value at `x`.
+    fn one_sided_product(
+        &self,
+        function: &mut Product<'_>,
+        (x, value): (&[f64], &[f64]),
+        v: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let h = self.map_error.sqrt() / largest(v);
+        let moved: Vec<f64> = x.iter().zip(v).map(|(x, v)| x + h * v).collect();
+        let ahead = function(&moved)?;
+        Ok(ahead.iter().zip(value).map(|(a, b)| (a - b) / h).collect())
+    }
+
+    /// Returns max |y(T) − y(0)| relative to the scales.
+    pub fn residual(&self, state: &[f64], end: &[f64]) -> f64 {
+        let moved: Vec<f64> = end.iter().zip(state).map(|(end, y)| end - y).collect();
+        largest(&self.scaled(&moved))
+    }
+
     /// Solves `residual`(x) = 0 by Newton's method from `x`. Returns x, the norm of its residual, and the number
     /// of iterations.
     pub(super) fn solve(
@@ -76,13 +104,7 @@ impl Shooting {
             }
             let right: Vec<f64> = left.iter().map(|r| -r).collect();
             // One-sided differences suffice for the reduction of the residual.
-            let h = self.map_error.sqrt();
-            let mut product = |v: &[f64]| {
-                let h = h / largest(v);
-                let moved: Vec<f64> = x.iter().zip(v).map(|(x, v)| x + h * v).collect();
-                let ahead = residual(&moved)?;
-                Ok(ahead.iter().zip(&left).map(|(a, b)| (a - b) / h).collect())
-            };
+            let mut product = |v: &[f64]| self.one_sided_product(residual, (&x, &left), v);
             let correction = gmres(&mut product, &right, REDUCTION, self.max_products)?;
             let mut length = 1.0;
             let (moved, reduced) = loop {
@@ -152,6 +174,20 @@ pub struct Multipliers {
 }
 
 impl Multipliers {
+    /// Returns the `count` leading multipliers of two parts of which only the first acts on the other, and the conjugate
+    /// of the last.
+    pub fn with(&self, other: &Self, count: usize) -> Self {
+        let all = [self, other].into_iter();
+        let pairs =
+            all.flat_map(|own| own.values.iter().copied().zip(own.residuals.iter().copied()));
+        let mut pairs: Vec<(Complex64, f64)> = pairs.collect();
+        pairs.sort_by(|(a, _), (b, _)| b.norm().total_cmp(&a.norm()).then(b.im.total_cmp(&a.im)));
+        let is_cut = pairs.get(count.wrapping_sub(1)).is_some_and(|(last, _)| last.im > 0.0);
+        pairs.truncate(count + usize::from(is_cut));
+        let (values, residuals) = pairs.into_iter().unzip();
+        Self { values, residuals, resolution: self.resolution.max(other.resolution) }
+    }
+
     /// Returns the largest magnitude, 0 without multipliers.
     pub fn spectral_radius(&self) -> f64 {
         self.values.first().map_or(0.0, |value| value.norm())
@@ -177,13 +213,20 @@ pub fn multipliers(
 ) -> Result<Multipliers, ModelError> {
     let x = shooting.scaled(state);
     let mut image = |x: &[f64]| Ok(shooting.scaled(&map(&shooting.unscaled(x))?));
-    let mut product = |v: &[f64]| shooting.product(&mut image, &x, v);
+    let at_x = if shooting.is_one_sided { image(&x)? } else { Vec::new() };
+    let mut product = |v: &[f64]| match shooting.is_one_sided {
+        true => shooting.one_sided_product(&mut image, (&x, &at_x), v),
+        false => shooting.product(&mut image, &x, v),
+    };
     // One application removes what decays within a period. Equidistributed components exclude no direction.
     let golden = 0.5 * (5_f64.sqrt() - 1.0);
     let all: Vec<f64> = (1..=x.len()).map(|i| (golden * i as f64).fract() - 0.5).collect();
     let start = product(&all)?;
-    // Differences resolve multipliers to the square of their increment.
-    let resolution = shooting.increment().powi(2);
+    // One-sided differences resolve multipliers to their increment, central differences to its square.
+    let resolution = match shooting.is_one_sided {
+        true => shooting.map_error.sqrt(),
+        false => shooting.increment().powi(2),
+    };
     if norm(&start) <= shooting.map_error {
         return Ok(Multipliers {
             values: vec![Complex64::ZERO],

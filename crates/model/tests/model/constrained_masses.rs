@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use myovib_dae::{Problem, StepError, Tolerances, VariableKind};
-use myovib_model::periodic::{PeriodMap, Shooting, multipliers, shoot};
+use myovib_model::periodic::{Interval, PeriodMap, Shooting, multipliers, shoot};
 use myovib_model::start::Consistent;
 use myovib_model::{Integrator, ModelError, RadauIntegrator};
 use myovib_radau::{RadauOptions, SparseDirectSolver};
@@ -103,7 +103,7 @@ impl Consistent for Masses {
 
 fn start(
     dae: Masses,
-    times: [f64; 2],
+    interval: Interval,
     y: &[f64],
     y_dot: &[f64],
 ) -> Result<Box<dyn Integrator<Masses>>, ModelError> {
@@ -114,7 +114,7 @@ fn start(
         ..RadauOptions::default()
     };
     let matrices = SparseDirectSolver::new(&dae.jacobian_pattern(), options.sparse)?;
-    let integrator = RadauIntegrator::new(dae, matrices, options, times.into(), y, y_dot)?;
+    let integrator = RadauIntegrator::new(dae, matrices, options, interval.times.into(), y, y_dot)?;
     Ok(Box::new(integrator))
 }
 

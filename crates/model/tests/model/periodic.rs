@@ -5,11 +5,13 @@ use std::f64::consts::TAU;
 
 use myovib_dae::{Problem, StepError, Tolerances, VariableKind};
 use myovib_model::periodic::{
-    Continuation, PeriodMap, PeriodicState, Point, Shooting, follow, multipliers, shoot,
+    Continuation, Interval, PeriodMap, PeriodicState, Point, Shooting, balance, follow,
+    multipliers, shoot,
 };
 use myovib_model::start::Consistent;
 use myovib_model::{Integrator, ModelError, RadauIntegrator};
-use myovib_radau::{RadauOptions, SparseDirectSolver};
+use myovib_radau::{RadauOptions, SparseDirectSolver, StepSize};
+use myovib_sparse::SparseOptions;
 use num_complex::Complex64;
 
 /// Relative tolerance of the integrator. The errors of the map are then about 1e-11, and the errors of differences 1e-7.
@@ -117,17 +119,18 @@ impl Consistent for Oscillator {
 
 fn start(
     dae: Oscillator,
-    times: [f64; 2],
+    interval: Interval,
     y: &[f64],
     y_dot: &[f64],
 ) -> Result<Box<dyn Integrator<Oscillator>>, ModelError> {
     let options = RadauOptions {
         stages: 7,
         tolerances: Tolerances::scalar(RTOL, RTOL),
+        step_size: interval.fixed_step.map_or(StepSize::Adaptive, StepSize::Fixed),
         ..RadauOptions::default()
     };
     let matrices = SparseDirectSolver::new(&dae.jacobian_pattern(), options.sparse)?;
-    let times = times.into();
+    let times = interval.times.into();
     let integrator = RadauIntegrator::new(dae, matrices, options, times, y, y_dot)?;
     Ok(Box::new(integrator))
 }
@@ -227,6 +230,39 @@ fn states_of_a_duffing_oscillator_of_index_0_and_3_have_their_multipliers() {
             assert_close(determinant, (-0.1 * TAU / omega).exp());
         }
     }
+}
+
+/// Checks the state of small amplitude at Ω = 1.4, where the linear oscillator is a good approximation, and the resonance at
+/// Ω = 0.9, where it is not.
+#[test]
+fn harmonic_balance_finds_motions_that_are_nearly_linear() {
+    let at = |omega: f64| {
+        let mut dae = Oscillator { omega, ..duffing(Form::Explicit) };
+        let pattern = dae.jacobian_pattern();
+        let mut matrices = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();
+        let times = [0.0, TAU / omega];
+        balance(&mut dae, &mut matrices, times, &[0.0; 2], &[0..1, 1..2], 1e-9).unwrap()
+    };
+    let (omega, expected, ..) = DUFFING[3];
+    let found = at(omega).unwrap();
+    (0..2).for_each(|i| assert_close(found[i], expected[i]));
+    assert_eq!(at(DUFFING[0].0), None);
+}
+
+/// Adaptive steps resolve a deviation, fixed steps do not.
+#[test]
+fn a_deviation_costs_no_more_fixed_steps() {
+    let dae = Oscillator { omega: 1.4, ..duffing(Form::Constrained) };
+    let mut map = PeriodMap::new(dae, start, [0.0, TAU / 1.4], &[0.0; 5]).unwrap();
+    let small = guess(dae, DUFFING[3].1);
+    let expected = map.map(&small).unwrap();
+    let adaptive = map.counts().steps;
+    map.set_steps(Some(2 * adaptive));
+    let found = map.map(&small).unwrap();
+    // Twice as many steps are at least as accurate: errors of RTOL, with room for their growth over a period.
+    (0..4).for_each(|i| assert!((found[i] - expected[i]).abs() < 100.0 * RTOL));
+    map.map(&guess(dae, [1.5, 0.0])).unwrap();
+    assert_eq!(map.counts().steps, 5 * adaptive);
 }
 
 /// Ω, x(0), x'(0), and the second multiplier at a fold.

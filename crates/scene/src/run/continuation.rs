@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
-use myovib_model::periodic::{self, PeriodMap, Shooting, multipliers};
+use myovib_model::periodic::{self, Interval, PeriodMap, Shooting, multipliers};
 use myovib_model::start::Consistent;
 use myovib_model::{EndReason, Integrator, Limits, ModelError, Outcome};
 use serde_json::Value;
@@ -106,7 +106,12 @@ impl Branch {
         let mut map = |state: &[f64], value: f64| {
             progress.on_progress(&|| format!("periodic: {} = {value:.6}", wanted.parameter));
             let end = || {
-                let period = Period::of(&self.at(scene, value)?)?;
+                // Iterations may leave the range of the number, and are then shortened.
+                let scene = self.at(scene, value).map_err(|error| ModelError::PeriodStopped {
+                    t: 0.0,
+                    message: error.to_string(),
+                })?;
+                let period = Period::of(&scene)?;
                 let end = End { times: period.times, state, interrupt };
                 period.run(None, end)
             };
@@ -198,7 +203,7 @@ impl Task for End<'_> {
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
-        start: impl FnMut(P, [f64; 2], &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
         y: Vec<f64>,
         _: Vec<Range<usize>>,
     ) -> Result<Self::Out, Error> {
@@ -225,7 +230,7 @@ impl Task for Read<'_> {
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
-        start: impl FnMut(P, [f64; 2], &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
         y: Vec<f64>,
         _: Vec<Range<usize>>,
     ) -> Result<Self::Out, Error> {

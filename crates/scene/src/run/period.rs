@@ -1,13 +1,19 @@
 //! Integration of a scene's system over one period of its loads.
 
 use std::ops::{ControlFlow, Range};
+use std::sync::Arc;
 
 use myovib_dae::Problem;
-use myovib_model::coupling::{CoupledDae, CoupledOptions, ErrorTest, start_coupled_from};
+use myovib_model::coupling::{
+    CoupledDae, CoupledOptions, ErrorTest, NoBody, Oscillators, Recording, Source,
+    start_coupled_from,
+};
+use myovib_model::periodic::{Interval, balance};
+use myovib_model::radau::{matrices, options};
 use myovib_model::start::Consistent;
 use myovib_model::{
-    AcceptedStep, Integrator, ModelError, MuscleDae, Observer, Outcome, Settings, TypicalStart,
-    start_from,
+    AcceptedStep, Formulation, Integrator, ModelError, MuscleDae, Observer, Outcome, Settings,
+    TypicalStart, start_from,
 };
 
 use super::start::{driven_by, driven_by_rod, initial_state, options as chain_options, tolerances};
@@ -40,7 +46,7 @@ pub(super) trait Task {
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
-        start: impl FnMut(P, [f64; 2], &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
         y: Vec<f64>,
         blocks: Vec<Range<usize>>,
     ) -> Result<Self::Out, Error>;
@@ -71,6 +77,75 @@ impl Period {
         })
     }
 
+    /// Returns the values of the body at the start of its periodic motion if the motion is nearly linear.
+    pub(super) fn balanced(&self, watcher: Watcher<'_>) -> Result<Option<Vec<f64>>, Error> {
+        let Some(body) = &self.scene.body else {
+            return Ok(None);
+        };
+        let settings = settings(&self.scene, body, self.times[1]);
+        let mut own = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+        let start = body.initial_values(&mut own, watcher).map_err(Error::before_any_output)?;
+        // The derivative of the constraint does not determine the mean pressure.
+        let formulation = match body.formulation {
+            Formulation::Velocity | Formulation::Stabilized => Formulation::Position,
+            formulation => formulation,
+        };
+        let mut dae = MuscleDae::new(body.muscle.clone(), formulation)?;
+        let convert = |y: &[f64], from: &MuscleDae, to: &MuscleDae| {
+            let mut out = vec![0.0; to.n_unknowns()];
+            for (field, range) in to.layout().blocks() {
+                if let Some(known) = from.layout().range(*field) {
+                    out[range.clone()].copy_from_slice(&y[known]);
+                }
+            }
+            out
+        };
+        let y = match &start {
+            Some([y, _]) => convert(y, &own, &dae),
+            None => vec![0.0; dae.n_unknowns()],
+        };
+        let mut matrices = matrices(&dae, &options(&dae, &settings), settings.linear_solver)?;
+        let blocks = dae.layout().blocks().iter().map(|(_, range)| range.clone());
+        let blocks: Vec<Range<usize>> = blocks.collect();
+        let found = balance(&mut dae, &mut matrices, self.times, &y, &blocks, self.rtol);
+        // Motions that have no balance, or whose balance fails, are integrated.
+        Ok(found.ok().flatten().map(|y| convert(&y, &dae, &own)))
+    }
+
+    /// Returns the period of the muscle without its chains and the points that drive each chain; `None` without both.
+    pub(super) fn of_muscle(&self) -> Result<Option<(Self, Vec<Oscillators>)>, Error> {
+        let Some(body) = self.scene.body.as_ref().filter(|_| !self.scene.chains.is_empty()) else {
+            return Ok(None);
+        };
+        let dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+        let driven = driven_by(&self.scene, &dae)?;
+        let mut scene = self.scene.clone();
+        scene.chains.clear();
+        Ok(Some((Self { scene, ..*self }, driven)))
+    }
+
+    /// Runs a task for the chains alone, driven by the motion of their points.
+    pub(super) fn of_chains<T: Task>(
+        &self,
+        driven: &[Oscillators],
+        motions: Vec<Recording>,
+        task: T,
+    ) -> Result<T::Out, Error> {
+        let mut motions = motions.into_iter();
+        let mut recorded = |source: &Source| match source {
+            Source::Body(_) => motions.next().map(|own| Source::Recorded(Arc::new(own))),
+            other => Some(other.clone()),
+        };
+        let alone = driven.iter().map(|own| {
+            let sources = own.sources().iter().filter_map(&mut recorded).collect();
+            Oscillators::new(own.network().clone(), own.drive(), sources)
+        });
+        let dae = CoupledDae::new(NoBody, alone.collect::<Result<_, _>>()?);
+        let test = ErrorTest::of_states(0, tolerances(&self.scene));
+        let options = CoupledOptions::of_oscillators(self.scene.file.integrator.method);
+        self.coupled(task, dae, (test, options), Vec::new(), Vec::new())
+    }
+
     /// Runs a task from the initial state of the scene, or from rest without a `watcher`.
     ///
     /// # Errors
@@ -95,9 +170,12 @@ impl Period {
                 let blocks = dae.layout().blocks().iter().map(|(_, range)| range.clone());
                 let blocks: Vec<Range<usize>> = blocks.collect();
                 if scene.chains.is_empty() {
-                    let start = move |dae: MuscleDae, times: [f64; 2], y: &[f64], y_dot: &[f64]| {
-                        start_from(dae, &settings, times[0], y, y_dot)
-                    };
+                    let start =
+                        move |dae: MuscleDae, interval: Interval, y: &[f64], y_dot: &[f64]| {
+                            let Interval { times, fixed_step } = interval;
+                            let settings = Settings { fixed_step, ..settings.clone() };
+                            start_from(dae, &settings, times[0], y, y_dot)
+                        };
                     return task.of_system(dae, start, y, blocks);
                 }
                 let test = ErrorTest::of_muscle(&dae, &settings);
@@ -136,8 +214,9 @@ impl Period {
             blocks.extend([start..middle, middle..end]);
         }
         let y = initial_state(&self.scene, &dae, &y);
-        let start = move |dae: CoupledDae<B>, times: [f64; 2], y: &[f64], y_dot: &[f64]| {
-            start_coupled_from(dae, test.clone(), options.clone(), times, y, y_dot)
+        let start = move |dae: CoupledDae<B>, interval: Interval, y: &[f64], y_dot: &[f64]| {
+            let options = options.clone().with_fixed_step(interval.fixed_step);
+            start_coupled_from(dae, test.clone(), options, interval.times, y, y_dot)
         };
         task.of_system(dae, start, y, blocks)
     }

@@ -3,9 +3,13 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use myovib_model::periodic::{Multipliers, PeriodMap, PeriodicState, Shooting, multipliers, shoot};
+use myovib_model::coupling::{Oscillators, Recorder, Recording, Source};
+use myovib_model::periodic::{
+    Interval, Multipliers, PeriodMap, PeriodicState, Shooting, multipliers, shoot,
+};
+use myovib_model::radau::FIXED_STEP_ERROR;
 use myovib_model::start::Consistent;
-use myovib_model::{CpuClock, EndReason, Integrator, Limits, ModelError, Outcome};
+use myovib_model::{CpuClock, EndReason, Integrator, Limits, ModelError, Observer, Outcome};
 use serde_json::json;
 
 use super::continuation::{self, Branch};
@@ -25,13 +29,34 @@ use crate::{Error, Scene};
 const DEPARTURE: f64 = 1e6;
 /// Maximum number of periods until then.
 const MOST_PERIODS: f64 = 500.0;
+/// Number of periods integrated before the search if harmonic balance finds no start.
+const SETTLING_PERIODS: usize = 3;
+/// Maximum number of doublings of the fixed steps.
+const DOUBLINGS: usize = 6;
 
 /// Computes the periodic state of a scene.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
+    let clocks = (Instant::now(), CpuClock::start());
     let period = Period::of(scene)?;
     let branch = Branch::of(scene)?;
-    let search = Search { scene, options, period: &period, branch: branch.as_ref() };
-    period.run(Some(options.watcher()), search)
+    let settling_periods = scene.file.periodic.as_ref().and_then(|own| own.settling_periods);
+    let balanced = match settling_periods {
+        None => period.balanced(options.watcher())?,
+        Some(_) => None,
+    };
+    let balanced = balanced.as_deref();
+    let mut search = Search { scene, options, period: &period, balanced };
+    // The chains do not act on the muscle.
+    let mut parts = None;
+    if let Some((muscle, driven)) = period.of_muscle()? {
+        let body = muscle.run(Some(options.watcher()), Find { search, driven: &driven })?;
+        search.balanced = None;
+        let find = Find { search, driven: &[] };
+        let chains = period.of_chains(&driven, body.motions.clone(), find)?;
+        parts = Some([body, chains]);
+    }
+    let write = Write { search, branch: branch.as_ref(), parts, clocks };
+    period.run(Some(options.watcher()), write)
 }
 
 /// Search for a periodic state.
@@ -40,7 +65,8 @@ struct Search<'a> {
     scene: &'a Scene,
     options: &'a RunOptions<'a>,
     period: &'a Period,
-    branch: Option<&'a Branch>,
+    /// Values of the body at the start of its motion, by harmonic balance.
+    balanced: Option<&'a [f64]>,
 }
 
 /// A periodic state with its stability.
@@ -65,41 +91,90 @@ impl Search<'_> {
     ) -> Result<Found, ModelError>
     where
         P: System + Consistent + Clone,
-        S: FnMut(P, [f64; 2], &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        S: FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
     {
         let interrupt = self.options.interrupt;
-        let mut sizes = Vec::new();
-        for k in 0..periods.max(1) {
+        let (mut sizes, mut end, mut n_steps) = (Vec::new(), Vec::new(), 0);
+        for k in 0..=periods {
             let mut extent =
                 Extent { blocks, sizes: vec![0.0; blocks.len()], y: vec![0.0; map.n_unknowns()] };
             let mut limits = Limits::new(f64::INFINITY, interrupt);
-            let end = map.observed(state, &mut [&mut extent, &mut limits])?;
-            sizes = extent.sizes;
-            if k < periods {
+            if k > 0 {
                 *state = end;
             }
+            let before = map.counts().steps;
+            end = map.observed(state, &mut [&mut extent, &mut limits])?;
+            n_steps = map.counts().steps - before;
+            sizes = extent.sizes;
         }
         let scale = |i: &usize| {
             let block = blocks.iter().position(|range| range.contains(i));
             let size = block.map_or(0.0, |block| sizes[block]);
             if size > 0.0 { size } else { 1.0 }
         };
-        let wanted = self.wanted();
         let shooting = Shooting {
-            tolerance: wanted.tolerance,
+            tolerance: self.wanted().tolerance,
             map_error: self.period.rtol,
             ..Shooting::new(map.differential().iter().map(scale).collect())
         };
+        self.refine(map, state, &end, (n_steps, shooting))
+    }
+
+    /// Finds the periodic state near `found`, which becomes `end` after a period of `n_steps` adaptive steps. Steps are fixed
+    /// for the search, and adaptive for its test.
+    fn refine<P, S>(
+        &self,
+        map: &mut PeriodMap<P, S>,
+        found: &[f64],
+        end: &[f64],
+        (mut n_steps, shooting): (u64, Shooting),
+    ) -> Result<Found, ModelError>
+    where
+        P: System + Consistent + Clone,
+        S: FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+    {
+        let interrupt = self.options.interrupt;
+        let with_fixed_steps = Shooting {
+            map_error: FIXED_STEP_ERROR * self.period.rtol,
+            is_one_sided: true,
+            ..shooting.clone()
+        };
         let watcher = self.options.watcher();
-        let mut evaluate = |state: &[f64]| {
+        let evaluate = |map: &mut PeriodMap<P, S>, state: &[f64]| {
             let n = map.evaluations();
             watcher.progress.on_progress(&|| format!("periodic: {n} periods integrated"));
             let mut limits = Limits::new(f64::INFINITY, interrupt);
             map.observed(state, &mut [&mut limits])
         };
-        let periodic = shoot(&mut evaluate, state, &shooting)?;
-        let count = wanted.multipliers;
-        let leading = multipliers(&mut evaluate, &periodic.state, &shooting, count)?;
+        let (mut found, mut iterations, mut doublings) = (found.to_vec(), 0, 0);
+        let mut residual = shooting.residual(&found, end);
+        while residual > shooting.tolerance {
+            map.set_steps(Some(n_steps));
+            let own = shoot(&mut |state| evaluate(map, state), &found, &with_fixed_steps);
+            map.set_steps(None);
+            match own {
+                Ok(own) => {
+                    iterations += own.iterations;
+                    residual = shooting.residual(&own.state, &evaluate(map, &own.state)?);
+                    found = own.state;
+                }
+                Err(ModelError::PeriodStopped { .. }) if doublings < DOUBLINGS => {}
+                Err(error) => return Err(error),
+            }
+            if residual > shooting.tolerance {
+                if doublings == DOUBLINGS {
+                    let tolerance = shooting.tolerance;
+                    return Err(ModelError::NoPeriodicState { residual, tolerance });
+                }
+                (doublings, n_steps) = (doublings + 1, 2 * n_steps);
+            }
+        }
+        map.set_steps(Some(n_steps));
+        let mut with_steps = |state: &[f64]| evaluate(map, state);
+        let count = self.wanted().multipliers;
+        let leading = multipliers(&mut with_steps, &found, &with_fixed_steps, count)?;
+        map.set_steps(None);
+        let periodic = PeriodicState { state: found, residual, iterations };
         Ok(Found { shooting, periodic, leading })
     }
 
@@ -112,9 +187,18 @@ impl Search<'_> {
     ) -> Result<(Found, Option<String>), ModelError>
     where
         P: System + Consistent + Clone,
-        S: FnMut(P, [f64; 2], &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        S: FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
     {
-        let first = self.find(map, &mut state, self.wanted().settling_periods, blocks)?;
+        let first = match self.balanced {
+            Some(balanced) => {
+                let mut near = map.restrict(balanced);
+                self.find(map, &mut near, 0, blocks)?
+            }
+            None => {
+                let periods = self.wanted().settling_periods.unwrap_or(SETTLING_PERIODS);
+                self.find(map, &mut state, periods, blocks)?
+            }
+        };
         if first.leading.is_stable() != Some(false) {
             return Ok((first, None));
         }
@@ -135,30 +219,120 @@ impl Search<'_> {
     }
 }
 
-impl Task for Search<'_> {
-    type Out = RunResult;
+/// State to which a system settles.
+struct Settled {
+    found: Found,
+    note: Option<String>,
+    /// All unknowns at the start of the period.
+    y: Vec<f64>,
+    /// Motions of the points that drive chains.
+    motions: Vec<Recording>,
+    integrations: u64,
+    steps: u64,
+}
 
-    /// Finds the periodic state near the motion that starts at y, and writes the results.
+impl Settled {
+    /// Combines a body and the chains that it drives.
+    fn with_chains(self, chains: Self, count: usize) -> Self {
+        let (own, other) = (self.found, chains.found);
+        let residual = own.periodic.residual.max(other.periodic.residual);
+        let leading = own.leading.with(&other.leading, count);
+        let scales = [own.shooting.scales, other.shooting.scales].concat();
+        let periodic = PeriodicState {
+            state: [own.periodic.state, other.periodic.state].concat(),
+            residual,
+            iterations: own.periodic.iterations + other.periodic.iterations,
+        };
+        Self {
+            found: Found { shooting: Shooting { scales, ..other.shooting }, periodic, leading },
+            note: self.note.or(chains.note),
+            y: [self.y, chains.y].concat(),
+            motions: Vec::new(),
+            integrations: self.integrations + chains.integrations,
+            steps: self.steps + chains.steps,
+        }
+    }
+}
+
+/// Search for a state and the motions of the points that drive chains.
+struct Find<'a> {
+    search: Search<'a>,
+    driven: &'a [Oscillators],
+}
+
+impl Task for Find<'_> {
+    type Out = Settled;
+
+    /// Finds the periodic state near the motion that starts at y.
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
-        start: impl FnMut(P, [f64; 2], &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        y: Vec<f64>,
+        blocks: Vec<Range<usize>>,
+    ) -> Result<Settled, Error> {
+        let Self { search, driven } = self;
+        let mut map = PeriodMap::new(dae, start, search.period.times, &y)?;
+        let state = map.restrict(&y);
+        let (found, note) = search.find_settled(&mut map, state, &blocks)?;
+        let points =
+            driven.iter().flat_map(Oscillators::sources).filter_map(|source| match source {
+                Source::Body(point) => Some(Recorder::new(point.clone(), y.len())),
+                _ => None,
+            });
+        let mut recorders: Vec<Recorder> = points.collect();
+        if !recorders.is_empty() {
+            let observers = recorders.iter_mut().map(|own| own as &mut dyn Observer<P>);
+            map.observed(&found.periodic.state, &mut observers.collect::<Vec<_>>())?;
+        }
+        let [y, _] = map.consistent(&found.periodic.state)?;
+        Ok(Settled {
+            found,
+            note,
+            y,
+            motions: recorders.into_iter().map(Recorder::finish).collect(),
+            integrations: map.evaluations(),
+            steps: map.counts().steps,
+        })
+    }
+}
+
+/// Output of a periodic state.
+struct Write<'a> {
+    search: Search<'a>,
+    branch: Option<&'a Branch>,
+    /// The body and its chains, unless they are found together.
+    parts: Option<[Settled; 2]>,
+    /// Start of the search.
+    clocks: (Instant, CpuClock),
+}
+
+impl Task for Write<'_> {
+    type Out = RunResult;
+
+    /// Finds the periodic state near the motion that starts at y if it is unknown, and writes the results.
+    fn of_system<P: System + Consistent + Clone>(
+        self,
+        dae: P,
+        mut start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
         y: Vec<f64>,
         blocks: Vec<Range<usize>>,
     ) -> Result<RunResult, Error> {
-        let (started, cpu) = (Instant::now(), CpuClock::start());
-        let Self { scene, options, period, branch } = self;
+        let Self { search, branch, parts, clocks: (started, cpu) } = self;
+        let Search { scene, options, period, .. } = search;
         let readings = scene.readings()?;
         let request = request(scene, options)?;
         request.check()?;
+        let wanted = search.wanted();
+        let Settled { found, note, y, integrations, steps, .. } = match parts {
+            Some([body, chains]) => body.with_chains(chains, wanted.multipliers),
+            None => Find { search, driven: &[] }.of_system(dae.clone(), &mut start, y, blocks)?,
+        };
         let mut map = PeriodMap::new(dae, start, period.times, &y)?;
-        let state = map.restrict(&y);
-        let (found, note) = self.find_settled(&mut map, state, &blocks)?;
-        let n = self.wanted().samples;
+        let n = wanted.samples;
         let mut samples = Samples::new(&readings, period.times, n, y.len());
         map.observed(&found.periodic.state, &mut [&mut samples])?;
         let rows = samples.rows;
-        let [y, _] = map.consistent(&found.periodic.state)?;
         let curve = branch
             .map(|branch| branch.follow(scene, options, &found.shooting, &found.periodic.state));
         let (curve, outcome) = curve.transpose()?.unzip();
@@ -170,8 +344,8 @@ impl Task for Search<'_> {
             differential_variables: found.periodic.state.len(),
             residual: found.periodic.residual,
             newton_iterations: found.periodic.iterations,
-            integrations: map.evaluations(),
-            steps: map.counts().steps,
+            integrations: integrations + map.evaluations(),
+            steps: steps + map.counts().steps,
             spectral_radius: found.leading.spectral_radius(),
             is_stable: found.leading.is_stable(),
             multipliers: found.leading.values.iter().map(|z| [z.re, z.im]).collect(),

@@ -13,9 +13,9 @@ pub struct Periodic {
     /// Time, s, from which the loads repeat [default: after a number of periods].
     #[schemars(range(min = 0))]
     pub start_time: Option<f64>,
-    /// Number of periods integrated before the search.
+    /// Number of periods integrated before the search [default: none if harmonic balance finds a start, else 3].
     #[schemars(range(max = 100_000))]
-    pub settling_periods: usize,
+    pub settling_periods: Option<usize>,
     /// Maximum difference of the states at the ends of the period, relative to the size of the motion.
     // Integrator tolerances are 0.01 of it, and at least 1e-14.
     #[schemars(range(min = 1e-11, max = 1e-2))]
@@ -63,7 +63,7 @@ impl Default for Periodic {
         Self {
             frequency: None,
             start_time: None,
-            settling_periods: 3,
+            settling_periods: None,
             tolerance: 1e-6,
             multipliers: 4,
             samples: 128,

@@ -73,7 +73,33 @@ fn a_small_periodic_motion_is_the_harmonic_response() {
         let expected = -Complex64::I * column(&response(&analysis), "tip", "u_y")[0];
         assert!(error(own, expected) < 1e-6, "{solid}: {own} {expected}");
         assert_eq!(found.is_stable, Some(true));
+        // Harmonic balance finds the state: it needs one integration, the multiplier one for each of at most 16 products and
+        // two for their start, and the probes one.
+        assert_eq!(found.newton_iterations, 0, "{solid}");
+        assert!(found.integrations <= 20, "{solid}: {}", found.integrations);
     }
+}
+
+/// Checks that a chain that a muscle drives is searched for alone, in steps that do not integrate the muscle: the state and
+/// the multipliers of the muscle are bitwise those without the chain.
+#[test]
+fn a_chain_does_not_change_the_search_for_its_muscle() {
+    let text = body("bulk_modulus = inf", "", 200.0);
+    let chain = "[[chain]]\nname = \"c\"\noscillators = 3\nvan_der_pol = -20.0\nat = [0.05, 0.01]\ncomponent = \"y\"\ngain = 5e3\n\
+         [[probe]]\nname = \"own\"\ntype = \"coherence\"\nchain = \"c\"\ninterval = 0.01\n";
+    let set = ["periodic.multipliers=1"];
+    let (alone, _) = periodic(&text, &set);
+    let (found, rows) = periodic(&format!("{text}{chain}"), &set);
+    assert_eq!(found.is_stable, Some(true));
+    assert!(found.spectral_radius >= alone.spectral_radius);
+    let [own, expected] = [&found, &alone].map(|found| of(found, "u_y").amplitudes[0]);
+    // The tolerance of both states is 1e-6.
+    assert!((own / expected - 1.0).abs() < 1e-5, "{own} {expected}");
+    let (first, last) = (&rows[0], &rows[rows.len() - 1]);
+    assert!((first[1] - last[1]).abs() < 1e-5 * expected);
+    let radius = &found.probes[1].columns[0];
+    assert_eq!(radius.name, "Psi_abs");
+    assert!(radius.amplitudes[1] > 0.0 && radius.minimum > 0.0);
 }
 
 /// Checks a large periodic motion. After 24 periods the transient has decayed to e^{−αt/2} = 1e-26, so only the

@@ -1,0 +1,93 @@
+//! Harmonic balance for motions that are nearly linear.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use myovib_dae::{LinearSolver, Linearization, Problem, StepError};
+use num_complex::Complex64;
+
+/// Highest harmonic.
+const HARMONICS: usize = 10;
+/// Times in a period. With 3 H + 1 for H harmonics, products of two harmonics alias no harmonic.
+const TIMES: usize = 32;
+/// Maximum number of iterations.
+const MAX_ITERATIONS: usize = 30;
+/// Ratio of consecutive corrections above which the motion is not nearly linear.
+const CONTRACTION: f64 = 0.5;
+
+/// Returns y at the start of the periodic motion near the constant state `y`, or `None` if the motion is not nearly
+/// linear.
+///
+/// The iterations are Newton's for Σ ŷ_k e^(ikωt) with the Jacobian of the constant state: each harmonic of the
+/// residual has one linear system, ∂F/∂y + ikω ∂F/∂ẏ. They end when the corrections are below `tolerance`, relative to the
+/// largest value in each of the `blocks`.
+///
+/// # Errors
+/// Errors of the problem and singular matrices: an equation that determines only a rate has no mean.
+pub fn balance<P: Problem, M: LinearSolver<P>>(
+    problem: &mut P,
+    matrices: &mut M,
+    [start, end]: [f64; 2],
+    y: &[f64],
+    blocks: &[Range<usize>],
+    tolerance: f64,
+) -> Result<Option<Vec<f64>>, StepError> {
+    let (n, omega) = (y.len(), TAU / (end - start));
+    let shifts: Vec<Complex64> =
+        (1..=HARMONICS).map(|k| Complex64::new(0.0, k as f64 * omega)).collect();
+    let rest = vec![0.0; n];
+    let step = (end - start) / TIMES as f64;
+    let at = Linearization { t: start, y, y_dot: &rest, step, weights: &vec![1.0 / tolerance; n] };
+    matrices.evaluate(problem, &at)?;
+    matrices.set_up(problem, 0.0, &shifts)?;
+    let mut mean = y.to_vec();
+    let mut waves = vec![vec![Complex64::ZERO; n]; HARMONICS];
+    let mut last = f64::INFINITY;
+    for _ in 0..MAX_ITERATIONS {
+        let mut constant = vec![0.0; n];
+        let mut parts = vec![vec![Complex64::ZERO; n]; HARMONICS];
+        for i in 0..TIMES {
+            let phase = |k: usize| Complex64::cis(TAU * (k * i % TIMES) as f64 / TIMES as f64);
+            let (mut value, mut rate, mut residual) = (mean.clone(), vec![0.0; n], vec![0.0; n]);
+            for (k, (wave, shift)) in waves.iter().zip(&shifts).enumerate() {
+                let (of_value, of_rate) = (phase(k + 1), shift * phase(k + 1));
+                for j in 0..n {
+                    value[j] += (of_value * wave[j]).re;
+                    rate[j] += (of_rate * wave[j]).re;
+                }
+            }
+            problem.residual(start + step * i as f64, &value, &rate, &mut residual)?;
+            let share = -1.0 / TIMES as f64;
+            constant.iter_mut().zip(&residual).for_each(|(c, r)| *c += share * r);
+            for (k, part) in parts.iter_mut().enumerate() {
+                let factor = 2.0 * share * phase(k + 1).conj();
+                part.iter_mut().zip(&residual).for_each(|(c, r)| *c += factor * r);
+            }
+        }
+        matrices.solve_real(problem, &mut constant)?;
+        mean.iter_mut().zip(&constant).for_each(|(y, change)| *y += change);
+        for (k, (wave, part)) in waves.iter_mut().zip(&mut parts).enumerate() {
+            matrices.solve_complex(problem, k, part)?;
+            wave.iter_mut().zip(&*part).for_each(|(y, change)| *y += change);
+        }
+        let of = |mean: &[f64], waves: &[Vec<Complex64>], block: &Range<usize>| {
+            let largest = |j: usize| mean[j].abs() + waves.iter().map(|y| y[j].norm()).sum::<f64>();
+            block.clone().map(largest).fold(0.0, f64::max)
+        };
+        let changes = blocks.iter().map(|block| match of(&mean, &waves, block) {
+            size if size > 0.0 => of(&constant, &parts, block) / size,
+            size => size,
+        });
+        let change =
+            changes.fold(0.0, |largest, change| if change <= largest { largest } else { change });
+        if change <= tolerance {
+            let at_start = |j: usize| mean[j] + waves.iter().map(|y| y[j].re).sum::<f64>();
+            return Ok(Some((0..n).map(at_start).collect()));
+        }
+        if change.is_nan() || change > CONTRACTION * last {
+            return Ok(None);
+        }
+        last = change;
+    }
+    Ok(None)
+}
