@@ -80,8 +80,7 @@ fn a_small_periodic_motion_is_the_harmonic_response() {
     }
 }
 
-/// Checks that a chain that a muscle drives is searched for alone, in steps that do not integrate the muscle: the state and
-/// the multipliers of the muscle are bitwise those without the chain.
+/// Checks that a muscle has the same periodic state with and without a chain that it drives.
 #[test]
 fn a_chain_does_not_change_the_search_for_its_muscle() {
     let text = body("bulk_modulus = inf", "", 200.0);
