@@ -67,9 +67,9 @@ def test_values_from_before_a_break_do_not_enter_the_first_step_after_it(method,
             breaks=[BREAK], dense_output=True,
         )  # fmt: skip
     assert s.success, s.message
-    # Steps are chosen for errors of some tolerances; the values before the break are wrong by 1.
+    # The error test keeps the root mean square of the three errors, in tolerances, below 1.
     errors = errors_of_first_step(s, BREAK, of_rectified, rtol)
-    assert errors.max() < 20
+    assert errors.max() < np.sqrt(3)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -89,10 +89,11 @@ def test_forces_that_jump_at_a_break_do_not_disturb_velocities(method, index, rt
             )  # fmt: skip
         assert s.success, s.message
         errors = errors_of_first_step(s, BREAK, of_bead, rtol)
-        # The force may have two digits less than the tolerance. Its error at the end of the step is not tested here.
+        # The error test as above; the force has the error that the guide states, or that at the end of the step. The
+        # force before the break is wrong by 3, which is at least 7500 tolerances.
         end = s.t[s.t > BREAK + 1e-12][0]
         at_end = abs(s.sol(end)[4] - of_bead(end)[4]) / (rtol * of_bead(end)[4])
-        assert errors[:4].max() < 20 and errors[4] < max(100, 2 * at_end)
+        assert errors[:4].max() < np.sqrt(5) and errors[4] < max(100, 2 * at_end)
 
 
 @pytest.mark.parametrize("method", ["bdf", *METHODS])
