@@ -437,7 +437,8 @@ enum Lock {
     Shared,
 }
 
-/// Locks a file of a folder.
+/// Locks a file of a folder. Another process may remove the file between opening and locking; the lock would then
+/// exclude nobody.
 fn lock(folder: &Path, name: &str, kind: Lock) -> Result<File, Error> {
     let path = folder.join(name);
     let fail = Error::file("lock", &path);
@@ -445,20 +446,40 @@ fn lock(folder: &Path, name: &str, kind: Lock) -> Result<File, Error> {
         return Err(fail(io::Error::other("it is not a regular file")));
     }
     let mut options = OpenOptions::new();
-    let opened = options.read(true).write(true).create(true).truncate(false);
-    let file = match opened.open(&path) {
-        Ok(file) => file,
-        Err(error) => return Err(fail(error)),
-    };
-    let locked = match kind {
-        Lock::Exclusive => file.try_lock(),
-        Lock::Shared => file.try_lock_shared(),
-    };
-    match locked {
-        Err(TryLockError::WouldBlock) => Err(Error::Busy(folder.to_owned())),
-        // Some file systems do not support locks.
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(file),
+    options.read(true).write(true).create(true).truncate(false);
+    for _ in 0..25 {
+        let file = match options.open(&path) {
+            Ok(file) => file,
+            // Another process has just removed the folder.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => break,
+            Err(error) => return Err(fail(error)),
+        };
+        let locked = match kind {
+            Lock::Exclusive => file.try_lock(),
+            Lock::Shared => file.try_lock_shared(),
+        };
+        match locked {
+            Err(TryLockError::WouldBlock) => break,
+            Ok(()) if !is_at(&file, &path) => {}
+            // Some file systems do not support locks.
+            Ok(()) | Err(TryLockError::Error(_)) => return Ok(file),
+        }
     }
+    Err(Error::Busy(folder.to_owned()))
+}
+
+/// Returns whether `path` still names the open `file`.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let id = |found: io::Result<fs::Metadata>| found.ok().map(|own| (own.dev(), own.ino()));
+    id(file.metadata()) == id(fs::symlink_metadata(path))
+}
+
+/// Open files cannot be removed on other systems.
+#[cfg(not(unix))]
+fn is_at(_file: &File, _path: &Path) -> bool {
+    true
 }
 
 #[cfg(test)]

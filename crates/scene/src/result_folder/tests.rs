@@ -1,4 +1,5 @@
 use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
 
 use serde_json::json;
 
@@ -210,6 +211,7 @@ fn a_shared_folder_contains_the_results_that_its_processes_expect() {
         origin: json!({ "scene": scene }),
         ..request(folder.path(), existing, &["table"])
     };
+    let (of, opened) = (&of, &[AtomicUsize::new(0), AtomicUsize::new(0)]);
     thread::scope(|scope| {
         for scene in [1, 2] {
             scope.spawn(move || {
@@ -217,12 +219,67 @@ fn a_shared_folder_contains_the_results_that_its_processes_expect() {
                     if let Ok(open) = of(scene, Existing::Overwrite).open_shared() {
                         let found = of(scene, Existing::Add).earlier_origin().unwrap();
                         assert_eq!(found, Some(json!({ "scene": scene })));
+                        opened[scene - 1].fetch_add(1, SeqCst);
                         drop(open);
                     }
                 }
             });
         }
     });
+    for opened in opened {
+        assert!(opened.load(SeqCst) > 0);
+    }
+}
+
+/// Regression: a file that another process removed between opening and locking excluded nobody.
+#[test]
+fn a_lock_file_that_is_removed_admits_one_process_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(LOCK);
+    let (is_held, opened) = (AtomicBool::new(false), AtomicUsize::new(0));
+    let open_and_remove = || {
+        for _ in 0..2000 {
+            if let Ok(held) = lock(folder.path(), LOCK, Lock::Exclusive) {
+                assert!(!is_held.swap(true, SeqCst));
+                opened.fetch_add(1, SeqCst);
+                thread::yield_now();
+                is_held.store(false, SeqCst);
+                fs::remove_file(&path).unwrap();
+                drop(held);
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(open_and_remove);
+        }
+    });
+    assert!(opened.load(SeqCst) > 0);
+}
+
+/// Checks that a folder can be removed and made again by several processes without other errors than [`Error::Busy`].
+#[test]
+fn folders_that_others_remove_are_busy() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("case");
+    let opened = AtomicUsize::new(0);
+    let open_and_remove = || {
+        for _ in 0..200 {
+            let result = request(&path, Existing::Overwrite, &["table"]).open();
+            let result = result.and_then(|open| {
+                opened.fetch_add(1, SeqCst);
+                drop(open);
+                remove(&path)
+            });
+            assert!(matches!(result, Ok(()) | Err(Error::Busy(_))), "{result:?}");
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(open_and_remove);
+        }
+    });
+    assert!(opened.load(SeqCst) > 0);
 }
 
 /// Regression: clean-up stopped at a temporary file that could not be removed.
