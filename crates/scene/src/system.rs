@@ -43,8 +43,10 @@ pub(crate) trait System {
         None
     }
 
-    /// Restores these magnitudes from an earlier part of the run.
-    fn set_driven(&mut self, _driven: &Driven) {}
+    /// Restores these magnitudes from an earlier part of the run. Returns `false` if they belong to other chains.
+    fn set_driven(&mut self, _driven: &Driven) -> bool {
+        false
+    }
 
     /// Returns the driving of network number `k` if a separately integrated body drives it.
     fn driving(&self, _k: usize) -> Option<Driving> {
@@ -161,8 +163,8 @@ impl<B: System> System for Multirate<B> {
         Some(Multirate::driven(self))
     }
 
-    fn set_driven(&mut self, driven: &Driven) {
-        Multirate::set_driven(self, driven);
+    fn set_driven(&mut self, driven: &Driven) -> bool {
+        Multirate::set_driven(self, driven)
     }
 
     fn driving(&self, k: usize) -> Option<Driving> {

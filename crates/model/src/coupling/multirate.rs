@@ -229,9 +229,15 @@ impl<B> Multirate<B> {
         &self.driven
     }
 
-    /// Restores the magnitudes of an earlier part of the run with the same body and oscillators.
-    pub fn set_driven(&mut self, driven: &Driven) {
-        self.driven.clone_from(driven);
+    /// Continues the magnitudes of an earlier part of the run. Returns `false`, without a change, if they have other
+    /// numbers of driving points or networks.
+    pub fn set_driven(&mut self, driven: &Driven) -> bool {
+        let n = |own: &Driven| [own.places.len(), own.positions.len()];
+        let fits = n(driven) == n(&self.driven);
+        if fits {
+            self.driven.clone_from(driven);
+        }
+        fits
     }
 
     /// Returns the driving of network `k`, or `None` if the body does not drive it.

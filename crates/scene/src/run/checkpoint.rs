@@ -163,7 +163,12 @@ impl Checkpoint {
         if found.run != expected.run {
             return Err(Damage::Run);
         }
-        serde_json::from_str(body).map_err(|error| Damage::Other(error.to_string()))
+        let damage = |error: serde_json::Error| Damage::Other(error.to_string());
+        let json: Value = serde_json::from_str(body).map_err(damage)?;
+        match has_possible_counts(&json) {
+            true => serde_json::from_value(json).map_err(damage),
+            false => Err(Damage::Other("its counters are inconsistent".to_owned())),
+        }
     }
 
     fn is_finite(&self) -> bool {
@@ -187,6 +192,16 @@ impl Checkpoint {
         let is_in_order = self.field_times.windows(2).all(|pair| pair[0] < pair[1]);
         let is_possible = self.is_finite() && self.t >= 0.0 && self.step >= 0.0 && is_in_order;
         (!is_possible).then(|| "its counters are inconsistent".to_owned())
+    }
+}
+
+/// Returns whether all whole numbers are at most 2^53, so that sums of them do not overflow.
+fn has_possible_counts(json: &Value) -> bool {
+    match json {
+        Value::Number(number) => number.as_u64().is_none_or(|count| count <= 1 << 53),
+        Value::Array(all) => all.iter().all(has_possible_counts),
+        Value::Object(all) => all.values().all(has_possible_counts),
+        _ => true,
     }
 }
 

@@ -243,8 +243,11 @@ fn restore<P: System>(
     if let Some((dae, _)) = system.muscle_at(&checkpoint.y) {
         dae.set_counters(checkpoint.body_work);
     }
-    if let Some(driven) = &checkpoint.driven {
-        system.set_driven(driven);
+    if let Some(driven) = &checkpoint.driven
+        && !system.set_driven(driven)
+    {
+        let error = InputError::new("the checkpoint belongs to other chains of oscillators");
+        return Err(error.next("--overwrite computes the run from its start").into());
     }
     Ok(())
 }

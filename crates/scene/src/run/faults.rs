@@ -187,6 +187,65 @@ fn a_damaged_or_foreign_checkpoint_is_refused_before_anything_is_used() {
     compute(&scene, &options(&out, Existing::Resume, false)).unwrap();
 }
 
+/// Calls `visit` with the path of each value of a document.
+fn visit_values(json: &Value, path: &str, visit: &mut impl FnMut(&str, &Value)) {
+    visit(path, json);
+    match json {
+        Value::Array(all) => {
+            for (k, own) in all.iter().enumerate() {
+                visit_values(own, &format!("{path}/{k}"), visit);
+            }
+        }
+        Value::Object(all) => {
+            for (key, own) in all {
+                visit_values(own, &format!("{path}/{key}"), visit);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Regression: the sum of a counter of a forged checkpoint overflowed. Checks each counter, and each list without its last
+/// value, with a valid checksum.
+#[test]
+fn forged_checkpoints_do_not_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let scene = scene();
+    compute(&scene, &options(&out, Existing::Refuse, false)).unwrap();
+    fs::remove_file(out.join("report.html")).unwrap();
+    let path = out.join("checkpoint.json");
+    let good = fs::read_to_string(&path).unwrap();
+    let body: Value = serde_json::from_str::<Value>(&good).unwrap()["checkpoint"].take();
+    let [mut counters, mut lists] = [Vec::new(), Vec::new()];
+    visit_values(&body, "", &mut |path, value| match value {
+        Value::Number(number) if number.is_u64() => counters.push(path.to_owned()),
+        Value::Array(all) if !all.is_empty() => lists.push(path.to_owned()),
+        _ => {}
+    });
+    assert!(counters.len() > 30 && lists.len() > 10, "{counters:?} {lists:?}");
+    let resumed = |path_of_value: &str, change: &dyn Fn(&mut Value)| {
+        let mut forged = body.clone();
+        change(forged.pointer_mut(path_of_value).unwrap());
+        let text = forged.to_string();
+        let mut head: Value = serde_json::from_str(&good).unwrap();
+        head.as_object_mut().unwrap().remove("checkpoint");
+        head["sha256"] = crate::inputs::sha256(text.as_bytes()).into();
+        let head = head.to_string();
+        fs::write(&path, format!("{},\"checkpoint\":{text}}}\n", head.trim_end_matches('}')))
+            .unwrap();
+        compute(&scene, &options(&out, Existing::Resume, false))
+    };
+    for counter in &counters {
+        let result = resumed(counter, &|value| *value = u64::MAX.into());
+        assert!(matches!(result, Err(crate::Error::Input(_))), "{counter}: {result:?}");
+    }
+    for list in &lists {
+        let result = resumed(list, &|value| drop(value.as_array_mut().unwrap().pop()));
+        assert!(matches!(result, Err(crate::Error::Input(_))), "{list}: {result:?}");
+    }
+}
+
 /// Checks that the request of a run lists its files before the run creates them.
 #[test]
 fn a_run_lists_all_its_files() {
