@@ -126,17 +126,24 @@ fn findings(result: &FitResult) -> Vec<String> {
         lines.push(remedy.to_owned());
         if let Some((row, point)) = result.largest_residual() {
             lines.push(format!(
-                "largest residual: {} times the noise, {} at {} = {:e} of experiment {} (row {} of residuals.csv)",
-                significant(point.residual),
+                "largest residual: {} times the noise, {} at {} = {:e}{} of experiment {} (row {} of residuals.csv)",
+                significant(point.residual.abs()),
                 point.output,
                 point.abscissa.name(),
                 point.t,
+                match &*axis(point.abscissa).unit {
+                    "" => String::new(),
+                    unit => format!(" {unit}"),
+                },
                 point.experiment,
                 row + 1
             ));
         }
-        if result.fails_by_outliers() {
-            lines.push("most residuals are within the noise: `--loss huber` reduces the weight of outliers".to_owned());
+        if result.needs_robust_loss() {
+            lines.push(format!(
+                "the median residual is {} times the noise: `--loss huber` reduces the weight of outliers",
+                significant(result.median_residual())
+            ));
         }
     }
     lines.extend(idle(result));

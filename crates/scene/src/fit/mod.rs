@@ -132,6 +132,8 @@ pub struct FitResult {
     pub runs: [u64; 2],
     /// Whether the standard deviations of the measurements were given.
     pub noise_is_known: bool,
+    /// Loss of the residuals.
+    pub loss: Loss,
     /// Whether the body is three-dimensional; forces in the plane are per meter of depth.
     pub in_space: bool,
     /// Lower and upper bound of each parameter, within the range that the scene allows.
@@ -224,6 +226,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         points: model.points(&fit.residuals),
         runs: model.runs(),
         noise_is_known,
+        loss: options.loss,
         in_space,
         bounds: parameters.iter().map(|p| [p.low, p.high]).collect(),
         fit,

@@ -3,7 +3,7 @@
 use myovib_fit::{Direction, Ended};
 use serde_json::{Value, json};
 
-use super::{FitResult, LEVEL, Outcome, Point};
+use super::{FitResult, LEVEL, Loss, Outcome, Point};
 use crate::sensitivity::Abscissa;
 
 /// A combination of parameters counts as undetermined if a relative change of 1 changes the weighted residuals by less than
@@ -39,16 +39,22 @@ impl FitResult {
         self.deviation().max(self.robust_deviation())
     }
 
-    /// Estimates the standard deviation of the residuals by their median, on which outliers have little effect.
-    fn robust_deviation(&self) -> f64 {
+    /// Returns the median of the absolute values of the residuals.
+    pub fn median_residual(&self) -> f64 {
         let mut sizes: Vec<f64> = self.points.iter().map(|p| p.residual.abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        sizes.get(sizes.len() / 2).copied().unwrap_or(0.0) / MEDIAN_OF_NORMAL
+        sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// Returns whether only outliers make the fit fail: the median of the residuals is within the noise.
-    pub fn fails_by_outliers(&self) -> bool {
-        self.does_not_fit() && self.robust_deviation() <= FAR
+    /// Estimates the standard deviation of the residuals by their median, on which outliers have little effect.
+    fn robust_deviation(&self) -> f64 {
+        self.median_residual() / MEDIAN_OF_NORMAL
+    }
+
+    /// Returns whether a robust loss would help: least squares fail because of outliers, while the median of the residuals
+    /// is within the noise.
+    pub fn needs_robust_loss(&self) -> bool {
+        self.loss == Loss::Squares && self.does_not_fit() && self.robust_deviation() <= FAR
     }
 
     /// Returns the measurement with the largest residual and its index.

@@ -106,28 +106,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
     }
     let file = &scene.file;
     if file.output.is_empty() {
-        let columns = file.probe.iter().zip(&probes).enumerate();
-        let all: Vec<Output> = columns
-            .filter(|(_, (_, what))| what.balance().is_none())
-            .flat_map(|(k, (probe, what))| {
-                let names = column_names(scene.is_response(), &**what);
-                let names = names.into_iter().enumerate();
-                names.map(move |(column, name)| Output {
-                    name: format!("{}.{name}", probe.name),
-                    column_name: name,
-                    probe: k,
-                    column,
-                    noise: None,
-                    turn: turn(scene, &**what, column),
-                    shear_wave: None,
-                })
-            })
-            .collect();
-        return match all.is_empty() {
-            true => Err(InputError::new("the scene has no probe")
-                .next("add a [[probe]] with type = \"point\"")),
-            false => Ok(all),
-        };
+        return all_columns(scene, &probes);
     }
     // Outputs for the other analysis are skipped if the scene has both.
     let has_column = |is_response: bool, k: usize, wanted: &Wanted| {
@@ -138,67 +117,101 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
         k.is_some_and(|k| has_column(scene.is_response(), k, wanted))
     };
     let has_own = file.output.iter().any(is_own);
-    let is_other =
-        |k: usize, wanted: &Wanted| has_own && has_column(!scene.is_response(), k, wanted);
     let named = file.output.iter().enumerate().map(|(i, wanted)| {
-        let path = format!("output[{i}]");
-        let k = file.probe.iter().position(|probe| probe.name == wanted.probe);
-        let Some(k) = k else {
-            let names: Vec<&str> = file.probe.iter().map(|probe| probe.name.as_str()).collect();
-            let error = InputError::new(format!("unknown probe `{}`", wanted.probe));
-            return Err(scene.wrong(&format!("{path}.probe"), error.allowed(names.join(", "))));
-        };
-        if probes[k].balance().is_some() {
-            let error =
-                InputError::new(format!("the probe `{}` accumulates over time", wanted.probe));
-            return Err(scene.wrong(
-                &format!("{path}.probe"),
-                error.allowed(
-                    "a probe of the state: a point, line, average, reaction, volume or coherence",
-                ),
-            ));
-        }
+        let k = probe_of(scene, i, &probes)?;
         let names = names_for(wanted, scene.is_response(), &*probes[k]);
         let column = names.iter().position(|name| *name == wanted.column);
-        if column.is_none() && !is_other(k, wanted) {
-            let error = match wanted.shear_wave {
-                Some(_) if names.is_empty() => {
-                    let error = InputError::new("a shear wave needs the response of a probe");
-                    let error = error.allowed("analysis = \"response\" and a reaction");
-                    return Err(scene.wrong(&format!("{path}.shear_wave"), error));
-                }
-                _ => {
-                    InputError::new(format!("`{}` has no column `{}`", wanted.probe, wanted.column))
-                }
-            };
-            return Err(scene.wrong(&format!("{path}.column"), error.allowed(names.join(", "))));
+        let is_other = has_own && has_column(!scene.is_response(), k, wanted);
+        if column.is_none() && !is_other {
+            return Err(no_column(scene, i, &names));
         }
         if file.output[..i].iter().any(|other| other.name == wanted.name) {
             let error = InputError::new(format!("duplicate output name `{}`", wanted.name));
-            return Err(scene.wrong(&format!("{path}.name"), error));
+            return Err(scene.wrong(&format!("output[{i}].name"), error));
         }
-        Ok(column.map(|column| match wanted.shear_wave {
-            Some(wave) => Output {
-                name: wanted.name.clone(),
-                column_name: wave.label().to_owned(),
-                probe: k,
-                column: Part::ALL.len() * column,
-                noise: wanted.noise,
-                turn: None,
-                shear_wave: Some(wave),
-            },
-            None => Output {
+        Ok(column.map(|column| {
+            let own = Output {
                 name: wanted.name.clone(),
                 column_name: wanted.column.clone(),
                 probe: k,
                 column,
                 noise: wanted.noise,
-                turn: turn(scene, &*probes[k], column),
-                shear_wave: None,
-            },
+                turn: None,
+                shear_wave: wanted.shear_wave,
+            };
+            match wanted.shear_wave {
+                Some(wave) => Output {
+                    column_name: wave.label().to_owned(),
+                    column: Part::ALL.len() * column,
+                    ..own
+                },
+                None => Output { turn: turn(scene, &*probes[k], column), ..own },
+            }
         }))
     });
     named.filter_map(Result::transpose).collect()
+}
+
+/// Returns all columns of the probes as outputs.
+fn all_columns(scene: &Scene, probes: &[Box<dyn Reading>]) -> Result<Vec<Output>, InputError> {
+    let mut all = Vec::new();
+    for (k, (probe, what)) in scene.file.probe.iter().zip(probes).enumerate() {
+        if what.balance().is_some() {
+            continue;
+        }
+        let names = column_names(scene.is_response(), &**what).into_iter().enumerate();
+        all.extend(names.map(|(column, name)| Output {
+            name: format!("{}.{name}", probe.name),
+            column_name: name,
+            probe: k,
+            column,
+            noise: None,
+            turn: turn(scene, &**what, column),
+            shear_wave: None,
+        }));
+    }
+    match all.is_empty() {
+        true => {
+            Err(InputError::new("the scene has no probe")
+                .next("add a [[probe]] with type = \"point\""))
+        }
+        false => Ok(all),
+    }
+}
+
+/// Returns the index of the probe of `[[output]]` number `i`.
+fn probe_of(scene: &Scene, i: usize, probes: &[Box<dyn Reading>]) -> Result<usize, InputError> {
+    let (file, name) = (&scene.file, &scene.file.output[i].probe);
+    let error = match file.probe.iter().position(|probe| probe.name == *name) {
+        Some(k) if probes[k].balance().is_none() => return Ok(k),
+        Some(_) => InputError::new(format!("the probe `{name}` accumulates over time"))
+            .allowed("a probe of the state: a point, line, average, reaction, volume or coherence"),
+        None => {
+            let names: Vec<&str> = file.probe.iter().map(|probe| probe.name.as_str()).collect();
+            InputError::new(format!("unknown probe `{name}`")).allowed(names.join(", "))
+        }
+    };
+    Err(scene.wrong(&format!("output[{i}].probe"), error))
+}
+
+/// Returns the error of `[[output]]` number `i`, whose column is not among the `names`.
+fn no_column(scene: &Scene, i: usize, names: &[String]) -> InputError {
+    let Wanted { probe, column, shear_wave, .. } = &scene.file.output[i];
+    let (key, error) = match shear_wave {
+        Some(_) if !scene.is_response() => {
+            let error = InputError::new("a shear wave needs a harmonic response");
+            ("shear_wave", error.next("set analysis = \"response\", or remove `shear_wave`"))
+        }
+        Some(_) if names.is_empty() => {
+            let error = InputError::new(format!("the probe `{probe}` has no harmonic amplitude"));
+            ("probe", error.next("give a probe with type = \"reaction\""))
+        }
+        _ => {
+            let error = InputError::new(format!("`{probe}` has no column `{column}`"));
+            ("column", error.allowed(names.join(", ")))
+        }
+    };
+    scene.wrong(&format!("output[{i}].{key}"), error)
 }
 
 /// The outputs at one time.

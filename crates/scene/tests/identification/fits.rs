@@ -149,7 +149,7 @@ fn a_model_hundreds_of_noise_levels_off_does_not_fit() {
     let document = result.document();
     assert_eq!(document["converged"], false);
     assert_eq!(document["outcome"], "does_not_fit");
-    assert!(!result.fails_by_outliers());
+    assert!(!result.needs_robust_loss());
 }
 
 /// Regression: fits at 28.8 times the given noise converged, with every loss. The model cannot follow a shift.
@@ -238,20 +238,22 @@ fn robust_losses_pass_over_an_outlier() {
     let path = scene(folder.path(), &["material[0].c10"], "");
     let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
     let data = folder.path().join("measured.csv");
-    let mut text = table(&truth(&path, &more), 0.0, 0);
+    let text = table(&truth(&path, &more), 0.0, 0);
     let line = text.lines().nth(20).unwrap().to_owned();
     let words: Vec<&str> = line.split(',').collect();
     let number = |k: usize| words[k].parse::<f64>().unwrap();
-    let (value, deviation) = (number(2) + 100.0 * number(3), words[3]);
-    let wrong = format!("{},{},{value:e},{deviation}", words[0], words[1]);
-    text = text.replace(&line, &wrong);
-    std::fs::write(&data, text).unwrap();
+    let write = |deviations: f64| {
+        let (value, deviation) = (number(2) + deviations * number(3), words[3]);
+        let wrong = format!("{},{},{value:e},{deviation}", words[0], words[1]);
+        std::fs::write(&data, text.replace(&line, &wrong)).unwrap();
+    };
+    write(100.0);
     let off = |loss| {
         let result = fit(path.clone(), data.clone(), &more[1..], loss);
         assert!(result.fit.is_converged(), "{}", result.ending());
         // Least squares fail because of the outlier, which is named; the other losses are the remedy.
         let fails = loss == Loss::Squares;
-        assert_eq!(result.fails_by_outliers(), fails, "{loss:?}");
+        assert_eq!(result.needs_robust_loss(), fails, "{loss:?}");
         assert_eq!(result.outcome() == Outcome::DoesNotFit, fails, "{loss:?}");
         assert_eq!(result.largest_residual().unwrap().0, 19, "{loss:?}");
         (result.fit.values[0] / 1.3e4 - 1.0).abs()
@@ -262,6 +264,10 @@ fn robust_losses_pass_over_an_outlier() {
     // The influence of the outlier is 100 σ with squares, and 1.345 σ and 2.385²/100 σ with the other losses.
     assert!(huber < 0.05 * squares, "{huber:e} {squares:e}");
     assert!(cauchy < 0.05 * squares, "{cauchy:e} {squares:e}");
+    // The loss of 1e6 standard deviations exceeds the limit also with a robust loss, which is then not the remedy.
+    write(1e6);
+    let result = fit(path, data.clone(), &more[1..], Loss::Huber(1.345));
+    assert!(result.does_not_fit() && !result.needs_robust_loss(), "{:?}", result.outcome());
 }
 
 /// Checks that a fit that starts at 15 Hz misses a load of 8 Hz, whereas one of three starts between 4 and 16 Hz finds
