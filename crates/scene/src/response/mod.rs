@@ -258,7 +258,10 @@ impl Response {
             }
         };
         let drawn = samples.drawn.map(|(f, rows)| (f, curves_of(&tables, &rows)));
-        let mut notes = notes::resonances_outside(&curves, &frequencies);
+        let mut notes = Vec::new();
+        if !is_interrupted {
+            notes.extend(notes::resonances_outside(&curves, &frequencies));
+        }
         if let Grid::Adaptive(Adaptive { tolerance, .. }) = grid
             && !is_interrupted
             && interpolation_error.is_none_or(|error| error > *tolerance)

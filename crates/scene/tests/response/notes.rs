@@ -1,32 +1,54 @@
 //! Notes on responses without damping and on ranges that do not contain the resonance.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use myovib_scene::Scene;
 use myovib_scene::response::Response;
-use myovib_scene::watch::Watcher;
+use myovib_scene::watch::{ProgressSink, Watcher};
 
 use crate::refusals::SCENE;
 
-/// Returns the number of notes of a beam with resonances at 2.0 and 10.3 Hz.
-fn notes(frequencies: &str, set: &str) -> usize {
+/// Computes the response of a beam with resonances at 2.0 and 10.3 Hz.
+fn response(frequencies: &str, set: &str, watcher: Watcher<'_>) -> Response {
     let frequencies = format!("response.frequencies=\"{frequencies}\"");
     let scene = Scene::build("scene.toml", SCENE, &[frequencies, set.to_owned()], Path::new(""));
-    let found = Response::of_scene(&scene.unwrap(), Watcher::NOBODY).unwrap();
-    found.notes.len()
+    Response::of_scene(&scene.unwrap(), watcher).unwrap()
+}
+
+/// Returns the notes of a complete response.
+fn notes(frequencies: &str, set: &str) -> Vec<String> {
+    response(frequencies, set, Watcher::NOBODY).notes
 }
 
 const DAMPED: &str = "solid.rayleigh_mass=5.0";
 
 #[test]
 fn a_resonance_outside_the_range_is_noted() {
-    assert_eq!(notes("0..20:41", DAMPED), 0);
-    assert_eq!(notes("1..20:adaptive", DAMPED), 0);
-    for outside in ["0..1:5", "3..8:6"] {
-        assert_eq!(notes(outside, DAMPED), 1, "{outside}");
-    }
     // A single frequency has no range.
-    assert_eq!(notes("3", DAMPED), 0);
+    for inside in ["0..20:41", "1..20:adaptive", "3"] {
+        assert_eq!(notes(inside, DAMPED), Vec::<String>::new(), "{inside}");
+    }
+    for (outside, end) in [("0..1:5", "`tip.u_y` is largest at 1 Hz"), ("3..8:6", "at 3 Hz")] {
+        let found = notes(outside, DAMPED);
+        assert!(found.len() == 1 && found[0].contains(end), "{outside}: {found:?}");
+    }
+}
+
+/// Regression: the last frequency before an interrupt counted as an end of the range.
+#[test]
+fn an_interrupted_response_has_no_note_on_its_range() {
+    static INTERRUPT: AtomicBool = AtomicBool::new(false);
+    struct AfterThree;
+    impl ProgressSink for AfterThree {
+        fn on_progress(&self, line: &dyn Fn() -> String) {
+            INTERRUPT.fetch_or(line().contains("3 of 41"), Relaxed);
+        }
+    }
+    let watcher = Watcher { interrupt: Some(&INTERRUPT), progress: &AfterThree };
+    let found = response("0..20:41", DAMPED, watcher);
+    assert!(found.is_interrupted && found.frequencies.len() < 41);
+    assert_eq!(found.notes, Vec::<String>::new());
 }
 
 #[test]
@@ -40,6 +62,8 @@ fn a_body_without_damping_is_noted() {
         ("elastic_foundation=[{ group = \"load\", stiffness = 1.0, damping = 10.0 }]", 0),
         ("elastic_foundation=[{ group = \"load\", stiffness = 1.0 }]", 1),
     ] {
-        assert_eq!(notes("0..20:41", set), expected, "{set}");
+        let found = notes("0..20:41", set);
+        assert_eq!(found.len(), expected, "{set}: {found:?}");
+        assert!(found.iter().all(|note| note.contains("damping")), "{set}: {found:?}");
     }
 }
