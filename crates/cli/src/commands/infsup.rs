@@ -1,6 +1,5 @@
 //! `myovib infsup`: inf–sup constants of displacement and pressure spaces on refined meshes.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -8,8 +7,9 @@ use clap::Args;
 use myovib_fem::Mesh;
 use myovib_model::inf_sup::{Level, Pair, levels};
 use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::table1::{ReportJson, report_json};
+use super::table1::report_json;
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::output;
@@ -228,49 +228,27 @@ fn figure(families: &[Family]) -> Figure {
 struct Document<'a> {
     mesh: &'a str,
     fixed: &'a [String],
-    pairs: Vec<FamilyJson>,
+    pairs: Vec<Value>,
 }
 
-#[derive(Serialize)]
-struct FamilyJson {
-    spaces: String,
-    levels: Vec<LevelJson>,
-}
-
-#[derive(Serialize)]
-struct LevelJson {
-    /// Number of elements by type.
-    #[serde(flatten)]
-    elements: BTreeMap<&'static str, usize>,
-    mesh_size: f64,
-    pressures: usize,
-    displacements: usize,
-    nullity: usize,
-    inf_sup: f64,
-    sigma_min: f64,
-    /// Whether (28) with κ = ∞ has an index.
-    regular: bool,
-    /// Index computed from the matrices, on coarse meshes only.
-    computed: Option<ReportJson>,
-}
-
-fn family_json(family: &Family, elements: &'static str) -> FamilyJson {
-    FamilyJson {
-        spaces: family.pair.to_string(),
-        levels: family
-            .levels
-            .iter()
-            .map(|level| LevelJson {
-                elements: BTreeMap::from([(elements, level.elements)]),
-                mesh_size: level.mesh_size,
-                pressures: level.pressures,
-                displacements: level.displacements,
-                nullity: level.nullity,
-                inf_sup: level.constant,
-                sigma_min: level.sigma_min,
-                regular: level.nullity == 0,
-                computed: level.index.as_ref().map(report_json),
-            })
-            .collect(),
-    }
+/// Returns the levels of a pair of spaces. `elements` is the key of the number of elements; `regular`: whether (28) with κ = ∞
+/// has an index; `computed`: the index computed from the matrices, on coarse meshes only.
+fn family_json(family: &Family, elements: &str) -> Value {
+    let level = |level: &Level| {
+        json!({
+            elements: level.elements,
+            "mesh_size": level.mesh_size,
+            "pressures": level.pressures,
+            "displacements": level.displacements,
+            "nullity": level.nullity,
+            "inf_sup": level.constant,
+            "sigma_min": level.sigma_min,
+            "regular": level.nullity == 0,
+            "computed": level.index.as_ref().map(report_json),
+        })
+    };
+    json!({
+        "spaces": family.pair.to_string(),
+        "levels": family.levels.iter().map(level).collect::<Vec<_>>(),
+    })
 }

@@ -3,7 +3,7 @@
 use myovib_report::table::counted;
 use myovib_scene::run::{Trial, TrialEnd};
 use myovib_scene::{Scene, plain};
-use serde::Serialize;
+use serde_json::{Value, json};
 
 /// Known cost of a run.
 pub(super) enum Cost {
@@ -11,20 +11,6 @@ pub(super) enum Cost {
     Tried(Trial),
     /// CPU time per step, s, predicted for a body too large for a trial.
     Predicted(f64),
-}
-
-#[derive(Serialize)]
-pub(super) struct CostJson {
-    /// Lower bound; null if no steps were tried.
-    steps: Option<u64>,
-    /// Time reached by these steps, s.
-    t: Option<f64>,
-    /// CPU time per step, s; null if no step was completed.
-    seconds_per_step: Option<f64>,
-    /// Reason why the trial ended. "patience": its CPU time was used up, but the run would
-    /// continue. "finished", "stopped": the run would end in the same way. "predicted": no steps
-    /// were tried.
-    end: &'static str,
 }
 
 impl Cost {
@@ -65,25 +51,27 @@ impl Cost {
         }
     }
 
-    /// Returns the cost for the JSON document.
-    pub(super) fn json(&self) -> CostJson {
+    /// Returns the cost for the JSON document. `steps` is a lower bound and `t` the time that they reach, s; both are null if no
+    /// steps were tried. `seconds_per_step` is CPU time, s; null if no step was completed. `end`: "patience" if the trial
+    /// ended and the run would continue, "finished" or "stopped" as the run, "predicted" if no steps were tried.
+    pub(super) fn json(&self) -> Value {
         match self {
-            Self::Tried(trial) => CostJson {
-                steps: Some(trial.steps),
-                t: Some(trial.t),
-                seconds_per_step: (trial.steps > 0).then(|| trial.seconds / trial.steps as f64),
-                end: match trial.end {
+            Self::Tried(trial) => json!({
+                "steps": trial.steps,
+                "t": trial.t,
+                "seconds_per_step": (trial.steps > 0).then(|| trial.seconds / trial.steps as f64),
+                "end": match trial.end {
                     TrialEnd::Patience => "patience",
                     TrialEnd::Finished => "finished",
                     TrialEnd::Stopped(_) => "stopped",
                 },
-            },
-            Self::Predicted(seconds) => CostJson {
-                steps: None,
-                t: None,
-                seconds_per_step: Some(*seconds),
-                end: "predicted",
-            },
+            }),
+            Self::Predicted(seconds) => json!({
+                "steps": null,
+                "t": null,
+                "seconds_per_step": seconds,
+                "end": "predicted",
+            }),
         }
     }
 }

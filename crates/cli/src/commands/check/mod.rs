@@ -15,9 +15,10 @@ use myovib_model::advice::Finding;
 use myovib_model::check::{self, Computed, FactorizationCost, Held, Report, Size};
 use myovib_model::{Field, IntegratorKind, MuscleDae};
 use serde::Serialize;
+use serde_json::json;
 
 use self::cost::Cost;
-use self::document::{Document, ModesJson, document};
+use self::document::{Document, document};
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::output;
@@ -124,7 +125,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             (quasi_static::text(scene, body, &report, &cost), None)
         }
         (analysis, body) => {
-            modes = body.is_some().then(|| ModesJson::of(&unusual));
+            modes = body.is_some().then(|| json!({ "warnings": document::warnings(&unusual) }));
             let size = body.as_ref().map(|body| size_of(scene, body));
             let size = size.unwrap_or_default();
             let method = match analysis {
@@ -137,7 +138,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     };
     let document = Document {
         scene: name.to_owned(),
-        size: scene.body.as_ref().map(|body| Size::of(&body.muscle).into()),
+        size: scene.body.as_ref().map(|body| document::size(&Size::of(&body.muscle))),
         body,
         equilibrium,
         quasi_static,

@@ -4,9 +4,10 @@ use myovib_model::Field;
 use myovib_model::check::QuasiStaticReport;
 use myovib_report::table::{Align, Table, colored_stdout, kappa};
 use myovib_scene::{Body, Scene};
+use serde_json::{Value, json};
 
 use super::cost::Cost;
-use super::document::{BlockJson, QuasiStaticJson};
+use super::document::{self, block, factors};
 use super::{added, bound, held, in_words, memory, size_of, warnings, writes};
 
 /// Formats the findings as text.
@@ -49,25 +50,22 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &QuasiStaticReport, cost:
     )
 }
 
-/// Returns the findings for the JSON document.
-pub(super) fn document(body: &Body, report: &QuasiStaticReport, cost: &Cost) -> QuasiStaticJson {
-    let blocks = report.unknowns.iter().map(|(field, unknowns, index)| BlockJson {
-        field: field.name(),
-        unknowns: *unknowns,
-        index: *index,
-        left_out: body.settings.suppressed.contains(field),
-        better_left_out: false,
-    });
-    QuasiStaticJson {
-        formulation: body.formulation.name(),
-        unknowns: total(report),
-        blocks: blocks.collect(),
-        inf_sup: report.held.map(|held| held.inf_sup),
-        nullity: report.held.map(|held| held.nullity),
-        factors: report.factors.map(Into::into),
-        cost: cost.json(),
-        warnings: report.findings.iter().map(Into::into).collect(),
-    }
+/// Returns the findings for the JSON document. `inf_sup` and `nullity` are null without pressures, or if there are too many to
+/// compute them within seconds; `factors` is null if not known before the run.
+pub(super) fn document(body: &Body, report: &QuasiStaticReport, cost: &Cost) -> Value {
+    let blocks = report.unknowns.iter();
+    let blocks =
+        blocks.map(|(field, unknowns, index)| block(body, *field, *unknowns, *index, false));
+    json!({
+        "formulation": body.formulation.name(),
+        "unknowns": total(report),
+        "blocks": blocks.collect::<Vec<_>>(),
+        "inf_sup": report.held.map(|held| held.inf_sup),
+        "nullity": report.held.map(|held| held.nullity),
+        "factors": report.factors.as_ref().map(factors),
+        "cost": cost.json(),
+        "warnings": document::warnings(&report.findings),
+    })
 }
 
 fn total(report: &QuasiStaticReport) -> usize {

@@ -1,10 +1,12 @@
 //! Findings for an equilibrium before it is computed.
 
+use myovib_model::Field;
 use myovib_model::check::{StaticReport, readable};
 use myovib_report::table::kappa;
 use myovib_scene::{Body, Scene};
+use serde_json::{Value, json};
 
-use super::document::{EquilibriumJson, SizeJson};
+use super::document::{self, factors};
 use super::{added, bound, held, in_words, memory, size_of, warnings, writes};
 
 /// Formats the findings as text.
@@ -39,20 +41,22 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     )
 }
 
-/// Returns the findings for the JSON document.
-pub(super) fn document(report: &StaticReport) -> EquilibriumJson {
-    let size = |(field, unknowns): &(myovib_model::Field, usize)| SizeJson {
-        field: field.name(),
-        unknowns: *unknowns,
-    };
-    EquilibriumJson {
-        unknowns: report.unknowns.iter().map(|(_, number)| number).sum(),
-        blocks: report.unknowns.iter().map(size).collect(),
-        inf_sup: report.held.map(|held| held.inf_sup),
-        nullity: report.held.map(|held| held.nullity),
-        factors: report.factors.map(Into::into),
-        linear_displacement: report.linear_displacement,
-        seconds_per_iteration: report.iteration_time,
-        warnings: report.findings.iter().map(Into::into).collect(),
-    }
+/// Returns the findings for the JSON document. `inf_sup` and `nullity` are null if there are too many pressures to compute them
+/// within seconds; `factors` is null if not known before the run. `linear_displacement` is the maximum displacement under the
+/// full load by linear elasticity, m; null for a body that is too large for this computation or not sufficiently supported.
+/// `seconds_per_iteration` is CPU time, s: predicted for a body that is too large for a trial; null for a body that is not
+/// sufficiently supported.
+pub(super) fn document(report: &StaticReport) -> Value {
+    let size =
+        |(field, unknowns): &(Field, usize)| json!({ "field": field.name(), "unknowns": unknowns });
+    json!({
+        "unknowns": report.unknowns.iter().map(|(_, number)| number).sum::<usize>(),
+        "blocks": report.unknowns.iter().map(size).collect::<Vec<_>>(),
+        "inf_sup": report.held.map(|held| held.inf_sup),
+        "nullity": report.held.map(|held| held.nullity),
+        "factors": report.factors.as_ref().map(factors),
+        "linear_displacement": report.linear_displacement,
+        "seconds_per_iteration": report.iteration_time,
+        "warnings": document::warnings(&report.findings),
+    })
 }

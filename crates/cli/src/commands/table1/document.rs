@@ -4,11 +4,12 @@ use myovib_model::Field;
 use myovib_model::counterexample::Solution;
 use myovib_model::index::IndexReport;
 use myovib_model::table1::Case;
-use myovib_structure::Verdict;
+use myovib_scene::json::kappa;
+use myovib_structure::{VariableIndex, Verdict};
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::{RowResult, law_name};
-use myovib_scene::json;
 
 /// Returns the document of the table's rows, of the limit of (29), and of the counterexample with the original and with
 /// a richer multiplier.
@@ -27,11 +28,11 @@ pub(super) fn document(
                 report: report_json(report),
             })
             .collect(),
-        counterexample: CounterexampleJson {
-            matching: solution_json(matching),
-            richer: solution_json(richer),
-            error: richer.error(matching),
-        },
+        counterexample: json!({
+            "matching": solution_json(matching),
+            "richer": solution_json(richer),
+            "error": richer.error(matching),
+        }),
     }
 }
 
@@ -40,37 +41,20 @@ pub(super) fn document(
 pub(super) struct Document {
     rows: Vec<RowJson>,
     limit: Vec<LimitJson>,
-    counterexample: CounterexampleJson,
+    /// The solutions of (33) and, with an additional quadratic multiplier function, of (34), and max |q - q'| / max |q'|, where
+    /// q' is the solution of (33).
+    counterexample: Value,
 }
 
-#[derive(Serialize)]
-struct CounterexampleJson {
-    /// Solution of (33).
-    matching: SolutionJson,
-    /// Solution of (34) with an additional quadratic multiplier function.
-    richer: SolutionJson,
-    /// max |q - q'| / max |q'|, where q' is the solution of (33).
-    error: f64,
-}
-
-#[derive(Serialize)]
-struct SolutionJson {
-    verdict: String,
-    multipliers: usize,
-    dependent: usize,
-    /// max |M⁻¹B̃ᵀμ| / max |v|.
-    multiplier: f64,
-    amplitude: f64,
-}
-
-fn solution_json(solution: &Solution) -> SolutionJson {
-    SolutionJson {
-        verdict: solution.index.to_string(),
-        multipliers: solution.multipliers,
-        dependent: solution.dependent,
-        multiplier: solution.multiplier,
-        amplitude: solution.amplitude,
-    }
+/// `multiplier`: max |M⁻¹B̃ᵀμ| / max |v|.
+fn solution_json(solution: &Solution) -> Value {
+    json!({
+        "verdict": solution.index.to_string(),
+        "multipliers": solution.multipliers,
+        "dependent": solution.dependent,
+        "multiplier": solution.multiplier,
+        "amplitude": solution.amplitude,
+    })
 }
 
 #[derive(Serialize)]
@@ -78,7 +62,7 @@ struct RowJson {
     equation: Option<&'static str>,
     formulation: &'static str,
     law: &'static str,
-    #[serde(serialize_with = "json::kappa")]
+    #[serde(serialize_with = "kappa")]
     kappa: f64,
     beta: f64,
     /// Index printed in the paper.
@@ -99,7 +83,7 @@ struct SampleJson {
 
 #[derive(Serialize)]
 struct LimitJson {
-    #[serde(serialize_with = "json::kappa")]
+    #[serde(serialize_with = "kappa")]
     kappa: f64,
     beta: f64,
     #[serde(flatten)]
@@ -115,15 +99,8 @@ pub(in crate::commands) struct ReportJson {
     /// Result in words.
     verdict: String,
     gap_decades: f64,
-    blocks: Vec<BlockJson>,
+    blocks: Vec<Value>,
     decisions: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct BlockJson {
-    field: &'static str,
-    index: u8,
-    decisive: bool,
 }
 
 fn row_json(row: &RowResult) -> RowJson {
@@ -151,10 +128,12 @@ fn row_json(row: &RowResult) -> RowJson {
 
 /// Converts a report for the JSON document.
 pub(in crate::commands) fn report_json(report: &IndexReport) -> ReportJson {
-    let block = |(field, found): &(Field, myovib_structure::VariableIndex)| BlockJson {
-        field: field.name(),
-        index: found.index,
-        decisive: found.verdict == Verdict::Decisive,
+    let block = |(field, found): &(Field, VariableIndex)| {
+        json!({
+            "field": field.name(),
+            "index": found.index,
+            "decisive": found.verdict == Verdict::Decisive,
+        })
     };
     ReportJson {
         unknowns: report.unknowns,

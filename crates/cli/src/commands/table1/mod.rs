@@ -13,7 +13,7 @@ use myovib_structure::Verdict;
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 
-pub(super) use document::{ReportJson, report_json};
+pub(super) use document::report_json;
 
 /// Options of `myovib table1`.
 #[derive(Debug, Args)]
