@@ -39,6 +39,52 @@ fn correct<I: Integrator<PythonDae>>(
     failed.map_or(Ok(()), Err)
 }
 
+/// Corrects the initial values and records them. Returns the output times after the start.
+fn start<'a, I: Integrator<PythonDae>>(
+    solver: &mut I,
+    request: &'a Request,
+    record: &mut Record,
+) -> Result<&'a [f64], Failure> {
+    let (t0, t_end) = request.t_span;
+    let mode = match request.initial.as_str() {
+        "algebraic" => Some(ConsistencyMode::AlgebraicAndDerivatives),
+        "states" => Some(ConsistencyMode::States),
+        _ => None,
+    };
+    if let Some(mode) = mode {
+        correct(solver, mode, request)?;
+    }
+    forget_raised(solver.problem())?;
+    solver.set_stop_time(t_end).map_err(Failure::of)?;
+    let Some(times) = &request.t_eval else {
+        record.push(t0, solver.y(), solver.y_dot());
+        return Ok(&[]);
+    };
+    let n = times.iter().take_while(|t| **t == t0).count();
+    for _ in 0..n {
+        record.push(t0, solver.y(), solver.y_dot());
+    }
+    Ok(&times[n..])
+}
+
+/// Records the solution at the nodes of the last step, up to `t`. `out` is a workspace.
+fn record_segment<I: Integrator<PythonDae>>(
+    solver: &mut I,
+    t: f64,
+    nodes: &[f64],
+    out: &mut [f64],
+    record: &mut Record,
+) -> Result<(), Failure> {
+    let [from, _] = solver.last_step_interval();
+    record.segments.extend([from, t]);
+    for node in nodes {
+        let at = 0.5 * ((1.0 - node) * from + (1.0 + node) * t);
+        solver.dense_output(at, 0, out).map_err(Failure::of)?;
+        record.samples.extend_from_slice(out);
+    }
+    Ok(())
+}
+
 /// Integrates over the span. With `tolerances`, equations are checked between the ends of steps.
 pub(super) fn integrate<I: Integrator<PythonDae>>(
     solver: &mut I,
@@ -50,26 +96,7 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
     let forward = if t_end >= t0 { 1.0 } else { -1.0 };
     let mut record = Record::default();
     let mut out = [vec![0.0; request.y0.len()], vec![0.0; request.y0.len()]];
-    let mode = match request.initial.as_str() {
-        "algebraic" => Some(ConsistencyMode::AlgebraicAndDerivatives),
-        "states" => Some(ConsistencyMode::States),
-        _ => None,
-    };
-    if let Some(mode) = mode {
-        correct(solver, mode, request)?;
-    }
-    forget_raised(solver.problem())?;
-    let mut due = request.t_eval.as_deref().unwrap_or(&[]);
-    if request.t_eval.is_none() {
-        record.push(t0, solver.y(), solver.y_dot());
-    }
-    while let [t, rest @ ..] = due
-        && *t == t0
-    {
-        record.push(t0, solver.y(), solver.y_dot());
-        due = rest;
-    }
-    solver.set_stop_time(t_end).map_err(Failure::of)?;
+    let mut due = start(solver, request, &mut record)?;
     let nodes = nodes(degree);
     let mut occurrences = vec![0; request.terminal.len()];
     if let Some((status, message)) = count(
@@ -149,13 +176,7 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
                 record.push(t, solver.y(), solver.y_dot());
             }
             if request.dense {
-                let [from, _] = solver.last_step_interval();
-                record.segments.extend([from, t]);
-                for node in &nodes {
-                    let at = 0.5 * ((1.0 - node) * from + (1.0 + node) * t);
-                    solver.dense_output(at, 0, &mut out[0]).map_err(Failure::of)?;
-                    record.samples.extend_from_slice(&out[0]);
-                }
+                record_segment(solver, t, &nodes, &mut out[0], &mut record)?;
             }
         }
         if let Some((status, message)) = ended {

@@ -81,21 +81,15 @@ impl Builder<'_> {
         load_keys.extend(keys);
         let forces = file.contact.iter().enumerate();
         let forces = forces.filter(|(_, contact)| contact.force.is_some());
-        load_keys.extend(forces.map(|(i, _)| format!("contact[{i}].force")));
+        load_keys.extend(forces.clone().map(|(i, _)| format!("contact[{i}].force")));
+        let follows_force = forces.count() > 0;
         let component = |(node, axis): (usize, usize)| dimension * node + axis;
-        let drive = Drive {
-            force,
-            surface_loads: harmonic,
-            displacement: supports
-                .iter()
-                .filter(|(_, support)| support.amplitude != Complex64::ZERO)
-                .map(|(place, support)| (component(*place), support.amplitude))
-                .collect(),
-        };
+        let displacement = supports.iter().map(|(at, own)| (component(*at), own.amplitude));
+        let displacement = displacement.filter(|(_, own)| *own != Complex64::ZERO).collect();
+        let drive = Drive { force, surface_loads: harmonic, displacement };
         let prescribed = supports.into_iter().filter_map(|(place, support)| {
             Some(Prescribed { component: component(place), signal: support.signal? })
         });
-        let follows_force = file.contact.iter().any(|contact| contact.force.is_some());
         let linear_solver = match act_on_own_elements(file) || relaxes || follows_force {
             true => LinearSolverKind::Condensed,
             // In this case, the oscillators act on elements that do not drive them.

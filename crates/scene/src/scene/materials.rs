@@ -98,18 +98,7 @@ impl Builder<'_> {
             self.wrong("material", error)
         })?;
         let of = |region: &usize| &file.material[*region];
-        let stiffened = |(i, material): (usize, &Material)| {
-            let law = self.at(&format!("material[{i}].stress_scale"), material.stiffened())?;
-            match law {
-                // Viscous stresses require laws of finite strains, which are equivalent to small strains at rest.
-                Law::SmallStrain { shear_modulus } if material.is_viscous() => {
-                    self.expect_rest(file, &format!("material[{i}]"))?;
-                    Ok(Law::MooneyRivlin { c10: 0.5 * shear_modulus, c01: 0.0 })
-                }
-                law => Ok(law),
-            }
-        };
-        let laws = file.material.iter().enumerate().map(stiffened);
+        let laws = (0..file.material.len()).map(|i| self.law(file, i));
         let laws = laws.collect::<Result<Vec<Law>, _>>()?;
         Ok(Materials {
             laws: regions.iter().map(|region| laws[*region]).collect(),
@@ -118,6 +107,19 @@ impl Builder<'_> {
             fibers,
             factors,
         })
+    }
+
+    /// Returns the law of material `i`.
+    fn law(&self, file: &SceneFile, i: usize) -> Result<Law, InputError> {
+        let material = &file.material[i];
+        match self.at(&format!("material[{i}].stress_scale"), material.stiffened())? {
+            // Viscous stresses require laws of finite strains, which are equivalent to small strains at rest.
+            Law::SmallStrain { shear_modulus } if material.is_viscous() => {
+                self.expect_rest(file, &format!("material[{i}]"))?;
+                Ok(Law::MooneyRivlin { c10: 0.5 * shear_modulus, c01: 0.0 })
+            }
+            law => Ok(law),
+        }
     }
 
     /// Sets the factors of a material's stress at the vertices of its elements.

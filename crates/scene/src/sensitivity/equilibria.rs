@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use myovib_model::statics::{self, Control, EquilibriumDerivatives, PathState, Shortfall};
-use myovib_model::{Muscle, sensitivity::Stencil};
+use myovib_model::{ModelError, Muscle, sensitivity::Stencil};
 
 use super::curves::{Cost, Output, Readings, Sample};
 use super::parameters::{Parameterized, STEP, around, body};
@@ -30,6 +30,25 @@ impl Neighbors {
     fn weighted(&self) -> Vec<(f64, &Muscle)> {
         let points = self.points();
         points.map(|(_, weight, muscle)| (weight, muscle)).collect()
+    }
+
+    /// Returns the derivatives of the outputs that `read` returns at a state whose unknowns have the derivatives `slope`.
+    fn derivative(
+        &self,
+        state: &PathState,
+        slope: &[f64],
+        read: impl Fn(&Muscle, &[f64]) -> Result<Vec<f64>, ModelError>,
+    ) -> Result<Vec<f64>, ModelError> {
+        let mut sum = Vec::new();
+        for (distance, weight, muscle) in self.points() {
+            let mut moved = state.clone();
+            let unknowns_near = moved.displacement.iter_mut().chain(&mut moved.pressure);
+            unknowns_near.zip(slope).for_each(|(x, s)| *x += distance * s);
+            let values = read(muscle, &unknowns(&moved))?;
+            sum.resize(values.len(), 0.0);
+            sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+        }
+        Ok(sum)
     }
 }
 
@@ -79,23 +98,12 @@ pub fn equilibria(
             true => Vec::new(),
             false => derivatives.at(&x, state.load)?,
         };
-        let derivative = |(near, slope): (&Neighbors, Vec<f64>)| {
-            let mut sum = vec![0.0; outputs.len()];
-            for (distance, weight, muscle) in near.points() {
-                let mut moved = state.clone();
-                let unknowns_near = moved.displacement.iter_mut().chain(&mut moved.pressure);
-                unknowns_near.zip(&slope).for_each(|(x, s)| *x += distance * s);
-                let values = read(muscle, &unknowns(&moved))?;
-                let sums = sum.iter_mut().zip(values);
-                sums.for_each(|(sum, value)| *sum += weight * value);
-            }
-            Ok(sum)
-        };
-        let derivatives = neighbors.iter().zip(slopes).map(derivative);
+        let derivatives = neighbors.iter().zip(&slopes);
+        let derivatives = derivatives.map(|(near, slope)| near.derivative(state, slope, read));
         Ok(Sample {
             t: state.load,
             values: read(&body.muscle, &y)?,
-            derivatives: derivatives.collect::<Result<_, Error>>()?,
+            derivatives: derivatives.collect::<Result<_, ModelError>>()?,
         })
     };
     let mut samples: Vec<Sample> = Vec::with_capacity(loads.len());
