@@ -257,31 +257,6 @@ fn a_lock_file_that_is_removed_admits_one_process_at_a_time() {
     assert!(opened.load(SeqCst) > 0);
 }
 
-/// Checks that a folder can be removed and made again by several processes without other errors than [`Error::Busy`].
-#[test]
-fn folders_that_others_remove_are_busy() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("case");
-    let opened = AtomicUsize::new(0);
-    let open_and_remove = || {
-        for _ in 0..200 {
-            let result = request(&path, Existing::Overwrite, &["table"]).open();
-            let result = result.and_then(|open| {
-                opened.fetch_add(1, SeqCst);
-                drop(open);
-                remove(&path)
-            });
-            assert!(matches!(result, Ok(()) | Err(Error::Busy(_))), "{result:?}");
-        }
-    };
-    thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(open_and_remove);
-        }
-    });
-    assert!(opened.load(SeqCst) > 0);
-}
-
 /// Regression: clean-up stopped at a temporary file that could not be removed.
 #[test]
 fn temporary_files_that_cannot_be_removed_do_not_protect_others() {

@@ -35,7 +35,7 @@ pub struct Contact {
     /// Method that keeps the body out of the obstacle.
     #[serde(default)]
     pub method: Method,
-    /// Contact pressure per penetration, Pa/m [default: 100 shear moduli per facet size].
+    /// Slope of the contact pressure over the penetration, Pa/m [default: 100 times the largest shear modulus at the group over the mean facet size].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stiffness: Option<f64>,
 }
@@ -44,11 +44,11 @@ pub struct Contact {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// The contact pressure is `stiffness` times the penetration.
+    /// The contact pressure rises with the penetration by `stiffness`; its slope rises from 0 within the first thousandth of the facet size.
     #[default]
     Penalty,
-    /// Multipliers, updated after each equilibrium, reduce the penetration to 1e-4 of the facet size; only in static analyses with
-    /// given load factors.
+    /// Multipliers are updated after each equilibrium until the distance from the obstacle, averaged over the contact
+    /// pressure, is at most 1e-4 of the facet size; only in static analyses with given load factors.
     AugmentedLagrange,
 }
 
