@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
+from ._index import index_note, jumping_multipliers, listed
 from ._structure import Structure
 
 __all__ = ["DaeSolution", "DenseOutput", "solve_dae"]
@@ -135,7 +136,7 @@ class DaeSolution:
         event evaluations.
     status : int
         0: the end of the span was reached; 1: an event ended the integration;
-        -1: the integrator failed.
+        -1: the integrator failed, or the equations seem to have an index above 3.
     message : str
         Description of the status.
     """
@@ -407,7 +408,7 @@ def solve_dae(
     structure = None
     # The indices of all variables are known, or the variables of index 2 are excluded from the error test.
     is_index_known = left_out is not None if family == "bdf" else indices is not None
-    if initial == "algebraic" or not is_index_known or (is_hidden and family != "bdf"):
+    if initial == "algebraic" or not is_index_known or family != "bdf":
         structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
     constraints = None
     if indices is not None and highest == 3 and initial == "given":
@@ -424,9 +425,16 @@ def solve_dae(
                 "first step. `consistent_start` computes consistent ones",
                 stacklevel=2,
             )
+    note, is_of_index_4 = "", False
     if structure:
-        is_of_index_3 = highest == 3 and family != "bdf"
-        notes += _structure_notes(structure, family, initial, is_of_index_3, is_index_known)
+        note, is_of_index_4 = index_note(structure, family, indices, left_out)
+        notes += [note] if note else []
+    if structure and initial == "algebraic" and (free := structure.undetermined()):
+        notes.append(
+            f"F = 0 does not determine the derivatives of the variables {free} (counted from 0), "
+            "because dF/dy' is singular: `yp` may be wrong at the start. Introduce a variable for the "
+            "combination whose derivative occurs"
+        )
     if matrices is None and pattern is None and (share := _share_of_entries(residual, first_limits[0], start, rates)):
         notes.append(
             f"about {share:.1%} of the entries of the Jacobian are nonzero, and full matrices with {n} differences each "
@@ -447,10 +455,12 @@ def solve_dae(
             tolerance = rtol * np.abs(start) + tolerances
             explained = _explain(initial, residual, first_limits[0], start, rates, tolerance)
         raise RuntimeError(f"{failed}{explained}") from None
-    notes += found.pop("warnings")
+    of_input = found.pop("warnings")
+    # The differences of a higher index look like an input that acts between the stages.
+    notes += [] if is_of_index_4 else of_input
     solution = _solution(found, n, len(watched.functions), family)
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
-    known = (left_out, is_hidden, has_wrong_velocities, jacobian is not None)
+    known = _Known(left_out, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0))
     advice = _advice(solution, _within(residual, last_limits), rtol, tolerances, known)
     if advice is not None:
         notes.append(advice)
@@ -460,6 +470,20 @@ def solve_dae(
         at_end = Structure.at(_within(residual, last_limits), *end, rtol * np.abs(end[1]) + tolerances)
         if singular := _singular(at_end):
             notes.append(singular)
+    if is_of_index_4 and solution.success and solution.t.size:
+        # The index of the linearized equations may be too high at a single state.
+        end = (solution.t[-1], solution.y[:, -1], solution.yp[:, -1])
+        at_end = Structure.at(_within(residual, last_limits), *end, rtol * np.abs(end[1]) + tolerances)
+        if at_end and index_note(at_end, family, indices, left_out)[1]:
+            solution.status, solution.message = -1, f"{solution.message}, but the results may be wrong: {note}"
+    jumping = []
+    if highest == 3 and indices is not None and outputs is None and not has_wrong_velocities:
+        jumping = jumping_multipliers(solution, indices, rtol, tolerances)
+    if jumping:
+        notes.append(
+            f"the variables {listed(jumping)} (counted from 0) jump in the first step: their y0 is not consistent, "
+            "and the first column of `y` and `sol` within the first step are wrong"
+        )
     for warning in dict.fromkeys(notes):
         warnings.warn(warning, stacklevel=2)
     return solution
@@ -485,25 +509,6 @@ def _checked_choices(
     if not 1 <= max_order <= 5:
         raise ValueError(f"max_order = {max_order}: must be 1 to 5")
     return method, max_order
-
-
-def _structure_notes(
-    structure: Structure, method: str, initial: str, is_of_index_3: bool, is_index_known: bool
-) -> Iterator[str]:
-    """Yield warnings of the structure of the equations at the start."""
-    if is_of_index_3 and (index := structure.index()) > 3:
-        yield (
-            f"the equations at the start have the index {index}: Radau methods support index 3 at "
-            "most, and results may be wrong. Replace constraints by their derivatives"
-        )
-    if not is_index_known and not any(structure.singular()) and (hidden := structure.of_higher_index()):
-        yield _index_advice(hidden, method)
-    if initial == "algebraic" and (free := structure.undetermined()):
-        yield (
-            f"F = 0 does not determine the derivatives of the variables {free} (counted from 0), "
-            "because dF/dy' is singular: `yp` may be wrong at the start. Introduce a variable for the "
-            "combination whose derivative occurs"
-        )
 
 
 # Remedy for initial values that violate constraints.
@@ -590,18 +595,6 @@ def _integrate_parts(
     return found, limits
 
 
-def _listed(numbers: list[int]) -> str:
-    """Return the first numbers of a list."""
-    return str(numbers) if len(numbers) < 10 else f"{str(numbers[:6])[:-1]}, … ({len(numbers)} in total)]"
-
-
-def _index_advice(hidden: list[int], method: str) -> str:
-    remedy = "give the index of each variable by `index`"
-    if method == "bdf":
-        remedy = "exclude them from the error test by `suppress`, or use a Radau method with `index`"
-    return f"the variables {_listed(hidden)} (counted from 0) have an index above 1: {remedy}"
-
-
 # Part of the entries of a full matrix below which `sparsity` is recommended, and number of compared columns.
 SPARSE = 0.1
 SAMPLED = 8
@@ -614,7 +607,7 @@ def _share_of_entries(residual: Function, t: float, y: Array, yp: Array) -> floa
         return None
     try:
         base = np.array(residual(t, y, yp), dtype=float)
-        count = 0
+        count: Any = 0
         for j in range(n // (2 * SAMPLED), n, n // SAMPLED):
             moved = [values + 1e-3 * (1.0 + np.abs(values)) * (np.arange(n) == j) for values in (y, yp)]
             count += np.count_nonzero(np.asarray(residual(t, *moved)) != base)
@@ -624,20 +617,35 @@ def _share_of_entries(residual: Function, t: float, y: Array, yp: Array) -> floa
     return share if share < SPARSE else None
 
 
-def _advice(
-    solution: DaeSolution,
-    residual: Function,
-    rtol: float,
-    atol: Array,
-    known: tuple[list[bool] | None, bool, bool, bool],
-) -> str | None:
+class _Known(NamedTuple):
+    """Context of an integration, from which reasons of failures are derived."""
+
+    # Variables excluded from the error test.
+    suppress: list[bool] | None
+    # Whether an index is above 1.
+    is_hidden: bool
+    # Whether the velocities at the start violate constraints.
+    has_wrong_velocities: bool
+    has_jacobian: bool
+    # Description of indices that are missing, wrong or too high; may be empty.
+    index_note: str
+    span: float
+
+
+# Part of the span, in 100 steps, below which steps are too short from the start on.
+SLOW = 1e-3
+
+
+def _is_slow_from_the_start(solution: DaeSolution, span: float) -> bool:
+    return len(solution.t) > 1000 and abs(solution.t[100] - solution.t[0]) < SLOW * span
+
+
+def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array, known: _Known) -> str | None:
     """Return advice if the integrator gave up, failed many error tests or lacks digits, for a reason that has a remedy.
 
-    The message of a solution that ends early then contains it. `known`: the variables excluded from the
-    error test, whether an index is above 1, whether the velocities at the start violate constraints, and whether
-    the Jacobian is exact.
+    The message of a solution that ends early then contains it instead of the library's remedies, unless it is a guess.
     """
-    suppress, is_hidden, has_wrong_velocities, has_jacobian = known
+    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span = known
     is_bdf = solution.method == "bdf"
     many = is_bdf and solution.nsteps > 1000 and 3 * solution.netf > solution.nsteps
     if not solution.t.size:
@@ -650,14 +658,32 @@ def _advice(
     singular = _singular(structure)
     hidden = structure.of_higher_index() if structure and is_bdf else []
     tested = [j for j in hidden if suppress is None or not suppress[j]]
-    if singular and not solution.success:
+    is_guess = False
+    if note and not solution.success:
+        advice = note
+    elif singular and not solution.success:
         advice = singular
     elif has_wrong_velocities and not solution.success and "after 0 steps" in solution.message:
         advice = START
-    elif tested:
-        advice = _index_advice(tested, "bdf")
+    elif structure and tested:
+        advice = index_note(structure, "bdf", None, suppress)[0]
     elif hidden and not solution.success:
-        advice = f"the variables {_listed(hidden)} (counted from 0) have an index above 1: use a Radau method with `index`"
+        described = f"the variables {listed(hidden)} (counted from 0) have an index above 1"
+        advice = f"{described}: use a Radau method with `index`"
+    elif is_hidden and solution.nsteps and "after 0 steps" in solution.message:
+        advice = (
+            "a constraint or its derivative jumps at the break: end there, and start again with consistent values"
+        )
+    elif is_hidden and not solution.success and _is_slow_from_the_start(solution, span):
+        advice = (
+            "steps are very short from the start on: give a `first_step` of about 1/1000 of the time within which the "
+            "solution changes"
+        )
+    elif not solution.success and any(value in solution.message for value in ("= NaN", "= inf", "= -inf")):
+        advice = (
+            "the domain of F may end near this state; otherwise limit the arguments of exponentials, or use tighter "
+            "tolerances"
+        )
     elif (
         not (solution.success or has_jacobian)
         and "converge" in solution.message
@@ -688,6 +714,7 @@ def _advice(
             "need far fewer steps"
         )
     elif "after 0 steps" in solution.message and "error_test_failures" in solution.message and (rtol * np.abs(y) < atol).any():
+        is_guess = True
         advice = (
             f"the variables {np.flatnonzero(rtol * np.abs(y) < atol).tolist()} (counted from 0) start at or near 0: "
             "if they grow far beyond `atol` in the first step, raise their `atol` or give their `yp0`"
@@ -695,8 +722,10 @@ def _advice(
     else:
         return None
     if not solution.success:
-        # The advice replaces the library's explanation that F switches back and forth.
-        solution.message = f"{solution.message.partition(': the last half')[0]}; {advice}"
+        reason = solution.message.partition(": the last half")[0]
+        if not is_guess:
+            reason = reason.partition("; suggested remed")[0]
+        solution.message = f"{reason}; {advice}"
     return advice
 
 
@@ -748,12 +777,12 @@ def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array)
 
 def _singular(structure: Structure | None) -> str:
     """Describe equations that do not determine all variables, or return an empty string."""
-    variables, equations = structure.singular() if structure else ([], [])
+    variables, equations = structure.singular() if structure and not structure.is_huge() else ([], [])
     if not variables:
         return ""
     return (
-        f"the equations do not determine the variables {_listed(variables)}: the equations {_listed(equations)} (counted from "
-        "0) depend on each other or contain no variable. Replace a dependent equation by the missing equation; "
+        f"the equations do not determine the variables {listed(variables)}: the equations {listed(equations)} "
+        "(counted from 0) depend on each other or contain no variable. Replace a dependent equation by the missing equation; "
         "fix one value of a pressure of which only differences occur"
     )
 

@@ -23,6 +23,10 @@ TIME_UNITS = (1.0, 1e-6, 1e-3, 1e3, 1e6)
 PART = 1e-3
 
 
+# Entries above this limit belong to functions that overflow.
+HUGE = 1e100
+
+
 class Structure:
     """Matrices dF/dy and dF/dy' at (t, y, yp)."""
 
@@ -56,6 +60,10 @@ class Structure:
         except Exception:
             return None
         return found if np.isfinite([found.df_dy, found.df_dyp]).all() else None
+
+    def is_huge(self) -> bool:
+        """Return whether entries are too large for a statement about dependence."""
+        return bool(max(np.abs(self.df_dy).max(), np.abs(self.df_dyp).max()) > HUGE)
 
     def index(self) -> int:
         """Return the index of the linearized equations, the smallest in any unit of time."""

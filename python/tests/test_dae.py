@@ -185,10 +185,10 @@ def test_a_sparse_jacobian_counts_as_a_dense_one():
     # Each Jacobian needs three evaluations for its three colors, and the base residual.
     differences = found["differences"]
     assert differences.nfev == found["dense"].nfev + 4 * differences.njev
-    with pytest.raises(ValueError, match="row 0, column 2 .* `sparsity` has none"):
+    with pytest.raises(ValueError, match="row 0, column 2 .*`sparsity`"):
         jacobian = lambda t, y, yp: (np.ones((n, n)), np.eye(n))
         solve_dae(heat, (0, 0.1), y0, second @ y0, jacobian=jacobian, sparsity=second)
-    with pytest.raises(ValueError, match="row 7, column 20 .* `sparsity` has none"):
+    with pytest.raises(ValueError, match="row 7, column 20 .*`sparsity`"):
 
         def jacobian(t, y, yp):
             later = np.zeros((n, n))

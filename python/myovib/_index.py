@@ -1,0 +1,75 @@
+"""Indices of variables, compared with the equations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._structure import Structure
+
+Array = NDArray[np.float64]
+
+# Highest index of Radau methods.
+HIGHEST = 3
+
+# Ratio of the change of a multiplier in the first step to the changes in the next steps that indicates a wrong start.
+JUMP = 20.0
+
+
+def listed(numbers: list[int]) -> str:
+    """Return the first numbers of a list."""
+    return str(numbers) if len(numbers) < 10 else f"{str(numbers[:6])[:-1]}, … ({len(numbers)} in total)]"
+
+
+def index_note(
+    structure: Structure, method: str, indices: list[int] | None, suppress: Sequence[bool] | None
+) -> tuple[str, bool]:
+    """Describe indices that are missing, wrong or too high, and return whether the index is too high.
+
+    The description may be empty.
+    """
+    hidden = [] if any(structure.singular()) else structure.of_higher_index()
+    if not hidden:
+        return "", False
+    index = structure.index()
+    if index > HIGHEST:
+        return (
+            f"the equations seem to have the index {index}, and Radau methods support {HIGHEST} at most: replace "
+            "constraints by their derivatives"
+        ), True
+    tested = [j for j in hidden if suppress is None or not suppress[j]]
+    described = f"the variables {listed(tested)} (counted from 0) have an index above 1"
+    if method == "bdf":
+        remedy = "use a Radau method with `index`"
+        if index < HIGHEST:
+            remedy = f"exclude them from the error test by `suppress`, or {remedy}"
+        return (f"{described}: {remedy}" if tested else ""), False
+    if indices is None:
+        described = f"the variables {listed(hidden)} (counted from 0) have an index above 1"
+        return f"{described}: give the index of each variable by `index`", False
+    wrong = [j for j in tested if indices[j] <= 1]
+    if wrong:
+        return (
+            f"the variables {listed(wrong)} (counted from 0) have an index above 1, but `index` states "
+            f"{max(indices[j] for j in wrong)}"
+        ), False
+    if suppress is None and index > max(indices):
+        return f"the equations have the index {index}, but `index` states {max(indices)} at most", False
+    return "", False
+
+
+def jumping_multipliers(solution: Any, indices: list[int], rtol: float, atol: Array) -> list[int]:
+    """Return the variables of index 3 that jump from their initial value in the first of all steps."""
+    if len(solution.t) < 4:
+        return []
+    y = solution.y[:, :4]
+    steps = np.abs(np.diff(solution.t[:4]))
+    changes = np.abs(np.diff(y, axis=1))
+    # Changes that the first step would have at the rates of the next steps.
+    expected = (changes[:, 1:] * np.maximum(1.0, steps[0] / steps[1:])).max(axis=1)
+    tolerance = rtol * np.abs(y).max(axis=1) + atol
+    is_jump = changes[:, 0] > JUMP * np.maximum(expected, tolerance)
+    return np.flatnonzero(is_jump & (np.array(indices) == HIGHEST)).tolist()

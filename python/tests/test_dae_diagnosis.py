@@ -1,0 +1,130 @@
+"""Reasons of failures and remedies of `solve_dae`."""
+
+import warnings
+
+import numpy as np
+import pytest
+from myovib import solve_dae
+from myovib._structure import Structure
+
+G = 9.81
+RADAU = ("radau5", "radau9", "radau13")
+
+
+def pendulum(t, y, yp):
+    p, v, force = y[:2], y[2:4], y[4]
+    return np.r_[yp[:2] - v, yp[2:4] + force * p + [0, G], p @ p - 1]
+
+
+PENDULUM = ([1, 0, 0, 0, 0], [0, 0, 0, -G, 0])
+
+
+def servo(t, y, yp):
+    return [yp[0] - y[1], yp[1] + 4 * y[0] - y[2], y[0] - (1 - np.cos(t))]
+
+
+def flexible_joint(t, y, yp):
+    """The index is 5: a force on the first mass moves the second as prescribed."""
+    return [yp[0] - y[1], yp[1] - y[2] + y[0] - y[4], yp[2] - y[3], yp[3] - y[0] + y[2], y[2] - np.sin(t)]
+
+
+JOINT = ([0, 0, 0, 1, 0], [0, 0, 1, 0, -1])
+
+
+def solved(*arguments, **options):
+    """Return the solution and the texts of the warnings."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        s = solve_dae(*arguments, **options)
+    return s, [str(warning.message) for warning in caught]
+
+
+@pytest.mark.parametrize(
+    ("index", "is_wrong"), [([1, 1, 1, 1, 1], True), ([1, 1, 1, 1, 2], True), ([1, 1, 2, 2, 3], False)]
+)
+def test_stated_indices_are_compared_with_the_equations(index, is_wrong):
+    s, texts = solved(pendulum, (0, 0.2), *PENDULUM, "radau5", index=index, rtol=1e-8, atol=1e-10)
+    assert any("`index` states" in text for text in texts) == is_wrong
+    assert len(texts) == is_wrong
+    assert s.success or "`index` states" in s.message and "tolerances" not in s.message.rpartition(";")[2]
+
+
+@pytest.mark.parametrize("method", RADAU)
+def test_a_wrong_index_is_not_reported_as_a_pole(method):
+    s, texts = solved(pendulum, (0, 2), *PENDULUM, method, index=[1] * 5, rtol=1e-4, atol=1e-6)
+    assert len(texts) == 1 and "[4]" in texts[0]
+    assert s.success or s.message.endswith(texts[0])
+
+
+def test_bdf_at_index_3_does_not_recommend_suppress():
+    s, texts = solved(pendulum, (0, 0.1), *PENDULUM, max_steps=2000)
+    assert not s.success and "Radau" in s.message and texts
+    assert not any("`suppress`" in text for text in [s.message, *texts])
+
+
+# The last run reaches the end of the span.
+@pytest.mark.parametrize(
+    "arguments", [{"method": "bdf"}, {"method": "radau5"}, {"method": "radau9", "index": [2, 3, 1, 2, 3]}]
+)
+def test_index_5_is_no_success(arguments):
+    s, texts = solved(flexible_joint, (0, 0.1), *JOINT, rtol=1e-4, atol=1e-6, max_steps=3000, **arguments)
+    assert s.status == -1 and "index 5" in s.message
+    assert len(texts) == 1 and "index 5" in texts[0]
+
+
+@pytest.mark.parametrize("force", [0.0, 50.0])
+@pytest.mark.parametrize("method", RADAU)
+def test_multipliers_that_jump_in_the_first_step_are_named(force, method):
+    s, texts = solved(
+        pendulum, (0, 0.5), [1, 0, 0, 0, force], PENDULUM[1], method, index=[1, 1, 2, 2, 3], rtol=1e-8, atol=1e-10
+    )
+    assert s.success
+    assert ["[4]" in text for text in texts] == ([True] if force else [])
+
+
+def test_short_steps_from_the_start_on_name_a_first_step_that_works():
+    arguments = {"method": "radau9", "index": [1, 2, 3], "rtol": 1e-6, "atol": 1e-8, "max_steps": 2000}
+    s, _ = solved(servo, (0, 10), [0, 0, 1], [0, 1, 0], **arguments)
+    assert not s.success and "`first_step`" in s.message
+    # The solution changes within a time of 1.
+    s, _ = solved(servo, (0, 10), [0, 0, 1], [0, 1, 0], first_step=1e-3, **arguments)
+    # Global errors of Radau IIA are at most 100 tolerances.
+    assert s.success and abs(s.y[0, -1] - (1 - np.cos(10))) < 100 * 2e-6
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau5"])
+def test_values_that_are_not_finite_get_no_looser_tolerances(method):
+    def root(t, y, yp):
+        return [yp[0] + (np.sqrt(y[0]) if y[0] >= 0 else np.nan)]
+
+    s, _ = solved(root, (0, 5), [1], [-1], method)
+    assert not s.success and "looser" not in s.message and "breaks" not in s.message
+
+
+def test_poles_get_no_other_remedies():
+    s, _ = solved(lambda t, y, yp: [yp[0] + 1, y[1] ** 2 - y[0]], (0, 2), [1, 1], [-1, -0.5], "radau5")
+    assert not s.success and "looser" not in s.message and "breaks" not in s.message
+
+
+def test_a_constraint_that_jumps_at_a_break_is_named():
+    s, _ = solved(
+        lambda t, y, yp: [yp[0] - y[1], y[0] - 0.5 * (t >= 1)], (0, 2), [0, 0], [0, 0], "radau5", index=[1, 2],
+        breaks=[1.0],
+    )  # fmt: skip
+    assert not s.success and "jumps at the break" in s.message and "`atol`" not in s.message
+
+
+def test_redundant_constraints_get_no_other_initial_values():
+    s, _ = solved(
+        lambda t, y, yp: [yp[0] + y[1] + y[2], y[0] - np.exp(-t), 2 * y[0] - 2 * np.exp(-t)],
+        (0, 1), [1, 0.5, 0.5], [-1, 0, 0], "radau5", index=[1, 2, 2],
+    )  # fmt: skip
+    assert not s.success and "initial values" not in s.message and "[1, 2]" in s.message
+
+
+@pytest.mark.parametrize(("size", "is_huge"), [(1e12, False), (1e200, True)])
+def test_overflowing_entries_are_no_dependence(size, is_huge):
+    at = Structure.at(
+        lambda t, y, yp: np.array([yp[0] + y[1], size * y[1]]), 0.0, np.ones(2), np.ones(2), np.full(2, 1e-6)
+    )
+    assert at.is_huge() == is_huge
