@@ -1,4 +1,6 @@
-//! Groups that a scene selects by position or direction.
+//! Groups that a scene selects by position or direction, or combines from other groups.
+
+use std::collections::BTreeSet;
 
 use myovib_fem::{self as fem, Mesh};
 
@@ -9,6 +11,9 @@ use crate::scene_file::group::{Group, Members, Place};
 /// Distance from a box, sphere or plane within which a vertex belongs to it, as a fraction of the mesh's largest
 /// extent: vertices of generated meshes are on surfaces only up to rounding errors and solver tolerances.
 const TOLERANCE: f64 = 1e-6;
+
+/// Indices of points or elements, or sorted vertices of facets.
+type MemberSet = BTreeSet<Vec<usize>>;
 
 /// Condition on the coordinates of a vertex.
 type Condition<'a> = Box<dyn Fn(&[f64]) -> bool + 'a>;
@@ -32,10 +37,20 @@ impl Builder<'_> {
         }
         let selected = self.select(mesh, group, path)?;
         if selected.is_empty() {
-            let (min, max) = extent(mesh);
-            let error = InputError::new(format!("the group `{}` has no members", group.name))
-                .found(format!("the mesh extends from {min:?} to {max:?} m"))
-                .next("move or enlarge the region of the group: it must contain all vertices of a member");
+            let error = InputError::new(format!("the group `{}` has no members", group.name));
+            let error = match &group.place {
+                Place::Union { .. } | Place::Intersection { .. } | Place::Difference { .. } => {
+                    error.next(
+                        "name groups with common members, or for a difference, with different ones",
+                    )
+                }
+                _ => {
+                    let (min, max) = extent(mesh);
+                    error.found(format!("the mesh extends from {min:?} to {max:?} m")).next(
+                        "move or enlarge the region of the group: it must contain all vertices of a member",
+                    )
+                }
+            };
             return Err(self.wrong(path, error));
         }
         let mut groups = mesh.groups().clone();
@@ -68,11 +83,15 @@ impl Builder<'_> {
                     squares.sum::<f64>().sqrt() <= radius + tolerance
                 })
             }
-            Place::Plane { point, normal } => {
+            Place::Plane { point, normal } | Place::HalfSpace { point, normal } => {
                 vector("point", point)?;
                 let normal = direction("normal", normal)?;
                 let offset = dot(&normal, point);
-                Box::new(move |x| (dot(&normal, x) - offset).abs() <= tolerance)
+                let thickness = match &group.place {
+                    Place::Plane { .. } => tolerance,
+                    _ => f64::INFINITY,
+                };
+                Box::new(move |x| (-tolerance..=thickness).contains(&(dot(&normal, x) - offset)))
             }
             Place::Direction { direction: d, angle } => {
                 let d = direction("direction", d)?;
@@ -85,6 +104,15 @@ impl Builder<'_> {
                 let least = angle.to_radians().cos();
                 return Ok(mesh.boundary_where(|_, normal| dot(normal, &d) >= least));
             }
+            Place::Union { groups } => {
+                return self.combine(mesh, groups, group.members, path, |a, b| a | b);
+            }
+            Place::Intersection { groups } => {
+                return self.combine(mesh, groups, group.members, path, |a, b| a & b);
+            }
+            Place::Difference { groups } => {
+                return self.combine(mesh, groups, group.members, path, |a, b| a - b);
+            }
         };
         Ok(match group.members {
             Members::Boundary => {
@@ -94,6 +122,60 @@ impl Builder<'_> {
             Members::Elements => mesh.elements_where(is_inside),
         })
     }
+
+    fn combine(
+        &self,
+        mesh: &Mesh,
+        names: &[String],
+        members: Members,
+        path: &str,
+        operation: fn(&MemberSet, &MemberSet) -> MemberSet,
+    ) -> Result<fem::Group, InputError> {
+        let dimension = match members {
+            Members::Points => 0,
+            Members::Boundary => mesh.dimension() - 1,
+            Members::Elements => mesh.dimension(),
+        };
+        let set = |(i, name): (usize, &String)| {
+            let path = format!("{path}.groups[{i}]");
+            let group = self.at(&path, mesh.group_of_dimension(name, dimension))?;
+            set_of(group, dimension, mesh.dimension()).ok_or_else(|| {
+                let error = InputError::new(format!("the group `{name}` has other members"));
+                let is_allowed = |group| set_of(group, dimension, mesh.dimension()).is_some();
+                let allowed = mesh.groups().iter().filter(|(_, group)| is_allowed(group));
+                let names: Vec<&str> = allowed.map(|(name, _)| name.as_str()).collect();
+                let next = "set `members` of the new group to the type of its groups";
+                self.wrong(&path, error.allowed(names.join(", ")).next(next))
+            })
+        };
+        let sets = names.iter().enumerate().map(set).collect::<Result<Vec<_>, _>>()?;
+        let combined = sets.into_iter().reduce(|a, b| operation(&a, &b)).unwrap_or_default();
+        let combined = combined.iter();
+        Ok(match members {
+            Members::Points => fem::Group::Points(combined.map(|v| v[0]).collect()),
+            Members::Elements => fem::Group::Elements(combined.map(|v| v[0]).collect()),
+            Members::Boundary if dimension == 1 => {
+                fem::Group::Edges(combined.map(|v| [v[0], v[1]]).collect())
+            }
+            Members::Boundary => fem::Group::Faces(combined.map(|v| [v[0], v[1], v[2]]).collect()),
+        })
+    }
+}
+
+/// Returns the members of a group if they have the given dimension, in a mesh of dimension `of_mesh`.
+fn set_of(group: &fem::Group, dimension: usize, of_mesh: usize) -> Option<MemberSet> {
+    fn sorted(vertices: &[usize]) -> Vec<usize> {
+        let mut vertices = vertices.to_vec();
+        vertices.sort_unstable();
+        vertices
+    }
+    let (found, members): (_, MemberSet) = match group {
+        fem::Group::Points(members) => (0, members.iter().map(|&v| vec![v]).collect()),
+        fem::Group::Edges(members) => (1, members.iter().map(|v| sorted(v)).collect()),
+        fem::Group::Faces(members) => (2, members.iter().map(|v| sorted(v)).collect()),
+        fem::Group::Elements(members) => (of_mesh, members.iter().map(|&e| vec![e]).collect()),
+    };
+    (found == dimension).then_some(members)
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

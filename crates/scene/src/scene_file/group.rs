@@ -1,9 +1,9 @@
-//! Groups selected by position or direction.
+//! Groups selected by position or direction, or combined from other groups.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Group selected by location: members with all vertices inside.
+/// Group selected by location (members with all vertices inside), or combined from groups of the mesh and earlier `[[group]]` sections.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Group {
     /// Name of the new group.
@@ -61,6 +61,15 @@ pub enum Place {
         #[schemars(length(min = 2, max = 3))]
         normal: Vec<f64>,
     },
+    /// Side of a line or plane to which the normal points, with the plane within 1e-6 of the size of the mesh.
+    HalfSpace {
+        /// Point of the plane, m.
+        #[schemars(length(min = 2, max = 3))]
+        point: Vec<f64>,
+        /// Normal of the plane, of any length.
+        #[schemars(length(min = 2, max = 3))]
+        normal: Vec<f64>,
+    },
     /// Boundary whose outward normal has a direction.
     Direction {
         /// Direction, of any length.
@@ -70,6 +79,21 @@ pub enum Place {
         #[serde(default = "angle")]
         #[schemars(extend("exclusiveMinimum" = 0), range(max = 180))]
         angle: f64,
+    },
+    /// Members of any of the groups.
+    Union {
+        /// Groups with the same type of members.
+        groups: Vec<String>,
+    },
+    /// Members that all groups have in common.
+    Intersection {
+        /// Groups with the same type of members.
+        groups: Vec<String>,
+    },
+    /// Members of the first group that the other groups do not have.
+    Difference {
+        /// Groups with the same type of members.
+        groups: Vec<String>,
     },
 }
 

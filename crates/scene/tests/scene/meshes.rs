@@ -1,7 +1,8 @@
-//! Meshes of other versions and units, and groups selected by position and direction.
+//! Meshes of other versions and units, and groups selected by position and direction or combined from groups.
 
 use std::path::Path;
 
+use myovib_fem::Group;
 use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::{InputError, Scene};
 
@@ -50,6 +51,7 @@ fn a_selected_face_is_that_of_the_mesh() {
     for place in [
         "type = \"plane\"\npoint = [2.0, 0.0, 0.0]\nnormal = [-3.0, 0.0, 0.0]\n",
         "type = \"direction\"\ndirection = [1.0, 0.2, 0.0]\n",
+        "type = \"half-space\"\npoint = [2.0, 0.0, 0.0]\nnormal = [0.5, 0.0, 0.0]\n",
         "type = \"box\"\nmin = [1.9, -1.0, -1.0]\nmax = [2.1, 2.0, 2.0]\n",
         "type = \"box\"\nmin = [2.0, 0.0, 0.0]\nmax = [2.0, 1.0, 1.0]\n",
         // The corners of the face are 0.7071 m from its center.
@@ -72,6 +74,59 @@ fn elements_are_selected() {
     assert_eq!(tip(&text), tip(BLOCK));
 }
 
+/// The sides of the block: 1 m² left and right, 2 m² elsewhere. The half-space contains 2/3 of the length.
+const ENDS_AND_REST: &str = "[[group]]\nname = \"ends\"\ntype = \"union\"\ngroups = [\"left\", \"right\", \"left\"]
+[[group]]\nname = \"rest\"\ntype = \"half-space\"\npoint = [0.6666666666666666, 0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]\n";
+
+#[test]
+fn groups_are_combined() {
+    let area = |kind: &str, groups: &str| {
+        let last = format!("[[group]]\nname = \"end\"\ntype = \"{kind}\"\ngroups = {groups}\n");
+        let scene = build(&format!("{BLOCK}{ENDS_AND_REST}{last}")).unwrap();
+        let space = scene.body.as_ref().unwrap().muscle.solid.space();
+        let quadrature = space.quadrature("end").unwrap();
+        quadrature.iter().map(|(_, weight)| weight).sum::<f64>()
+    };
+    for (expected, kind, groups) in [
+        (2.0, "union", "[\"ends\"]"),
+        (1.0 + 16.0 / 3.0, "union", "[\"rest\"]"),
+        (2.0 + 16.0 / 3.0, "union", "[\"ends\", \"rest\"]"),
+        (1.0, "intersection", "[\"rest\", \"ends\"]"),
+        (16.0 / 3.0, "difference", "[\"rest\", \"ends\"]"),
+        (1.0, "difference", "[\"ends\", \"rest\"]"),
+        (1.0 + 8.0 / 3.0, "difference", "[\"rest\", \"front\", \"back\"]"),
+    ] {
+        let found = area(kind, groups);
+        // Rounding of a sum of about 500 weights.
+        assert!((found - expected).abs() < 1e-12, "{kind} {groups}: {found}, not {expected}");
+    }
+}
+
+#[test]
+fn combined_points_and_elements() {
+    let half = |name: &str, members: &str, normal: &str| {
+        format!(
+            "[[group]]\nname = \"{name}\"\nmembers = \"{members}\"\ntype = \"half-space\"\n\
+             point = [0.7, 0.5, 0.0]\nnormal = {normal}\n"
+        )
+    };
+    // Of 4 x 3 x 3 vertices, 2 layers have x >= 0.7, and 2 layers of these have y >= 0.5.
+    for (members, expected) in [("points", 12), ("elements", 12)] {
+        let groups = half("a", members, "[1.0, 0.0, 0.0]") + &half("b", members, "[0.0, 1.0, 0.0]");
+        let both = format!(
+            "[[group]]\nname = \"both\"\nmembers = \"{members}\"\ntype = \"intersection\"\n\
+             groups = [\"a\", \"b\"]\n"
+        );
+        let scene = build(&format!("{BLOCK}{groups}{both}")).unwrap();
+        let mesh = scene.body.as_ref().unwrap().muscle.solid.space().mesh();
+        let found = match mesh.group("both").unwrap() {
+            Group::Points(members) | Group::Elements(members) => members.len(),
+            _ => panic!("{members}"),
+        };
+        assert_eq!(found, expected, "{members}");
+    }
+}
+
 /// Checks that each error shows the line of the scene that contains the mistake.
 #[test]
 fn groups_that_make_no_sense_are_located() {
@@ -86,6 +141,12 @@ fn groups_that_make_no_sense_are_located() {
             "members = \"points\"\ntype = \"direction\"\ndirection = [1.0, 0.0, 0.0]\n",
             "members = \"points\"",
         ),
+        ("type = \"half-space\"\npoint = [3.0, 0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]\n", "[[group]]"),
+        ("type = \"intersection\"\ngroups = [\"left\", \"right\"]\n", "[[group]]"),
+        ("type = \"union\"\ngroups = []\n", "[[group]]"),
+        ("type = \"union\"\ngroups = [\"left\", \"rigth\"]\n", "groups = [\"left\", \"rigth\"]"),
+        ("type = \"union\"\ngroups = [\"end\"]\n", "groups = [\"end\"]"),
+        ("members = \"elements\"\ntype = \"union\"\ngroups = [\"left\"]\n", "groups = [\"left\"]"),
     ] {
         let error = build(&pulled_at(group)).unwrap_err().to_string();
         assert!(error.contains(&format!(" | {line}")), "{error}");
