@@ -210,13 +210,14 @@ impl RigidContact {
 
     fn toward_body_in<const D: usize>(&self) -> [f64; 3] {
         let (boundary, rest) = (&self.boundary, vec![0.0; self.boundary.coordinates.len()]);
-        let gaps = boundary.facets.iter().flat_map(|nodes| {
-            let points = boundary.points.iter();
-            points.map(|point| {
-                let x = boundary.sum::<D>(nodes, &point.values, &rest);
-                self.obstacle.gap(x, &[0.0; D])
-            })
+        let places = boundary.facets.iter().flat_map(|nodes| {
+            let inside = boundary.points.iter();
+            let inside = inside.map(|point| boundary.sum::<D>(nodes, &point.values, &rest));
+            // A pole of the body is often a node.
+            let at_nodes = nodes.iter();
+            inside.chain(at_nodes.map(|node| boundary.coordinates.as_chunks().0[*node]))
         });
+        let gaps = places.map(|x| self.obstacle.gap(x, &[0.0; D]));
         let nearest = gaps.min_by(|a, b| a.distance.total_cmp(&b.distance));
         let mut normal = [0.0; 3];
         normal[..D].copy_from_slice(&nearest.map_or([0.0; D], |gap| gap.normal));
