@@ -77,14 +77,9 @@ impl Measurement {
         self.quantities.iter().any(|own| own.is_of_stress())
     }
 
-    /// Returns whether any value lacks a derivative at a state without strain and stress.
-    pub fn has_kink_at_rest(&self) -> bool {
-        self.quantities.iter().any(|own| own.has_kink_at_rest())
-    }
-
-    /// Removes the values that lack a derivative at a state without strain and stress.
-    pub fn remove_kinks_at_rest(&mut self) {
-        self.quantities.retain(|own| !own.has_kink_at_rest());
+    /// Removes the quantities that do not satisfy `is_kept`.
+    pub fn retain(&mut self, is_kept: impl Fn(Quantity) -> bool) {
+        self.quantities.retain(|own| is_kept(*own));
     }
 
     /// Returns the quantities.

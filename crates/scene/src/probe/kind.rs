@@ -2,7 +2,7 @@
 
 use myovib_fem::Solid;
 use myovib_model::harmonic::{Amplitude, DynamicStiffness};
-use myovib_model::{Measurement, ModelError, Muscle, RodDae};
+use myovib_model::{Measurement, ModelError, Muscle, Quantity, RodDae};
 use num_complex::Complex64;
 
 use super::balance::EnergyBalance;
@@ -131,8 +131,8 @@ pub(crate) trait Reading: Send + Sync {
         &[]
     }
 
-    /// Removes the values without a derivative at rest.
-    fn remove_kinks_at_rest(&mut self) {}
+    /// Removes the quantities that do not satisfy `is_kept`.
+    fn retain(&mut self, _is_kept: &dyn Fn(Quantity) -> bool) {}
 
     /// Returns the accumulated energy balance, if the probe has one. Its values are not a function
     /// of the state.

@@ -73,8 +73,8 @@ impl Reading for Places {
         &self.0
     }
 
-    fn remove_kinks_at_rest(&mut self) {
-        self.0.iter_mut().for_each(Measurement::remove_kinks_at_rest);
+    fn retain(&mut self, is_kept: &dyn Fn(Quantity) -> bool) {
+        self.0.iter_mut().for_each(|measurement| measurement.retain(is_kept));
     }
 
     fn harmonic(&self) -> Option<&dyn HarmonicReading> {

@@ -197,11 +197,7 @@ impl Response {
             let note = "chains of oscillators are not part of a response: they are ignored";
             found.notes.push(note.to_owned());
         }
-        for name in scene.probes_with_kinks()? {
-            found.notes.push(format!(
-                "probe `{name}`: principal values and von Mises stresses have no derivative at rest and are omitted; a preload gives them one"
-            ));
-        }
+        found.notes.extend(scene.notes_on_omissions()?);
         for probe in &scene.file.probe {
             if !found.probes.iter().any(|curves| curves.name == probe.name) {
                 let name = &probe.name;

@@ -40,8 +40,8 @@ use myovib_model::coupling::Feedback;
 use myovib_model::harmonic::Drive;
 use myovib_model::statics::Control;
 use myovib_model::{
-    Contact, Formulation, Load, Measurement, ModelError, Muscle, RodDae, Settings, Signal,
-    SurfaceLoad, loosening,
+    Contact, Formulation, Load, Measurement, ModelError, Muscle, Quantity, RodDae, Settings,
+    Signal, SurfaceLoad, loosening,
 };
 use serde_json::Value;
 
@@ -347,33 +347,41 @@ impl Scene {
         Builder::new(&self.source, &inputs, self.t_end).at(path, result)
     }
 
-    /// Returns the measurements of the probes. For a response about rest, values without a derivative there are
-    /// omitted.
+    /// Returns the measurements of the probes. For a response, quantities without an amplitude are omitted.
     pub(crate) fn readings(&self) -> Result<Vec<Box<dyn Reading>>, InputError> {
         let mut readings = self.all_readings()?;
-        if self.is_response_about_rest() {
-            readings.iter_mut().for_each(|reading| reading.remove_kinks_at_rest());
-        }
+        let is_kept = |quantity| self.omission(quantity).is_none();
+        readings.iter_mut().for_each(|reading| reading.retain(&is_kept));
         Ok(readings)
     }
 
-    /// Returns the names of the probes with values that [`Self::readings`] omits.
-    pub(crate) fn probes_with_kinks(&self) -> Result<Vec<&str>, InputError> {
-        if !self.is_response_about_rest() {
-            return Ok(Vec::new());
-        }
+    /// Returns notes on the probes with quantities that [`Self::readings`] omits.
+    pub(crate) fn notes_on_omissions(&self) -> Result<Vec<String>, InputError> {
         let readings = self.all_readings()?;
-        let all = self.file.probe.iter().zip(&readings);
-        let with_kinks = all.filter(|(_, reading)| {
-            let mut measurements = reading.measurements().iter();
-            measurements.any(Measurement::has_kink_at_rest)
+        let notes = self.file.probe.iter().zip(&readings).flat_map(|(probe, reading)| {
+            let quantities = reading.measurements().iter().flat_map(Measurement::quantities);
+            let mut reasons: Vec<_> = quantities.filter_map(|own| self.omission(*own)).collect();
+            reasons.sort_unstable();
+            reasons.dedup();
+            reasons.into_iter().map(|reason| format!("probe `{}`: {reason}", probe.name))
         });
-        Ok(with_kinks.map(|(probe, _)| &*probe.name).collect())
+        Ok(notes.collect())
     }
 
-    fn is_response_about_rest(&self) -> bool {
-        let preload = self.file.response.as_ref().and_then(|own| own.preload_time);
-        self.is_response() && preload.is_none()
+    /// Returns the reason why a response has no amplitude of a quantity.
+    fn omission(&self, quantity: Quantity) -> Option<&'static str> {
+        let about_rest = self.file.response.as_ref().is_none_or(|own| own.preload_time.is_none());
+        let is_incompressible = |body: &Body| body.muscle.parameters.is_incompressible();
+        match quantity {
+            _ if !self.is_response() => None,
+            _ if about_rest && quantity.has_kink_at_rest() => Some(
+                "principal values and von Mises stresses have no derivative at rest and are omitted; a preload gives them one",
+            ),
+            Quantity::VolumeRatio if self.body.as_ref().is_some_and(is_incompressible) => {
+                Some("the volume ratio of an incompressible body is constant and omitted")
+            }
+            _ => None,
+        }
     }
 
     fn all_readings(&self) -> Result<Vec<Box<dyn Reading>>, InputError> {

@@ -78,6 +78,23 @@ fn narrow_peaks_lie_at_the_natural_frequencies() {
     }
 }
 
+/// Regression: the volume ratio of an incompressible body, a rounding error, was resolved with hundreds of frequencies.
+#[test]
+fn a_constant_volume_ratio_has_no_amplitude() {
+    let text = |quantities: &str| {
+        let incompressible = beam("1..100:adaptive", 2e-5).replace("= 1e5", "= inf");
+        incompressible
+            + &format!(
+                "[[probe]]\nname = \"body\"\ntype = \"average\"\ngroup = \"body\"\nquantities = {quantities}\n"
+            )
+    };
+    let [without, with] =
+        ["[\"u\"]", "[\"u\", \"J\"]"].map(|quantities| response(&text(quantities)));
+    assert_eq!(with.frequencies, without.frequencies);
+    assert!(with.probes.iter().all(|probe| !probe.columns.contains(&"J".to_owned())));
+    assert_eq!(with.notes.len(), without.notes.len() + 1, "{:?}", with.notes);
+}
+
 #[test]
 fn invalid_adaptive_ranges_are_refused() {
     for frequencies in [
