@@ -24,7 +24,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         let iterations = self.solve_stages(h, failures)?;
         let step = step_of!(self, h);
-        let free: &[usize] = match failures.suggest_kink() && self.moves_within_tolerances(h) {
+        let free: &[usize] = match self.may_be_near_kink(h, failures) {
             true => &self.algebraic,
             false => &[],
         };
@@ -215,8 +215,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 self.jacobian = Jacobian::Due;
                 continue;
             }
-            let near_kink = failures.suggest_kink() && self.moves_within_tolerances(h);
-            return match slow && near_kink && self.memory.is_none() {
+            return match slow && self.may_be_near_kink(h, failures) && self.memory.is_none() {
                 true => self.solve_beyond_kink(h, failures, rejection),
                 false => Err(Failure::Rejected(rejection)),
             };
@@ -280,8 +279,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         change < 0.5 * norm((0..n).map(|i| weight(i) * self.y_dot[i]), n)
     }
 
-    /// Returns whether the solution moves by less than its tolerance in a step of size `h`.
-    pub(super) fn moves_within_tolerances(&self, h: f64) -> bool {
+    /// Returns whether a step of size `h` may begin near a kink that difference quotients do not resolve: Newton's method
+    /// has failed repeatedly, although the solution moves by less than its tolerance. Other Jacobians belong to one side.
+    pub(super) fn may_be_near_kink(&self, h: f64, failures: Failures) -> bool {
+        if self.matrices.difference_evaluations() == 0 || !failures.suggest_kink() {
+            return false;
+        }
         let weighted = self.y_dot.iter().zip(self.weights.plain()).map(|(v, w)| h * v * w);
         norm(weighted, self.y.len()) <= 1.0
     }

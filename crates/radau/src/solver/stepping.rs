@@ -123,7 +123,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let mut h = self.step_size_within(wanted, limit);
             let Rejection { reason, message, step_factor } = match self.attempt(&mut h, failures) {
                 Ok(proposal) => {
-                    self.near_kink = failures.suggest_kink() && self.moves_within_tolerances(h);
+                    self.near_kink = self.may_be_near_kink(h, failures);
                     // A longer step may have all its stages beyond a kink.
                     let next = match failures.any() && !self.near_kink {
                         true => proposal.min(h),
