@@ -5,7 +5,7 @@ import pytest
 from myovib import solve_dae
 
 METHODS = ["bdf", "radau5", "radau9", "radau13"]
-# Errors may be several tolerances, and BDF's are larger than those of Radau methods.
+# Errors may be several tolerances, and BDF's are the largest.
 LIMIT = 20
 
 
@@ -52,3 +52,15 @@ def test_ideal_diodes_switch_with_difference_quotients(method, rtol, conductance
     assert abs(s.y[0, -1] - exact.y[0, -1]) < LIMIT * rtol * 5
     is_open = s.y[1] < s.y[0]
     assert is_open.any() and not is_open.all()
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("rate", [[lambda y, yp: yp[0]], []])
+def test_kinks_are_passed_while_all_other_variables_rest(method, rate):
+    def amplifier(t, y, yp):
+        return [*(f(y, yp) for f in rate), y[-1] - 5 * max(t - 1 - y[-1], 0.0)]
+
+    n = len(rate) + 1
+    s = solve_dae(amplifier, (0, 2), np.zeros(n), np.zeros(n), method, rtol=1e-7, atol=1e-9)
+    assert s.success, s.message
+    assert (np.abs(s.y[-1] - 5 / 6 * np.maximum(s.t - 1, 0)) < LIMIT * 1e-7).all()

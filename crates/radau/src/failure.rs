@@ -131,7 +131,7 @@ impl Failures {
     }
 
     /// Returns whether Newton's method fails so often that F may have a kink near the start of the step. Later steps
-    /// approach the kink until one of them passes it.
+    /// approach the kink until a step passes it.
     pub(crate) fn suggest_kink(self) -> bool {
         self.unsolved > PATIENCE || (self.near_kink && self.unsolved())
     }

@@ -27,7 +27,7 @@ impl Cotangents<'_> {
         [self.step.t0, self.end]
     }
 
-    /// Returns whether the step contains a time. A time at the common end of two steps belongs to only one of them.
+    /// Returns whether the step contains a time. A common end of two steps belongs to a single step.
     pub fn covers(&self, t: f64) -> bool {
         let is_start = self.is_first && t == self.step.t0;
         is_start || (self.step.t0 < t && t <= self.end)

@@ -215,7 +215,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 self.jacobian = Jacobian::Due;
                 continue;
             }
-            return match slow && self.may_be_near_kink(h, failures) && self.memory.is_none() {
+            return match slow && self.may_be_near_kink(h, failures) {
                 true => self.solve_beyond_kink(h, failures, rejection),
                 false => Err(Failure::Rejected(rejection)),
             };
@@ -226,8 +226,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Jacobian at its start. Returns `rejection` if these fail as well.
     ///
     /// F may have a kink near the start, for example at the threshold of an ideal diode, and the start may be on the
-    /// other side. The end is on the right side according to the predicted or to the iterated values. Only steps within
-    /// the tolerances are solved in this way, because F may have other roots, to which these Jacobians may lead.
+    /// other side. The end is on the right side according to the predicted or to the iterated values. Each of up to six
+    /// Jacobians is evaluated and factorized after every failure. Only steps within about the tolerances are solved in this way, because F may have other roots, to which these Jacobians may lead.
     fn solve_beyond_kink(
         &mut self,
         h: f64,
@@ -244,7 +244,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let mut predicted = vec![0.0; iterated.len()];
         self.predictor.start(&self.method, &self.collocation, (self.t, h), &self.y, &mut predicted);
         let candidates = [predicted, iterated, before];
-        // Displacements follow or oppose the motion: one of both does not cross the kink.
+        // Displacements follow or oppose the motion, and in either case one direction does not cross the kink.
         for (z, step) in [h, -h].iter().flat_map(|step| candidates.iter().map(move |z| (z, *step)))
         {
             let (mut y, mut y_dot) = (self.y.clone(), vec![0.0; n]);
@@ -265,7 +265,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Err(Failure::Rejected(rejection))
     }
 
-    /// Returns whether the derivatives that occur in F change by less than half of their size in the step just solved.
+    /// Returns whether the derivatives that occur in F change by at most half of their size in the step just solved.
     /// Otherwise F may have another root.
     fn keeps_rates(&self, h: f64) -> bool {
         let (n, last) = (self.y.len(), self.method.stages() - 1);
@@ -276,13 +276,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             VariableKind::Algebraic => 0.0,
         };
         let change = norm((0..n).map(|i| weight(i) * (y_dot[i] - self.y_dot[i])), n);
-        change < 0.5 * norm((0..n).map(|i| weight(i) * self.y_dot[i]), n)
+        change <= 0.5 * norm((0..n).map(|i| weight(i) * self.y_dot[i]), n)
     }
 
     /// Returns whether a step of size `h` may begin near a kink that difference quotients do not resolve: Newton's method
     /// has failed repeatedly, although the solution moves by less than its tolerance. Other Jacobians belong to one side.
     pub(super) fn may_be_near_kink(&self, h: f64, failures: Failures) -> bool {
-        if self.matrices.difference_evaluations() == 0 || !failures.suggest_kink() {
+        let has_quotients = self.matrices.difference_evaluations() > 0 && self.memory.is_none();
+        if !(has_quotients && failures.suggest_kink()) {
             return false;
         }
         let weighted = self.y_dot.iter().zip(self.weights.plain()).map(|(v, w)| h * v * w);

@@ -172,7 +172,7 @@ fn first_steps_are_not_halved_below_the_rounding_of_times() {
         let mut solver = builder.build(t0, &[1.0, (1e7 * t0).sin()], &[-1.0, 0.0]).unwrap();
         let stop = stopped(solver.step(t0 + 1e3).unwrap());
         assert_eq!(stop.reason, StopReason::StepTooSmall, "{stop}");
-        // A step of size 0 would have a matrix that is not finite.
+        // The matrix of a step of size 0 contains infinities.
         assert_eq!(stop.statistics.step_solve_failures, 0, "{stop}");
     }
 }

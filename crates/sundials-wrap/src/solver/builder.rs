@@ -16,7 +16,7 @@ use myovib_dae::{
 
 use super::IdaSolver;
 use super::callbacks::{
-    FailureLog, Function, QuadratureSensitivities, UserFunctions, Weighing, Weights,
+    FailureLog, Function, QuadratureSensitivities, Repetitions, UserFunctions, Weighing, Weights,
 };
 use super::linear::{Linear, WholeLu};
 use super::posed::Repeating;
@@ -241,7 +241,7 @@ impl<P: Problem> IdaBuilder<P> {
             backward: Vec::new(),
             repeating: Repeating::default(),
             search_time: None,
-            repetitions: Default::default(),
+            repetitions: Repetitions::from(t0),
             t_called: t0,
             failures: FailureLog::default(),
         };

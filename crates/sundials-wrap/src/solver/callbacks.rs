@@ -87,7 +87,6 @@ pub(super) struct UserFunctions<P> {
 const FINE: f64 = 1e-4;
 
 /// Repetitions of a step with smaller sizes after failures, counted by matrix setups at earlier times.
-#[derive(Default)]
 pub(super) struct Repetitions {
     count: usize,
     t: f64,
@@ -96,6 +95,11 @@ pub(super) struct Repetitions {
 }
 
 impl Repetitions {
+    /// Returns the counter for an integration from `t0`.
+    pub(super) fn from(t0: f64) -> Self {
+        Self { count: 0, t: t0, t_failed: t0 }
+    }
+
     fn count(&mut self, t: f64, step: f64) {
         let is_later = |than: f64| (t - than) * step > 0.0;
         if (self.t - t) * step > 0.0 {
@@ -227,7 +231,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         let fine: Vec<f64>;
         let weights = match self.repetitions.suggest_kink() {
             true => {
-                // Displacements follow or oppose the motion: one of both does not cross the kink.
+                // Displacements follow or oppose the motion, and one direction does not cross the kink.
                 step *= self.repetitions.alternate();
                 fine = self.weights.iter().map(|w| w / FINE).collect();
                 &fine

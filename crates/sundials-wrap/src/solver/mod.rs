@@ -29,7 +29,7 @@ use myovib_dae::{
 use myovib_sparse::SparseOptions;
 
 pub use builder::IdaBuilder;
-use callbacks::UserFunctions;
+use callbacks::{Repetitions, UserFunctions};
 pub use sensitivity::{SensitivityMethod, SensitivityOptions, SensitivityStatistics};
 
 /// Number of steps after which the solver checks whether t has changed.
@@ -299,6 +299,7 @@ impl<P: Problem> IdaSolver<P> {
         self.forget_backward_runs()?;
         self.functions_mut().linear.forget_rcond();
         self.functions_mut().zeros.clear();
+        self.functions_mut().repetitions = Repetitions::from(t0);
         let starts = self.functions().sensitivities.as_ref();
         let starts = starts.map_or(Vec::new(), |linearized| linearized.starts.clone());
         let result = self.ida.reinit_sensitivities(&starts);
