@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -442,7 +441,7 @@ def solve_dae(
         )
     may_have_higher_index = family != "bdf" and not is_index_known
     if may_have_higher_index and structure:
-        may_have_higher_index = any(structure.singular()) or bool(structure.of_higher_index())
+        may_have_higher_index = any(structure.singular) or bool(structure.of_higher_index)
     request["may_have_higher_index"] = may_have_higher_index
     try:
         found, last_limits = _integrate_parts(
@@ -460,7 +459,7 @@ def solve_dae(
     notes += [] if is_of_index_4 else of_input
     solution = _solution(found, n, len(watched.functions), family)
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
-    known = _Known(left_out, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0))
+    known = _Known(left_out, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), outputs is not None)
     advice = _advice(solution, _within(residual, last_limits), rtol, tolerances, known)
     if advice is not None:
         notes.append(advice)
@@ -540,7 +539,7 @@ def _integrate_parts(
     is_hidden = max(request["index"] or [0]) > 1
     found: dict[str, Any] = {}
     before = None
-    is_late = request["method"] == "bdf" and abs(ends[0].t) > LATE * request["time_scale"]
+    is_late = _is_counted_from_start(request["method"], ends[0].t, request["time_scale"])
     origin = ends[0].t if is_late else 0.0
     for part, (end_from, end_to) in enumerate(zip(ends, ends[1:])):
         is_first, is_last = part == 0, part == len(ends) - 2
@@ -574,9 +573,10 @@ def _integrate_parts(
             is_of_user = error.__traceback__ is not None and error.__traceback__.tb_next is not None
             if is_of_user:
                 raise
+            message = _counted_from(origin, str(error)) if is_late else str(error)
             if is_first:
-                raise _Failed(error) from None
-            found.update(status=-1, message=str(error))
+                raise _Failed(message) from None
+            found.update(status=-1, message=message)
             break
         if is_late:
             _delay(solved, origin)
@@ -627,9 +627,11 @@ class _Known(NamedTuple):
     # Whether the velocities at the start violate constraints.
     has_wrong_velocities: bool
     has_jacobian: bool
-    # Description of indices that are missing, wrong or too high; may be empty.
+    # Description of missing, wrong or too high indices; may be empty.
     index_note: str
     span: float
+    # Whether `t_eval` replaces the steps in the results.
+    has_outputs: bool
 
 
 # Part of the span, in 100 steps, below which steps are too short from the start on.
@@ -645,18 +647,20 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
 
     The message of a solution that ends early then contains it instead of the library's remedies, unless it is a guess.
     """
-    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span = known
+    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs = known
     is_bdf = solution.method == "bdf"
     many = is_bdf and solution.nsteps > 1000 and 3 * solution.netf > solution.nsteps
     if not solution.t.size:
         return None
-    is_late = _is_late(solution, rtol, atol)
+    # An integration that counts times from its start does not fail because of their rounding.
+    has_rounded_times = solution.success or not _is_counted_from_start(solution.method, float(solution.t[0]), span)
+    is_late = has_rounded_times and _is_late(solution, rtol, atol)
     if not (many or is_late or solution.status < 0):
         return None
     y, yp = solution.y[:, -1], solution.yp[:, -1]
     structure = Structure.at(residual, solution.t[-1], y, yp, rtol * np.abs(y) + atol)
     singular = _singular(structure)
-    hidden = structure.of_higher_index() if structure and is_bdf else []
+    hidden = structure.of_higher_index if structure and is_bdf else []
     tested = [j for j in hidden if suppress is None or not suppress[j]]
     is_guess = False
     if note and not solution.success:
@@ -674,15 +678,15 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         advice = (
             "a constraint or its derivative jumps at the break: end there, and start again with consistent values"
         )
-    elif is_hidden and not solution.success and _is_slow_from_the_start(solution, span):
-        advice = (
-            "steps are very short from the start on: give a `first_step` of about 1/1000 of the time within which the "
-            "solution changes"
-        )
     elif not solution.success and any(value in solution.message for value in ("= NaN", "= inf", "= -inf")):
         advice = (
             "the domain of F may end near this state; otherwise limit the arguments of exponentials, or use tighter "
             "tolerances"
+        )
+    elif is_hidden and not (solution.success or has_outputs) and _is_slow_from_the_start(solution, span):
+        advice = (
+            "steps are very short from the start on: give a `first_step` of about 1/1000 of the time within which the "
+            "solution changes"
         )
     elif (
         not (solution.success or has_jacobian)
@@ -764,12 +768,19 @@ def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array)
     found = np.zeros(len(y), dtype=bool)
     try:
         base = np.array(residual(t, y, yp), dtype=float)
-        for j, distance in itertools.product(range(len(y)), DISTANCES):
-            moves = [factor * distance * tolerances[j] * (np.arange(len(y)) == j) for factor in (1, -1, 0.25, -0.25)]
-            changes = [np.array(residual(t, y + move, yp), dtype=float) - base for move in moves]
-            bend, near = np.abs(changes[0] + changes[1]), np.abs(changes[2] + changes[3])
-            # At a quarter of the distance, the bend of a smooth function is 1/16 and the bend of a kink 1/4 as large.
-            found |= (bend > BEND * (np.abs(changes[0]) + np.abs(changes[1]))) & (near > 0.2 * bend)
+        for j in range(len(y)):
+            was_bent = np.zeros(len(y), dtype=bool)
+            for distance in DISTANCES:
+                unit = distance * tolerances[j] * (np.arange(len(y)) == j)
+                moved = [residual(t, y + factor * unit, yp) for factor in (1, -1, 0.25, -0.25)]
+                changes = np.array(moved, dtype=float) - base
+                bend, near = np.abs(changes[0] + changes[1]), np.abs(changes[2] + changes[3])
+                # At a quarter of the distance, the bend of a smooth function is 1/16 and the bend of a kink 1/4 as large.
+                is_bent = bend > BEND * (np.abs(changes[0]) + np.abs(changes[1]))
+                is_bent &= (near > 0.2 * bend) & (near < 0.3 * bend)
+                # Bends by rounding differ between distances.
+                found |= is_bent & was_bent
+                was_bent = is_bent
     except Exception:  # outside of the domain of F
         return []
     return np.flatnonzero(found).tolist()
@@ -777,7 +788,7 @@ def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array)
 
 def _singular(structure: Structure | None) -> str:
     """Describe equations that do not determine all variables, or return an empty string."""
-    variables, equations = structure.singular() if structure and not structure.is_huge() else ([], [])
+    variables, equations = structure.singular if structure and not structure.is_huge() else ([], [])
     if not variables:
         return ""
     return (
@@ -985,8 +996,12 @@ def _within(function: Any, limits: tuple[float, float], origin: float = 0.0) -> 
 LATE = 1e4
 
 
+def _is_counted_from_start(family: str, t0: float, span: float) -> bool:
+    return family == "bdf" and abs(t0) > LATE * span
+
+
 def _delay(found: dict[str, Any], origin: float) -> None:
-    """Add the origin to all times, and remove steps that are shorter than the rounding of these times."""
+    """Add the origin to all times, and remove steps below the rounding of these times."""
     found["t"] = (origin + np.frombuffer(found["t"])).tobytes()
     ends = (origin + np.frombuffer(found["segments"])).reshape(-1, 2)
     if len(ends):
@@ -995,7 +1010,12 @@ def _delay(found: dict[str, Any], origin: float) -> None:
         found["segments"], found["samples"] = ends[is_longer].tobytes(), samples[is_longer].tobytes()
     found["events"] = [(k, origin + t, y) for k, t, y in found["events"]]
     if found["status"] != 0:
-        found["message"] += f" (these times are counted from t = {origin})"
+        found["message"] = _counted_from(origin, found["message"])
+
+
+def _counted_from(origin: float, message: str) -> str:
+    """Return the message with a note on its times."""
+    return f"with times counted from t = {origin}: {message}"
 
 
 def _cut(found: dict[str, Any], n: int, rows: slice) -> None:

@@ -31,7 +31,7 @@ def index_note(
 
     The description may be empty.
     """
-    hidden = [] if any(structure.singular()) else structure.of_higher_index()
+    hidden = [] if any(structure.singular) else structure.of_higher_index
     if not hidden:
         return "", False
     index = structure.index()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,7 @@ class Structure:
         parts = _null(self.df_dyp[:, differential])
         return [int(j) for j, part in zip(differential, parts, strict=True) if part]
 
+    @cached_property
     def singular(self) -> tuple[list[int], list[int]]:
         """Return the variables that F = 0 does not determine, and the equations that are combinations of others.
 
@@ -96,6 +98,7 @@ class Structure:
         """Return the change of each equation if y changes by the tolerance."""
         return np.abs(self.df_dy) @ tolerance
 
+    @cached_property
     def of_higher_index(self) -> list[int]:
         """Return the algebraic variables that F = 0 does not determine, whose index is above 1."""
         columns = np.where(self.algebraic, self.df_dy, self.df_dyp)

@@ -62,7 +62,7 @@ pub(crate) struct Request {
     initial: String,
     /// Whether multipliers and derivatives at the start have their values from before a break.
     after_break: bool,
-    /// Whether a variable may have an index above 1 that is not stated.
+    /// Whether a variable may have an unstated index above 1.
     may_have_higher_index: bool,
     /// Whether to store the polynomials of the steps.
     dense: bool,

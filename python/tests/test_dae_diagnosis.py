@@ -1,10 +1,12 @@
 """Reasons of failures and remedies of `solve_dae`."""
 
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from myovib import solve_dae
+from myovib._dae import _kinked
 from myovib._structure import Structure
 
 G = 9.81
@@ -128,3 +130,28 @@ def test_overflowing_entries_are_no_dependence(size, is_huge):
         lambda t, y, yp: np.array([yp[0] + y[1], size * y[1]]), 0.0, np.ones(2), np.ones(2), np.full(2, 1e-6)
     )
     assert at.is_huge() == is_huge
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3, 1e6])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
+def test_rounding_is_no_kink(size, rtol):
+    def smooth(t, y, yp):
+        return [np.sin(y[0]) + size * (y[0] - 1) - size * (y[0] - 2) - size]
+
+    def kinked(t, y, yp):
+        return [max(y[0] - 1, 0.0)]
+
+    state = SimpleNamespace(t=np.zeros(1), y=np.ones((1, 1)), yp=np.zeros((1, 1)))
+    assert _kinked(smooth, state, rtol, np.array([0.01 * rtol])) == []
+    assert _kinked(kinked, state, rtol, np.array([0.01 * rtol])) == [0]
+
+
+def test_times_of_late_starts_have_their_origin():
+    def decay(t, y, yp):
+        return [yp[0] + y[0], y[1] - y[0]]
+
+    with pytest.raises(RuntimeError, match="1700000000"):
+        solve_dae(decay, (1.7e9, 1.7e9 + 3), [1, 5], [-1, 0], "bdf")
+    s = solve_dae(lambda t, y, yp: decay(t, y, yp) if t < 1.7e9 + 2 else [np.nan] * 2, (1.7e9, 1.7e9 + 3), [1, 1], [-1, 0], "bdf")
+    assert s.status < 0
+    assert "1700000000" in s.message
