@@ -1,4 +1,4 @@
-//! Harmonic balance for motions that are nearly linear.
+//! Harmonic balance for nearly linear motions.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -70,6 +70,9 @@ pub fn balance<P: Problem, M: LinearSolver<P>>(
             matrices.solve_complex(problem, k, part)?;
             wave.iter_mut().zip(&*part).for_each(|(y, change)| *y += change);
         }
+        if !(mean.iter().all(|y| y.is_finite()) && waves.iter().flatten().all(|y| y.is_finite())) {
+            return Ok(None);
+        }
         let of = |mean: &[f64], waves: &[Vec<Complex64>], block: &Range<usize>| {
             let largest = |j: usize| mean[j].abs() + waves.iter().map(|y| y[j].norm()).sum::<f64>();
             block.clone().map(largest).fold(0.0, f64::max)
@@ -78,13 +81,12 @@ pub fn balance<P: Problem, M: LinearSolver<P>>(
             size if size > 0.0 => of(&constant, &parts, block) / size,
             size => size,
         });
-        let change =
-            changes.fold(0.0, |largest, change| if change <= largest { largest } else { change });
+        let change = changes.fold(0.0, f64::max);
         if change <= tolerance {
             let at_start = |j: usize| mean[j] + waves.iter().map(|y| y[j].re).sum::<f64>();
             return Ok(Some((0..n).map(at_start).collect()));
         }
-        if change.is_nan() || change > CONTRACTION * last {
+        if change > CONTRACTION * last {
             return Ok(None);
         }
         last = change;

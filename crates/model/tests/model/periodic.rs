@@ -233,20 +233,23 @@ fn states_of_a_duffing_oscillator_of_index_0_and_3_have_their_multipliers() {
 }
 
 /// Checks the state of small amplitude at Ω = 1.4, where the linear oscillator is a good approximation, and the resonance at
-/// Ω = 0.9, where it is not.
+/// Ω = 0.9, where the balance fails.
 #[test]
 fn harmonic_balance_finds_motions_that_are_nearly_linear() {
-    let at = |omega: f64| {
-        let mut dae = Oscillator { omega, ..duffing(Form::Explicit) };
+    let balanced = |mut dae: Oscillator| {
         let pattern = dae.jacobian_pattern();
         let mut matrices = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();
-        let times = [0.0, TAU / omega];
-        balance(&mut dae, &mut matrices, times, &[0.0; 2], &[0..1, 1..2], 1e-9).unwrap()
+        let times = [0.0, TAU / dae.omega];
+        balance(&mut dae, &mut matrices, times, &[0.0; 2], &[0..1, 1..2], 1e-9)
     };
+    let at = |omega: f64| balanced(Oscillator { omega, ..duffing(Form::Explicit) }).unwrap();
     let (omega, expected, ..) = DUFFING[3];
     let found = at(omega).unwrap();
     (0..2).for_each(|i| assert_close(found[i], expected[i]));
     assert_eq!(at(DUFFING[0].0), None);
+    // Regression: numbers that are not finite counted as converged.
+    let undefined = Oscillator { omega, cubic: f64::NAN, ..duffing(Form::Explicit) };
+    assert!(!matches!(balanced(undefined), Ok(Some(_))));
 }
 
 /// Adaptive steps resolve a deviation, fixed steps do not.

@@ -189,15 +189,18 @@ impl Search<'_> {
         P: System + Consistent + Clone,
         S: FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
     {
-        let first = match self.balanced {
-            Some(balanced) => {
-                let mut near = map.restrict(balanced);
-                self.find(map, &mut near, 0, blocks)?
-            }
-            None => {
+        let near_balanced = self.balanced.map(|balanced| {
+            let mut near = map.restrict(balanced);
+            self.find(map, &mut near, 0, blocks)
+        });
+        let first = match near_balanced {
+            // The motion may settle although the balanced state leads to no periodic state.
+            None
+            | Some(Err(ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. })) => {
                 let periods = self.wanted().settling_periods.unwrap_or(SETTLING_PERIODS);
                 self.find(map, &mut state, periods, blocks)?
             }
+            Some(found) => found?,
         };
         if first.leading.is_stable() != Some(false) {
             return Ok((first, None));
