@@ -5,7 +5,7 @@
 pub(super) struct Effort {
     /// Lower limit of the relative tolerance.
     pub(super) least_tolerance: f64,
-    /// Fraction of the measured time span, from its start, that is computed.
+    /// Computed fraction of the measured time span, from its start.
     pub(super) part: f64,
 }
 

@@ -78,7 +78,7 @@ fn expect_origin(request: &FolderRequest<'_>) -> Result<(), InputError> {
     let error = InputError::new("the folder contains another fit").at(request.path.display());
     Err(error
         .found(format!("other {}", other.join(", ")))
-        .next("repeat the arguments of that fit, or use --overwrite instead of --resume"))
+        .next("repeat that fit with its arguments and version of the program, or use --overwrite instead of --resume"))
 }
 
 impl Evaluations {
@@ -126,12 +126,14 @@ impl Evaluations {
     /// once.
     ///
     /// # Errors
-    /// [`Error::Busy`] if another process has continued the earlier fit since it was read.
+    /// [`Error::Input`] if another process has continued the earlier fit since it was read.
     pub(super) fn store_in(&self, folder: &ResultFolder) -> Result<(), Error> {
         let path = folder.path().join(EVALUATIONS);
         let (lines, size) = &self.earlier;
-        if *size > 0 && inputs::content(&path).map_or(0, |bytes| bytes.len()) != *size {
-            return Err(Error::Busy(folder.path().to_owned()));
+        if inputs::content(&path).map_or(0, |bytes| bytes.len()) != *size {
+            let error = InputError::new("another process has continued the fit in this folder");
+            let error = error.at(folder.path().display());
+            return Err(error.next("resume it again: its evaluations are then known").into());
         }
         folder.write(EVALUATIONS, lines)?;
         let file = atomic_file::append(&path).map_err(Error::file("write", &path))?;

@@ -47,12 +47,12 @@ impl<'a> History<'a> {
     /// Replaces the table and the results of an earlier fit. Keeps the evaluations of a resumed fit.
     fn open(&self) -> Result<Files, Error> {
         let folder = self.request.clone().open()?;
+        self.evaluations.store_in(&folder)?;
         for name in &self.request.files {
             if name != EVALUATIONS {
                 folder.remove(name)?;
             }
         }
-        self.evaluations.store_in(&folder)?;
         let names: Vec<&str> = self.columns.iter().map(String::as_str).collect();
         let table = CsvWriter::new(folder.create(HISTORY)?, &names)
             .map_err(Error::file("write", &folder.path().join(HISTORY)))?;
@@ -86,7 +86,8 @@ impl<'a> History<'a> {
         written
     }
 
-    /// Reports whether all iterations and evaluations were written. Also creates the folder of a fit that `succeeded` without any iteration.
+    /// Reports whether all iterations and evaluations were written. Also creates the folder of a fit that `succeeded`
+    /// without any iteration.
     pub(super) fn end(&mut self, succeeded: bool) -> Result<(), Error> {
         if succeeded && self.files.is_none() && self.failed.is_none() {
             self.files = Some(self.open()?);
