@@ -167,7 +167,7 @@ impl Checkpoint {
         let json: Value = serde_json::from_str(body).map_err(damage)?;
         match has_possible_counts(&json) {
             true => serde_json::from_value(json).map_err(damage),
-            false => Err(Damage::Other("its counters are inconsistent".to_owned())),
+            false => Err(Damage::Other(format!("a counter exceeds {LARGEST_COUNT}"))),
         }
     }
 
@@ -195,10 +195,13 @@ impl Checkpoint {
     }
 }
 
-/// Returns whether all whole numbers are at most 2^53, so that sums of them do not overflow.
+/// Upper bound of counters: sums of a thousand of them do not overflow.
+pub(super) const LARGEST_COUNT: u64 = 1 << 53;
+
+/// Returns whether all whole numbers are at most [`LARGEST_COUNT`].
 fn has_possible_counts(json: &Value) -> bool {
     match json {
-        Value::Number(number) => number.as_u64().is_none_or(|count| count <= 1 << 53),
+        Value::Number(number) => number.as_u64().is_none_or(|count| count <= LARGEST_COUNT),
         Value::Array(all) => all.iter().all(has_possible_counts),
         Value::Object(all) => all.values().all(has_possible_counts),
         _ => true,

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::checkpoint::LARGEST_COUNT;
 use super::{Existing, RunOptions, compute};
 use crate::Scene;
 use crate::atomic_file::faults::with_disk_that_stops_after;
@@ -236,9 +237,13 @@ fn forged_checkpoints_do_not_panic() {
         compute(&scene, &options(&out, Existing::Resume, false))
     };
     for counter in &counters {
-        let result = resumed(counter, &|value| *value = u64::MAX.into());
-        let error = result.map(drop);
-        assert!(matches!(error, Err(crate::Error::Input(_))), "{counter}: {error:?}");
+        for forged in [0, LARGEST_COUNT, u64::MAX] {
+            let result = resumed(counter, &|value| *value = forged.into());
+            let error = result.map(drop);
+            let is_possible = forged <= LARGEST_COUNT && error.is_ok();
+            let is_refused = matches!(error, Err(crate::Error::Input(_)));
+            assert!(is_possible || is_refused, "{counter} {forged}: {error:?}");
+        }
     }
     for list in &lists {
         let result = resumed(list, &|value| drop(value.as_array_mut().unwrap().pop()));
