@@ -197,14 +197,17 @@ impl Response {
             let note = "chains of oscillators are not part of a response: they are ignored";
             found.notes.push(note.to_owned());
         }
-        found.notes.extend(scene.notes_on_omissions()?);
+        let omissions = scene.omissions()?;
         for probe in &scene.file.probe {
-            if !found.probes.iter().any(|curves| curves.name == probe.name) {
-                let name = &probe.name;
+            let name = &probe.name;
+            let is_written = found.probes.iter().any(|curves| curves.name == *name);
+            if !is_written && !omissions.iter().any(|(omitted, _)| omitted == name) {
                 let note = format!("the probe `{name}` has no harmonic amplitude: it is ignored");
                 found.notes.push(note);
             }
         }
+        let omissions = omissions.iter().map(|(name, reason)| format!("probe `{name}`: {reason}"));
+        found.notes.extend(omissions);
         Ok(found)
     }
 
@@ -310,6 +313,10 @@ pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputErro
     if probes.is_empty() {
         let error =
             InputError::new("no probe has a harmonic amplitude, so there is nothing to write");
+        let error = match scene.omissions()?.first() {
+            Some((name, reason)) => error.found(format!("probe `{name}`: {reason}")),
+            None => error,
+        };
         let error = error.next("add a [[probe]], such as type = \"point\"");
         return Err(scene.wrong("probe", error));
     }

@@ -73,7 +73,7 @@ impl Rational {
         last.unwrap_or_else(|| vec![Complex64::ONE; n])
     }
 
-    /// Returns the values of all curves; zeros if there are no support points.
+    /// Returns the values of all curves; zeros without support points.
     pub(super) fn at(&self, f: f64, n_curves: usize) -> Vec<Complex64> {
         let mut above = vec![Complex64::ZERO; n_curves];
         let mut below = Complex64::ZERO;

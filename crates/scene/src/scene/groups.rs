@@ -39,10 +39,10 @@ impl Builder<'_> {
         if selected.is_empty() {
             let error = InputError::new(format!("the group `{}` has no members", group.name));
             let error = match &group.place {
-                Place::Union { .. } | Place::Intersection { .. } | Place::Difference { .. } => {
-                    error.next(
-                        "name groups with common members, or for a difference, with different ones",
-                    )
+                Place::Union { .. } => error.found("no groups"),
+                Place::Intersection { .. } => error.found("groups without common members"),
+                Place::Difference { .. } => {
+                    error.found("other groups with all members of the first")
                 }
                 _ => {
                     let (min, max) = extent(mesh);
@@ -144,8 +144,12 @@ impl Builder<'_> {
                 let is_allowed = |group| set_of(group, dimension, mesh.dimension()).is_some();
                 let allowed = mesh.groups().iter().filter(|(_, group)| is_allowed(group));
                 let names: Vec<&str> = allowed.map(|(name, _)| name.as_str()).collect();
+                let error = match names.is_empty() {
+                    true => error,
+                    false => error.allowed(names.join(", ")),
+                };
                 let next = "set `members` of the new group to the type of its groups";
-                self.wrong(&path, error.allowed(names.join(", ")).next(next))
+                self.wrong(&path, error.next(next))
             })
         };
         let sets = names.iter().enumerate().map(set).collect::<Result<Vec<_>, _>>()?;

@@ -355,17 +355,17 @@ impl Scene {
         Ok(readings)
     }
 
-    /// Returns notes on the probes with quantities that [`Self::readings`] omits.
-    pub(crate) fn notes_on_omissions(&self) -> Result<Vec<String>, InputError> {
+    /// Returns the names of the probes with quantities that [`Self::readings`] omits, each with a reason.
+    pub(crate) fn omissions(&self) -> Result<Vec<(&str, &'static str)>, InputError> {
         let readings = self.all_readings()?;
-        let notes = self.file.probe.iter().zip(&readings).flat_map(|(probe, reading)| {
+        let all = self.file.probe.iter().zip(&readings).flat_map(|(probe, reading)| {
             let quantities = reading.measurements().iter().flat_map(Measurement::quantities);
             let mut reasons: Vec<_> = quantities.filter_map(|own| self.omission(*own)).collect();
             reasons.sort_unstable();
             reasons.dedup();
-            reasons.into_iter().map(|reason| format!("probe `{}`: {reason}", probe.name))
+            reasons.into_iter().map(|reason| (&*probe.name, reason))
         });
-        Ok(notes.collect())
+        Ok(all.collect())
     }
 
     /// Returns the reason why a response has no amplitude of a quantity.

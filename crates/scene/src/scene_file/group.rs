@@ -61,7 +61,7 @@ pub enum Place {
         #[schemars(length(min = 2, max = 3))]
         normal: Vec<f64>,
     },
-    /// Side of a line or plane to which the normal points, with the plane within 1e-6 of the size of the mesh.
+    /// Side of a line or plane to which the normal points; includes vertices within 1e-6 of the size of the mesh behind it.
     HalfSpace {
         /// Point of the plane, m.
         #[schemars(length(min = 2, max = 3))]
@@ -82,17 +82,17 @@ pub enum Place {
     },
     /// Members of any of the groups.
     Union {
-        /// Groups with the same type of members.
+        /// Groups whose members have the type `members`.
         groups: Vec<String>,
     },
     /// Members that all groups have in common.
     Intersection {
-        /// Groups with the same type of members.
+        /// Groups whose members have the type `members`.
         groups: Vec<String>,
     },
     /// Members of the first group that the other groups do not have.
     Difference {
-        /// Groups with the same type of members.
+        /// Groups whose members have the type `members`.
         groups: Vec<String>,
     },
 }

@@ -103,6 +103,23 @@ fn groups_are_combined() {
 }
 
 #[test]
+fn edges_are_combined() {
+    let text = "analysis = \"static\"\n[mesh]\ntype = \"rectangle\"\nwidth = 2.0\nheight = 1.0\ncells = [4, 2]\n[solid]\n\
+                bulk_modulus = inf\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1.0\nshear_modulus = 1.0\n\
+                [[fixed]]\ngroup = \"left\"\n[[group]]\nname = \"right half\"\ntype = \"half-space\"\npoint = [1.0, 0.0]\n\
+                normal = [1.0, 0.0]\n[[group]]\nname = \"both\"\ntype = \"union\"\ngroups = [\"left\", \"top\"]\n\
+                [[group]]\nname = \"rest\"\ntype = \"difference\"\ngroups = [\"both\", \"right half\"]\n";
+    let scene = build(text).unwrap();
+    let space = scene.body.as_ref().unwrap().muscle.solid.space();
+    for (group, length) in [("right half", 3.0), ("both", 3.0), ("rest", 2.0)] {
+        let quadrature = space.quadrature(group).unwrap();
+        let found: f64 = quadrature.iter().map(|(_, weight)| weight).sum();
+        // Rounding of a sum of about 30 weights.
+        assert!((found - length).abs() < 1e-13, "{group}: {found}");
+    }
+}
+
+#[test]
 fn combined_points_and_elements() {
     let half = |name: &str, members: &str, normal: &str| {
         format!(
@@ -110,7 +127,8 @@ fn combined_points_and_elements() {
              point = [0.7, 0.5, 0.0]\nnormal = {normal}\n"
         )
     };
-    // Of 4 x 3 x 3 vertices, 2 layers have x >= 0.7, and 2 layers of these have y >= 0.5.
+    // Of 4 x 3 x 3 vertices, 2 layers have x >= 0.7, and 2 layers of these have y >= 0.5. Between them are 1 x 1 x 2 cells of 6
+    // tetrahedra.
     for (members, expected) in [("points", 12), ("elements", 12)] {
         let groups = half("a", members, "[1.0, 0.0, 0.0]") + &half("b", members, "[0.0, 1.0, 0.0]");
         let both = format!(
