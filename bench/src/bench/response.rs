@@ -119,7 +119,7 @@ fn beside_factorizations() -> anyhow::Result<Row> {
     let plan = Arc::new(Condensation::new(&dae));
     let elimination = Arc::new(plan.elimination(SparseOptions::default())?);
     let mut matrix = Condensed::<Complex64>::new(plan, elimination);
-    // Measures all factorizations: on a busy machine, the fastest one is faster than the mean of the response.
+    // Measures all factorizations: on a busy machine, the fastest factorization takes less time than the mean of the response.
     let started = ThreadTime::now();
     for frequency in &found.frequencies {
         let s = Complex64::new(0.0, TAU * frequency);

@@ -144,7 +144,7 @@ pub trait Integrator<P: Problem> {
     /// Returns the number of quadratures.
     fn n_quadratures(&self) -> usize;
 
-    /// Writes the quadratures or one of their derivatives, as
+    /// Writes the quadratures or a derivative of them, as
     /// [`dense_output`](Integrator::dense_output) does for the solution.
     ///
     /// # Errors

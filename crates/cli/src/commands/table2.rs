@@ -263,7 +263,7 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
         None => scenes?,
     };
     let shared = std::env::temp_dir();
-    // Folders of programs that are just starting are kept.
+    // Younger folders may belong to programs about to use them.
     remove_temporary_files(&shared, Duration::from_secs(60));
     let temporary = atomic_file::temporary_folder(&shared);
     let temporary = temporary.context("cannot make a folder for the runs")?;

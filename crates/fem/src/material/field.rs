@@ -99,7 +99,7 @@ fn less_along(vector: [f64; 3], unit: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| vector[i] - along * unit[i])
 }
 
-/// Returns a unit vector orthogonal to `unit`: the coordinate direction that is least parallel to
+/// Returns a unit vector orthogonal to `unit`: the coordinate direction least parallel to
 /// it, projected onto the orthogonal plane.
 fn any_across(unit: [f64; 3]) -> [f64; 3] {
     let least = (0..3).min_by(|&a, &b| unit[a].abs().total_cmp(&unit[b].abs()));

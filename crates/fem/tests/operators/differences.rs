@@ -188,7 +188,7 @@ fn check_all(law: Law, space: Space, kappa: Option<f64>) {
     check_with(law, space, kappa, None, VolumeFunction::Quadratic);
 }
 
-/// Returns the solid with fibers that are not aligned with coordinates, if its law has fibers. In 2D the sheet direction is
+/// Returns the solid with fibers oblique to the axes, if its law has fibers. In 2D the sheet direction is
 /// arbitrary.
 pub(crate) fn with_oblique_fibers(solid: Solid) -> Solid {
     let mesh = solid.space().mesh();

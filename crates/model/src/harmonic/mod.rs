@@ -93,7 +93,7 @@ pub struct HarmonicResponse {
     stiffness: DynamicStiffness,
     plan: Arc<Condensation>,
     elimination: Arc<Elimination>,
-    /// Matrices that are not in use by a thread. Allocating one costs as much as a factorization.
+    /// Matrices that no thread uses. Allocating one costs as much as a factorization.
     matrices: Mutex<Vec<Condensed<Complex64>>>,
 }
 

@@ -421,7 +421,7 @@ impl BoundaryForce for Contact {
     }
 }
 
-/// Sets the depths of the multipliers of each contact; those of a contact without multipliers are empty.
+/// Sets the depths of the multipliers of each contact; empty lists are for contacts without multipliers.
 pub(crate) fn set_multipliers(contacts: &mut [Contact], depths: Vec<Vec<f64>>) {
     let augmented = contacts.iter_mut().zip(depths).filter(|(_, depths)| !depths.is_empty());
     augmented.for_each(|(contact, depths)| contact.set_depths(depths));

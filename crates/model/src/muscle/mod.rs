@@ -263,7 +263,7 @@ impl Muscle {
         muscle
     }
 
-    /// Returns the body with supports that keep their displacement at time `t`, as those of an equilibrium do.
+    /// Returns the body with supports that keep their displacement at time `t`, as in an equilibrium.
     #[must_use]
     pub fn with_supports_at(mut self, t: f64) -> Self {
         for Prescribed { signal, .. } in &mut self.prescribed {

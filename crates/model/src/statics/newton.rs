@@ -78,7 +78,7 @@ pub(super) struct Newton<'a> {
     force_square: f64,
     /// The prescribed components and the derivatives of their displacement with respect to the load factor, m.
     prescribed: Vec<(usize, f64)>,
-    /// The prescribed components that are not proportional to the load factor; they are the last ones of the list
+    /// Prescribed components whose displacement is not proportional to the load factor, at the end of the list
     /// above. Their derivatives are evaluated at the load factor of the last [`direction`](Self::direction).
     turned: Vec<(usize, Signal)>,
     displacement: Vec<f64>,

@@ -72,7 +72,7 @@ impl PathState {
 /// Number of directions in which the energy decreases, along a path.
 #[derive(Debug, Default)]
 pub(super) struct Stability {
-    /// Load factor and number of these directions at the last state where the number is known.
+    /// Load factor and number of these directions at the last state with a known number.
     last: Option<(f64, usize)>,
     pub(super) points: Vec<CriticalPoint>,
 }

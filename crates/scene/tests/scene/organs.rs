@@ -13,14 +13,14 @@ fn equilibrium(name: &str, bulk_modulus: &str, outer_pressure: f64) -> [f64; 4] 
         "{}[[body_force]]\nx = 4.0\ny = 2.0\nz = -3.0\n\
          [[pressure]]\ngroup = \"free\"\nvalue = {outer_pressure}\n\
          [[probe]]\nname = \"free\"\ntype = \"average\"\ngroup = \"free\"\n",
-        body(name, bulk_modulus)
+        organ(name, bulk_modulus)
     );
     let [table] = tables_in(&text, &folder(), ["free"]);
     ["u_x", "u_y", "u_z", "p"].map(|column| last(&table, column))
 }
 
-/// Returns the scene of a body that is held.
-fn body(name: &str, bulk_modulus: &str) -> String {
+/// Returns the scene of an organ on its supports.
+fn organ(name: &str, bulk_modulus: &str) -> String {
     format!(
         "analysis = \"static\"\n[mesh]\ntype = \"file\"\npath = \"{name}.msh\"\n[solid]\n\
          bulk_modulus = {bulk_modulus}\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 5e3\n\
@@ -55,10 +55,10 @@ fn organs_deflect_alike_with_large_and_infinite_bulk_modulus() {
     }
 }
 
-/// Regression: the mass was that of elements with straight edges, 3 % less.
+/// Regression: the mass was computed with straight edges, 3 % less.
 #[test]
 fn a_body_with_curved_elements_has_the_mass_of_its_volume() {
-    let scene = Scene::build("scene.toml", &body("ventricle", "inf"), &[], &folder()).unwrap();
+    let scene = Scene::build("scene.toml", &organ("ventricle", "inf"), &[], &folder()).unwrap();
     let size = Size::of(&scene.body.unwrap().muscle);
     // Rounding of sums over about 500 elements.
     assert!((size.mass / (1e3 * size.volume) - 1.0).abs() < 500.0 * f64::EPSILON, "{size:?}");

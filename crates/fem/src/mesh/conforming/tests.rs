@@ -190,7 +190,7 @@ fn hanging_nodes_are_found() {
     assert_eq!(hanging.kind(), DefectKind::HangingNode);
 }
 
-/// A square face is cut along different diagonals from above and below: there is no hanging node,
+/// A square face is cut along different diagonals from above and below: no node hangs,
 /// but the faces are not shared.
 #[test]
 fn faces_split_along_different_diagonals_are_found() {
