@@ -2,7 +2,7 @@
 
     python mesh_to_figure.py [figure.png]
 
-The mesh is written here in the format of Gmsh. A file from Gmsh can be used instead.
+The mesh is made of arrays. A file of Gmsh can be used instead.
 """
 
 # %% A mesh: 12 x 3 squares of 5 mm, each cut in two triangles
@@ -15,48 +15,16 @@ import numpy as np
 import myovib
 
 nx, ny, size = 12, 3, 0.005
-number = lambda i, j: 1 + i + (nx + 1) * j
-nodes = [(i * size, j * size) for j in range(ny + 1) for i in range(nx + 1)]
-wall = [(number(0, j), number(0, j + 1)) for j in range(ny)]
-top = [(number(i + 1, ny), number(i, ny)) for i in range(nx)]
-triangles = []
-for j in range(ny):
-    for i in range(nx):
-        a, b = number(i, j), number(i + 1, j)
-        c, d = number(i + 1, j + 1), number(i, j + 1)
-        triangles += [(a, b, c), (a, c, d)]
-
-
-def gmsh(nodes, groups):
-    """Return the text of a mesh; `groups` maps each name to the dimension and the elements of a group."""
-    names, entities, blocks = [], {1: [], 2: []}, []
-    element = 0
-    for tag, (name, (dimension, cells)) in enumerate(groups.items(), start=1):
-        names.append(f'{dimension} {tag} "{name}"')
-        entities[dimension].append(f"{tag} 0 0 0 1 1 0 1 {tag} 0")
-        lines = []
-        for cell in cells:
-            element += 1
-            lines.append(" ".join(map(str, (element, *cell))))
-        blocks.append(f"{dimension} {tag} {dimension} {len(cells)}\n" + "\n".join(lines))
-    n = len(nodes)
-    tags = "\n".join(map(str, range(1, n + 1)))
-    points = "\n".join(f"{x!r} {y!r} 0" for x, y in nodes)
-    surface = len(groups)
-    sections = {
-        "MeshFormat": "4.1 0 8",
-        "PhysicalNames": f"{len(names)}\n" + "\n".join(names),
-        "Entities": f"0 {len(entities[1])} {len(entities[2])} 0\n"
-        + "\n".join(entities[1] + entities[2]),
-        "Nodes": f"1 {n} 1 {n}\n2 {surface} 0 {n}\n{tags}\n{points}",
-        "Elements": f"{len(groups)} {element} 1 {element}\n" + "\n".join(blocks),
-    }
-    return "".join(f"${name}\n{body}\n$End{name}\n" for name, body in sections.items())
-
-
+points = [(i * size, j * size) for j in range(ny + 1) for i in range(nx + 1)]
+number = np.arange(len(points)).reshape(ny + 1, nx + 1)
+a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
+groups = {
+    "wall": np.stack([number[:-1, 0], number[1:, 0]], axis=-1),
+    "top": np.stack([number[-1, 1:], number[-1, :-1]], axis=-1),
+    "tissue": np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3),
+}
 folder = Path(tempfile.mkdtemp())
-mesh = gmsh(nodes, {"wall": (1, wall), "top": (1, top), "tissue": (2, triangles)})
-(folder / "strip.msh").write_text(mesh)
+myovib.write_mesh(folder / "strip.msh", points, groups)
 
 # %% A scene
 (folder / "strip.toml").write_text("""

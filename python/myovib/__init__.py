@@ -16,6 +16,7 @@ except ImportError as error:
 from ._consistent import consistent_start
 from ._dae import DaeSolution, DenseOutput, solve_dae
 from ._identification import FitResult, SensitivityResult
+from ._mesh import read_mesh, write_mesh
 from ._native import SceneError, StepFailure, use_threads, versions
 from ._run import Fields, Probe, RunResult, SweepResult
 from ._scene import Scene
@@ -33,8 +34,10 @@ __all__ = [
     "StepFailure",
     "SweepResult",
     "consistent_start",
+    "read_mesh",
     "solve_dae",
     "use_threads",
     "versions",
+    "write_mesh",
 ]
 __version__ = versions()[0]
