@@ -77,11 +77,11 @@ fn matches(pattern: &[&str], lines: &[&str]) -> bool {
     }
 }
 
-/// Copies the scenes of the gallery, which its commands use.
+/// Copies the scenes, data and meshes of the gallery, which its commands use.
 fn copy_examples(folder: &Path) {
     for entry in fs::read_dir(root().join("examples")).expect("the gallery") {
         let path = entry.expect("an entry").path();
-        if path.extension().is_some_and(|extension| extension == "toml" || extension == "csv") {
+        if path.extension().is_some_and(|own| own == "toml" || own == "csv" || own == "msh") {
             fs::copy(&path, folder.join(path.file_name().expect("a name"))).expect("a copy");
         }
     }
