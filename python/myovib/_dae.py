@@ -341,7 +341,7 @@ def solve_dae(
     if t0 == t_end or not np.isfinite([t0, t_end]).all():
         raise ValueError(f"t_span = ({t0}, {t_end}): must be two different finite times")
     if t_end < t0 and family != "bdf":
-        raise ValueError(f't_span = ({t0}, {t_end}): only "bdf" goes backwards')
+        raise ValueError(f't_span = ({t0}, {t_end}): only "bdf" goes backward')
     for name, step in (("first_step", first_step), ("max_step", max_step)):
         if step is not None and not step > 0:
             raise ValueError(f"{name} = {step}: must be above 0")
@@ -349,8 +349,8 @@ def solve_dae(
     marks = _marks("algebraic", algebraic, n)
     if suppress is True and marks is None:
         raise ValueError("suppress = True excludes the algebraic components: specify them in `algebraic`")
-    left_out = marks if suppress is True else _marks("suppress", None if suppress is False else suppress, n)
-    if left_out is not None and all(left_out):
+    excluded = marks if suppress is True else _marks("suppress", None if suppress is False else suppress, n)
+    if excluded is not None and all(excluded):
         raise ValueError("suppress excludes all variables: the error test must have at least one")
     if index is not None and np.ndim(index) != 1:
         raise TypeError(f"index = {index!r}: must be a sequence of {n} numbers from 0 to 3")
@@ -358,7 +358,7 @@ def solve_dae(
     if given is not None and (len(given) != n or not np.isin(given, range(4)).all()):
         raise ValueError(f"index = {index}: must have {n} entries, whole numbers from 0 to 3")
     indices = None if given is None else [int(i) for i in given]
-    if family == "bdf" and left_out is None and indices is not None and max(indices) > 1:
+    if family == "bdf" and excluded is None and indices is not None and max(indices) > 1:
         raise ValueError(
             f'index has a {max(indices)}, which "bdf" makes no use of: use a Radau method, or, for '
             "index 2, exclude these components from the error test by `suppress`"
@@ -386,7 +386,7 @@ def solve_dae(
         "directions": watched.directions,
         "algebraic": marks,
         "index": indices,
-        "suppress": left_out,
+        "suppress": excluded,
         "method": family,
         "rtol": float(rtol),
         "atol": tolerances.tolist(),
@@ -406,7 +406,7 @@ def solve_dae(
         _expect_finite(_in_bytes(residual, n), first_limits[0], start, rates)
     structure = None
     # The indices of all variables are known, or the variables of index 2 are excluded from the error test.
-    is_index_known = left_out is not None if family == "bdf" else indices is not None
+    is_index_known = excluded is not None if family == "bdf" else indices is not None
     if initial == "algebraic" or not is_index_known or family != "bdf":
         structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
     constraints = None
@@ -426,7 +426,7 @@ def solve_dae(
             )
     note, is_of_index_4 = "", False
     if structure:
-        note, is_of_index_4 = index_note(structure, family, indices, left_out)
+        note, is_of_index_4 = index_note(structure, family, indices, excluded)
         notes += [note] if note else []
     if structure and initial == "algebraic" and (free := structure.undetermined()):
         notes.append(
@@ -459,7 +459,7 @@ def solve_dae(
     notes += [] if is_of_index_4 else of_input
     solution = _solution(found, n, len(watched.functions), family)
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
-    known = _Known(left_out, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), outputs is not None)
+    known = _Facts(excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), outputs is not None)
     advice = _advice(solution, _within(residual, last_limits), rtol, tolerances, known)
     if advice is not None:
         notes.append(advice)
@@ -473,7 +473,7 @@ def solve_dae(
         # The index of the linearized equations may be too high at a single state.
         end = (solution.t[-1], solution.y[:, -1], solution.yp[:, -1])
         at_end = Structure.at(_within(residual, last_limits), *end, rtol * np.abs(end[1]) + tolerances)
-        if at_end and index_note(at_end, family, indices, left_out)[1]:
+        if at_end and index_note(at_end, family, indices, excluded)[1]:
             solution.status, solution.message = -1, f"{solution.message}, but the results may be wrong: {note}"
     jumping = []
     if highest == 3 and indices is not None and outputs is None and not has_wrong_velocities:
@@ -617,7 +617,7 @@ def _share_of_entries(residual: Function, t: float, y: Array, yp: Array) -> floa
     return share if share < SPARSE else None
 
 
-class _Known(NamedTuple):
+class _Facts(NamedTuple):
     """Context of an integration, from which reasons of failures are derived."""
 
     # Variables excluded from the error test.
@@ -642,7 +642,7 @@ def _is_slow_from_the_start(solution: DaeSolution, span: float) -> bool:
     return len(solution.t) > 1000 and abs(solution.t[100] - solution.t[0]) < SLOW * span
 
 
-def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array, known: _Known) -> str | None:
+def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array, known: _Facts) -> str | None:
     """Return advice if the integrator gave up, failed many error tests or lacks digits, for a reason that has a remedy.
 
     The message of a solution that ends early then contains it instead of the library's remedies, unless it is a guess.
@@ -1185,8 +1185,8 @@ class _Jacobian:
             self.places = (rows, np.repeat(np.arange(n), np.diff(offsets)))
 
     def __call__(self, t: float, y: bytearray, yp: bytearray) -> tuple[bytes, bytes]:
-        of_value, of_rate = self.function(t, np.frombuffer(y), np.frombuffer(yp))
-        return self._values(of_value).tobytes(), self._values(of_rate).tobytes()
+        df_dy, df_dyp = self.function(t, np.frombuffer(y), np.frombuffer(yp))
+        return self._values(df_dy).tobytes(), self._values(df_dyp).tobytes()
 
     def _values(self, matrix: Any) -> Array:
         sparse = hasattr(matrix, "tocsr")

@@ -50,10 +50,10 @@ impl ProgressSink for Progress {
             return;
         }
         *last = Some(Instant::now());
-        self.tell_now(line);
+        self.report_now(line);
     }
 
-    fn tell_now(&self, line: &dyn Fn() -> String) {
+    fn report_now(&self, line: &dyn Fn() -> String) {
         let Some(show) = &self.show else { return };
         let mut raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
         if raised.is_none()

@@ -107,8 +107,8 @@ impl Problem for PythonDae {
         for part in &mut parts {
             part.resize(values.len(), 0.0);
         }
-        let [of_value, of_rate] = &mut parts;
-        let evaluated = self.jacobian_parts(t, y, y_dot, [of_value, of_rate]);
+        let [df_dy, df_dyp] = &mut parts;
+        let evaluated = self.jacobian_parts(t, y, y_dot, [df_dy, df_dyp]);
         for (value, (j, m)) in values.iter_mut().zip(parts[0].iter().zip(&parts[1])) {
             *value = a * j + b * m;
         }
@@ -121,15 +121,15 @@ impl Problem for PythonDae {
         t: f64,
         y: &[f64],
         y_dot: &[f64],
-        [of_value, of_rate]: [&mut [f64]; 2],
+        [df_dy, df_dyp]: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
         let Some(jacobian) = &self.jacobian else {
             return Err(StepError::NoJacobian);
         };
         self.call(jacobian, t, [y, y_dot], |answer| {
             let (values, rates): (Bound<'_, PyAny>, Bound<'_, PyAny>) = answer.extract()?;
-            copy(&values, of_value)?;
-            copy(&rates, of_rate)
+            copy(&values, df_dy)?;
+            copy(&rates, df_dyp)
         })
     }
 

@@ -27,12 +27,12 @@ def robertson(t, y, yp):
 
 def robertson_jacobian(t, y, yp):
     a, b, c = y
-    of_value = [
+    df_dy = [
         [0.04, -1e4 * c, -1e4 * b],
         [-0.04, 1e4 * c + 6e7 * b, 1e4 * b],
         [1.0, 1.0, 1.0],
     ]
-    return np.array(of_value), np.diag([1.0, 1.0, 0.0])
+    return np.array(df_dy), np.diag([1.0, 1.0, 0.0])
 
 
 ROBERTSON = dict(y0=[1, 0, 0], yp0=[-0.04, 0.04, 0], rtol=1e-6, atol=[1e-10, 1e-14, 1e-10])
@@ -520,9 +520,9 @@ def test_velocities_at_zero_positions_are_checked():
             hung, (0, 0.1), [0, 0, 2, climb, G + 4], [2, climb, 0, 4, 0], "radau5", index=[1, 1, 2, 2, 3]
         )
 
-    with pytest.warns(UserWarning, match="equation 4 .*, a constraint on positions") as told:
+    with pytest.warns(UserWarning, match="equation 4 .*, a constraint on positions") as reported:
         run(climb=0.1)
-    assert len(told) == 1
+    assert len(reported) == 1
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         run(climb=0.0)
@@ -570,7 +570,7 @@ def test_breaks_are_passed_backwards():
     end = [charged(3.0), -1 - charged(3.0)]
     s = solve_dae(circuit, (3, 0), end, [end[1], 0], rtol=1e-8, atol=1e-10, breaks=BREAKS)
     assert s.status == 0, s.message
-    # Errors grow as e^3 = 20 backwards.
+    # Errors grow as e^3 = 20 backward.
     assert abs(s.y[0, -1]) < 2e-4
 
 
@@ -724,7 +724,7 @@ def test_results_are_pickled_whole():
         (dict(rtol=[1e-4, 1e-4]), "rtol = .* must be a number"),
         (dict(atol=-1), "atol = -1: must be at least 0"),
         (dict(t_eval=[1, 0.5]), "sorted"),
-        (dict(t_span=(1, 0), method="radau5"), 'only "bdf" goes backwards'),
+        (dict(t_span=(1, 0), method="radau5"), 'only "bdf" goes backward'),
         (dict(t_eval=[2]), "t_span"),
         (dict(suppress=True), "algebraic"),
         (dict(index=[4]), "0 to 3"),
@@ -911,9 +911,9 @@ def test_chattering_is_named():
 
 def test_a_wrong_jacobian_is_named():
     def wrong(t, y, yp):
-        of_value, of_rate = robertson_jacobian(t, y, yp)
-        of_value[1, 0] *= -1
-        return of_value, of_rate
+        df_dy, df_dyp = robertson_jacobian(t, y, yp)
+        df_dy[1, 0] *= -1
+        return df_dy, df_dyp
 
     with pytest.warns(UserWarning, match=r"row 1, column 0 .* differences"):
         solve_dae(robertson, (0, 1), jacobian=wrong, **ROBERTSON)

@@ -125,9 +125,9 @@ def test_a_fit_of_arrays_and_a_file_finds_what_made_them(tmp_path):
     np.savetxt(tmp_path / "2.csv", table, "%.17g", ",", header="t,origin.u_y,origin.u_x", comments="")
     (tmp_path / "2.csv").write_text((tmp_path / "2.csv").read_text().replace("nan", ""))
     experiments[1] = (tmp_path / "2.csv", experiments[1][1])
-    told = []
-    fit = wanted.fit(experiments, progress=told.append)
-    assert fit.converged and fit.message == "converged" and told
+    reported = []
+    fit = wanted.fit(experiments, progress=reported.append)
+    assert fit.converged and fit.message == "converged" and reported
     # Data without noise. The runs of a fit have different steps, so both differ by about rtol = 1e-5. A relative change of
     # c10 changes the output by half as much, and a relative change of 1/bulk_modulus by a tenth.
     assert fit.values["material[0].c10"] == pytest.approx(1.3e4, rel=1e-4)

@@ -179,7 +179,7 @@ fn a_run_with_two_way_coupling_goes_on_from_its_checkpoint() {
 }
 
 #[test]
-fn a_pressure_acts_towards_the_body() {
+fn a_pressure_acts_toward_the_body() {
     let folder = tempfile::tempdir().unwrap();
     let loads: &[&str] = &["--set", "traction=[]", "--set", "analysis=static"];
     let origin = |out: &str, load: &str| {

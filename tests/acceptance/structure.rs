@@ -147,7 +147,7 @@ fn check_warns_of_row_4() {
     let sizes: Vec<_> =
         (0..3).map(|i| body["blocks"][i]["unknowns"].as_u64().expect("a number")).collect();
     assert_eq!(sizes.iter().sum::<u64>(), 2849);
-    assert_eq!(body["blocks"][2]["better_left_out"], true);
+    assert_eq!(body["blocks"][2]["better_excluded"], true);
     assert_eq!(body["drive"], 8.0);
     assert_eq!(body["advised_max_order"], 2);
     assert_eq!(body["warnings"][0]["fields"][0], "p");

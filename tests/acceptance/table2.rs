@@ -73,7 +73,7 @@ fn the_document_follows_the_contract() {
     let table = short_table(&[]);
     let rows = table["rows"].as_array().unwrap();
     assert_eq!(rows.len(), ROWS.len());
-    for (row, (key, equation, formulation, kappa, beta, index, left_out, order)) in
+    for (row, (key, equation, formulation, kappa, beta, index, excluded, order)) in
         rows.iter().zip(ROWS)
     {
         let fields: BTreeSet<&str> = row.as_object().unwrap().keys().map(String::as_str).collect();
@@ -87,7 +87,7 @@ fn the_document_follows_the_contract() {
         assert_eq!(row["beta"], beta);
         assert_eq!(row["index"], index, "row {key}");
         assert_eq!(row["max_order"], order);
-        assert_eq!(row["suppressed"], Value::from(left_out.to_vec()), "row {key}");
+        assert_eq!(row["suppressed"], Value::from(excluded.to_vec()), "row {key}");
         assert_eq!(row["rtol"], 1e-3);
         assert_eq!(row["atol"]["q"], 1e-5);
         assert_eq!(row["atol"]["v"], 1e-5);

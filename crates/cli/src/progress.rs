@@ -61,7 +61,7 @@ impl ProgressSink for Progress {
         self.show(line);
     }
 
-    fn tell_now(&self, line: &dyn Fn() -> String) {
+    fn report_now(&self, line: &dyn Fn() -> String) {
         self.write(line);
     }
 }

@@ -130,7 +130,7 @@ macro_rules! conformance_tests {
             starts_afresh,
             counts_what_it_does,
             gives_dense_output_within_the_last_step_only,
-            says_that_there_are_no_quadratures,
+            reports_missing_quadratures,
             integrates_quadratures_along_with_the_solution,
             stops_where_a_quadrature_fails,
             moves_onto_the_constraints_that_a_problem_states,

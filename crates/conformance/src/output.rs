@@ -156,7 +156,7 @@ pub fn starts_anew_after_an_event<M: Method>(method: &M) {
 }
 
 /// Checks that a request for quadratures that were not set up is rejected with a clear message.
-pub fn says_that_there_are_no_quadratures<M: Method>(method: &M) {
+pub fn reports_missing_quadratures<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
     solver.step(1.0).unwrap();

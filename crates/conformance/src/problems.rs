@@ -93,10 +93,10 @@ impl Problem for Circle {
         t: f64,
         y: &[f64],
         y_dot: &[f64],
-        [of_value, of_rate]: [&mut [f64]; 2],
+        [df_dy, df_dyp]: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
-        self.jacobian(t, y, y_dot, 1.0, 0.0, of_value)?;
-        self.jacobian(t, y, y_dot, 0.0, 1.0, of_rate)?;
+        self.jacobian(t, y, y_dot, 1.0, 0.0, df_dy)?;
+        self.jacobian(t, y, y_dot, 0.0, 1.0, df_dyp)?;
         self.jacobians -= 1;
         Ok(())
     }

@@ -249,12 +249,12 @@ pub(crate) enum Perturbation {
     /// Away from zero, with √ε/w_j instead of 1/w_j in δ_j: a positive variable remains positive even close to zero.
     SlightlyAway,
     /// Toward zero, by the same distance.
-    SlightlyTowards,
+    SlightlyToward,
 }
 
 impl Perturbation {
     /// All perturbations in the order in which they are tried; shorter ones are more affected by rounding.
-    const ALL: [Self; 4] = [Self::Usual, Self::Back, Self::SlightlyAway, Self::SlightlyTowards];
+    const ALL: [Self; 4] = [Self::Usual, Self::Back, Self::SlightlyAway, Self::SlightlyToward];
 }
 
 /// Returns the displacement of ẏ_j, with its sign, multiplied by h; y is not moved.
@@ -305,7 +305,7 @@ pub(crate) fn displacement(at: &Linearization<'_>, j: usize, way: Perturbation) 
         Perturbation::Usual => usual(),
         Perturbation::Back => -usual(),
         Perturbation::SlightlyAway => slight(),
-        Perturbation::SlightlyTowards => -slight(),
+        Perturbation::SlightlyToward => -slight(),
     }
 }
 
@@ -317,7 +317,7 @@ mod tests {
     /// √y_0 + 2 √y_1 in row 0 and √y_1 + ẏ_1 in row 1, defined only for y ≥ 0 and, if `above` is finite, for y ≤
     /// `above`.
     struct Roots {
-        says: bool,
+        stated: bool,
         above: f64,
         calls: u64,
     }
@@ -336,7 +336,7 @@ mod tests {
         ) -> Result<(), StepError> {
             self.calls += 1;
             let outside = y.iter().any(|&y| y < 0.0 || y > self.above);
-            if self.says && outside {
+            if self.stated && outside {
                 return Err(StepError::Recoverable(format!("{y:?}")));
             }
             let [p, q] = [y[0], y[1]].map(|y| if outside { f64::NAN } else { y.sqrt() });
@@ -365,8 +365,8 @@ mod tests {
 
     #[test]
     fn differences_stay_where_the_residual_can_be_evaluated() {
-        for says in [true, false] {
-            let new = |above| Roots { says, above, calls: 0 };
+        for stated in [true, false] {
+            let new = |above| Roots { stated, above, calls: 0 };
             // One column leaves the domain; the second perturbation stays within it. The tolerance is ten times y, so
             // both columns are also moved by fine displacements.
             let mut problem = new(f64::INFINITY);
@@ -385,7 +385,7 @@ mod tests {
 
     #[test]
     fn where_no_move_is_possible_the_first_failure_is_handed_back() {
-        let mut says = Roots { says: true, above: f64::INFINITY, calls: 0 };
+        let mut stated = Roots { stated: true, above: f64::INFINITY, calls: 0 };
         let mut at = Linearization {
             t: 0.0,
             y: &[0.0, 0.0],
@@ -397,15 +397,15 @@ mod tests {
         let pattern = crate::problem::full_pattern(2);
         let mut values = [0.0; 4];
         // At zero, a displacement in the other direction stays in the domain.
-        differences.evaluate(&mut says, &pattern, &at, (1.0, 0.0), &mut values).unwrap();
+        differences.evaluate(&mut stated, &pattern, &at, (1.0, 0.0), &mut values).unwrap();
         assert_eq!(differences.evaluations, 4);
-        says.above = 0.0;
-        let error = differences.evaluate(&mut says, &pattern, &at, (1.0, 0.0), &mut values);
+        stated.above = 0.0;
+        let error = differences.evaluate(&mut stated, &pattern, &at, (1.0, 0.0), &mut values);
         // √ε |h ẏ| < 1/w: the first displacement is −1e-3.
         assert_eq!(error.unwrap_err().to_string(), "[-0.001, 0.0]");
         assert_eq!(differences.evaluations, 4 + 5);
         at.y = &[-1.0, -1.0];
-        let error = differences.evaluate(&mut says, &pattern, &at, (1.0, 0.0), &mut values);
+        let error = differences.evaluate(&mut stated, &pattern, &at, (1.0, 0.0), &mut values);
         assert_eq!(error.unwrap_err().to_string(), "[-1.0, -1.0]");
         assert_eq!(differences.evaluations, 4 + 5 + 1);
     }
@@ -434,7 +434,7 @@ mod tests {
     /// Regression: the amplifier of the IVP test set, of index 1 with canceling derivatives, stopped after five steps
     /// of about 1e-11 s, because a variable at zero was perturbed by √ε times its tolerance.
     #[test]
-    fn cancelling_derivatives_cancel_in_short_steps() {
+    fn canceling_derivatives_cancel_in_short_steps() {
         let step = 1e-12;
         let at = Linearization {
             t: 0.0,
@@ -445,12 +445,12 @@ mod tests {
         };
         let mut jacobian = Jacobian::of(&Capacitor);
         let mut parts = [[0.0; 4]; 2];
-        let [of_value, of_rate] = &mut parts;
-        jacobian.parts(&mut Capacitor, &at, [of_value, of_rate]).unwrap();
-        for column in of_rate.chunks_exact(2) {
+        let [df_dy, df_dyp] = &mut parts;
+        jacobian.parts(&mut Capacitor, &at, [df_dy, df_dyp]).unwrap();
+        for column in df_dyp.chunks_exact(2) {
             // Rounding of F divided by the tolerance, 2e-19/1e-8, is far below the conductance.
             let sum = (column[0] + column[1]) / step;
-            assert!(sum.abs() < 1e-3 * 1e-3, "{of_rate:?}");
+            assert!(sum.abs() < 1e-3 * 1e-3, "{df_dyp:?}");
         }
     }
 }

@@ -94,15 +94,15 @@ impl Jacobian {
         at: &Linearization<'_>,
         parts: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
-        let [of_value, of_rate] = parts;
+        let [df_dy, df_dyp] = parts;
         if self.differences.is_none() {
-            match problem.jacobian_parts(at.t, at.y, at.y_dot, [of_value, of_rate]) {
+            match problem.jacobian_parts(at.t, at.y, at.y_dot, [df_dy, df_dyp]) {
                 Err(StepError::NoJacobian) => {}
                 provided => return provided,
             }
         }
-        self.difference(problem, at, (1.0, 0.0), of_value)?;
-        self.difference(problem, at, (0.0, 1.0), of_rate)
+        self.difference(problem, at, (1.0, 0.0), df_dy)?;
+        self.difference(problem, at, (0.0, 1.0), df_dyp)
     }
 
     /// Returns the number of residual evaluations used for differences; 0 if the problem has an

@@ -16,7 +16,7 @@ pub struct MissingEntry {
     /// Index of the variable on which the equation depends.
     pub column: usize,
     /// Whether the entry belongs to ∂F/∂ẏ; otherwise it belongs to ∂F/∂y.
-    pub of_rate: bool,
+    pub is_rate_matrix: bool,
 }
 
 impl std::error::Error for MissingEntry {}
@@ -24,7 +24,7 @@ impl std::error::Error for MissingEntry {}
 impl std::fmt::Display for MissingEntry {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { row, column, .. } = self;
-        let what = if self.of_rate { "the derivative of " } else { "" };
+        let what = if self.is_rate_matrix { "the derivative of " } else { "" };
         write!(
             f,
             "equation {row} changes with {what}y[{column}], and the pattern has no entry in row {row}, \
@@ -98,7 +98,7 @@ pub(crate) const ROWS: usize = 8;
 /// };
 /// let missing = check_pattern(&mut Circle, &at).unwrap_err();
 /// // One of the two.
-/// assert_eq!((missing.row + missing.column, missing.of_rate), (1, false));
+/// assert_eq!((missing.row + missing.column, missing.is_rate_matrix), (1, false));
 /// ```
 pub fn check_pattern<P: Problem + ?Sized>(
     problem: &mut P,
@@ -113,10 +113,10 @@ pub fn check_pattern<P: Problem + ?Sized>(
     let weights = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] =
         [&weights[0], &weights[1]].map(|weights| Linearization { step: 1.0, weights, ..*at });
-    for (at, quotients, of_rate) in [(at, at, false), (&at_rate, &quotients, true)] {
-        let found = find(problem, &mut jacobian, [at, quotients], of_rate);
+    for (at, quotients, is_rate_matrix) in [(at, at, false), (&at_rate, &quotients, true)] {
+        let found = find(problem, &mut jacobian, [at, quotients], is_rate_matrix);
         if let Ok(Some((row, column))) = found {
-            return Err(MissingEntry { row, column, of_rate });
+            return Err(MissingEntry { row, column, is_rate_matrix });
         }
     }
     Ok(())
@@ -128,13 +128,13 @@ fn find<P: Problem + ?Sized>(
     problem: &mut P,
     jacobian: &mut Jacobian,
     [at, quotients]: [&Linearization<'_>; 2],
-    of_rate: bool,
+    is_rate_matrix: bool,
 ) -> Result<Option<(usize, usize)>, StepError> {
     let mut values = vec![0.0; jacobian.pattern().nnz()];
-    let coefficients = if of_rate { (0.0, 1.0) } else { (1.0, 0.0) };
+    let coefficients = if is_rate_matrix { (0.0, 1.0) } else { (1.0, 0.0) };
     jacobian.combined(problem, quotients, coefficients, &mut values)?;
     let pattern = jacobian.pattern();
-    let mut probe = Probe::new(problem, *at, of_rate)?;
+    let mut probe = Probe::new(problem, *at, is_rate_matrix)?;
     let mut cleared = vec![false; at.y.len()];
     for trial in 0..DIRECTIONS {
         let (d, change) = probe.in_a_direction(trial)?;
@@ -168,7 +168,7 @@ pub(crate) struct Probe<'a, P: ?Sized> {
     problem: &'a mut P,
     at: Linearization<'a>,
     /// Whether ẏ is perturbed instead of y.
-    of_rate: bool,
+    is_rate_matrix: bool,
     base: Vec<f64>,
     /// Change of the residual caused by rounding of y and ẏ.
     pub(crate) rounding: Vec<f64>,
@@ -178,11 +178,11 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
     pub(crate) fn new(
         problem: &'a mut P,
         at: Linearization<'a>,
-        of_rate: bool,
+        is_rate_matrix: bool,
     ) -> Result<Self, StepError> {
         let mut base = vec![0.0; at.y.len()];
         problem.residual(at.t, at.y, at.y_dot, &mut base)?;
-        let mut probe = Self { problem, at, of_rate, rounding: vec![0.0; base.len()], base };
+        let mut probe = Self { problem, at, is_rate_matrix, rounding: vec![0.0; base.len()], base };
         for trial in 0..2 {
             // Some last digits.
             let rounded = |values: &[f64], k: u64| -> Vec<f64> {
@@ -218,7 +218,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         d: &[f64],
     ) -> Result<Vec<f64>, StepError> {
         let (mut y, mut y_dot) = (self.at.y.to_vec(), self.at.y_dot.to_vec());
-        let moved = if self.of_rate { &mut y_dot } else { &mut y };
+        let moved = if self.is_rate_matrix { &mut y_dot } else { &mut y };
         for j in columns {
             moved[j] += d[j];
         }

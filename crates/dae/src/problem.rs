@@ -102,9 +102,9 @@ pub trait Problem {
         y_dot: &[f64],
         parts: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
-        let [of_value, of_rate] = parts;
-        self.jacobian(t, y, y_dot, 1.0, 0.0, of_value)?;
-        self.jacobian(t, y, y_dot, 0.0, 1.0, of_rate)
+        let [df_dy, df_dyp] = parts;
+        self.jacobian(t, y, y_dot, 1.0, 0.0, df_dy)?;
+        self.jacobian(t, y, y_dot, 0.0, 1.0, df_dyp)
     }
 
     /// Returns whether each variable is differential or algebraic (`id` of IDAS). By default this

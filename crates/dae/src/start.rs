@@ -83,11 +83,11 @@ pub fn check_start<P: Problem + ?Sized>(
     let Ok(mut equations) = weighed else {
         return Ok(());
     };
-    let are_fulfilled = |equations: &[Equation]| {
+    let are_satisfied = |equations: &[Equation]| {
         let squares: f64 = equations.iter().map(|e| e.size().powi(2)).sum();
         (squares / y.len() as f64).sqrt() <= FIRST_JUMP
     };
-    if are_fulfilled(&equations) {
+    if are_satisfied(&equations) {
         return Ok(());
     }
     // `weigh` has moved ẏ once, by 1 + |ẏ|. The complete rule is expensive and therefore evaluated only before a
@@ -96,7 +96,7 @@ pub fn check_start<P: Problem + ?Sized>(
         return Ok(());
     };
     equations.retain(|e| e.number >= y.len() || !rates.equations[e.number]);
-    if are_fulfilled(&equations) {
+    if are_satisfied(&equations) {
         return Ok(());
     }
     let worst = equations
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn an_equation_that_no_y_fulfils_is_refused() {
+    fn an_equation_that_no_y_satisfies_is_refused() {
         let error = check(|_, _| 1.0, [0.0; 2]).unwrap_err();
         assert_eq!((error.left, error.moved), (1.0, 0.0));
     }

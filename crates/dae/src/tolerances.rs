@@ -114,7 +114,7 @@ impl Suppressed {
     ///
     /// # Panics
     /// Panics if there are fewer indices than kinds.
-    pub fn left_out(
+    pub fn excluded(
         &self,
         kinds: &[VariableKind],
         indices: Option<&[u8]>,
@@ -126,7 +126,7 @@ impl Suppressed {
                 let algebraic = |kind: &VariableKind| *kind == VariableKind::Algebraic;
                 kinds.iter().map(algebraic).collect()
             }
-            Self::Components(left_out) => left_out.clone(),
+            Self::Components(excluded) => excluded.clone(),
             Self::FromIndex(least) => from_index(*least, indices)?,
             Self::ExcludeFromIndex(_) => {
                 indices.ok_or(NoIndices)?;
@@ -171,21 +171,21 @@ mod tests {
     /// Variables of index 1 and 2 are algebraic. Exclusion by kind excludes both; exclusion by index can exclude only
     /// one.
     #[test]
-    fn components_are_left_out_by_kind_or_by_index() {
+    fn components_are_excluded_by_kind_or_by_index() {
         use VariableKind::{Algebraic, Differential};
         let (kinds, indices) = ([Differential, Algebraic, Algebraic], [1, 1, 2]);
-        let left_out = |s: Suppressed| s.left_out(&kinds, Some(&indices)).unwrap();
-        assert_eq!(left_out(Suppressed::Algebraic), [false, true, true]);
-        assert_eq!(left_out(Suppressed::FromIndex(2)), [false, false, true]);
+        let excluded = |s: Suppressed| s.excluded(&kinds, Some(&indices)).unwrap();
+        assert_eq!(excluded(Suppressed::Algebraic), [false, true, true]);
+        assert_eq!(excluded(Suppressed::FromIndex(2)), [false, false, true]);
         let untested = Suppressed::ExcludeFromIndex(2);
-        assert_eq!(left_out(untested.clone()), [false; 3]);
+        assert_eq!(excluded(untested.clone()), [false; 3]);
         let given = Tolerances::vector(1e-3, [1e-4, 1e-5, 1e-6]);
         let loosened = untested.loosened(given.clone(), Some(&indices)).unwrap();
         assert_eq!(loosened, Tolerances::vector(1e-3, [1e-4, 1e-5, UNTESTED]));
         let by_index = Suppressed::FromIndex(2).loosened(given.clone(), Some(&indices));
         assert_eq!(by_index, Ok(given.clone()));
         assert_eq!(untested.loosened(given, None), Err(NoIndices));
-        assert_eq!(Suppressed::FromIndex(2).left_out(&kinds, None), Err(NoIndices));
-        assert!(Suppressed::Algebraic.left_out(&kinds, None).is_ok());
+        assert_eq!(Suppressed::FromIndex(2).excluded(&kinds, None), Err(NoIndices));
+        assert!(Suppressed::Algebraic.excluded(&kinds, None).is_ok());
     }
 }

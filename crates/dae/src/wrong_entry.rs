@@ -14,7 +14,7 @@ pub struct WrongEntry {
     /// The variable.
     pub column: usize,
     /// Whether the entry belongs to ∂F/∂ẏ; otherwise it belongs to ∂F/∂y.
-    pub of_rate: bool,
+    pub is_rate_matrix: bool,
     /// The entry as stated.
     pub stated: f64,
     /// The difference quotient.
@@ -26,7 +26,7 @@ impl std::error::Error for WrongEntry {}
 impl std::fmt::Display for WrongEntry {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { row, column, .. } = self;
-        let matrix = if self.of_rate { "∂F/∂ẏ" } else { "∂F/∂y" };
+        let matrix = if self.is_rate_matrix { "∂F/∂ẏ" } else { "∂F/∂y" };
         write!(
             f,
             "the Jacobian looks wrong: {matrix} has {:.6e} in row {row}, column {column} (counted from 0), \
@@ -54,21 +54,21 @@ pub fn check_jacobian<P: Problem + ?Sized>(
 ) -> Result<(), WrongEntry> {
     let pattern = problem.jacobian_pattern();
     let mut parts = [vec![0.0; pattern.nnz()], vec![0.0; pattern.nnz()]];
-    let [of_value, of_rate] = &mut parts;
-    if problem.jacobian_parts(at.t, at.y, at.y_dot, [of_value, of_rate]).is_err() {
+    let [df_dy, df_dyp] = &mut parts;
+    if problem.jacobian_parts(at.t, at.y, at.y_dot, [df_dy, df_dyp]).is_err() {
         return Ok(());
     }
     // Derivatives have no tolerance: they are perturbed by 1 + |ẏ|.
     let weights: Vec<f64> = at.y_dot.iter().map(|v| 1.0 / (1.0 + v.abs())).collect();
     let at_rate = Linearization { step: 1.0, weights: &weights, ..*at };
-    for (at, of_rate) in [(at, false), (&at_rate, true)] {
-        let values = &parts[usize::from(of_rate)];
+    for (at, is_rate_matrix) in [(at, false), (&at_rate, true)] {
+        let values = &parts[usize::from(is_rate_matrix)];
         let matrix = Stated { pattern: &pattern, values };
-        if let Ok(Some((row, column, quotient))) = find(problem, matrix, at, of_rate) {
+        if let Ok(Some((row, column, quotient))) = find(problem, matrix, at, is_rate_matrix) {
             return Err(WrongEntry {
                 row,
                 column,
-                of_rate,
+                is_rate_matrix,
                 stated: matrix.entry(row, column),
                 quotient,
             });
@@ -105,10 +105,10 @@ fn find<P: Problem + ?Sized>(
     problem: &mut P,
     matrix: Stated<'_>,
     at: &Linearization<'_>,
-    of_rate: bool,
+    is_rate_matrix: bool,
 ) -> Result<Option<(usize, usize, f64)>, StepError> {
     let n = at.y.len();
-    let mut probe = Probe::new(problem, *at, of_rate)?;
+    let mut probe = Probe::new(problem, *at, is_rate_matrix)?;
     let mut cleared = vec![false; n];
     for trial in 0..DIRECTIONS {
         let (d, change) = probe.in_a_direction(trial)?;

@@ -194,7 +194,7 @@ pub enum ModelError {
         "no incompressible displacement was found near the given displacement: a projected volume residual of {volume_residual:.1e} remains"
     )]
     NotIncompressible {
-        /// Largest remaining projected defect, defined as in the constraint drift.
+        /// Largest remaining projected residual, defined as in the constraint drift.
         volume_residual: f64,
     },
     /// The system is too large for the dense computation of the index.

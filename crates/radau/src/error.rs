@@ -120,12 +120,12 @@ pub enum RadauError {
         /// Original error.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// Sensitivities or an adjoint were requested for a problem with fading memory.
+    /// Sensitivities or an adjoint were requested for a problem with internal variables.
     #[error(
-        "sensitivities do not support a fading memory, because its states have no sensitivities: make \
-         these states unknowns"
+        "sensitivities do not support internal variables, because these have no sensitivities: make \
+         them unknowns"
     )]
-    Fading,
+    InternalVariables,
     /// The equations of a sensitivity cannot be solved.
     #[error(
         "the sensitivity to `{parameter}` cannot be computed over the step from t = {t}: {message}"

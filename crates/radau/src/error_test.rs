@@ -4,7 +4,7 @@ use myovib_dae::{LinearSolver, Problem, VariableKind};
 
 use crate::dense::{add_scaled, start_slope};
 use crate::failure::{Failure, Operation};
-use crate::memory::Memory;
+use crate::internal_variables::EliminatedVariables;
 use crate::newton::{Step, evaluate, norm};
 use crate::work::Counters;
 
@@ -54,20 +54,20 @@ impl ErrorTest {
         &mut self,
         problem: &mut P,
         matrices: &mut M,
-        mut memory: Option<&mut Memory<P>>,
+        mut internal: Option<&mut EliminatedVariables<P>>,
         step: &Step<'_>,
         (z, filter_twice): (&[f64], bool),
         counters: &mut Counters,
     ) -> Result<f64, Failure> {
         start_slope(step.method, step.h, z, &mut self.y_dot);
         let (t, v, of_step) = (step.t, &self.y_dot, (step.method, step.h));
-        if let Some(memory) = &mut memory {
-            memory.show_condensed(problem, of_step, None)?;
+        if let Some(internal) = &mut internal {
+            internal.show_condensed(problem, of_step, None)?;
         }
         evaluate(problem, t, step.y, v, &mut self.error, counters)?;
         let mut norm = self.filter(problem, matrices, step, counters)?;
-        if let Some(memory) = &mut memory {
-            norm = norm.hypot(memory.estimate(problem, of_step, &self.error, false));
+        if let Some(internal) = &mut internal {
+            norm = norm.hypot(internal.estimate(problem, of_step, &self.error, false));
         }
         if norm < 1.0 || !norm.is_finite() || !filter_twice {
             return Ok(norm);
@@ -75,13 +75,13 @@ impl ErrorTest {
         self.shifted.copy_from_slice(step.y);
         add_scaled(&mut self.shifted, 1.0, &self.error);
         let (y, v) = (&self.shifted, &self.y_dot);
-        if let Some(memory) = &mut memory {
-            memory.show_condensed(problem, of_step, Some((t, y)))?;
+        if let Some(internal) = &mut internal {
+            internal.show_condensed(problem, of_step, Some((t, y)))?;
         }
         evaluate(problem, t, y, v, &mut self.error, counters)?;
         let norm = self.filter(problem, matrices, step, counters)?;
-        Ok(memory.map_or(norm, |memory| {
-            norm.hypot(memory.estimate(problem, of_step, &self.error, true))
+        Ok(internal.map_or(norm, |internal| {
+            norm.hypot(internal.estimate(problem, of_step, &self.error, true))
         }))
     }
 

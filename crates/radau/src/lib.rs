@@ -51,9 +51,9 @@ mod error;
 mod error_test;
 mod failure;
 mod integrator;
+mod internal_variables;
 mod interpolation;
 mod matrices;
-mod memory;
 mod method;
 mod multipliers;
 mod newton;
@@ -69,8 +69,10 @@ mod weights;
 mod work;
 
 pub use error::RadauError;
+pub use internal_variables::{
+    InternalVariableGroup, InternalVariableProblem, InternalVariables, RelaxationTerm,
+};
 pub use matrices::SparseDirectSolver;
-pub use memory::{Fading, InternalVariables, MemoryPart, MemoryTerm};
 pub use method::{ComplexMode, Method, RealMode};
 /// The counters of the linear algebra.
 pub use myovib_dae::Work;

@@ -46,7 +46,7 @@ pub(crate) struct Multipliers {
     y: Vec<f64>,
     y_dot: Vec<f64>,
     plain: Vec<f64>,
-    defect: Vec<f64>,
+    residual: Vec<f64>,
     /// Errors of all multipliers between the stages, point by point.
     between: Vec<f64>,
 }
@@ -125,7 +125,7 @@ impl Multipliers {
             y: room.clone(),
             y_dot: room.clone(),
             plain: room.clone(),
-            defect: room,
+            residual: room,
             between: Vec::new(),
         }
     }
@@ -200,7 +200,7 @@ impl Multipliers {
         }
         self.solve(problem, matrices, step, counters)?;
         for multiplier in &mut self.list {
-            multiplier.jump = -self.defect[multiplier.variable];
+            multiplier.jump = -self.residual[multiplier.variable];
         }
 
         let ratio = before.map_or(0.0, |before| (step.t - before.t0) / step.h);
@@ -221,7 +221,7 @@ impl Multipliers {
             }
             self.solve(problem, matrices, step, counters)?;
             for multiplier in &mut self.list {
-                multiplier.missed = -self.defect[multiplier.variable];
+                multiplier.missed = -self.residual[multiplier.variable];
             }
         }
         let growth = step.h / before.h;
@@ -243,7 +243,7 @@ impl Multipliers {
         y_dot: &[f64],
         counters: &mut Counters,
     ) -> Result<(), Failure> {
-        let residual = &mut self.defect;
+        let residual = &mut self.residual;
         evaluate(problem, step.t, step.y, y_dot, residual, counters)?;
         self.y.copy_from_slice(step.y);
         for i in self.list.iter().map(|multiplier| multiplier.variable) {
@@ -268,7 +268,7 @@ impl Multipliers {
     /// Returns the [measured](Self::measure_constraints) errors of the differential variables of
     /// index 1, with their indices.
     pub(crate) fn constraint_errors(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.free.iter().map(|&i| (i, self.defect[i]))
+        self.free.iter().map(|&i| (i, self.residual[i]))
     }
 
     /// Returns the differential variables of index 0 and 1.
@@ -290,13 +290,13 @@ impl Multipliers {
         step: &Step<'_>,
         counters: &mut Counters,
     ) -> Result<(), Failure> {
-        let (y, y_dot, defect) = (&self.y, &self.y_dot, &mut self.defect);
-        evaluate(problem, step.t, y, y_dot, defect, counters)?;
-        for (defect, plain) in defect.iter_mut().zip(&self.plain) {
-            *defect -= plain;
+        let (y, y_dot, residual) = (&self.y, &self.y_dot, &mut self.residual);
+        evaluate(problem, step.t, y, y_dot, residual, counters)?;
+        for (residual, plain) in residual.iter_mut().zip(&self.plain) {
+            *residual -= plain;
         }
         counters.work.real_solves += 1;
-        matrices.solve_real(problem, defect).map_err(Operation::LinearSolve.failed())
+        matrices.solve_real(problem, residual).map_err(Operation::LinearSolve.failed())
     }
 
     /// Returns the variables of index 2 with their remaining errors at the end of the step that

@@ -4,7 +4,7 @@ use myovib_dae::{LinearSolver, Problem, StepError};
 
 use crate::dense::write_combined;
 use crate::failure::{Failure, Operation};
-use crate::memory::Memory;
+use crate::internal_variables::EliminatedVariables;
 use crate::method::Method;
 use crate::stage_system::StageSystem;
 use crate::weights::Weights;
@@ -150,7 +150,7 @@ impl NewtonSolver {
         &mut self,
         problem: &mut P,
         matrices: &mut M,
-        mut memory: Option<&mut Memory<P>>,
+        mut internal: Option<&mut EliminatedVariables<P>>,
         step: &Step<'_>,
         weights: &Weights<P>,
         counters: &mut Counters,
@@ -167,10 +167,10 @@ impl NewtonSolver {
         let mut solved_after = None;
         for iteration in 1..=self.limit {
             counters.statistics.newton_iterations += 1;
-            if let Some(memory) = &mut memory {
-                self.drive(problem, memory, step)?;
+            if let Some(internal) = &mut internal {
+                self.evaluate_driving_quantities(problem, internal, step)?;
             }
-            self.evaluate_residuals(problem, memory.as_deref(), step, counters)?;
+            self.evaluate_residuals(problem, internal.as_deref(), step, counters)?;
             let [norm, size] = self.correct(problem, matrices, step, counters)?;
             let tolerance = match self.strict {
                 true => (self.tolerance).min((self.relative * size).max(ROUNDING * of_y)),
@@ -244,13 +244,13 @@ impl NewtonSolver {
     }
 
     /// Returns the state stored between steps.
-    pub(crate) fn memory(&self) -> [f64; 2] {
+    pub(crate) fn saved(&self) -> [f64; 2] {
         [self.first_factor, self.contraction]
     }
 
-    /// Restores the state returned by [`memory`](Self::memory).
-    pub(crate) fn restore(&mut self, memory: [f64; 2]) {
-        [self.first_factor, self.contraction] = memory;
+    /// Restores the state returned by [`saved`](Self::saved).
+    pub(crate) fn restore(&mut self, saved: [f64; 2]) {
+        [self.first_factor, self.contraction] = saved;
     }
 
     /// Sets the norm below which the error of the solution is neglected.
@@ -297,16 +297,16 @@ impl NewtonSolver {
         &self.correction
     }
 
-    /// Evaluates the driving quantities of a `memory` at all stages.
-    pub(crate) fn drive<P: Problem>(
+    /// Evaluates the driving quantities of internal variables at all stages.
+    pub(crate) fn evaluate_driving_quantities<P: Problem>(
         &mut self,
         problem: &mut P,
-        memory: &mut Memory<P>,
+        internal: &mut EliminatedVariables<P>,
         step: &Step<'_>,
     ) -> Result<(), Failure> {
         for (i, c) in step.method.nodes().iter().enumerate() {
             self.move_to(i, step);
-            memory.drive(problem, i, (step.t + c * step.h, &self.stage))?;
+            internal.evaluate_driving_quantity(problem, i, (step.t + c * step.h, &self.stage))?;
         }
         Ok(())
     }
@@ -323,15 +323,15 @@ impl NewtonSolver {
     fn evaluate_residuals<P: Problem>(
         &mut self,
         problem: &mut P,
-        memory: Option<&Memory<P>>,
+        internal: Option<&EliminatedVariables<P>>,
         step: &Step<'_>,
         counters: &mut Counters,
     ) -> Result<(), Failure> {
         let n = step.y.len();
         for (i, c) in step.method.nodes().iter().enumerate() {
             self.move_to(i, step);
-            if let Some(memory) = memory {
-                memory.show_stage(problem, i, (step.method, step.h));
+            if let Some(internal) = internal {
+                internal.show_stage(problem, i, (step.method, step.h));
             }
             let slope = |_, j| step.method.a_inverse(i, j) / step.h;
             write_combined(&mut self.stage_dot, n, slope, &self.z);

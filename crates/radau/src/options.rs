@@ -198,8 +198,8 @@ impl RadauOptions {
             let tested = relative + absolute > 0.0;
             expect("absolute tolerance", absolute, tested, expected)?;
         }
-        if let Suppressed::Components(left_out) = &self.suppressed {
-            expect_length("suppressed components", n, left_out.len())?;
+        if let Suppressed::Components(excluded) = &self.suppressed {
+            expect_length("suppressed components", n, excluded.len())?;
         }
         let newton = self.newton_tolerance.unwrap_or(1.0);
         expect_positive("newton_tolerance", newton)?;
@@ -350,8 +350,8 @@ impl RadauOptions {
         kinds: &[VariableKind],
         indices: Option<&[u8]>,
     ) -> Result<Vec<f64>, RadauError> {
-        let left_out = self.suppressed.left_out(kinds, indices)?;
-        let tested = |left_out: &bool| f64::from(u8::from(!left_out));
-        Ok(left_out.iter().map(tested).collect())
+        let excluded = self.suppressed.excluded(kinds, indices)?;
+        let tested = |excluded: &bool| f64::from(u8::from(!excluded));
+        Ok(excluded.iter().map(tested).collect())
     }
 }

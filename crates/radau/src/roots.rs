@@ -81,11 +81,11 @@ impl<P: Problem> Roots<P> {
     }
 
     /// Returns the time up to which crossings have been searched, and g at that time.
-    pub(crate) fn memory(&self) -> (Option<f64>, Vec<f64>) {
+    pub(crate) fn saved(&self) -> (Option<f64>, Vec<f64>) {
         (self.t, self.low.clone())
     }
 
-    /// Restores this [`memory`](Self::memory) if it has the same number of functions.
+    /// Restores the state returned by [`saved`](Self::saved) if it has the same number of functions.
     pub(crate) fn restore(&mut self, t: Option<f64>, low: &[f64]) {
         if low.len() == self.low.len() {
             self.t = t;

@@ -310,11 +310,11 @@ fn figure(plots: Vec<LinePlot>) -> Figure {
 /// Returns the axis of a column.
 fn ordinate(point: &Point, in_space: bool) -> Axis {
     let column = &*point.column;
-    let of_value = |name: &str| (label(name), unit(name, in_space));
+    let label_and_unit = |name: &str| (label(name), unit(name, in_space));
     match column.rsplit_once('_').filter(|_| point.abscissa == Abscissa::Frequency) {
         Some((value, "phase")) => Axis::new(format!("phase of {}", label(value)), "°"),
         Some((value, part)) => {
-            let (name, unit) = of_value(value);
+            let (name, unit) = label_and_unit(value);
             let name = match part {
                 "re" => format!("Re {name}"),
                 "im" => format!("Im {name}"),
@@ -323,7 +323,7 @@ fn ordinate(point: &Point, in_space: bool) -> Axis {
             Axis::new(name, unit)
         }
         None => {
-            let (name, unit) = of_value(column);
+            let (name, unit) = label_and_unit(column);
             Axis::new(name, unit)
         }
     }

@@ -242,7 +242,7 @@ mod tests {
     /// From the front, the right and above, x = 0 is hidden and x = 3 is visible.
     #[test]
     fn the_legend_marks_hidden_groups() {
-        let groups = [("left", Color::BLACK), ("right", Color::GREY)];
+        let groups = [("left", Color::BLACK), ("right", Color::GRAY)];
         let plot = groups_plot(&block(), &groups);
         let names: Vec<&str> = plot.groups.iter().map(|(name, _)| &**name).collect();
         assert_eq!(names, ["left (hidden)", "right"]);

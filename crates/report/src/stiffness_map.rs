@@ -32,10 +32,10 @@ pub fn text(map: &StiffnessMap) -> String {
         table.row([output.name.clone(), shown].map(Into::into));
     }
     let mut text = table.render(colored_stdout());
-    if !map.left_out.is_empty() {
+    if !map.omitted.is_empty() {
         text += &format!(
             "excluded, since they are not displacements or velocities: {}\n",
-            map.left_out.join(", ")
+            map.omitted.join(", ")
         );
     }
     text

@@ -13,7 +13,7 @@ pub trait ProgressSink: Sync {
     fn on_progress(&self, line: &dyn Fn() -> String);
 
     /// Shows the line even if another line was shown just before, for operations that take a long time.
-    fn tell_now(&self, line: &dyn Fn() -> String) {
+    fn report_now(&self, line: &dyn Fn() -> String) {
         self.on_progress(line);
     }
 }

@@ -123,7 +123,7 @@ fn a_refactorization_solves_the_new_system_and_several_right_hand_sides_at_once(
     let symbolic = Symbolic::analyze(&pattern, SparseOptions::default()).unwrap();
     let mut lu = factorized(&symbolic, &real_values(&pattern, 3)).unwrap();
     let values = real_values(&pattern, 4);
-    assert_eq!(lu.renew(&values).unwrap(), Pivots::Kept);
+    assert_eq!(lu.renew(&values).unwrap(), Pivots::Reused);
     let b: Vec<f64> = (0..90).map(|i| (i as f64).cos()).collect();
     let mut x = b.clone();
     lu.solve(&mut x).unwrap();
@@ -234,11 +234,11 @@ fn pivots_are_kept_while_they_are_accurate() {
     assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(SparseError::NoFactors));
     for (p, pivots) in [
         (0.05, Pivots::Fresh),
-        (0.01, Pivots::Kept),
-        (1e-3, Pivots::Kept),
+        (0.01, Pivots::Reused),
+        (1e-3, Pivots::Reused),
         (1e-9, Pivots::Fresh),
-        (3.0, Pivots::Kept),
-        (0.5, Pivots::Kept),
+        (3.0, Pivots::Reused),
+        (0.5, Pivots::Reused),
     ] {
         assert_eq!(factors.renew(&[p, 1.0, 1.0, 1.0]).unwrap(), pivots, "{p}");
         let mut x = [1.0 + p, 2.0];
@@ -256,7 +256,7 @@ fn pivots_are_kept_while_they_are_accurate() {
         Err(SparseError::NotFinite { of: "matrix", position: 0 })
     ));
     assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(SparseError::NoFactors));
-    assert_eq!(factors.renew(&[3.0, 1.0, 1.0, 1.0]).unwrap(), Pivots::Kept);
+    assert_eq!(factors.renew(&[3.0, 1.0, 1.0, 1.0]).unwrap(), Pivots::Reused);
 }
 
 #[test]

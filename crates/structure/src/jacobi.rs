@@ -69,8 +69,8 @@ mod tests {
     use nalgebra::{DVector, dmatrix};
 
     /// Products of n terms of magnitude one have a rounding error of at most n² ε.
-    fn assert_small(defect: &DMatrix<f64>, n: usize) {
-        assert!(defect.amax() < (n * n) as f64 * f64::EPSILON, "{defect:.1e}");
+    fn assert_small(residual: &DMatrix<f64>, n: usize) {
+        assert!(residual.amax() < (n * n) as f64 * f64::EPSILON, "{residual:.1e}");
     }
 
     #[test]

@@ -220,8 +220,8 @@ impl<'a> KrylovSpace<'a> {
             let theta = eigen.eigenvalues[i];
             let weights = eigen.eigenvectors.column(i).into_owned();
             let last = weights.rows(m - n_last, n_last);
-            let defect = last.dot(&(&gram * last)).max(0.0).sqrt();
-            RitzPair { theta, weights, residual: defect / theta.abs() }
+            let residual = last.dot(&(&gram * last)).max(0.0).sqrt();
+            RitzPair { theta, weights, residual: residual / theta.abs() }
         };
         order.iter().map(pair).collect()
     }

@@ -31,12 +31,12 @@ pub(crate) fn error_test_id(
     kinds: &[VariableKind],
     indices: Option<&[u8]>,
 ) -> Result<Option<Vec<f64>>, Error> {
-    if let Suppressed::Components(left_out) = suppressed {
-        expect_length("suppressed components", kinds.len(), left_out.len())?;
+    if let Suppressed::Components(excluded) = suppressed {
+        expect_length("suppressed components", kinds.len(), excluded.len())?;
     }
-    let left_out = suppressed.left_out(kinds, indices)?;
-    let id = || left_out.iter().map(|out| f64::from(u8::from(!out))).collect();
-    Ok(left_out.contains(&true).then(id))
+    let excluded = suppressed.excluded(kinds, indices)?;
+    let id = || excluded.iter().map(|out| f64::from(u8::from(!out))).collect();
+    Ok(excluded.contains(&true).then(id))
 }
 
 /// Returns the code of `IDASetRootDirection`.

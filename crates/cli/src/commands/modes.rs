@@ -53,7 +53,7 @@ pub struct ModesArgs {
     #[arg(long, value_name = "X", default_value_t = paper::KAPPA)]
     pub kappa: f64,
 
-    /// Linearize about the equilibrium under this constant traction (Pa, upwards on `load`) instead
+    /// Linearize about the equilibrium under this constant traction (Pa, upward on `load`) instead
     /// of about rest.
     #[arg(long, value_name = "X", default_value_t = 0.0)]
     pub load: f64,

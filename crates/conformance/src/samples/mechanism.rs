@@ -91,7 +91,7 @@ impl<M: Mechanism> Constrained<M> {
     /// linear.
     fn accelerations(&self, q: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (n, m) = (q.len(), self.mechanism.n_constraints());
-        let defect = |unknowns: &[f64]| {
+        let residual = |unknowns: &[f64]| {
             let (a, lambda) = unknowns.split_at(n);
             let mut out = vec![0.0; n + m];
             let (forces, g) = out.split_at_mut(n);
@@ -99,12 +99,12 @@ impl<M: Mechanism> Constrained<M> {
             self.constraint_acceleration(q, v, a, g);
             out
         };
-        let constant = defect(&vec![0.0; n + m]);
+        let constant = residual(&vec![0.0; n + m]);
         let mut matrix = vec![vec![0.0; n + m]; n + m];
         for j in 0..n + m {
             let mut unit = vec![0.0; n + m];
             unit[j] = 1.0;
-            for (i, value) in defect(&unit).into_iter().enumerate() {
+            for (i, value) in residual(&unit).into_iter().enumerate() {
                 matrix[i][j] = value - constant[i];
             }
         }

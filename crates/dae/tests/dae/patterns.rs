@@ -35,8 +35,8 @@ fn parts(sample: &mut dyn Sample, (t, y, v): (f64, &[f64], &[f64])) -> [Vec<f64>
     let mut jacobian = Jacobian::of(sample);
     let pattern = jacobian.pattern().clone();
     let mut values = [vec![0.0; pattern.nnz()], vec![0.0; pattern.nnz()]];
-    let [of_value, of_rate] = &mut values;
-    jacobian.parts(sample, &at, [of_value, of_rate]).unwrap();
+    let [df_dy, df_dyp] = &mut values;
+    jacobian.parts(sample, &at, [df_dy, df_dyp]).unwrap();
     values.map(|values| {
         let mut full = vec![0.0; n * n];
         for ((column, row), value) in pattern.entries().zip(values) {
@@ -111,14 +111,14 @@ fn judge(sample: &mut dyn Sample) {
     };
     assert_eq!(check(&entries), Ok(()));
     let mut reported = 0;
-    for left_out in (0..n * n).filter(|&k| entries[k]) {
-        let (column, row) = (left_out / n, left_out % n);
+    for missing in (0..n * n).filter(|&k| entries[k]) {
+        let (column, row) = (missing / n, missing % n);
         let share = |part: &[f64]| {
             let of_row = (0..n).map(|j| part[j * n + row]).sum::<f64>();
-            part[left_out] / of_row
+            part[missing] / of_row
         };
         let mut less = entries.clone();
-        less[left_out] = false;
+        less[missing] = false;
         let found = check(&less);
         if let Err(missing) = found {
             assert_eq!((missing.row, missing.column), (row, column));
@@ -240,7 +240,7 @@ fn entries_are_found_at_the_border_of_the_domain() {
         Ok(())
     });
     let missing = found.unwrap_err();
-    assert_eq!((missing.row, missing.column, missing.of_rate), (7, 2, false));
+    assert_eq!((missing.row, missing.column, missing.is_rate_matrix), (7, 2, false));
 }
 
 #[test]
@@ -250,7 +250,7 @@ fn entries_of_the_derivative_are_found_and_failures_say_nothing() {
         Ok(())
     };
     let missing = check_diagonal(&[1.0, 1.0], coupled).unwrap_err();
-    assert_eq!((missing.row, missing.column, missing.of_rate), (0, 1, true));
+    assert_eq!((missing.row, missing.column, missing.is_rate_matrix), (0, 1, true));
     let printed = missing.to_string();
     assert!(printed.starts_with("equation 0 changes with the derivative of y[1]"), "{printed}");
     let fails = |_: &[f64], _: &[f64], _: &mut [f64]| Err(StepError::Fatal("no".into()));

@@ -35,17 +35,17 @@ pub(super) enum Entries {
     /// One value per component of each node.
     Vector,
     /// One value per pressure.
-    Scalar,
+    PerPressure,
     /// Matrix with components as rows and columns.
     Matrix,
     /// Matrix with pressures as rows and components as columns.
     Divergence,
 }
 
-use Entries::{Divergence, Matrix, Scalar, Vector};
+use Entries::{Divergence, Matrix, PerPressure, Vector};
 
 /// Result kinds of `Vectors`, `Tangents` and `AddedTangents`.
-pub(super) const VECTORS: [Entries; 5] = [Vector, Vector, Scalar, Scalar, Vector];
+pub(super) const VECTORS: [Entries; 5] = [Vector, Vector, PerPressure, PerPressure, Vector];
 pub(super) const TANGENTS: [Entries; 6] = [Matrix, Matrix, Matrix, Divergence, Divergence, Matrix];
 pub(super) const ADDED_TANGENTS: [Entries; 2] = [Matrix; 2];
 
@@ -143,7 +143,7 @@ impl Entries {
     fn per_element<const D: usize, const N: usize, const P: usize>(self) -> usize {
         match self {
             Vector => N * D,
-            Scalar => P,
+            PerPressure => P,
             Matrix => N * D * N * D,
             Divergence => N * D * P,
         }
@@ -168,7 +168,7 @@ impl Entries {
                         }
                     }
                 }
-                Scalar => {
+                PerPressure => {
                     for (pressures, values) in batch.pressures.iter().zip(values) {
                         all[pressures[l]] += values;
                     }

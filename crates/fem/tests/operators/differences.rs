@@ -137,8 +137,8 @@ fn check_products(
             (u, v, p, p_rate)
         });
         let mut forces = [vec![f64::NAN; n], vec![f64::NAN; n]];
-        let mut defects = [vec![f64::NAN; m], vec![f64::NAN; m]];
-        let out = forces.iter_mut().zip(&mut defects);
+        let mut volume_residuals = [vec![f64::NAN; m], vec![f64::NAN; m]];
+        let out = forces.iter_mut().zip(&mut volume_residuals);
         let mut changes: Vec<_> = out
             .zip(&directions)
             .map(|((force, volume_residual), (u, v, p, p_rate))| Change {
@@ -154,7 +154,7 @@ fn check_products(
         let fields = state.fields();
         solid.multiply(&fields, linearized, &mut changes).unwrap();
         for (((u, v, p, p_rate), force), volume_residual) in
-            directions.iter().zip(&forces).zip(&defects)
+            directions.iter().zip(&forces).zip(&volume_residuals)
         {
             let free = |full: &[f64]| {
                 let mut free = DVector::zeros(n_free);

@@ -16,7 +16,7 @@ use myovib_dae::Problem;
 use super::dae::CoupledDae;
 use crate::field::{Field, Layout};
 use crate::integration::settings::{MultiplierWeights, Settings};
-use crate::integration::step_weights::{StepSize, StepWeights};
+use crate::integration::step_weights::{SharedStepSize, StepWeights};
 use crate::muscle_dae::MuscleDae;
 
 /// Tolerances of the states of a rod or of oscillators.
@@ -43,7 +43,7 @@ pub struct ErrorTest {
     relative: Vec<f64>,
     absolute: Vec<f64>,
     importance: Vec<f64>,
-    left_out: Vec<bool>,
+    excluded: Vec<bool>,
     /// Weights of the muscle that depend on the step size.
     by_step: Option<StepWeights>,
 }
@@ -54,11 +54,11 @@ impl ErrorTest {
         let layout = dae.layout();
         let scaled = settings.multiplier_weights == MultiplierWeights::StepScaled;
         Self {
-            by_step: scaled.then(|| StepWeights::new(dae, settings, StepSize::default())),
+            by_step: scaled.then(|| StepWeights::new(dae, settings, SharedStepSize::default())),
             relative: layout.fill(|_| settings.relative_tolerance),
             absolute: layout.fill(|field| settings.absolute_tolerances.of(field)),
             importance: importance(layout),
-            left_out: settings.left_out(layout),
+            excluded: settings.excluded(layout),
         }
     }
 
@@ -95,7 +95,7 @@ impl ErrorTest {
         self.relative.resize(end, tolerances.relative);
         self.absolute.resize(end, tolerances.absolute);
         self.importance.resize(end, 1.0);
-        self.left_out.resize(end, !tolerances.tested);
+        self.excluded.resize(end, !tolerances.tested);
     }
 
     /// Multiplies all tolerances by a factor that depends on the relative tolerance.
@@ -115,13 +115,13 @@ impl ErrorTest {
     }
 
     /// Returns the shared step size read by step-dependent weights, if there are any.
-    pub(crate) fn step_size(&self) -> Option<StepSize> {
+    pub(crate) fn step_size(&self) -> Option<SharedStepSize> {
         self.by_step.as_ref().map(StepWeights::step_size)
     }
 
     /// Returns which components are excluded from the error test.
-    pub fn left_out(&self) -> &[bool] {
-        &self.left_out
+    pub fn excluded(&self) -> &[bool] {
+        &self.excluded
     }
 
     /// Returns the absolute tolerances by component.

@@ -50,7 +50,7 @@ fn tested<P: Problem>(
     let options = IdaOptions {
         // Replaced by the weights below: tolerances of the body alone would have the wrong length.
         tolerances: IdaOptions::default().tolerances,
-        suppressed: Suppressed::Components(error_test.left_out().to_vec()),
+        suppressed: Suppressed::Components(error_test.excluded().to_vec()),
         ..options
     };
     builder(problem, options, t_end).error_weights(move |_, y, weights| {

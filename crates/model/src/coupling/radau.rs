@@ -57,7 +57,7 @@ pub(crate) fn tested<P: Problem, M: myovib_dae::LinearSolver<P>>(
     let options = RadauOptions {
         // Newton's tolerance derives from this value; the weights below replace the others.
         tolerances: Tolerances::scalar(error_test.smallest_relative(), 0.0),
-        suppressed: Suppressed::Components(error_test.left_out().to_vec()),
+        suppressed: Suppressed::Components(error_test.excluded().to_vec()),
         ..options
     };
     let test = error_test.scaled(|relative| options.internal_factor(relative));

@@ -41,7 +41,7 @@ pub use neighbors::Neighbors;
 
 /// Complex amplitudes of the harmonic parts of loads and support motions: Re(amplitude e^{iωt}).
 #[derive(Debug, Clone)]
-pub struct Drive {
+pub struct Excitation {
     /// Forces of fixed direction at all nodal components, N.
     pub force: Vec<Complex64>,
     /// Loads of size 1 on the deformed boundary, each with its amplitude.
@@ -50,7 +50,7 @@ pub struct Drive {
     pub displacement: Vec<(usize, Complex64)>,
 }
 
-impl Drive {
+impl Excitation {
     /// Returns whether all amplitudes are zero.
     pub fn is_zero(&self) -> bool {
         let loads = self.surface_loads.iter().map(|(_, amplitude)| amplitude);
@@ -103,7 +103,7 @@ impl DynamicStiffness {
         muscle: &Muscle,
         formulation: Formulation,
         at: &Equilibrium,
-        drive: &Drive,
+        drive: &Excitation,
     ) -> Self {
         let muscle = match at.preload_time {
             Some(_) => muscle.clone(),
@@ -173,7 +173,7 @@ impl HarmonicResponse {
         muscle: &Muscle,
         formulation: Formulation,
         at: &Equilibrium,
-        drive: &Drive,
+        drive: &Excitation,
     ) -> Result<Self, ModelError> {
         let mut stiffness = DynamicStiffness::about(muscle, formulation, at, drive);
         stiffness.update_matrices()?;

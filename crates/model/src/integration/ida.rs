@@ -11,7 +11,7 @@ use crate::integration::integrator::{Advance, Integrator};
 use crate::integration::pace::{Bounds, Pace};
 use crate::integration::settings::{LinearSolverKind, MultiplierWeights, Settings};
 use crate::integration::statistics::Counts;
-use crate::integration::step_weights::StepSize;
+use crate::integration::step_weights::SharedStepSize;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::signal::schedule::Schedule;
@@ -24,7 +24,7 @@ pub struct IdaIntegrator<P: Problem> {
     /// Counts of the starts before the current one.
     before: Counts,
     /// Step size shared with step-dependent error weights.
-    step_size: StepSize,
+    step_size: SharedStepSize,
 }
 
 impl IdaIntegrator<MuscleDae> {
@@ -100,7 +100,7 @@ impl<P: Problem> IdaIntegrator<P> {
         solver: IdaSolver<P>,
         t_end: f64,
         schedule: Schedule,
-        step_size: Option<StepSize>,
+        step_size: Option<SharedStepSize>,
     ) -> Self {
         Self {
             solver,
@@ -156,7 +156,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
     let layout = dae.layout();
     IdaOptions {
         tolerances: settings.tolerances(layout),
-        suppressed: Suppressed::Components(settings.left_out(layout)),
+        suppressed: Suppressed::Components(settings.excluded(layout)),
         max_order: usize::from(settings.max_order),
         delta_cj: settings.delta_cj,
         initial_step: settings.initial_step,

@@ -2,8 +2,8 @@
 
 use myovib_dae::{Problem, Suppressed};
 use myovib_radau::{
-    Fading, InternalVariables, RadauBuilder, RadauOptions, RadauSolver, SparseDirectSolver,
-    StepSize,
+    InternalVariableProblem, InternalVariables, RadauBuilder, RadauOptions, RadauSolver,
+    SparseDirectSolver, StepSize,
 };
 
 use crate::coupling::{ErrorTest, tested};
@@ -122,9 +122,9 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         memory: InternalVariables,
     ) -> Result<Self, ModelError>
     where
-        P: Fading,
+        P: InternalVariableProblem,
     {
-        let builder = builder(problem, options, t_end).fading_memory(memory);
+        let builder = builder(problem, options, t_end).internal_variables(memory);
         let solver = builder.build_with(matrices, t, y, y_dot)?;
         Ok(Self::of(solver, t_end))
     }
@@ -206,7 +206,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
     let layout = dae.layout();
     RadauOptions {
         tolerances: settings.tolerances(layout),
-        suppressed: Suppressed::Components(settings.left_out(layout)),
+        suppressed: Suppressed::Components(settings.excluded(layout)),
         stages: settings.integrator.stages().unwrap_or(3),
         initial_step: settings.initial_step,
         max_step: settings.max_step,

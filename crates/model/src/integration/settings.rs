@@ -227,7 +227,7 @@ impl Settings {
     }
 
     /// Returns which unknowns are excluded from the error test.
-    pub(crate) fn left_out(&self, layout: &Layout) -> Vec<bool> {
+    pub(crate) fn excluded(&self, layout: &Layout) -> Vec<bool> {
         layout.fill(|field| self.suppressed.contains(&field))
     }
 

@@ -24,9 +24,9 @@ use crate::muscle_dae::MuscleDae;
 
 /// Size of the next step, shared by an integrator and its weights; 0 before the first step.
 #[derive(Debug, Clone, Default)]
-pub struct StepSize(Arc<AtomicU64>);
+pub struct SharedStepSize(Arc<AtomicU64>);
 
-impl StepSize {
+impl SharedStepSize {
     /// Sets the size, s.
     pub fn set(&self, h: f64) {
         self.0.store(h.to_bits(), Ordering::Relaxed);
@@ -52,13 +52,13 @@ pub struct StepWeights {
     damped: bool,
     /// Ω, 1/s.
     omega: f64,
-    step_size: StepSize,
+    step_size: SharedStepSize,
 }
 
 impl StepWeights {
     /// Creates weights for `dae` with the tolerances of `settings`. Without a drive frequency, 1/Ω is the time in which
     /// shear waves cross the body.
-    pub fn new(dae: &MuscleDae, settings: &Settings, step_size: StepSize) -> Self {
+    pub fn new(dae: &MuscleDae, settings: &Settings, step_size: SharedStepSize) -> Self {
         let muscle = dae.muscle();
         Self {
             layout: dae.layout().clone(),
@@ -79,7 +79,7 @@ impl StepWeights {
     }
 
     /// Returns the shared step size.
-    pub(crate) fn step_size(&self) -> StepSize {
+    pub(crate) fn step_size(&self) -> SharedStepSize {
         self.step_size.clone()
     }
 
@@ -138,7 +138,7 @@ mod tests {
         for (formulation, kappa, beta, field, power) in POWERS {
             let muscle = paper::muscle(&mesh, kappa, beta).unwrap();
             let dae = MuscleDae::new(muscle, formulation).unwrap();
-            let step_size = StepSize::default();
+            let step_size = SharedStepSize::default();
             let settings = Settings::paper(formulation);
             let weights = StepWeights::new(&dae, &settings, step_size.clone());
             let n = dae.layout().n_unknowns();

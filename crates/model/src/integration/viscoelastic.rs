@@ -39,7 +39,7 @@ impl ViscoelasticRadau {
         let absolute = dae.layout().fill(|field| settings.absolute_tolerances.of(field));
         let options = RadauOptions {
             tolerances: Tolerances::vector(relative, &absolute[..n]),
-            suppressed: Suppressed::Components(settings.left_out(dae.layout())[..n].to_vec()),
+            suppressed: Suppressed::Components(settings.excluded(dae.layout())[..n].to_vec()),
             ..of_all
         };
         let matrices = InternalVariableSolver::new(&problem, options.sparse)?;
@@ -53,8 +53,8 @@ impl Integrator<MuscleDae> for ViscoelasticRadau {
     fn pass_jump(&mut self) -> Result<(), ModelError> {
         if self.0.after_jump().is_some() {
             let solver = self.0.solver();
-            let mut internal = vec![0.0; solver.n_memory()];
-            solver.memory_dense_output(solver.t(), 0, &mut internal)?;
+            let mut internal = vec![0.0; solver.n_internal_variables()];
+            solver.internal_variables_dense_output(solver.t(), 0, &mut internal)?;
             self.0.problem_mut().keep(internal);
         }
         self.0.pass_jump()
@@ -71,9 +71,9 @@ impl Integrator<MuscleDae> for ViscoelasticRadau {
 
     fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError> {
         let solver = self.0.solver();
-        let (body, internal) = out.split_at_mut(out.len() - solver.n_memory());
+        let (body, internal) = out.split_at_mut(out.len() - solver.n_internal_variables());
         solver.dense_output(t, derivative as usize, body)?;
-        Ok(solver.memory_dense_output(t, derivative as usize, internal)?)
+        Ok(solver.internal_variables_dense_output(t, derivative as usize, internal)?)
     }
 
     fn counts(&self) -> Counts {

@@ -5,7 +5,9 @@ use std::slice::from_ref;
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError, VariableKind};
 use myovib_fem::RelaxationRegion;
 use myovib_fem::material::PronyTerm;
-use myovib_radau::{Fading, InternalVariables, MemoryPart, MemoryTerm};
+use myovib_radau::{
+    InternalVariableGroup, InternalVariableProblem, InternalVariables, RelaxationTerm,
+};
 use myovib_sparse::SparseError;
 use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -40,8 +42,8 @@ impl InternalVariableDae {
         let internal = dae.layout.range(Field::InternalStress);
         let internal = internal.expect("a body with Prony terms");
         let solid = &dae.muscle.solid;
-        let term = |term: &PronyTerm| MemoryTerm { weight: term.weight, time: term.time };
-        let part = |part: &RelaxationRegion| MemoryPart {
+        let term = |term: &PronyTerm| RelaxationTerm { weight: term.weight, time: term.time };
+        let part = |part: &RelaxationRegion| InternalVariableGroup {
             slots: part.slots.clone(),
             terms: part.prony.terms().iter().map(term).collect(),
         };
@@ -126,8 +128,8 @@ impl Problem for InternalVariableDae {
     }
 }
 
-impl Fading for InternalVariableDae {
-    fn drive(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
+impl InternalVariableProblem for InternalVariableDae {
+    fn driving_quantity(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
         self.dae.expand(t, y, None);
         self.dae.counters.relaxing_solve_passes += 1;
         let (solid, work) = (&self.dae.muscle.solid, &self.dae.work);
@@ -135,7 +137,7 @@ impl Fading for InternalVariableDae {
         Ok(())
     }
 
-    fn drive_along(&mut self, change: &[f64], out: &mut [f64]) {
+    fn driving_change(&mut self, change: &[f64], out: &mut [f64]) {
         let dae = &mut self.dae;
         dae.counters.relaxing_solve_passes += 1;
         let moved = dae.layout.range(Field::Displacement);

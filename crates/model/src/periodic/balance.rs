@@ -50,10 +50,10 @@ pub fn balance<P: Problem, M: LinearSolver<P>>(
             let phase = |k: usize| Complex64::cis(TAU * (k * i % TIMES) as f64 / TIMES as f64);
             let (mut value, mut rate, mut residual) = (mean.clone(), vec![0.0; n], vec![0.0; n]);
             for (k, (wave, shift)) in waves.iter().zip(&shifts).enumerate() {
-                let (of_value, of_rate) = (phase(k + 1), shift * phase(k + 1));
+                let (wave_value, wave_rate) = (phase(k + 1), shift * phase(k + 1));
                 for j in 0..n {
-                    value[j] += (of_value * wave[j]).re;
-                    rate[j] += (of_rate * wave[j]).re;
+                    value[j] += (wave_value * wave[j]).re;
+                    rate[j] += (wave_rate * wave[j]).re;
                 }
             }
             problem.residual(start + step * i as f64, &value, &rate, &mut residual)?;

@@ -259,7 +259,7 @@ mod tests {
                 phase: 0.3,
             }),
             Signal::paper(100.0),
-            Signal::from(formula::Step { value: 4.0, start: 0.2, rise: 0.4 }),
+            Signal::from(formula::StepFunction { value: 4.0, start: 0.2, rise: 0.4 }),
             Signal::from(formula::Ramp { value: 2.0, start: 0.1, end: 1.3 }),
             Signal::from(
                 Spline::new(vec![-1.0, 0.5, 1.0, 2.0], vec![0.0, 2.0, -1.0, 3.0]).unwrap(),
@@ -332,7 +332,7 @@ mod tests {
 
     #[test]
     fn steps_have_the_derivatives_they_claim_at_their_ends() {
-        let step = Signal::from(formula::Step { value: 4.0, start: 0.2, rise: 0.4 });
+        let step = Signal::from(formula::StepFunction { value: 4.0, start: 0.2, rise: 0.4 });
         assert_eq!(step.lowest_jump(), 3);
         for end in [0.2, 0.2 + 0.4] {
             let (before, after) = (step.at(end - 1e-9), step.at(end + 1e-9));
@@ -346,7 +346,7 @@ mod tests {
             Signal::from(formula::Ramp { value: 1.0, start: 0.0, end: 1.0 }),
         ]);
         assert_eq!(kinked.lowest_jump(), 1);
-        let sudden = Signal::from(formula::Step { value: 1.0, start: 0.0, rise: 0.0 });
+        let sudden = Signal::from(formula::StepFunction { value: 1.0, start: 0.0, rise: 0.0 });
         let jumps = Signal::product(vec![kinked, sudden]);
         assert_eq!(jumps.lowest_jump(), 0);
     }
@@ -355,7 +355,7 @@ mod tests {
     #[test]
     fn a_step_without_a_rise_has_a_value_on_each_side() {
         for start in [0.0, 0.3, 7.0, -2.0] {
-            let jump = Signal::from(formula::Step { value: 4.0, start, rise: 0.0 });
+            let jump = Signal::from(formula::StepFunction { value: 4.0, start, rise: 0.0 });
             let after = just_after(start);
             assert!(after > start);
             for (t, value) in [(start, 0.0), (start.next_up(), 0.0), (after, 4.0)] {

@@ -129,7 +129,7 @@ mod tests {
     }
 
     fn step(start: f64) -> Signal {
-        Signal::from(formula::Step { value: 1.0, start, rise: 0.02 })
+        Signal::from(formula::StepFunction { value: 1.0, start, rise: 0.02 })
     }
 
     #[test]
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn a_jump_is_passed_once() {
-        let jump = |start| Signal::from(formula::Step { value: 1.0, start, rise: 0.0 });
+        let jump = |start| Signal::from(formula::StepFunction { value: 1.0, start, rise: 0.0 });
         // 0.1 + 0.2 differs from 0.3 by rounding, so a single step passes both breaks.
         let both = Signal::sum(vec![jump(0.3), jump(0.1 + 0.2), jump(0.0), step(1.0)]);
         let driven = schedule(both.clone(), 0);

@@ -67,16 +67,16 @@ impl Spline {
             values.push(values[values.len() - 1] + moved);
             velocity += 0.5 * h * (a[0] + a[1]);
         }
-        let of_values = |times: Vec<f64>, values| Self {
+        let spline_through = |times: Vec<f64>, values| Self {
             points: Points::spanning(times, values),
             moments: moments.clone(),
             acceleration: Some(acceleration.clone()),
         };
-        let start = of_values(times.clone(), values.clone()).at(0.0);
+        let start = spline_through(times.clone(), values.clone()).at(0.0);
         for (value, t) in values.iter_mut().zip(&times) {
             *value -= start.value + start.d1 * t;
         }
-        of_values(times, values)
+        spline_through(times, values)
     }
 
     /// Returns the largest overshoot beyond the two neighboring points.

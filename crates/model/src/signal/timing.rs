@@ -72,13 +72,13 @@ pub(super) fn between([start, end]: [f64; 2], value: f64, from: f64, to: f64) ->
 
 #[cfg(test)]
 mod tests {
-    use super::super::formula::{Ramp, RampedSine, Sine, Step};
+    use super::super::formula::{Ramp, RampedSine, Sine, StepFunction};
     use super::super::spline::Spline;
     use super::*;
     use crate::signal::Signal;
 
     fn step(value: f64, start: f64) -> Signal {
-        Signal::from(Step { value, start, rise: 0.02 })
+        Signal::from(StepFunction { value, start, rise: 0.02 })
     }
 
     fn sine(frequency: f64) -> Signal {
@@ -145,7 +145,7 @@ mod tests {
     /// A smooth step of 100 rad within 1 s is at rest at both ends, and fastest in between.
     #[test]
     fn a_rotation_has_the_time_scale_of_its_largest_speed() {
-        let angle = Signal::from(Step { value: 100.0, start: 0.0, rise: 1.0 });
+        let angle = Signal::from(StepFunction { value: 100.0, start: 0.0, rise: 1.0 });
         let fastest = 1.0 / angle.at(0.5).d1;
         let found = Signal::sine(angle).time_scale(0.0, 1.0);
         assert_eq!(found, Some(fastest));

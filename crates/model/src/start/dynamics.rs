@@ -101,7 +101,7 @@ impl Dynamics {
         let acceleration = alone(&mass(&muscle.solid), &negative(&force))?;
         let motion = Motion::new(muscle, t, q, v, &acceleration);
         Ok(Self {
-            pressure_acceleration: pressure_of(motion.defect_acceleration()?)?,
+            pressure_acceleration: pressure_of(motion.volume_residual_acceleration()?)?,
             acceleration,
             pressure,
             pressure_rate,
@@ -197,7 +197,7 @@ impl<'a> Incompressible<'a> {
         let y_dot = [self.v, &zero, &no_rate, self.internal.rates];
         let force = momentum(&mut self.dae, self.t, &y, &y_dot)?;
         let motion = Motion::new(self.muscle, self.t, self.q, self.v, &zero);
-        let flux = motion.defect_acceleration()?;
+        let flux = motion.volume_residual_acceleration()?;
         self.saddle.solve(&negative(&force), &negative(&flux))
     }
 
@@ -219,7 +219,7 @@ impl<'a> Incompressible<'a> {
             let y_dot = [&v[..], acceleration, rate, self.internal.rates];
             let force = momentum(&mut self.dae, t, &[&q, &v, &pressure, &internal], &y_dot)?;
             let motion = Motion::new(self.muscle, t, &q, &v, acceleration);
-            Ok((force, motion.defect_acceleration()?))
+            Ok((force, motion.volume_residual_acceleration()?))
         };
         // One-sided difference, because the load may have a jump or a kink at this time.
         let [(f0, g0), (f1, g1), (f2, g2)] = [at(0.0)?, at(step)?, at(2.0 * step)?];

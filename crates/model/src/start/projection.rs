@@ -12,8 +12,8 @@ use crate::operators;
 /// Maximum number of iterations. Newton's method converges quadratically or not at all, so a few more iterations than
 /// digits are sufficient.
 const MAX_ITERATIONS: usize = 30;
-/// Projected volume defect below which Newton's method has converged if it does not decrease any further. Rounding
-/// leaves about 1e-16 times the number of terms; index 3 amplifies a larger defect at the first step.
+/// Projected volume residual below which Newton's method has converged if it does not decrease any further. Rounding
+/// leaves about 1e-16 times the number of terms; index 3 amplifies a larger residual at the first step.
 const CONVERGED: f64 = 1e-7;
 
 /// Computes the displacement with ∫ψ (J - 1) = 0 nearest to `q` in the H1 norm, which spreads the
@@ -29,7 +29,7 @@ pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64
         let volume_residual = motion.volume_residual()?;
         let size = largest_projected(solid, &volume_residual);
         let rounding = f64::EPSILON * largest(&motion.displacement) / extent(muscle);
-        // Newton's last step reduces the defect to rounding, and it does not decrease any further.
+        // Newton's last step reduces the residual to rounding, and it does not decrease any further.
         if size <= rounding || (size < CONVERGED && size >= 0.5 * last) {
             return Ok(q);
         }

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use myovib_fem::load;
-use myovib_model::harmonic::{Amplitude, Drive, HarmonicResponse};
+use myovib_model::harmonic::{Amplitude, Excitation, HarmonicResponse};
 use myovib_model::statics::equilibrium;
 use myovib_model::{
     Activation, Field, Formulation, Load, ModelError, Muscle, MuscleDae, Signal, SurfaceLoad,
@@ -46,10 +46,10 @@ fn pull(muscle: &Muscle) -> Vec<f64> {
 }
 
 /// Returns a harmonic traction out of phase with a harmonic pressure.
-fn drive(muscle: &Muscle) -> Drive {
+fn drive(muscle: &Muscle) -> Excitation {
     let force = pull(muscle).into_iter().map(Complex64::from).collect();
     let unit = SurfaceLoad::pressure(&muscle.solid, "top", Signal::constant(1.0)).unwrap();
-    Drive {
+    Excitation {
         force,
         surface_loads: vec![(unit, Complex64::new(0.5, -2.0))],
         displacement: Vec::new(),
@@ -135,7 +135,7 @@ fn shaken_supports_leave_no_force_at_free_components() {
         let at = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
         let shaken = muscle.solid.space().nodes_of("left").unwrap();
         let amplitude = Complex64::new(1e-3, 2e-3);
-        let drive = Drive {
+        let drive = Excitation {
             displacement: shaken.iter().map(|node| (dimension * node + 1, amplitude)).collect(),
             ..drive(&muscle)
         };

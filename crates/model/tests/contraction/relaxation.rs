@@ -164,7 +164,8 @@ fn pulled(relaxes: bool) -> Muscle {
     if relaxes {
         solid = solid.with_relaxation(&[(all, series(&TERMS))]).unwrap();
     }
-    let signal = Signal::from(formula::Step { value: STRETCH - 1.0, start: 0.0, rise: RISE });
+    let signal =
+        Signal::from(formula::StepFunction { value: STRETCH - 1.0, start: 0.0, rise: RISE });
     let prescribed =
         right.into_iter().map(|node| Prescribed { component: 2 * node, signal: signal.clone() });
     Muscle {

@@ -50,7 +50,8 @@ fn pulled(block: Block, kappa: f64, (terms, beta, eta): Parts) -> Muscle {
     };
     let space = Arc::new(Space::taylor_hood(&mesh));
     let (mut held, mut prescribed) = (Vec::new(), Vec::new());
-    let signal = Signal::from(formula::Step { value: STRETCH - 1.0, start: 0.0, rise: RISE });
+    let signal =
+        Signal::from(formula::StepFunction { value: STRETCH - 1.0, start: 0.0, rise: RISE });
     for node in 0..space.n_nodes() {
         let place = space.node_point(node);
         for axis in 0..dimension {

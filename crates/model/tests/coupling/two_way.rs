@@ -371,7 +371,7 @@ fn run(
     let (mut muscle, active) = body(2, 1e5, 1e-4);
     let n = muscle.solid.space().n_components();
     let down: Vec<f64> = (0..n).map(|i| if i % 2 == 1 { -2.0 } else { 0.0 }).collect();
-    let signal = Signal::from(formula::Step { value: 1.0, start: 0.0, rise: 0.05 });
+    let signal = Signal::from(formula::StepFunction { value: 1.0, start: 0.0, rise: 0.05 });
     muscle.loads.push(Load::new(&down, signal));
     let mut dae = two_way((muscle, active), Formulation::ImplicitRate, false);
     // From rest, without tension.

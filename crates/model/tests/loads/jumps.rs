@@ -15,7 +15,7 @@ use myovib_model::{
 use crate::common::{beam, tolerances};
 
 fn jump(value: f64, start: f64) -> Signal {
-    Signal::from(formula::Step { value, start, rise: 0.0 })
+    Signal::from(formula::StepFunction { value, start, rise: 0.0 })
 }
 
 /// Returns y at intervals of `every` seconds, as sampled by a run.
@@ -128,8 +128,9 @@ fn apart(a: &[[Vec<f64>; 2]], b: &[[Vec<f64>; 2]]) -> [f64; 2] {
 fn a_jump_is_the_limit_of_a_steep_rise() {
     use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
     let load = |rise| {
-        let step =
-            |value, middle| Signal::from(formula::Step { value, start: middle - 0.5 * rise, rise });
+        let step = |value, middle| {
+            Signal::from(formula::StepFunction { value, start: middle - 0.5 * rise, rise })
+        };
         Signal::sum(vec![step(60.0, 0.0101), step(-90.0, 0.0998), step(40.0, 0.1503)])
     };
     for (formulation, kappa) in [

@@ -60,7 +60,7 @@ fn compare(a: &[Vec<f64>], b: &[Vec<f64>]) -> (f64, f64) {
 }
 
 fn step(value: f64, start: f64, rise: f64) -> Signal {
-    Signal::from(formula::Step { value, start, rise })
+    Signal::from(formula::StepFunction { value, start, rise })
 }
 
 fn pulse(value: f64, start: f64, length: f64, rise: f64) -> Signal {

@@ -113,8 +113,8 @@ fn pendulum() {
             memory = high_water();
         }
         let y = solver.y();
-        let defect = (y[0] * y[0] + y[1] * y[1] - 1.0).abs();
-        largest[half] = largest[half].max(defect);
+        let residual = (y[0] * y[0] + y[1] * y[1] - 1.0).abs();
+        largest[half] = largest[half].max(residual);
     }
     let [first, second] = largest;
     let t = solver.t();

@@ -51,12 +51,12 @@ fn settings(formulation: Formulation, rtol: f64, t_end: f64) -> Settings {
 /// because Newton's method uses them for λ too: with constant weights, a last step of 1e-6 s to the end time cannot
 /// converge.
 fn both_ways(formulation: Formulation, rtol: f64, t_end: f64) -> [Settings; 2] {
-    let left_out = Settings {
+    let excluded = Settings {
         multiplier_weights: MultiplierWeights::StepScaled,
         ..settings(formulation, rtol, t_end)
     };
-    let tested = Settings { suppressed: Vec::new(), ..left_out.clone() };
-    [left_out, tested]
+    let tested = Settings { suppressed: Vec::new(), ..excluded.clone() };
+    [excluded, tested]
 }
 
 const INCOMPRESSIBLE: [f64; 2] = [f64::INFINITY, 0.0];

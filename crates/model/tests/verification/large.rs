@@ -124,7 +124,7 @@ fn a_block_is_squeezed_to_a_tenth_of_its_volume() {
         equilibrium(&squeezed(Signal::constant(pressure)), Formulation::Position, 0.0).unwrap();
     let volume = 1.0 - rest.pressure[0] / KAPPA;
     assert!((0.0..0.1).contains(&volume), "J = {volume}");
-    let step = Signal::from(formula::Step { value: pressure, start: 0.0, rise: 0.2 });
+    let step = Signal::from(formula::StepFunction { value: pressure, start: 0.0, rise: 0.2 });
     for formulation in [Formulation::Displacement, Formulation::Position, Formulation::Velocity] {
         let settings = Settings { t_end: 1.0, ..Settings::paper(formulation) };
         let run = integrate(squeezed(step.clone()), formulation, &settings);
@@ -138,7 +138,7 @@ fn a_block_is_squeezed_to_a_tenth_of_its_volume() {
 
 #[test]
 fn steps_that_turn_elements_inside_out_shrink_and_grow_again() {
-    let push = Signal::from(formula::Step { value: -0.5, start: 0.0, rise: 0.2 });
+    let push = Signal::from(formula::StepFunction { value: -0.5, start: 0.0, rise: 0.2 });
     let run = integrate(compressed(push), Formulation::Position, &loose(0.5));
     assert_eq!(run.statistics.outcome, Outcome::Finished);
     assert!(run.dae.counters().inversions > 0, "no element was inverted");
@@ -153,7 +153,7 @@ fn steps_that_turn_elements_inside_out_shrink_and_grow_again() {
 /// remedies work: tighter tolerances, or a load applied more slowly.
 #[test]
 fn a_run_stopped_by_an_inverted_element_names_it() {
-    let push = |rise| Signal::from(formula::Step { value: -0.95, start: 0.0, rise });
+    let push = |rise| Signal::from(formula::StepFunction { value: -0.95, start: 0.0, rise });
     let (mut formulation, mut settings) = (Formulation::Position, loose(0.5));
     let run = integrate(compressed(push(0.02)), formulation, &settings);
     let Outcome::Stopped { message, inverted, .. } = &run.statistics.outcome else {
@@ -207,7 +207,8 @@ fn an_arch_snaps_through() {
         // smallest step of 1/1024 is reached: 0.5 % and 0.7 % were observed.
         assert!((limits[0] - limits[1]).abs() <= 0.01 * limits[0], "{limits:?}");
 
-        let step = Signal::from(formula::Step { value: 2.0 * limits[0], start: 0.0, rise: 0.2 });
+        let step =
+            Signal::from(formula::StepFunction { value: 2.0 * limits[0], start: 0.0, rise: 0.2 });
         let settings = Settings { t_end: 1.0, ..Settings::paper(Formulation::Position) };
         let run = integrate(arch(step, kappa), Formulation::Position, &settings);
         assert_eq!(run.statistics.outcome, Outcome::Finished);

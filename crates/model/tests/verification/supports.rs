@@ -107,7 +107,7 @@ fn beta_takes_the_second_derivative_of_the_energy() {
 #[test]
 fn work_of_a_moving_support_is_stored_or_dissipated() {
     let shake = Signal::product(vec![
-        Signal::from(formula::Step { value: 1.0, start: 0.0, rise: 0.1 }),
+        Signal::from(formula::StepFunction { value: 1.0, start: 0.0, rise: 0.1 }),
         Signal::from(formula::Sine { amplitude: 2e-3, frequency: 8.0, phase: 0.0 }),
     ]);
     let dae = MuscleDae::new(shaken(&shake), Formulation::ImplicitRate).unwrap();

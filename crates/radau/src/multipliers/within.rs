@@ -56,12 +56,12 @@ impl Multipliers {
                 }
             }
             let t = step.t + theta * step.h;
-            evaluate(problem, t, &self.y, &self.y_dot, &mut self.defect, counters)?;
+            evaluate(problem, t, &self.y, &self.y_dot, &mut self.residual, counters)?;
             counters.work.real_solves += 1;
             matrices
-                .solve_real(problem, &mut self.defect)
+                .solve_real(problem, &mut self.residual)
                 .map_err(Operation::LinearSolve.failed())?;
-            let measured = self.list.iter().map(|m| self.defect[m.variable]);
+            let measured = self.list.iter().map(|m| self.residual[m.variable]);
             self.between.extend(measured);
         }
         let n_multipliers = self.list.len();

@@ -3,11 +3,11 @@
 use myovib_dae::{LinearSolver, Linearization, Parameters, Problem, StepError};
 
 use super::cotangents::Cotangents;
-use super::factors::Factors;
 use super::forward::spread;
 use super::krylov::{Krylov, norm};
 use super::operator::{Stage, StageOperator};
 use super::recording::Recording;
+use super::reused_factors::ReusedFactors;
 use super::sweep_failure::SweepFailure;
 use super::work::AdjointWork;
 use crate::dense::{Collocation, add_scaled};
@@ -61,7 +61,7 @@ pub struct Adjoint<Q> {
     system: StageSystem,
     krylov: Krylov,
     tolerance: f64,
-    factors: Option<Factors>,
+    factors: Option<ReusedFactors>,
     /// z̄; later the residual of the linear system.
     residual: Vec<f64>,
     /// Right-hand side of the preconditioner; finally λ.
@@ -159,7 +159,7 @@ impl<Q> Adjoint<Q> {
         let repeated = recording.go_back(solver, &mut |solver, first, steps| {
             // The factors computed for replayed steps differ from the factors of the run, and may also be reused.
             let fresh = self.factors.take().and_then(|factors| factors.fresh());
-            self.factors = solver.set_up_for().map(|h| Factors::new(h, fresh));
+            self.factors = solver.set_up_for().map(|h| ReusedFactors::new(h, fresh));
             for (number, step) in steps.iter().enumerate().rev() {
                 let number = first + number;
                 let step = solver.at_step(step.clone(), number as u64 + 1);
@@ -276,7 +276,7 @@ impl<Q> Adjoint<Q> {
             .solve_transposed(problem, matrices, method, adjoint, counters)
             .map_err(SweepFailure::Failed)?;
         let directions = self.krylov.directions();
-        let mut factors = old.unwrap_or_else(|| Factors::new(h, None));
+        let mut factors = old.unwrap_or_else(|| ReusedFactors::new(h, None));
         factors.note(directions);
         self.factors = Some(factors);
         self.operator.subtract_transposed_from_start(&mut self.parameters, adjoint, &mut carried.y);

@@ -77,7 +77,7 @@ impl<Q> ForwardSensitivities<Q> {
     ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`]; [`RadauError::AfterTheStart`] for a
-    /// solver that has taken steps, [`RadauError::Fading`] for a solver with a memory.
+    /// solver that has taken steps, [`RadauError::InternalVariables`] for a solver with internal variables.
     pub fn new<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
         parameters: Q,
@@ -100,7 +100,7 @@ impl<Q> ForwardSensitivities<Q> {
         if solver.statistics().steps > 0 {
             return Err(RadauError::AfterTheStart { t: solver.t() });
         }
-        solver.expect_no_memory()?;
+        solver.expect_no_internal_variables()?;
         let method = solver.method();
         let columns = vec![0.0; list.len() * n];
         Ok(Self {

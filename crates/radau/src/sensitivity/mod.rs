@@ -13,13 +13,13 @@ mod block;
 mod combination;
 mod cotangents;
 mod curves;
-mod factors;
 mod forward;
 mod history;
 mod krylov;
 mod nonzeros;
 mod operator;
 mod recording;
+mod reused_factors;
 mod sweep_failure;
 mod work;
 

@@ -119,9 +119,9 @@ impl StageOperator {
                 let room = vec![0.0; self.jacobian.pattern().nnz()];
                 self.parts = vec![[room.clone(), room]; self.stages_and_start];
             }
-            let [of_value, of_rate] = &mut self.parts[i];
+            let [df_dy, df_dyp] = &mut self.parts[i];
             let jacobian = &mut self.jacobian;
-            parameters.linearize(problem, jacobian, &at, [of_value, of_rate])?;
+            parameters.linearize(problem, jacobian, &at, [df_dy, df_dyp])?;
         }
         if self.is_kept {
             return Ok(());
@@ -210,9 +210,9 @@ impl StageOperator {
             return parameters.subtract_transposed_tangents(place, x, [value, rate]);
         }
         let [by_value, by_rate] = &self.nonzeros;
-        let [of_value, of_rate] = &self.parts[place];
-        by_value.subtract_transposed(of_value, x, value);
-        by_rate.subtract_transposed(of_rate, x, rate);
+        let [df_dy, df_dyp] = &self.parts[place];
+        by_value.subtract_transposed(df_dy, x, value);
+        by_rate.subtract_transposed(df_dyp, x, rate);
     }
 
     /// Subtracts J_y s + J_ẏ u'(t_n) from `out` at the start of the step, where u are the polynomials that start from
@@ -244,9 +244,9 @@ impl StageOperator {
             return parameters.subtract_tangents(place, [value, rate], out, n_columns);
         }
         let [by_value, by_rate] = &self.nonzeros;
-        let [of_value, of_rate] = &self.parts[place];
-        by_value.subtract(of_value, value, out, n_columns);
-        by_rate.subtract(of_rate, rate, out, n_columns);
+        let [df_dy, df_dyp] = &self.parts[place];
+        by_value.subtract(df_dy, value, out, n_columns);
+        by_rate.subtract(df_dyp, rate, out, n_columns);
         Ok(())
     }
 }

@@ -48,7 +48,7 @@ impl Recording {
     /// Creates a recording that stores the stages of all steps: s + 2 vectors per step.
     ///
     /// # Errors
-    /// [`RadauError::AfterTheStart`] for a solver that has taken steps, [`RadauError::Fading`] for
+    /// [`RadauError::AfterTheStart`] for a solver that has taken steps, [`RadauError::InternalVariables`] for
     /// a solver with internal variables.
     pub fn of_stages<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
@@ -81,7 +81,7 @@ impl Recording {
         if solver.statistics().steps > 0 {
             return Err(RadauError::AfterTheStart { t: solver.t() });
         }
-        solver.expect_no_memory()?;
+        solver.expect_no_internal_variables()?;
         Ok(Self { recorded_steps, steps: Vec::new(), restarts: solver.restarts() })
     }
 

@@ -2,10 +2,10 @@
 
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError, StopReason, VariableKind};
 
-use super::state::{Jacobian, RadauSolver, step_of};
+use super::state::{JacobianAge, RadauSolver, step_of};
 use crate::dense::{add_scaled, write_combined};
 use crate::failure::{Failure, Failures, Operation, Rejection};
-use crate::memory::Memory;
+use crate::internal_variables::EliminatedVariables;
 use crate::newton::{Newton, norm};
 use crate::options::StepSize;
 use crate::rounding::Sampling;
@@ -19,8 +19,8 @@ const NEAR: f64 = 10.0;
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Solves a step of size `h` and tests its error. Returns the size proposed for the next step.
     pub(super) fn attempt_once(&mut self, h: f64, failures: Failures) -> Result<f64, Failure> {
-        if let Some(memory) = &mut self.memory {
-            memory.begin(&mut self.problem, (&self.method, h), self.t, &self.y)?;
+        if let Some(internal) = &mut self.internal {
+            internal.begin(&mut self.problem, (&self.method, h), self.t, &self.y)?;
         }
         let iterations = self.solve_stages(h, failures)?;
         let step = step_of!(self, h);
@@ -99,12 +99,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         let (z, filter_twice) = (&self.newton.z, self.fresh || failures.any());
-        let (memory, counters) = (self.memory.as_mut(), &mut self.counters);
+        let (internal, counters) = (self.internal.as_mut(), &mut self.counters);
         let test = &mut self.error_test;
         let mut error =
-            test.estimate(problem, matrices, memory, &step, (z, filter_twice), counters)?;
-        if let Some(memory) = &self.memory {
-            memory.show_present(problem);
+            test.estimate(problem, matrices, internal, &step, (z, filter_twice), counters)?;
+        if let Some(internal) = &self.internal {
+            internal.show_present(problem);
         }
         // Under a hidden constraint a shorter step has more rounding. Therefore rounding must neither shorten nor
         // repeat a step.
@@ -119,7 +119,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 rounding.sample(problem, matrices, &step, at_start, sampling, counters)?;
                 let beyond = |i| rounding.beyond(i, errors.error(i));
                 error = norm((0..n).map(|i| beyond(i) * step.weights[i]), n);
-                error = error.hypot(self.memory.as_ref().map_or(0.0, Memory::error));
+                error = error.hypot(self.internal.as_ref().map_or(0.0, EliminatedVariables::error));
                 if self.control.judge(h, error) < 1.0 {
                     break;
                 }
@@ -211,8 +211,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.counters.statistics.newton_failures += 1;
             // The Jacobian of an earlier step may cause slow convergence.
             let slow = rejection.reason == StopReason::ConvergenceFailures;
-            if slow && self.jacobian != Jacobian::Current {
-                self.jacobian = Jacobian::Due;
+            if slow && self.jacobian != JacobianAge::Current {
+                self.jacobian = JacobianAge::Due;
                 continue;
             }
             return match slow && self.may_be_near_kink(h, failures) {
@@ -261,7 +261,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 Err(fatal) => return Err(fatal),
             }
         }
-        self.jacobian = Jacobian::Due;
+        self.jacobian = JacobianAge::Due;
         Err(Failure::Rejected(rejection))
     }
 
@@ -282,7 +282,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Returns whether a step of size `h` may begin near a kink that difference quotients do not resolve: Newton's method
     /// has failed repeatedly, although the solution moves by less than its tolerance. Other Jacobians belong to one side.
     pub(super) fn may_be_near_kink(&self, h: f64, failures: Failures) -> bool {
-        let has_quotients = self.matrices.difference_evaluations() > 0 && self.memory.is_none();
+        let has_quotients = self.matrices.difference_evaluations() > 0 && self.internal.is_none();
         if !(has_quotients && failures.suggest_kink()) {
             return false;
         }
@@ -299,12 +299,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         let (newton, counters) = (&mut self.newton, &mut self.counters);
         newton.set_strict(self.options.dense_output || matrices.difference_evaluations() > 0);
-        let mut memory = self.memory.as_mut();
-        let of_stages = memory.as_deref_mut();
+        let mut internal = self.internal.as_mut();
+        let of_stages = internal.as_deref_mut();
         let solved = newton.solve(problem, matrices, of_stages, &step, &self.weights, counters)?;
-        if let Some(memory) = memory {
-            newton.drive(problem, memory, &step)?;
-            memory.show_present(problem);
+        if let Some(internal) = internal {
+            newton.evaluate_driving_quantities(problem, internal, &step)?;
+            internal.show_present(problem);
         }
         match solved {
             Newton::Converged { iterations } => Ok(iterations),
@@ -336,7 +336,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Evaluates the Jacobian at the beginning of the step, if required.
     pub(super) fn evaluate_jacobian(&mut self, h: f64) -> Result<(), Failure> {
-        if self.jacobian == Jacobian::Due {
+        if self.jacobian == JacobianAge::Due {
             let at = Linearization {
                 t: self.t,
                 y: &self.y,
@@ -344,7 +344,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 step: h,
                 weights: self.weights.plain(),
             };
-            let response = self.memory.as_ref().map_or(&[][..], Memory::present);
+            let response = self.internal.as_ref().map_or(&[][..], EliminatedVariables::present);
             self.jacobian_point.note(&at, response);
             self.evaluate_jacobian_at_point()?;
         }
@@ -353,10 +353,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     fn evaluate_jacobian_at_point(&mut self) -> Result<(), Failure> {
         self.counters.statistics.jacobian_evaluations += 1;
-        (self.jacobian, self.set_up_for) = (Jacobian::Due, None);
+        (self.jacobian, self.set_up_for) = (JacobianAge::Due, None);
         let at = self.jacobian_point.as_linearization();
         self.matrices.evaluate(&mut self.problem, &at).map_err(Operation::Jacobian.failed())?;
-        self.jacobian = Jacobian::Current;
+        self.jacobian = JacobianAge::Current;
         Ok(())
     }
 

@@ -3,13 +3,13 @@
 use myovib_dae::{Direction, LinearSolver, Problem, StepError, Tolerances, VariableKind, kinds_at};
 
 use super::jacobian_point::JacobianPoint;
-use super::state::{Jacobian, RadauSolver};
+use super::state::{JacobianAge, RadauSolver};
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::error_test::ErrorTest;
+use crate::internal_variables::{EliminatedVariables, InternalVariableProblem, InternalVariables};
 use crate::interpolation::Interpolation;
 use crate::matrices::SparseDirectSolver;
-use crate::memory::{Fading, InternalVariables, Memory};
 use crate::method::Method;
 use crate::multipliers::Multipliers;
 use crate::newton::NewtonSolver;
@@ -31,12 +31,13 @@ pub struct RadauBuilder<P> {
     weights: Option<UserWeights<P>>,
     roots: Option<(Vec<Direction>, Box<RootFunctions<P>>)>,
     quadrature: Option<(Vec<f64>, Box<RootFunctions<P>>)>,
-    memory: Option<(InternalVariables, MakeMemory<P>)>,
+    internal: Option<(InternalVariables, Eliminate<P>)>,
 }
 
 /// Creates the internal variables from their specification, the method, the relative tolerance, and the factor on
 /// tolerances.
-type MakeMemory<P> = fn(InternalVariables, &Method, (f64, f64)) -> Result<Memory<P>, RadauError>;
+type Eliminate<P> =
+    fn(InternalVariables, &Method, (f64, f64)) -> Result<EliminatedVariables<P>, RadauError>;
 
 impl<P: Problem> RadauSolver<P> {
     /// Starts building a solver for `problem`.
@@ -53,7 +54,7 @@ impl<P: Problem> RadauBuilder<P> {
             weights: None,
             roots: None,
             quadrature: None,
-            memory: None,
+            internal: None,
         }
     }
 
@@ -118,14 +119,14 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Integrates internal variables along with the unknowns; they are eliminated from Newton's method, see [`Fading`].
-    /// They cannot be combined with sensitivities.
+    /// Integrates internal variables along with the unknowns; they are eliminated from Newton's method, see
+    /// [`InternalVariableProblem`]. They cannot be combined with sensitivities.
     #[must_use]
-    pub fn fading_memory(mut self, memory: InternalVariables) -> Self
+    pub fn internal_variables(mut self, internal: InternalVariables) -> Self
     where
-        P: Fading,
+        P: InternalVariableProblem,
     {
-        self.memory = Some((memory, Memory::new));
+        self.internal = Some((internal, EliminatedVariables::new));
         self
     }
 
@@ -160,7 +161,7 @@ impl<P: Problem> RadauBuilder<P> {
         y0: &[f64],
         y_dot0: &[f64],
     ) -> Result<RadauSolver<P, M>, RadauError> {
-        let Self { mut problem, mut options, weights, roots, quadrature, memory } = self;
+        let Self { mut problem, mut options, weights, roots, quadrature, internal } = self;
         let n = problem.n_unknowns();
         expect_length("initial values y0", n, y0.len())?;
         expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
@@ -197,10 +198,10 @@ impl<P: Problem> RadauBuilder<P> {
             .map(|(start, rates)| Quadrature::new(&method, (t0, &start), rates, n));
         let relative = options.tolerances.relative();
         let tolerance = (relative, options.internal_factor(relative));
-        let memory = memory.map(|(variables, make)| make(variables, &method, tolerance));
-        let memory = memory.transpose()?;
-        if let Some(memory) = &memory {
-            memory.expect_response(&mut problem)?;
+        let internal = internal.map(|(variables, make)| make(variables, &method, tolerance));
+        let internal = internal.transpose()?;
+        if let Some(internal) = &internal {
+            internal.expect_response(&mut problem)?;
         }
         let powers = options.index_scaling.powers(&kinds, &indices);
 
@@ -219,7 +220,7 @@ impl<P: Problem> RadauBuilder<P> {
             corrected: vec![0.0; if multipliers.any() { method.stages() * n } else { 0 }],
             control: options.control(multipliers.any()),
             multipliers,
-            jacobian: Jacobian::Due,
+            jacobian: JacobianAge::Due,
             set_up_for: None,
             jacobian_point: JacobianPoint::default(),
             pivots_at: None,
@@ -236,7 +237,7 @@ impl<P: Problem> RadauBuilder<P> {
             ),
             weights_result: Ok(()),
             quadrature,
-            memory,
+            internal,
             roots: roots.map(|(directions, functions)| Roots::new(directions, functions, n)),
             time_limits: [t0; 2],
             pause: None,
@@ -259,7 +260,7 @@ impl<P: Problem> RadauBuilder<P> {
             differences_before: 0,
         };
         solver.update_weights();
-        solver.restart_memory();
+        solver.restart_internal_variables();
         solver.check_start();
         Ok(solver)
     }

@@ -2,7 +2,7 @@
 
 use myovib_dae::{LinearSolver, Problem};
 
-use super::state::{Jacobian, RadauSolver};
+use super::state::{JacobianAge, RadauSolver};
 use crate::failure::{Failure, Fatal};
 use crate::options::StepSize;
 
@@ -47,8 +47,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let squares = self.y_dot.iter().zip(self.weights.plain());
         let square: f64 = squares.map(|(v, w)| (v * w).powi(2)).sum();
         let of_y = (square / self.y.len() as f64).sqrt();
-        let memory = self.memory.as_ref();
-        let norm = of_y.hypot(memory.map_or(0.0, |memory| memory.rate(&self.method)));
+        let internal = self.internal.as_ref();
+        let norm = of_y.hypot(internal.map_or(0.0, |internal| internal.rate(&self.method)));
         let (relative, _) = self.options.internal_tolerances();
         let scale = match relative > 0.0 {
             true => relative.powf(0.25),
@@ -67,20 +67,20 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.prepare_matrices(h)?;
         self.sample_rounding(h, None)?;
         // The step has its own Jacobian and pivots.
-        (self.jacobian, self.set_up_for, self.pivots_due) = (Jacobian::Due, None, true);
+        (self.jacobian, self.set_up_for, self.pivots_due) = (JacobianAge::Due, None, true);
         Ok(SAFETY * self.shortest_resolved(h))
     }
 
     /// Prepares an evaluation at the start of a step of size `h` with the matrices of this step.
     pub(super) fn prepare_matrices(&mut self, h: f64) -> Result<(), Failure> {
-        if let Some(memory) = &mut self.memory {
-            memory.begin(&mut self.problem, (&self.method, h), self.t, &self.y)?;
+        if let Some(internal) = &mut self.internal {
+            internal.begin(&mut self.problem, (&self.method, h), self.t, &self.y)?;
         }
         self.weights.scale(h);
         self.evaluate_jacobian(h)?;
         self.set_up(h)?;
-        if let Some(memory) = &self.memory {
-            memory.show_present(&mut self.problem);
+        if let Some(internal) = &self.internal {
+            internal.show_present(&mut self.problem);
         }
         Ok(())
     }

@@ -13,7 +13,7 @@ pub(super) struct JacobianPoint {
     y_dot: Vec<f64>,
     step: f64,
     weights: Vec<f64>,
-    /// Response of the memory at this point.
+    /// Response of the internal variables at this point.
     #[serde(default)]
     response: Vec<f64>,
 }
@@ -57,7 +57,7 @@ impl JacobianPoint {
         }
     }
 
-    /// Returns the response of the memory at this point.
+    /// Returns the response of the internal variables at this point.
     pub(super) fn response(&self) -> &[f64] {
         &self.response
     }

@@ -4,7 +4,7 @@ use myovib_dae::{LinearSolver, Problem, Statistics, covers};
 
 use super::state::RadauSolver;
 use crate::error::{RadauError, expect_finite, expect_length};
-use crate::memory::Memory;
+use crate::internal_variables::EliminatedVariables;
 use crate::method::Method;
 use crate::options::StepSize;
 use crate::quadrature::Quadrature;
@@ -69,33 +69,33 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Returns the number of states of the fading memory.
-    pub fn n_memory(&self) -> usize {
-        self.memory.as_ref().map_or(0, Memory::n_states)
+    /// Returns the number of states of the internal variables.
+    pub fn n_internal_variables(&self) -> usize {
+        self.internal.as_ref().map_or(0, EliminatedVariables::n_states)
     }
 
     /// Checks that all states are unknowns.
-    pub(crate) fn expect_no_memory(&self) -> Result<(), RadauError> {
-        match self.memory {
+    pub(crate) fn expect_no_internal_variables(&self) -> Result<(), RadauError> {
+        match self.internal {
             None => Ok(()),
-            Some(_) => Err(RadauError::Fading),
+            Some(_) => Err(RadauError::InternalVariables),
         }
     }
 
-    /// Evaluates the states of the fading memory like [`dense_output`](RadauSolver::dense_output).
+    /// Evaluates the states of the internal variables like [`dense_output`](RadauSolver::dense_output).
     ///
     /// # Errors
     /// As for [`dense_output`](RadauSolver::dense_output).
-    pub fn memory_dense_output(
+    pub fn internal_variables_dense_output(
         &self,
         t: f64,
         derivative: usize,
         out: &mut [f64],
     ) -> Result<(), RadauError> {
-        expect_length("memory", self.n_memory(), out.len())?;
+        expect_length("internal variables", self.n_internal_variables(), out.len())?;
         self.expect_within_reach(t, derivative)?;
-        if let Some(memory) = &self.memory {
-            memory.evaluate(&self.method, &self.collocation, t, derivative, out);
+        if let Some(internal) = &self.internal {
+            internal.evaluate(&self.method, &self.collocation, t, derivative, out);
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use myovib_dae::{ConsistencyMode, Inconsistent, LinearSolver, Problem, StepError, check_start};
 
 use super::builder::QUADRATURES;
-use super::state::{Jacobian, RadauSolver};
+use super::state::{JacobianAge, RadauSolver};
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect, expect_finite, expect_length};
 use crate::newton::NewtonSolver;
@@ -66,7 +66,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.multipliers.restart(y0);
         (self.fresh, self.refused) = (true, None);
         (self.near_kink, self.jump) = (false, None);
-        self.jacobian = Jacobian::Due;
+        self.jacobian = JacobianAge::Due;
         self.set_up_for = None;
         self.pause = None;
         self.counters = Counters::default();
@@ -78,7 +78,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             roots.restart();
         }
         self.update_weights();
-        self.restart_memory();
+        self.restart_internal_variables();
         self.start = Ok(());
         if !goes_on {
             self.check_start();
@@ -115,8 +115,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             if let Some(quadrature) = &mut self.quadrature {
                 quadrature.cut(&self.method, pause.t);
             }
-            if let Some(memory) = &mut self.memory {
-                memory.cut(&self.method, &self.collocation, pause.t);
+            if let Some(internal) = &mut self.internal {
+                internal.cut(&self.method, &self.collocation, pause.t);
             }
             self.update_weights();
         }
@@ -129,9 +129,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Restarts the internal variables at (t, y) with their current values. If their driving quantities cannot be
     /// evaluated there, the next step fails.
-    pub(super) fn restart_memory(&mut self) {
-        if let Some(memory) = &mut self.memory {
-            let begun = memory.restart(&mut self.problem, &self.method, self.t, &self.y);
+    pub(super) fn restart_internal_variables(&mut self) {
+        if let Some(internal) = &mut self.internal {
+            let begun = internal.restart(&mut self.problem, &self.method, self.t, &self.y);
             self.weights_result = std::mem::replace(&mut self.weights_result, Ok(())).and(begun);
         }
     }

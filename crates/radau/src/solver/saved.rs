@@ -4,11 +4,11 @@ use myovib_dae::{LinearSolver, Problem, Statistics, StepError, Work};
 use serde::{Deserialize, Serialize};
 
 use super::jacobian_point::JacobianPoint;
-use super::state::{Jacobian, Pause, RadauSolver};
+use super::state::{JacobianAge, Pause, RadauSolver};
 use crate::control::StepHistory;
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length, expect_positive, expect_vector};
-use crate::memory::MemoryState;
+use crate::internal_variables::SavedVariables;
 use crate::multipliers::PreviousMultipliers;
 use crate::quadrature::QuadratureState;
 use crate::work::Counters;
@@ -58,7 +58,7 @@ pub struct RadauState {
     #[serde(default)]
     quadrature: Option<QuadratureState>,
     #[serde(default)]
-    memory: Option<MemoryState>,
+    internal: Option<SavedVariables>,
     pause: Option<Pause>,
     statistics: Statistics,
     work: Work,
@@ -74,8 +74,8 @@ impl RadauState {
     pub(crate) fn n_bytes(&self) -> usize {
         let jacobian = self.jacobian.as_ref().map_or(0, |(at, _)| at.n_numbers());
         let pivots = self.pivots.as_ref().map_or(0, |(at, _)| at.n_numbers());
-        let memory = self.memory.as_ref().map_or(0, MemoryState::n_numbers);
-        let own = self.y.len() + self.y_dot.len() + self.last.n_numbers() + memory;
+        let internal = self.internal.as_ref().map_or(0, SavedVariables::n_numbers);
+        let own = self.y.len() + self.y_dot.len() + self.last.n_numbers() + internal;
         (own + jacobian + pivots) * size_of::<f64>() + size_of_val(&self.multipliers[..])
     }
 
@@ -93,7 +93,7 @@ impl RadauState {
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Returns the complete state on which the next steps depend, without changing the solver.
     pub fn save(&self) -> RadauState {
-        let serves = self.jacobian != Jacobian::Due;
+        let serves = self.jacobian != JacobianAge::Due;
         RadauState {
             stages: self.method.stages(),
             t: self.t,
@@ -107,16 +107,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             stop_time: self.options.stop_time,
             last: self.collocation.clone(),
             continues: self.predictor.continues(),
-            newton: self.newton.memory(),
+            newton: self.newton.saved(),
             tried_matrices: self.newton.has_tried_matrices(),
             control: self.control.history(),
             multipliers: self.multipliers.known(),
             jacobian: serves.then(|| (self.jacobian_point.clone(), self.set_up_for)),
             pivots: self.pivots_at.clone().filter(|_| !self.pivots_due),
             linear_solver: self.matrices.history(),
-            roots: self.roots.as_ref().map(|roots| roots.memory()),
+            roots: self.roots.as_ref().map(|roots| roots.saved()),
             quadrature: self.quadrature.as_ref().map(|q| q.state().clone()),
-            memory: self.memory.as_ref().map(|memory| memory.state()),
+            internal: self.internal.as_ref().map(|internal| internal.state()),
             pause: self.pause.clone(),
             statistics: self.statistics(),
             work: self.counters.work,
@@ -135,8 +135,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let (Some(quadrature), Some(state)) = (&mut self.quadrature, &state.quadrature) {
             quadrature.restore(state);
         }
-        if let (Some(memory), Some(state)) = (&mut self.memory, &state.memory) {
-            memory.restore(state);
+        if let (Some(internal), Some(state)) = (&mut self.internal, &state.internal) {
+            internal.restore(state);
         }
         (self.t, self.h, self.start) = (state.t, state.h, Ok(()));
         self.y.copy_from_slice(&state.y);
@@ -192,7 +192,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let of_multipliers: Vec<f64> =
             (state.multipliers.iter()).flat_map(PreviousMultipliers::numbers).collect();
         expect_finite("multipliers of the state", &of_multipliers)?;
-        let n_response = self.memory.as_ref().map_or(0, |memory| memory.present().len());
+        let n_response = self.internal.as_ref().map_or(0, |internal| internal.present().len());
         let jacobian = state.jacobian.as_ref().map(|(at, _)| at);
         let pivots = state.pivots.as_ref().map(|(at, _)| at);
         for at in [jacobian, pivots].into_iter().flatten() {
@@ -211,10 +211,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(quadrature) = &state.quadrature {
             quadrature.validate(stages)?;
         }
-        let of_state = state.memory.as_ref().map_or(0, MemoryState::n_states);
-        expect_length("memory of the state", self.n_memory(), of_state)?;
-        match (&self.memory, &state.memory) {
-            (Some(memory), Some(state)) => memory.validate(state),
+        let of_state = state.internal.as_ref().map_or(0, SavedVariables::n_states);
+        expect_length("saved internal variables", self.n_internal_variables(), of_state)?;
+        match (&self.internal, &state.internal) {
+            (Some(internal), Some(state)) => internal.validate(state),
             _ => Ok(()),
         }
     }
@@ -224,10 +224,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         matrices.set_history(&state.linear_solver)?;
         matrices.forget_pivots();
-        let memory = &self.memory;
+        let internal = &self.internal;
         let show = |problem: &mut P, at: &JacobianPoint| {
-            if let Some(memory) = memory {
-                memory.show(problem, at.response());
+            if let Some(internal) = internal {
+                internal.show(problem, at.response());
             }
         };
         if let Some((at, h)) = &state.pivots {
@@ -236,7 +236,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let shifts = self.method.shifts(*h);
             matrices.set_up(problem, self.method.real_mode().lambda / h, &shifts)?;
         }
-        (self.jacobian, self.set_up_for) = (Jacobian::Due, None);
+        (self.jacobian, self.set_up_for) = (JacobianAge::Due, None);
         if let Some((at, set_up_for)) = &state.jacobian {
             show(problem, at);
             matrices.evaluate(problem, &at.as_linearization())?;
@@ -245,7 +245,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 matrices.set_up(problem, self.method.real_mode().lambda / h, &shifts)?;
             }
             self.jacobian_point = at.clone();
-            (self.jacobian, self.set_up_for) = (Jacobian::Old, *set_up_for);
+            (self.jacobian, self.set_up_for) = (JacobianAge::Old, *set_up_for);
         }
         matrices.set_history(&state.linear_solver)?;
         self.pivots_at = state.pivots.clone();

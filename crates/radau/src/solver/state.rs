@@ -9,9 +9,9 @@ use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error_test::ErrorTest;
 use crate::failure::Failure;
+use crate::internal_variables::EliminatedVariables;
 use crate::interpolation::Interpolation;
 use crate::matrices::SparseDirectSolver;
-use crate::memory::Memory;
 use crate::method::Method;
 use crate::multipliers::Multipliers;
 use crate::newton::NewtonSolver;
@@ -70,7 +70,7 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     /// Increments of a step after removal of the errors of multipliers.
     pub(super) corrected: Vec<f64>,
     pub(super) control: Control,
-    pub(super) jacobian: Jacobian,
+    pub(super) jacobian: JacobianAge,
     /// Step size for which the Newton matrices are set up.
     pub(super) set_up_for: Option<f64>,
     /// Point at which the Jacobian was last evaluated.
@@ -94,7 +94,7 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     /// Monitored root functions.
     pub(super) roots: Option<Roots<P>>,
     /// Internal variables, which are eliminated from the equations.
-    pub(super) memory: Option<Memory<P>>,
+    pub(super) internal: Option<EliminatedVariables<P>>,
     /// Quadratures integrated along with the solution.
     pub(super) quadrature: Option<Quadrature<P>>,
     /// `t_out` and the time limit, as passed to the call that accepted the last step.
@@ -125,7 +125,7 @@ pub(super) use step_of;
 
 /// Point at which the current Jacobian was evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Jacobian {
+pub(super) enum JacobianAge {
     /// The Jacobian must be evaluated.
     Due,
     /// At an earlier step.

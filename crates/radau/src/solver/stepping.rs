@@ -2,7 +2,7 @@
 
 use myovib_dae::{LinearSolver, Outcome, Problem, Stop, StopReason, WorstComponent};
 
-use super::state::{Jacobian, RadauSolver, step_of};
+use super::state::{JacobianAge, RadauSolver, step_of};
 use super::verification::DIFFERENT;
 use crate::control::FACTORS;
 use crate::dense::{add_scaled, change_of_start, write_combined};
@@ -165,7 +165,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.fresh = true;
         self.predictor.forget();
         self.control.forget();
-        self.jacobian = Jacobian::Due;
+        self.jacobian = JacobianAge::Due;
     }
 
     /// Accepts the step of size `h` and chooses the next step from the `proposal` of the control.
@@ -210,8 +210,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(quadrature) = &mut self.quadrature {
             quadrature.accept(&self.method, self.t, h, self.fresh);
         }
-        if let Some(memory) = &mut self.memory {
-            memory.accept((&self.method, h));
+        if let Some(internal) = &mut self.internal {
+            internal.accept((&self.method, h));
         }
 
         let last = self.method.stages() - 1;
@@ -228,7 +228,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             (self.pivots_due, self.set_up_for) = (true, None);
         }
         let reusable = self.newton.contraction <= self.options.jacobian_reuse;
-        self.jacobian = if reusable { Jacobian::Old } else { Jacobian::Due };
+        self.jacobian = if reusable { JacobianAge::Old } else { JacobianAge::Due };
 
         let statistics = &mut self.counters.statistics;
         if statistics.steps == 0 {
@@ -286,7 +286,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Returns the step to try after a step of size h: h again, if that saves a matrix setup.
     pub(super) fn step_size_after(&self, h: f64, proposal: f64) -> f64 {
         let (low, high) = self.options.step_window;
-        if self.jacobian == Jacobian::Old && (low..=high).contains(&(proposal / h)) {
+        if self.jacobian == JacobianAge::Old && (low..=high).contains(&(proposal / h)) {
             h
         } else {
             proposal

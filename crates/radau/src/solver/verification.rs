@@ -151,7 +151,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     pub(super) fn expect_no_unseen_input(&mut self, h: f64, next: f64) -> Result<(), Failure> {
         let is_limited = self.options.max_step.is_some() || self.multipliers.any();
         let grows = next >= FAST_GROWTH * h || h >= FAST_GROWTH * self.collocation.h;
-        if is_limited || self.fresh || self.memory.is_some() || !grows {
+        if is_limited || self.fresh || self.internal.is_some() || !grows {
             return Ok(());
         }
         let step = step_of!(self, h);
@@ -193,7 +193,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Returns whether the multipliers of index 2 are smooth within the step.
     fn is_smooth_within(&mut self, h: f64) -> Result<bool, Failure> {
         // Internal variables are unknown between the stages, and the fit requires three points.
-        let is_possible = self.memory.is_none() && self.method.stages() > 2;
+        let is_possible = self.internal.is_none() && self.method.stages() > 2;
         if !is_possible || !self.multipliers.are_of_index_2() {
             return Ok(true);
         }

@@ -176,8 +176,8 @@ impl Case<'_> {
 
     /// Returns the largest error of all variables or, if `tested`, of all except multipliers.
     fn error(&self, y: &[f64], tested: bool) -> f64 {
-        let left_out = multipliers(&*(self.sample)());
-        let counts = |i: &usize| !(tested && left_out[*i]);
+        let excluded = multipliers(&*(self.sample)());
+        let counts = |i: &usize| !(tested && excluded[*i]);
         let errors = (0..y.len()).filter(counts);
         errors.map(|i| largest(y, &self.reference, i..i + 1)).fold(0.0, f64::max)
     }

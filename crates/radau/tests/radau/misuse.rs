@@ -3,8 +3,8 @@
 use myovib_conformance::samples::{MechanicalForm, Pendulum};
 use myovib_dae::{Problem, StepError, Suppressed, Tolerances, VariableKind};
 use myovib_radau::{
-    Fading, InternalVariables, MemoryPart, MemoryTerm, RadauError, RadauOptions, RadauSolver,
-    RadauState, SparseDirectSolver, StepSize,
+    InternalVariableGroup, InternalVariableProblem, InternalVariables, RadauError, RadauOptions,
+    RadauSolver, RadauState, RelaxationTerm, SparseDirectSolver, StepSize,
 };
 use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -161,13 +161,13 @@ impl Problem for Slot {
     }
 }
 
-impl Fading for Slot {
-    fn drive(&mut self, _: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
+impl InternalVariableProblem for Slot {
+    fn driving_quantity(&mut self, _: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
         out[0] = y[0];
         Ok(())
     }
 
-    fn drive_along(&mut self, change: &[f64], out: &mut [f64]) {
+    fn driving_change(&mut self, change: &[f64], out: &mut [f64]) {
         out[0] = change[0];
     }
 
@@ -181,17 +181,17 @@ impl Fading for Slot {
 #[test]
 fn a_memory_without_sense_is_refused() {
     let build = |slots: &[(usize, usize)], time: f64, weight: f64, absolute: f64| {
-        let part = |&(start, end): &(usize, usize)| MemoryPart {
+        let part = |&(start, end): &(usize, usize)| InternalVariableGroup {
             slots: start..end,
-            terms: vec![MemoryTerm { weight, time }],
+            terms: vec![RelaxationTerm { weight, time }],
         };
-        let memory = InternalVariables {
+        let internal = InternalVariables {
             parts: slots.iter().map(part).collect(),
             start: vec![0.0; slots.iter().map(|(start, end)| end - start).sum()],
             absolute,
         };
         RadauSolver::builder(Slot { response: vec![0.0] })
-            .fading_memory(memory)
+            .internal_variables(internal)
             .build(0.0, &[1.0], &[-1.0])
             .map(|_| ())
     };

@@ -11,7 +11,7 @@ use crate::common::{Oscillator, solver, stopped, tolerance};
 
 /// The pendulum of index 3.
 #[derive(Clone, Copy)]
-struct Posed {
+struct StatedPendulum {
     pendulum: Pendulum,
     /// Whether the problem states the indices of its variables.
     indices: bool,
@@ -19,13 +19,13 @@ struct Posed {
     constraints: bool,
 }
 
-impl Posed {
+impl StatedPendulum {
     fn new(indices: bool, constraints: bool) -> Self {
         Self { pendulum: Pendulum::new(MechanicalForm::Index3), indices, constraints }
     }
 }
 
-impl Problem for Posed {
+impl Problem for StatedPendulum {
     fn n_unknowns(&self) -> usize {
         self.pendulum.n_unknowns()
     }
@@ -69,9 +69,9 @@ impl Problem for Jump {
 
 const REACHED: Outcome = Outcome::Reached { t: 2.0 };
 
-fn pendulum(posed: Posed, options: RadauOptions) -> RadauSolver<Posed> {
-    let start = posed.pendulum.start();
-    let builder = RadauSolver::builder(posed).options(options);
+fn pendulum(problem: StatedPendulum, options: RadauOptions) -> RadauSolver<StatedPendulum> {
+    let start = problem.pendulum.start();
+    let builder = RadauSolver::builder(problem).options(options);
     builder.build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
@@ -103,10 +103,10 @@ fn tolerances_below_rounding_are_loosened() {
 
 #[test]
 fn for_an_index_above_that_of_bdf_lower_indices_and_radau_work() {
-    let posed = |form| Differentiated::new(Constrained::new(SliderCrank, form));
+    let crank = |form| Differentiated::new(Constrained::new(SliderCrank, form));
     let by_bdf = |form| {
-        let start = posed(form).start();
-        let builder = IdaSolver::builder(posed(form)).options(IdaOptions {
+        let start = crank(form).start();
+        let builder = IdaSolver::builder(crank(form)).options(IdaOptions {
             tolerances: Tolerances::scalar(1e-6, 1e-6),
             max_steps: Some(100_000),
             ..IdaOptions::default()
@@ -116,7 +116,7 @@ fn for_an_index_above_that_of_bdf_lower_indices_and_radau_work() {
     };
     let stop = stopped(by_bdf(MechanicalForm::Index3));
     assert_eq!(stop.remedies, [Remedy::LowerIndex, Remedy::Radau]);
-    let mut radau = solver(posed(MechanicalForm::Index3), tolerance(1e-6));
+    let mut radau = solver(crank(MechanicalForm::Index3), tolerance(1e-6));
     assert_eq!(radau.integrate_to(2.0).unwrap(), REACHED);
     assert_eq!(by_bdf(MechanicalForm::Index1), REACHED);
 }
@@ -125,7 +125,7 @@ fn for_an_index_above_that_of_bdf_lower_indices_and_radau_work() {
 #[test]
 fn initial_values_off_a_constraint_are_corrected() {
     let restarted = |are_stated, off| {
-        let mut solver = pendulum(Posed::new(true, are_stated), tolerance(1e-8));
+        let mut solver = pendulum(StatedPendulum::new(true, are_stated), tolerance(1e-8));
         let t = solver.integrate_to(0.5).unwrap().t();
         let (mut y, y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
         y[0] += off;
@@ -150,10 +150,10 @@ const OFF: f64 = 1e-3;
 /// The pendulum of index 3 fails if all its variables have equal weights.
 #[test]
 fn indices_are_stated() {
-    let mut silent = pendulum(Posed::new(false, false), tolerance(1e-8));
+    let mut silent = pendulum(StatedPendulum::new(false, false), tolerance(1e-8));
     let stop = stopped(silent.integrate_to(2.0).unwrap());
     assert!(stop.remedies.contains(&Remedy::StateIndices), "{stop}");
-    let mut stated = pendulum(Posed::new(true, false), tolerance(1e-8));
+    let mut stated = pendulum(StatedPendulum::new(true, false), tolerance(1e-8));
     assert_eq!(stated.integrate_to(2.0).unwrap(), REACHED);
 }
 
@@ -192,7 +192,7 @@ fn looser_tolerances_of_multipliers_permit_longer_steps() {
             min_step: 1e-3,
             ..RadauOptions::default()
         };
-        let mut solver = pendulum(Posed::new(true, true), options);
+        let mut solver = pendulum(StatedPendulum::new(true, true), options);
         solver.integrate_to(2.0).unwrap()
     };
     for tol in [1e-8, 1e-9] {

@@ -81,10 +81,10 @@ fn meaning_of_motion(document: &Value) -> String {
         }
         text += &format!("{}</p>\n", volumes(document));
     }
-    let left_out = document["suppressed"].as_array().into_iter().flatten();
-    let left_out: Vec<&str> = left_out.filter_map(Value::as_str).collect();
-    if !left_out.is_empty() {
-        let names = left_out.join(", ");
+    let excluded = document["suppressed"].as_array().into_iter().flatten();
+    let excluded: Vec<&str> = excluded.filter_map(Value::as_str).collect();
+    if !excluded.is_empty() {
+        let names = excluded.join(", ");
         text += &format!("<p>Excluded from the error test: {names}.</p>\n");
     }
     if let Some([kinetic, elastic, work, dissipated, imbalance]) = energies(document) {

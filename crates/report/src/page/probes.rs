@@ -138,11 +138,11 @@ impl Record {
                 error.map_or("–".to_owned(), |error| format!("{error:.1e}")),
             ))
         });
-        rows.chain(self.left_out()).collect()
+        rows.chain(self.omitted()).collect()
     }
 
     /// Returns a table row with the number of hidden columns, if any.
-    fn left_out(&self) -> Option<String> {
+    fn omitted(&self) -> Option<String> {
         let number = self.columns.len().saturating_sub(1 + MOST_PANELS);
         (number > 0).then(|| {
             let name = escape(&self.name);

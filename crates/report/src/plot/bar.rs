@@ -71,7 +71,7 @@ impl<'a> Bar<'a> {
             svg.text([x + WIDTH + 3.0, y + 0.36 * TICK_SIZE], label, Type::of(TICK_SIZE));
             widest = widest.max(text::width(label, TICK_SIZE));
         }
-        let style = Type { upwards: true, ..Type::of(LABEL_SIZE).anchored(Anchor::Middle) };
+        let style = Type { upward: true, ..Type::of(LABEL_SIZE).anchored(Anchor::Middle) };
         let right = x + WIDTH + 3.0 + widest + 1.25 * LABEL_SIZE;
         svg.text([right, area.y + area.height / 2.0], &self.axis.label(exponent), style);
     }

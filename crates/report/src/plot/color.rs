@@ -10,7 +10,7 @@ impl Color {
     pub const BLACK: Self = Self(0, 0, 0);
     pub(crate) const WHITE: Self = Self(255, 255, 255);
     /// Color of background elements: mesh edges, reference lines.
-    pub(crate) const GREY: Self = Self(140, 140, 140);
+    pub(crate) const GRAY: Self = Self(140, 140, 140);
     /// Color of grid lines.
     pub const PALE: Self = Self(228, 228, 228);
     /// Okabe–Ito blue.

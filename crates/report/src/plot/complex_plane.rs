@@ -58,7 +58,7 @@ impl Panel for ComplexPlane {
             Frame::new((&x, [].into_iter()), (&y, [].into_iter()), (area.width, area.height));
         frame.draw_grid(svg, area);
         let origin = frame.place(area, [0.0, 0.0]);
-        let stroke = Stroke::solid(Color::GREY, 0.5);
+        let stroke = Stroke::solid(Color::GRAY, 0.5);
         svg.line(&[[area.x, origin[1]], [area.right(), origin[1]]], stroke);
         svg.line(&[[origin[0], area.y], [origin[0], area.bottom()]], stroke);
         let corner = [area.x + 3.0, area.y + 3.0 + 0.72 * TICK_SIZE];

@@ -60,7 +60,7 @@ pub(super) fn outline(text: &str, italic: bool, size: f64, pen: &mut Point, path
     }
 }
 
-/// Converts a glyph outline to a path; the y axis of a font points upwards.
+/// Converts a glyph outline to a path; the y axis of a font points upward.
 struct Outline<'a> {
     at: Point,
     scale: f64,

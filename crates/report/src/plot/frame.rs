@@ -101,7 +101,7 @@ impl<'a> Frame<'a> {
             svg.text([area.x - TICK - GAP, at(*value) + 0.36 * TICK_SIZE], label, style);
         }
         let label = self.axes[1].label(self.y.exponent);
-        let style = Type { upwards: true, ..Type::of(LABEL_SIZE).anchored(Anchor::Middle) };
+        let style = Type { upward: true, ..Type::of(LABEL_SIZE).anchored(Anchor::Middle) };
         // The position depends on the widest tick label. Panels of a column share the largest margin, so the labels of
         // a column may have different distances from the axis.
         let x = area.x - self.margins().left + LABEL_SIZE;

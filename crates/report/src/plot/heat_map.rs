@@ -90,7 +90,7 @@ impl Panel for HeatMap {
         let middle = [area.x + area.width / 2.0, area.y + area.height / 2.0];
         svg.text([middle[0], base + GAP + LABEL_SIZE], &self.column_label, style);
         let x = area.x - GAP - self.row_names_width() - GAP - 0.3 * LABEL_SIZE;
-        svg.text([x, middle[1]], &self.row_label, Type { upwards: true, ..style });
+        svg.text([x, middle[1]], &self.row_label, Type { upward: true, ..style });
         legend::draw(svg, area, &self.title, &self.entries());
     }
 }

@@ -193,7 +193,7 @@ impl MeshPlot {
         let mut edges = sides(&self.triangles);
         edges.dedup();
         let path: String = edges.iter().map(|edge| curve(placed, edge)).collect();
-        svg.path(&path, Stroke::solid(Color::GREY, 0.3));
+        svg.path(&path, Stroke::solid(Color::GRAY, 0.3));
     }
 
     /// Draws the boundary of the undeformed mesh.

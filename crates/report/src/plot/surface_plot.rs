@@ -152,14 +152,14 @@ impl Panel for SurfacePlot {
             let color = match (paint, &bar) {
                 (Paint::Plain(color), _) => color,
                 (Paint::Value(value), Some(bar)) => bar.color_of(value),
-                (Paint::Value(_), None) => Color::GREY,
+                (Paint::Value(_), None) => Color::GRAY,
             };
             let light = dot(normal(&corners), LIGHT).max(0.0);
             let shaded = color.darker(SHADOW + (1.0 - SHADOW) * light);
             let placed = corners.map(place);
             svg.fill(&format!("{}Z", svg::path(&grown(placed))), shaded);
             if self.edges {
-                let outline = Stroke::solid(Color::GREY, 0.2);
+                let outline = Stroke::solid(Color::GRAY, 0.2);
                 svg.path(&format!("{}Z", svg::path(&placed)), outline);
             }
         }

@@ -59,7 +59,7 @@ pub struct Type {
     pub anchor: Anchor,
     pub color: Color,
     /// Whether the text is vertical.
-    pub upwards: bool,
+    pub upward: bool,
     /// Whether a white outline separates it from the background.
     pub haloed: bool,
 }
@@ -68,7 +68,7 @@ impl Type {
     /// Creates black text to the right of its point.
     pub fn of(size: f64) -> Self {
         let color = Color::BLACK;
-        Self { size, anchor: Anchor::Start, color, upwards: false, haloed: false }
+        Self { size, anchor: Anchor::Start, color, upward: false, haloed: false }
     }
 
     /// Adds a white outline.
@@ -176,7 +176,7 @@ impl Svg {
         if style.haloed {
             attributes += r#" paint-order="stroke" stroke="white" stroke-width="2""#;
         }
-        if style.upwards {
+        if style.upward {
             attributes += &format!(r#" transform="rotate(-90 {x:.2} {y:.2})""#);
         }
         let (anchor, share) = match style.anchor {

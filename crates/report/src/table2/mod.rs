@@ -304,8 +304,8 @@ mod tests {
         RowRun { row, document }
     }
 
-    fn finished(order: u8, left_out: &[&str]) -> Value {
-        json!({ "outcome": "finished", "max_order": order, "suppressed": left_out })
+    fn finished(order: u8, excluded: &[&str]) -> Value {
+        json!({ "outcome": "finished", "max_order": order, "suppressed": excluded })
     }
 
     fn stopped(order: u8) -> Value {

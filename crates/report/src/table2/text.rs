@@ -86,7 +86,7 @@ fn settings_and_work(runs: &[RowRun]) -> Table {
         ("drift", Right),
     ]);
     for run in runs {
-        let left_out = match &run.suppressed()[..] {
+        let excluded = match &run.suppressed()[..] {
             [] => "none".to_owned(),
             symbols => symbols.join(","),
         };
@@ -94,7 +94,7 @@ fn settings_and_work(runs: &[RowRun]) -> Table {
         table.row(
             [
                 run.row.key.to_owned(),
-                left_out,
+                excluded,
                 run.order().to_string(),
                 count("unknowns"),
                 count("residual_evaluations"),

@@ -24,7 +24,8 @@ pub(super) fn profiles(
             return Err("no measurement depends on it".to_owned());
         }
         let name = &parameters[j].name;
-        progress.tell_now(&|| format!("profile {} of {count}, about ten fits each: {name}", j + 1));
+        progress
+            .report_now(&|| format!("profile {} of {count}, about ten fits each: {name}", j + 1));
         profile(model, parameters, fit, j, LEVEL, options).map_err(|error| match error {
             _ if model.is_interrupted() => "interrupted".to_owned(),
             FitError::Start(message) => message,

@@ -224,9 +224,9 @@ fn forged_checkpoints_do_not_panic() {
         _ => {}
     });
     assert!(counters.len() > 30 && lists.len() > 10, "{counters:?} {lists:?}");
-    let resumed = |path_of_value: &str, change: &dyn Fn(&mut Value)| {
+    let resumed = |pointer: &str, change: &dyn Fn(&mut Value)| {
         let mut forged = body.clone();
-        change(forged.pointer_mut(path_of_value).unwrap());
+        change(forged.pointer_mut(pointer).unwrap());
         let text = forged.to_string();
         let mut head: Value = serde_json::from_str(&good).unwrap();
         head.as_object_mut().unwrap().remove("checkpoint");

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use myovib_fem::material::VolumeFunction;
 use myovib_fem::{AddedStress, DofMap, FemError, Law, Mesh, Solid, Space};
-use myovib_model::harmonic::Drive;
+use myovib_model::harmonic::Excitation;
 use myovib_model::{Field, Formulation, LinearSolverKind, Muscle, Parameters, Prescribed};
 use num_complex::Complex64;
 
@@ -86,7 +86,7 @@ impl Builder<'_> {
         let component = |(node, axis): (usize, usize)| dimension * node + axis;
         let displacement = supports.iter().map(|(at, own)| (component(*at), own.amplitude));
         let displacement = displacement.filter(|(_, own)| *own != Complex64::ZERO).collect();
-        let drive = Drive { force, surface_loads: harmonic, displacement };
+        let drive = Excitation { force, surface_loads: harmonic, displacement };
         let prescribed = supports.into_iter().filter_map(|(place, support)| {
             Some(Prescribed { component: component(place), signal: support.signal? })
         });

@@ -37,7 +37,7 @@ use std::path::{Path, PathBuf};
 
 use myovib_model::advice::Finding;
 use myovib_model::coupling::Feedback;
-use myovib_model::harmonic::Drive;
+use myovib_model::harmonic::Excitation;
 use myovib_model::statics::Control;
 use myovib_model::{
     Contact, Formulation, Load, Measurement, ModelError, Muscle, Quantity, RodDae, Settings,
@@ -98,7 +98,7 @@ pub struct Body {
     /// Body with its loads.
     pub muscle: Muscle,
     /// Harmonic parts of its loads, for a response.
-    pub drive: Drive,
+    pub drive: Excitation,
     /// Formulation of the DAE.
     pub formulation: Formulation,
     /// Keys of the muscle's loads, then of its surface loads and of forces on obstacles, in their order.

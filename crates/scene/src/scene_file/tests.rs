@@ -86,8 +86,8 @@ fn functions_of_time_nest() {
 
 /// Invalid scenes detected without a mesh; each replaces a line of the scene.
 const WRONG: [(&str, &str, &str); 18] = [
-    ("misspelt_key", "bulk_modulus = 1e5", "bulk_modulis = 1e5"),
-    ("misspelt_section", "[time]", "[tiem]"),
+    ("misspelled_key", "bulk_modulus = 1e5", "bulk_modulis = 1e5"),
+    ("misspelled_section", "[time]", "[tiem]"),
     ("negative_kappa", "bulk_modulus = 1e5", "bulk_modulus = -1e5"),
     ("kappa_a_word", "bulk_modulus = 1e5", "bulk_modulus = \"soft\""),
     ("negative_beta", "rayleigh_stiffness = 1e-4", "rayleigh_stiffness = -1e-4"),

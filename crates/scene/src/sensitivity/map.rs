@@ -22,7 +22,7 @@ pub struct StiffnessMap {
     /// Displacements and velocities among the outputs.
     pub outputs: Vec<OutputMap>,
     /// Names of the other outputs.
-    pub left_out: Vec<String>,
+    pub omitted: Vec<String>,
     /// Number of steps of the motion.
     pub steps: u64,
     /// Number of real and complex transposed solves.
@@ -60,14 +60,14 @@ impl StiffnessMap {
         let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
         let all = outputs(scene)?;
         let functionals = Readings::new(scene, &all)?.functionals(&dae);
-        let (mut wanted, mut unknowns, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut wanted, mut unknowns, mut omitted) = (Vec::new(), Vec::new(), Vec::new());
         for (output, functional) in all.into_iter().zip(functionals) {
             match functional {
                 Some(own) => {
                     wanted.push(output);
                     unknowns.push(own);
                 }
-                None => left_out.push(output.name),
+                None => omitted.push(output.name),
             }
         }
         if wanted.is_empty() {
@@ -86,7 +86,7 @@ impl StiffnessMap {
         let mut map = Self {
             scene: scene.clone(),
             outputs: Vec::new(),
-            left_out,
+            omitted,
             steps: integrator.counts().steps,
             solves: 0,
         };
@@ -134,7 +134,7 @@ impl StiffnessMap {
         });
         json!({
             "outputs": outputs.collect::<Vec<_>>(),
-            "left_out": self.left_out,
+            "omitted": self.omitted,
             "steps": self.steps,
             "solves": self.solves,
         })

@@ -112,7 +112,7 @@ fn by_hand() -> Muscle {
     let own = [Parameters::new(1.0, 0.0, 1e5).unwrap(), Parameters::new(2.0, 0.0, 3e5).unwrap()];
     let own: Vec<Parameters> = region.iter().map(|r| own[*r]).collect();
     let body = Muscle::graded(solid, &own).unwrap();
-    let step = |value, rise| Signal::from(formula::Step { value, start: 0.0, rise });
+    let step = |value, rise| Signal::from(formula::StepFunction { value, start: 0.0, rise });
     let model = Bestel { rise: 30.0, systole: 0.0, diastole: 0.3, ..Bestel::ventricle(2e4) };
     let traction = load::traction(&space, "right", [1.0, 0.0, 0.0]).unwrap();
     Muscle {

@@ -16,7 +16,7 @@ struct RecordedNotes(Mutex<Vec<String>>);
 impl ProgressSink for RecordedNotes {
     fn on_progress(&self, _: &dyn Fn() -> String) {}
 
-    fn tell_now(&self, line: &dyn Fn() -> String) {
+    fn report_now(&self, line: &dyn Fn() -> String) {
         self.0.lock().unwrap().push(line());
     }
 }

@@ -40,7 +40,7 @@ fn expect_sums(it: &Parameterized, case: &str) {
     let names = outputs(&it.scene).unwrap();
     for (name, totals) in names.iter().zip(by_forward(it)) {
         let Some(own) = map.outputs.iter().find(|own| own.name == name.name) else {
-            assert!(map.left_out.contains(&name.name), "{case}, {}", name.name);
+            assert!(map.omitted.contains(&name.name), "{case}, {}", name.name);
             continue;
         };
         for (material, total) in totals.into_iter().enumerate() {
@@ -112,7 +112,7 @@ fn driven_chains_do_not_change_the_map() {
     ]);
     let [with, without] = [map(&listening), map(&[])];
     assert_eq!(with.outputs, without.outputs);
-    assert_eq!(with.left_out[0], "order.Psi_abs");
+    assert_eq!(with.omitted[0], "order.Psi_abs");
 }
 
 /// Checks that scenes without a map are rejected because of their first unsupported feature.

@@ -48,7 +48,7 @@ pub(crate) fn refusal_of(text: &str, set: &[&str]) -> Option<String> {
 }
 
 #[test]
-fn values_without_a_derivative_at_rest_are_left_out() {
+fn values_without_a_derivative_at_rest_are_omitted() {
     let quantities = "probe[0].quantities=[\"von-mises\", \"u\"]".to_owned();
     let scene = Scene::build("scene.toml", SCENE, &[quantities], Path::new("")).unwrap();
     let response = Response::of_scene(&scene, Watcher::NOBODY).unwrap();
@@ -98,10 +98,10 @@ fn invalid_responses_are_refused_at_their_key() {
             "line 9,",
         ),
     ] {
-        let said = refusal(set).unwrap_or_else(|| panic!("{set:?} is accepted"));
-        let line = said.lines().find(|line| line.contains("where:"));
-        let line = line.unwrap_or_else(|| panic!("no place: {said}"));
-        assert!(line.contains(place), "{set:?}: {place}: {said}");
+        let message = refusal(set).unwrap_or_else(|| panic!("{set:?} is accepted"));
+        let line = message.lines().find(|line| line.contains("where:"));
+        let line = line.unwrap_or_else(|| panic!("no place: {message}"));
+        assert!(line.contains(place), "{set:?}: {place}: {message}");
     }
 }
 

@@ -17,8 +17,8 @@ const GROWTH_LOSS: f64 = 1e-3;
 pub enum Pivots {
     /// Newly chosen.
     Fresh,
-    /// Kept from an earlier matrix, which is several times cheaper than choosing new ones.
-    Kept,
+    /// Reused from an earlier matrix, which is several times cheaper than choosing new ones.
+    Reused,
 }
 
 /// Factors of a sequence of matrices with the same pattern.
@@ -78,7 +78,7 @@ impl<T: Scalar> Factors<T> {
             && numeric.rgrowth(values).map_err(|failure| failure.error(n))?
                 >= GROWTH_LOSS * *fresh_growth
         {
-            return Ok(Pivots::Kept);
+            return Ok(Pivots::Reused);
         }
         let fresh = RawNumeric::factor(Arc::clone(&self.symbolic.raw), values);
         let numeric = fresh.map_err(|failure| failure.error(n))?;

@@ -43,10 +43,10 @@ impl<T: Number> LargeFront<'_, T> {
         for start in (0..k).step_by(BLOCK) {
             let (own, below) = y[start..].split_at_mut(BLOCK.min(k - start));
             let columns = &self.panel[start * self.m..][..own.len() * self.m];
-            self.run(Step::Lower, own, columns, start, &[]);
+            self.run(BlockOperation::Lower, own, columns, start, &[]);
             let first = start + own.len();
             self.share(below, ROWS, |above, y| {
-                self.run(Step::Rows, y, columns, first + above, own);
+                self.run(BlockOperation::Rows, y, columns, first + above, own);
             });
         }
     }
@@ -59,9 +59,9 @@ impl<T: Number> LargeFront<'_, T> {
             let (own, below) = y[start..].split_at_mut(BLOCK.min(k - start));
             let columns = &self.panel[start * self.m..];
             self.share(own, COLUMNS, |before, y| {
-                self.run(Step::Columns, y, &columns[before * self.m..], 0, below);
+                self.run(BlockOperation::Columns, y, &columns[before * self.m..], 0, below);
             });
-            self.run(Step::Transposed, own, &columns[start..], 0, &[]);
+            self.run(BlockOperation::Transposed, own, &columns[start..], 0, &[]);
         }
     }
 
@@ -71,16 +71,16 @@ impl<T: Number> LargeFront<'_, T> {
         if !x.is_empty() {
             let right = Self { m: x.len(), ..*self };
             self.share(y, COLUMNS, |before, y| {
-                right.run(Step::Columns, y, &upper[before * x.len()..], 0, x);
+                right.run(BlockOperation::Columns, y, &upper[before * x.len()..], 0, x);
             });
         }
         let k = y.len();
         for start in (0..k).step_by(BLOCK).rev() {
             let (above, own) = y[..k.min(start + BLOCK)].split_at_mut(start);
             let columns = &self.panel[start * self.m..];
-            self.run(Step::Upper, own, &columns[start..], 0, &[]);
+            self.run(BlockOperation::Upper, own, &columns[start..], 0, &[]);
             self.share(above, ROWS, |first, y| {
-                self.run(Step::Rows, y, columns, first, own);
+                self.run(BlockOperation::Rows, y, columns, first, own);
             });
         }
     }
@@ -96,15 +96,22 @@ impl<T: Number> LargeFront<'_, T> {
         }
     }
 
-    fn run<R: Row<T>>(&self, step: Step, y: &mut [R], panel: &[T], first: usize, x: &[R]) {
+    fn run<R: Row<T>>(
+        &self,
+        operation: BlockOperation,
+        y: &mut [R],
+        panel: &[T],
+        first: usize,
+        x: &[R],
+    ) {
         let m = self.m;
-        self.arch.dispatch(Run { step, y, panel, m, first, x });
+        self.arch.dispatch(Run { operation, y, panel, m, first, x });
     }
 }
 
 /// The operation on a block.
 #[derive(Debug, Clone, Copy)]
-enum Step {
+enum BlockOperation {
     /// [`solve_lower`].
     Lower,
     /// [`solve_transposed`].
@@ -119,7 +126,7 @@ enum Step {
 
 /// One operation, with vector instructions.
 struct Run<'a, T, R> {
-    step: Step,
+    operation: BlockOperation,
     y: &'a mut [R],
     panel: &'a [T],
     m: usize,
@@ -132,13 +139,13 @@ impl<T: Number, R: Row<T>> WithSimd for Run<'_, T, R> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { step, y, panel, m, first, x } = self;
-        match step {
-            Step::Lower => solve_lower(y, panel, m, first),
-            Step::Transposed => solve_transposed(y, panel, m),
-            Step::Upper => solve_upper::<T, R, false>(y, panel, m),
-            Step::Rows => subtract_rows(y, panel, m, first, x),
-            Step::Columns => subtract_products(y, panel, m, x),
+        let Self { operation, y, panel, m, first, x } = self;
+        match operation {
+            BlockOperation::Lower => solve_lower(y, panel, m, first),
+            BlockOperation::Transposed => solve_transposed(y, panel, m),
+            BlockOperation::Upper => solve_upper::<T, R, false>(y, panel, m),
+            BlockOperation::Rows => subtract_rows(y, panel, m, first, x),
+            BlockOperation::Columns => subtract_products(y, panel, m, x),
         }
     }
 }

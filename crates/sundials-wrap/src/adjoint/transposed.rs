@@ -89,10 +89,10 @@ impl<P: Problem> AdjointProblem<P> {
         // Step size and tolerances are unknown here. If the problem has no exact Jacobian, differences are taken over
         // one unit of each variable.
         let weights = vec![f64::EPSILON.sqrt().recip(); at.y.len()];
-        let [of_value, of_rate] = &mut self.parts;
+        let [df_dy, df_dyp] = &mut self.parts;
         let about =
             Linearization { t: at.t, y: &at.y, y_dot: &at.y_dot, step: 1.0, weights: &weights };
-        self.jacobian.parts(forward, &about, [of_value, of_rate])?;
+        self.jacobian.parts(forward, &about, [df_dy, df_dyp])?;
         let [of_y, of_p] = &mut self.gradients;
         of_y.fill(0.0);
         of_p.fill(0.0);
@@ -117,9 +117,9 @@ impl<P: Problem> BackwardProblem<P> for AdjointProblem<P> {
     ) -> Result<(), StepError> {
         self.linearize(forward, at)?;
         residual.copy_from_slice(&self.gradients[0]);
-        let [of_value, of_rate] = &self.parts;
+        let [df_dy, df_dyp] = &self.parts;
         for (place, (column, row)) in self.jacobian.pattern().entries().enumerate() {
-            residual[column] += of_rate[place] * rates[row] - of_value[place] * values[row];
+            residual[column] += df_dyp[place] * rates[row] - df_dy[place] * values[row];
         }
         Ok(())
     }
@@ -137,9 +137,9 @@ impl<P: Problem> BackwardProblem<P> for AdjointProblem<P> {
         entries: &mut [f64],
     ) -> Result<(), StepError> {
         self.linearize(forward, at)?;
-        let [of_value, of_rate] = &self.parts;
+        let [df_dy, df_dyp] = &self.parts;
         for (entry, &place) in entries.iter_mut().zip(&self.places) {
-            *entry = b * of_rate[place] - a * of_value[place];
+            *entry = b * df_dyp[place] - a * df_dy[place];
         }
         Ok(())
     }

@@ -19,7 +19,7 @@ use super::callbacks::{
     FailureLog, Function, QuadratureSensitivities, Repetitions, UserFunctions, Weighing, Weights,
 };
 use super::linear::{Linear, WholeLu};
-use super::posed::Repeating;
+use super::registered::Repeating;
 use super::sensitivity::{SensitivityEquations, SensitivityOptions};
 use super::zeros::ZeroSides;
 
@@ -264,7 +264,7 @@ impl<P: Problem> IdaBuilder<P> {
             stop_time_lingers: false,
             differences_before: 0,
             sparse: self.options.sparse,
-            kept: None,
+            forward_run: None,
         };
         solver.apply(&self.options)?;
         solver.attach_roots(&self.root_directions)?;

@@ -1,6 +1,6 @@
 //! The safe side of the interface to C: the problem, the user's functions, and a record of their failures.
 
-use super::posed::{RegisteredProblem, Repeating};
+use super::registered::{RegisteredProblem, Repeating};
 use super::sensitivity::SensitivityEquations;
 use crate::error::Error;
 use crate::ffi::callbacks::{Answer, Callbacks};

@@ -120,11 +120,11 @@ impl WholeLu {
         at: &Linearization<'_>,
         c_j: f64,
     ) -> (Result<(), StepError>, &[f64]) {
-        let mut of_rate = vec![0.0; self.values.len()];
-        let parts = [&mut self.values[..], &mut of_rate];
+        let mut df_dyp = vec![0.0; self.values.len()];
+        let parts = [&mut self.values[..], &mut df_dyp];
         let evaluated = self.jacobian.parts(problem, at, parts);
-        for (value, of_rate) in self.values.iter_mut().zip(&of_rate) {
-            *value += c_j * of_rate;
+        for (value, df_dyp) in self.values.iter_mut().zip(&df_dyp) {
+            *value += c_j * df_dyp;
         }
         (evaluated, &self.values)
     }

@@ -8,7 +8,7 @@ mod dense;
 mod initial_values;
 mod integrator;
 mod linear;
-mod posed;
+mod registered;
 mod sensitivity;
 mod state;
 mod zeros;
@@ -70,7 +70,7 @@ pub struct IdaSolver<P: Problem> {
     /// Settings of the linear solvers of backward problems.
     sparse: SparseOptions,
     /// Backward problems, if checkpoints are stored.
-    kept: Option<backward::ForwardRun>,
+    forward_run: Option<backward::ForwardRun>,
 }
 
 impl<P: Problem> IdaSolver<P> {
@@ -335,7 +335,7 @@ impl<P: Problem> IdaSolver<P> {
     /// [`Error::InvalidOption`], or [`Error::Call`] for a time before the time reached.
     pub fn set_stop_time(&mut self, t: f64) -> Result<(), Error> {
         finite("stop_time", t)?;
-        if self.kept.is_some() {
+        if self.forward_run.is_some() {
             let what = "a stop time";
             return Err(Error::NotWithCheckpoints { what });
         }

@@ -93,8 +93,8 @@ impl<P: Problem> SensitivityEquations<P> {
         problem: &mut P,
         at: &Linearization<'_>,
     ) -> Result<(), StepError> {
-        let [of_value, of_rate] = &mut self.parts;
-        self.jacobian.parts(problem, at, [of_value, of_rate])
+        let [df_dy, df_dyp] = &mut self.parts;
+        self.jacobian.parts(problem, at, [df_dy, df_dyp])
     }
 
     /// Computes ∂F/∂y S + ∂F/∂ẏ Ṡ + ∂F/∂p_j at the state of the last linearization.
@@ -107,9 +107,9 @@ impl<P: Problem> SensitivityEquations<P> {
         out: &mut [f64],
     ) -> Result<(), StepError> {
         self.parameters.derivative(problem, j, t, y, y_dot, out)?;
-        let [of_value, of_rate] = &self.parts;
-        add_product(self.jacobian.pattern(), of_value, s, out);
-        add_product(self.jacobian.pattern(), of_rate, s_dot, out);
+        let [df_dy, df_dyp] = &self.parts;
+        add_product(self.jacobian.pattern(), df_dy, s, out);
+        add_product(self.jacobian.pattern(), df_dyp, s_dot, out);
         Ok(())
     }
 }

@@ -45,7 +45,7 @@ impl<P: Problem> IdaSolver<P> {
     /// Returns all counters. While backward problems are integrated, they are the counters of the
     /// completed forward run.
     pub fn statistics(&self) -> Statistics {
-        if let Some(left) = self.kept.as_ref().and_then(|kept| kept.left) {
+        if let Some(left) = self.forward_run.as_ref().and_then(|forward_run| forward_run.left) {
             return left;
         }
         let ida = &self.ida;

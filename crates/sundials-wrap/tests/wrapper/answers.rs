@@ -28,11 +28,11 @@ fn the_default_parts_of_a_jacobian_make_the_whole() {
     let mut problem = Heat2d::new(4);
     let start = problem.start();
     let n = problem.jacobian_pattern().nnz();
-    let [mut of_value, mut of_rate, mut whole] = [(); 3].map(|()| vec![f64::NAN; n]);
-    let parts = [of_value.as_mut_slice(), of_rate.as_mut_slice()];
+    let [mut df_dy, mut df_dyp, mut whole] = [(); 3].map(|()| vec![f64::NAN; n]);
+    let parts = [df_dy.as_mut_slice(), df_dyp.as_mut_slice()];
     problem.jacobian_parts(0.0, &start.y, &start.y_dot, parts).unwrap();
     problem.jacobian(0.0, &start.y, &start.y_dot, 2.0, 8.0, &mut whole).unwrap();
-    for ((a, b), whole) in of_value.iter().zip(&of_rate).zip(&whole) {
+    for ((a, b), whole) in df_dy.iter().zip(&df_dyp).zip(&whole) {
         // The results are exact: the factors are powers of two, and each entry belongs to only one of the matrices,
         // except on the diagonal, where a sum is rounded.
         assert!((2.0 * a + 8.0 * b - whole).abs() <= f64::EPSILON * whole.abs());

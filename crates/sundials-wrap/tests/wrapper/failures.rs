@@ -93,10 +93,10 @@ impl Problem for Jumps {
 
 /// A jump fails the error test for every step size; only components in the test are reported as the cause.
 #[test]
-fn a_failed_error_test_names_no_component_left_out_of_it() {
-    let worst = |left_out: bool| {
+fn a_failed_error_test_names_no_excluded_component() {
+    let worst = |excluded: bool| {
         let options = IdaOptions {
-            suppressed: Suppressed::Components(vec![false, left_out]),
+            suppressed: Suppressed::Components(vec![false, excluded]),
             ..IdaOptions::default()
         };
         let builder = IdaSolver::builder(Jumps).options(options);
@@ -105,8 +105,8 @@ fn a_failed_error_test_names_no_component_left_out_of_it() {
         assert_eq!(stop.reason, StopReason::ErrorTestFailures, "{stop}");
         stop.worst_components[0].clone()
     };
-    for (left_out, index) in [(false, 1), (true, 0)] {
-        let worst = worst(left_out);
+    for (excluded, index) in [(false, 1), (true, 0)] {
+        let worst = worst(excluded);
         assert_eq!(worst.index, index);
         assert!(worst.weighted_error > 1.0, "{worst:?}");
     }

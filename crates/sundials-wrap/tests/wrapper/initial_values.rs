@@ -19,9 +19,9 @@ fn wrong_algebraic_values_are_repaired() {
         }
     }
     // The components excluded from the error test differ from the algebraic components.
-    let mut left_out = vec![false; 100];
-    left_out[55] = true;
-    let options = IdaOptions { suppressed: Suppressed::Components(left_out), ..tolerance(1e-8) };
+    let mut excluded = vec![false; 100];
+    excluded[55] = true;
+    let options = IdaOptions { suppressed: Suppressed::Components(excluded), ..tolerance(1e-8) };
     let mut solver =
         IdaSolver::builder(sample).options(options).build(0.0, &wrong, &[0.0; 100]).unwrap();
     let mode = ConsistencyMode::AlgebraicAndDerivatives;

@@ -23,8 +23,8 @@ impl<P: Problem> LinearSolver<P> for DenseLu {
         let mut jacobian = Jacobian::of(problem);
         let nnz = jacobian.pattern().nnz();
         self.parts = [vec![0.0; nnz], vec![0.0; nnz]];
-        let [of_value, of_rate] = &mut self.parts;
-        jacobian.parts(problem, at, [of_value, of_rate])
+        let [df_dy, df_dyp] = &mut self.parts;
+        jacobian.parts(problem, at, [df_dy, df_dyp])
     }
 
     fn set_up(&mut self, problem: &mut P, c_j: f64, _: &[Complex64]) -> Result<(), StepError> {

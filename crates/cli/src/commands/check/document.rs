@@ -70,8 +70,8 @@ pub(super) fn block(body: &Body, field: Field, unknowns: usize, index: u8, bette
         "field": field.name(),
         "unknowns": unknowns,
         "index": index,
-        "left_out": body.settings.suppressed.contains(&field),
-        "better_left_out": better,
+        "excluded": body.settings.suppressed.contains(&field),
+        "better_excluded": better,
     })
 }
 
@@ -89,7 +89,7 @@ pub(super) fn document(scene: &Scene, body: &Body, report: &Report, cost: &Cost)
         json!({
             "name": chain.name,
             "unknowns": chain.n_unknowns(),
-            "left_out": !scene.file.integrator.oscillators.in_error_test,
+            "excluded": !scene.file.integrator.oscillators.in_error_test,
         })
     });
     let of_body: usize = report.unknowns.iter().map(|(_, number)| number).sum();

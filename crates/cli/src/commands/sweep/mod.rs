@@ -111,7 +111,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     })?;
     drop(progress);
     sweep::write(&args.out, &result)?;
-    tell_stopped(&result.stopped);
+    warn_stopped(&result.stopped);
     args.common.give("sweep", &plain(&result.csv), &result.document)?;
     Ok(if interrupt::has_come() {
         Exit::Interrupted
@@ -126,7 +126,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
 const TOLD: usize = 10;
 
 /// Prints the reasons why cases stopped before their end time.
-fn tell_stopped(cases: &[String]) {
+fn warn_stopped(cases: &[String]) {
     for case in cases.iter().take(TOLD) {
         output::note(case);
     }

@@ -214,12 +214,12 @@ fn square_root<R: Real>([first, second]: [R; 2]) -> [R; 2] {
     let mut t = (first + three + u * 2.0).sqrt() - three;
     u = u - three;
     for _ in 0..6 {
-        let t_defect = t.mul_add(t + six, u * -2.0) - first;
-        let u_defect = u.mul_add(u + six, t * -2.0) - second;
+        let t_residual = t.mul_add(t + six, u * -2.0) - first;
+        let u_residual = u.mul_add(u + six, t * -2.0) - second;
         let (t_slope, u_slope) = (t * 2.0 + six, u * 2.0 + six);
         let scale = t.like(1.0) / (t_slope * u_slope - t.like(4.0));
-        t = t - u_slope.mul_add(t_defect, u_defect * 2.0) * scale;
-        u = u - t_slope.mul_add(u_defect, t_defect * 2.0) * scale;
+        t = t - u_slope.mul_add(t_residual, u_residual * 2.0) * scale;
+        u = u - t_slope.mul_add(u_residual, t_residual * 2.0) * scale;
     }
     [t, u]
 }
@@ -236,11 +236,11 @@ fn logarithm<R: Real>(mut traces: [R; 2]) -> [R; 2] {
     let (mut q, mut r) = (even, odd * 2.0);
     for _ in 0..4 {
         let [t, u] = series(q, r);
-        let t_defect = t.value - traces[0];
-        let u_defect = u.value - traces[1];
+        let t_residual = t.value - traces[0];
+        let u_residual = u.value - traces[1];
         let scale = q.like(1.0) / (t.q * u.r - t.r * u.q);
-        q = q - (u.r * t_defect - t.r * u_defect) * scale;
-        r = r - (t.q * u_defect - u.q * t_defect) * scale;
+        q = q - (u.r * t_residual - t.r * u_residual) * scale;
+        r = r - (t.q * u_residual - u.q * t_residual) * scale;
     }
     [q * 64.0, r * 512.0]
 }

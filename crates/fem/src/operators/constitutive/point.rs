@@ -1,7 +1,5 @@
 //! Evaluation of a 3D law at a single point by the functions of the element passes.
 
-use pulp::Scalar;
-
 use super::spatial::Spatial;
 use super::{Constitutive, Tensor};
 use crate::material::Law;
@@ -9,10 +7,10 @@ use crate::material::tensor::Volumetric;
 use crate::material::three::{Axes, Strain3, Symmetric3, Tangent3, Tensor3, UPPER3};
 use crate::simd::lanes::Lanes;
 
-type Lane = Lanes<Scalar>;
+type Lane = Lanes<pulp::Scalar>;
 
 fn lane(value: f64) -> Lane {
-    Lanes::splat(Scalar::new(), value)
+    Lanes::splat(pulp::Scalar::new(), value)
 }
 
 fn value(lane: Lane) -> f64 {

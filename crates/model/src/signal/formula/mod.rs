@@ -22,17 +22,17 @@ trait Constants {
     const ROLES: &[(&str, Role)];
 }
 
-/// Defines [`Formula`] from a list of files, each with a type of the same name.
+/// Defines [`Formula`] from a list of files, their types, and the names in scenes.
 macro_rules! formulas {
-    ($($file:ident $name:ident)*) => {
+    ($($file:ident $name:ident $tag:tt)*) => {
         $(mod $file; pub use $file::$name;)*
 
         /// A function of time as text: the name of a formula, and its numbers.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-        #[serde(tag = "type", rename_all = "kebab-case")]
-        #[allow(missing_docs)] // the types of the same name have them
+        #[serde(tag = "type")]
+        #[allow(missing_docs)] // the types have them
         pub enum Formula {
-            $($name($name),)*
+            $(#[serde(rename = $tag)] $name($name),)*
         }
 
         impl Formula {
@@ -56,9 +56,9 @@ macro_rules! formulas {
 }
 
 formulas! {
-    sine Sine
-    chirp Chirp
-    ramped_sine RampedSine
-    step Step
-    ramp Ramp
+    sine Sine "sine"
+    chirp Chirp "chirp"
+    ramped_sine RampedSine "ramped-sine"
+    step StepFunction "step"
+    ramp Ramp "ramp"
 }

@@ -10,7 +10,7 @@ use crate::signal::{Jet, TimeFunction};
 /// Smooth step from 0 at `start` to `value`; `rise = 0` is a jump, not for displacements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
-pub struct Step {
+pub struct StepFunction {
     /// Value after the step.
     pub value: f64,
     /// Start time, s.
@@ -21,12 +21,12 @@ pub struct Step {
     pub rise: f64,
 }
 
-impl Constants for Step {
+impl Constants for StepFunction {
     const ROLES: &[(&str, Role)] =
         &[("value", Role::Factor), ("start", Role::Break), ("rise", Role::Break)];
 }
 
-impl TimeFunction for Step {
+impl TimeFunction for StepFunction {
     fn at(&self, t: f64) -> Jet {
         let &Self { value, start, rise } = self;
         if rise == 0.0 {

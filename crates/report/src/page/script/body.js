@@ -214,7 +214,7 @@ class BodyView {
     part(this.indices.lines, gl.LINES, this.lines.length, [0, 0, 0, this.lines.length > FINE ? 0.15 : 0.5], -0.002);
   }
 
-  /** Returns the place of a point in the view, from -1 to 1, and its height towards the reader. */
+  /** Returns the place of a point in the view, from -1 to 1, and its height toward the reader. */
   project(i) {
     const factor = this.factor * this.phase;
     const x = [0, 1, 2].map((k) => this.points[3 * i + k] + factor * this.u[3 * i + k] - this.center[k]);

@@ -14,7 +14,7 @@ function rotation(k, angle) {
   return matrix;
 }
 
-/** Views by name: the rows are the directions to the right, upwards and to the reader. */
+/** Views by name: the rows are the directions to the right, upward and to the reader. */
 const VIEWS = {
   "x–y": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
   "x–z": [[1, 0, 0], [0, 0, 1], [0, -1, 0]],

@@ -32,10 +32,11 @@ impl<P: Problem> BackwardCallbacks for UserFunctions<P> {
     ) -> Answer {
         self.t_called = forward.t;
         self.repeating.weights = 0;
-        let posed = &mut self.backward[which];
-        posed.state.set(forward);
+        let registered = &mut self.backward[which];
+        registered.state.set(forward);
         let problem = &mut self.problem;
-        let result = (posed.problem).residual(problem, &posed.state, values, rates, residual);
+        let result =
+            (registered.problem).residual(problem, &registered.state, values, rates, residual);
         self.failures.answer("residual of a backward problem", forward.t, result, residual)
     }
 
@@ -46,24 +47,27 @@ impl<P: Problem> BackwardCallbacks for UserFunctions<P> {
         [values, rates]: [&[f64]; 2],
         c_j: f64,
     ) -> Answer {
-        let posed = &mut self.backward[which];
-        posed.state.set(forward);
-        posed.tolerances.write_weights(values, &mut posed.weights);
+        let registered = &mut self.backward[which];
+        registered.state.set(forward);
+        registered.tolerances.write_weights(values, &mut registered.weights);
         let at = Linearization {
             t: forward.t,
             y: values,
             y_dot: rates,
             step: 1.0 / c_j,
-            weights: &posed.weights,
+            weights: &registered.weights,
         };
-        let mut problem =
-            At { problem: posed.problem.as_mut(), forward: &mut self.problem, state: &posed.state };
-        let (evaluated, entries) = posed.lu.evaluate(&mut problem, &at, c_j);
+        let mut problem = At {
+            problem: registered.problem.as_mut(),
+            forward: &mut self.problem,
+            state: &registered.state,
+        };
+        let (evaluated, entries) = registered.lu.evaluate(&mut problem, &at, c_j);
         match self.failures.answer("Jacobian", forward.t, evaluated, entries) {
             Answer::Success => {}
             failed => return failed,
         }
-        let result = posed.lu.factorize();
+        let result = registered.lu.factorize();
         self.failures.answer("linear set-up", forward.t, result, &[])
     }
 
@@ -79,10 +83,11 @@ impl<P: Problem> BackwardCallbacks for UserFunctions<P> {
         [values, rates]: [&[f64]; 2],
         out: &mut [f64],
     ) -> Answer {
-        let posed = &mut self.backward[which];
-        posed.state.set(forward);
+        let registered = &mut self.backward[which];
+        registered.state.set(forward);
         let problem = &mut self.problem;
-        let result = (posed.problem).quadrature(problem, &posed.state, values, rates, out);
+        let result =
+            (registered.problem).quadrature(problem, &registered.state, values, rates, out);
         self.failures.answer("quadrature of a backward problem", forward.t, result, out)
     }
 }

@@ -5,7 +5,7 @@ mod evaluation;
 
 use super::builder::validate_quadrature_tolerances;
 use super::linear::WholeLu;
-use super::posed::{RegisteredProblem, Repeating};
+use super::registered::{RegisteredProblem, Repeating};
 use super::{IdaSolver, call_error, codes};
 use crate::adjoint::{
     At, Backward, BackwardOptions, BackwardProblem, BackwardRun, Checkpoints, ForwardState,
@@ -68,7 +68,7 @@ impl<P: Problem> IdaSolver<P> {
         let hermite = checkpoints.interpolation == Interpolation::Hermite;
         let result = self.ida.init_adjoint(checkpoints.every, hermite);
         self.refused(result)?;
-        self.kept = Some(ForwardRun {
+        self.forward_run = Some(ForwardRun {
             every: checkpoints.every,
             initial_step: options.initial_step.unwrap_or(0.0),
             runs: Vec::new(),
@@ -79,7 +79,7 @@ impl<P: Problem> IdaSolver<P> {
 
     /// Returns an error if the forward run cannot continue.
     pub(super) fn expect_not_left(&self) -> Result<(), Error> {
-        match &self.kept {
+        match &self.forward_run {
             Some(ForwardRun { left: Some(_), .. }) => Err(Error::ForwardRunLeft),
             _ => Ok(()),
         }
@@ -88,11 +88,11 @@ impl<P: Problem> IdaSolver<P> {
     /// Ends the backward integration, so that a new forward run can start.
     pub(super) fn forget_backward_runs(&mut self) -> Result<(), Error> {
         self.functions_mut().repeating = Repeating::default();
-        let Some(kept) = &mut self.kept else {
+        let Some(forward_run) = &mut self.forward_run else {
             return Ok(());
         };
-        kept.left = None;
-        let result = self.ida.set_initial_step(kept.initial_step);
+        forward_run.left = None;
+        let result = self.ida.set_initial_step(forward_run.initial_step);
         self.refused(result)
     }
 
@@ -143,7 +143,7 @@ impl<P: Problem> IdaSolver<P> {
             let (n_unknowns, n_entries) = (n, 0);
             return Err(Error::Empty { n_unknowns, n_entries });
         }
-        let mut posed = RegisteredProblem {
+        let mut registered = RegisteredProblem {
             problem: Box::new(problem),
             lu: WholeLu::new(Jacobian::with_pattern(pattern), self.sparse)?,
             tolerances: options.tolerances.clone(),
@@ -151,7 +151,7 @@ impl<P: Problem> IdaSolver<P> {
             state: at.clone(),
         };
         let mut problem = At {
-            problem: posed.problem.as_mut(),
+            problem: registered.problem.as_mut(),
             forward: &mut self.functions_mut().problem,
             state: at,
         };
@@ -173,7 +173,7 @@ impl<P: Problem> IdaSolver<P> {
         };
         let result = self.ida.add_backward(at.t, start, &settings);
         self.refused(result)?;
-        self.functions_mut().backward.push(posed);
+        self.functions_mut().backward.push(registered);
         let run = BackwardRun {
             t: at.t,
             values: start[0].to_vec(),
@@ -246,9 +246,9 @@ impl<P: Problem> IdaSolver<P> {
     pub fn integrate_back_to(&mut self, t_out: f64) -> Result<Outcome, Error> {
         finite("t_out", t_out)?;
         let none = Error::NoBackward { number: 0, of: 0 };
-        let kept = self.kept.as_ref().ok_or(Error::NoCheckpoints)?;
-        let (every, n_runs) = (kept.every, kept.runs.len());
-        let t = kept.runs.iter().map(|run| run.t).reduce(f64::min);
+        let forward_run = self.forward_run.as_ref().ok_or(Error::NoCheckpoints)?;
+        let (every, n_runs) = (forward_run.every, forward_run.runs.len());
+        let t = forward_run.runs.iter().map(|run| run.t).reduce(f64::min);
         let t = t.ok_or(none)?;
         if t_out < self.t0 {
             return invalid("t_out", t_out, "not before the start of the forward run");
@@ -257,8 +257,8 @@ impl<P: Problem> IdaSolver<P> {
             return Err(Error::TimeBehind { t_out, t });
         }
         let statistics = self.statistics();
-        if let Some(kept) = &mut self.kept {
-            kept.left.get_or_insert(statistics);
+        if let Some(forward_run) = &mut self.forward_run {
+            forward_run.left.get_or_insert(statistics);
         }
         let most = Some(every * (1 + self.n_parameters()));
         let functions = self.functions_mut();
@@ -323,19 +323,19 @@ impl<P: Problem> IdaSolver<P> {
     /// # Errors
     /// [`Error::NoBackward`] if it belongs to another solver.
     pub fn backward(&self, backward: Backward) -> Result<&BackwardRun, Error> {
-        let runs = self.kept.as_ref().map_or(&[][..], |kept| &kept.runs);
+        let runs = self.forward_run.as_ref().map_or(&[][..], |forward_run| &forward_run.runs);
         let (number, of) = (backward.0, runs.len());
         runs.get(number).ok_or(Error::NoBackward { number, of })
     }
 
     fn runs_mut(&mut self) -> Result<&mut Vec<BackwardRun>, Error> {
-        let kept = self.kept.as_mut().ok_or(Error::NoCheckpoints)?;
-        Ok(&mut kept.runs)
+        let forward_run = self.forward_run.as_mut().ok_or(Error::NoCheckpoints)?;
+        Ok(&mut forward_run.runs)
     }
 
     /// Checks that the state belongs to this solver's forward run and to a time that the run has passed.
     fn expect_state_of_run(&self, at: &ForwardState) -> Result<(), Error> {
-        if self.kept.is_none() {
+        if self.forward_run.is_none() {
             return Err(Error::NoCheckpoints);
         }
         expect_length("y of the forward state", self.n, at.y.len())?;

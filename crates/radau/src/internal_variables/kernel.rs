@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::form::{DRIVES, Form};
+use super::form::{Form, N_DRIVING};
 
 /// Points per block.
 const AT_A_TIME: usize = 256;
@@ -16,22 +16,22 @@ pub(super) struct Driven<'a> {
     pub(super) slots: &'a Range<usize>,
     /// Internal variables of the part, term by term.
     pub(super) states: &'a [f64],
-    pub(super) drives: &'a [Vec<f64>],
+    pub(super) driving: &'a [Vec<f64>],
 }
 
 impl Driven<'_> {
     /// Evaluates `forms`, one per term, and adds their sum over the terms to the part's points of `out`.
     pub(super) fn add_sum(self, forms: &[Form], out: &mut [f64]) {
         let out = &mut out[self.slots.clone()];
-        let mut total = [0.0; DRIVES];
+        let mut total = [0.0; N_DRIVING];
         for form in forms {
-            for (total, own) in total.iter_mut().zip(form.of_drives) {
+            for (total, own) in total.iter_mut().zip(form.of_driving) {
                 *total += own;
             }
         }
         self.in_pieces(|piece, place| {
             let out = &mut out[piece.clone()];
-            self.add_drives(&total, &place, out);
+            self.add_driving(&total, &place, out);
             for (k, form) in forms.iter().enumerate() {
                 add(out, form.of_state, self.state(k, &piece));
             }
@@ -67,10 +67,10 @@ impl Driven<'_> {
     }
 
     #[inline(always)]
-    fn add_drives(&self, factors: &[f64; DRIVES], place: &Range<usize>, out: &mut [f64]) {
-        for (factor, drive) in factors.iter().zip(self.drives) {
+    fn add_driving(&self, factors: &[f64; N_DRIVING], place: &Range<usize>, out: &mut [f64]) {
+        for (factor, driving) in factors.iter().zip(self.driving) {
             if *factor != 0.0 {
-                add(out, *factor, &drive[place.clone()]);
+                add(out, *factor, &driving[place.clone()]);
             }
         }
     }
@@ -84,7 +84,7 @@ impl Driven<'_> {
         out: &mut [f64],
     ) {
         add(out, form.of_state, self.state(k, piece));
-        self.add_drives(&form.of_drives, place, out);
+        self.add_driving(&form.of_driving, place, out);
     }
 
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! Specification of a fading memory: problem, slots and terms.
+//! Specification of internal variables: problem, slots and terms.
 
 use std::ops::Range;
 
@@ -6,33 +6,32 @@ use myovib_dae::{Problem, StepError};
 
 use crate::error::{RadauError, expect, expect_positive};
 
-/// A problem with fading memory. In addition to its unknowns y it has states q, one or more for
-/// each slot:
+/// A problem with internal variables (states) q in addition to its unknowns y, one or more for each slot:
 ///
 /// ```text
 /// F(t, y, ẏ, x) = 0,    x = Σ_k (g_k s(y) − q_k),    τ_k q̇_k + q_k = g_k s(y),
 /// ```
 ///
 /// The response x, the driving quantity s and each q_k have one component per slot. Residual and Jacobian use the
-/// current value of [`response`](Fading::response). The states are eliminated from the Newton matrix ∂F/∂y + c ∂F/∂ẏ,
-/// which adds the term Σ_k g_k cτ_k/(1 + cτ_k) ∂F/∂x ∂s/∂y.
-pub trait Fading: Problem {
+/// current value of [`response`](InternalVariableProblem::response). The states are eliminated from the Newton matrix
+/// ∂F/∂y + c ∂F/∂ẏ, which adds the term Σ_k g_k cτ_k/(1 + cτ_k) ∂F/∂x ∂s/∂y.
+pub trait InternalVariableProblem: Problem {
     /// Writes s(y) to `out`.
     ///
     /// # Errors
     /// As for a residual.
-    fn drive(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError>;
+    fn driving_quantity(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError>;
 
     /// Writes ∂s/∂y · `change` to `out`, with the derivative at the last evaluation of the Jacobian.
-    fn drive_along(&mut self, change: &[f64], out: &mut [f64]);
+    fn driving_change(&mut self, change: &[f64], out: &mut [f64]);
 
     /// Returns the response x, which residual and Jacobian use.
     fn response(&mut self) -> &mut [f64];
 }
 
-/// A term of a fading memory.
+/// A relaxation term: τ q̇ + q = g s.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MemoryTerm {
+pub struct RelaxationTerm {
     /// g, the weight.
     pub weight: f64,
     /// τ, the relaxation time, s.
@@ -41,19 +40,19 @@ pub struct MemoryTerm {
 
 /// Slots with the same terms.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MemoryPart {
+pub struct InternalVariableGroup {
     /// Range of the slots.
     pub slots: Range<usize>,
     /// Terms of each slot.
-    pub terms: Vec<MemoryTerm>,
+    pub terms: Vec<RelaxationTerm>,
 }
 
-/// Specification of a fading memory. The method integrates the states like unknowns. The error test includes their root
-/// mean square as a separate norm, but Newton's convergence test does not include them.
+/// Specification of internal variables. The method integrates the states like unknowns. The error test includes their
+/// root mean square as a separate norm, but Newton's convergence test does not include them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InternalVariables {
     /// Parts, with consecutive slots.
-    pub parts: Vec<MemoryPart>,
+    pub parts: Vec<InternalVariableGroup>,
     /// Initial states, part by part. Within a part, all slots of the first term precede the slots
     /// of the second, and so on.
     pub start: Vec<f64>,
@@ -66,20 +65,30 @@ impl InternalVariables {
     /// Checks that the slots are consecutive and that the terms decay.
     pub(super) fn validate(&self) -> Result<(), RadauError> {
         let mut end = 0;
-        for MemoryPart { slots, terms } in &self.parts {
+        for InternalVariableGroup { slots, terms } in &self.parts {
             let (start, expected) = (slots.start as f64, "the end of the part before, or 0");
-            expect("first slot of a memory part", start, slots.start == end, expected)?;
+            expect(
+                "first slot of a group of internal variables",
+                start,
+                slots.start == end,
+                expected,
+            )?;
             let is_range = slots.end >= slots.start;
-            expect("end of a memory part", slots.end as f64, is_range, "at least its first slot")?;
+            expect(
+                "end of a group of internal variables",
+                slots.end as f64,
+                is_range,
+                "at least its first slot",
+            )?;
             end = slots.end;
             for term in terms {
-                expect_positive("time of a memory term", term.time)?;
+                expect_positive("time of a relaxation term", term.time)?;
                 let is_finite = term.weight.is_finite();
-                expect("weight of a memory term", term.weight, is_finite, "finite")?;
+                expect("weight of a relaxation term", term.weight, is_finite, "finite")?;
             }
         }
         let is_tolerance = self.absolute.is_finite() && self.absolute >= 0.0;
-        let option = "absolute tolerance of the memory";
+        let option = "absolute tolerance of the internal variables";
         expect(option, self.absolute, is_tolerance, "finite and at least 0")
     }
 }

@@ -1,5 +1,5 @@
-//! Fading memory: linear internal variables with one driving quantity each. The integrator eliminates them, so that
-//! they need not be included in the unknowns.
+//! Linear internal variables with one driving quantity each. The integrator eliminates them, so that they need not be
+//! included in the unknowns.
 
 mod form;
 mod kernel;
@@ -14,20 +14,22 @@ use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length, expect_vector};
 use crate::failure::{Failure, Operation};
 use crate::method::Method;
-use form::{BEGIN, CHANGE, DRIVES, Form, SHIFTED, SHIFTED_CHANGE, TermStep};
+use form::{BEGIN, CHANGE, Form, N_DRIVING, SHIFTED, SHIFTED_CHANGE, TermStep};
 use kernel::Driven;
-pub use specification::{Fading, InternalVariables, MemoryPart, MemoryTerm};
+pub use specification::{
+    InternalVariableGroup, InternalVariableProblem, InternalVariables, RelaxationTerm,
+};
 
 /// Name of the initial states in messages.
-const START: &str = "initial states of the memory";
+const START: &str = "initial internal variables";
 
 /// Function that writes the driving quantities at a time and for given unknowns.
-type Drive<P> = fn(&mut P, f64, &[f64], &mut [f64]) -> Result<(), StepError>;
+type DrivingQuantity<P> = fn(&mut P, f64, &[f64], &mut [f64]) -> Result<(), StepError>;
 
-/// Functions of a problem with memory.
+/// Functions of a problem with internal variables.
 struct Functions<P> {
-    drive: Drive<P>,
-    drive_along: fn(&mut P, &[f64], &mut [f64]),
+    driving_quantity: DrivingQuantity<P>,
+    driving_change: fn(&mut P, &[f64], &mut [f64]),
     response: fn(&mut P) -> &mut [f64],
 }
 
@@ -36,15 +38,15 @@ struct Functions<P> {
 /// At the stages of a step the states are linear in their initial values q and in the driving quantities at all stages
 /// ([`TermStep::stage`]), and so are the responses. The contribution of q is summed over the terms once per step, so
 /// the cost of Newton's method does not depend on the number of terms.
-pub(crate) struct Memory<P> {
+pub(crate) struct EliminatedVariables<P> {
     functions: Functions<P>,
-    parts: Vec<MemoryPart>,
+    parts: Vec<InternalVariableGroup>,
     /// Relative and absolute tolerance.
     tolerances: (f64, f64),
     /// States at the beginning of the current step.
     states: Vec<f64>,
     /// Driving quantities in the current step, in the order of the forms.
-    drives: Vec<Vec<f64>>,
+    driving: Vec<Vec<f64>>,
     /// Contributions of the states to the responses at the stages.
     constants: Vec<Vec<f64>>,
     /// Response at the beginning of the step.
@@ -59,36 +61,36 @@ pub(crate) struct Memory<P> {
 struct LastStep {
     /// States at the beginning of the step.
     states: Vec<f64>,
-    drives: Vec<Vec<f64>>,
+    driving: Vec<Vec<f64>>,
 }
 
 /// Saved internal variables, from which further steps and dense output can be computed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct MemoryState {
+pub(crate) struct SavedVariables {
     states: Vec<f64>,
     last: LastStep,
 }
 
-impl MemoryState {
+impl SavedVariables {
     pub(crate) fn n_states(&self) -> usize {
         self.states.len()
     }
 
     pub(crate) fn n_numbers(&self) -> usize {
-        let drives = self.last.drives.iter().map(Vec::len);
-        2 * self.states.len() + drives.sum::<usize>()
+        let driving = self.last.driving.iter().map(Vec::len);
+        2 * self.states.len() + driving.sum::<usize>()
     }
 }
 
-impl<P> std::fmt::Debug for Memory<P> {
+impl<P> std::fmt::Debug for EliminatedVariables<P> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Memory").field("parts", &self.parts).finish_non_exhaustive()
+        f.debug_struct("EliminatedVariables").field("parts", &self.parts).finish_non_exhaustive()
     }
 }
 
 /// Returns the forms of the terms of a part in a step of size h.
 fn forms(
-    part: &MemoryPart,
+    part: &InternalVariableGroup,
     (method, h): (&Method, f64),
     form: impl Fn(TermStep<'_>) -> Form,
 ) -> Vec<Form> {
@@ -96,52 +98,52 @@ fn forms(
     terms.map(|&term| form(TermStep { term, method, h })).collect()
 }
 
-impl<P: Problem> Memory<P> {
+impl<P: Problem> EliminatedVariables<P> {
     pub(crate) fn new(
         variables: InternalVariables,
         method: &Method,
         (relative, factor): (f64, f64),
     ) -> Result<Self, RadauError>
     where
-        P: Fading,
+        P: InternalVariableProblem,
     {
         variables.validate()?;
         let n_slots = variables.parts.last().map_or(0, |part| part.slots.end);
-        let of_part = |part: &MemoryPart| part.slots.len() * part.terms.len();
+        let of_part = |part: &InternalVariableGroup| part.slots.len() * part.terms.len();
         let n_states = variables.parts.iter().map(of_part).sum();
         expect_length(START, n_states, variables.start.len())?;
         expect_finite(START, &variables.start)?;
         let (room, stages) = (vec![0.0; n_slots], method.stages());
         let is_used = |m: usize| m <= stages || m >= CHANGE;
-        let drives = |m| if is_used(m) { room.clone() } else { Vec::new() };
-        let drives: Vec<_> = (0..DRIVES).map(drives).collect();
+        let driving = |m| if is_used(m) { room.clone() } else { Vec::new() };
+        let driving: Vec<_> = (0..N_DRIVING).map(driving).collect();
         Ok(Self {
             functions: Functions {
-                drive: P::drive,
-                drive_along: P::drive_along,
+                driving_quantity: P::driving_quantity,
+                driving_change: P::driving_change,
                 response: P::response,
             },
             parts: variables.parts,
             tolerances: (factor * relative, factor * variables.absolute),
             constants: vec![room.clone(); stages],
             present: room,
-            last: LastStep { states: variables.start.clone(), drives: drives.clone() },
-            drives,
+            last: LastStep { states: variables.start.clone(), driving: driving.clone() },
+            driving,
             states: variables.start,
             error: 0.0,
         })
     }
 
     fn driven<'a>(
-        parts: &'a [MemoryPart],
+        parts: &'a [InternalVariableGroup],
         states: &'a [f64],
-        drives: &'a [Vec<f64>],
-    ) -> impl Iterator<Item = (&'a MemoryPart, Range<usize>, Driven<'a>)> {
+        driving: &'a [Vec<f64>],
+    ) -> impl Iterator<Item = (&'a InternalVariableGroup, Range<usize>, Driven<'a>)> {
         let mut end = 0;
         parts.iter().map(move |part| {
             let own = end..end + part.slots.len() * part.terms.len();
             end = own.end;
-            let driven = Driven { slots: &part.slots, states: &states[own.clone()], drives };
+            let driven = Driven { slots: &part.slots, states: &states[own.clone()], driving };
             (part, own, driven)
         })
     }
@@ -149,7 +151,7 @@ impl<P: Problem> Memory<P> {
     /// Evaluates `form` for each term and writes the sums over the terms at each slot to `out`.
     fn sum(&self, step: (&Method, f64), form: impl Fn(TermStep<'_>) -> Form, out: &mut [f64]) {
         out.fill(0.0);
-        for (part, _, driven) in Self::driven(&self.parts, &self.states, &self.drives) {
+        for (part, _, driven) in Self::driven(&self.parts, &self.states, &self.driving) {
             driven.add_sum(&forms(part, step, &form), out);
         }
     }
@@ -162,7 +164,7 @@ impl<P: Problem> Memory<P> {
         t: f64,
         y: &[f64],
     ) -> Result<(), Failure> {
-        (self.functions.drive)(problem, t, y, &mut self.drives[BEGIN])
+        (self.functions.driving_quantity)(problem, t, y, &mut self.driving[BEGIN])
             .map_err(Operation::Residual.failed())?;
         let mut constants = std::mem::take(&mut self.constants);
         for (i, constant) in constants.iter_mut().enumerate() {
@@ -171,7 +173,7 @@ impl<P: Problem> Memory<P> {
         }
         self.constants = constants;
         let mut present = std::mem::take(&mut self.present);
-        let response = |term: TermStep<'_>| term.response_of(Form::drive(BEGIN), Form::state());
+        let response = |term: TermStep<'_>| term.response_of(Form::driving(BEGIN), Form::state());
         self.sum((method, h), response, &mut present);
         self.present = present;
         self.show_present(problem);
@@ -194,13 +196,13 @@ impl<P: Problem> Memory<P> {
     }
 
     /// Evaluates the driving quantity at stage i, which is at (t, y).
-    pub(crate) fn drive(
+    pub(crate) fn evaluate_driving_quantity(
         &mut self,
         problem: &mut P,
         i: usize,
         (t, y): (f64, &[f64]),
     ) -> Result<(), Failure> {
-        (self.functions.drive)(problem, t, y, &mut self.drives[1 + i])
+        (self.functions.driving_quantity)(problem, t, y, &mut self.driving[1 + i])
             .map_err(Operation::Residual.failed())
     }
 
@@ -209,9 +211,9 @@ impl<P: Problem> Memory<P> {
     pub(crate) fn show_stage(&self, problem: &mut P, i: usize, step: (&Method, f64)) {
         let response = (self.functions.response)(problem);
         response.copy_from_slice(&self.constants[i]);
-        for (part, _, driven) in Self::driven(&self.parts, &self.states, &self.drives) {
-            let of_drives = |term: TermStep<'_>| Form { of_state: 0.0, ..term.response(i) };
-            driven.add_sum(&forms(part, step, of_drives), response);
+        for (part, _, driven) in Self::driven(&self.parts, &self.states, &self.driving) {
+            let of_driving = |term: TermStep<'_>| Form { of_state: 0.0, ..term.response(i) };
+            driven.add_sum(&forms(part, step, of_driving), response);
         }
     }
 
@@ -226,14 +228,14 @@ impl<P: Problem> Memory<P> {
     ) -> Result<(), Failure> {
         let response = (self.functions.response)(problem);
         let Some((t, y)) = again else {
-            let first = |term: TermStep<'_>| term.condensed(Form::drive(BEGIN), Form::state());
+            let first = |term: TermStep<'_>| term.condensed(Form::driving(BEGIN), Form::state());
             self.sum(step, first, response);
             return Ok(());
         };
-        (self.functions.drive)(problem, t, y, &mut self.drives[SHIFTED])
+        (self.functions.driving_quantity)(problem, t, y, &mut self.driving[SHIFTED])
             .map_err(Operation::Residual.failed())?;
         let shifted = |term: TermStep<'_>| {
-            term.condensed(Form::drive(SHIFTED), Form::state() + first_error(term))
+            term.condensed(Form::driving(SHIFTED), Form::state() + first_error(term))
         };
         self.sum(step, shifted, (self.functions.response)(problem));
         Ok(())
@@ -248,7 +250,7 @@ impl<P: Problem> Memory<P> {
         again: bool,
     ) -> f64 {
         let change = if again { SHIFTED_CHANGE } else { CHANGE };
-        (self.functions.drive_along)(problem, error, &mut self.drives[change]);
+        (self.functions.driving_change)(problem, error, &mut self.driving[change]);
         self.error = self.norm(step, last_error(again));
         self.error
     }
@@ -261,14 +263,14 @@ impl<P: Problem> Memory<P> {
     /// Returns the norm of q̇ at the beginning of the step.
     pub(crate) fn rate(&self, method: &Method) -> f64 {
         self.norm((method, 1.0), |term| {
-            term.response_of(Form::drive(BEGIN), Form::state()) * (1.0 / term.term.time)
+            term.response_of(Form::driving(BEGIN), Form::state()) * (1.0 / term.term.time)
         })
     }
 
     fn norm(&self, step: (&Method, f64), form: impl Fn(TermStep<'_>) -> Form) -> f64 {
         let (relative, absolute) = self.tolerances;
         let absolute = absolute.max(f64::MIN_POSITIVE);
-        let driven = Self::driven(&self.parts, &self.states, &self.drives);
+        let driven = Self::driven(&self.parts, &self.states, &self.driving);
         let squares = driven
             .map(|(part, _, driven)| driven.square(&forms(part, step, &form), relative, absolute));
         (squares.sum::<f64>() / self.states.len().max(1) as f64).sqrt()
@@ -277,13 +279,13 @@ impl<P: Problem> Memory<P> {
     /// Accepts the current step as the last one.
     pub(crate) fn accept(&mut self, (method, h): (&Method, f64)) {
         let end = method.stages() - 1;
-        let Self { parts, states, drives, last, .. } = self;
-        for (part, own, driven) in Self::driven(parts, states, drives) {
+        let Self { parts, states, driving, last, .. } = self;
+        for (part, own, driven) in Self::driven(parts, states, driving) {
             let at_end = forms(part, (method, h), |term| term.stage(end));
             driven.write(&at_end, &mut last.states[own]);
         }
         std::mem::swap(states, &mut last.states);
-        std::mem::swap(drives, &mut last.drives);
+        std::mem::swap(driving, &mut last.driving);
     }
 
     /// Truncates the last accepted `step` at `t`, where the next step will begin.
@@ -302,8 +304,8 @@ impl<P: Problem> Memory<P> {
         derivative: usize,
         out: &mut [f64],
     ) {
-        let LastStep { states, drives } = &self.last;
-        for (part, own, driven) in Self::driven(&self.parts, states, drives) {
+        let LastStep { states, driving } = &self.last;
+        for (part, own, driven) in Self::driven(&self.parts, states, driving) {
             let form = |term: TermStep<'_>| {
                 term.between(derivative, step.coefficients(method, t, derivative))
             };
@@ -321,11 +323,11 @@ impl<P: Problem> Memory<P> {
     ) -> Result<(), Failure> {
         self.begin(problem, (method, 1.0), t, y)?;
         self.last.states.copy_from_slice(&self.states);
-        let (begin, stages) = self.drives.split_at_mut(1);
-        for drive in &mut stages[..method.stages()] {
-            drive.copy_from_slice(&begin[0]);
+        let (begin, stages) = self.driving.split_at_mut(1);
+        for driving in &mut stages[..method.stages()] {
+            driving.copy_from_slice(&begin[0]);
         }
-        self.last.drives.clone_from(&self.drives);
+        self.last.driving.clone_from(&self.driving);
         Ok(())
     }
 
@@ -333,30 +335,30 @@ impl<P: Problem> Memory<P> {
         self.states.len()
     }
 
-    pub(crate) fn state(&self) -> MemoryState {
-        MemoryState { states: self.states.clone(), last: self.last.clone() }
+    pub(crate) fn state(&self) -> SavedVariables {
+        SavedVariables { states: self.states.clone(), last: self.last.clone() }
     }
 
     /// Checks that the problem has one response per slot.
     pub(crate) fn expect_response(&self, problem: &mut P) -> Result<(), RadauError> {
         let n_response = (self.functions.response)(problem).len();
-        expect_length("response of the memory", self.present.len(), n_response)
+        expect_length("response of the internal variables", self.present.len(), n_response)
     }
 
     /// Checks the lengths and values of a saved state.
-    pub(crate) fn validate(&self, state: &MemoryState) -> Result<(), RadauError> {
-        const WHAT: &str = "memory of the state";
+    pub(crate) fn validate(&self, state: &SavedVariables) -> Result<(), RadauError> {
+        const WHAT: &str = "saved internal variables";
         expect_vector(WHAT, self.states.len(), &state.states)?;
         expect_vector(WHAT, self.states.len(), &state.last.states)?;
-        expect_length(WHAT, self.drives.len(), state.last.drives.len())?;
-        let drives = self.drives.iter().zip(&state.last.drives);
-        for (own, drives) in drives {
-            expect_vector(WHAT, own.len(), drives)?;
+        expect_length(WHAT, self.driving.len(), state.last.driving.len())?;
+        let driving = self.driving.iter().zip(&state.last.driving);
+        for (own, driving) in driving {
+            expect_vector(WHAT, own.len(), driving)?;
         }
         Ok(())
     }
 
-    pub(crate) fn restore(&mut self, state: &MemoryState) {
+    pub(crate) fn restore(&mut self, state: &SavedVariables) {
         self.states.clone_from(&state.states);
         self.last = state.last.clone();
     }
@@ -368,12 +370,12 @@ fn last_error(twice: bool) -> fn(TermStep<'_>) -> Form {
         false => first_error,
         true => |term| {
             let state = Form::state() + first_error(term);
-            term.error(Form::drive(SHIFTED), state, Form::drive(SHIFTED_CHANGE))
+            term.error(Form::driving(SHIFTED), state, Form::driving(SHIFTED_CHANGE))
         },
     }
 }
 
 /// Returns the first estimate of the error of a state.
 fn first_error(term: TermStep<'_>) -> Form {
-    term.error(Form::drive(BEGIN), Form::state(), Form::drive(CHANGE))
+    term.error(Form::driving(BEGIN), Form::state(), Form::driving(CHANGE))
 }

@@ -4,7 +4,8 @@ use std::ops::{Div, Mul};
 
 use myovib_dae::{Direction, LinearSolver, Linearization, Outcome, Problem, StepError};
 use myovib_radau::{
-    Fading, InternalVariables, MemoryPart, MemoryTerm, RadauError, RadauSolver, Recording,
+    InternalVariableGroup, InternalVariableProblem, InternalVariables, RadauError, RadauSolver,
+    Recording, RelaxationTerm,
 };
 use num_complex::Complex64;
 
@@ -14,7 +15,7 @@ use crate::common::tolerance;
 const TERMS: [(f64, f64); 3] = [(0.5, 0.02), (0.3, 0.2), (0.8, 1.5)];
 
 /// Driving quantity of the internal variables, and its derivative.
-fn drive(u: f64) -> [f64; 2] {
+fn driving(u: f64) -> [f64; 2] {
     [20.0 * (u + u.powi(3)), 20.0 * (1.0 + 3.0 * u * u)]
 }
 
@@ -31,7 +32,7 @@ impl Problem for Oscillator {
     }
 
     fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
-        let [s, _] = drive(y[0]);
+        let [s, _] = driving(y[0]);
         let mut total = self.response.map_or(0.0, |[given]| given);
         for (k, (weight, time)) in TERMS.iter().enumerate().take(y.len() - 2) {
             total += weight * s - y[2 + k];
@@ -43,14 +44,14 @@ impl Problem for Oscillator {
     }
 }
 
-impl Fading for Oscillator {
-    fn drive(&mut self, _: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
-        out[0] = drive(y[0])[0];
+impl InternalVariableProblem for Oscillator {
+    fn driving_quantity(&mut self, _: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
+        out[0] = driving(y[0])[0];
         Ok(())
     }
 
-    fn drive_along(&mut self, change: &[f64], out: &mut [f64]) {
-        out[0] = drive(self.u)[1] * change[0];
+    fn driving_change(&mut self, change: &[f64], out: &mut [f64]) {
+        out[0] = driving(self.u)[1] * change[0];
     }
 
     fn response(&mut self) -> &mut [f64] {
@@ -104,7 +105,7 @@ impl LinearSolver<Oscillator> for Eliminated {
     }
 
     fn solve_real(&mut self, problem: &mut Oscillator, rhs: &mut [f64]) -> Result<(), StepError> {
-        solve(self.real, 1.0, drive(problem.u)[1], rhs);
+        solve(self.real, 1.0, driving(problem.u)[1], rhs);
         Ok(())
     }
 
@@ -114,16 +115,16 @@ impl LinearSolver<Oscillator> for Eliminated {
         k: usize,
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
-        solve(self.complex[k], Complex64::ONE, drive(problem.u)[1], rhs);
+        solve(self.complex[k], Complex64::ONE, driving(problem.u)[1], rhs);
         Ok(())
     }
 }
 
 fn eliminated(stages: usize, tol: f64) -> RadauSolver<Oscillator, Eliminated> {
-    let memory = InternalVariables {
-        parts: vec![MemoryPart {
+    let internal = InternalVariables {
+        parts: vec![InternalVariableGroup {
             slots: 0..1,
-            terms: TERMS.map(|(weight, time)| MemoryTerm { weight, time }).to_vec(),
+            terms: TERMS.map(|(weight, time)| RelaxationTerm { weight, time }).to_vec(),
         }],
         start: vec![0.3, 0.0, -0.2],
         absolute: tol,
@@ -136,7 +137,7 @@ fn eliminated(stages: usize, tol: f64) -> RadauSolver<Oscillator, Eliminated> {
             out[0] = y[0] - 0.2;
             Ok(())
         })
-        .fading_memory(memory)
+        .internal_variables(internal)
         .build_with(Eliminated::default(), 0.0, &[0.1, 0.0], &[0.0, 0.0])
         .unwrap()
 }
@@ -150,7 +151,7 @@ fn end(mut solver: RadauSolver<Oscillator, Eliminated>, t: f64) -> (Vec<f64>, us
                 let mut state = vec![0.0; 2 + TERMS.len()];
                 let (y, q) = state.split_at_mut(2);
                 solver.dense_output(t, 0, y).unwrap();
-                solver.memory_dense_output(t, 0, q).unwrap();
+                solver.internal_variables_dense_output(t, 0, q).unwrap();
                 return (state, roots);
             }
             Outcome::Root { .. } => {
@@ -186,5 +187,5 @@ fn eliminated_states_are_those_among_the_unknowns_over_restarts() {
 #[test]
 fn sensitivities_with_a_memory_are_refused() {
     let solver = eliminated(3, 1e-6);
-    assert!(matches!(Recording::of_stages(&solver), Err(RadauError::Fading)));
+    assert!(matches!(Recording::of_stages(&solver), Err(RadauError::InternalVariables)));
 }

@@ -4,7 +4,7 @@ use std::ops::{Add, Mul, Sub};
 
 use crate::method::Method;
 
-use super::MemoryTerm;
+use super::RelaxationTerm;
 
 /// Maximum number of stages of a method.
 const MOST_STAGES: usize = 7;
@@ -18,14 +18,14 @@ pub(super) const CHANGE: usize = MOST_STAGES + 1;
 pub(super) const SHIFTED: usize = CHANGE + 1;
 pub(super) const SHIFTED_CHANGE: usize = CHANGE + 2;
 /// Number of driving quantities in a form.
-pub(super) const DRIVES: usize = CHANGE + 3;
+pub(super) const N_DRIVING: usize = CHANGE + 3;
 
-/// Linear function `of_state` q + Σ_m `of_drives`_m s_m of the internal variable q of one term and the driving
+/// Linear function `of_state` q + Σ_m `of_driving`_m s_m of the internal variable q of one term and the driving
 /// quantities s_m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Form {
     pub(super) of_state: f64,
-    pub(super) of_drives: [f64; DRIVES],
+    pub(super) of_driving: [f64; N_DRIVING],
 }
 
 impl Form {
@@ -35,9 +35,9 @@ impl Form {
     }
 
     /// Returns a driving quantity.
-    pub(super) fn drive(m: usize) -> Self {
+    pub(super) fn driving(m: usize) -> Self {
         let mut form = Self::default();
-        form.of_drives[m] = 1.0;
+        form.of_driving[m] = 1.0;
         form
     }
 }
@@ -47,7 +47,7 @@ impl Add for Form {
 
     fn add(mut self, other: Self) -> Self {
         self.of_state += other.of_state;
-        for (own, other) in self.of_drives.iter_mut().zip(other.of_drives) {
+        for (own, other) in self.of_driving.iter_mut().zip(other.of_driving) {
             *own += other;
         }
         self
@@ -67,7 +67,7 @@ impl Mul<f64> for Form {
 
     fn mul(mut self, factor: f64) -> Self {
         self.of_state *= factor;
-        self.of_drives.iter_mut().for_each(|own| *own *= factor);
+        self.of_driving.iter_mut().for_each(|own| *own *= factor);
         self
     }
 }
@@ -75,7 +75,7 @@ impl Mul<f64> for Form {
 /// One term in a step of size h.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TermStep<'m> {
-    pub(super) term: MemoryTerm,
+    pub(super) term: RelaxationTerm,
     pub(super) method: &'m Method,
     pub(super) h: f64,
 }
@@ -86,7 +86,7 @@ impl TermStep<'_> {
     pub(super) fn stage(self, i: usize) -> Form {
         let mut form = Form::state();
         for j in 0..self.method.stages() {
-            let driven = Form::drive(1 + j) * self.term.weight - Form::state();
+            let driven = Form::driving(1 + j) * self.term.weight - Form::state();
             form = form + driven * self.resolvent(i, j);
         }
         form
@@ -105,12 +105,12 @@ impl TermStep<'_> {
 
     /// Returns g s − q at stage i.
     pub(super) fn response(self, i: usize) -> Form {
-        Form::drive(1 + i) * self.term.weight - self.stage(i)
+        Form::driving(1 + i) * self.term.weight - self.stage(i)
     }
 
     /// Returns g s − q at the start, for given forms of the driving quantity s and of the state q.
-    pub(super) fn response_of(self, drive: Form, state: Form) -> Form {
-        drive * self.term.weight - state
+    pub(super) fn response_of(self, driving: Form, state: Form) -> Form {
+        driving * self.term.weight - state
     }
 
     /// Returns the slope of the collocation polynomial at the start.
@@ -121,8 +121,8 @@ impl TermStep<'_> {
 
     /// Returns the difference between the slope of the collocation polynomial and q̇ at the start, for given forms of
     /// the driving quantity and of the state.
-    fn defect(self, drive: Form, state: Form) -> Form {
-        self.start_slope() - self.response_of(drive, state) * (1.0 / self.term.time)
+    fn slope_residual(self, driving: Form, state: Form) -> Form {
+        self.start_slope() - self.response_of(driving, state) * (1.0 / self.term.time)
     }
 
     /// Returns 1/(1 + γτ/h), the ratio of a change of an internal variable to the change of its driving quantity in
@@ -133,15 +133,16 @@ impl TermStep<'_> {
 
     /// Returns the response in the equations of the error estimate after elimination of the
     /// internal variables.
-    pub(super) fn condensed(self, drive: Form, state: Form) -> Form {
+    pub(super) fn condensed(self, driving: Form, state: Form) -> Form {
         let lag = self.term.time * self.follows();
-        self.response_of(drive, state) + self.defect(drive, state) * lag
+        self.response_of(driving, state) + self.slope_residual(driving, state) * lag
     }
 
     /// Returns the estimated error of the internal variable, where `change` is the form of the change of the driving
     /// quantity by the error of y.
-    pub(super) fn error(self, drive: Form, state: Form, change: Form) -> Form {
-        let driven = change * self.term.weight - self.defect(drive, state) * self.term.time;
+    pub(super) fn error(self, driving: Form, state: Form, change: Form) -> Form {
+        let driven =
+            change * self.term.weight - self.slope_residual(driving, state) * self.term.time;
         driven * self.follows()
     }
 
@@ -152,7 +153,7 @@ impl TermStep<'_> {
         (of_slope, of_stages): (f64, impl Iterator<Item = f64>),
     ) -> Form {
         let begin = Form::state() * if derivative == 0 { 1.0 } else { 0.0 };
-        let response = self.response_of(Form::drive(BEGIN), Form::state());
+        let response = self.response_of(Form::driving(BEGIN), Form::state());
         let slope = response * (of_slope / self.term.time);
         of_stages
             .enumerate()

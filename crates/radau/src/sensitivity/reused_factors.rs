@@ -2,7 +2,7 @@
 
 /// Factors from an earlier step of the backward pass or from the run, and their quality as a preconditioner.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Factors {
+pub(super) struct ReusedFactors {
     /// Step size for which they were computed.
     h: f64,
     /// Number of search directions in the step of the factorization. For factors from the run it is the expected
@@ -21,7 +21,7 @@ const STALE: usize = 3;
 /// directions together are cheapest between 1.05 and 1.1 and more expensive at 1.25.
 const WINDOW: f64 = 1.1;
 
-impl Factors {
+impl ReusedFactors {
     /// Creates the record of factors for step size `h`.
     pub(super) fn new(h: f64, fresh: Option<usize>) -> Self {
         Self { h, fresh, is_stale: false }
@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     fn factors_serve_until_a_step_takes_many_more_directions() {
-        let mut factors = Factors::new(0.1, None);
+        let mut factors = ReusedFactors::new(0.1, None);
         for (directions, serves) in [(4, true), (5, true), (7, true), (5, true), (8, false)] {
             factors.note(directions);
             assert_eq!(factors.serve(0.1), serves, "{factors:?}");
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn factors_of_the_run_are_held_to_what_fresh_ones_took() {
-        let mut factors = Factors::new(0.1, Some(4));
+        let mut factors = ReusedFactors::new(0.1, Some(4));
         factors.note(8);
         assert!(!factors.serve(0.1), "{factors:?}");
         assert_eq!(factors.fresh(), Some(4));
@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn a_step_of_another_size_gets_its_own() {
-        let factors = Factors::new(0.1, None);
+        let factors = ReusedFactors::new(0.1, None);
         assert!(factors.serve(0.105) && factors.serve(0.095));
         assert!(!factors.serve(0.2) && !factors.serve(0.05));
     }
