@@ -87,6 +87,8 @@ def read_mesh(
         members = {name: cells_of[i] for name, cells_of in sets.items() if cells_of[i] is not None}
         if array is not None:
             tags = np.asarray(mesh.cell_data[array][i]).ravel()
+            if len(tags) != len(cells) or (tags != np.round(tags)).any():
+                raise ValueError(f"array {array!r} of {path} must have one integer per cell")
             for tag in np.unique(tags):
                 name = names.get((dimension, int(tag)), f"{_KINDS[dimension]} {int(tag)}")
                 members.setdefault(name, np.flatnonzero(tags == tag))

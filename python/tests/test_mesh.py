@@ -203,6 +203,11 @@ def test_a_mesh_that_cannot_be_read_or_written_is_refused(tmp_path):
     meshio.Mesh(points, [("tetra", cells)]).write(tmp_path / "plain.vtu")
     with pytest.raises(ValueError, match="region"):
         myovib.read_mesh(tmp_path / "plain.vtu", group="region")
+    for values in (np.linspace(0.0, 1.0, len(cells)), np.ones((len(cells), 3))):
+        mesh = meshio.Mesh(points, [("tetra", cells)], cell_data={"part": [values]})
+        mesh.write(tmp_path / "real.vtu")
+        with pytest.raises(ValueError, match="part"):
+            myovib.read_mesh(tmp_path / "real.vtu", group="part")
     (tmp_path / "wrong.vtu").write_text("no mesh")
     with pytest.raises(ValueError, match=r"wrong\.vtu"):
         myovib.read_mesh(tmp_path / "wrong.vtu")
