@@ -286,7 +286,11 @@ pub enum MshProblem {
     #[error("the byte order of this binary file is not supported: set `Mesh.Binary = 0` in Gmsh")]
     ByteOrder,
     /// Text that does not start with `$MeshFormat`.
-    #[error("this is not a Gmsh mesh: it must start with $MeshFormat")]
+    #[error(
+        "this is not a Gmsh mesh: it must start with $MeshFormat; convert VTU, VTK, Abaqus and other files in Python, \
+         `myovib.write_mesh(\"NEW.msh\", *myovib.read_mesh(\"FILE\"))`, or UNV by `gmsh FILE -save -format msh41 -o \
+         NEW.msh`; STL and STEP have surfaces, whose volume `gmsh -3` meshes"
+    )]
     NotMsh,
     /// Unexpected end of the file.
     #[error("unexpected end of file: expected {0}")]

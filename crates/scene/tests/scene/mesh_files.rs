@@ -2,6 +2,7 @@
 //! deflection or be rejected with a reason. Binary files are tested in `meshes`.
 
 mod gmsh;
+mod remedies;
 
 use std::fs;
 
