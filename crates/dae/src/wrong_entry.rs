@@ -159,13 +159,16 @@ fn confirmed<P: Problem + ?Sized>(
     };
     let [ahead, behind] = [one_sided(1.0)?, one_sided(-1.0)?];
     let long = 0.5 * (ahead + behind);
-    let short = 0.5 * (one_sided(0.25)? + one_sided(-0.25)?);
+    let [near_ahead, near_behind] = [one_sided(0.25)?, one_sided(-0.25)?];
+    let short = 0.5 * (near_ahead + near_behind);
     let stated = matrix.entry(row, column);
     let size = long.abs().max(short.abs());
     let is_smooth = (long - short).abs() <= 0.1 * AGREEMENT * size.max(stated.abs());
-    // At a kink, the entry may be the slope on one side.
-    let differences = [long, ahead, behind].map(|quotient| (quotient - stated).abs());
-    let difference = differences.into_iter().fold(f64::INFINITY, f64::min);
+    // At a kink, the entry may be the slope on one side. The slopes of a smooth function approach each other.
+    let is_kink = (near_ahead - near_behind).abs() > 0.5 * (ahead - behind).abs();
+    let sides: &[f64] = if is_kink { &[ahead, behind] } else { &[] };
+    let of_sides = sides.iter().map(|quotient| (quotient - stated).abs());
+    let difference = of_sides.fold((long - stated).abs(), f64::min);
     let is_wrong = difference > AGREEMENT * size.max(stated.abs())
         && difference * d[column].abs() > ROUNDING * probe.rounding[row];
     Ok((is_smooth && is_wrong).then_some(long))
