@@ -455,8 +455,6 @@ def solve_dae(
             explained = _explain(initial, residual, first_limits[0], start, rates, tolerance)
         raise RuntimeError(f"{failed}{explained}") from None
     of_input = found.pop("warnings")
-    # The differences of a higher index look like an input that acts between the stages.
-    notes += [] if is_of_index_4 else of_input
     solution = _solution(found, n, len(watched.functions), family)
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
     known = _Facts(excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), outputs is not None)
@@ -475,6 +473,8 @@ def solve_dae(
         at_end = Structure.at(_within(residual, last_limits), *end, rtol * np.abs(end[1]) + tolerances)
         if at_end and index_note(at_end, family, indices, excluded)[1]:
             solution.status, solution.message = -1, f"{solution.message}, but the results may be wrong: {note}"
+    # The differences of a higher index look like an input that acts between the stages.
+    notes += [] if is_of_index_4 and not solution.success else of_input
     jumping = []
     if highest == 3 and indices is not None and outputs is None and not has_wrong_velocities:
         jumping = jumping_multipliers(solution, indices, rtol, tolerances)

@@ -56,6 +56,14 @@ def index_note(
             f"the variables {listed(wrong)} (counted from 0) have an index above 1, but `index` states "
             f"{max(indices[j] for j in wrong)}"
         ), False
+    found = structure.variable_indices
+    wrong = [j for j, stated in enumerate(indices) if max(stated, 1) < found[j] and not (suppress and suppress[j])]
+    if wrong:
+        needed = listed([int(found[j]) for j in wrong])
+        return (
+            f"the variables {listed(wrong)} (counted from 0) have the indices {needed}, but "
+            f"`index` states {listed([indices[j] for j in wrong])}"
+        ), False
     if suppress is None and index > max(indices):
         return f"the equations have the index {index}, but `index` states {max(indices)} at most", False
     return "", False

@@ -106,9 +106,9 @@ fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize),
     record.warnings.extend(warning);
     if let Some(Unsatisfied { equation, t, .. }) = record.unsatisfied {
         record.warnings.push(format!(
-            "equation {equation} is violated at t = {t}, between the ends of a step: an input \
-             may act or oscillate within steps. Limit `max_step` to a fraction of its duration or \
-             period"
+            "equation {equation} is violated at t = {t}, between the ends of a step: an input, \
+             or a force that changes quickly (friction, contact), may act or oscillate within steps. \
+             Limit `max_step` to a fraction of its duration or period"
         ));
     }
     Ok((record, degree))

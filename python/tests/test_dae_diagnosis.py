@@ -51,6 +51,42 @@ def test_stated_indices_are_compared_with_the_equations(index, is_wrong):
     assert s.success or "`index` states" in s.message and "tolerances" not in s.message.rpartition(";")[2]
 
 
+@pytest.mark.parametrize(
+    ("index", "wrong"),
+    [
+        ([2, 2, 1, 1, 3], [2, 3]),
+        ([1, 1, 3, 2, 2], [4]),
+        ([1, 1, 2, 1, 3], [3]),
+        ([2, 2, 3, 3, 3], []),
+        ([0, 0, 2, 2, 3], []),
+    ],
+)
+@pytest.mark.parametrize("unit", [1.0, 1e3, 1e-3])
+def test_variables_with_too_low_an_index_are_named(index, wrong, unit):
+    position, velocity = np.array([0.6, -0.8]), np.array([0.4, 0.3])
+    force = velocity @ velocity - G * position[1]
+    y0 = np.r_[position, velocity / unit, force / unit**2]
+
+    def scaled(t, y, yp):
+        scales = np.array([1, 1, unit, unit, unit**2])
+        return pendulum(t, scales * y, unit * scales * yp)
+
+    rates = [*velocity / unit, *(-force * position - [0, G]) / unit**2, 0]
+    s, texts = solved(scaled, (0, 1e-3 * unit), y0, rates, "radau5", index=index, max_steps=2)
+    named = [text for text in texts if "`index` states" in text]
+    assert len(named) == bool(wrong)
+    assert not wrong or f"the variables {wrong} " in named[0]
+
+
+def test_looser_tolerances_are_suggested_for_tight_tolerances_only():
+    def relay(t, y, yp):
+        return [yp[0] + np.sign(y[0] - 0.3 * np.sin(t))]
+
+    for rtol, suggested, other in ((1e-3, "tighter", "looser"), (1e-9, "looser", "tighter")):
+        s, _ = solved(relay, (0, 5), [1], [-1], "radau5", rtol=rtol, atol=rtol, max_steps=2000)
+        assert not s.success and suggested in s.message and other not in s.message
+
+
 @pytest.mark.parametrize("method", RADAU)
 def test_a_wrong_index_is_not_reported_as_a_pole(method):
     s, texts = solved(pendulum, (0, 2), *PENDULUM, method, index=[1] * 5, rtol=1e-4, atol=1e-6)

@@ -24,6 +24,8 @@ pub enum Remedy {
     RestartAtBreak,
     /// Loosen all tolerances.
     LooserTolerances,
+    /// Tighten all tolerances.
+    TighterTolerances,
     /// Loosen the tolerances of velocities and multipliers.
     LooserMultipliers,
     /// State the constraints, and correct the initial values so that they are satisfied.
@@ -51,6 +53,7 @@ impl fmt::Display for Remedy {
                  is near, and restarting there (reinit) with the values after it"
             }
             Self::LooserTolerances => "looser tolerances",
+            Self::TighterTolerances => "tighter tolerances",
             Self::LooserMultipliers => "looser tolerances for velocities and multipliers",
             Self::StateConstraints => {
                 "stating the constraints (Problem::constraints) and correcting the initial values \

@@ -144,8 +144,14 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
                 stop.remedies.retain(|remedy| match remedy {
                     Remedy::RestartAtBreak => !is_autonomous,
                     Remedy::StateIndices => request.may_have_higher_index,
+                    Remedy::LooserMultipliers => request.rtol < LOOSE,
                     _ => true,
                 });
+                for remedy in &mut stop.remedies {
+                    if *remedy == Remedy::LooserTolerances && request.rtol >= LOOSE {
+                        *remedy = Remedy::TighterTolerances;
+                    }
+                }
                 Some((-1, stop.to_string()))
             }
             _ => Some((0, "the end of the span was reached".to_owned())),
@@ -187,8 +193,12 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
     }
 }
 
-/// Times, as fractions of the span, at which inputs are compared with their present values.
-const FRACTIONS: [f64; 6] = [0.0, 0.171, 0.382, 0.618, 0.829, 1.0];
+/// Relative tolerance above which rounding does not stop an integration, but an inaccurate state may.
+const LOOSE: f64 = 1e-5;
+
+/// Number of distances from the present time, before and after it, at which inputs are compared with their present
+/// values. Each distance is half as long as the one before, down to the rounding of times.
+const DISTANCES: i32 = 48;
 
 /// Returns whether F has the same values at other times, so that no input has breaks.
 fn is_autonomous<I: Integrator<PythonDae>>(
@@ -206,7 +216,8 @@ fn is_autonomous<I: Integrator<PythonDae>>(
         evaluated.is_ok().then_some(residual)
     };
     let here = at(t);
-    let mut times = FRACTIONS.iter().map(|c| t0 + c * (t_end - t0));
+    let distances = (0..DISTANCES).flat_map(|k| [1.0, -1.0].map(|sign| sign * 0.5_f64.powi(k)));
+    let mut times = distances.map(|c| (t + c * (t_end - t0)).clamp(t0.min(t_end), t0.max(t_end)));
     let is_autonomous = here.is_some() && times.all(|t| at(t) == here);
     forget_raised(solver.problem())?;
     Ok(is_autonomous)
