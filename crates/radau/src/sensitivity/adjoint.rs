@@ -216,14 +216,9 @@ impl<Q> Adjoint<Q> {
         if self.residual.iter().all(|z| *z == 0.0) {
             return Ok(());
         }
-        self.solve(step, carried).map_err(|trouble| match trouble {
-            SweepFailure::Failed(StepError::Fatal(source)) => {
-                RadauError::Fatal { function: "adjoint", t, h, source }
-            }
-            SweepFailure::Failed(error) => RadauError::Adjoint { t, message: error.to_string() },
-            SweepFailure::Stalled(stalled) => {
-                RadauError::Adjoint { t, message: stalled.to_string() }
-            }
+        self.solve(step, carried).map_err(|failure| match failure.message() {
+            Ok(message) => RadauError::Adjoint { t, message },
+            Err(source) => RadauError::Fatal { function: "adjoint", t, h, source },
         })
     }
 

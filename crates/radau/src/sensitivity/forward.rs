@@ -1,6 +1,6 @@
 //! Forward sensitivities by the staggered method.
 
-use myovib_dae::{LinearSolver, Outcome, Parameters, Problem, StepError, columns, covers};
+use myovib_dae::{LinearSolver, Outcome, Parameters, Problem, columns, covers};
 
 use super::block::Block;
 use super::curves::Curves;
@@ -282,19 +282,10 @@ impl<Q> ForwardSensitivities<Q> {
         let h = step.collocation.h;
         let error = self.advance(step, contraction, is_constrained).map_err(|(j, trouble)| {
             let parameter = self.parameters.list()[j].name.clone();
-            match trouble {
-                SweepFailure::Failed(StepError::Fatal(source)) => RadauError::Fatal {
-                    function: "derivative with respect to a parameter",
-                    t,
-                    h,
-                    source,
-                },
-                SweepFailure::Failed(error) => {
-                    RadauError::Sensitivity { parameter, t, message: error.to_string() }
-                }
-                SweepFailure::Stalled(stalled) => {
-                    RadauError::Sensitivity { parameter, t, message: stalled.to_string() }
-                }
+            let function = "derivative with respect to a parameter";
+            match trouble.message() {
+                Ok(message) => RadauError::Sensitivity { parameter, t, message },
+                Err(source) => RadauError::Fatal { function, t, h, source },
             }
         })?;
         self.followed += 1;

@@ -11,6 +11,17 @@ pub(super) enum SweepFailure {
     Failed(StepError),
 }
 
+impl SweepFailure {
+    /// Splits the failure into the source of a fatal error, or the message of another failure.
+    pub(super) fn message(self) -> Result<String, Box<dyn std::error::Error + Send + Sync>> {
+        match self {
+            Self::Failed(StepError::Fatal(source)) => Err(source),
+            Self::Failed(error) => Ok(error.to_string()),
+            Self::Stalled(stalled) => Ok(stalled.to_string()),
+        }
+    }
+}
+
 impl From<Stalled> for SweepFailure {
     fn from(stalled: Stalled) -> Self {
         Self::Stalled(stalled)
