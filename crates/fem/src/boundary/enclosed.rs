@@ -7,6 +7,7 @@ use crate::boundary::deformed::{DeformedFacets, area_vector};
 use crate::boundary::facet::{facet_points, outward_facets};
 use crate::element::TRIANGLE;
 use crate::error::FemError;
+use crate::mesh::Group;
 use crate::solid::Solid;
 use crate::space::Space;
 
@@ -40,6 +41,8 @@ pub struct EnclosedVolume {
     points: Vec<(f64, Vec<f64>, Vec<f64>)>,
     /// Planes of symmetry, each given by its normal axis and a node on it.
     planes: Vec<(usize, usize)>,
+    /// Sides of the rims, by their sorted vertices, and the axes normal to possible planes of symmetry at them.
+    cuts: HashSet<(Vec<usize>, usize)>,
 }
 
 /// Maximum distance of the vertices of a flat rim from its plane, as a fraction of the rim's size.
@@ -73,34 +76,22 @@ impl EnclosedVolume {
             rims,
             points: edges.map(|q| (q.weight, q.values, q.slopes[0].clone())).collect(),
             planes: Vec::new(),
+            cuts: cuts(solid, &facets),
         })
     }
 
-    /// Restricts the volume to the modeled part of a symmetric cavity. The planes of symmetry are normal to `axes`; nodes
-    /// of a rim on them are fixed along the axis.
+    /// Restricts the volume to the modeled part of a symmetric cavity. The planes of symmetry are normal to `axes`; at a
+    /// rim, a facet of the remaining boundary is in such a plane, and its nodes are fixed along the axis.
     ///
     /// # Errors
-    /// [`FemError::NoSymmetryPlane`] if no rim side lies in a plane normal to an axis with all its nodes fixed along the
-    /// axis, or if rim sides lie in several such planes.
-    pub fn with_symmetry(mut self, solid: &Solid, axes: &[usize]) -> Result<Self, FemError> {
-        let (dimension, dofs) = (self.walls.dimension, solid.dofs());
+    /// [`FemError::NoSymmetryPlane`] if no rim side is in such a plane normal to an axis, or if rim sides are in several
+    /// of them.
+    pub fn with_symmetry(mut self, axes: &[usize]) -> Result<Self, FemError> {
+        let dimension = self.walls.dimension;
         let size = self.rim_size();
         for &axis in axes {
             let place = |node: usize| self.walls.coordinates[dimension * node + axis];
-            let is_held = |node: usize| {
-                dofs.free_to_full().binary_search(&(dimension * node + axis)).is_err()
-            };
-            // In 2D a rim consists of two points, each of which may be on a plane of symmetry.
-            let sides = self.rims.iter().flatten().flat_map(|side| match dimension {
-                2 => side.chunks(1).collect::<Vec<_>>(),
-                _ => vec![&side[..]],
-            });
-            let on_plane = sides.filter(|side| {
-                let flat = side
-                    .iter()
-                    .all(|&node| (place(node) - place(side[0])).abs() <= ON_PLANE * size);
-                flat && side.iter().all(|&node| is_held(node))
-            });
+            let on_plane = self.rim_sides().filter(|side| self.is_cut(side, axis));
             let nodes: Vec<usize> = on_plane.map(|side| side[0]).collect();
             let different =
                 |&&node: &&usize| (place(node) - place(nodes[0])).abs() > ON_PLANE * size;
@@ -126,8 +117,20 @@ impl EnclosedVolume {
         Ok(self)
     }
 
-    /// Returns whether a rim probably ends at a plane of symmetry: some of its nodes are fixed along some axes and free
-    /// along others, and the rim is not flat, so that its cone cuts off a part of the cavity.
+    /// Returns the sides of all rims: edges, or in 2D the ends of the line.
+    fn rim_sides(&self) -> impl Iterator<Item = &[usize]> {
+        let n = if self.walls.dimension == 2 { 1 } else { usize::MAX };
+        self.rims.iter().flatten().flat_map(move |side| side.chunks(n.min(side.len())))
+    }
+
+    /// Returns whether the boundary beyond a side of a rim may be in a plane of symmetry normal to `axis`.
+    fn is_cut(&self, side: &[usize], axis: usize) -> bool {
+        self.cuts.contains(&(sorted(&side[..self.walls.dimension - 1]), axis))
+    }
+
+    /// Returns whether a rim probably ends at a plane of symmetry, and is not flat, so that its cone cuts off a part of
+    /// the cavity: some of its nodes are fixed along some axes and free along others, or the boundary beyond it is in a
+    /// plane.
     pub fn may_end_at_symmetry(&self, solid: &Solid) -> bool {
         let (dimension, free) = (self.walls.dimension, solid.dofs().free_to_full());
         let n_held = |node: usize| {
@@ -136,7 +139,9 @@ impl EnclosedVolume {
         };
         let mut nodes = self.rims.iter().flatten().flatten();
         let is_partly_held = nodes.any(|&node| (1..dimension).contains(&n_held(node)));
-        is_partly_held && !self.has_flat_openings()
+        let mut sides = self.rim_sides();
+        let is_cut = sides.any(|side| (0..dimension).any(|axis| self.is_cut(side, axis)));
+        (is_partly_held || is_cut) && !self.has_flat_openings()
     }
 
     /// Returns whether each opening is flat at rest. In 2D this is never the case, because the chord differs from the
@@ -287,6 +292,42 @@ fn ends(edges: &[Vec<usize>]) -> Result<Vec<Vec<Vec<usize>>>, usize> {
         (&[first], &[last]) => Ok(vec![vec![vec![first, last]]]),
         (firsts, _) => Err(firsts.len()),
     }
+}
+
+fn sorted(vertices: &[usize]) -> Vec<usize> {
+    let mut sorted = vertices.to_vec();
+    sorted.sort_unstable();
+    sorted
+}
+
+/// Returns the sides of facets outside a group that may be in a plane of symmetry, with its normal axis: all their nodes
+/// are fixed along this axis. The facets of the group, which a support may move, are not among them.
+fn cuts(solid: &Solid, facets: &[Vec<usize>]) -> HashSet<(Vec<usize>, usize)> {
+    let (space, free) = (solid.space(), solid.dofs().free_to_full());
+    let dimension = space.dimension();
+    let is_held =
+        |node: usize, axis: usize| free.binary_search(&(dimension * node + axis)).is_err();
+    let members: HashSet<Vec<usize>> = facets.iter().map(|facet| sorted(facet)).collect();
+    let mut cuts = HashSet::new();
+    for axis in 0..dimension {
+        let is_normal = |_: &[&[f64]], normal: &[f64]| normal[axis].abs() >= 1.0 - ON_PLANE;
+        let flat: Vec<Vec<usize>> = match space.mesh().boundary_where(is_normal) {
+            Group::Edges(edges) => edges.into_iter().map(Vec::from).collect(),
+            Group::Faces(faces) => faces.into_iter().map(Vec::from).collect(),
+            Group::Points(_) | Group::Elements(_) => Vec::new(),
+        };
+        for facet in flat.iter().filter(|facet| !members.contains(&sorted(facet))) {
+            let nodes = space.facet_nodes(facet);
+            if nodes.iter().all(|&node| is_held(node, axis)) {
+                let sides = (0..dimension).map(|i| {
+                    let others = (0..dimension).filter(|&j| j != i);
+                    sorted(&others.map(|j| facet[j]).collect::<Vec<_>>())
+                });
+                cuts.extend(sides.map(|side| (side, axis)));
+            }
+        }
+    }
+    cuts
 }
 
 /// Returns the edges that belong to one face only, grouped by opening.

@@ -164,6 +164,11 @@ pub struct Contact {
     friction: Option<Friction>,
 }
 
+/// Returns whether a displacement is always zero.
+fn rests(own: &Signal) -> bool {
+    own.constant_over(0.0, f64::MAX) == Some(0.0)
+}
+
 impl Contact {
     /// Creates the contact of a group of the boundary with an obstacle. The default of the
     /// `stiffness` (Pa/m) follows from the body: see [`RigidContact::new`].
@@ -290,18 +295,24 @@ impl Contact {
     }
 
     /// Returns the displacement of an obstacle along its direction if a force drives it, or toward the body if its
-    /// motion is prescribed, as for [`sums`](Self::sums); `None` for an obstacle at rest.
+    /// motion is prescribed, as for [`sums`](Self::sums); `None` for an obstacle at rest. A prescribed motion along one axis
+    /// has its own length: the direction to the nearest point of the body depends on the mesh.
     pub fn distance(&self, t: f64, part: f64, u: &[f64]) -> Option<f64> {
         let ObstacleMotion::Given(motion) = &self.motion else {
             return self.driven_distance(t, part, u);
         };
-        let along = motion.iter().zip(self.toward_body);
-        self.moves().then(|| along.map(|(own, e)| part * e * own.at(t).value).sum())
+        let mut along: Vec<_> =
+            motion.iter().zip(self.toward_body).filter(|(own, _)| !rests(own)).collect();
+        if let [(_, e)] = &mut along[..]
+            && e.abs() > 0.5
+        {
+            *e = e.signum();
+        }
+        self.moves().then(|| along.iter().map(|(own, e)| part * e * own.at(t).value).sum())
     }
 
     /// Returns whether the obstacle moves, or is driven by a force.
     pub fn moves(&self) -> bool {
-        let rests = |own: &Signal| own.constant_over(0.0, f64::MAX) == Some(0.0);
         self.is_driven() || !self.signals().iter().all(rests)
     }
 

@@ -29,7 +29,7 @@ pub struct Volume {
 impl Volume {
     fn enclosed(&self, solid: &Solid) -> Result<EnclosedVolume, FemError> {
         let axes: Vec<usize> = self.symmetry.iter().flatten().map(|&axis| index(axis)).collect();
-        EnclosedVolume::new(solid, &self.group)?.with_symmetry(solid, &axes)
+        EnclosedVolume::new(solid, &self.group)?.with_symmetry(&axes)
     }
 }
 

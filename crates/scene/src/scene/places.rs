@@ -3,6 +3,7 @@
 use myovib_model::Probe;
 
 use super::Body;
+use super::axis_index;
 use super::builder::{Builder, Explain};
 use crate::error::InputError;
 use crate::probe::{InvalidPlace, ProbeKind};
@@ -51,30 +52,54 @@ fn near_points(file: &SceneFile, body: &Body) -> Vec<String> {
     notes.collect()
 }
 
-/// Returns notes on reactions of groups with common nodes: both include the forces there.
+/// Returns notes on reactions of groups that share fixed components with other supports, whose forces they include, or with
+/// other reactions.
 fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
     let solid = &body.muscle.solid;
     let (dimension, free) = (solid.space().dimension(), solid.dofs().free_to_full());
-    let held = |group: &str| -> Vec<usize> {
+    let held = |group: &str, axes: &[usize]| -> Vec<usize> {
         let nodes = solid.space().nodes_of(group).unwrap_or_default();
-        let components = nodes.into_iter().flat_map(|n| dimension * n..dimension * (n + 1));
+        let axes = axes.iter().filter(|&&axis| axis < dimension);
+        let components =
+            nodes.iter().flat_map(|n| axes.clone().map(move |axis| dimension * n + axis));
         components.filter(|component| free.binary_search(component).is_err()).collect()
     };
+    let all = [0, 1, 2];
+    let fixed = file.fixed.iter().map(|fixed| {
+        let axes = fixed.components.as_ref();
+        let axes = axes.map_or(all.to_vec(), |axes| axes.iter().map(|&a| axis_index(a)).collect());
+        (&fixed.group, axes)
+    });
+    let moved = file.prescribed_displacement.iter().map(|moved| {
+        let given = [&moved.x, &moved.y, &moved.z].map(Option::is_some);
+        let is_moved = |&axis: &usize| given[axis] || moved.rotation.is_some();
+        (&moved.group, all.into_iter().filter(is_moved).collect())
+    });
+    let supports: Vec<(&String, Vec<usize>)> =
+        fixed.chain(moved).map(|(group, axes)| (group, held(group, &axes))).collect();
     let reactions = file.probe.iter().filter_map(|probe| match &probe.kind {
-        ProbeKind::Reaction(reaction) => Some((&reaction.group, held(&reaction.group))),
+        ProbeKind::Reaction(reaction) => Some((&reaction.group, held(&reaction.group, &all))),
         _ => None,
     });
     let reactions: Vec<_> = reactions.collect();
+    let shared = |a: &[usize], b: &[usize]| a.iter().filter(|x| b.binary_search(x).is_ok()).count();
     let mut notes = Vec::new();
     for (i, (group, own)) in reactions.iter().enumerate() {
-        for (other, components) in &reactions[..i] {
-            let shared = own.iter().filter(|component| components.binary_search(component).is_ok());
-            match shared.count() {
+        for (other, components) in reactions[..i].iter().filter(|(other, _)| other != group) {
+            match shared(own, components) {
                 0 => {}
-                _ if group == other => {}
                 n => notes.push(format!(
                     "the reactions of `{other}` and `{group}` have {n} fixed components of shared nodes in common: a sum of both counts the forces there twice"
                 )),
+            }
+        }
+        for (support, components) in supports.iter().filter(|(support, _)| support != group) {
+            let of_probe = reactions.iter().any(|(other, _)| other == support);
+            match shared(own, components) {
+                n if n > 0 && n < own.len() && !of_probe => notes.push(format!(
+                    "the reaction of `{group}` includes the forces of the support `{support}` at {n} components of shared nodes"
+                )),
+                _ => {}
             }
         }
     }

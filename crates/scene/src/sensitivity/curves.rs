@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use myovib_dae::LinearSolver;
+use myovib_fem::Inverted;
 use myovib_model::sensitivity::{
     Dependences, DrivingIntegrator, PerturbedSystems, SensitiveIntegrator,
 };
@@ -247,16 +248,20 @@ pub fn settings(settings: &Settings) -> Settings {
 pub(super) struct Readings<'a> {
     outputs: &'a [Output],
     probes: Vec<Box<dyn Reading>>,
+    allows_inverted: bool,
 }
 
 impl<'a> Readings<'a> {
     /// Prepares the probes of `scene`.
     pub(super) fn new(scene: &Scene, outputs: &'a [Output]) -> Result<Self, InputError> {
         let probes = scene.readings()?;
-        Ok(Self { outputs, probes })
+        Ok(Self { outputs, probes, allows_inverted: scene.allows_inverted() })
     }
 
     /// Returns the outputs of a state; each probe is read once.
+    ///
+    /// # Errors
+    /// [`ModelError::Inverted`] for an element that is inverted at a vertex, as in runs, unless the scene accepts it.
     pub(super) fn values(
         &self,
         system: &mut dyn System,
@@ -264,6 +269,9 @@ impl<'a> Readings<'a> {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Vec<f64>, ModelError> {
+        if !self.allows_inverted {
+            inverted_at_vertices(system, t, y)?;
+        }
         let mut rows: Vec<Option<Vec<f64>>> = vec![None; self.probes.len()];
         let mut values = Vec::with_capacity(self.outputs.len());
         for Output { probe, column, .. } in self.outputs {
@@ -294,6 +302,18 @@ impl<'a> Readings<'a> {
         };
         self.outputs.iter().map(functional).collect()
     }
+}
+
+/// Returns an error if an element of the body is inverted at a vertex.
+fn inverted_at_vertices(system: &mut dyn System, t: f64, y: &[f64]) -> Result<(), ModelError> {
+    let Some((dae, range)) = system.muscle_at(y) else {
+        return Ok(());
+    };
+    let snapshot = dae.snapshot(t, &y[range], &[]);
+    let seen = snapshot.solid.vertex_volume_ratios(snapshot.displacement);
+    let (element, barycentric) = (seen.at.element, seen.at.barycentric);
+    let inverted = Inverted { element, barycentric, jacobian: seen.smallest };
+    if seen.smallest > 0.0 { Ok(()) } else { Err(inverted.into()) }
 }
 
 /// Advances a motion over the ascending `times`. Calls `at` with each time and the nearest time within the last step.

@@ -3,13 +3,14 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use myovib_model::ModelError;
 use myovib_model::sensitivity::{Dependences, Stencil};
-use myovib_scene::Scene;
 use myovib_scene::fit::{Outcome, compute};
 use myovib_scene::sensitivity::{
     Output, Parameterized, Precision, Sample, Unsupported, equilibria, follow, outputs, unsupported,
 };
 use myovib_scene::watch::Watcher;
+use myovib_scene::{Error, Scene};
 use rand::{Rng, SeedableRng};
 
 use crate::options;
@@ -174,6 +175,24 @@ fn equilibria_have_the_derivatives_of_their_differences() {
     let nonzero = derivatives_are_limits(&scene, 1e-9, run);
     // All outputs depend on all parameters, except at the load factor 0.
     assert_eq!(nonzero, 2 * outputs.len() * keys.len());
+}
+
+/// Regression: fits and sensitivities accepted equilibria with inverted elements, which runs reject.
+#[test]
+fn inverted_elements_end_fits_as_they_end_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let sphere = LAYER
+        .replace("0.03]\nradius = 0.01\ny = -0.002", "0.025]\nradius = 0.005\ny = -0.014")
+        .replace("bulk_modulus = 1e5", "bulk_modulus = inf");
+    let path = written(folder.path(), &sphere, &["material[0].c10"]);
+    let found = |set: &[String]| {
+        let scene = Parameterized::load(&path, set).unwrap();
+        let outputs = outputs(&scene.scene).unwrap();
+        equilibria(&scene, &scene.values(), &outputs, &[1.0], false, Watcher::NOBODY)
+    };
+    assert!(matches!(found(&[]), Err(Error::Model(ModelError::Inverted(_)))));
+    let allowed = ["solid.allow_inverted=true".to_owned()];
+    assert_eq!(found(&allowed).unwrap().0.len(), 1);
 }
 
 /// Checks derivatives of the force of an indenter with respect to c10 and the compressibility.

@@ -324,6 +324,9 @@ fn a_ball_under_a_force_indents_as_deep_as_under_a_displacement() {
         )
     };
     let given = table(&scene("y = -0.003"), "plate");
+    // Regression: beside the vertices, the motion was projected on the direction to the nearest point of the body.
+    let beside = scene("y = -0.003").replace("[0.0, 0.021]", "[0.0013, 0.021]");
+    assert_eq!(last(&table(&beside, "plate"), "displacement"), 0.003);
     let force = -last(&given, "F_y");
     let driven = table(&scene(&format!("force = {force:e}\ndirection = [0.0, -1.0]")), "plate");
     for (name, expected) in [("displacement", 0.003), ("penetration", last(&given, "penetration"))]
