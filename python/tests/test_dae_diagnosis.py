@@ -85,6 +85,8 @@ def test_looser_tolerances_are_suggested_for_tight_tolerances_only():
     for rtol, suggested, other in ((1e-3, "tighter", "looser"), (1e-9, "looser", "tighter")):
         s, _ = solved(relay, (0, 5), [1], [-1], "radau5", rtol=rtol, atol=rtol, max_steps=2000)
         assert not s.success and suggested in s.message and other not in s.message
+        # Names of the Rust library are replaced.
+        assert "breaks=" in s.message and "reinit" not in s.message
 
 
 @pytest.mark.parametrize("method", RADAU)

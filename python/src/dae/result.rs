@@ -1,6 +1,6 @@
 //! Result of an integration, and its conversion to Python objects.
 
-use myovib_dae::{Statistics, Unsatisfied};
+use myovib_dae::{Remedy, Statistics, Unsatisfied};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -44,12 +44,12 @@ pub(super) fn nodes(degree: usize) -> Vec<f64> {
 
 /// Replaces names of the library in a message by arguments of `solve_dae`.
 pub(super) fn in_python(message: &str) -> String {
+    let at_break = Remedy::RestartAtBreak.to_string();
     let names = [
         ("call correct_initial_values", "request initial=\"algebraic\""),
         ("correct_initial_values", "initial=\"algebraic\""),
         (
-            "integrating to the time where an input or a characteristic jumps or has a kink, if there is one \
-             near, and restarting there with the values after it (reinit)",
+            at_break.as_str(),
             "naming the times at which an input jumps or has a kink, if there are any near, in breaks=",
         ),
         ("(initial_step)", "(first_step)"),
