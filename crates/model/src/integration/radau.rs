@@ -113,18 +113,18 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
     }
 
     /// Creates the integrator like [`new`](Self::new), with internal variables in addition to the unknowns.
-    pub(crate) fn with_memory(
+    pub(crate) fn with_internal_variables(
         problem: P,
         matrices: M,
         options: RadauOptions,
         (t, t_end): (f64, f64),
         (y, y_dot): (&[f64], &[f64]),
-        memory: InternalVariables,
+        variables: InternalVariables,
     ) -> Result<Self, ModelError>
     where
         P: InternalVariableProblem,
     {
-        let builder = builder(problem, options, t_end).internal_variables(memory);
+        let builder = builder(problem, options, t_end).internal_variables(variables);
         let solver = builder.build_with(matrices, t, y, y_dot)?;
         Ok(Self::of(solver, t_end))
     }

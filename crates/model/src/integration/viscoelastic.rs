@@ -10,11 +10,12 @@ use crate::integration::integrator::{Advance, Continuation, Integrator};
 use crate::integration::radau::{RadauIntegrator, options};
 use crate::integration::settings::Settings;
 use crate::integration::statistics::Counts;
-use crate::muscle_dae::{InternalVariableDae, InternalVariableSolver, MuscleDae};
+use crate::linear::CondensedSolver;
+use crate::muscle_dae::{InternalVariableDae, MuscleDae};
 
 /// An integrator whose vectors contain all unknowns of the muscle, while the vectors of its solver
 /// exclude internal stresses.
-pub(crate) struct ViscoelasticRadau(RadauIntegrator<InternalVariableDae, InternalVariableSolver>);
+pub(crate) struct ViscoelasticRadau(RadauIntegrator<InternalVariableDae, CondensedSolver>);
 
 impl ViscoelasticRadau {
     /// Starts a muscle with Prony terms at time `t` from a state with consistent derivatives.
@@ -33,8 +34,8 @@ impl ViscoelasticRadau {
         let schedule = dae.muscle().schedule();
         let of_all = options(&dae, settings);
         let absolute = settings.absolute_tolerances.of(Field::InternalStress);
-        let (problem, memory) = InternalVariableDae::new(dae, y, absolute);
-        let n = y.len() - memory.start.len();
+        let (problem, variables) = InternalVariableDae::new(dae, y, absolute);
+        let n = y.len() - variables.start.len();
         let (dae, relative) = (problem.dae(), settings.relative_tolerance);
         let absolute = dae.layout().fill(|field| settings.absolute_tolerances.of(field));
         let options = RadauOptions {
@@ -42,9 +43,11 @@ impl ViscoelasticRadau {
             suppressed: Suppressed::Components(settings.excluded(dae.layout())[..n].to_vec()),
             ..of_all
         };
-        let matrices = InternalVariableSolver::new(&problem, options.sparse)?;
+        let matrices = CondensedSolver::without_recovery(problem.dae(), options.sparse)?;
         let (times, start) = ((t, settings.t_end), (&y[..n], &y_dot[..n]));
-        let inner = RadauIntegrator::with_memory(problem, matrices, options, times, start, memory)?;
+        let inner = RadauIntegrator::with_internal_variables(
+            problem, matrices, options, times, start, variables,
+        )?;
         Ok(Self(inner.with_schedule(schedule)))
     }
 }

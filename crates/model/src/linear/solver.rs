@@ -12,7 +12,7 @@ use crate::driven::DrivenObstacles;
 use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 
-/// Solves the Newton systems of a [`MuscleDae`] by a [`Reduction`].
+/// Solves the Newton systems of a [`MuscleDae`], or of a problem that contains one, by a [`Reduction`].
 ///
 /// Complex matrices are allocated at the first complex matrix setup.
 #[derive(Debug)]
@@ -122,18 +122,18 @@ impl CondensedSolver {
     }
 }
 
-impl LinearSolver<MuscleDae> for CondensedSolver {
-    fn evaluate(&mut self, dae: &mut MuscleDae, at: &Linearization<'_>) -> Result<(), StepError> {
-        dae.update_matrices(at.t, at.y, at.y_dot)
+impl<P: AsMut<MuscleDae>> LinearSolver<P> for CondensedSolver {
+    fn evaluate(&mut self, problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError> {
+        problem.as_mut().update_matrices(at.t, at.y, at.y_dot)
     }
 
     fn set_up(
         &mut self,
-        dae: &mut MuscleDae,
+        problem: &mut P,
         real: f64,
         complex: &[Complex64],
     ) -> Result<(), StepError> {
-        self.set_up_each(dae, real, complex, |_, _| ())
+        self.set_up_each(problem.as_mut(), real, complex, |_, _| ())
     }
 
     fn pivot_choices(&self) -> u64 {
@@ -169,59 +169,55 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         Ok(())
     }
 
-    fn solve_real(&mut self, dae: &mut MuscleDae, rhs: &mut [f64]) -> Result<(), StepError> {
-        self.solve_real_columns(dae, rhs, 1)
+    fn solve_real(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
+        self.solve_real_columns(problem, rhs, 1)
     }
 
     fn solve_complex(
         &mut self,
-        dae: &mut MuscleDae,
+        problem: &mut P,
         k: usize,
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
-        self.solve_complex_columns(dae, k, rhs, 1)
+        self.solve_complex_columns(problem, k, rhs, 1)
     }
 
     fn solve_real_columns(
         &mut self,
-        dae: &mut MuscleDae,
+        problem: &mut P,
         rhs: &mut [f64],
         n_columns: usize,
     ) -> Result<(), StepError> {
         let (c, relaxation) = (self.shifts.0, &mut self.relaxation);
         let matrix = (&mut self.real, &self.driven.0);
-        solve_columns(matrix, relaxation, dae, c, (rhs, n_columns))
+        solve_columns(matrix, relaxation, problem.as_mut(), c, (rhs, n_columns))
     }
 
     fn solve_complex_columns(
         &mut self,
-        dae: &mut MuscleDae,
+        problem: &mut P,
         k: usize,
         rhs: &mut [Complex64],
         n_columns: usize,
     ) -> Result<(), StepError> {
         let (c, relaxation) = (self.shifts.1[k], &mut self.relaxation);
         let matrix = (&mut self.complex[k], &self.driven.1[k]);
-        solve_columns(matrix, relaxation, dae, c, (rhs, n_columns))
+        solve_columns(matrix, relaxation, problem.as_mut(), c, (rhs, n_columns))
     }
 
-    fn solve_real_transposed(
-        &mut self,
-        dae: &mut MuscleDae,
-        rhs: &mut [f64],
-    ) -> Result<(), StepError> {
+    fn solve_real_transposed(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
         self.expect_nothing_relaxes()?;
-        Ok(self.real.solve_transposed(rhs, &mut dae.counters_mut().linear)?)
+        Ok(self.real.solve_transposed(rhs, &mut problem.as_mut().counters_mut().linear)?)
     }
 
     fn solve_complex_transposed(
         &mut self,
-        dae: &mut MuscleDae,
+        problem: &mut P,
         k: usize,
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
         self.expect_nothing_relaxes()?;
-        Ok(self.complex[k].solve_transposed(rhs, &mut dae.counters_mut().linear)?)
+        Ok(self.complex[k].solve_transposed(rhs, &mut problem.as_mut().counters_mut().linear)?)
     }
 }
 

@@ -2,21 +2,17 @@
 
 use std::slice::from_ref;
 
-use myovib_dae::{LinearSolver, Linearization, Problem, StepError, VariableKind};
+use myovib_dae::{Problem, StepError, VariableKind};
 use myovib_fem::RelaxationRegion;
 use myovib_fem::material::PronyTerm;
 use myovib_radau::{
     InternalVariableGroup, InternalVariableProblem, InternalVariables, RelaxationTerm,
 };
-use myovib_sparse::SparseError;
-use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
-use num_complex::Complex64;
 
 use super::MuscleDae;
 use crate::error::ModelError;
 use crate::field::Field;
-use crate::linear::CondensedSolver;
 use crate::start::Consistent;
 
 /// A [`MuscleDae`] as a problem without the last block of its unknowns, the internal stresses Q of
@@ -47,7 +43,7 @@ impl InternalVariableDae {
             slots: part.slots.clone(),
             terms: part.prony.terms().iter().map(term).collect(),
         };
-        let memory = InternalVariables {
+        let variables = InternalVariables {
             parts: solid.relaxation_regions().iter().map(part).collect(),
             start: y[internal.clone()].to_vec(),
             absolute,
@@ -55,9 +51,9 @@ impl InternalVariableDae {
         let slots = vec![0.0; solid.n_slots()];
         dae.overstress = Some(slots.clone());
         let (n, rates) = (internal.start, [slots]);
-        let internal = memory.start.clone();
+        let internal = variables.start.clone();
         let problem = Self { dae, n, rates, internal };
-        (problem, memory)
+        (problem, variables)
     }
 
     /// Uses these internal stresses for further [consistent](Consistent) starts.
@@ -155,69 +151,15 @@ impl InternalVariableProblem for InternalVariableDae {
     }
 }
 
-/// Condensed matrices of a [`InternalVariableDae`] muscle, which equal the matrices of a muscle whose
-/// internal stresses are eliminated as unknowns.
-#[derive(Debug)]
-pub(crate) struct InternalVariableSolver(CondensedSolver);
-
-impl InternalVariableSolver {
-    /// Sets up the condensation.
-    pub(crate) fn new(
-        problem: &InternalVariableDae,
-        options: SparseOptions,
-    ) -> Result<Self, SparseError> {
-        Ok(Self(CondensedSolver::without_recovery(&problem.dae, options)?))
+/// The muscle whose matrices are condensed.
+impl AsMut<MuscleDae> for InternalVariableDae {
+    fn as_mut(&mut self) -> &mut MuscleDae {
+        &mut self.dae
     }
 }
 
-impl LinearSolver<InternalVariableDae> for InternalVariableSolver {
-    fn evaluate(
-        &mut self,
-        problem: &mut InternalVariableDae,
-        at: &Linearization<'_>,
-    ) -> Result<(), StepError> {
-        self.0.evaluate(&mut problem.dae, at)
-    }
-
-    fn set_up(
-        &mut self,
-        problem: &mut InternalVariableDae,
-        real: f64,
-        complex: &[Complex64],
-    ) -> Result<(), StepError> {
-        self.0.set_up(&mut problem.dae, real, complex)
-    }
-
-    fn solve_real(
-        &mut self,
-        problem: &mut InternalVariableDae,
-        rhs: &mut [f64],
-    ) -> Result<(), StepError> {
-        self.0.solve_real(&mut problem.dae, rhs)
-    }
-
-    fn solve_complex(
-        &mut self,
-        problem: &mut InternalVariableDae,
-        k: usize,
-        rhs: &mut [Complex64],
-    ) -> Result<(), StepError> {
-        self.0.solve_complex(&mut problem.dae, k, rhs)
-    }
-
-    fn pivot_choices(&self) -> u64 {
-        self.0.pivot_choices()
-    }
-
-    fn forget_pivots(&mut self) {
-        self.0.forget_pivots();
-    }
-
-    fn history(&self) -> Vec<bool> {
-        self.0.history()
-    }
-
-    fn set_history(&mut self, history: &[bool]) -> Result<(), StepError> {
-        self.0.set_history(history)
+impl AsMut<Self> for MuscleDae {
+    fn as_mut(&mut self) -> &mut Self {
+        self
     }
 }

@@ -10,7 +10,7 @@ mod internal_variables;
 mod observation;
 mod problem;
 
-pub(crate) use internal_variables::{InternalVariableDae, InternalVariableSolver};
+pub(crate) use internal_variables::InternalVariableDae;
 
 use std::sync::OnceLock;
 

@@ -98,7 +98,7 @@ fn eliminated_states_are_those_among_the_unknowns() {
 }
 
 #[test]
-fn a_run_with_memory_goes_on_bit_by_bit() {
+fn a_run_with_internal_variables_goes_on_bit_by_bit() {
     let settings = settings(Formulation::Velocity, 1e-5);
     let start = || started((relaxing(3, 1e5, 0.0), Formulation::Velocity), &settings, false);
     let mut first = start();
