@@ -64,8 +64,6 @@ def index_note(
             f"the variables {listed(wrong)} (counted from 0) have the indices {needed}, but "
             f"`index` states {listed([indices[j] for j in wrong])}"
         ), False
-    if suppress is None and index > max(indices):
-        return f"the equations have the index {index}, but `index` states {max(indices)} at most", False
     return "", False
 
 

@@ -17,13 +17,10 @@ LARGEST = 200
 # Singular values below this fraction of the largest count as zero; differences have half of the digits.
 RANK = 1e-7
 
-# Units in which the index is computed.
-TIME_UNITS = (1.0, 1e-6, 1e-3, 1e3, 1e6)
-
 # Entries of a null vector below this fraction of the largest are zero.
 PART = 1e-3
 
-# Condition number of equilibrated matrices above which inverses are not used, and the error of powers of h in them.
+# Error of inverses, in units of rounding, above which they are not used, and the error of powers of h in them.
 CONDITION = 1e10
 CLEAR = 0.05
 
@@ -70,9 +67,8 @@ class Structure:
         return bool(max(np.abs(self.df_dy).max(), np.abs(self.df_dyp).max()) > HUGE)
 
     def index(self) -> int:
-        """Return the index of the linearized equations, the smallest in any unit of time."""
-        # The rank of badly scaled matrices is too low, and the index too high.
-        return min(_index(unit * self.df_dyp, self.df_dy) for unit in TIME_UNITS)
+        """Return the highest clear index of a variable, which is the index of the equations from 1 on."""
+        return int(self.variable_indices.max())
 
     def undetermined(self) -> list[int]:
         """Return the differential variables whose derivatives F = 0 does not determine."""
@@ -125,25 +121,6 @@ class Structure:
         return [int(j) for j in np.flatnonzero(_null(columns) & self.algebraic)]
 
 
-def _index(e: Array, a: Array) -> int:
-    """Return the index of the pencil s e + a: the length of Wong's sequence of subspaces."""
-    for _ in range(20):
-        for axis in (1, 0):
-            size = np.maximum(np.abs(e), np.abs(a)).max(axis=axis, keepdims=True)
-            scale = np.sqrt(np.where(size > 0.0, size, 1.0))
-            e, a = e / scale, a / scale
-    known = np.zeros((len(e), 0))
-    for index in range(len(e)):
-        image, sizes = np.linalg.svd(a @ known, full_matrices=False)[:2]
-        image = image[:, sizes > RANK * sizes.max(initial=0.0)]
-        values, vectors = np.linalg.svd(e - image @ (image.T @ e))[1:]
-        found = vectors[int((values > RANK * max(1.0, values[0])).sum()) :].T
-        if found.shape[1] == known.shape[1]:
-            return index
-        known = found
-    return len(e)
-
-
 def _inverse(matrix: Array) -> Array | None:
     """Return the inverse, or None if it is inaccurate."""
     rows, columns = np.ones((len(matrix), 1)), np.ones(len(matrix))
@@ -154,9 +131,17 @@ def _inverse(matrix: Array) -> Array | None:
         rows /= np.sqrt(sizes.max(axis=1, keepdims=True))
         columns /= np.sqrt(sizes.max(axis=0))
     scaled = rows * matrix * columns
-    if np.linalg.cond(scaled) > CONDITION:
+    try:
+        inverse = np.linalg.inv(scaled)
+    except np.linalg.LinAlgError:
         return None
-    return columns[:, None] * np.linalg.inv(scaled) * rows.T
+    # The error of each entry, in units of rounding: unlike the condition number, it is small for permuted triangular
+    # matrices of any scale.
+    sizes = np.abs(inverse)
+    errors = sizes @ np.abs(scaled) @ sizes
+    if not (errors.max(axis=1) < CONDITION * sizes.max(axis=1)).all():
+        return None
+    return columns[:, None] * inverse * rows.T
 
 
 def _null(matrix: Array) -> NDArray[np.bool_]:

@@ -148,3 +148,41 @@ def test_the_unit_of_time_does_not_affect_first_steps(method, unit):
     assert s.success, s.message
     # Global errors of a few tolerances.
     assert s.y[:, -1] == pytest.approx([np.exp(-2), np.exp(-4)], rel=1e-5)
+
+
+@pytest.mark.parametrize("mass", [1e-3, 0.1, 1.0, 1e3])
+@pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])
+def test_indices_are_compared_in_any_units(mass, length):
+    gravity = np.array([0, 9.81])
+
+    def residual(t, y, yp):
+        p, v, force = y[:2], y[2:4], y[4]
+        return np.r_[yp[:2] - v, mass * (yp[2:4] + gravity) + force * p, p @ p - length**2]
+
+    atol = 1e-6 * np.array([length, length, np.sqrt(length), np.sqrt(length), mass / length])
+    start = ([length, 0, 0, 0, 0], [0, 0, 0, -9.81, 0])
+    arguments = dict(rtol=1e-6, atol=atol, max_steps=2)
+    # At this position, the vertical velocity has no constraint.
+    with pytest.warns(UserWarning, match=r"variables \[2, 4\] .* the indices \[2, 3\], but `index` states \[1, 2\]"):
+        solve_dae(residual, (0, 1), *start, "radau5", index=[1, 1, 1, 1, 2], **arguments)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        solve_dae(residual, (0, 1), *start, "radau5", index=[1, 1, 2, 2, 3], **arguments)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 0.01, 0.1, 1.0, 100.0, 1e3])
+def test_an_index_above_3_is_reported_in_any_units(factor):
+    def index_4(t, y, yp):
+        return [yp[0] - y[1], factor * yp[1] - y[2], factor * yp[2] - y[3], y[0] - np.sin(t)]
+
+    def index_5(t, y, yp):
+        spring = 10 * factor * (y[1] - y[0])
+        return [yp[0] - y[2], yp[1] - y[3], factor * yp[2] - spring, factor * yp[3] + spring - y[4], y[0] - t**6 / 720]
+
+    for residual, index, start in (
+        (index_4, [1, 2, 3, 3], ([0, 1, 0, -(factor**2)], [1, 0, -factor, 0])),
+        (index_5, [1, 2, 2, 3, 3], ([0] * 5, [0] * 5)),
+    ):
+        with pytest.warns(UserWarning, match=f"the index {len(index)}"):
+            s = solve_dae(residual, (0, 0.1), *start, "radau9", index=index, rtol=1e-5, atol=1e-6)
+        assert s.status == -1 and f"the index {len(index)}" in s.message
