@@ -684,9 +684,10 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             "tolerances"
         )
     elif is_hidden and not (solution.success or has_outputs) and _is_slow_from_the_start(solution, span):
+        exact = "" if has_jacobian else "the exact `jacobian`, tighter tolerances or "
         advice = (
-            "steps are very short from the start on: give a `first_step` of about 1/1000 of the time within which the "
-            "solution changes"
+            f"steps are very short from the start on: give {exact}a `first_step` of about 1/1000 of the time within which "
+            "the solution changes"
         )
     elif (
         not (solution.success or has_jacobian)
@@ -723,13 +724,16 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             f"the variables {np.flatnonzero(rtol * np.abs(y) < atol).tolist()} (counted from 0) start at or near 0: "
             "if they grow far beyond `atol` in the first step, raise their `atol` or give their `yp0`"
         )
+    elif not (solution.success or has_jacobian) and "converge" in solution.message:
+        is_guess = True
+        other = " or tighter tolerances" if rtol >= LOOSE else ""
+        other = " or a `first_step`" if "after 0 steps" in solution.message else other
+        advice = f"difference quotients may be inaccurate: give the exact `jacobian`{other}"
     else:
         return None
     if not solution.success:
-        reason = solution.message.partition(": the last half")[0]
-        if not is_guess:
-            reason = reason.partition("; suggested remed")[0]
-        solution.message = f"{reason}; {advice}"
+        reason, remedies, others = solution.message.partition(": the last half")[0].partition("; suggested remed")
+        solution.message = f"{reason}; {advice}" + (remedies + others if is_guess else "")
     return advice
 
 
@@ -739,6 +743,9 @@ def _is_late(solution: DaeSolution, rtol: float, atol: Array) -> bool:
     tolerances = rtol * np.abs(solution.y) + atol[:, None]
     return bool((np.median(changes - tolerances, axis=1) > 0.0).any())
 
+
+# Relative tolerance from which on tighter tolerances improve difference quotients.
+LOOSE = 1e-5
 
 # Growth of a derivative that indicates a singularity of the solution.
 GROWTH = 1e4
@@ -772,8 +779,8 @@ def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array)
             was_bent = np.zeros(len(y), dtype=bool)
             for distance in DISTANCES:
                 unit = distance * tolerances[j] * (np.arange(len(y)) == j)
-                moved = [residual(t, y + factor * unit, yp) for factor in (1, -1, 0.25, -0.25)]
-                changes = np.array(moved, dtype=float) - base
+                moved = [np.array(residual(t, y + c * unit, yp), dtype=float) for c in (1, -1, 0.25, -0.25)]
+                changes = np.array(moved) - base
                 bend, near = np.abs(changes[0] + changes[1]), np.abs(changes[2] + changes[3])
                 # At a quarter of the distance, the bend of a smooth function is 1/16 and the bend of a kink 1/4 as large.
                 is_bent = bend > BEND * (np.abs(changes[0]) + np.abs(changes[1]))
@@ -944,6 +951,10 @@ class _End(NamedTuple):
 # Distance of breaks, relative to the largest time, below which they only differ by rounding.
 CLOSE = 1e-12
 
+# Rounding of a break, relative to the larger of its time and the span, for example of k P/2 and of t/P: the functions are
+# not evaluated within this distance.
+ROUNDING = 4 * np.finfo(float).eps
+
 
 def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
     """Return the ends of the parts between breaks, in the direction of integration.
@@ -965,7 +976,9 @@ def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
     first, last = _End(t0, t0, t0), _End(t_end, t_end, t_end)
     inner = []
     for group in groups if times.size else []:
-        before, after = float(np.nextafter(group[0], t0)), float(np.nextafter(group[-1], t_end))
+        rounding = min(ROUNDING * max(abs(group[0]), span), 0.25 * close) * np.sign(t_end - t0)
+        before = float(np.nextafter(group[0] - rounding, t0))
+        after = float(np.nextafter(group[-1] + rounding, t_end))
         if abs(group[0] - t0) <= close:
             first = _End(t0, t0, after)
         elif abs(group[-1] - t_end) <= close:
@@ -1031,8 +1044,8 @@ def _joined(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
 
 
 def _with(function: Callable[..., Any], args: Sequence[Any]) -> Function:
-    """Return a function of t, y, yp that passes the additional arguments to `function`."""
-    return (lambda t, y, yp: function(t, y, yp, *args)) if args else function
+    """Return a function of t, y, yp that passes copies, which `function` may change, and the additional arguments."""
+    return lambda t, y, yp: function(t, y.copy(), yp.copy(), *args)
 
 
 def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:

@@ -127,3 +127,26 @@ def test_late_events_breaks_and_outputs_have_late_times():
     # y = 1 + (sin 1 − 1) cos s + cos 1 sin s, s seconds after the break
     crossing = start + 1 + np.arctan((1 - np.sin(1)) / np.cos(1))
     assert s.t_events[0] == pytest.approx([crossing], abs=1e-5, rel=0)
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau5", "radau9", "radau13"])
+def test_breaks_are_a_few_roundings_from_the_jump(method):
+    # Most k P/2 are not the times at which the rounded t/P jumps.
+    for period in np.round(np.arange(0.1, 1.03, 0.03), 2):
+
+        def square(t):
+            return 3.0 if (t / period) % 1 < 0.5 else -3.0
+
+        breaks = np.arange(1, int(6 / period) + 1) * period / 2
+        s = solve_dae(
+            lambda t, y, yp: [yp[0] + y[0] - y[1], y[1] - square(t)], (0, 3), [0, 3], [3, 0], method, rtol=1e-4,
+            atol=1e-6, breaks=breaks, t_eval=[3],
+        )  # fmt: skip
+        assert s.success, s.message
+        ends = np.r_[0, breaks[breaks < 3], 3]
+        levels = [square(t) for t in (ends[1:] + ends[:-1]) / 2]
+        exact = 0.0
+        for level, step in zip(levels, np.diff(ends)):
+            exact = level + (exact - level) * np.exp(-step)
+        # Errors of earlier parts decay; in a part they are at most 10 tolerances of 3.
+        assert s.y[0, -1] == pytest.approx(exact, abs=10 * 3e-4)

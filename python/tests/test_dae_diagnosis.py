@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from myovib import solve_dae
+from myovib import StepFailure, solve_dae
 from myovib._dae import _kinked
 from myovib._structure import Structure
 
@@ -193,3 +193,41 @@ def test_times_of_late_starts_have_their_origin():
     s = solve_dae(lambda t, y, yp: decay(t, y, yp) if t < 1.7e9 + 2 else [np.nan] * 2, (1.7e9, 1.7e9 + 3), [1, 1], [-1, 0], "bdf")
     assert s.status < 0
     assert "1700000000" in s.message
+
+
+def test_inaccurate_difference_quotients_name_arguments_that_work():
+    def relativistic(t, y, yp):
+        if abs(yp[0]) >= 1:
+            raise StepFailure
+        return [yp[0] / np.sqrt(1 - yp[0] ** 2) - y[1], yp[1] + y[0]]
+
+    def jacobian(t, y, yp):
+        return [[0, -1], [1, 0]], np.diag([(1 - yp[0] ** 2) ** -1.5, 1])
+
+    arguments = ((0, 1), [3, 0], [0, -3], "bdf")
+    s, _ = solved(relativistic, *arguments, rtol=1e-7, atol=1e-8)
+    assert not s.success and "`jacobian`" in s.message and "`first_step`" in s.message
+    for remedy in ({"jacobian": jacobian}, {"first_step": 1e-3}):
+        s, _ = solved(relativistic, *arguments, rtol=1e-7, atol=1e-8, **remedy)
+        assert s.success
+        # The energy sqrt(1 + p^2) + x^2/2 is 5.5; BDF's errors are up to 1000 tolerances of 5.5.
+        assert np.sqrt(1 + s.y[1, -1] ** 2) + s.y[0, -1] ** 2 / 2 == pytest.approx(5.5, rel=1e-4)
+
+
+@pytest.mark.parametrize("method", ["bdf", *RADAU])
+def test_functions_may_change_their_arguments(method):
+    def oscillator(t, y, yp):
+        y *= 2
+        yp *= 2
+        return [yp[0] - y[1], yp[1] + y[0]]
+
+    def event(t, y, yp):
+        y -= 0.5
+        return y[0]
+
+    start = np.array([1.0, 0.0])
+    s = solve_dae(oscillator, (0, 2), start, [0, -1], method, rtol=1e-6, atol=1e-8, events=event)
+    assert (start == [1, 0]).all()
+    # BDF's errors are up to 100 tolerances here.
+    assert s.y[:, -1] == pytest.approx([np.cos(2), -np.sin(2)], abs=1e-4)
+    assert s.t_events[0] == pytest.approx([np.pi / 3], abs=1e-4)
