@@ -281,8 +281,8 @@ def solve_dae(
         Maximum number of steps, up to each break; 200 000 by default.
     breaks : array_like, optional
         Times at which an input jumps or has a kink. The integration stops there
-        and starts again. The functions are never called at exactly these times, so
-        that each step sees one side of the jump. At index 0 and 1, algebraic
+        and starts again. The functions are not called within a few roundings of these
+        times, so that each step sees one side of the jump. At index 0 and 1, algebraic
         variables and derivatives after a break are computed as by
         ``initial="algebraic"``, and a break occurs twice in `t` if `t_eval` is not
         given. Times outside `t_span` are ignored; times that differ by less than
@@ -476,12 +476,12 @@ def solve_dae(
     # The differences of a higher index look like an input that acts between the stages.
     notes += [] if is_of_index_4 and not solution.success else of_input
     jumping = []
-    if highest == 3 and indices is not None and outputs is None and not has_wrong_velocities:
+    if is_hidden and family != "bdf" and indices is not None and outputs is None and not has_wrong_velocities:
         jumping = jumping_multipliers(solution, indices, rtol, tolerances)
     if jumping:
         notes.append(
             f"the variables {listed(jumping)} (counted from 0) jump in the first step: their y0 is not consistent, "
-            "and the first column of `y` and `sol` within the first step are wrong"
+            f"and the first column of `y` {'and `sol` within the first step are' if highest == 3 else 'is'} wrong"
         )
     for warning in dict.fromkeys(notes):
         warnings.warn(warning, stacklevel=2)

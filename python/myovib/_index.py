@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 # Highest index of Radau methods.
 HIGHEST = 3
 
-# Ratio of the change of a multiplier in the first step to the changes in the next steps that indicates a wrong start.
+# Ratio of the distance of a multiplier from its extrapolation to the change by the last order that indicates a wrong start.
 JUMP = 20.0
 
 
@@ -68,14 +68,13 @@ def index_note(
 
 
 def jumping_multipliers(solution: Any, indices: list[int], rtol: float, atol: Array) -> list[int]:
-    """Return the variables of index 3 that jump from their initial value in the first of all steps."""
-    if len(solution.t) < 4:
+    """Return the variables of the highest index whose initial values are far from an extrapolation of the first steps."""
+    if len(solution.t) < 6 or not np.diff(solution.t[:6]).all():
         return []
-    y = solution.y[:, :4]
-    steps = np.abs(np.diff(solution.t[:4]))
-    changes = np.abs(np.diff(y, axis=1))
-    # Changes that the first step would have at the rates of the next steps.
-    expected = (changes[:, 1:] * np.maximum(1.0, steps[0] / steps[1:])).max(axis=1)
-    tolerance = rtol * np.abs(y).max(axis=1) + atol
-    is_jump = changes[:, 0] > JUMP * np.maximum(expected, tolerance)
-    return np.flatnonzero(is_jump & (np.array(indices) == HIGHEST)).tolist()
+    times, y = solution.t[1:6] - solution.t[0], solution.y[:, 1:6].T
+    second, third, fourth = (np.polyfit(times[: d + 1] / times[d], y[: d + 1], d)[-1] for d in (2, 3, 4))
+    tolerance = rtol * np.abs(solution.y[:, :6]).max(axis=1) + atol
+    # Global errors are up to 100 tolerances.
+    is_jump = np.abs(solution.y[:, 0] - fourth) > np.maximum(JUMP * np.abs(fourth - third), 100.0 * tolerance)
+    is_jump &= np.abs(solution.y[:, 0] - fourth) > np.abs(third - second)
+    return np.flatnonzero(is_jump & (np.array(indices) == max(indices))).tolist()
