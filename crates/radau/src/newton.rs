@@ -209,7 +209,9 @@ impl NewtonSolver {
                     return Ok(Newton::Failed { step_factor: 0.8 * excess.powf(exponent) });
                 }
             }
-            if solved_after.is_none() && error_factor * norm <= tolerance {
+            // A contraction measured from a diverged correction proves nothing: a later correction must be small itself.
+            let is_small = iteration == 1 || norm <= 1.0;
+            if solved_after.is_none() && is_small && error_factor * norm <= tolerance {
                 solved_after = Some(iteration);
             }
             let own = weights.largest_own(|i| self.correction[i]);

@@ -9,6 +9,7 @@ mod conformance;
 mod control;
 mod differences;
 mod events;
+mod exponential;
 mod failures;
 mod forms;
 mod generated;
