@@ -12,6 +12,7 @@ mod files;
 mod fitting;
 mod guide;
 mod harness;
+mod kills;
 mod large;
 mod limits;
 mod radau;

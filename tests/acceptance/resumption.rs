@@ -224,6 +224,49 @@ fn a_killed_run_of_bdf_is_resumed_within_its_tolerance() {
     }
 }
 
+/// A strip with its pressure as a multiplier of index 3.
+const INDEX_3: &str = r#"
+[time]
+end = 0.3
+[mesh]
+type = "rectangle"
+width = 0.08
+height = 0.02
+cells = [6, 2]
+[solid]
+bulk_modulus = inf
+formulation = "position"
+[[material]]
+law = "guccione"
+c = 2228.7044518628086
+b_f = 8.0
+b_t = 4.0
+b_fs = 4.0
+fiber = [1.0, 0.0]
+density = 1.1e3
+[[fixed]]
+group = "left"
+[[traction]]
+group = "right"
+x = { type = "ramped-sine", steepness = 80.0, shift = 8.0, amplitude = 523.5219131282621, frequency = 5.2764842969707 }
+[integrator]
+method = "bdf"
+rtol = 1e-3
+"#;
+
+/// Regression: the run resumed at 0.2 s ended with an error at its first step, because the derivatives of the checkpoint
+/// were too inaccurate for index 3.
+#[test]
+fn bdf_resumes_runs_of_index_3() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), INDEX_3).unwrap();
+    for (end, mode) in [(0.1, "--overwrite"), (0.2, "--resume"), (0.3, "--resume")] {
+        let end = format!("time.end={end}");
+        let run = myovib_in(folder.path(), &["run", "scene.toml", "--quiet", mode, "--set", &end]);
+        assert_eq!(run.code, 0, "{end}: {}{}", run.stdout, run.stderr);
+    }
+}
+
 /// Returns the rows of a CSV file, without its header.
 fn rows_of(path: &Path) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(path).unwrap();

@@ -15,7 +15,7 @@ use myovib_cli::cli::Cli;
 use crate::harness::{PROGRAM, myovib_in};
 
 /// A motion of two elements, which takes a fraction of a second.
-const SCENE: &str = r#"
+pub(crate) const SCENE: &str = r#"
 [time]
 end = 0.02
 [mesh]

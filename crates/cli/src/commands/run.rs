@@ -172,7 +172,7 @@ fn errors(estimate: &Value) -> String {
         ("probe", Align::Left),
         ("column", Align::Left),
         ("largest", Align::Right),
-        ("error, at most about", Align::Right),
+        ("error", Align::Right),
         ("relative", Align::Right),
     ]);
     for (probe, columns) in probes {
@@ -204,7 +204,8 @@ fn errors(estimate: &Value) -> String {
         ),
     };
     format!(
-        "\nTime integration errors from a second run at rtol = {:.0e}; the error of the mesh is not included.{cut}\n{}",
+        "\nTime integration errors from a second run at rtol = {:.0e}, at most 3 times too small; the error of the mesh is not \
+         included.{cut}\n{}",
         estimate["rtol"].as_f64().unwrap_or(f64::NAN),
         table.render(colored_stdout())
     )

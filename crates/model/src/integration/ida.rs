@@ -118,7 +118,7 @@ impl<P: Problem> IdaIntegrator<P> {
         let mut ahead = t_out - t;
         for _ in 0..RESTARTS {
             match self.solver.step(t + ahead)? {
-                Outcome::Stopped(stop) if of_first_step(&stop) => {
+                Outcome::Stopped(stop) if of_first_step(&stop) && t + SMALLER * ahead > t => {
                     let (y, y_dot) = (self.solver.y().to_vec(), self.solver.y_dot().to_vec());
                     self.solver.reinit(t, &y, &y_dot, &[])?;
                     ahead *= SMALLER;
@@ -136,7 +136,7 @@ impl<P: Problem> IdaIntegrator<P> {
 }
 
 /// Maximum number of restarts with a smaller first step, and the reduction per restart. The first
-/// step of the last attempt is 1e-18 times the original one and below rounding.
+/// step of the last attempt is 1e-18 times the original one and below rounding at t = 0.
 const RESTARTS: usize = 3;
 const SMALLER: f64 = 1e-6;
 

@@ -162,12 +162,12 @@ pub(crate) fn step_size(fixed_step: Option<f64>) -> StepSize {
 
 fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBuilder<P> {
     let relative = options.tolerances.relative();
-    let newton_tolerance = match options.step_size {
-        StepSize::Fixed(_) => {
+    let newton_tolerance = match (options.newton_tolerance, options.step_size) {
+        (None, StepSize::Fixed(_)) => {
             let error = FIXED_STEP_ERROR.max(10.0 * f64::EPSILON / relative);
             Some(error / options.internal_factor(relative))
         }
-        _ => options.newton_tolerance,
+        (requested, _) => requested,
     };
     RadauSolver::builder(problem).options(RadauOptions {
         newton_tolerance,

@@ -139,6 +139,7 @@ impl Counts {
     /// Adds the counts of the `later` part of an integration.
     #[must_use]
     pub fn followed_by(self, later: Self) -> Self {
+        let last = if later.steps > 0 { later } else { self };
         Self {
             steps: self.steps + later.steps,
             error_test_failures: self.error_test_failures + later.error_test_failures,
@@ -149,8 +150,8 @@ impl Counts {
             jacobian_evaluations: self.jacobian_evaluations + later.jacobian_evaluations,
             linear_setups: self.linear_setups + later.linear_setups,
             radau_work: later.radau_work.map(|work| self.radau_work.unwrap_or_default() + work),
-            last_order: later.last_order,
-            last_step: later.last_step,
+            last_order: last.last_order,
+            last_step: last.last_step,
         }
     }
 }

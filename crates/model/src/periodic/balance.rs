@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError};
 use num_complex::Complex64;
@@ -16,7 +17,7 @@ const MAX_ITERATIONS: usize = 30;
 const CONTRACTION: f64 = 0.5;
 
 /// Returns y at the start of the periodic motion near the constant state `y`, or `None` if the motion is not nearly
-/// linear.
+/// linear or `interrupt` is set.
 ///
 /// The iterations are Newton's for Σ ŷ_k e^(ikωt) with the Jacobian of the constant state: each harmonic of the
 /// residual has one linear system, ∂F/∂y + ikω ∂F/∂ẏ. They end when the corrections are below `tolerance`, relative to the
@@ -31,6 +32,7 @@ pub fn balance<P: Problem, M: LinearSolver<P>>(
     y: &[f64],
     blocks: &[Range<usize>],
     tolerance: f64,
+    interrupt: Option<&AtomicBool>,
 ) -> Result<Option<Vec<f64>>, StepError> {
     let (n, omega) = (y.len(), TAU / (end - start));
     let shifts: Vec<Complex64> =
@@ -47,6 +49,9 @@ pub fn balance<P: Problem, M: LinearSolver<P>>(
         let mut constant = vec![0.0; n];
         let mut parts = vec![vec![Complex64::ZERO; n]; HARMONICS];
         for i in 0..TIMES {
+            if interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+                return Ok(None);
+            }
             let phase = |k: usize| Complex64::cis(TAU * (k * i % TIMES) as f64 / TIMES as f64);
             let (mut value, mut rate, mut residual) = (mean.clone(), vec![0.0; n], vec![0.0; n]);
             for (k, (wave, shift)) in waves.iter().zip(&shifts).enumerate() {

@@ -102,6 +102,9 @@ impl Shooting {
             if largest(&left) <= self.tolerance {
                 return Ok((x, largest(&left), iteration));
             }
+            if !largest(&left).is_finite() {
+                return Err(self.failure(&left));
+            }
             let right: Vec<f64> = left.iter().map(|r| -r).collect();
             // One-sided differences suffice for the reduction of the residual.
             let mut product = |v: &[f64]| self.one_sided_product(residual, (&x, &left), v);
@@ -240,7 +243,7 @@ pub fn multipliers(
     Ok(Multipliers { values, residuals, resolution })
 }
 
-/// Returns max |x_i|.
+/// Returns max |x_i|; NaN counts as the largest.
 pub(super) fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |m, x| m.max(x.abs()))
+    x.iter().map(|x| x.abs()).max_by(f64::total_cmp).unwrap_or(0.0)
 }

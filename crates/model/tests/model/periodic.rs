@@ -2,6 +2,7 @@
 //! and folds, and 9 for multipliers.
 
 use std::f64::consts::TAU;
+use std::sync::atomic::AtomicBool;
 
 use myovib_dae::{Problem, StepError, Tolerances, VariableKind};
 use myovib_model::periodic::{
@@ -236,20 +237,33 @@ fn states_of_a_duffing_oscillator_of_index_0_and_3_have_their_multipliers() {
 /// Ω = 0.9, where the balance fails.
 #[test]
 fn harmonic_balance_finds_motions_that_are_nearly_linear() {
-    let balanced = |mut dae: Oscillator| {
+    let balanced = |mut dae: Oscillator, is_interrupted: bool| {
         let pattern = dae.jacobian_pattern();
         let mut matrices = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();
         let times = [0.0, TAU / dae.omega];
-        balance(&mut dae, &mut matrices, times, &[0.0; 2], &[0..1, 1..2], 1e-9)
+        let flag = AtomicBool::new(is_interrupted);
+        balance(&mut dae, &mut matrices, times, &[0.0; 2], &[0..1, 1..2], 1e-9, Some(&flag))
     };
-    let at = |omega: f64| balanced(Oscillator { omega, ..duffing(Form::Explicit) }).unwrap();
+    let at = |omega: f64| balanced(Oscillator { omega, ..duffing(Form::Explicit) }, false).unwrap();
     let (omega, expected, ..) = DUFFING[3];
     let found = at(omega).unwrap();
     (0..2).for_each(|i| assert_close(found[i], expected[i]));
     assert_eq!(at(DUFFING[0].0), None);
     // Regression: numbers that are not finite counted as converged.
     let undefined = Oscillator { omega, cubic: f64::NAN, ..duffing(Form::Explicit) };
-    assert!(!matches!(balanced(undefined), Ok(Some(_))));
+    assert!(!matches!(balanced(undefined, false), Ok(Some(_))));
+    let interrupted = Oscillator { omega, ..duffing(Form::Explicit) };
+    assert_eq!(balanced(interrupted, true).unwrap(), None);
+}
+
+/// Regression: the largest difference of states with NaN was the largest of the other differences.
+#[test]
+fn a_state_that_becomes_nan_is_not_periodic() {
+    let shooting = Shooting::new(vec![1.0; 2]);
+    assert!(shooting.residual(&[0.0; 2], &[f64::NAN, 0.0]).is_nan());
+    let mut map = |y: &[f64]| Ok(vec![f64::NAN, y[1]]);
+    let found = shoot(&mut map, &[0.0; 2], &shooting);
+    assert!(matches!(found, Err(ModelError::NoPeriodicState { .. })), "{found:?}");
 }
 
 /// Adaptive steps resolve a deviation, fixed steps do not.

@@ -149,7 +149,7 @@ impl<'a> FolderRequest<'a> {
     pub fn open(self) -> Result<ResultFolder, Error> {
         self.check()?;
         let path = self.path.to_owned();
-        fs::create_dir_all(&path).map_err(Error::file("make", &path))?;
+        make(&path)?;
         let lock = lock(&path, LOCK, Lock::Exclusive)?;
         self.open_locked(lock, Duration::ZERO)
     }
@@ -159,7 +159,7 @@ impl<'a> FolderRequest<'a> {
     pub fn open_shared(self) -> Result<ResultFolder, Error> {
         self.check()?;
         let path = self.path.to_owned();
-        fs::create_dir_all(&path).map_err(Error::file("make", &path))?;
+        make(&path)?;
         match lock(&path, LOCK, Lock::Exclusive) {
             Ok(alone) => drop(self.clone().open_locked(alone, Duration::ZERO)?),
             Err(Error::Busy(_)) if self.existing != Existing::Overwrite => {}
@@ -233,7 +233,8 @@ impl<'a> FolderRequest<'a> {
                 let error = self.wrong(format!("already contains results of `myovib {command}`"));
                 return Err(error.next(format!("choose another folder, or --overwrite{resume}")));
             }
-            (None, Existing::Resume) => {
+            // A program that was killed before it wrote the manifest leaves its lock.
+            (None, Existing::Resume) if !(is_bare(self.path) && self.path.join(LOCK).exists()) => {
                 let error = self.wrong("contains no results to continue".to_owned());
                 return Err(error.next("leave --resume out"));
             }
@@ -418,6 +419,18 @@ pub fn remove_temporary_files(folder: &Path, min_age: Duration) {
             let _ = atomic_file::remove_orphan(&entry.path(), LOCK);
         }
     }
+}
+
+/// Creates a folder unless it exists.
+fn make(folder: &Path) -> Result<(), Error> {
+    fs::create_dir_all(folder).map_err(|error| {
+        let is_occupied = fs::symlink_metadata(folder).is_ok_and(|there| !there.is_dir());
+        match error.kind() {
+            // Another process has just removed the folder.
+            io::ErrorKind::AlreadyExists if !is_occupied => Error::Busy(folder.to_owned()),
+            _ => Error::file("make", folder)(error),
+        }
+    })
 }
 
 /// Takes the shared lock of a folder. Processes that prepare the folder briefly hold the exclusive lock.

@@ -101,6 +101,29 @@ fn a_folder_takes_one_process_at_a_time() {
     assert!(request(folder.path(), Existing::Resume, &[]).open().is_err());
 }
 
+/// Regression: a folder that another process removed at the same time was reported as existing already.
+#[test]
+fn a_folder_that_another_process_removes_is_busy() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("out");
+    let is_done = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            while !is_done.load(SeqCst) {
+                let _ = fs::create_dir(&path).and_then(|()| fs::remove_dir(&path));
+            }
+        });
+        for _ in 0..20_000 {
+            let made = make(&path);
+            assert!(matches!(made, Ok(()) | Err(Error::Busy(_))), "{made:?}");
+        }
+        is_done.store(true, SeqCst);
+    });
+    fs::write(&path, "mine").unwrap_or_else(|_| fs::remove_dir(&path).unwrap());
+    fs::write(&path, "mine").unwrap();
+    assert!(matches!(make(&path), Err(Error::File { .. })));
+}
+
 /// Checks that a killed program leaves no unlisted file, and that its temporary files are removed.
 #[test]
 fn a_killed_program_leaves_nothing_behind_and_nothing_unknown() {

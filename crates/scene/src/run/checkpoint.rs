@@ -2,7 +2,7 @@
 //!
 //! With Radau IIA, a resumed run takes exactly the steps of an uninterrupted run and has bitwise
 //! identical results. IDAS cannot restore its history of past steps. A resumed BDF run therefore
-//! restarts at order 1 from the state and its derivative.
+//! restarts at order 1 from the state, with derivatives computed again.
 
 use std::path::Path;
 

@@ -12,7 +12,9 @@ use myovib_model::{
 use super::checkpoint::{Checkpoint, OutputWork, Totals, expect_incomplete};
 use super::document::{self, Timing};
 use super::driving::DrivingError;
-use super::folder::{AT_THE_END, expect_same_run, parameter, request};
+use super::folder::{
+    AT_THE_END, expect_same_run, parameter, request, was_killed_before_first_checkpoint,
+};
 use super::indicator::Indicator;
 use super::options::{RunOptions, RunResult};
 use super::oscillations::Oscillations;
@@ -48,15 +50,18 @@ pub(super) fn compute(
     // Checks the outputs before the folder is changed.
     let readings = scene.readings()?;
     let conditions = conditions(scene)?;
-    let request = request(scene, options)?;
+    let mut request = request(scene, options)?;
     request.check()?;
-    // A resumed run already has its folder. A new run is initialized before its folder is created.
-    let folder = match options.existing {
-        Existing::Resume => {
-            expect_same_run(&request)?;
-            expect_incomplete(&options.out, scene, options.verify)?;
-            Some(request.clone().open()?)
+    if options.existing == Existing::Resume {
+        expect_same_run(&request)?;
+        expect_incomplete(&options.out, scene, options.verify)?;
+        if was_killed_before_first_checkpoint(&options.out) {
+            request.existing = Existing::Overwrite;
         }
+    }
+    // A resumed run already has its folder. A new run is initialized before its folder is created.
+    let folder = match request.existing {
+        Existing::Resume => Some(request.clone().open()?),
         _ => None,
     };
     let checkpoint = match &folder {

@@ -4,7 +4,9 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
+use myovib_model::{EndReason, Outcome};
 use serde_json::Value;
 
 use super::checkpoint::LARGEST_COUNT;
@@ -97,22 +99,9 @@ fn remove(object: &mut Value, key: &str) {
 fn killed_and_completed(out: &Path, last: u64, torn: bool, verify: bool) {
     let scene = scene();
     let run = |existing| passing(|| compute(&scene, &options(out, existing, verify)));
-    let (killed, _) = with_disk_that_stops_after(last, torn, || run(Existing::Refuse));
-    let place = format!("change {last}, torn: {torn}, verify: {verify}");
-    let resumed = run(Existing::Resume);
-    match (killed, resumed) {
-        (_, Ok(_)) => {}
-        // The run was killed before its first checkpoint and cannot be resumed.
-        (Err(_), Err(_)) => {
-            assert!(!out.join("checkpoint.json").exists(), "{place}");
-            let again = match out.join("manifest.jsonl").exists() {
-                true => Existing::Overwrite,
-                false => Existing::Refuse,
-            };
-            run(again).unwrap();
-        }
-        (Ok(_), Err(error)) => panic!("{place}: {error}"),
-    }
+    let _ = with_disk_that_stops_after(last, torn, || run(Existing::Refuse));
+    let resumed = run(Existing::Resume).map(drop);
+    assert!(resumed.is_ok(), "change {last}, torn: {torn}, verify: {verify}: {resumed:?}");
 }
 
 fn assert_killed_runs_are_completed(verify: bool, stride: usize) {
@@ -145,6 +134,36 @@ fn a_run_that_is_killed_at_any_change_of_a_file_is_completed() {
 #[test]
 fn a_verified_run_that_is_killed_at_any_change_of_a_file_is_completed() {
     assert_killed_runs_are_completed(true, 1);
+}
+
+/// Regression: an interrupted `--verify` reported errors of zero and ended with success.
+#[test]
+fn an_interrupted_verification_measures_no_error_and_is_repeated() {
+    static INTERRUPT: AtomicBool = AtomicBool::new(false);
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let long = SCENE.replace("end = 0.02", "end = 1.0").replace("interval = 0.0", "interval = 0.");
+    let scene = Scene::build("scene.toml", &long, &[], Path::new("")).unwrap();
+    let run = |existing| {
+        let options = RunOptions { interrupt: Some(&INTERRUPT), ..options(&out, existing, true) };
+        passing(|| compute(&scene, &options)).unwrap()
+    };
+    let interrupted = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !out.join("run.json").exists() {
+                std::thread::yield_now();
+            }
+            INTERRUPT.store(true, Relaxed);
+        });
+        run(Existing::Refuse)
+    });
+    assert_eq!(interrupted.outcome.reason(), Some(EndReason::Interrupted));
+    assert_eq!(interrupted.document["outcome"], "finished");
+    assert!(interrupted.document["error_estimate"].is_null());
+    INTERRUPT.store(false, Relaxed);
+    let resumed = run(Existing::Resume);
+    assert_eq!(resumed.outcome, Outcome::Finished);
+    assert!(resumed.document["error_estimate"]["probes"]["tip"]["p"]["error"].as_f64() > Some(0.0));
 }
 
 /// Regression: a checkpoint of another method was used, and damaged checkpoints panicked.

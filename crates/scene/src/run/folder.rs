@@ -1,5 +1,8 @@
 //! Files of a run, and checks that a run can continue in a folder.
 
+use std::fs;
+use std::path::Path;
+
 use serde_json::Value;
 
 use super::options::RunOptions;
@@ -53,6 +56,12 @@ pub(super) fn expect_same_run(request: &FolderRequest<'_>) -> Result<(), InputEr
         }
         None => Ok(()),
     }
+}
+
+/// Returns whether a run in the folder has neither a checkpoint nor an end, so that nothing of it can be continued.
+pub(super) fn was_killed_before_first_checkpoint(folder: &Path) -> bool {
+    let mut files = [CHECKPOINT].iter().chain(&AT_THE_END);
+    files.all(|name| fs::symlink_metadata(folder.join(name)).is_err())
 }
 
 /// Returns the origin of a run without its end time, because a resumed run may end later.

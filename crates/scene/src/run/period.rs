@@ -107,8 +107,9 @@ impl Period {
         let mut matrices = matrices(&dae, &options(&dae, &settings), settings.linear_solver)?;
         let blocks = dae.layout().blocks().iter().map(|(_, range)| range.clone());
         let blocks: Vec<Range<usize>> = blocks.collect();
-        let found = balance(&mut dae, &mut matrices, self.times, &y, &blocks, self.rtol);
-        // Motions that have no balance, or whose balance fails, are integrated.
+        let interrupt = watcher.interrupt;
+        let found = balance(&mut dae, &mut matrices, self.times, &y, &blocks, self.rtol, interrupt);
+        // Motions that have no balance, or whose balance fails, are integrated. An integration observes an interrupt.
         Ok(found.ok().flatten().map(|y| convert(&y, &dae, &own)))
     }
 

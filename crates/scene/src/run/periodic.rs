@@ -148,7 +148,8 @@ impl Search<'_> {
         };
         let (mut found, mut iterations, mut doublings) = (found.to_vec(), 0, 0);
         let mut residual = shooting.residual(&found, end);
-        while residual > shooting.tolerance {
+        let is_met = |residual: f64| residual <= shooting.tolerance; // false for NaN
+        while !is_met(residual) {
             map.set_steps(Some(n_steps));
             let own = shoot(&mut |state| evaluate(map, state), &found, &with_fixed_steps);
             map.set_steps(None);
@@ -161,7 +162,7 @@ impl Search<'_> {
                 Err(ModelError::PeriodStopped { .. }) if doublings < DOUBLINGS => {}
                 Err(error) => return Err(error),
             }
-            if residual > shooting.tolerance {
+            if !is_met(residual) {
                 if doublings == DOUBLINGS {
                     let tolerance = shooting.tolerance;
                     return Err(ModelError::NoPeriodicState { residual, tolerance });

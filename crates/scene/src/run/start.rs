@@ -13,6 +13,7 @@ use myovib_model::coupling::{
     CoupledDae, CoupledOptions, ErrorTest, FeedbackDae, Multirate, NoBody, Oscillators, Recording,
     Source, StateTolerances, start_coupled, start_coupled_from, start_with_feedback,
 };
+use myovib_model::start::Consistent;
 use myovib_model::{
     Displacement, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, start, start_from,
 };
@@ -112,13 +113,15 @@ fn muscle(
     watcher: Watcher<'_>,
 ) -> Result<Started<MuscleDae>, Error> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-    let Some(Checkpoint { t, y, y_dot, step, .. }) = checkpoint else {
+    let Some(checkpoint) = checkpoint else {
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
         return Ok((start_from(dae, &body.settings, 0.0, &y, &y_dot)?, y));
     };
-    let [y, y_dot] = [y, y_dot].map(|of_all| &of_all[..dae.n_unknowns()]);
-    let settings = Settings { initial_step: Some(*step), ..body.settings.clone() };
-    Ok((start_from(dae, &settings, *t, y, y_dot)?, y.to_vec()))
+    let n_unknowns = dae.n_unknowns();
+    let resumed = checkpoint.of(..n_unknowns);
+    let [y, y_dot] = resumed.values(&mut dae)?;
+    let settings = Settings { initial_step: resumed.step, ..body.settings.clone() };
+    Ok((start_from(dae, &settings, resumed.t, &y, &y_dot)?, y))
 }
 
 /// Starts a muscle with separately integrated chains.
@@ -164,6 +167,19 @@ struct Resumed<'a> {
     y_dot: &'a [f64],
     /// First step, s.
     step: Option<f64>,
+    /// Whether the integrator continues with its history.
+    has_history: bool,
+}
+
+impl Resumed<'_> {
+    /// Returns y and ẏ from which the system continues. The rates of the polynomial of BDF are too inaccurate to restart
+    /// a system of index 3 at order 1, so they are computed again.
+    fn values<P: Consistent>(&self, dae: &mut P) -> Result<[Vec<f64>; 2], ModelError> {
+        match self.has_history {
+            true => Ok([self.y.to_vec(), self.y_dot.to_vec()]),
+            false => dae.consistent(self.t, self.y),
+        }
+    }
 }
 
 impl Checkpoint {
@@ -174,6 +190,7 @@ impl Checkpoint {
             y: &self.y[range.clone()],
             y_dot: &self.y_dot[range],
             step: Some(self.step),
+            has_history: self.continuation.is_some(),
         }
     }
 }
@@ -215,9 +232,10 @@ fn muscle_with_feedback(
     let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
     let largest = scene.file.integrator.max_step;
     let (t, y, y_dot, options) = match checkpoint {
-        Some(Checkpoint { t, y, y_dot, step, .. }) => {
-            let options = options.with_steps(Some(*step), largest);
-            (*t, y.clone(), y_dot.clone(), options)
+        Some(checkpoint) => {
+            let resumed = checkpoint.of(..);
+            let [y, y_dot] = resumed.values(&mut dae)?;
+            (resumed.t, y, y_dot, options.with_steps(resumed.step, largest))
         }
         None => {
             let (y_dot, _) = dae.derivatives_at(0.0, &rest).map_err(ModelError::from)?;
@@ -302,7 +320,7 @@ impl DrivenPlace {
 
 fn coupled<B: CoupledBody>(
     scene: &Scene,
-    dae: CoupledDae<B>,
+    mut dae: CoupledDae<B>,
     test: ErrorTest,
     options: CoupledOptions,
     resumed: Option<Resumed<'_>>,
@@ -315,9 +333,10 @@ fn coupled<B: CoupledBody>(
             let y = initial_state(scene, &dae, start);
             start_coupled(dae, test, options, scene.t_end, &y)?
         }
-        Some(Resumed { t, y, y_dot, step }) => {
-            let options = options.with_steps(step, largest);
-            start_coupled_from(dae, test, options, [t, scene.t_end], y, y_dot)?
+        Some(resumed) => {
+            let [y, y_dot] = resumed.values(&mut dae)?;
+            let options = options.with_steps(resumed.step, largest);
+            start_coupled_from(dae, test, options, [resumed.t, scene.t_end], &y, &y_dot)?
         }
     })
 }
