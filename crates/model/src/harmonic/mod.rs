@@ -78,6 +78,8 @@ pub struct DynamicStiffness {
     u: Vec<f64>,
     /// Pressure at the equilibrium; empty for the formulation without pressure.
     p: Vec<f64>,
+    /// Forces of the supports at the equilibrium.
+    preload: Vec<f64>,
     /// Tension of each element.
     tensions: Vec<f64>,
     /// Time of the loads, s.
@@ -99,12 +101,15 @@ pub struct HarmonicResponse {
 
 impl DynamicStiffness {
     /// Linearizes `muscle` about the equilibrium `at` of a formulation with or without pressure.
+    ///
+    /// # Errors
+    /// [`ModelError::Inverted`] for a state without stress.
     pub fn about(
         muscle: &Muscle,
         formulation: Formulation,
         at: &Equilibrium,
         drive: &Excitation,
-    ) -> Self {
+    ) -> Result<Self, ModelError> {
         let muscle = match at.preload_time {
             Some(_) => muscle.clone(),
             None => Muscle { surface_loads: Vec::new(), ..muscle.under_part_of_loads(0.0) },
@@ -137,7 +142,17 @@ impl DynamicStiffness {
         for &(component, amplitude) in &drive.displacement {
             supports[component] = amplitude;
         }
-        Self { tensions: dae.muscle().tensions_at_rest(t), dae, u, p, t, force, supports }
+        let tensions = dae.muscle().tensions_at_rest(t);
+        let preload = Vec::new();
+        let mut stiffness = Self { dae, u, p, preload, tensions, t, force, supports };
+        let y = stiffness.state();
+        stiffness.preload = stiffness.dae.unbalanced_force(t, &y, &vec![0.0; y.len()])?;
+        Ok(stiffness)
+    }
+
+    /// Returns the displacement of the equilibrium and the forces of its supports, at all nodal components; m and N.
+    pub fn preload(&self) -> (&[f64], &[f64]) {
+        (&self.u, &self.preload)
     }
 
     /// Returns whether the body has stress relaxation, so that its stresses are not functions of the current motion.
@@ -145,8 +160,8 @@ impl DynamicStiffness {
         self.dae.muscle().solid.n_slots() > 0
     }
 
-    /// Evaluates the matrices of the equilibrium.
-    fn update_matrices(&mut self) -> Result<(), ModelError> {
+    /// Returns the unknowns of the equilibrium; internal variables are zero.
+    fn state(&self) -> Vec<f64> {
         let layout = self.dae.layout();
         let mut y = vec![0.0; layout.n_unknowns()];
         if let Some(range) = layout.range(Field::Displacement) {
@@ -157,6 +172,12 @@ impl DynamicStiffness {
         if let Some(range) = layout.range(Field::Pressure) {
             y[range].copy_from_slice(&self.p);
         }
+        y
+    }
+
+    /// Evaluates the matrices of the equilibrium.
+    fn update_matrices(&mut self) -> Result<(), ModelError> {
+        let mut y = self.state();
         let n_internal = self.dae.muscle().solid.n_internal();
         y.truncate(y.len() - n_internal);
         let rest = vec![0.0; y.len()];
@@ -175,7 +196,7 @@ impl HarmonicResponse {
         at: &Equilibrium,
         drive: &Excitation,
     ) -> Result<Self, ModelError> {
-        let mut stiffness = DynamicStiffness::about(muscle, formulation, at, drive);
+        let mut stiffness = DynamicStiffness::about(muscle, formulation, at, drive)?;
         stiffness.update_matrices()?;
         let plan = Condensation::at_rest(&stiffness.dae);
         let elimination = plan.elimination(SparseOptions {

@@ -352,6 +352,14 @@ impl Contact {
         Some(action(friction, &Sliding { offset, velocity, u, v }))
     }
 
+    /// Adds the force of the obstacle on the body, for the displacement and velocity `motion` of all nodes, to `total`.
+    pub fn add_total_force(&self, t: f64, motion: [&[f64]; 2], total: &mut [f64]) {
+        let mut friction = vec![0.0; total.len()];
+        self.add_friction(t, motion, &mut friction);
+        total.iter_mut().zip(friction).for_each(|(total, friction)| *total -= friction);
+        self.add_force(t, 1.0, 1.0, motion[0], total);
+    }
+
     /// Adds the friction force of the body on the obstacle to `total`, for the displacement and velocity `motion` of
     /// all nodes.
     pub(crate) fn add_friction(&self, t: f64, motion: [&[f64]; 2], total: &mut [f64]) {

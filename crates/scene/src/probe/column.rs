@@ -65,6 +65,7 @@ mod tests {
             ("principal_strain_1", [""; 2]),
             ("von_mises", ["Pa"; 2]),
             ("R_y", ["N/m", "N"]),
+            ("M_z", ["N", "N·m"]),
             ("V", ["m²", "m³"]),
             ("work", ["J/m", "J"]),
             ("Psi_arg", ["rad"; 2]),

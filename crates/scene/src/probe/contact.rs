@@ -1,29 +1,36 @@
 //! Contact of a group with rigid obstacles.
 
+use myovib_fem::Solid;
 use myovib_model::ModelError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
+use super::kind::{InvalidPlace, Kind, Parts, Reading, StateAt, Systems, Wrong};
+use super::moment::{self, Arms, MOMENT};
 use crate::InputError;
 use crate::system::{System, muscle_of};
 
 /// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m; displacement of the
-/// first obstacle that moves, along its force or toward the body, m.
+/// first obstacle that moves, along its force or toward the body, m; with `about`, the moment of the force, N·m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Contact {
     /// Group of a `[[contact]]`.
     pub group: String,
+    /// Point at rest about which the moment on the deformed body is computed, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 2, max = 3))]
+    pub about: Option<Vec<f64>>,
 }
 
-/// Contact force, area in contact and penetration; the displacement of an obstacle that moves.
+/// Contact force, area in contact and penetration; the displacement of an obstacle that moves; the moment.
 const COLUMNS: &[ColumnKind] = &[
     ColumnKind::new("F", ["N/m", "N"]),
     ColumnKind::new("area", ["m", "m²"]),
     ColumnKind::new("penetration", ["m"; 2]),
     ColumnKind::new("displacement", ["m"; 2]),
+    MOMENT,
 ];
 
 impl Kind for Contact {
@@ -42,13 +49,19 @@ impl Kind for Contact {
         }
     }
 
+    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<InvalidPlace>> {
+        moment::check(self.about.as_deref(), solid)
+    }
+
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
         let mut contacts = of.muscle.iter().flat_map(|muscle| &muscle.contacts);
         let moves =
             |contact: &myovib_model::Contact| contact.group() == self.group && contact.moves();
+        let space = of.solid()?.space();
         Ok(Box::new(Sums {
             group: self.group.clone(),
-            dimension: of.solid()?.space().dimension(),
+            dimension: space.dimension(),
+            arms: self.about.as_ref().map(|point| Arms::about(point, space)),
             moving: contacts.position(moves),
         }))
     }
@@ -60,13 +73,15 @@ struct Sums {
     dimension: usize,
     /// Index of the first contact whose obstacle moves.
     moving: Option<usize>,
+    arms: Option<Arms>,
 }
 
 impl Reading for Sums {
     fn names(&self) -> Vec<String> {
         let forces = COLUMNS[0].components(self.dimension);
         let others = COLUMNS[1..].iter().take(2 + usize::from(self.moving.is_some()));
-        forces.chain(others.map(|column| column.name.to_owned())).collect()
+        let moments = self.arms.iter().flat_map(Arms::names);
+        forces.chain(others.map(|column| column.name.to_owned())).chain(moments).collect()
     }
 
     fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
@@ -75,6 +90,7 @@ impl Reading for Sums {
         let (u, v) = dae.nodal_motion(t, &y[range]);
         let (u, v) = (u.to_vec(), v.to_vec());
         let mut values = vec![0.0; self.dimension + 2];
+        let mut force = vec![0.0; u.len()];
         let contacts = dae.muscle().contacts.iter();
         for contact in contacts.filter(|contact| contact.group() == self.group) {
             let sums = contact.sums(t, 1.0, &u);
@@ -84,6 +100,9 @@ impl Reading for Sums {
                 *value += normal - friction;
             }
             values[self.dimension] += sums.area;
+            if self.arms.is_some() {
+                contact.add_total_force(t, [&u, &v], &mut force);
+            }
             let deepest = &mut values[self.dimension + 1];
             *deepest = deepest.max(sums.penetration);
         }
@@ -91,6 +110,9 @@ impl Reading for Sums {
             // An obstacle at rest in the unloaded state of a loading path has the displacement 0.
             let contact = &dae.muscle().contacts[moving];
             values.push(contact.distance(t, 1.0, &u).unwrap_or(0.0));
+        }
+        if let Some(arms) = &self.arms {
+            values.extend(arms.moment(0..u.len() / self.dimension, &u, &force));
         }
         Ok(values)
     }

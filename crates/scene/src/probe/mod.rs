@@ -3,6 +3,7 @@
 mod balance;
 mod column;
 mod kind;
+mod moment;
 mod places;
 
 use schemars::JsonSchema;

@@ -12,15 +12,20 @@ use super::column::ColumnKind;
 use super::kind::{
     HarmonicMotion, HarmonicReading, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at,
 };
+use super::moment::{self, Arms, MOMENT};
 use crate::InputError;
 use crate::system::{System, muscle_of};
 
-/// Force of a support on the body, N; in the plane N/m.
+/// Force of a support on the body, N, in the plane N/m; with `about`, also its moment, N·m, in the plane N.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Reaction {
     /// Fixed or moved group.
     pub group: String,
+    /// Point at rest about which the moment on the deformed body is computed, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 2, max = 3))]
+    pub about: Option<Vec<f64>>,
 }
 
 /// Support force.
@@ -28,10 +33,11 @@ const FORCE: ColumnKind = ColumnKind::new("R", ["N/m", "N"]);
 
 impl Kind for Reaction {
     fn columns() -> &'static [ColumnKind] {
-        &[FORCE]
+        &[FORCE, MOMENT]
     }
 
     fn check_place(&self, solid: &Solid) -> Result<(), Wrong<InvalidPlace>> {
+        moment::check(self.about.as_deref(), solid)?;
         let space = solid.space();
         let members = at(".group", space.mesh().group(&self.group))?;
         let dimension = space.dimension();
@@ -61,7 +67,11 @@ impl Kind for Reaction {
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
         let space = of.solid()?.space();
-        Ok(Box::new(Forces { nodes: space.nodes_of(&self.group)?, dimension: space.dimension() }))
+        Ok(Box::new(Forces {
+            nodes: space.nodes_of(&self.group)?,
+            dimension: space.dimension(),
+            arms: self.about.as_ref().map(|point| Arms::about(point, space)),
+        }))
     }
 }
 
@@ -69,6 +79,7 @@ impl Kind for Reaction {
 struct Forces {
     nodes: Vec<usize>,
     dimension: usize,
+    arms: Option<Arms>,
 }
 
 impl Forces {
@@ -83,20 +94,36 @@ impl Forces {
 impl HarmonicReading for Forces {
     fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
         let (stiffness, amplitude) = of.body()?;
-        Ok(self.sums(&stiffness.reactions(amplitude)?))
+        let reactions = stiffness.reactions(amplitude)?;
+        let mut values = self.sums(&reactions);
+        if let Some(arms) = &self.arms {
+            let nodes = self.nodes.iter().copied();
+            let (u, preload) = stiffness.preload();
+            let moment = arms.moment(nodes.clone(), u, &reactions);
+            // û × F₀ = −F₀ × û.
+            let turned = arms.cross(nodes, |i| preload[i], &amplitude.displacement);
+            values.extend(moment.into_iter().zip(turned).map(|(m, turned)| m - turned));
+        }
+        Ok(values)
     }
 }
 
 impl Reading for Forces {
     fn names(&self) -> Vec<String> {
-        FORCE.components(self.dimension).collect()
+        let moments = self.arms.iter().flat_map(Arms::names);
+        FORCE.components(self.dimension).chain(moments).collect()
     }
 
     fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
         let StateAt { t, y, y_dot } = at;
         let (dae, range) = muscle_of(system, y)?;
-        let force = dae.unbalanced_force(t, &y[range.clone()], &y_dot[range])?;
-        Ok(self.sums(&force))
+        let force = dae.unbalanced_force(t, &y[range.clone()], &y_dot[range.clone()])?;
+        let mut values = self.sums(&force);
+        if let Some(arms) = &self.arms {
+            let (u, _) = dae.nodal_motion(t, &y[range]);
+            values.extend(arms.moment(self.nodes.iter().copied(), u, &force));
+        }
+        Ok(values)
     }
 
     fn needs_rates(&self, _: &mut dyn System, _: &[f64]) -> bool {

@@ -45,7 +45,7 @@ pub fn respond(
         let (stencil, bodies) = around(values[j], step, |value| {
             let near = scene.neighbor(j, values, body, value)?;
             let rest = preloaded(&at, &near, watcher)?;
-            Ok(DynamicStiffness::about(&near.muscle, near.formulation, &rest, &near.drive))
+            Ok(DynamicStiffness::about(&near.muscle, near.formulation, &rest, &near.drive)?)
         })?;
         Ok(Neighbors::new(stencil, step, bodies))
     };

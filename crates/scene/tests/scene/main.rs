@@ -14,6 +14,7 @@ mod lattice;
 mod load_paths;
 mod mesh_files;
 mod meshes;
+mod moments;
 mod moved_supports;
 mod muscle3d;
 mod obstacles;
