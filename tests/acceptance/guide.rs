@@ -236,6 +236,62 @@ fn rubber_has_the_closed_forms_of_the_three_tests() {
     }
 }
 
+/// The constants that fit Treloar's three tests best, from Ogden's.
+#[test]
+#[ignore = "slow"]
+fn rubber_is_fitted_better_than_by_the_published_constants() {
+    let folder = tempfile::tempdir().expect("a folder");
+    copy_examples(folder.path());
+    let mut scene = fs::read_to_string(folder.path().join("rubber.toml")).expect("a scene");
+    // The constants of the gallery with half of their last digit.
+    let constants = [
+        ("mu_1", 0.470e6, 0.0005e6),
+        ("alpha_1", 1.57, 0.005),
+        ("mu_2", 310.0, 5.0),
+        ("alpha_2", 5.63, 0.005),
+        ("mu_3", -0.0098e6, 0.00005e6),
+        ("alpha_3", -2.05, 0.005),
+    ];
+    for (name, ..) in constants {
+        scene += &format!("[[parameter]]\nkey = \"material[0].{name}\"\n");
+    }
+    let noise = 4.0;
+    scene += &format!(
+        "[[output]]\nname = \"pull\"\nprobe = \"clamp\"\ncolumn = \"R_x\"\nnoise = {noise:?}\n"
+    );
+    fs::write(folder.path().join("all.toml"), scene).expect("a scene");
+    let tension = fs::read_to_string(folder.path().join("rubber-uniaxial.csv")).expect("a table");
+    // The rows before rubber crystallizes, after the header.
+    let tension: Vec<&str> = tension.lines().take(20).collect();
+    fs::write(folder.path().join("tension.csv"), tension.join("\n")).expect("a table");
+    let [x, y] = ["x", "y"]
+        .map(|axis| format!("prescribed_displacement[{}].{axis}", usize::from(axis == "y")));
+    let back = "prescribed_displacement[1].group=back";
+    let data = [
+        format!("tension.csv {x}=0.0661"),
+        format!("rubber-shear.csv {x}=0.0396 {back}"),
+        format!("rubber-equibiaxial.csv {x}=0.0344 {back} {y}=0.0344"),
+    ];
+    let mut arguments = vec!["fit", "all.toml", "--quiet"];
+    arguments.extend(data.iter().flat_map(|data| ["--data", data]));
+    let run = myovib_in(folder.path(), &arguments);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let text = fs::read_to_string(folder.path().join("fit/fit.json")).expect("a fit");
+    let fit: serde_json::Value = serde_json::from_str(&text).expect("a document");
+    let n = fit["residuals"].as_array().expect("residuals").len();
+    assert_eq!(n, 19 + 13 + 16);
+    let deviation =
+        1e-2 * noise * (2.0 * fit["cost"].as_f64().expect("a number") / n as f64).sqrt();
+    // The deviation of the gallery, MPa.
+    assert!((deviation - 0.026).abs() < 5e-4, "{deviation} MPa");
+    for ((name, value, half), found) in
+        constants.iter().zip(fit["parameters"].as_array().expect("parameters"))
+    {
+        let found = found["value"].as_f64().expect("a number");
+        assert!((found - value).abs() < *half, "{name}: {found}");
+    }
+}
+
 /// The peak of the shaken strip and, without viscosity and Prony term, its first natural frequency.
 #[test]
 fn the_shaken_muscle_has_the_resonance_of_the_gallery() {

@@ -135,6 +135,22 @@ mod tests {
         assert_eq!(refusal("type = \"reaction\"\ngroup = \"fixed\""), "accepted");
     }
 
+    /// Checks a point beside the facets, as on a curved boundary. Regression: it was outside the mesh.
+    #[test]
+    fn points_near_the_boundary_are_noted_with_their_distance() {
+        let text = builtin::find("init").unwrap().text;
+        let notes = |x: f64| {
+            let at = [format!("probe[0].at=[{x:?}, 0.0]")];
+            let scene = Scene::build("scene.toml", text, &at, Path::new("")).unwrap();
+            let notes = scene.notes().into_iter().filter(|note| note.contains("probe[0].at"));
+            notes.collect::<Vec<_>>()
+        };
+        assert!(notes(0.1).is_empty());
+        // The tip of the muscle is slanted, so that the nearest point is approximate.
+        let [note] = &notes(0.1 + 7e-6)[..] else { panic!("one note") };
+        assert!(note.contains(" 7.00"), "{note}");
+    }
+
     /// Regression: the side of a box next to a fixed side was treated as a support.
     #[test]
     fn a_group_that_shares_an_edge_with_a_support_has_no_reaction() {

@@ -258,3 +258,35 @@ fn a_rigid_motion_is_refused() {
     assert!(error.to_string().contains("slide in y"), "{error}");
     assert!(!out.path().join("out").exists());
 }
+
+/// Checks a published ligament, with a negative c01 and five Prony terms, under cyclic strain. Regression: 50 414 steps.
+#[test]
+fn a_ligament_under_cyclic_strain_takes_a_few_steps_per_ramp() {
+    const RAMPS: u32 = 20;
+    let folder = tempfile::tempdir().unwrap();
+    let strain = |k: u32| [0.015, 0.03][k as usize % 2];
+    let rows = (1..=RAMPS).map(|k| format!("{},{}\n", 5 * k, strain(k)));
+    std::fs::write(
+        folder.path().join("pull.csv"),
+        format!("t,u\n0,0\n{}", rows.collect::<String>()),
+    )
+    .unwrap();
+    let terms = [0.01, 0.1, 1.0, 10.0, 100.0]
+        .map(|time| format!("{{ relative_modulus = 0.288, relaxation_time = {time} }}"))
+        .join(", ");
+    let text = format!(
+        "{QUASI_STATIC}[time]\nend = 100.0\n[mesh]\ntype = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [1, 1, 1]\n\
+         [solid]\nbulk_modulus = 5e9\n[[material]]\nlaw = \"transverse-mooney-rivlin\"\nc10 = 47.93e6\nc01 = -40.46e6\n\
+         c3 = 2.36e6\nc4 = 76.9\nc5 = 1584e6\nstretch_max = 1.03\ndensity = 1e3\nfiber = [0.0, 1.0, 0.0]\nprony = [{terms}]\n\
+         [[fixed]]\ngroup = \"left\"\ncomponents = [\"x\"]\n[[fixed]]\ngroup = \"front\"\ncomponents = [\"y\"]\n\
+         [[fixed]]\ngroup = \"bottom\"\ncomponents = [\"z\"]\n[[prescribed_displacement]]\ngroup = \"back\"\n\
+         y = {{ type = \"table\", file = \"pull.csv\", column = \"u\" }}\n\
+         [[probe]]\nname = \"force\"\ntype = \"reaction\"\ngroup = \"back\"\ninterval = 2.5\n"
+    );
+    let scene = Scene::build("scene.toml", &text, &[], folder.path()).unwrap();
+    let run = compute(&scene, &RunOptions::into_folder(&folder.path().join("out"))).unwrap();
+    assert!(run.outcome.reason().is_none(), "{:?}", run.outcome.reason());
+    let document = run.document;
+    // Each ramp starts the relaxation of five times anew, two to three steps for each decade.
+    assert!(document["steps"].as_u64().unwrap() < u64::from(15 * RAMPS), "{}", document["steps"]);
+}
