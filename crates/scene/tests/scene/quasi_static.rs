@@ -284,7 +284,7 @@ fn a_ligament_under_cyclic_strain_takes_a_few_steps_per_ramp() {
          [[probe]]\nname = \"force\"\ntype = \"reaction\"\ngroup = \"back\"\ninterval = 2.5\n"
     );
     let scene = Scene::build("scene.toml", &text, &[], folder.path()).unwrap();
-    let run = compute(&scene, &RunOptions::into_folder(&folder.path().join("out"))).unwrap();
+    let run = compute(&scene, &RunOptions::into_folder(folder.path().join("out"))).unwrap();
     assert!(run.outcome.reason().is_none(), "{:?}", run.outcome.reason());
     let document = run.document;
     // Each ramp starts the relaxation of five times anew, two to three steps for each decade.
