@@ -199,6 +199,9 @@ fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
     assert_eq!(sweep.code, 0, "{}", sweep.stderr);
     let run = myovib_in(folder.path(), &words(line_of("run"), &["--out", "a-run", "--quiet"]));
     assert_eq!(run.code, 0, "{}", run.stderr);
+    // Results of another command, although the program made them.
+    assert_refused(folder.path(), &["doctor", "--json=a-run/run.json"]);
+    assert_refused(&folder.path().join("a-sweep"), &["doctor", "--json=sweep.json"]);
     for (command, name) in FOLDERS {
         let own = folder.path().join(format!("of-{command}"));
         fs::create_dir(&own).unwrap();

@@ -7,7 +7,7 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 
 use myovib_report::{plot, table2};
-use myovib_scene::{Error, InputError, atomic_file, plain};
+use myovib_scene::{Error, InputError, atomic_file, plain, result_folder};
 
 /// Prints results to standard output. A closed pipe, as in `myovib … | head`, is not an error.
 ///
@@ -75,6 +75,9 @@ pub fn not_replaceable(path: &Path) -> Option<String> {
     // Links, pipes and devices are not replaced.
     if !there.is_file() {
         return Some("it is not a regular file".to_owned());
+    }
+    if let Some(command) = result_folder::command_of(path) {
+        return Some(format!("it is a result of `myovib {command}` in this folder"));
     }
     let reason = "the file exists and was not written by this program, so it is not replaced";
     (!is_ours(path)).then(|| reason.to_owned())

@@ -421,6 +421,14 @@ pub fn remove_temporary_files(folder: &Path, min_age: Duration) {
     }
 }
 
+/// Returns the command whose results in the folder of a file include this file, if there is one.
+pub fn command_of(file: &Path) -> Option<String> {
+    let name = file.file_name()?.to_str()?;
+    let folder = file.parent()?;
+    let manifest = Manifest::read(&Path::new(".").join(folder)).ok()??;
+    manifest.lists(name).then_some(manifest.header.command)
+}
+
 /// Creates a folder unless it exists.
 fn make(folder: &Path) -> Result<(), Error> {
     fs::create_dir_all(folder).map_err(|error| {
