@@ -85,11 +85,13 @@ impl ErrorTest {
         }))
     }
 
-    /// Returns the weighted norm, over the differential variables of the list, of the filtered
-    /// residual between the stages.
+    /// Returns weighted norms of the filtered residual between the stages, over the differential and the algebraic
+    /// variables of the list.
     ///
-    /// The residual is summed over points of the step. For a smooth solution it changes sign at the
-    /// nodes and is smaller than at t_n, where the estimate is evaluated.
+    /// For differential variables, the residual is summed over points of the step. For a smooth solution it changes sign at
+    /// the nodes and is smaller than at t_n, where the estimate is evaluated. For algebraic variables, the norm is the
+    /// maximum over the points: an input that acts on them for a part of the step has no effect on the differential
+    /// variables of the interpolant.
     pub(crate) fn between<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -97,9 +99,11 @@ impl ErrorTest {
         step: &Step<'_>,
         (z, kinds): (&[f64], &[VariableKind]),
         counters: &mut Counters,
-    ) -> Result<f64, Failure> {
+    ) -> Result<[f64; 2], Failure> {
         let (n, method) = (step.y.len(), step.method);
         self.between.fill(0.0);
+        let of = |kind: VariableKind| (0..n).filter(move |&i| kinds[i] == kind);
+        let (has_algebraic, mut algebraic) = (kinds.contains(&VariableKind::Algebraic), 0.0_f64);
         for point in 1..=POINTS {
             let theta = point as f64 / (POINTS + 1) as f64;
             self.shifted.copy_from_slice(step.y);
@@ -112,12 +116,20 @@ impl ErrorTest {
             let (t, y, v) = (step.t + theta * step.h, &self.shifted, &self.y_dot);
             evaluate(problem, t, y, v, &mut self.residual, counters)?;
             add_scaled(&mut self.between, 1.0, &self.residual);
+            if has_algebraic {
+                let solved = matrices.solve_real(problem, &mut self.residual);
+                solved.map_err(Operation::LinearSolve.failed())?;
+                counters.work.real_solves += 1;
+                let errors = of(VariableKind::Algebraic);
+                let errors = errors.map(|i| self.residual[i] * self.mask[i] * step.weights[i]);
+                algebraic = algebraic.max(norm(errors, n));
+            }
         }
         matrices.solve_real(problem, &mut self.between).map_err(Operation::LinearSolve.failed())?;
         counters.work.real_solves += 1;
-        let errors = (0..n).filter(|&i| kinds[i] == VariableKind::Differential);
+        let errors = of(VariableKind::Differential);
         let errors = errors.map(|i| self.between[i] * self.mask[i] * step.weights[i]);
-        Ok(norm(errors, n))
+        Ok([norm(errors, n), algebraic])
     }
 
     /// Replaces the residual by the estimate and returns its norm.

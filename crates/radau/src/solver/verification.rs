@@ -27,6 +27,9 @@ const FAST_GROWTH: f64 = 2.0;
 /// smooth step of fast growth it is below 1.
 const UNSEEN: f64 = 10.0;
 
+/// The same for the maximum of the algebraic variables, which are interpolated with a lower order.
+const UNSEEN_BY_ALGEBRAIC: f64 = 1000.0;
+
 /// Fraction of a rejected step below which a step that contains a jump is accepted.
 const SHORTEST: f64 = 1.0 / 4096.0;
 
@@ -159,16 +162,20 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let (solved, counters) = ((&self.newton.z[..], &self.kinds[..]), &mut self.counters);
         let test = &mut self.error_test;
         match test.between(problem, matrices, &step, solved, counters) {
-            Ok(error) if !error.is_finite() => Err(Failure::Rejected(Rejection {
+            Ok([error, _]) if !error.is_finite() => Err(Failure::Rejected(Rejection {
                 reason: StopReason::LinearSolveFailed,
                 message: format!("the residual between the stages is {error} at h = {h:e}"),
                 step_factor: 0.5,
             })),
-            Ok(error) if error > UNSEEN => Err(Failure::Rejected(Rejection {
-                reason: StopReason::ErrorTestFailures,
-                message: format!("an input acts between the stages of the step of size h = {h:e}"),
-                step_factor: 0.25,
-            })),
+            Ok(errors) if errors[0] > UNSEEN || errors[1] > UNSEEN_BY_ALGEBRAIC => {
+                Err(Failure::Rejected(Rejection {
+                    reason: StopReason::ErrorTestFailures,
+                    message: format!(
+                        "an input acts between the stages of the step of size h = {h:e}"
+                    ),
+                    step_factor: 0.25,
+                }))
+            }
             // F need not have a value between the stages.
             Ok(_) | Err(Failure::Rejected(_)) => Ok(()),
             Err(fatal) => Err(fatal),

@@ -88,6 +88,46 @@ impl Problem for Rectifier {
     }
 }
 
+/// The same with a resistor of 10 Ω in series. The voltage of the diode is algebraic, and its interpolant within a step that
+/// contains a conduction may remain negative.
+struct RectifierWithResistor;
+
+impl Problem for RectifierWithResistor {
+    fn n_unknowns(&self) -> usize {
+        2
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        let source = 10.0 * (100.0 * std::f64::consts::PI * t).sin();
+        let current = 1e-9 * ((y[1] / 0.026).exp() - 1.0);
+        r[0] = 1e-4 * v[0] - current + y[0] / 1e3;
+        r[1] = source - 10.0 * current - y[1] - y[0];
+        Ok(())
+    }
+}
+
+/// Regression: the last step passed over a conduction. The reference was computed with SciPy's LSODA and Radau.
+#[test]
+fn no_conduction_through_a_resistor_is_skipped() {
+    let rate = 1e3 * std::f64::consts::PI;
+    for stages in [3, 5, 7] {
+        for tolerance in [1e-4, 1e-5, 1e-6] {
+            let tolerances = Tolerances::scalar(tolerance, tolerance);
+            let options = RadauOptions { stages, tolerances, ..RadauOptions::default() };
+            let options = RadauOptions { dense_output: false, ..options };
+            let mut solver = RadauSolver::builder(RectifierWithResistor)
+                .options(options)
+                .build(0.0, &[0.0; 2], &[0.0, rate])
+                .unwrap();
+            let outcome = solver.integrate_to(0.1).unwrap();
+            assert_eq!(outcome, Outcome::Reached { t: 0.1 });
+            // As above.
+            let error = (solver.y()[0] - 7.938737).abs();
+            assert!(error < 1e3 * tolerance + 1e-6, "{stages} stages, {tolerance:e}: {error:e}");
+        }
+    }
+}
+
 /// Regression: steps of 45 ms skipped whole periods. The reference was computed with BDF and with SciPy's Radau.
 #[test]
 fn no_conduction_of_a_rectifier_is_skipped() {
