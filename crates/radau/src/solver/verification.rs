@@ -27,8 +27,9 @@ const FAST_GROWTH: f64 = 2.0;
 /// smooth step of fast growth it is below 1.
 const UNSEEN: f64 = 10.0;
 
-/// The same for the maximum of the algebraic variables, which are interpolated with a lower order.
-const UNSEEN_BY_ALGEBRAIC: f64 = 1000.0;
+/// The same for the maximum of the algebraic variables, which are interpolated with a lower order: the error that the
+/// guide promises for algebraic variables.
+const UNSEEN_BY_ALGEBRAIC: f64 = 100.0;
 
 /// Fraction of a rejected step below which a step that contains a jump is accepted.
 const SHORTEST: f64 = 1.0 / 4096.0;
