@@ -73,8 +73,11 @@ def jumping_multipliers(solution: Any, indices: list[int], rtol: float, atol: Ar
         return []
     times, y = solution.t[1:6] - solution.t[0], solution.y[:, 1:6].T
     second, third, fourth = (np.polyfit(times[: d + 1] / times[d], y[: d + 1], d)[-1] for d in (2, 3, 4))
-    tolerance = rtol * np.abs(solution.y[:, :6]).max(axis=1) + atol
-    # Global errors are up to 100 tolerances.
-    is_jump = np.abs(solution.y[:, 0] - fourth) > np.maximum(JUMP * np.abs(fourth - third), 100.0 * tolerance)
+    size = np.abs(solution.y[:, :6]).max(axis=1)
+    tolerance = rtol * size + atol
+    # Global errors are up to 100 tolerances. For multipliers of index 3 and tight tolerances, they are up to 3000.
+    largest = np.minimum(3000.0 * tolerance, 0.1 * size) if max(indices) == 3 else 0.0
+    limit = np.maximum(100.0 * tolerance, largest)
+    is_jump = np.abs(solution.y[:, 0] - fourth) > np.maximum(JUMP * np.abs(fourth - third), limit)
     is_jump &= np.abs(solution.y[:, 0] - fourth) > np.abs(third - second)
     return np.flatnonzero(is_jump & (np.array(indices) == max(indices))).tolist()

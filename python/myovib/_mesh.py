@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import warnings
 from collections.abc import Mapping
 from os import PathLike
 from typing import Any
@@ -22,7 +25,17 @@ _TYPES = {
 _GMSH = {1: (0, 1, 15), 2: (1, 2, 1), 3: (2, 3, 2), 4: (3, 4, 4), 6: (2, 3, 9), 10: (3, 4, 11)}
 _KINDS = ("point", "curve", "surface", "volume")
 #: Cell arrays of groups that programs write.
-_ARRAYS = ("gmsh:physical", "medit:ref", "CellEntityIds")
+_ARRAYS = (
+    "gmsh:physical",
+    "medit:ref",
+    "nastran:ref",
+    "tetgen:ref",
+    "su2:tag",
+    "avsucd:material",
+    "ugrid:ref",
+    "netgen:index",
+    "CellEntityIds",
+)
 
 Groups = dict[str, np.ndarray]
 Fields = dict[str, np.ndarray]
@@ -31,14 +44,15 @@ Fields = dict[str, np.ndarray]
 def read_mesh(
     path: str | PathLike[str], group: str | None = None
 ) -> tuple[np.ndarray, Groups, Fields]:
-    """Read a mesh of another program (VTU, VTK, XDMF, Abaqus, Medit, Nastran, ...) by meshio.
+    """Read a mesh of another program (VTU, VTK, XDMF, Abaqus, Medit, Nastran, ...) with meshio.
 
     Parameters
     ----------
     path
         File; meshio selects the format by the extension.
     group
-        Name of an integer cell array whose values are groups; by default, one that a known program writes.
+        Name of an integer cell array whose values are groups. By default, the array of Gmsh, Medit, Nastran, TetGen, SU2,
+        AVS-UCD, UGRID, Netgen or VTK's Exodus reader.
 
     Returns
     -------
@@ -49,7 +63,7 @@ def read_mesh(
         ``surface 3`` or ``volume 3`` unless the file names them; sets of cells and points keep their names. Cells of the
         body without a group are ``ungrouped``.
     fields
-        Arrays of values at the points.
+        Arrays of values at the points. Arrays of values at cells are not converted.
 
     Example
     -------
@@ -60,11 +74,18 @@ def read_mesh(
     except ImportError as error:
         raise ImportError("read_mesh requires meshio: pip install meshio") from error
     try:
-        mesh = meshio.read(path)
-    # meshio exits the interpreter if no reader accepts the file.
-    except (meshio.ReadError, SystemExit) as error:
-        raise ValueError(f"meshio cannot read {path}: {error}") from None
+        with contextlib.redirect_stdout(io.StringIO()):
+            mesh = meshio.read(path)
+    except OSError:
+        raise
+    # Readers raise errors of any type for damaged files; meshio exits the interpreter if none accepts the file.
+    except (Exception, SystemExit) as error:
+        reason = "" if isinstance(error, SystemExit) else f": {error}"
+        raise ValueError(f"meshio cannot read {path}{reason}") from error
     array = group or next((name for name in _ARRAYS if name in mesh.cell_data), None)
+    possible = [name for name, parts in mesh.cell_data.items() if all(p.ndim == 1 and p.dtype.kind in "iu" for p in parts)]
+    if array is None and possible:
+        warnings.warn(f"{path} has the integer cell arrays {', '.join(possible)}: `group` selects one as groups", stacklevel=2)
     if array is not None and array not in mesh.cell_data:
         found = ", ".join(mesh.cell_data) or "none"
         raise ValueError(f"{path} has no cell array {array!r}; found: {found}")
@@ -77,7 +98,9 @@ def read_mesh(
     for name, cells in sets.items():
         if len(cells) != len(mesh.cells):  # of sets of sets in Abaqus files
             raise ValueError(f"meshio cannot read the set {name!r} of {path}: list its elements")
-    names = {(int(dim), int(tag)): name for name, (tag, dim) in mesh.field_data.items()}
+    # Names of Gmsh's groups; other programs store data of the file, such as its time.
+    named = mesh.field_data.items() if array == "gmsh:physical" else ()
+    names = {(int(value[1]), int(value[0])): name for name, value in named if np.size(value) == 2}
     body = max((_TYPES[block.type][0] for block in mesh.cells), default=0)
     parts: dict[tuple[str, int], list[np.ndarray]] = {}
     for i, block in enumerate(mesh.cells):
@@ -138,11 +161,15 @@ def write_mesh(
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] not in (2, 3):
         raise ValueError(f"points must have two or three columns, found shape {points.shape}")
+    if not np.isfinite(points).all():
+        raise ValueError("points must be finite")
     points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
     names: list[str] = []
     elements: list[np.ndarray] = []
     vertices: dict[int, list[np.ndarray]] = {}
     for tag, (name, cells) in enumerate(groups.items(), start=1):
+        if '"' in name or not name.isprintable():
+            raise ValueError(f"group name {name!r} has quotes or control characters")
         cells = np.asarray(cells)
         if cells.ndim != 2 or cells.shape[1] not in _GMSH or cells.dtype.kind not in "iu":
             raise ValueError(
@@ -151,6 +178,7 @@ def write_mesh(
             )
         if cells.size and not 0 <= cells.min() <= cells.max() < len(points):
             raise ValueError(f"group {name!r} has indices outside 0 to {len(points) - 1}")
+        cells = cells.astype(np.int64)
         dimension, n_vertices, kind = _GMSH[cells.shape[1]]
         names.append(f'{dimension} {tag} "{name}"\n')
         if cells.shape[1] == 10:  # Gmsh's order of the last two edges is that of VTK reversed.
@@ -183,7 +211,7 @@ def write_mesh(
 def _values(name: str, values: Any, n_points: int) -> np.ndarray:
     """Return a field with one row per point and three columns if it is a vector."""
     values = np.asarray(values, dtype=float)
-    if len(values) != n_points or values.ndim > 2:
+    if values.ndim not in (1, 2) or len(values) != n_points:
         raise ValueError(
             f"field {name!r} must have one row per point ({n_points}), found shape {values.shape}"
         )

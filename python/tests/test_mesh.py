@@ -130,6 +130,8 @@ def test_a_file_of_vtk_has_groups_fields_and_sets(tmp_path):
     grid.cell_data["part"][last] = 8
     stiff = 1.0 + points[:, 0] / 0.08
     grid.point_data["stiff"] = stiff
+    # Regression: data of the file were taken for names of groups.
+    grid.field_data["TimeValue"] = [0.5]
     grid.save(tmp_path / "grid.vtu")
     read, groups, fields = myovib.read_mesh(tmp_path / "grid.vtu", group="part")
     assert (read == points).all() and (fields["stiff"] == stiff).all()
@@ -190,7 +192,10 @@ def test_a_mesh_that_cannot_be_read_or_written_is_refused(tmp_path):
         ({"groups": {"quads": cells[:, [0, 1, 2, 3, 3]]}}, "quads"),
         ({"groups": {"outside": cells + 1}}, "outside"),
         ({"groups": {"real": cells + 0.5}}, "real"),
+        ({"groups": {'a"b': cells}}, "quotes"),
+        ({"points": points * np.nan}, "finite"),
         ({"fields": {"short": points[1:]}}, "short"),
+        ({"fields": {"single": 1.0}}, "single"),
     ]:
         arguments = {"points": points, "groups": {"tissue": cells}, "fields": {}, **change}
         with pytest.raises(ValueError, match=word):
@@ -208,6 +213,33 @@ def test_a_mesh_that_cannot_be_read_or_written_is_refused(tmp_path):
         mesh.write(tmp_path / "real.vtu")
         with pytest.raises(ValueError, match="part"):
             myovib.read_mesh(tmp_path / "real.vtu", group="part")
-    (tmp_path / "wrong.vtu").write_text("no mesh")
-    with pytest.raises(ValueError, match=r"wrong\.vtu"):
-        myovib.read_mesh(tmp_path / "wrong.vtu")
+    for name, text in (("wrong.vtu", "no mesh"), ("wrong.inp", "*NODE\n1, abc, 0., 0.\n")):
+        (tmp_path / name).write_text(text)
+        with pytest.raises(ValueError, match=name):
+            myovib.read_mesh(tmp_path / name)
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "uint64", "int32"])
+def test_indices_of_any_integer_type_are_written(tmp_path, dtype):
+    points = np.random.default_rng(1).random((256, 3))
+    cells = np.array([[252, 253, 254, 255]])
+    texts = []
+    for kind in (dtype, "int64"):
+        myovib.write_mesh(tmp_path / "body.msh", points, {"tissue": cells.astype(kind)})
+        texts.append((tmp_path / "body.msh").read_text())
+    assert texts[0] == texts[1]
+
+
+def test_arrays_of_known_programs_are_groups(tmp_path):
+    meshio = pytest.importorskip("meshio")
+    points, cells, held, _ = box()
+    blocks = [("tetra", cells), ("triangle", held)]
+    for array, found in (("nastran:ref", {"volume 1", "surface 9"}), ("part", {"ungrouped"})):
+        data = {array: [np.full(len(cells), 1), np.full(len(held), 9)]}
+        meshio.Mesh(points, blocks, cell_data=data).write(tmp_path / "grid.vtu")
+        if array == "part":
+            with pytest.warns(UserWarning, match="part"):
+                groups = myovib.read_mesh(tmp_path / "grid.vtu")[1]
+        else:
+            groups = myovib.read_mesh(tmp_path / "grid.vtu")[1]
+        assert set(groups) == found
