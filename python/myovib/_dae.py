@@ -281,7 +281,7 @@ def solve_dae(
         Maximum number of steps, up to each break; 200 000 by default.
     breaks : array_like, optional
         Times at which an input jumps or has a kink. The integration stops there
-        and starts again. The functions are not called within a few roundings of these
+        and starts again. The functions are not called within a few rounding errors of these
         times, so that each step sees one side of the jump. At index 0 and 1, algebraic
         variables and derivatives after a break are computed as by
         ``initial="algebraic"``, and a break occurs twice in `t` if `t_eval` is not

@@ -122,8 +122,7 @@ impl DynamicStiffness {
             (true, false) => Formulation::Position,
             (true, true) => Formulation::ImplicitRate,
         };
-        let mut dae = MuscleDae::for_analysis(muscle, formulation);
-        dae.relax_overstress();
+        let dae = MuscleDae::for_analysis(muscle, formulation);
         let p = match formulation.has(Field::Pressure) {
             true => at.pressure.clone(),
             false => Vec::new(),
@@ -146,7 +145,9 @@ impl DynamicStiffness {
         let preload = Vec::new();
         let mut stiffness = Self { dae, u, p, preload, tensions, t, force, supports };
         let y = stiffness.state();
+        // Without overstress, because the body is in equilibrium.
         stiffness.preload = stiffness.dae.unbalanced_force(t, &y, &vec![0.0; y.len()])?;
+        stiffness.dae.relax_overstress();
         Ok(stiffness)
     }
 
