@@ -96,6 +96,9 @@ const STEEP: f64 = 10.0;
 /// Ratio of the last to the first correction below which new matrices are considered tested.
 const TRIED: f64 = 0.1;
 
+/// Largest last correction after the first iteration, as a fraction of the solution; one tolerance is allowed, too.
+const SMALL: f64 = 0.01;
+
 /// Relative rounding of y, below which corrections of its increments are not resolved.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
@@ -209,8 +212,9 @@ impl NewtonSolver {
                     return Ok(Newton::Failed { step_factor: 0.8 * excess.powf(exponent) });
                 }
             }
-            // A contraction measured from a diverged correction proves nothing: a later correction must be small itself.
-            let is_small = iteration == 1 || norm <= 1.0;
+            // A contraction measured from a diverged correction proves nothing: a later correction must be small itself. At
+            // rest, the size of the solution is unknown.
+            let is_small = iteration == 1 || of_y == 0.0 || norm <= (SMALL * of_y).max(1.0);
             if solved_after.is_none() && is_small && error_factor * norm <= tolerance {
                 solved_after = Some(iteration);
             }
