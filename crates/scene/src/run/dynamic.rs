@@ -52,24 +52,27 @@ pub(super) fn compute(
     let conditions = conditions(scene)?;
     let mut request = request(scene, options)?;
     request.check()?;
-    if options.existing == Existing::Resume {
+    let is_resumed = options.existing == Existing::Resume;
+    if is_resumed {
         expect_same_run(&request)?;
         expect_incomplete(&options.out, scene, options.verify)?;
-        if was_killed_before_first_checkpoint(&options.out) {
-            request.existing = Existing::Overwrite;
-        }
     }
-    // A resumed run already has its folder. A new run is initialized before its folder is created.
-    let folder = match request.existing {
-        Existing::Resume => Some(request.clone().open()?),
-        _ => None,
+    let has_checkpoint = is_resumed && !was_killed_before_first_checkpoint(&options.out);
+    if is_resumed && !has_checkpoint {
+        request.existing = Existing::Overwrite;
+    }
+    // A resumed run already has its folder, which is locked during the initialization: another process may use it. A new
+    // run is initialized before its folder is created.
+    let folder = match is_resumed {
+        true => Some(request.clone().open()?),
+        false => None,
     };
     let checkpoint = match &folder {
-        Some(folder) => {
+        Some(folder) if has_checkpoint => {
             let origin = &request.origin;
             Some(Checkpoint::read(folder, scene, &readings, origin)?)
         }
-        None => None,
+        _ => None,
     };
     let from = checkpoint.as_ref();
     let run = Motion {

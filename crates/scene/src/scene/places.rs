@@ -62,7 +62,10 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
         let axes = axes.iter().filter(|&&axis| axis < dimension);
         let components =
             nodes.iter().flat_map(|n| axes.clone().map(move |axis| dimension * n + axis));
-        components.filter(|component| free.binary_search(component).is_err()).collect()
+        let held = components.filter(|component| free.binary_search(component).is_err());
+        let mut held: Vec<usize> = held.collect();
+        held.sort_unstable();
+        held
     };
     let all = [0, 1, 2];
     let fixed = file.fixed.iter().map(|fixed| {
@@ -96,7 +99,8 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
         for (support, components) in supports.iter().filter(|(support, _)| support != group) {
             let of_probe = reactions.iter().any(|(other, _)| other == support);
             match shared(own, components) {
-                n if n > 0 && n < own.len() && !of_probe => notes.push(format!(
+                // A probe of several supports includes them as a whole.
+                n if n > 0 && n < components.len() && n < own.len() && !of_probe => notes.push(format!(
                     "the reaction of `{group}` includes the forces of the support `{support}` at {n} components of shared nodes"
                 )),
                 _ => {}
