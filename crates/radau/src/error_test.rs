@@ -89,9 +89,8 @@ impl ErrorTest {
     /// variables of the list.
     ///
     /// For differential variables, the residual is summed over points of the step. For a smooth solution it changes sign at
-    /// the nodes and is smaller than at t_n, where the estimate is evaluated. For algebraic variables, the norm is the
-    /// maximum over the points: an input that acts on them for a part of the step has no effect on the differential
-    /// variables of the interpolant.
+    /// the nodes and is smaller than the estimate at t_n. For algebraic variables, the norm is the maximum over the points,
+    /// because a short input that acts on them leaves the interpolated differential variables unchanged.
     pub(crate) fn between<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,

@@ -249,7 +249,7 @@ fn harmonic_balance_finds_motions_that_are_nearly_linear() {
     let found = at(omega).unwrap();
     (0..2).for_each(|i| assert_close(found[i], expected[i]));
     assert_eq!(at(DUFFING[0].0), None);
-    // Regression: numbers that are not finite counted as converged.
+    // Regression: NaN counted as converged.
     let undefined = Oscillator { omega, cubic: f64::NAN, ..duffing(Form::Explicit) };
     assert!(!matches!(balanced(undefined, false), Ok(Some(_))));
     let interrupted = Oscillator { omega, ..duffing(Form::Explicit) };

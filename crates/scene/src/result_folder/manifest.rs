@@ -140,6 +140,13 @@ impl Manifest {
     }
 }
 
+/// Returns the command whose results in the folder of a file include this file, if there is one.
+pub fn command_of(file: &Path) -> Option<String> {
+    let (folder, name) = (file.parent()?, file.file_name()?.to_str()?);
+    let manifest = Manifest::read(&Path::new(".").join(folder)).ok()??;
+    manifest.lists(name).then_some(manifest.header.command)
+}
+
 fn line(name: &str) -> Result<String, Error> {
     Ok(serde_json::to_string(name)? + "\n")
 }

@@ -18,6 +18,7 @@ use crate::atomic_file::{self, Growing};
 use crate::versions::Versions;
 use crate::{Error, InputError, Scene, inputs};
 use manifest::Manifest;
+pub use manifest::command_of;
 
 /// Name of the document of a run.
 pub(crate) const DOCUMENT: &str = "run.json";
@@ -419,14 +420,6 @@ pub fn remove_temporary_files(folder: &Path, min_age: Duration) {
             let _ = atomic_file::remove_orphan(&entry.path(), LOCK);
         }
     }
-}
-
-/// Returns the command whose results in the folder of a file include this file, if there is one.
-pub fn command_of(file: &Path) -> Option<String> {
-    let name = file.file_name()?.to_str()?;
-    let folder = file.parent()?;
-    let manifest = Manifest::read(&Path::new(".").join(folder)).ok()??;
-    manifest.lists(name).then_some(manifest.header.command)
 }
 
 /// Creates a folder unless it exists.

@@ -261,7 +261,7 @@ impl<'a> Readings<'a> {
     /// Returns the outputs of a state; each probe is read once.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for an element that is inverted at a vertex, as in runs, unless the scene accepts it.
+    /// [`ModelError::Inverted`] if an element is inverted at a vertex and the scene does not allow it.
     pub(super) fn values(
         &self,
         system: &mut dyn System,

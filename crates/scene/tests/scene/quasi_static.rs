@@ -287,6 +287,6 @@ fn a_ligament_under_cyclic_strain_takes_a_few_steps_per_ramp() {
     let run = compute(&scene, &RunOptions::into_folder(folder.path().join("out"))).unwrap();
     assert!(run.outcome.reason().is_none(), "{:?}", run.outcome.reason());
     let document = run.document;
-    // Each ramp starts the relaxation of five times anew, two to three steps for each decade.
+    // Each ramp excites the relaxation with five times again: two to three steps for each decade of time.
     assert!(document["steps"].as_u64().unwrap() < u64::from(15 * RAMPS), "{}", document["steps"]);
 }

@@ -41,7 +41,7 @@ fn gmsh(folder: &Path, geometry: &str, arguments: &str) -> Vec<u8> {
     fs::read(folder.join(words[words.len() - 1])).unwrap()
 }
 
-/// Returns the deflection of a block that is clamped where the normal points to −x.
+/// Returns the deflection of a block, clamped at facets with the normal −x.
 fn tip(content: &[u8]) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("block.msh"), content).unwrap();
