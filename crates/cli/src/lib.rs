@@ -44,6 +44,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use myovib_scene::{Scene, plain};
+use myovib_sparse::Allocator;
 
 use crate::cli::{Cli, Command};
 use crate::exit::Exit;
@@ -84,7 +85,8 @@ fn scene() -> Option<Scene> {
 /// Prints the error of a failed command and returns the exit code.
 pub fn ended(result: anyhow::Result<Exit>) -> Exit {
     result.unwrap_or_else(|failure| {
-        output::print_error(&error::render(&failure));
+        let message = error::render(&failure);
+        Allocator::print_last_error(|| output::print_error(&message));
         // A command that needs the result of a run fails if the run is interrupted, but its input is valid.
         if interrupt::has_come() { Exit::Interrupted } else { Exit::of_failure(&failure) }
     })

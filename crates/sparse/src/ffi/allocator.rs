@@ -11,7 +11,20 @@ pub struct Allocator {
     pub exit_code: i32,
 }
 
+/// Whether a thread prints the error that ends the process, and whether the program has printed it.
+static IS_ENDING: AtomicBool = AtomicBool::new(false);
+static IS_PRINTED: AtomicBool = AtomicBool::new(false);
+
 impl Allocator {
+    /// Calls `print` unless another thread already ends the process for lack of memory. If memory runs out afterwards, the
+    /// process ends without a second error.
+    pub fn print_last_error(print: impl FnOnce()) {
+        if !IS_ENDING.swap(true, Ordering::Relaxed) {
+            print();
+            IS_PRINTED.store(true, Ordering::Release);
+        }
+    }
+
     /// Ends the process if an allocation failed.
     fn checked(&self, memory: *mut u8, bytes: usize) -> *mut u8 {
         if memory.is_null() {
@@ -20,9 +33,9 @@ impl Allocator {
         memory
     }
 
-    /// Prints the error without allocating. Other threads that reach this point wait until the process ends.
+    /// Prints the error without allocating, and ends the process. If another thread prints an error, this one waits until
+    /// the process ends.
     fn end(&self, bytes: usize) -> ! {
-        static IS_ENDING: AtomicBool = AtomicBool::new(false);
         if !IS_ENDING.swap(true, Ordering::Relaxed) {
             let mut buffer = [0; 256];
             let mut text = &mut buffer[..];
@@ -35,13 +48,14 @@ impl Allocator {
             let message = &buffer[..buffer.len() - left];
             // SAFETY: the pointer and the length describe `message`.
             unsafe { libc::write(libc::STDERR_FILENO, message.as_ptr().cast(), message.len()) };
-            // SAFETY: `_exit` has no preconditions.
-            unsafe { libc::_exit(self.exit_code) };
+            IS_PRINTED.store(true, Ordering::Release);
         }
-        loop {
-            // SAFETY: `pause` has no preconditions. It neither allocates nor unwinds.
-            unsafe { libc::pause() };
+        while !IS_PRINTED.load(Ordering::Acquire) {
+            // SAFETY: `usleep` has no preconditions. It neither allocates nor unwinds.
+            unsafe { libc::usleep(1000) };
         }
+        // SAFETY: `_exit` has no preconditions.
+        unsafe { libc::_exit(self.exit_code) }
     }
 }
 
