@@ -63,8 +63,8 @@ pub fn treats_tolerances_as_error_weights<M: Method>(method: &M) {
     );
 }
 
-/// Checks that the number of steps is nearly unchanged if the problem provides only a residual: neither Jacobian nor
-/// kinds nor indices.
+/// Checks that the number of steps is nearly unchanged if the problem provides only a residual, without a
+/// Jacobian, kinds or indices.
 pub fn needs_no_more_than_a_residual<M: Method>(method: &M) {
     let mut with = circle(method, Circle::new());
     let mut without = circle(method, Circle::without_jacobian());

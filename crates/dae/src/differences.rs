@@ -133,7 +133,7 @@ impl Differences {
         })
     }
 
-    /// Replaces quotients of a group by quotients of fine displacements, if these are more accurate.
+    /// Replaces the difference quotients of a group by quotients with finer displacements, if these are more accurate.
     fn refine<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,

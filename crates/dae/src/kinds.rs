@@ -127,8 +127,8 @@ impl<P: Problem + ?Sized> Search<'_, P> {
     }
 
     /// Returns the equations that change when the derivatives of these variables are perturbed: by the intended
-    /// distance or, if F cannot be evaluated there, in the other direction or by less. A change to a non-finite value
-    /// is a change, because a zero coefficient would leave the value finite.
+    /// distance or, if F cannot be evaluated there, in the other direction or by less. A value that
+    /// becomes non-finite counts as changed, because a zero coefficient would leave it finite.
     fn changed(
         &mut self,
         columns: &[usize],

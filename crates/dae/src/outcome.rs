@@ -124,8 +124,8 @@ pub struct WorstComponent {
 const N_WORST: usize = 8;
 
 impl WorstComponent {
-    /// Selects the components with the largest weighted errors from `of_all`, as required for
-    /// [`Stop::worst_components`].
+    /// Selects the components with the largest weighted errors for [`Stop::worst_components`]; `of_all` holds the
+    /// weighted errors of all components.
     pub fn largest(
         problem: &impl Problem,
         of_all: impl IntoIterator<Item = f64>,

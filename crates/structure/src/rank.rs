@@ -44,7 +44,8 @@ pub struct RankDecision {
 }
 
 impl RankDecision {
-    /// Separates `magnitudes`, in any order, of a matrix with the magnitude `reference`.
+    /// Decides which `magnitudes`, in any order, are zero, by the widest gap between them relative to `reference`, the
+    /// magnitude of the matrix.
     pub(crate) fn new(subject: String, magnitudes: &[f64], reference: f64) -> Self {
         let size = magnitudes.len();
         let reference = if reference > 0.0 { reference } else { 1.0 };

@@ -107,7 +107,7 @@ impl Mechanism for Charges {
         }
     }
 
-    /// On a spiral from pole to pole, initially at rest.
+    /// Returns positions on a spiral from pole to pole, and zero velocities.
     fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let place = |i: usize| {
             let height = (2.0 * i as f64 + 1.0) / Self::NUMBER as f64 - 1.0;

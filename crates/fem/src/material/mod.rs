@@ -56,8 +56,8 @@ pub type Tensor = [[f64; 2]; 2];
 impl Law {
     /// Creates a law from a user-defined type. In 2D it is evaluated by its 3D functions.
     ///
-    /// Results equal a built-in law bitwise in 3D; the evaluation is somewhat slower. Messages call
-    /// the law `name`.
+    /// In 3D, results are bitwise equal to the results of a built-in law with the same formulas; the evaluation is
+    /// somewhat slower. Messages refer to the law as `name`.
     ///
     /// # Examples
     /// ```

@@ -81,7 +81,7 @@ impl Solid {
     /// The errors of [`evaluate`](Self::evaluate).
     ///
     /// # Panics
-    /// Panics like the pass itself.
+    /// Panics if the pass itself panics.
     pub fn compute(&self, pass: &Pass<'_>, results: &mut Vec<Vec<f64>>) -> Result<(), Inverted> {
         let nodal = self.space.n_components();
         let scalar = self.space.n_pressures();

@@ -87,7 +87,7 @@ impl fmt::Display for Remedy {
 /// A reason why a run fails or is slow, and its remedies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// Blocks of unknowns that cause it, if any.
+    /// Blocks of unknowns that cause the problem, if any.
     pub fields: Vec<Field>,
     /// Description of the problem.
     pub problem: String,

@@ -18,7 +18,7 @@ pub enum Outcome {
         reason: EndReason,
         /// Description of the cause with values.
         message: String,
-        /// An inverted element that the run could not pass.
+        /// The inverted element that stopped the run, if any.
         inverted: Option<Inverted>,
     },
 }

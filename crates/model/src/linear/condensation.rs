@@ -74,9 +74,9 @@ pub(super) struct RetainedBlock {
     pub(super) unknowns: Range<usize>,
     /// Rows and unknowns of the condensed system.
     pub(super) condensed: Range<usize>,
-    /// Sign of its rows in the condensed system: 1 or -1.
+    /// Sign of the block's rows in the condensed system: 1 or -1.
     pub(super) sign: f64,
-    /// Additional factor of its rows, applied after the eliminated part is subtracted.
+    /// Additional factor of the block's rows, applied after the eliminated part is subtracted.
     pub(super) scale: Option<Quadratic>,
 }
 

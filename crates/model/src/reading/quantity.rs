@@ -32,7 +32,7 @@ struct Description {
     evaluation: Evaluation,
 }
 
-/// Computation of the components. Symmetric tensors have their 3D order.
+/// Computation of the components. Components of symmetric tensors are in the order of 3D.
 enum Evaluation {
     /// From the fields.
     Fields(fn(&Snapshot<'_>, &ElementPoint) -> Vec<f64>),

@@ -6,7 +6,7 @@ use nalgebra_sparse::CscMatrix;
 use crate::muscle::Muscle;
 use crate::operators;
 
-/// Strain by which the body is displaced for central differences.
+/// Strain of the displaced bodies from which central differences are computed.
 const SMALL_STRAIN: f64 = 1e-3;
 
 /// A motion of the body at one time, prescribed components included.

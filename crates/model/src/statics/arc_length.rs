@@ -7,7 +7,7 @@ use super::path::{PathEnd, PathState, Stability};
 use super::{GRADIENT_STEP, Search, Shortfall, not_converged};
 use crate::error::ModelError;
 
-/// Number of iterations at which the control of the step length aims.
+/// Target number of iterations per step, for the control of the step length.
 const ITERATIONS: f64 = 5.0;
 /// Target distance between an equilibrium and its prediction, relative to the step length, which is chosen accordingly.
 const DISTANCE: f64 = 0.1;

@@ -33,9 +33,10 @@ pub enum CriticalKind {
 /// A point of the path with a singular tangent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CriticalPoint {
-    /// Its kind.
+    /// Limit point or bifurcation.
     pub kind: CriticalKind,
-    /// Load factors of the states before and after it; the load factor of the point itself, twice, if it was located.
+    /// Load factors of the computed states before and after the point. If the point was located, both are its load
+    /// factor.
     pub loads: [f64; 2],
 }
 

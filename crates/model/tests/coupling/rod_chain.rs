@@ -1,5 +1,5 @@
 //! The settled coherence of the chains of the paper's section 3.1, with the rod. The reference values are from an
-//! independent integration, with all its printed digits.
+//! independent integration and are compared to all printed digits.
 
 use std::sync::Arc;
 

@@ -147,7 +147,7 @@ fn a_tight_tolerance() {
         .stops_and_every_remedy_works(&["index 3", "p (index 3)", "tolerance of 1e-6"]);
 }
 
-/// Checks that `check` reports before the run the same text as the run reports when it stops.
+/// Checks that `check` predicts the text that the run reports when it stops.
 #[test]
 fn check_warns_in_the_same_words() {
     let bad = Run::new(spindle(), Formulation::Position, 0.0, &[], 5);

@@ -19,7 +19,7 @@ pub(crate) struct WithinStep {
     pub(crate) variable: usize,
     /// Part of the residual that the leading error of a smooth solution does not explain.
     pub(crate) unexplained: f64,
-    /// Difference between the leading errors measured within the step and from the last step.
+    /// Difference between the leading error measured within the step and the leading error measured from the last step.
     pub(crate) difference: f64,
 }
 

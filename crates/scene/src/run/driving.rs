@@ -47,8 +47,8 @@ impl DrivingError {
         effects.collect()
     }
 
-    /// Returns a note on an effect above ten times the relative tolerance of the body: the chain is then less accurate
-    /// than the body. A rod and its chains have the same tolerances.
+    /// Returns a note if the effect exceeds ten times the relative tolerance of the body, because the chain is then less
+    /// accurate than the body. There is no note for a rod, whose chains have its tolerances.
     pub(super) fn note(&self, scene: &Scene) -> Option<String> {
         let body = scene.body.as_ref()?;
         (self.relative > 10.0 * body.settings.relative_tolerance).then(|| {

@@ -174,8 +174,8 @@ impl Builder<'_> {
         Ok((Arc::new(space), supports, dofs))
     }
 
-    /// Creates the elements with the stresses of their materials. Returns the number of quadrature points at which fibers of
-    /// vertices oppose each other.
+    /// Creates the elements with the stresses of their materials. Returns the number of quadrature points at which
+    /// fiber directions of the vertices oppose each other.
     fn solid(
         &self,
         file: &SceneFile,

@@ -28,7 +28,7 @@ const WORK_PER_SEARCH: f64 = 5e5;
 /// four.
 const MAX_SEARCHES: usize = 4;
 
-/// Number of separators of each part that an additional search chooses from.
+/// Number of candidate separators of each part in an additional search.
 const SEPARATORS: u32 = 5;
 
 /// Returns the elimination tree with the lowest predicted work. The search takes at most about as long as one real LU

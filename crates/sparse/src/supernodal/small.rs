@@ -15,7 +15,7 @@ const LONG: usize = 160;
 /// Number of partial sums of a scalar product: one AVX-512 register.
 pub(super) const LANES: usize = 8;
 
-/// Returns these `rows` of N columns of a `panel` of `m` rows, starting with column `p`. A closure cannot fill the
+/// Returns the given `rows` of N columns of a `panel` with `m` rows, starting at column `p`. A closure cannot fill the
 /// array: its call would not use vector instructions.
 #[inline(always)]
 pub(super) fn take_columns<T, const N: usize>(

@@ -112,7 +112,7 @@ impl<'a, T> Task<'a, T> {
     }
 }
 
-/// A solve for as many columns as a row holds.
+/// A solve for one block of right-hand sides, as many columns as fit in a row.
 struct Solve<'a, T, R> {
     task: Task<'a, T>,
     x: &'a mut [R],
