@@ -21,7 +21,7 @@ struct Driven<T> {
     by_nodes: Vec<f64>,
     /// Positions of the displacement components among the unknowns.
     columns: Range<usize>,
-    /// Solution of the linear system for c, with the earlier obstacles released.
+    /// Solution of the linear system with the right-hand side c, if the obstacles before this one follow their forces.
     response: Vec<T>,
     /// ∂F/∂s minus cᵀ times the response.
     pivot: T,

@@ -31,11 +31,11 @@ fn cell_type(space: &Space) -> usize {
     }
 }
 
-/// Name of the list of the fields on the mesh.
+/// Name of the file that lists the files of fields on the mesh.
 pub const LIST: &str = "fields.pvd";
-/// Name of the list of the complex fields of a response.
+/// Name of the file that lists the files of complex fields of a response.
 pub const AMPLITUDES_LIST: &str = "amplitudes.pvd";
-/// Name of the list of the values at places of chains.
+/// Name of the file that lists the files of values at places of chains.
 pub const PLACES_LIST: &str = "places.pvd";
 
 /// Values of a field in some of the elements.

@@ -110,11 +110,10 @@ pub trait Integrator<P> {
         None
     }
 
-    /// Continues from the saved state of an integrator of the same problem and settings. BDF
-    /// ignores it.
+    /// Continues from the state that an integrator with the same problem and settings saved. BDF ignores the state.
     ///
     /// # Errors
-    /// A state of another problem; matrices that cannot be recomputed.
+    /// Returns an error if the state belongs to another problem, or if the matrices cannot be recomputed.
     fn restore(&mut self, _continuation: &Continuation) -> Result<(), ModelError> {
         Ok(())
     }

@@ -42,7 +42,7 @@ impl Load {
         Self { entries: self.entries.clone(), signal: self.signal.scaled(part) }
     }
 
-    /// Returns the sum of the magnitudes of its nodal forces where the function of time is 1, N.
+    /// Returns the sum of the magnitudes of the nodal forces for a function of time equal to 1, N.
     pub(crate) fn magnitude(&self) -> f64 {
         self.entries.iter().map(|(_, value)| value.abs()).sum()
     }

@@ -8,7 +8,7 @@ use crate::dense::add_scaled;
 /// it is preconditioned by the factors of a frozen Jacobian, so a few directions suffice.
 #[derive(Debug, Default)]
 pub(super) struct Krylov {
-    /// p, q and 1/|q|²; the first `used` belong to the last K.
+    /// Directions p with their images q and 1/|q|²; the first `used` of them belong to the last K.
     directions: Vec<Direction>,
     used: usize,
 }
@@ -41,7 +41,7 @@ fn outcome(norm: f64) -> String {
 }
 
 impl Stalled {
-    /// Creates the error for a single right-hand side.
+    /// Creates the error of a solve with a single right-hand side.
     fn at(norm: f64) -> Self {
         Self { norm, column: 0 }
     }

@@ -7,7 +7,7 @@ use crate::derivatives::{CASES, case};
 use crate::scene;
 
 /// Checks the derivatives with respect to a density, relative to the largest value: their errors are within the
-/// tolerance if the error test includes them, and above it if only the motion chooses the steps, which are then fewer.
+/// tolerance if the error test includes them. Otherwise, fewer steps are taken and the errors exceed the tolerance.
 #[test]
 fn derivatives_in_the_error_test_are_within_its_tolerance() {
     const RTOL: f64 = 1e-4;

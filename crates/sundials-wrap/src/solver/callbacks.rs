@@ -83,7 +83,7 @@ pub(super) struct UserFunctions<P> {
     pub(super) failures: FailureLog,
 }
 
-/// Displacements of difference quotients near a kink, in units of the usual ones.
+/// Ratio of the displacements of difference quotients near a kink to the usual displacements.
 const FINE: f64 = 1e-4;
 
 /// Repetitions of a step with smaller sizes after failures, counted by matrix setups at earlier times.
