@@ -74,7 +74,7 @@ pub enum ModelError {
     OutsideMesh {
         /// Coordinates, m.
         point: Vec<f64>,
-        /// A point of the mesh near it, and their distance, m.
+        /// The nearest point of the mesh and its distance, m.
         nearest: Option<(Vec<f64>, f64)>,
     },
     /// A point with the wrong number of coordinates for the body.

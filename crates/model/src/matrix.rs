@@ -113,7 +113,7 @@ pub(crate) struct Properties {
     pub(crate) pattern: Pattern,
     pub(crate) source: Source,
     /// Transpose among the other matrices, if it exists. The stiffness of added stresses counts as
-    /// symmetric: otherwise its symmetric part is used.
+    /// symmetric, because its symmetric part is used if it is not.
     pub(crate) transpose: Option<Matrix>,
 }
 

@@ -77,7 +77,7 @@ pub enum Shortfall {
     Interrupted,
     /// Newton's method failed even in small load steps.
     NotConverged {
-        /// An element that the last trials turned inside out.
+        /// An element that was inverted in the last trials.
         inverted: Option<Inverted>,
         /// Suggested remedy.
         remedy: String,

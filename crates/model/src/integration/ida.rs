@@ -172,7 +172,7 @@ impl<P: Consistent> IdaIntegrator<P> {
     /// accumulate.
     ///
     /// # Errors
-    /// No consistent state.
+    /// Returns an error if no consistent state is found.
     pub(crate) fn start_again(&mut self, t: f64) -> Result<(), ModelError> {
         let y = self.solver.y().to_vec();
         let [y, y_dot] = self.solver.problem_mut().consistent(t, &y)?;

@@ -81,7 +81,7 @@ pub(super) struct RetainedBlock {
 }
 
 impl RetainedBlock {
-    /// Multiplies values of its rows by their scale for `c`, if they have one.
+    /// Multiplies values of the block's rows by the scale at `c`, if the block has a scale.
     pub(super) fn scale_rows<T: Scalar>(&self, c: T, rows: &mut [T]) {
         if let Some(scale) = &self.scale {
             let scale: T = scale.at(c);

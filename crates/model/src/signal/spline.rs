@@ -102,8 +102,8 @@ impl Spline {
     }
 
     /// Returns the time in which the largest curvature between two times changes the value by the
-    /// range of the table, √(2 range/|s''|), s; `None` if the spline is straight. For the integral of an
-    /// acceleration, which may drift far, the time scale of the acceleration if it is shorter.
+    /// range of the table, √(2 range/|s''|), s; `None` if the spline is straight. The integral
+    /// of an acceleration may drift far, so the time scale of the acceleration is returned if it is shorter.
     pub fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let place = |t: f64| self.points.times.partition_point(|&time| time <= t);
         let (first, last) = (place(from), place(to));

@@ -264,8 +264,8 @@ impl<C: Callbacks> Ida<C> {
         let (memory, y, y_dot) = (self.memory.raw(), self.y.raw(), self.y_dot.raw());
         let mut checkpoints = 0;
         let code = match self.adjoint {
-            // SAFETY: the block is valid and borrowed uniquely, and with it all it points to; no
-            // reference into the boundary lives; y and ẏ are our own vectors of the right length.
+            // SAFETY: the block, with everything it points to, is valid and borrowed uniquely; no
+            // reference into the boundary is live; y and ẏ are our own vectors of the right length.
             None => unsafe { sys::IDASolve(memory, t_out, &mut t, y, y_dot, task) },
             // SAFETY: as above.
             Some(_) => unsafe {
