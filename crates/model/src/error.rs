@@ -74,7 +74,7 @@ pub enum ModelError {
     OutsideMesh {
         /// Coordinates, m.
         point: Vec<f64>,
-        /// The nearest point of the mesh and its distance, m.
+        /// A point of the mesh close to this point, and the distance between them, m.
         nearest: Option<(Vec<f64>, f64)>,
     },
     /// A point with the wrong number of coordinates for the body.
