@@ -71,13 +71,15 @@ impl EnclosedVolume {
             _ => rims(space, &facets),
         };
         let edges = facet_points(&TRIANGLE, space.degree()).into_iter();
-        Ok(Self {
+        let mut volume = Self {
             walls: DeformedFacets::new(space, &facets),
             rims,
             points: edges.map(|q| (q.weight, q.values, q.slopes[0].clone())).collect(),
             planes: Vec::new(),
-            cuts: cuts(solid, &facets),
-        })
+            cuts: HashSet::new(),
+        };
+        volume.cuts = cuts(solid, &facets, ON_PLANE * volume.rim_size());
+        Ok(volume)
     }
 
     /// Restricts the volume to the modeled part of a symmetric cavity. The planes of symmetry are normal to `axes`; at a
@@ -132,23 +134,28 @@ impl EnclosedVolume {
     /// the cavity: some of its nodes are fixed along some axes and free along others, or the boundary beyond it is in a
     /// plane.
     pub fn may_end_at_symmetry(&self, solid: &Solid) -> bool {
-        let (dimension, free) = (self.walls.dimension, solid.dofs().free_to_full());
-        let n_held = |node: usize| {
-            let components = dimension * node..dimension * (node + 1);
-            components.filter(|component| free.binary_search(component).is_err()).count()
-        };
+        let (dimension, is_held) = (self.walls.dimension, held(solid));
+        let n_held = |node: usize| (0..dimension).filter(|&axis| is_held(node, axis)).count();
         let mut nodes = self.rims.iter().flatten().flatten();
         let is_partly_held = nodes.any(|&node| (1..dimension).contains(&n_held(node)));
         let mut sides = self.rim_sides();
         let is_cut = sides.any(|side| (0..dimension).any(|axis| self.is_cut(side, axis)));
-        (is_partly_held || is_cut) && !self.has_flat_openings()
+        (is_partly_held || is_cut) && !self.has_flat_openings(solid)
     }
 
-    /// Returns whether each opening is flat at rest. In 2D this is never the case, because the chord differs from the
-    /// line.
-    fn has_flat_openings(&self) -> bool {
+    /// Returns whether each opening is flat at rest. In 2D, this is a chord between two ends that are held in one plane
+    /// and are not at a plane normal to it.
+    fn has_flat_openings(&self, solid: &Solid) -> bool {
         if self.walls.dimension == 2 {
-            return self.rims.is_empty();
+            let (is_held, size) = (held(solid), self.rim_size());
+            let is_in_plane = |ends: &[usize], axis: usize| {
+                let [first, last] = [0, 1].map(|i| self.walls.coordinates[2 * ends[i] + axis]);
+                let is_at_plane =
+                    |&end: &usize| is_held(end, axis) && !self.is_cut(&[end], 1 - axis);
+                (first - last).abs() <= ON_PLANE * size && ends.iter().all(is_at_plane)
+            };
+            let mut chords = self.rims.iter().flatten();
+            return chords.all(|ends| (0..2).any(|axis| is_in_plane(ends, axis)));
         }
         let (none, size) = (vec![0.0; self.walls.coordinates.len()], self.rim_size());
         self.rims.iter().all(|rim| {
@@ -301,24 +308,27 @@ fn sorted(vertices: &[usize]) -> Vec<usize> {
 }
 
 /// Returns the sides of facets outside a group that may be in a plane of symmetry, with its normal axis: all their nodes
-/// are fixed along this axis. The facets of the group, which a support may move, are not among them.
-fn cuts(solid: &Solid, facets: &[Vec<usize>]) -> HashSet<(Vec<usize>, usize)> {
-    let (space, free) = (solid.space(), solid.dofs().free_to_full());
+/// are fixed along this axis, and their coordinates differ by at most `tolerance`. The facets of the group, which a support
+/// may move, are not among them.
+fn cuts(solid: &Solid, facets: &[Vec<usize>], tolerance: f64) -> HashSet<(Vec<usize>, usize)> {
+    let (space, is_held) = (solid.space(), held(solid));
     let dimension = space.dimension();
-    let is_held =
-        |node: usize, axis: usize| free.binary_search(&(dimension * node + axis)).is_err();
     let members: HashSet<Vec<usize>> = facets.iter().map(|facet| sorted(facet)).collect();
+    let boundary: Vec<Vec<usize>> = match space.mesh().boundary_where(|_, _| true) {
+        Group::Edges(edges) => edges.into_iter().map(Vec::from).collect(),
+        Group::Faces(faces) => faces.into_iter().map(Vec::from).collect(),
+        Group::Points(_) | Group::Elements(_) => Vec::new(),
+    };
     let mut cuts = HashSet::new();
-    for axis in 0..dimension {
-        let is_normal = |_: &[&[f64]], normal: &[f64]| normal[axis].abs() >= 1.0 - ON_PLANE;
-        let flat: Vec<Vec<usize>> = match space.mesh().boundary_where(is_normal) {
-            Group::Edges(edges) => edges.into_iter().map(Vec::from).collect(),
-            Group::Faces(faces) => faces.into_iter().map(Vec::from).collect(),
-            Group::Points(_) | Group::Elements(_) => Vec::new(),
-        };
-        for facet in flat.iter().filter(|facet| !members.contains(&sorted(facet))) {
-            let nodes = space.facet_nodes(facet);
-            if nodes.iter().all(|&node| is_held(node, axis)) {
+    for facet in boundary.iter().filter(|facet| !members.contains(&sorted(facet))) {
+        let nodes = space.facet_nodes(facet);
+        let place = |node: usize, axis: usize| space.node_point(node)[axis];
+        for axis in 0..dimension {
+            let is_in_plane = |&node: &usize| {
+                is_held(node, axis)
+                    && (place(node, axis) - place(nodes[0], axis)).abs() <= tolerance
+            };
+            if nodes.iter().all(is_in_plane) {
                 let sides = (0..dimension).map(|i| {
                     let others = (0..dimension).filter(|&j| j != i);
                     sorted(&others.map(|j| facet[j]).collect::<Vec<_>>())
@@ -328,6 +338,12 @@ fn cuts(solid: &Solid, facets: &[Vec<usize>]) -> HashSet<(Vec<usize>, usize)> {
         }
     }
     cuts
+}
+
+/// Returns whether a node is fixed or moved by a support along an axis.
+fn held(solid: &Solid) -> impl Fn(usize, usize) -> bool {
+    let (dimension, free) = (solid.space().dimension(), solid.dofs().free_to_full());
+    move |node, axis| free.binary_search(&(dimension * node + axis)).is_err()
 }
 
 /// Returns the edges that belong to one face only, grouped by opening.

@@ -224,6 +224,42 @@ fn planes_of_symmetry_close_a_quarter_whose_skin_is_moved() {
     }
 }
 
+/// Regression: the ends of half a ring, on one plane, were taken for the ends of a quarter. The chord between them is in
+/// their plane, so stating the plane changes nothing. A straight skin between two planes has its ends at the same height,
+/// but its chord is not in a plane of symmetry.
+#[test]
+fn half_a_ring_on_one_plane_has_the_volume_above_the_plane() {
+    let half = |solid: &dyn Fn(&Mesh) -> Solid| {
+        let square = generate::rectangle([0.0; 2], [1.0, 1.0], [1, 4]).unwrap();
+        let points = square.points::<2>().iter().map(|&[r, angle]| {
+            let (sin, cos) = (std::f64::consts::PI * angle).sin_cos();
+            // Exact zeros on the plane.
+            [(2.0 + r) * cos, if angle == 1.0 { 0.0 } else { (2.0 + r) * sin }]
+        });
+        let (triangles, groups) = (square.connectivity::<3>().to_vec(), square.groups().clone());
+        solid(&Mesh::new::<2, 3>(points.collect(), triangles, groups).unwrap())
+    };
+    let area = 4.0 * 0.5 * 4.0 * std::f64::consts::FRAC_PI_4.sin();
+    let clamped = |mesh: &Mesh| {
+        let space = Arc::new(Space::taylor_hood(mesh));
+        let ends = ["bottom", "top"].iter().flat_map(|name| space.nodes_of(name).unwrap());
+        let dofs = DofMap::clamped(&space, &ends.collect::<Vec<_>>()).unwrap();
+        Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap()
+    };
+    for solid in [half(&clamped), half(&|mesh| symmetric(mesh, &[1]))] {
+        let open = EnclosedVolume::new(&solid, "left").unwrap();
+        assert!(!open.may_end_at_symmetry(&solid));
+        let u = vec![0.0; solid.dofs().n_full()];
+        let closed = open.clone().with_symmetry(&[1]).unwrap();
+        // Rounding of several dozen terms.
+        assert!((open.at(&u) / area - 1.0).abs() < 1e-13, "{}", open.at(&u));
+        assert!((closed.at(&u) / area - 1.0).abs() < 1e-13, "{}", closed.at(&u));
+    }
+    let block = generate::rectangle([0.0; 2], [1.0, 1.0], [2, 2]).unwrap();
+    let solid = symmetric(&block, &[0]);
+    assert!(EnclosedVolume::new(&solid, "top").unwrap().may_end_at_symmetry(&solid));
+}
+
 #[test]
 fn an_axis_without_a_plane_of_symmetry_is_rejected() {
     let tube = generate::spatial([1, 2, 2], |[r, angle, z]| {
