@@ -258,11 +258,11 @@ impl<'a> Readings<'a> {
         Ok(Self { outputs, probes, allows_inverted: scene.allows_inverted() })
     }
 
-    /// Returns the outputs of a state; each probe is read once.
+    /// Returns the outputs of a state of the motion or path.
     ///
     /// # Errors
     /// [`ModelError::Inverted`] if an element is inverted at a vertex and the scene does not allow it.
-    pub(super) fn values(
+    pub(super) fn accepted_values(
         &self,
         system: &mut dyn System,
         t: f64,
@@ -272,6 +272,17 @@ impl<'a> Readings<'a> {
         if !self.allows_inverted {
             inverted_at_vertices(system, t, y)?;
         }
+        self.values(system, t, y, y_dot)
+    }
+
+    /// Returns the outputs of any state, such as a state next to the motion for a derivative; each probe is read once.
+    pub(super) fn values(
+        &self,
+        system: &mut dyn System,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
         let mut rows: Vec<Option<Vec<f64>>> = vec![None; self.probes.len()];
         let mut values = Vec::with_capacity(self.outputs.len());
         for Output { probe, column, .. } in self.outputs {
@@ -427,7 +438,10 @@ impl Request<'_> {
         let mut samples = Vec::with_capacity(self.times.len());
         let (scene, times) = (self.scene, self.times);
         sample(scene, &mut integrator, times, self.watcher, |integrator, t, inside| {
-            let values = integrator.read(inside, &mut read)?;
+            let mut accepted = |system: &mut P, t: f64, y: &[f64], y_dot: &[f64]| {
+                readings.accepted_values(system, t, y, y_dot)
+            };
+            let values = integrator.read(inside, &mut accepted)?;
             let derivative = |j| integrator.derivative(j, inside, &values, &mut read);
             let derivatives = (0..self.n_parameters).map(derivative).collect::<Result<_, _>>()?;
             samples.push(Sample { t, values, derivatives });

@@ -87,11 +87,16 @@ pub fn equilibria(
         EquilibriumDerivatives::new(&body.muscle, body.formulation, t, &stencils)?;
 
     let mut sample = |state: &PathState| {
-        let read = |muscle: &Muscle, y: &[f64]| {
+        let read_as = |muscle: &Muscle, y: &[f64], is_accepted: bool| {
             let muscle = muscle.under_part_of_loads(state.load);
             let mut dae = at_rest(&muscle, body.formulation, t)?;
-            readings.values(&mut dae, t, y, &vec![0.0; y.len()])
+            let y_dot = vec![0.0; y.len()];
+            match is_accepted {
+                true => readings.accepted_values(&mut dae, t, y, &y_dot),
+                false => readings.values(&mut dae, t, y, &y_dot),
+            }
         };
+        let read = |muscle: &Muscle, y: &[f64]| read_as(muscle, y, false);
         let y = unknowns(state);
         let x = [&state.displacement[..], &state.pressure].concat();
         let slopes = match neighbors.is_empty() {
@@ -102,7 +107,7 @@ pub fn equilibria(
         let derivatives = derivatives.map(|(near, slope)| near.derivative(state, slope, read));
         Ok(Sample {
             t: state.load,
-            values: read(&body.muscle, &y)?,
+            values: read_as(&body.muscle, &y, true)?,
             derivatives: derivatives.collect::<Result<_, ModelError>>()?,
         })
     };

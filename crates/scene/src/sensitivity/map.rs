@@ -177,7 +177,7 @@ fn follow(
             integrator.dense_output(t, derivative as u32, out)?;
         }
         let [y, y_dot] = &state;
-        let values = readings.values(integrator.problem_mut(), t, y, y_dot)?;
+        let values = readings.accepted_values(integrator.problem_mut(), t, y, y_dot)?;
         samples.push((t, values));
         Ok(())
     })?;
