@@ -190,11 +190,6 @@ impl RigidContact {
         self.stiffness
     }
 
-    /// Returns the penetration w at which the full stiffness is reached, m.
-    pub fn smoothing(&self) -> f64 {
-        self.smoothing
-    }
-
     /// Returns the mean length of the facets, in 3D the square root of their mean area, m.
     pub fn facet_size(&self) -> f64 {
         self.smoothing / SMOOTHING
@@ -222,6 +217,40 @@ impl RigidContact {
         let mut normal = [0.0; 3];
         normal[..D].copy_from_slice(&nearest.map_or([0.0; D], |gap| gap.normal));
         normal
+    }
+
+    /// Adds the rate of the force on the body to `total`, for the displacement of the obstacle and of all nodes and their rates.
+    ///
+    /// # Panics
+    /// Panics if an array is too short.
+    pub fn add_force_rate(&self, obstacle: [&[f64]; 2], body: [&[f64]; 2], total: &mut [f64]) {
+        match self.boundary.dimension {
+            2 => self.add_force_rate_in::<2>(obstacle, body, total),
+            _ => self.add_force_rate_in::<3>(obstacle, body, total),
+        }
+    }
+
+    fn add_force_rate_in<const D: usize>(
+        &self,
+        [offset, velocity]: [&[f64]; 2],
+        [u, v]: [&[f64]; 2],
+        total: &mut [f64],
+    ) {
+        self.for_each_touch::<D>(offset, u, |touch| {
+            let nodes = &self.boundary.facets[touch.facet];
+            let mut relative: [f64; D] = std::array::from_fn(|i| -velocity[i]);
+            for (&node, value) in nodes.iter().zip(touch.values) {
+                for (sum, v) in relative.iter_mut().zip(&v[D * node..]) {
+                    *sum += value * v;
+                }
+            }
+            let rate = touch.slope().map(|row| touch.weight * dot(&row, &relative));
+            for (&node, value) in nodes.iter().zip(touch.values) {
+                for (total, rate) in total[D * node..].iter_mut().zip(rate) {
+                    *total += value * rate;
+                }
+            }
+        });
     }
 
     /// Returns φ, φ' and φ'' at `s` ≥ 0.

@@ -9,9 +9,9 @@ use myovib_fem::{
 
 use crate::signal::Signal;
 
-/// Displacement of an obstacle over which the contact force is nearly linear, as a fraction of the depth over which the
-/// contact stiffness increases to its full value.
-const LINEAR: f64 = 1e-3;
+/// Cosine of the angle between the motion of an obstacle and the direction to the body below which the motion is
+/// tangential, up to rounding.
+const TANGENTIAL: f64 = 1e-12;
 
 /// A force on the nodes: a constant vector times a function of time.
 #[derive(Debug, Clone)]
@@ -65,11 +65,6 @@ pub(crate) trait BoundaryForce {
     /// Adds the derivative of the force with respect to the free components of u, at `u`, to `values`. Obstacles that a force
     /// drives are at rest.
     fn add_stiffness(&self, t: f64, part: f64, u: &[f64], values: &mut [f64]);
-
-    /// Returns whether a force drives an obstacle.
-    fn is_driven(&self) -> bool {
-        false
-    }
 }
 
 /// Returns the forces that depend on the displacement of the boundary.
@@ -294,19 +289,18 @@ impl Contact {
         Some(self.operator.displacement_under(force, direction, u))
     }
 
-    /// Returns the displacement of an obstacle along its direction if a force drives it, or toward the body if its
-    /// motion is prescribed, as for [`sums`](Self::sums); `None` for an obstacle at rest. A prescribed motion along one axis
-    /// has its own length: the direction to the nearest point of the body depends on the mesh.
+    /// Returns the displacement of an obstacle along its direction if a force drives it, as for [`sums`](Self::sums); `None`
+    /// for an obstacle at rest. A prescribed motion along one axis has its own length, positive toward the body or, if it is
+    /// tangential, along the axis. A motion along several axes is projected on the direction to the nearest point of the
+    /// undeformed body.
     pub fn distance(&self, t: f64, part: f64, u: &[f64]) -> Option<f64> {
         let ObstacleMotion::Given(motion) = &self.motion else {
             return self.driven_distance(t, part, u);
         };
         let mut along: Vec<_> =
             motion.iter().zip(self.toward_body).filter(|(own, _)| !rests(own)).collect();
-        if let [(_, e)] = &mut along[..]
-            && e.abs() > 0.5
-        {
-            *e = e.signum();
+        if let [(_, e)] = &mut along[..] {
+            *e = if e.abs() > TANGENTIAL { e.signum() } else { 1.0 };
         }
         self.moves().then(|| along.iter().map(|(own, e)| part * e * own.at(t).value).sum())
     }
@@ -414,14 +408,18 @@ impl Contact {
         [sums.energy, obstacle - on_body]
     }
 
-    /// Returns the part of the obstacle's displacement at time `t` in which the force is nearly linear; infinite if a force
-    /// drives the obstacle.
-    pub(crate) fn smooth_part(&self, t: f64) -> f64 {
-        let ObstacleMotion::Given(motion) = &self.motion else {
-            return f64::INFINITY;
-        };
-        let squares = motion.iter().map(|own| own.at(t).value.powi(2));
-        LINEAR * self.operator.smoothing() / squares.sum::<f64>().sqrt()
+    /// Adds the derivative of the force on the body with respect to the load factor, for the displacement of all nodes and
+    /// its derivative, to `total`. Does nothing if a force drives the obstacle.
+    pub(crate) fn add_force_rate(
+        &self,
+        (t, factor): (f64, f64),
+        [u, rate]: [&[f64]; 2],
+        total: &mut [f64],
+    ) {
+        if !self.is_driven() {
+            let motions = [self.offset(t, factor, u), self.offset(t, 1.0, u)];
+            self.operator.add_force_rate([&motions[0], &motions[1]], [u, rate], total);
+        }
     }
 }
 
@@ -433,10 +431,6 @@ impl BoundaryForce for Contact {
 
     fn add_stiffness(&self, t: f64, part: f64, u: &[f64], values: &mut [f64]) {
         self.operator.add_stiffness(&self.offset(t, part, u), u, values);
-    }
-
-    fn is_driven(&self) -> bool {
-        self.is_driven()
     }
 }
 

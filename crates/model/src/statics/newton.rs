@@ -48,8 +48,8 @@ const SMALL_GRADIENT: f64 = 1e-3;
 /// Displacement gradient of the motion of supports with which the derivative of the forces with respect to the load is
 /// computed: truncation and rounding errors are both below 1e-9 of the derivative.
 const PROBING_GRADIENT: f64 = 1e-5;
-/// Load factor at which derivatives of contact forces of the unloaded body are evaluated, because obstacles driven by
-/// forces only touch the unloaded body.
+/// Load factor at which derivatives of contact forces of the unloaded body are evaluated, because obstacles often only
+/// touch the unloaded body.
 const FIRST_CONTACT: f64 = 1e-6;
 
 /// The equations of an equilibrium, and the factors of their matrix.
@@ -188,22 +188,30 @@ impl<'a> Newton<'a> {
 
     /// Returns the negative derivative of the residual with respect to the load factor at fixed unknowns.
     ///
-    /// Supports and obstacles move only by a small part of their displacement, so that no element inverts and
-    /// contacts remain unchanged for any total displacement.
+    /// Supports move only by a small part of their displacement, so that no element inverts for any total displacement.
+    /// The derivatives of the forces of moved obstacles are exact, because a contact may change over a much smaller part.
     fn load_derivative(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, Inverted> {
         let n_free = self.muscle.solid.dofs().n_free();
         let gradient = self.gradient(&vec![0.0; n_free], 1.0);
-        let contacts = self.contacts.iter();
-        let of_contacts = contacts.map(|contact| contact.smooth_part(self.t));
-        let step = of_contacts.fold((PROBING_GRADIENT / gradient).min(0.5), f64::min);
+        let supports = self.displacement.clone();
+        let step = (PROBING_GRADIENT / gradient).min(0.5);
         let (mut change, mut before) = (vec![0.0; x.len()], vec![0.0; x.len()]);
-        self.residual_under(x, factor + step, factor, &mut change)?;
-        self.residual_under(x, factor - step, factor, &mut before)?;
+        self.residual_under(x, factor + step, Some(factor), &mut change)?;
+        self.residual_under(x, factor - step, Some(factor), &mut before)?;
         for (change, before) in change.iter_mut().zip(before) {
             *change = (before - *change) / (2.0 * step);
         }
         self.place(&x[..n_free], factor);
         let (at, dofs) = ((self.t, self.contact_factor(factor)), self.muscle.solid.dofs());
+        let mut of_contacts = vec![0.0; supports.len()];
+        let touching = if factor == 0.0 { FIRST_CONTACT } else { factor };
+        for contact in self.contacts.iter() {
+            let motion = [&self.displacement[..], &supports];
+            contact.add_force_rate((self.t, touching), motion, &mut of_contacts);
+        }
+        for (change, &i) in change.iter_mut().zip(dofs.free_to_full()) {
+            *change += of_contacts[i];
+        }
         for (slope, force) in driven::slopes(dofs, &self.contacts, at, &self.displacement) {
             let moved = force / slope.by_obstacle;
             for (change, by_node) in change.iter_mut().zip(slope.by_nodes) {

@@ -202,7 +202,7 @@ fn the_force_is_the_derivative_of_the_energy() {
             let inside: f64 = (1..n).map(|i| sums(i).force[dimension - 1]).sum();
             let (work, growth) = (h * (ends + inside), sums(n).energy - sums(0).energy);
             // Trapezoidal rule: the second derivative of the force is at most k/w times the area.
-            let k_by_w = contact.stiffness() / contact.smoothing();
+            let k_by_w = contact.stiffness() / contact.smoothing;
             let bound = (to - from).abs() * h * h / 12.0 * k_by_w * sums(n).area;
             assert!((growth - work).abs() < bound, "{obstacle:?}: {growth} {work} {bound:e}");
         }

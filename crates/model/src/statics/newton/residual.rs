@@ -6,7 +6,7 @@ use myovib_sparse::SparseError;
 use super::Newton;
 use crate::driven;
 use crate::field::Field;
-use crate::muscle::load::boundary_forces;
+use crate::muscle::load::{BoundaryForce, boundary_forces};
 
 impl Newton<'_> {
     /// Sets all components of the displacement: the free components to `q`, the others to `factor`
@@ -33,15 +33,16 @@ impl Newton<'_> {
         factor: f64,
         r: &mut [f64],
     ) -> Result<(), Inverted> {
-        self.residual_under(x, factor, factor, r)
+        self.residual_under(x, factor, None, r)
     }
 
-    /// Computes the residual with the forces on obstacles scaled by `driven`.
+    /// Computes the residual. If `driven` is given, it scales the forces on obstacles, and contacts with obstacles whose
+    /// motion is prescribed are omitted.
     pub(super) fn residual_under(
         &mut self,
         x: &[f64],
         factor: f64,
-        driven: f64,
+        driven: Option<f64>,
         r: &mut [f64],
     ) -> Result<(), Inverted> {
         self.place(&x[..self.muscle.solid.dofs().n_free()], factor);
@@ -72,9 +73,11 @@ impl Newton<'_> {
         solid.evaluate(&fields, &mut vectors).inspect_err(|at| {
             self.inverted = Some(*at);
         })?;
-        for load in boundary_forces(&muscle.surface_loads, contacts) {
-            let factor = if load.is_driven() { driven } else { factor };
+        for load in &muscle.surface_loads {
             load.add_force(*t, factor, -1.0, displacement, force);
+        }
+        for contact in contacts.iter().filter(|own| driven.is_none() || own.is_driven()) {
+            contact.add_force(*t, driven.unwrap_or(factor), -1.0, displacement, force);
         }
         for foundation in &muscle.foundations {
             foundation.add_force(displacement, velocity, force);
