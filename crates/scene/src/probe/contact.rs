@@ -12,7 +12,8 @@ use crate::InputError;
 use crate::system::{System, muscle_of};
 
 /// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m; displacement of the
-/// first obstacle that moves, along its force or toward the body, m; with `about`, the moment of the force, N·m.
+/// first obstacle that moves, m: along its force, along the one axis of its motion (positive toward the body), or projected
+/// on the direction to the body; with `about`, the moment of the force, N·m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Contact {

@@ -232,6 +232,7 @@ impl Driver for Motion<'_> {
         if let Some(body) = body.filter(|_| outcome.reason() != Some(EndReason::Inverted)) {
             notes.extend(outputs.volumes.note(&body.muscle, true));
         }
+        notes.extend(outputs.volumes.penetration_note());
         notes.extend(outputs.not_finite().map(|seen| seen.note()));
         notes.extend(driving.iter().filter_map(|error| error.note(scene)));
         Ok(RunResult { document, outcome, notes, modes: None, response: None, periodic: None })

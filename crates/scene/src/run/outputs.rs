@@ -93,7 +93,8 @@ impl Outputs<'_> {
         }
         if let Some(t) = looked_at {
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
-            self.volumes.see(t, &dae.snapshot(t, &self.y[range], &[]));
+            self.volumes.see(t, &dae.snapshot(t, &self.y[range.clone()], &[]));
+            self.volumes.see_contacts(t, dae, &self.y[range]);
         }
         if let Some((_, stopped)) = stopped {
             return Ok(ControlFlow::Break(stopped));

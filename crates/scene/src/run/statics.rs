@@ -90,6 +90,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             .chain(unfinished)
             .chain(last.instabilities.and_then(instability))
             .chain(volume_note)
+            .chain(volumes.penetration_note())
             .chain(recording.not_finite().map(|seen| seen.note()))
             .collect(),
         modes: None,
@@ -213,6 +214,7 @@ impl<'a> Recording<'a> {
             let named: Map<_, _> = named.zip(values.into_iter().map(Value::from)).collect();
             results.insert(probe.name.clone(), named.into());
         }
+        self.volumes.see_contacts(t, &mut dae, &y);
         let snapshot = dae.snapshot(t, &y, &rest);
         self.volumes.see(t, &snapshot);
         if let (Some(series), Some(folder)) = (&mut self.series, &self.folder) {

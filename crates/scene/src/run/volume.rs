@@ -3,7 +3,7 @@
 
 use std::ops::RangeInclusive;
 
-use myovib_model::{EndReason, Muscle, Outcome, Snapshot};
+use myovib_model::{EndReason, Muscle, MuscleDae, Outcome, Snapshot};
 use serde::{Deserialize, Serialize};
 
 /// Ratio of bulk to shear modulus above which a body counts as nearly incompressible; Poisson's ratio is then at least
@@ -11,6 +11,10 @@ use serde::{Deserialize, Serialize};
 const NEARLY_INCOMPRESSIBLE: f64 = 100.0;
 /// Plausible range of det F in a nearly incompressible body. Its actual volume changes are a few percent.
 const PLAUSIBLE: RangeInclusive<f64> = 0.5..=2.0;
+
+/// Penetration as a fraction of the size of facets above which the indentation of a body is less accurate than its mesh.
+/// The default stiffness causes a hundredth for each shear modulus of pressure.
+const LARGE_PENETRATION: f64 = 0.01;
 
 /// Range of det F at the vertices of all elements over the observed times. The equations contain averages over
 /// elements, or weighted averages around a vertex in formulations with pressure, so they do not detect an inversion at
@@ -20,6 +24,8 @@ pub(super) struct Volumes {
     /// Smallest and largest det F; `None` before the first observation.
     ratios: Option<[f64; 2]>,
     inversion: Option<Inversion>,
+    /// Largest penetration of a contact, as a fraction of its facets.
+    penetration: f64,
 }
 
 /// Vertex of an element with det F ≤ 0.
@@ -53,6 +59,28 @@ impl Volumes {
             jacobian: seen.smallest,
             at: vertex.map_or_else(Vec::new, |(&node, _)| space.node_point(node).to_vec()),
         });
+    }
+
+    /// Updates the largest penetration with the contacts at time `t` and the state `y`.
+    pub(super) fn see_contacts(&mut self, t: f64, dae: &mut MuscleDae, y: &[f64]) {
+        if dae.muscle().contacts.is_empty() {
+            return;
+        }
+        let displacement = dae.nodal_motion(t, y).0.to_vec();
+        for contact in &dae.muscle().contacts {
+            let depth = contact.sums(t, 1.0, &displacement).penetration;
+            self.penetration = self.penetration.max(depth / contact.facet_size());
+        }
+    }
+
+    /// Returns a note on a large penetration, if there is one.
+    pub(super) fn penetration_note(&self) -> Option<String> {
+        (self.penetration > LARGE_PENETRATION).then(|| {
+            format!(
+                "the body enters an obstacle by {:.1} % of the size of its facets: increase `stiffness` of [[contact]]",
+                100.0 * self.penetration
+            )
+        })
     }
 
     /// Returns the smallest and the largest det F.

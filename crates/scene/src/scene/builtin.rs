@@ -38,7 +38,7 @@ impl BuiltinScene {
             found => {
                 let reason = match found {
                     None => "it has no mesh",
-                    Some(_) => "the program generates its mesh",
+                    Some(_) => "the program generates its mesh from the size and cells in [mesh]",
                 };
                 let error = InputError::new(format!("`{}` has no mesh file", self.name));
                 Err(error.found(reason).next("remove `--mesh`"))

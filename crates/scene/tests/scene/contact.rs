@@ -369,6 +369,75 @@ fn multipliers_belong_to_equilibria_under_given_loads() {
     }
 }
 
+/// Regression: a plate that touches the body at rest and moves away took many load steps, because the derivative with
+/// respect to the load came from a small displacement of the plate in both directions.
+#[test]
+fn a_plate_that_never_presses_needs_no_further_load_steps() {
+    let work = |height: f64, contact: &str, moved: f64| {
+        let support = |group: &str, x: f64| {
+            format!("[[prescribed_displacement]]\ngroup = \"{group}\"\nx = {x:?}\ny = {moved:?}\n")
+        };
+        let held = "[[fixed]]\ngroup = \"bottom\"\ncomponents = [\"y\"]\n[[fixed]]\ngroup = \"left\"\ncomponents = [\"x\"]\n";
+        let text = pressed("analysis = \"static\"\n", contact)
+            .replace(held, &(support("left", 0.0) + &support("right", 0.001)))
+            .replace("[0.0, 0.01]\nnormal", &format!("[0.0, {height:?}]\nnormal"));
+        let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        let run = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+        assert_eq!(run.document["results"]["plate"]["area"], 0.0);
+        ["load_steps", "newton_iterations"].map(|name| run.document[name].as_u64().unwrap())
+    };
+    for moved in [0.0, -1.0] {
+        let expected = work(9.0, "", moved);
+        assert_eq!(expected[0], 1);
+        for plate in [0.0, 0.001, 0.5, 500.0] {
+            assert_eq!(work(0.01, &format!("y = {plate:?}"), moved), expected, "{plate} {moved}");
+        }
+    }
+}
+
+/// A run notes a penetration of more than a hundredth of the facets, in statics and in a motion. The penetration is
+/// proportional to the pressure, with the default stiffness a hundredth for a pressure of one shear modulus.
+#[test]
+fn a_large_penetration_is_noted() {
+    let notes = |head: &str, contact: &str| {
+        let text = pressed(head, contact).replace("inf", "1e6");
+        let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        compute(&scene, &RunOptions::into_folder(out.path())).unwrap().notes.len()
+    };
+    let (fixed, motion) = ("analysis = \"static\"\n", "[time]\nend = 0.02\n");
+    let down = "y = { type = \"sine\", amplitude = -0.001, frequency = 20.0 }";
+    for (head, plate) in [(fixed, "y = -0.001"), (motion, down)] {
+        let [soft, stiff] =
+            ["1e6", "1e9"].map(|k| notes(head, &format!("{plate}\nstiffness = {k}")));
+        assert_eq!(soft, stiff + 1, "{head}");
+    }
+}
+
+/// A plate that moves along one axis has its own displacement at any angle to the body; with two axes, its displacement
+/// along the normal. The disk moves along the body. The plate of slope 3 has a normal component of 0.316 along y.
+#[test]
+fn displacements_of_oblique_obstacles_have_no_jump() {
+    for (shape, motion, expected) in [
+        ("type = \"plane\"\npoint = [-0.01, 0.0]\nnormal = [3.0, -1.0]", "y = -0.002", 0.002),
+        ("type = \"plane\"\npoint = [-0.03, 0.0]\nnormal = [1.0, -1.0]", "y = -0.002", 0.002),
+        ("type = \"plane\"\npoint = [-0.06, 0.0]\nnormal = [1.0, -3.0]", "y = 0.002", -0.002),
+        ("type = \"plane\"\npoint = [0.0, 0.02]\nnormal = [0.0, -1.0]", "x = -0.002", -0.002),
+        (
+            "type = \"plane\"\npoint = [0.0, 0.02]\nnormal = [3.0, -4.0]",
+            "x = 0.001\ny = 0.002",
+            -0.001,
+        ),
+    ] {
+        let text = pressed("analysis = \"static\"\n", motion)
+            .replace("type = \"plane\"\npoint = [0.0, 0.01]\nnormal = [0.0, -2.0]", shape);
+        let plate = table(&text, "plate");
+        // Rounding of the projection.
+        assert!((last(&plate, "displacement") - expected).abs() < 1e-17, "{shape} {motion}");
+    }
+}
+
 /// Checks that an invalid force of an obstacle gives an error with the line of the key.
 #[test]
 fn forces_of_obstacles_are_checked() {

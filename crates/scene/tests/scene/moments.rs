@@ -177,6 +177,40 @@ fn moments_of_small_vibrations_balance_about_a_preload() {
     }
 }
 
+/// Checks that the amplitudes of moments about two points differ by the moment of the force, M_A − M_B = (B − A) × F, at
+/// frequencies other than 0 and with damping, where all amplitudes are complex. Only rounding errors remain.
+#[test]
+fn moments_of_vibrations_about_two_points_differ_by_the_force() {
+    let other = [0.05, 0.3, -0.4];
+    for dimension in [2, 3] {
+        let (text, ..) = bar(
+            dimension,
+            &format!("analysis = \"response\"\n{CLAMPED}"),
+            &format!("y = {}\nresponse = {{ y = 3.0 }}", TRACTION[0]),
+        );
+        let second = format!(
+            "[[probe]]\nname = \"other\"\ntype = \"reaction\"\ngroup = \"left\"\nabout = {:?}\n\
+             [response]\nfrequencies = [3.0, 40.0]\npreload_time = 0.0\n",
+            &other[..dimension]
+        );
+        let text = text.replace("[solid]\n", "[solid]\nrayleigh_mass = 20.0\n") + &second;
+        let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        let found = Response::of_scene(&scene, Watcher::NOBODY).unwrap();
+        let of = |name: &str| found.probes.iter().find(|curves| curves.name == name).unwrap();
+        let apart: Vec<f64> = (0..dimension).map(|i| other[i] - ABOUT[i]).collect();
+        for (held, other) in of("held").amplitudes.iter().zip(&of("other").amplitudes) {
+            let (force, moments) = held.split_at(dimension);
+            assert!(force.iter().any(|f| f.im.abs() > 1e-3 * f.norm()), "{dimension}");
+            let size = force.iter().fold(0.0_f64, |most, f| most.max(f.norm()));
+            let moved = cross(&apart, force);
+            for ((own, other), moved) in moments.iter().zip(&other[dimension..]).zip(moved) {
+                let error = (own - other - moved).norm() / (size * largest(&apart));
+                assert!(error < 1e-12, "{dimension}: {error:e}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_point_with_the_wrong_number_of_coordinates_is_rejected() {
     let (text, ..) = bar(2, &format!("analysis = \"static\"\n{CLAMPED}"), "y = 1.0");
