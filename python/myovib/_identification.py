@@ -194,9 +194,12 @@ def _measured(name: str, column: ArrayLike) -> Array:
         kinds = {"c": "complex numbers", "M": "dates", "m": "time differences"}
         found = kinds.get(kind, "text")
         raise ValueError(f"column {name!r} of the data must have real numbers, not {found}")
-    if hasattr(column, "to_numpy"):  # a pandas column, which may contain pandas' missing values
-        return column.to_numpy(dtype=float, na_value=np.nan)
-    return np.ma.filled(np.ma.asarray(column).astype(float), np.nan)
+    try:
+        if hasattr(column, "to_numpy"):  # a pandas column, which may contain pandas' missing values
+            return column.to_numpy(dtype=float, na_value=np.nan)
+        return np.ma.filled(np.ma.asarray(column).astype(float), np.nan)
+    except (TypeError, ValueError) as error:  # from an entry of an array of objects
+        raise ValueError(f"column {name!r} of the data must have real numbers: {error}") from None
 
 
 def _numbers(values: Iterable[Any]) -> Array:

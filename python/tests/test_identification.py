@@ -102,7 +102,16 @@ def test_masked_measurements_were_not_made(tmp_path):
     assert path.read_text() == 't,"a ""b"", c"\n0.1,1.0\n0.2,\n'
 
 
-@pytest.mark.parametrize("column", [[1 + 1j], np.array([1j]), np.array(["2026-01-01"], dtype="M8[D]")])
+@pytest.mark.parametrize(
+    "column",
+    [
+        [1 + 1j],
+        np.array([1j]),
+        np.array(["2026-01-01"], dtype="M8[D]"),
+        np.array([1 + 1j], dtype=object),
+        np.array(["one"], dtype=object),
+    ],
+)
 def test_measurements_that_are_not_real_numbers_are_refused(column, tmp_path):
     with pytest.raises(ValueError, match="column 'tip'"):
         experiments({"t": [0.1], "tip": column}, tmp_path)
