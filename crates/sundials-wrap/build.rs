@@ -15,8 +15,8 @@ fn main() {
         Ok(major) => println!("cargo::rustc-cfg=sundials=\"{major}\""),
         Err(reason) => println!(
             "cargo::error={reason}; install SUNDIALS 6.4 to 7.x with IDAS (Debian: \
-             libsundials-dev), name its folder of headers in SUNDIALS_INCLUDE_DIR, or build with \
-             `--features vendored`, which brings its own"
+             libsundials-dev), set SUNDIALS_INCLUDE_DIR to the folder of its headers, or build with \
+             `--features vendored`, which compiles SUNDIALS from source"
         ),
     }
 }

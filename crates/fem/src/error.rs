@@ -289,7 +289,7 @@ pub enum MshProblem {
     #[error(
         "this is not a Gmsh mesh: it must start with $MeshFormat; convert VTU, VTK, Abaqus and other files in Python, \
          `myovib.write_mesh(\"NEW.msh\", *myovib.read_mesh(\"FILE\"))`, or UNV by `gmsh FILE -save -format msh41 -o \
-         NEW.msh`; STL and STEP have surfaces, whose volume `gmsh -3` meshes"
+         NEW.msh`; STL and STEP files contain surfaces: mesh their volume by `gmsh -3`"
     )]
     NotMsh,
     /// Unexpected end of the file.

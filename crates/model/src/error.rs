@@ -43,7 +43,7 @@ pub enum ModelError {
     },
     /// A jump in a load; sensitivities across jumps are not supported.
     #[error(
-        "the load jumps at t = {t} s, and sensitivities across a jump are not supported: set a rise time of the step"
+        "the load jumps at t = {t} s, and sensitivities across a jump are not supported: set `rise` of the step"
     )]
     Jump {
         /// Time of the jump, s.

@@ -6,8 +6,8 @@ use myovib_fem::Solid;
 use num_complex::Complex64;
 
 use crate::call::{Call, Command};
-use crate::crew::{ending, fingerprint};
 use crate::ffi::{Matrix, MumpsScalar, World};
+use crate::passes::{ending, fingerprint};
 
 /// A process that executes the commands of rank 0.
 #[derive(Debug)]

@@ -9,7 +9,7 @@
 //! length, so a partition with small interfaces would not reduce the communication.
 //!
 //! `begin` returns the role of this process: a `Session` with its `Sharing` at rank 0, otherwise a `Follower`. The
-//! module `call` defines the messages, `crew` distributes passes ([`myovib_fem::ParallelAssembler`]), `factors`
+//! module `call` defines the messages, `passes` distributes passes over elements ([`myovib_fem::ParallelAssembler`]), `factors`
 //! factorizes ([`myovib_sparse::engine::Engine`]), and `ffi` contains the interface to C.
 //!
 //! The crate is empty without the feature `mpi`.
@@ -22,8 +22,6 @@
 #[cfg(feature = "mpi")]
 mod call;
 #[cfg(feature = "mpi")]
-mod crew;
-#[cfg(feature = "mpi")]
 mod factors;
 #[cfg(feature = "mpi")]
 #[allow(unsafe_code)]
@@ -32,6 +30,8 @@ mod ffi;
 mod follower;
 #[cfg(feature = "mpi")]
 mod leader;
+#[cfg(feature = "mpi")]
+mod passes;
 #[cfg(feature = "mpi")]
 mod session;
 

@@ -7,11 +7,11 @@ use myovib_fem::Solid;
 use myovib_sparse::engine::{self, Engine};
 
 use crate::call::{self, Command};
-use crate::crew::fingerprint;
 use crate::factors::Mumps;
 use crate::ffi::World;
 use crate::follower::Follower;
 use crate::leader::Leader;
+use crate::passes::fingerprint;
 
 /// Role of this process.
 #[derive(Debug)]

@@ -138,7 +138,7 @@ impl Modes {
             preload_time,
             alpha: muscle.parameters.alpha,
             beta: muscle.parameters.beta,
-            drive: muscle.drive(),
+            drive: muscle.forcing_frequency(),
             muscles: vec![modes],
         })
     }

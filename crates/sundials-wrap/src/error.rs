@@ -87,8 +87,8 @@ pub enum Error {
     },
     /// A restart at a time other than the start: the sensitivities there are unknown.
     #[error(
-        "the sensitivities at t = {t} are not known, only those at the start, t = {t_start}: give them \
-         by IdaSolver::reinit_with_sensitivities"
+        "the sensitivities are known only at the start, t = {t_start}, not at t = {t}: give them by \
+         IdaSolver::reinit_with_sensitivities"
     )]
     SensitivitiesDue {
         /// The time of the new start.

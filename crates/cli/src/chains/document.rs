@@ -58,7 +58,7 @@ fn body(scene: &Scene) -> Value {
             "point": chain.at,
             "component": chain.component,
             "load": "traction",
-            "load_frequency": muscle.drive(),
+            "load_frequency": muscle.forcing_frequency(),
         }),
         (None, rod) => json!({
             "body": "rod",

@@ -76,7 +76,8 @@ fn examine(args: &DoctorArgs) -> Findings {
 }
 
 fn remedies(linked: &Versions, build: &[BuildTool]) -> Vec<String> {
-    const MEND: &str = "apt-get install --no-install-recommends libsundials-dev, then build again";
+    const REMEDY: &str =
+        "apt-get install --no-install-recommends libsundials-dev, then build again";
     let mut remedies = Vec::new();
     let mut packages: Vec<&str> =
         build.iter().filter(|tool| tool.found.is_none()).map(|tool| tool.package).collect();
@@ -87,17 +88,18 @@ fn remedies(linked: &Versions, build: &[BuildTool]) -> Vec<String> {
     }
     let Versions { sundials, sundials_headers, index_bits, .. } = linked;
     if !is_supported(sundials) {
-        remedies.push(format!("SUNDIALS {sundials} is linked, but 6.4 to 7.x is required: {MEND}"));
+        remedies
+            .push(format!("SUNDIALS {sundials} is linked, but 6.4 to 7.x is required: {REMEDY}"));
     }
     if sundials != sundials_headers {
         remedies.push(format!(
             "SUNDIALS {sundials} is linked, but the program was built with the headers of \
-             {sundials_headers}: {MEND}"
+             {sundials_headers}: {REMEDY}"
         ));
     }
     if *index_bits != 64 {
         remedies.push(format!(
-            "SUNDIALS is linked with {index_bits}-bit indices, but 64 bits are required: {MEND}"
+            "SUNDIALS is linked with {index_bits}-bit indices, but 64 bits are required: {REMEDY}"
         ));
     }
     remedies

@@ -48,7 +48,7 @@ pub struct Advice {
     formulation: Formulation,
     parameters: Parameters,
     settings: Settings,
-    /// [`Muscle::drive`].
+    /// [`Muscle::forcing_frequency`].
     drive: Option<f64>,
     /// Whether its elements [collapse](statics::collapses) because of their law.
     collapses: bool,
@@ -61,7 +61,7 @@ impl Advice {
             formulation,
             parameters: muscle.parameters,
             settings: settings.clone(),
-            drive: muscle.drive(),
+            drive: muscle.forcing_frequency(),
             collapses: statics::collapses(muscle, formulation),
         }
     }

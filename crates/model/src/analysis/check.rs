@@ -155,7 +155,7 @@ pub fn check(
         true => (slow_modes(muscle)?, spectrum::fastest(muscle)? / TAU),
         false => (Vec::new(), f64::NAN),
     };
-    let drive = muscle.drive();
+    let drive = muscle.forcing_frequency();
     let mut findings = advice.findings();
     findings.extend(free_parts(muscle).map(not_held));
     findings.extend(unheld(held.map(|held| held.nullity), muscle));

@@ -164,7 +164,7 @@ pub fn static_warnings(muscle: &Muscle, formulation: Formulation) -> Vec<Finding
 
 /// Returns the characteristic frequency of a scene, Hz, and its description.
 fn requested(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
-    match muscle.drive() {
+    match muscle.forcing_frequency() {
         Some(drive) => (drive, "frequency of the load"),
         None => (1.0 / t_end, "inverse of the end time"),
     }

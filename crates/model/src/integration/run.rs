@@ -41,7 +41,7 @@ pub fn run<P>(
     observers: &mut [&mut dyn Observer<P>],
 ) -> Result<Statistics, ModelError> {
     let (cpu, wall) = (CpuClock::start(), Instant::now());
-    let (t_reached, outcome) = drive(integrator, observers)?;
+    let (t_reached, outcome) = integrate(integrator, observers)?;
     Ok(Statistics {
         counts: integrator.counts(),
         t_reached,
@@ -51,7 +51,7 @@ pub fn run<P>(
     })
 }
 
-fn drive<P>(
+fn integrate<P>(
     integrator: &mut dyn Integrator<P>,
     observers: &mut [&mut dyn Observer<P>],
 ) -> Result<(f64, Outcome), ModelError> {

@@ -67,7 +67,7 @@ impl StepWeights {
             formulation: dae.formulation(),
             damped: muscle.parameters.is_damped(),
             omega: muscle
-                .drive()
+                .forcing_frequency()
                 .map_or_else(|| 1.0 / transit_time(muscle), |frequency| TAU * frequency),
             step_size,
         }

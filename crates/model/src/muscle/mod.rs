@@ -291,7 +291,7 @@ impl Muscle {
 
     /// Returns the highest frequency of the loads and prescribed motions, Hz, if one of them is
     /// periodic.
-    pub fn drive(&self) -> Option<f64> {
+    pub fn forcing_frequency(&self) -> Option<f64> {
         let frequencies = self.signals().filter_map(Signal::frequency);
         frequencies.reduce(f64::max)
     }

@@ -247,7 +247,7 @@ impl Tangents {
         [out, out_rate]: [&mut [f64]; 2],
     ) {
         let States::Matrices(places) = &self.places else {
-            unreachable!("passes over the elements are not transposed");
+            unreachable!("element passes do not support transposed products");
         };
         for (rows, matrices) in &self.rows {
             let x = &x[rows.clone()];

@@ -235,9 +235,9 @@ impl<'a> Incompressible<'a> {
     /// Returns the time in which the motion strains an element by [`DIFFERENCE`]; for a body at
     /// rest, the time in which its acceleration does.
     fn difference_step(&self, acceleration: &[f64]) -> f64 {
-        let way = DIFFERENCE * element_size(&self.muscle.solid);
-        let by_velocity = way / largest(self.v);
-        let by_acceleration = (way / largest(acceleration)).sqrt();
+        let displacement = DIFFERENCE * element_size(&self.muscle.solid);
+        let by_velocity = displacement / largest(self.v);
+        let by_acceleration = (displacement / largest(acceleration)).sqrt();
         by_velocity.min(by_acceleration).min(LONGEST_DIFFERENCE * transit_time(self.muscle))
     }
 }

@@ -342,7 +342,7 @@ fn of_body(
         return Err(scene.wrong("response.frequencies", error).into());
     }
     let at = equilibrium(scene, muscle, body.formulation, preload_time, watcher)?;
-    let response = HarmonicResponse::about(muscle, body.formulation, &at, &body.drive)?;
+    let response = HarmonicResponse::about(muscle, body.formulation, &at, &body.excitation)?;
     let done = AtomicUsize::new(0);
     let mut found = Response::new(grid, values, response.n_unknowns(), |frequencies| {
         let n = done.load(Relaxed) + frequencies.len();

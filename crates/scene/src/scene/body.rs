@@ -86,7 +86,7 @@ impl Builder<'_> {
         let component = |(node, axis): (usize, usize)| dimension * node + axis;
         let displacement = supports.iter().map(|(at, own)| (component(*at), own.amplitude));
         let displacement = displacement.filter(|(_, own)| *own != Complex64::ZERO).collect();
-        let drive = Excitation { force, surface_loads: harmonic, displacement };
+        let excitation = Excitation { force, surface_loads: harmonic, displacement };
         let prescribed = supports.into_iter().filter_map(|(place, support)| {
             Some(Prescribed { component: component(place), signal: support.signal? })
         });
@@ -118,7 +118,7 @@ impl Builder<'_> {
         Ok(Body {
             settings,
             muscle,
-            drive,
+            excitation,
             formulation,
             load_keys,
             start,

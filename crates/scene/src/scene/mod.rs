@@ -98,7 +98,7 @@ pub struct Body {
     /// Body with its loads.
     pub muscle: Muscle,
     /// Harmonic parts of its loads, for a response.
-    pub drive: Excitation,
+    pub excitation: Excitation,
     /// Formulation of the DAE.
     pub formulation: Formulation,
     /// Keys of the muscle's loads, then of its surface loads and of forces on obstacles, in their order.
@@ -275,7 +275,11 @@ impl Scene {
         notes.extend(self.chains.iter().filter_map(DrivenChain::note));
         notes.extend(settings::missing(&self.file.integrator, body.formulation));
         notes.extend(idle::notes(&self.file, body, self.t_end));
-        notes.extend(limits::coarse_probes(&self.file, self.t_end, body.muscle.drive()));
+        notes.extend(limits::coarse_probes(
+            &self.file,
+            self.t_end,
+            body.muscle.forcing_frequency(),
+        ));
         let n_elements = mesh.n_elements();
         if body.unresolved_fibers > n_elements / RARE {
             notes.push(format!(

@@ -54,7 +54,7 @@ impl Builder<'_> {
     /// Rejects a response without a harmonic load.
     pub(super) fn driven(&self, file: &SceneFile, body: Option<&Body>) -> Result<(), InputError> {
         let rod = file.rod.as_ref().and_then(|rod| rod.response);
-        let is_driven = body.is_some_and(|body| !body.drive.is_zero())
+        let is_driven = body.is_some_and(|body| !body.excitation.is_zero())
             || rod.is_some_and(|amplitude| amplitude.value != 0.0);
         if file.analysis != Analysis::Response || is_driven {
             return Ok(());

@@ -161,7 +161,7 @@ pub(super) fn without_effect(file: &SceneFile, source: &Value) -> Vec<String> {
         let has_note = !applies && !keys.is_empty();
         has_note.then(|| {
             let keys = keys.join(", ");
-            format!("[integrator] in a scene without {part}: no effect of {keys}")
+            format!("[integrator] {keys}: no effect in a scene without {part}")
         })
     };
     let is_in_time = file.analysis.is_in_time();

@@ -29,7 +29,7 @@ pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding
     let Some(solid) = &file.solid else {
         return Vec::new();
     };
-    let drive = body.muscle.drive();
+    let drive = body.muscle.forcing_frequency();
     let materials = file.material.iter().enumerate();
     let parts: Vec<Part> = materials
         .map(|(i, material)| Part::new(material, mean_factor(body, i), solid, drive))

@@ -18,7 +18,7 @@ pub(super) fn right(
         Value::Array(entries)
             if takes_table && !entries.is_empty() && entries.iter().all(Value::is_object) =>
         {
-            Some(format!("write [{name}] instead of [[{name}]]: there is one"))
+            Some(format!("write [{name}] instead of [[{name}]]: a scene has only one"))
         }
         _ => None,
     }

@@ -38,14 +38,14 @@ pub fn respond(
         &body.muscle,
         body.formulation,
         &preloaded(&at, body, watcher)?,
-        &body.drive,
+        &body.excitation,
     )?;
     let neighbors = |j: usize| {
         let step = scene.parameters[j].step(STEP, values[j]);
         let (stencil, bodies) = around(values[j], step, |value| {
             let near = scene.neighbor(j, values, body, value)?;
             let rest = preloaded(&at, &near, watcher)?;
-            Ok(DynamicStiffness::about(&near.muscle, near.formulation, &rest, &near.drive)?)
+            Ok(DynamicStiffness::about(&near.muscle, near.formulation, &rest, &near.excitation)?)
         })?;
         Ok(Neighbors::new(stencil, step, bodies))
     };

@@ -46,7 +46,8 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
         Grid::Adaptive(adaptive) => (None, adaptive.range[1]),
     };
     let rest = Equilibrium::unloaded(&body.muscle);
-    let response = HarmonicResponse::about(&body.muscle, body.formulation, &rest, &body.drive)?;
+    let response =
+        HarmonicResponse::about(&body.muscle, body.formulation, &rest, &body.excitation)?;
     // The first solution allocates the factors.
     response.map(&[largest.max(1.0)], |_| Ok(()))?;
     let started = Instant::now();

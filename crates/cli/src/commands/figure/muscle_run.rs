@@ -29,7 +29,7 @@ impl MuscleRun {
     pub(in crate::commands) fn compute(scene: Scene, progress: &Progress) -> anyhow::Result<Self> {
         let mut integrator = run::muscle_alone(&scene)?;
         let muscle = integrator.problem().muscle();
-        let period = 1.0 / muscle.drive().context("the load has no period")?;
+        let period = 1.0 / muscle.forcing_frequency().context("the load has no period")?;
         let space = Space::clone(muscle.solid.space());
         let origin = Probe::at(&space, [0.0, 0.0])?;
         let unknowns = integrator.problem().n_unknowns();

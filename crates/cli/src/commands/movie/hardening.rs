@@ -72,7 +72,7 @@ fn inclusion(space: &Space) -> anyhow::Result<Vec<[usize; 6]>> {
 fn compute(scene: &Scene, progress: &Progress) -> anyhow::Result<(Vec<Shot>, Exit)> {
     let mut integrator = run::muscle_alone(scene)?;
     let unknowns = integrator.problem().n_unknowns();
-    let frequency = integrator.problem().muscle().drive();
+    let frequency = integrator.problem().muscle().forcing_frequency();
     let frequency = frequency.context("the load has no period")?;
 
     let mut states = LastPeriod::new(1.0 / frequency);

@@ -95,7 +95,7 @@ impl DataProblem {
             Self::LongRow => {
                 "use decimal points, not commas, and write nothing after the last cell"
             }
-            Self::PartialNoise => "give `noise` to every [[output]], or to none",
+            Self::PartialNoise => "give `noise` in every [[output]], or in no [[output]]",
             _ => "",
         }
     }

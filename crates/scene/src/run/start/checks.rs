@@ -89,10 +89,10 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
             sudden_loads(body)
         ))
         .next(
-            "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by one: \
+            "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by a step: \
              y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
         )
-        .next("or apply them suddenly after t = 0: the same with rise = 0")
+        .next("or apply them suddenly after t = 0, with a step of rise = 0")
         .next("or start in equilibrium with them: [initial_state] with type = \"equilibrium\"")
         .into());
     }

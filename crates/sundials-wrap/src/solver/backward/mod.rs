@@ -251,7 +251,7 @@ impl<P: Problem> IdaSolver<P> {
         let t = forward_run.runs.iter().map(|run| run.t).reduce(f64::min);
         let t = t.ok_or(none)?;
         if t_out < self.t0 {
-            return invalid("t_out", t_out, "not before the start of the forward run");
+            return invalid("t_out", t_out, "a time at or after the start of the forward run");
         }
         if t_out >= t {
             return Err(Error::TimeBehind { t_out, t });
