@@ -230,6 +230,15 @@ def test_indices_of_any_integer_type_are_written(tmp_path, dtype):
     assert texts[0] == texts[1]
 
 
+def test_vectors_of_cells_are_left_out_with_a_warning(tmp_path):
+    meshio = pytest.importorskip("meshio")
+    points, cells, _, _ = box()
+    data = {"fiber": [np.tile([1.0, 0.0, 0.0], (len(cells), 1))]}
+    meshio.Mesh(points, [("tetra", cells)], cell_data=data).write(tmp_path / "grid.vtu")
+    with pytest.warns(UserWarning, match="fiber"):
+        assert myovib.read_mesh(tmp_path / "grid.vtu")[2] == {}
+
+
 def test_arrays_of_known_programs_are_groups(tmp_path):
     meshio = pytest.importorskip("meshio")
     points, cells, held, _ = box()
