@@ -68,10 +68,10 @@ fn holds_to(t_end: f64, tolerances: &[f64]) {
         for settings in both_ways(Formulation::Position, rtol, t_end) {
             let (ours, ..) = muscle(Formulation::Position, INCOMPRESSIBLE, &settings);
             let how = &settings.suppressed;
-            assert_eq!(ours.outcome, Outcome::Finished, "{rtol}, left out: {how:?}");
+            assert_eq!(ours.outcome, Outcome::Finished, "{rtol}, excluded: {how:?}");
             // The required bound: index 3 takes at most 1.5 times as many steps as the compressible body.
             let ratio = ours.counts.steps as f64 / row_1.counts.steps as f64;
-            assert!(ratio < 1.5, "{rtol}, left out: {how:?}: {ratio}");
+            assert!(ratio < 1.5, "{rtol}, excluded: {how:?}: {ratio}");
         }
     }
 }
@@ -132,7 +132,7 @@ fn a_little_damping_carries_order_5() {
         settings.max_order = 5;
         let (statistics, ..) = muscle(Formulation::Rate, [f64::INFINITY, 1e-5], &settings);
         let how = &settings.suppressed;
-        assert_eq!(statistics.outcome, Outcome::Finished, "left out: {how:?}");
+        assert_eq!(statistics.outcome, Outcome::Finished, "excluded: {how:?}");
     }
 }
 

@@ -169,7 +169,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     };
     for (field, number) in &report.unknowns {
         let tested = match body.settings.suppressed.contains(field) {
-            true => "left out",
+            true => "excluded",
             false if to_exclude.contains(field) => "included; exclude it",
             false => "in",
         };
@@ -179,7 +179,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     for chain in &scene.chains {
         let tested = match scene.file.integrator.oscillators.in_error_test {
             true => "in",
-            false => "left out",
+            false => "excluded",
         };
         let name = format!("chain {}", chain.name);
         row(plain(&name), chain.n_unknowns(), 0, tested);

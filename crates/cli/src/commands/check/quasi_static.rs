@@ -20,7 +20,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &QuasiStaticReport, cost:
     ]);
     for (field, number, index) in &report.unknowns {
         let tested = match body.settings.suppressed.contains(field) {
-            true => "left out",
+            true => "excluded",
             false => "in",
         };
         table.row([
