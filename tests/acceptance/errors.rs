@@ -294,3 +294,18 @@ fn names_on_standard_output_do_not_hide_text() {
         }
     }
 }
+
+/// Regression: the message for a scene in Latin-1 named no line.
+#[test]
+fn a_scene_in_latin_1_is_refused_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let latin = [VIBRATION.as_bytes(), b"[solid.x]\n# Fa\xe7on\n"].concat();
+    let line = VIBRATION.lines().count() + 2;
+    fs::write(folder.path().join("scene.toml"), latin).unwrap();
+    for command in ["run", "check"] {
+        let run = myovib_in(folder.path(), &[command, "scene.toml"]);
+        assert_eq!(run.code, 2, "{}", run.stderr);
+        assert!(run.stderr.contains(&format!("line {line}")), "{}", run.stderr);
+        assert!(!folder.path().join("out").exists());
+    }
+}
