@@ -352,6 +352,9 @@ def solve_dae(
     excluded = marks if suppress is True else _marks("suppress", None if suppress is False else suppress, n)
     if excluded is not None and all(excluded):
         raise ValueError("suppress excludes all variables: the error test must have at least one")
+    is_tested = np.ones(n, bool) if excluded is None else ~np.array(excluded)
+    if (without := np.flatnonzero(is_tested & (tolerances == 0.0) & (start == 0.0)).tolist()):
+        raise ValueError(f"atol is 0 for the variables {listed(without)} (counted from 0), which start at 0: it must be above 0")
     if index is not None and np.ndim(index) != 1:
         raise TypeError(f"index = {index!r}: must be a sequence of {n} numbers from 0 to 3")
     given = None if index is None else _real("index", index)
@@ -404,6 +407,13 @@ def solve_dae(
     notes: list[str] = []
     if initial != "given":
         _expect_finite(_in_bytes(residual, n), first_limits[0], start, rates)
+    if marks is not None and any(marks):
+        at_start = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
+        if at_start and (occurring := np.flatnonzero(np.array(marks) & ~at_start.algebraic).tolist()):
+            raise ValueError(
+                f"algebraic: the derivatives of the variables {listed(occurring)} (counted from 0) occur in F, so "
+                "these variables are not algebraic. Leave out `algebraic`: it is determined from F"
+            )
     structure = None
     # The indices of all variables are known, or the variables of index 2 are excluded from the error test.
     is_index_known = excluded is not None if family == "bdf" else indices is not None
@@ -461,6 +471,10 @@ def solve_dae(
     advice = _advice(solution, _within(residual, last_limits), rtol, tolerances, known)
     if advice is not None:
         notes.append(advice)
+    elif wrong := _wrong_entry(solution, _within(residual, last_limits), jacobian, last_limits, rtol, tolerances):
+        notes.append(wrong)
+        if not solution.success:
+            solution.message = f"{solution.message.partition('; suggested remed')[0]}; {wrong}"
     elif solution.success and solution.t.size and is_index_known and structure and _singular(structure):
         # Constraints may also depend on each other at the start alone.
         end = (solution.t[-1], solution.y[:, -1], solution.yp[:, -1])
@@ -737,12 +751,47 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     return advice
 
 
+def _wrong_entry(
+    solution: DaeSolution,
+    residual: Function,
+    jacobian: Function | None,
+    limits: tuple[float, float],
+    rtol: float,
+    atol: Array,
+) -> str | None:
+    """Return a note on an entry of the Jacobian that differs from difference quotients during a slow integration."""
+    if jacobian is None or not solution.nsteps > 10 or not FREQUENT * solution.ncfn > solution.nsteps:
+        return None
+    within = np.flatnonzero((solution.t >= min(limits)) & (solution.t <= max(limits)))
+    counts: dict[tuple[str, int, int], int] = {}
+    for i in within[np.linspace(0, len(within) - 1, 9).astype(int)] if len(within) else []:
+        t, y, yp = solution.t[i], solution.y[:, i], solution.yp[:, i]
+        structure = Structure.at(residual, t, y, yp, rtol * np.abs(y) + atol)
+        if structure is None:
+            continue
+        given = [m.toarray() if hasattr(m, "toarray") else np.asarray(m, float) for m in jacobian(t, y, yp)]
+        for entry in structure.wrong_entries(*given):
+            counts[entry] = counts.get(entry, 0) + 1
+    # At a single state, the quotient may be that of a kink.
+    if not counts or max(counts.values()) < 2:
+        return None
+    matrix, row, column = max(counts, key=lambda entry: counts[entry])
+    return (
+        f"Newton's iteration failed {solution.ncfn} times in {solution.nsteps} steps, and in row {row}, column {column} "
+        f"(counted from 0) the `jacobian` differs from {matrix} by difference quotients: the results may be wrong. "
+        "Correct it, or leave out `jacobian`"
+    )
+
+
 def _is_late(solution: DaeSolution, rtol: float, atol: Array) -> bool:
     """Return whether a variable usually changes by more than its tolerance within the rounding of t."""
     changes = np.spacing(np.abs(solution.t)) * np.abs(solution.yp)
     tolerances = rtol * np.abs(solution.y) + atol[:, None]
     return bool((np.median(changes - tolerances, axis=1) > 0.0).any())
 
+
+# Number of steps per failure of Newton's iteration below which an exact Jacobian is compared with differences.
+FREQUENT = 5
 
 # Relative tolerance from which on tighter tolerances improve difference quotients.
 LOOSE = 1e-5

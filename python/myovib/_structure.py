@@ -62,6 +62,19 @@ class Structure:
             return None
         return found if np.isfinite([found.df_dy, found.df_dyp]).all() else None
 
+    def wrong_entries(self, df_dy: Array, df_dyp: Array) -> set[tuple[str, int, int]]:
+        """Return matrix, row and column of each entry that differs from the quotient by more than half.
+
+        Entries below the digits of quotients, relative to their row, are not compared.
+        """
+        found = set()
+        for name, given, own in (("dF/dy", df_dy, self.df_dy), ("dF/dy'", df_dyp, self.df_dyp)):
+            sizes = np.maximum(np.abs(given), np.abs(own))
+            is_wrong = np.abs(given - own) > 0.5 * sizes
+            is_wrong &= sizes > 1e-6 * sizes.max(axis=1, keepdims=True)
+            found |= {(name, int(row), int(column)) for row, column in np.argwhere(is_wrong)}
+        return found
+
     def is_huge(self) -> bool:
         """Return whether entries are too large for a statement about dependence."""
         return bool(max(np.abs(self.df_dy).max(), np.abs(self.df_dyp).max()) > HUGE)

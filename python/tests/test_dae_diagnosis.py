@@ -257,3 +257,32 @@ def test_functions_may_change_their_arguments(method):
     # BDF's errors are up to 100 tolerances here.
     assert s.y[:, -1] == pytest.approx([np.cos(2), -np.sin(2)], abs=1e-4)
     assert s.t_events[0] == pytest.approx([np.pi / 3], abs=1e-4)
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau5", "radau9"])
+def test_an_entry_of_the_jacobian_that_is_wrong_after_the_start_is_named(method):
+    def residual(t, y, yp):
+        return [(1 + 100 * y[0] ** 2) * yp[0] - 10 * np.cos(t)]
+
+    def jacobian(factor):
+        return lambda t, y, yp: ([[200 * y[0] * yp[0]]], [[1 + factor * y[0] ** 2]])
+
+    arguments = (residual, (0, 1.5), [0], [10])
+    s, notes = solved(*arguments, method=method, rtol=1e-6, jacobian=jacobian(3000))
+    assert any("row 0, column 0" in note and "dF/dy'" in note for note in notes)
+    s, notes = solved(*arguments, method=method, rtol=1e-6, jacobian=jacobian(100))
+    assert s.success and not notes
+
+
+@pytest.mark.parametrize("method", RADAU)
+def test_a_variable_whose_derivative_occurs_is_not_algebraic(method):
+    with pytest.raises(ValueError, match="algebraic.*0"):
+        solve_dae(pendulum, (0, 1), *PENDULUM, method=method, index=[1, 1, 2, 2, 3], algebraic=[1, 0, 0, 0, 0])
+    with pytest.raises(ValueError, match="algebraic.*2, 3"):
+        solve_dae(pendulum, (0, 1), *PENDULUM, method=method, index=[1, 1, 2, 2, 3], algebraic=[0, 0, 1, 1, 1])
+
+
+@pytest.mark.parametrize("method", ["bdf", *RADAU])
+def test_variables_that_start_at_zero_need_an_absolute_tolerance(method):
+    with pytest.raises(ValueError, match="atol.*1"):
+        solve_dae(lambda t, y, yp: yp - y[::-1], (0, 1), [1, 0], [0, 1], method=method, atol=[0, 0])
