@@ -324,7 +324,10 @@ pub enum MshProblem {
     )]
     ElementType(i64),
     /// Triangle in a tetrahedral mesh, but not a face of any tetrahedron.
-    #[error("triangle {tag} is not a face of any tetrahedron: 2D and 3D elements cannot be mixed")]
+    #[error(
+        "triangle {tag} is not a face of any tetrahedron: 2D and 3D elements cannot be mixed, and a physical surface of a \
+         removed volume must be removed too"
+    )]
     MixedDimensions {
         /// Tag of the element.
         tag: u64,

@@ -241,10 +241,22 @@ fn ten_nodes(midside: [f64; 3], mirrored: bool) -> Result<Mesh, FemError> {
 /// the end is 3 − 4 s: the element is inverted for s ≥ 3/4.
 #[test]
 fn inverted_curved_elements_are_rejected() {
-    for s in [0.5, 0.26, 0.74] {
-        assert_eq!(six_nodes([s, 0.0]).expect("a triangle").n_elements(), 1);
-        let mesh = ten_nodes([0.0, 0.0, s], false).expect("a tetrahedron");
-        assert!(mesh.notes().is_empty());
+    // The ends are nearly degenerate if this derivative, which is 1 in the straight element, is below 0.1.
+    for (s, end) in [(0.5, None), (0.27, Some(0.0)), (0.28, None), (0.72, None), (0.73, Some(1.0))]
+    {
+        let plane = six_nodes([s, 0.0]).expect("a triangle");
+        let spatial = ten_nodes([0.0, 0.0, s], false).expect("a tetrahedron");
+        for (mesh, axis) in [(&plane, 0), (&spatial, 2)] {
+            let found = mesh.notes().iter().find_map(|note| match note {
+                MeshNote::NearlyDegenerate { elements: 1, ratio, near } => {
+                    Some((ratio, near[axis]))
+                }
+                _ => None,
+            });
+            assert_eq!(found.map(|(_, near)| near), end, "{s}");
+            // Rounding errors of s.
+            assert!(found.is_none_or(|(ratio, _)| (ratio - 0.08).abs() < 1e-14), "{s}: {found:?}");
+        }
     }
     for s in [0.75, 0.76, 1.4] {
         let plane = defect_of(six_nodes([s, 0.0]));

@@ -92,7 +92,8 @@ impl Mesh {
             }
         }
         if !self.midside.is_empty() {
-            self.check_curved::<D>()?;
+            let note = self.check_curved::<D>()?;
+            self.notes.extend(note);
         }
         Ok(self)
     }

@@ -1,16 +1,21 @@
 //! Orientation check of curved elements.
 
-use super::{DEGENERATE, DefectKind, ElementName, Mesh, MeshDefect};
+use super::{DEGENERATE, DefectKind, ElementName, Mesh, MeshDefect, MeshNote};
 use crate::element::quadrature::Rule;
 use crate::element::{Degree, inverse, inverse_map, jacobian};
 
+/// Determinant of a curved element's map, relative to the straight element, below which a note names the element: it is
+/// zero at a quarter point.
+const NEARLY_DEGENERATE: f64 = 0.1;
+
 impl Mesh {
     /// Rejects curved elements whose map has a non-positive determinant at a node or at a point of
-    /// any quadrature rule. Straight elements are checked by their measure.
+    /// any quadrature rule, and returns a note if a determinant is below [`NEARLY_DEGENERATE`]. Straight elements are
+    /// checked by their measure.
     ///
     /// # Panics
     /// Panics unless `D` is the dimension.
-    pub(super) fn check_curved<const D: usize>(&self) -> Result<(), MeshDefect> {
+    pub(super) fn check_curved<const D: usize>(&self) -> Result<Option<MeshNote>, MeshDefect> {
         let shape = self.shape;
         let rules = [Rule::Degree2, Rule::Degree4, Rule::Degree6];
         let points = rules.iter().flat_map(|rule| rule.points(shape));
@@ -18,6 +23,7 @@ impl Mesh {
         samples.extend(points.map(|point| point.barycentric));
         let gradients: Vec<Vec<[f64; D]>> =
             samples.iter().map(|lambda| shape.gradients(Degree::Two, lambda)).collect();
+        let (mut n_elements, mut worst) = (0, (NEARLY_DEGENERATE, Vec::new()));
         for (element, vertices) in self.elements().enumerate() {
             let edges = || self.edges_of(vertices);
             if edges().all(|edge| self.curved_midpoint(edge).is_none()) {
@@ -26,23 +32,36 @@ impl Mesh {
             let mut nodes: Vec<[f64; D]> = vertices.iter().map(|&v| self.points()[v]).collect();
             let (_, straight) = inverse_map(&nodes);
             nodes.extend(edges().map(|edge| self.midpoint::<D>(edge)));
-            let determinant = |gradients: &[[f64; D]]| inverse(jacobian(&nodes, gradients)).1;
-            // The threshold of straight elements: smaller determinants are rounding errors.
-            let is_inverted = |gradients: &Vec<[f64; D]>| {
-                let is_positive = determinant(gradients) > DEGENERATE * straight;
-                !is_positive
-            };
-            if let Some(at) = gradients.iter().position(is_inverted) {
+            let ratio =
+                |gradients: &Vec<[f64; D]>| inverse(jacobian(&nodes, gradients)).1 / straight;
+            let near = |at: usize| -> Vec<f64> {
                 let values = shape.values(Degree::Two, &samples[at]);
-                let near = (0..D).map(|m| values.iter().zip(&nodes).map(|(n, x)| n * x[m]).sum());
+                (0..D).map(|m| values.iter().zip(&nodes).map(|(n, x)| n * x[m]).sum()).collect()
+            };
+            let ratios: Vec<f64> = gradients.iter().map(ratio).collect();
+            // The threshold of straight elements: smaller determinants are rounding errors.
+            let is_positive = |ratio: &f64| *ratio > DEGENERATE; // false for NaN
+            if let Some(at) = ratios.iter().position(|ratio| !is_positive(ratio)) {
                 return Err(MeshDefect {
                     kind: DefectKind::InvertedCurved,
                     elements: vec![ElementName::Index(element)],
-                    near: near.collect(),
+                    near: near(at),
                 });
             }
+            let smallest = ratios.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+            if let Some((at, &ratio)) = smallest.filter(|(_, ratio)| **ratio < NEARLY_DEGENERATE) {
+                n_elements += 1;
+                if ratio < worst.0 {
+                    worst = (ratio, near(at));
+                }
+            }
         }
-        Ok(())
+        let (ratio, near) = worst;
+        Ok((n_elements > 0).then_some(MeshNote::NearlyDegenerate {
+            elements: n_elements,
+            ratio,
+            near,
+        }))
     }
 
     /// Returns the position of the midside node of an edge.

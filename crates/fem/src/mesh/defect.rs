@@ -98,7 +98,7 @@ fn names(elements: &[ElementName]) -> String {
     }
 }
 
-fn coordinates(near: &[f64]) -> String {
+pub(super) fn coordinates(near: &[f64]) -> String {
     let coordinates: Vec<String> = near.iter().map(|x| format!("{x:.6}")).collect();
     coordinates.join(", ")
 }

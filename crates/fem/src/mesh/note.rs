@@ -4,11 +4,12 @@ use std::collections::{BTreeMap, HashSet};
 use std::fmt;
 use std::hash::Hash;
 
+use super::defect::coordinates;
 use super::{Group, sorted};
 use crate::element::Shape;
 
 /// Note on a correction or omission.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum MeshNote {
     /// Elements of negative measure were reoriented.
@@ -39,6 +40,15 @@ pub enum MeshNote {
         /// Number of dropped values.
         values: usize,
     },
+    /// Curved elements are nearly degenerate: the determinant of their map is below a tenth of its value in the straight element.
+    NearlyDegenerate {
+        /// Number of elements.
+        elements: usize,
+        /// Smallest ratio of the two determinants.
+        ratio: f64,
+        /// Position of the smallest ratio, with as many coordinates as the mesh.
+        near: Vec<f64>,
+    },
 }
 
 impl fmt::Display for MeshNote {
@@ -58,6 +68,13 @@ impl fmt::Display for MeshNote {
             Self::OffVertexValues { field, values } => write!(
                 f,
                 "field \"{field}\" is interpolated linearly from the vertices: values at {values} other nodes were ignored"
+            ),
+            Self::NearlyDegenerate { elements, ratio, near } => write!(
+                f,
+                "{elements} curved elements are nearly degenerate: near ({}) the Jacobian determinant is {ratio:.2} of \
+                 its value in the straight element (limit 0.1), and solutions are inaccurate there; refine the mesh at \
+                 curved boundaries, or move the nodes on the edges toward the midpoints",
+                coordinates(near)
             ),
         }
     }
