@@ -15,6 +15,7 @@ use crate::Scene;
 use crate::atomic_file::faults::with_disk_that_stops_after;
 use crate::atomic_file::passing;
 use crate::result_folder::FolderRequest;
+use crate::watch::ProgressSink;
 
 /// Scene of a body with an index-1 formulation, a table, an energy balance, fields and two
 /// checkpoints.
@@ -140,28 +141,29 @@ fn a_verified_run_that_is_killed_at_any_change_of_a_file_is_completed() {
 #[test]
 fn an_interrupted_verification_measures_no_error_and_is_repeated() {
     static INTERRUPT: AtomicBool = AtomicBool::new(false);
+    /// Interrupts the second run, which starts after the first has written its `run.json`.
+    struct SecondRun<'a>(&'a Path);
+    impl ProgressSink for SecondRun<'_> {
+        fn on_progress(&self, _: &dyn Fn() -> String) {
+            INTERRUPT.store(self.0.join("run.json").exists(), Relaxed);
+        }
+    }
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let long = SCENE.replace("end = 0.02", "end = 1.0").replace("interval = 0.0", "interval = 0.");
-    let scene = Scene::build("scene.toml", &long, &[], Path::new("")).unwrap();
-    let run = |existing| {
-        let options = RunOptions { interrupt: Some(&INTERRUPT), ..options(&out, existing, true) };
+    let scene = scene();
+    let run = |existing, progress| {
+        let options = options(&out, existing, true);
+        let options = RunOptions { interrupt: Some(&INTERRUPT), progress, ..options };
         passing(|| compute(&scene, &options)).unwrap()
     };
-    let interrupted = std::thread::scope(|scope| {
-        scope.spawn(|| {
-            while !out.join("run.json").exists() {
-                std::thread::yield_now();
-            }
-            INTERRUPT.store(true, Relaxed);
-        });
-        run(Existing::Refuse)
-    });
+    let second_run = SecondRun(&out);
+    let interrupted = run(Existing::Refuse, &second_run);
+    assert!(INTERRUPT.load(Relaxed));
     assert_eq!(interrupted.outcome.reason(), Some(EndReason::Interrupted));
     assert_eq!(interrupted.document["outcome"], "finished");
     assert!(interrupted.document["error_estimate"].is_null());
     INTERRUPT.store(false, Relaxed);
-    let resumed = run(Existing::Resume);
+    let resumed = run(Existing::Resume, &());
     assert_eq!(resumed.outcome, Outcome::Finished);
     assert!(resumed.document["error_estimate"]["probes"]["tip"]["p"]["error"].as_f64() > Some(0.0));
 }
