@@ -180,18 +180,20 @@ fn errors(estimate: &Value) -> String {
             continue;
         };
         for (column, numbers) in columns {
-            let number = |key: &str| format!("{:.1e}", numbers[key].as_f64().unwrap_or(f64::NAN));
-            let [largest, error] =
-                ["largest", "error"].map(|key| numbers[key].as_f64().unwrap_or(0.0));
-            let is_noise = error > 0.0 && largest <= NOISE * size_of_kind(columns, column);
+            let number =
+                |key: &str| numbers[key].as_f64().map_or("–".to_owned(), |x| format!("{x:.1e}"));
+            let largest = numbers["largest"].as_f64().unwrap_or(0.0);
+            let error = numbers["error"].as_f64();
+            let is_small = largest <= NOISE * size_of_kind(columns, column);
             table.row([
                 plain(probe).into(),
                 plain(column).into(),
                 number("largest").into(),
                 number("error").into(),
-                match is_noise {
-                    true => "rounding".into(),
-                    false => number("relative").into(),
+                match error {
+                    None => "not comparable".into(),
+                    Some(error) if error > 0.0 && is_small => "rounding".into(),
+                    Some(_) => number("relative").into(),
                 },
             ]);
         }
@@ -304,5 +306,16 @@ mod tests {
         let pressure = table.lines().find(|line| line.contains(" p ")).expect("a row");
         assert!(pressure.contains("rounding"), "{table}");
         assert_eq!(table.matches("rounding").count(), 1, "{table}");
+    }
+
+    /// Regression: a column without a value in both runs had an error of zero.
+    #[test]
+    fn a_column_that_cannot_be_compared_has_no_error() {
+        let column = json!({ "largest": null, "error": null, "relative": null });
+        let probes = json!({ "tip": { "phase": column } });
+        assert_eq!(indicator(&probes), "");
+        let table = errors(&json!({ "probes": probes, "outcome": "finished", "rtol": 1e-4 }));
+        let row = table.lines().find(|line| line.contains("phase")).expect("a row");
+        assert!(row.contains("not comparable") && !row.contains('0'), "{table}");
     }
 }

@@ -2,10 +2,9 @@
 //!
 //! Each step estimates the error that it adds to each unknown. The resulting change of a probe value is the error
 //! estimate of the probe. The indicator is the sum of the magnitudes over all steps: it assumes that the errors add up
-//! and that none decays. Over random scenes (`scripts/errors`) it is at most nine times too small, and within a factor
-//! of 5 of the error in 95 % of the columns. For 13 % of the pressures it is up to 250 times too large, mostly with
-//! stiffness damping, where the errors of earlier steps decay. Radau IIA has no such estimate, so its runs have no
-//! indicator: indicators derived from its estimates of lower order were up to 1000 times too small.
+//! and that none decays. It may be much too large with stiffness damping, where the errors of earlier steps decay;
+//! `scripts/errors` measures it over random scenes. Radau IIA has no such estimate, so its runs have no indicator:
+//! indicators derived from its estimates of lower order were up to 1000 times too small.
 
 use std::f64::consts::TAU;
 
@@ -28,8 +27,8 @@ pub(super) struct Indicator {
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Sum {
     largest: f64,
-    /// Sum of the errors of the steps.
-    error: f64,
+    /// Sum of the errors of the steps; `None` before the first finite estimate.
+    error: Option<f64>,
 }
 
 impl Sum {
@@ -37,7 +36,7 @@ impl Sum {
     fn add(&mut self, value: f64, estimate: f64) {
         if value.is_finite() && estimate.is_finite() {
             self.largest = self.largest.max(value.abs());
-            self.error += estimate;
+            *self.error.get_or_insert(0.0) += estimate;
         }
     }
 }
@@ -93,7 +92,8 @@ impl Indicator {
             let columns = recorder.what.names().into_iter().zip(sums);
             let columns: Map<String, Value> = columns
                 .map(|(column, sum)| {
-                    let estimate = ErrorEstimate { size: sum.largest, difference: sum.error };
+                    let difference = sum.error.unwrap_or(f64::NAN);
+                    let estimate = ErrorEstimate { size: sum.largest, difference };
                     (column, of_column(&estimate))
                 })
                 .collect();
@@ -105,7 +105,7 @@ impl Indicator {
     }
 }
 
-/// Returns the error report of a column.
+/// Returns the error report of a column, with `null` if no values could be compared.
 pub(super) fn of_column(estimate: &ErrorEstimate) -> Value {
     json!({
         "largest": estimate.size,

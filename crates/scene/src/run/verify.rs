@@ -44,9 +44,11 @@ pub(super) fn error_estimate(
             [Ok(run), Ok(looser)] => [run, looser],
             [Err(error), _] | [_, Err(error)] => return Err(error),
         };
-        let estimates = ErrorEstimate::between(&rows, &looser);
-        let columns = names.into_iter().zip(estimates).skip(1); // the first is the time
-        let columns: Map<String, Value> = columns.map(|(n, e)| (n, of_column(&e))).collect();
+        let pairs = at_equal_times(&rows, &looser);
+        let estimate = |k: usize| ErrorEstimate::between(pairs.iter().map(|(a, b)| (a[k], b[k])));
+        let columns = names.into_iter().enumerate().skip(1); // the first is the time
+        let columns: Map<String, Value> =
+            columns.map(|(k, name)| (name, of_column(&estimate(k)))).collect();
         Ok((probe.name.clone(), Value::Object(columns)))
     });
     Ok(Some(json!({
@@ -58,14 +60,62 @@ pub(super) fn error_estimate(
     })))
 }
 
-/// Reads names and rows of a table.
+/// Returns the pairs of rows at the same time. Both tables are sorted by time. A run that ended early has fewer rows, and
+/// its last row may be at another time.
+fn at_equal_times<'a>(rows: &'a [Vec<f64>], looser: &'a [Vec<f64>]) -> Vec<(&'a [f64], &'a [f64])> {
+    let mut rest = looser.iter().peekable();
+    let pairs = rows.iter().filter_map(|row| {
+        while rest.next_if(|other| other[0] < row[0]).is_some() {}
+        Some((&row[..], &rest.next_if(|other| other[0] == row[0])?[..]))
+    });
+    pairs.collect()
+}
+
+/// Reads names and rows of a table. Rows of other values than numbers are errors.
 fn read(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Error> {
     let text = fs::read_to_string(path).map_err(Error::file("read", path))?;
     let table = Table::parse(&text).map_err(|error| {
         let error = std::io::Error::other(error);
         Error::file("read", path)(error)
     })?;
-    let rows = table.rows.iter().filter_map(|row| table.numbers(row));
-    let rows = rows.collect();
+    let rows = table.rows.iter().zip(&table.lines).map(|(row, line)| {
+        table.numbers(row).ok_or_else(|| {
+            let expected = format!("line {line}: expected {} numbers", table.names.len());
+            Error::file("read", path)(std::io::Error::other(expected))
+        })
+    });
+    let rows = rows.collect::<Result<_, Error>>()?;
     Ok((table.names, rows))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_compared_at_equal_times() {
+        let rows = |times: &[f64]| times.iter().map(|&t| vec![t, 10.0 * t]).collect::<Vec<_>>();
+        let (run, looser) = (rows(&[0.0, 1.0, 2.0, 2.0, 4.0]), rows(&[0.0, 0.5, 2.0, 2.0, 3.0]));
+        let pairs = at_equal_times(&run, &looser);
+        let times: Vec<_> = pairs.iter().map(|(a, b)| (a[0], b[0])).collect();
+        assert_eq!(times, [(0.0, 0.0), (2.0, 2.0), (2.0, 2.0)]);
+        assert!(at_equal_times(&run, &[]).is_empty());
+    }
+
+    /// Regression: rows that could not be read were dropped, and the rest was compared with rows at other times.
+    #[test]
+    fn a_damaged_row_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tip.csv");
+        for (damaged, is_read) in [("1,2", true), ("1,nan", true), ("1,x", false), ("1", false)] {
+            fs::write(&path, format!("t,u_x\n0,1\n{damaged}\n2,3\n")).unwrap();
+            let found = read(&path).map(|(_, rows)| rows.len());
+            match found {
+                Ok(rows) => assert!(is_read && rows == 3, "{damaged}"),
+                Err(error) => {
+                    assert!(!is_read && format!("{error:?}").contains("line 3"), "{error:?}")
+                }
+            }
+        }
+    }
 }
