@@ -25,6 +25,9 @@ const SMALL: f64 = 0.01;
 /// Smallest size of a curve relative to the largest curve of its kind. With this value, rounding errors stay below a
 /// tolerance of 1e-6.
 const WEAKEST: f64 = 1e-5;
+/// Fraction of the half-power width of a peak within which a frequency is not computed again; the amplitudes there differ
+/// by less than the default tolerance.
+const NEAR: f64 = 0.03;
 /// Ratio of the ends of the range above which the first frequencies are spaced logarithmically.
 const WIDE: f64 = 30.0;
 
@@ -189,19 +192,23 @@ impl Adaptive {
     /// Returns the frequencies of the peaks and of half their power, in ascending order, except near frequencies that
     /// have already been computed.
     fn near(&self, peaks: &[(usize, Maximum)], computed: &[f64]) -> Vec<f64> {
+        let [low, high] = self.range;
         let mut wanted = Vec::new();
         for (_, peak) in peaks {
             let half_width = peak.damping_ratio.map_or(0.0, |ratio| ratio * peak.frequency);
-            wanted.extend([-half_width, 0.0, half_width].map(|shift| peak.frequency + shift));
+            let nearby = match half_width {
+                0.0 => 1e-4 * (high - low),
+                _ => NEAR * half_width,
+            };
+            let places = [-half_width, 0.0, half_width].map(|shift| peak.frequency + shift);
+            wanted.extend(places.map(|f| (f, nearby)));
         }
-        wanted.sort_by(f64::total_cmp);
-        let [low, high] = self.range;
-        let nearby = 1e-4 * (high - low);
-        wanted.dedup_by(|a, b| (*a - *b).abs() < nearby);
-        wanted.retain(|f| {
-            (low..=high).contains(f) && computed.iter().all(|other| (f - other).abs() > nearby)
+        wanted.sort_by(|a, b| a.0.total_cmp(&b.0));
+        wanted.dedup_by(|a, b| (a.0 - b.0).abs() < a.1.min(b.1));
+        wanted.retain(|(f, nearby)| {
+            (low..=high).contains(f) && computed.iter().all(|other| (f - other).abs() > *nearby)
         });
-        wanted
+        wanted.into_iter().map(|(f, _)| f).collect()
     }
 }
 
