@@ -63,7 +63,7 @@ def read_mesh(
         ``surface 3`` or ``volume 3`` unless the file names them; sets of cells and points keep their names. Cells of the
         body without a group are ``ungrouped``.
     fields
-        Arrays of values at the points. Arrays of values at cells are left out with a warning.
+        Arrays of values at the points. Arrays of values at cells are excluded with a warning.
 
     Example
     -------
@@ -86,14 +86,14 @@ def read_mesh(
     possible = [name for name, parts in mesh.cell_data.items() if all(p.ndim == 1 and p.dtype.kind in "iu" for p in parts)]
     if array is None and possible:
         warnings.warn(f"{path} has the integer cell arrays {', '.join(possible)}: `group` selects one as groups", stacklevel=2)
-    left_out = [
+    excluded = [
         name
         for name in mesh.cell_data
         if name not in possible and name != array and ":" not in name
     ]
-    if left_out:
+    if excluded:
         warnings.warn(
-            f"{path} has the cell arrays {', '.join(left_out)}, which are left out: move them to the points before, "
+            f"{path} has the cell arrays {', '.join(excluded)}, which are excluded: move them to the points before, "
             "for example by cell_data_to_point_data of PyVista",
             stacklevel=2,
         )

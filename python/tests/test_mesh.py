@@ -230,7 +230,7 @@ def test_indices_of_any_integer_type_are_written(tmp_path, dtype):
     assert texts[0] == texts[1]
 
 
-def test_vectors_of_cells_are_left_out_with_a_warning(tmp_path):
+def test_vectors_of_cells_are_excluded_with_a_warning(tmp_path):
     meshio = pytest.importorskip("meshio")
     points, cells, _, _ = box()
     data = {"fiber": [np.tile([1.0, 0.0, 0.0], (len(cells), 1))]}
