@@ -353,7 +353,7 @@ def solve_dae(
     if excluded is not None and all(excluded):
         raise ValueError("suppress excludes all variables: the error test must have at least one")
     is_tested = np.ones(n, bool) if excluded is None else ~np.array(excluded)
-    if (without := np.flatnonzero(is_tested & (tolerances == 0.0) & (start == 0.0)).tolist()):
+    if without := np.flatnonzero(is_tested & (tolerances == 0.0) & (start == 0.0)).tolist():
         raise ValueError(f"atol is 0 for the variables {listed(without)} (counted from 0), which start at 0: it must be above 0")
     if index is not None and np.ndim(index) != 1:
         raise TypeError(f"index = {index!r}: must be a sequence of {n} numbers from 0 to 3")
@@ -409,10 +409,10 @@ def solve_dae(
         _expect_finite(_in_bytes(residual, n), first_limits[0], start, rates)
     if marks is not None and any(marks):
         at_start = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
-        if at_start and (occurring := np.flatnonzero(np.array(marks) & ~at_start.algebraic).tolist()):
+        if at_start and (occurring := np.flatnonzero(np.array(marks) & at_start.differential).tolist()):
             raise ValueError(
                 f"algebraic: the derivatives of the variables {listed(occurring)} (counted from 0) occur in F, so "
-                "these variables are not algebraic. Leave out `algebraic`: it is determined from F"
+                "these variables are not algebraic: set False for them"
             )
     structure = None
     # The indices of all variables are known, or the variables of index 2 are excluded from the error test.
@@ -764,13 +764,17 @@ def _wrong_entry(
         return None
     within = np.flatnonzero((solution.t >= min(limits)) & (solution.t <= max(limits)))
     counts: dict[tuple[str, int, int], int] = {}
-    for i in within[np.linspace(0, len(within) - 1, 9).astype(int)] if len(within) else []:
-        t, y, yp = solution.t[i], solution.y[:, i], solution.yp[:, i]
+    for i in np.unique(within[np.linspace(0, len(within) - 1, 9).astype(int)]) if len(within) else []:
+        t, y, yp = solution.t[i], solution.y[:, i].copy(), solution.yp[:, i].copy()
         structure = Structure.at(residual, t, y, yp, rtol * np.abs(y) + atol)
         if structure is None:
             continue
-        given = [m.toarray() if hasattr(m, "toarray") else np.asarray(m, float) for m in jacobian(t, y, yp)]
-        for entry in structure.wrong_entries(*given):
+        try:
+            given = [m.toarray() if hasattr(m, "toarray") else np.array(m, float) for m in jacobian(t, y.copy(), yp.copy())]
+            wrong = structure.wrong_entries(*given)
+        except Exception:
+            continue
+        for entry in wrong:
             counts[entry] = counts.get(entry, 0) + 1
     # At a single state, the quotient may be that of a kink.
     if not counts or max(counts.values()) < 2:

@@ -42,10 +42,12 @@ class Structure:
             (rates if rate else values)[j] += size
             return (evaluate(values, rates) - base) / size
 
-        base = evaluate(y, yp)
+        base = evaluate(y.copy(), yp.copy())
         n, largest = len(y), np.abs(yp).max()
         small = np.sqrt(np.finfo(float).eps)
         sizes = np.maximum(small * np.abs(y), tolerance)
+        self.quotient = column
+        self.sizes = (sizes, np.full(n, 1e-3 * largest or 1.0))
         self.df_dy = np.column_stack([column(j, sizes[j], False) for j in range(n)])
         self.df_dyp = np.column_stack([column(j, 1e-3 * largest or 1.0, True) for j in range(n)])
         self.algebraic = ~self.df_dyp.any(axis=0)
@@ -62,17 +64,28 @@ class Structure:
             return None
         return found if np.isfinite([found.df_dy, found.df_dyp]).all() else None
 
+    @property
+    def differential(self) -> Array:
+        """Return the variables whose derivatives occur in F by more than the rounding of quotients."""
+        rows = np.maximum(np.abs(self.df_dy).max(axis=1), np.abs(self.df_dyp).max(axis=1))
+        return np.asarray((np.abs(self.df_dyp) > RANK * rows[:, None]).any(axis=0))
+
     def wrong_entries(self, df_dy: Array, df_dyp: Array) -> set[tuple[str, int, int]]:
         """Return matrix, row and column of each entry that differs from the quotient by more than half.
 
-        Entries below the digits of quotients, relative to their row, are not compared.
+        Entries below the digits of quotients, relative to their row, are not compared, nor are those whose quotients depend
+        on the size or the sign of the increment, as at kinks.
         """
         found = set()
-        for name, given, own in (("dF/dy", df_dy, self.df_dy), ("dF/dy'", df_dyp, self.df_dyp)):
-            sizes = np.maximum(np.abs(given), np.abs(own))
-            is_wrong = np.abs(given - own) > 0.5 * sizes
-            is_wrong &= sizes > 1e-6 * sizes.max(axis=1, keepdims=True)
-            found |= {(name, int(row), int(column)) for row, column in np.argwhere(is_wrong)}
+        for rate, (given, own) in enumerate(((df_dy, self.df_dy), (df_dyp, self.df_dyp))):
+            largest = np.maximum(np.abs(given), np.abs(own))
+            is_wrong = np.abs(given - own) > 0.5 * largest
+            is_wrong &= largest > 1e-6 * largest.max(axis=1, keepdims=True)
+            for row, j in np.argwhere(is_wrong):
+                size = self.sizes[rate][j]
+                others = [self.quotient(j, part * size, bool(rate))[row] for part in (-1.0, 0.1, -0.1)]
+                if (np.abs(np.array(others) - own[row, j]) <= 0.1 * np.abs(own[row, j])).all():
+                    found.add(("dF/dy'" if rate else "dF/dy", int(row), int(j)))
         return found
 
     def is_huge(self) -> bool:
