@@ -776,14 +776,14 @@ def _wrong_entry(
             continue
         for entry in wrong:
             counts[entry] = counts.get(entry, 0) + 1
-    # At a single state, the quotient may be that of a kink.
+    # A difference at a single state may come from a kink.
     if not counts or max(counts.values()) < 2:
         return None
     matrix, row, column = max(counts, key=lambda entry: counts[entry])
     return (
         f"Newton's iteration failed {solution.ncfn} times in {solution.nsteps} steps, and in row {row}, column {column} "
         f"(counted from 0) the `jacobian` differs from {matrix} by difference quotients: the results may be wrong. "
-        "Correct it, or leave out `jacobian`"
+        "Correct it, or call without `jacobian`"
     )
 
 

@@ -63,7 +63,8 @@ def read_mesh(
         ``surface 3`` or ``volume 3`` unless the file names them; sets of cells and points keep their names. Cells of the
         body without a group are ``ungrouped``.
     fields
-        Arrays of values at the points. Arrays of values at cells are excluded with a warning.
+        Arrays of values at the points. Other arrays at cells are excluded with a warning, except those with
+        a colon in their names, which meshio adds.
 
     Example
     -------
@@ -89,7 +90,7 @@ def read_mesh(
     excluded = [
         name
         for name in mesh.cell_data
-        if name not in possible and name != array and ":" not in name
+        if name != array and ":" not in name and (array is not None or name not in possible)
     ]
     if excluded:
         warnings.warn(

@@ -355,3 +355,10 @@ def has_matplotlib():
     except ImportError:
         return False
     return True
+
+
+def test_each_failure_in_a_process_prints_one_error(capfd):
+    # Regression: only the first error of a process was printed.
+    for _ in range(2):
+        assert _native.program(["myovib", "check", "missing.toml"]) == 2
+        assert capfd.readouterr().err.count("error:") == 1

@@ -53,13 +53,19 @@ use crate::exit::Exit;
 pub fn main() -> ExitCode {
     interrupt::install();
     interrupt::outlive_large_files();
-    ranks::main(|| command(env::args_os()).into(), scene)
+    // No other error follows, even if another thread runs out of memory until the process ends.
+    let print = |error: &str| Allocator::print_last_error(|| output::print_error(error));
+    ranks::main(|| execute(env::args_os(), print).into(), scene)
 }
 
 /// Runs the program with these arguments, of which the first is its name.
 pub fn command(arguments: impl IntoIterator<Item = OsString>) -> Exit {
+    execute(arguments, output::print_error)
+}
+
+fn execute(arguments: impl IntoIterator<Item = OsString>, print: impl FnOnce(&str)) -> Exit {
     match Cli::try_parse_from(arguments) {
-        Ok(cli) => ended(cli.command.run()),
+        Ok(cli) => exit(cli.command.run(), print),
         Err(error) => {
             // Errors in printing are ignored, because nobody reads the output.
             match error.use_stderr() && plain(&error.to_string()) != error.to_string() {
@@ -84,9 +90,12 @@ fn scene() -> Option<Scene> {
 
 /// Prints the error of a failed command and returns the exit code.
 pub fn ended(result: anyhow::Result<Exit>) -> Exit {
+    exit(result, output::print_error)
+}
+
+fn exit(result: anyhow::Result<Exit>, print: impl FnOnce(&str)) -> Exit {
     result.unwrap_or_else(|failure| {
-        let message = error::render(&failure);
-        Allocator::print_last_error(|| output::print_error(&message));
+        print(&error::render(&failure));
         // A command that needs the result of a run fails if the run is interrupted, but its input is valid.
         if interrupt::has_come() { Exit::Interrupted } else { Exit::of_failure(&failure) }
     })

@@ -128,7 +128,7 @@ impl<P: Problem + ?Sized> Search<'_, P> {
 
     /// Returns the equations that change when the derivatives of these variables are perturbed: by the intended
     /// distance or, if F cannot be evaluated there, in the other direction or by less. A value that
-    /// becomes non-finite counts as changed, because a zero coefficient would leave it finite.
+    /// becomes non-finite counts as changed, because it would remain finite if the coefficient were zero.
     fn changed(
         &mut self,
         columns: &[usize],

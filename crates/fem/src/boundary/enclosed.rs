@@ -143,8 +143,8 @@ impl EnclosedVolume {
         (is_partly_held || is_cut) && !self.has_flat_openings(solid)
     }
 
-    /// Returns whether each opening is flat at rest. In 2D, this is a chord between two ends that are held in one plane
-    /// and are not at a plane normal to it.
+    /// Returns whether each opening is flat at rest. In 2D, the chord between two ends is flat if both are held in one plane
+    /// and neither is at a plane normal to it.
     fn has_flat_openings(&self, solid: &Solid) -> bool {
         if self.walls.dimension == 2 {
             let (is_held, size) = (held(solid), self.rim_size());

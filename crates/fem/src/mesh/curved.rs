@@ -6,7 +6,7 @@ use crate::element::{Degree, inverse, inverse_map, jacobian};
 
 /// Determinant of a curved element's map, relative to the straight element, below which a note names the element: it is
 /// zero at a quarter point.
-const NEARLY_DEGENERATE: f64 = 0.1;
+pub(super) const NEARLY_DEGENERATE: f64 = 0.1;
 
 impl Mesh {
     /// Rejects curved elements whose map has a non-positive determinant at a node or at a point of

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::fmt;
 use std::hash::Hash;
 
+use super::curved::NEARLY_DEGENERATE;
 use super::defect::coordinates;
 use super::{Group, sorted};
 use crate::element::Shape;
@@ -72,7 +73,7 @@ impl fmt::Display for MeshNote {
             Self::NearlyDegenerate { elements, ratio, near } => write!(
                 f,
                 "{elements} curved elements are nearly degenerate: near ({}) the Jacobian determinant is {ratio:.2} of \
-                 its value in the straight element (limit 0.1), and solutions are inaccurate there; refine the mesh at \
+                 its value in the straight element (limit {NEARLY_DEGENERATE}), and solutions are inaccurate there; refine the mesh at \
                  curved boundaries, or move the nodes on the edges toward the midpoints",
                 coordinates(near)
             ),

@@ -12,8 +12,8 @@ use myovib_model::{
     Parameters, Prescribed, Settings, Signal, formula, ida, paper,
 };
 
-/// Returns displacements and velocities of the free components of a cantilever that is bent by a fifth of its length
-/// and moves.
+/// Returns displacements and velocities of the free components of a moving cantilever, bent by a fifth of its
+/// length.
 fn bent(dae: &MuscleDae) -> (Vec<f64>, Vec<f64>) {
     let space = dae.muscle().solid.space();
     let dimension = space.dimension();

@@ -48,7 +48,7 @@ impl DrivingError {
     }
 
     /// Returns a note if the effect exceeds ten times the relative tolerance of the body, because the chain is then less
-    /// accurate than the body. There is no note for a rod, whose chains have its tolerances.
+    /// accurate than the body. A rod and its chains have equal tolerances, so it never has a note.
     pub(super) fn note(&self, scene: &Scene) -> Option<String> {
         let body = scene.body.as_ref()?;
         (self.relative > 10.0 * body.settings.relative_tolerance).then(|| {

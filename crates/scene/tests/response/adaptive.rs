@@ -78,8 +78,8 @@ fn narrow_peaks_lie_at_the_natural_frequencies() {
             .zip(curve)
             .filter(|(f, _)| (**f / peak.frequency - 1.0).abs() < 1e-2);
         let largest = largest.map(|(_, value)| value.norm()).fold(0.0, f64::max);
-        // The frequency is within 3 % of the half width, where the amplitude is 5e-4 smaller; the rational function may
-        // be in error by 1e-3.
+        // A frequency at a distance of 3 % of the half width has an amplitude smaller by 5e-4, and the rational function may
+        // have an error of 1e-3.
         assert!((largest / peak.amplitude - 1.0).abs() < 2e-3, "{peak:?} {largest}");
         let mode = peak.nearest_mode.unwrap();
         let width = 2.0 * PI * mode.frequency * damping;

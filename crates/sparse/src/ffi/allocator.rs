@@ -16,8 +16,8 @@ static IS_ENDING: AtomicBool = AtomicBool::new(false);
 static IS_PRINTED: AtomicBool = AtomicBool::new(false);
 
 impl Allocator {
-    /// Calls `print` unless another thread already ends the process for lack of memory. If memory runs out afterwards, the
-    /// process ends without a second error.
+    /// Calls `print`, which must not allocate, unless another thread already ends the process for lack of memory. If
+    /// memory runs out afterwards, the process ends without a second error, so this is for the last error of a program.
     pub fn print_last_error(print: impl FnOnce()) {
         if !IS_ENDING.swap(true, Ordering::Relaxed) {
             print();
