@@ -1,8 +1,12 @@
 //! Tables of comma-separated values, which are read as a whole and written line by line during a computation.
 
+use std::fs;
 use std::io::{self, Write};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+
+use crate::Error;
 
 /// Size of the written part of a table, stored in checkpoints.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -135,6 +139,24 @@ impl Table {
     }
 }
 
+/// Reads the names and rows of a table of numbers in a file.
+///
+/// # Errors
+/// [`Error::File`] if the file cannot be read, or with the line of a row of other values than numbers.
+pub fn read_numbers(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Error> {
+    let text = fs::read_to_string(path).map_err(Error::file("read", path))?;
+    let table =
+        Table::parse(&text).map_err(|error| Error::file("read", path)(io::Error::other(error)))?;
+    let rows = table.rows.iter().zip(&table.lines).map(|(row, line)| {
+        table.numbers(row).ok_or_else(|| {
+            let expected = format!("line {line}: expected {} numbers", table.names.len());
+            Error::file("read", path)(io::Error::other(expected))
+        })
+    });
+    let rows = rows.collect::<Result<_, Error>>()?;
+    Ok((table.names, rows))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -198,5 +220,22 @@ mod tests {
         assert_eq!(spaced.lines, [2, 5]);
         let quoted = Table::parse("a,\"b\nc\"\r\n\r\n1,2\r\n\"x\ny\",2\r\n3,4\r\n").unwrap();
         assert_eq!(quoted.lines, [4, 5, 7]);
+    }
+
+    /// Regression: rows that could not be read were dropped.
+    #[test]
+    fn a_damaged_row_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tip.csv");
+        for (damaged, is_read) in [("1,2", true), ("1,nan", true), ("1,x", false), ("1", false)] {
+            fs::write(&path, format!("t,u_x\n0,1\n{damaged}\n2,3\n")).unwrap();
+            let found = read_numbers(&path).map(|(_, rows)| rows.len());
+            match found {
+                Ok(rows) => assert!(is_read && rows == 3, "{damaged}"),
+                Err(error) => {
+                    assert!(!is_read && format!("{error:?}").contains("line 3"), "{error:?}")
+                }
+            }
+        }
     }
 }

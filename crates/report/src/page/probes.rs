@@ -1,9 +1,8 @@
 //! Minima, maxima and curves of the probes.
 
-use std::fs;
 use std::path::Path;
 
-use myovib_scene::csv::Table;
+use myovib_scene::csv::read_numbers;
 use myovib_scene::probe::ColumnKind;
 use myovib_scene::{Error, Scene, escape};
 use serde_json::Value;
@@ -30,11 +29,8 @@ pub(crate) struct Record {
 impl Record {
     /// Reads the table of the probe `name`.
     pub(crate) fn read(folder: &Path, name: &str) -> Result<Self, Error> {
-        let path = folder.join(format!("{name}.csv"));
-        let text = fs::read_to_string(&path).map_err(Error::file("read", &path))?;
-        let table = Table::parse(&text).unwrap_or_default();
-        let rows = table.rows.iter().filter_map(|row| table.numbers(row));
-        Ok(Self { name: name.to_owned(), rows: rows.collect(), columns: table.names })
+        let (columns, rows) = read_numbers(&folder.join(format!("{name}.csv")))?;
+        Ok(Self { name: name.to_owned(), columns, rows })
     }
 
     /// Returns whether the rows belong to the states of a loading path.

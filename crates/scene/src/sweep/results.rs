@@ -5,9 +5,9 @@ use std::path::Path;
 use exmex::Express;
 
 use super::grid::Axis;
-use crate::csv::Table;
+use crate::csv::read_numbers;
 use crate::expression::{Expression, ExpressionError, expect_moderate, parse};
-use crate::{InputError, Scene, inputs, run};
+use crate::{InputError, Scene, run};
 
 /// Result columns of the table.
 pub(super) const COLUMNS: [&str; 10] = [
@@ -58,12 +58,10 @@ struct Reduced {
 impl Reduced {
     /// Returns the value, or `None` if the run recorded no such value.
     fn value(&self, folder: &Path) -> Option<f64> {
-        let text = inputs::text(&folder.join(format!("{}.csv", self.probe))).ok()?;
-        let table = Table::parse(&text).ok()?;
-        let column = table.names.iter().position(|name| *name == self.column)?;
-        let rows = table.rows.iter().filter_map(|row| table.numbers(row));
-        let values: Vec<f64> =
-            rows.filter(|row| row[0] >= self.from).map(|row| row[column]).collect();
+        let (names, rows) = read_numbers(&folder.join(format!("{}.csv", self.probe))).ok()?;
+        let column = names.iter().position(|name| *name == self.column)?;
+        let rows = rows.iter().filter(|row| row[0] >= self.from);
+        let values: Vec<f64> = rows.map(|row| row[column]).collect();
         (!values.is_empty()).then(|| (self.reduction)(&values))
     }
 }
