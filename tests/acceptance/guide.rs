@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use myovib_scene::run::VERIFY_MARGIN;
 use myovib_scene::scene_file;
 
 use crate::harness::myovib_in;
@@ -127,6 +128,20 @@ fn the_guide_stays_short() {
     let is_written = |(path, _): &(PathBuf, String)| !path.ends_with("scene-reference.md");
     let words: usize = pages().into_iter().filter(is_written).map(visible).sum();
     assert!(words <= 14_200, "{words} words");
+}
+
+/// Compares the factor that `run --verify` prints with the record that the page of accuracy shows.
+#[test]
+fn errors_exceed_their_estimates_by_the_printed_factor_at_most() {
+    let page = fs::read_to_string(root().join("docs/src/accuracy.md")).expect("the page");
+    let (_, name) = page.split_once("<!-- record ").expect("a record");
+    let name = name.split_whitespace().next().expect("a name");
+    let text = fs::read_to_string(root().join("data/bench").join(name)).expect("the record");
+    let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let rows = record["table"].as_array().expect("rows");
+    let factors = rows.iter().map(|row| row["verify_max"].as_f64().expect("a factor"));
+    let largest = factors.fold(0.0, f64::max);
+    assert!(largest > 1.0 && largest <= VERIFY_MARGIN, "{largest}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use myovib_model::advice::Finding;
 use myovib_model::check;
 use myovib_report::table::{Align, Table, colored_stdout};
 use myovib_report::{modes, page, periodic, response};
-use myovib_scene::run::{Existing, RunOptions, compute};
+use myovib_scene::run::{Existing, RunOptions, VERIFY_MARGIN, compute};
 use myovib_scene::scene_file::Analysis;
 use myovib_scene::sensitivity::SceneParameter;
 use myovib_scene::{Scene, plain};
@@ -206,7 +206,7 @@ fn errors(estimate: &Value) -> String {
         ),
     };
     format!(
-        "\nTime integration errors from a second run at rtol = {:.0e}, at most 3 times too small; the error of the mesh is not \
+        "\nTime integration errors from a second run at rtol = {:.0e}, at most {VERIFY_MARGIN} times too small; the error of the mesh is not \
          included.{cut}\n{}",
         estimate["rtol"].as_f64().unwrap_or(f64::NAN),
         table.render(colored_stdout())

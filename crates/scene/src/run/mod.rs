@@ -32,6 +32,7 @@ mod volume;
 pub use options::{RunOptions, RunResult};
 pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
 pub use trial::{Trial, TrialEnd, try_out};
+pub use verify::VERIFY_MARGIN;
 
 use crate::response::{Curves, Values};
 pub use crate::result_folder::Existing;
@@ -120,15 +121,17 @@ pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, In
 
 /// Rejects options that apply to dynamic analyses only.
 fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
-    let wrong = |option: &str, message: &str| {
+    let wrong = |option: &str, message: &str, next: &str| {
         let error = InputError::new(format!("the scene has no motion: {message}"));
-        Err(error.at(option).next(format!("leave {option} out")))
+        Err(error.at(option).next(next))
     };
     match options {
-        _ if options.existing == Existing::Resume => {
-            wrong("--resume", "there is nothing to continue")
-        }
-        _ if options.verify => wrong("--verify", "it has no error in time"),
+        _ if options.existing == Existing::Resume => wrong(
+            "--resume",
+            "its results cannot be continued",
+            "compute them again with --overwrite",
+        ),
+        _ if options.verify => wrong("--verify", "it has no error in time", "leave --verify out"),
         _ => Ok(()),
     }
 }
