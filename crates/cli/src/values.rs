@@ -32,7 +32,7 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
             match tempfile::tempfile_in(folder) {
                 // If the disk is full now, there may be space when the file is written.
                 Err(error)
-                    if [ErrorKind::PermissionDenied, ErrorKind::ReadOnlyFilesystem]
+                    if ![ErrorKind::StorageFull, ErrorKind::QuotaExceeded]
                         .contains(&error.kind()) =>
                 {
                     Err(format!("cannot write to `{}`: {error}", folder.display()))
