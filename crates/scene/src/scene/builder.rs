@@ -109,7 +109,7 @@ impl Explain for FemError {
                     return error.found("a mesh without groups").next(format!(
                         "name its parts in Gmsh and save it again: Physical Curve(\"{name}\") = {{…}} for edges, \
                          Physical Surface for faces and plane tissue, Physical Volume for tissue in space; once a \
-                         physical group exists, Gmsh saves only the parts in such groups"
+                         physical group exists, Gmsh saves only the parts in such groups, so name the tissue, too"
                     ));
                 }
                 suggest(error.allowed(names.join(", ")), nearest(name, &names))

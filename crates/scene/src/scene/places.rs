@@ -5,6 +5,7 @@ use myovib_model::Probe;
 use super::Body;
 use super::axis_index;
 use super::builder::{Builder, Explain};
+use super::supports::NAMES;
 use crate::error::InputError;
 use crate::probe::{InvalidPlace, ProbeKind};
 use crate::scene_file::SceneFile;
@@ -85,25 +86,36 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
         _ => None,
     });
     let reactions: Vec<_> = reactions.collect();
-    let shared = |a: &[usize], b: &[usize]| a.iter().filter(|x| b.binary_search(x).is_ok()).count();
+    let shared = |a: &[usize], b: &[usize]| -> Vec<usize> {
+        a.iter().copied().filter(|x| b.binary_search(x).is_ok()).collect()
+    };
+    let components_of = |list: &[usize]| {
+        let names = (0..dimension).filter(|axis| list.iter().any(|c| c % dimension == *axis));
+        let names: Vec<&str> = names.map(|axis| NAMES[axis]).collect();
+        format!("components ({}) of shared nodes", names.join(", "))
+    };
     let mut notes = Vec::new();
     for (i, (group, own)) in reactions.iter().enumerate() {
         for (other, components) in reactions[..i].iter().filter(|(other, _)| other != group) {
-            match shared(own, components) {
-                0 => {}
-                n => notes.push(format!(
-                    "the reactions of `{other}` and `{group}` have {n} fixed components of shared nodes in common: a sum of both counts the forces there twice"
-                )),
+            let common = shared(own, components);
+            if !common.is_empty() {
+                notes.push(format!(
+                    "the reactions of `{other}` and `{group}` have {} fixed {} in common: a sum of both counts the forces there twice",
+                    common.len(),
+                    components_of(&common)
+                ));
             }
         }
         for (support, components) in supports.iter().filter(|(support, _)| support != group) {
             let of_probe = reactions.iter().any(|(other, _)| other == support);
-            match shared(own, components) {
-                // A probe of several supports includes them as a whole.
-                n if n > 0 && n < components.len() && n < own.len() && !of_probe => notes.push(format!(
-                    "the reaction of `{group}` includes the forces of the support `{support}` at {n} components of shared nodes"
-                )),
-                _ => {}
+            let common = shared(own, components);
+            let n = common.len();
+            // A probe of several supports includes them as a whole.
+            if n > 0 && n < components.len() && n < own.len() && !of_probe {
+                notes.push(format!(
+                    "the reaction of `{group}` includes the forces of the support `{support}` at {n} {}",
+                    components_of(&common)
+                ));
             }
         }
     }

@@ -81,7 +81,7 @@ pub struct Chain {
     /// Number of oscillators N.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub oscillators: usize,
-    /// Center of the natural frequencies, Hz.
+    /// Center ω/2π of the natural frequencies without coupling, Hz. A ring in phase has ω² − D ω instead of ω².
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frequency: f64,
     /// Half width of the interval of frequencies, Hz.
@@ -101,7 +101,8 @@ pub struct Chain {
     pub ends: EndsName,
     /// Driven oscillators.
     pub driven: DrivenName,
-    /// Gain γ of the forcing γ d·u, 1/s² per m.
+    /// Gain γ of the forcing γ d·u, 1/s² per m. An oscillator alone follows a harmonic u whose frequency differs from its own
+    /// by Δω if γ |u| exceeds about 4 ω Δω.
     pub gain: f64,
     /// Location of the driving displacement: a point, m, or a position on the rod [default: not driven]. Lists,
     /// grids and groups create several chains.
