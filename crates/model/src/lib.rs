@@ -76,7 +76,7 @@ pub use integration::radau::RadauIntegrator;
 pub use integration::recorder::{SampleTimes, Sampler};
 pub use integration::run::{AcceptedStep, Limits, Observer, run};
 pub use integration::settings::{
-    AbsoluteTolerances, IntegratorKind, LinearSolverKind, MultiplierWeights, Settings,
+    AbsoluteTolerances, IntegratorKind, LinearSolverKind, MultiplierWeights, Settings, StepOptions,
     default_ordering,
 };
 pub use integration::statistics::{Counts, EndReason, Outcome, Statistics};

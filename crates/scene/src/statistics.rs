@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use myovib_model::{Counts, Formulation, IntegratorKind, Settings, Statistics};
+use myovib_model::{Counts, Formulation, IntegratorKind, Settings, Statistics, StepOptions};
 use myovib_sparse::Ordering;
 use serde::Serialize;
 
@@ -88,8 +88,8 @@ pub struct StatisticsJson<'a> {
     pub linear_solver: &'a str,
     pub ordering: &'a str,
     pub btf: bool,
-    pub initial_step: Option<f64>,
-    pub max_step: Option<f64>,
+    #[serde(flatten)]
+    pub steps: StepOptions,
     pub t_end: f64,
     /// Seed of random draws; null if nothing is drawn.
     pub seed: Option<u32>,
@@ -116,8 +116,7 @@ impl<'a> StatisticsJson<'a> {
             linear_solver: settings.linear_solver.name(),
             ordering: ordering_name(settings.ordering),
             btf: settings.btf,
-            initial_step: settings.initial_step,
-            max_step: settings.max_step,
+            steps: settings.steps,
             t_end: settings.t_end,
             seed: None,
         }

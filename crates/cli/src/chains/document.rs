@@ -94,8 +94,11 @@ fn of_states(run: &ChainRun) -> anyhow::Result<Value> {
     document["suppressed"] = json!([]);
     document["rtol"] = json!(each(wanted.oscillators.rtol));
     document["atol"] = json!(each(wanted.oscillators.atol));
-    document["initial_step"] = json!(wanted.initial_step);
-    document["max_step"] = json!(wanted.max_step);
+    if let (Value::Object(all), Value::Object(steps)) =
+        (&mut document, serde_json::to_value(wanted.steps)?)
+    {
+        all.extend(steps);
+    }
     document["t_end"] = json!(run.scene.t_end);
     document["linear_solver"] = json!(CoupledOptions::of_states(integrator).linear_solver.name());
     if MethodJson::radau_iia(integrator).is_none() {

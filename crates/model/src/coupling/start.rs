@@ -11,7 +11,7 @@ use crate::integration::ida::{self, IdaIntegrator};
 use crate::integration::integrator::Integrator;
 use crate::integration::projected::Projected;
 use crate::integration::radau::{self, RadauIntegrator};
-use crate::integration::settings::{IntegratorKind, LinearSolverKind, Settings};
+use crate::integration::settings::{IntegratorKind, LinearSolverKind, Settings, StepOptions};
 use crate::muscle_dae::MuscleDae;
 
 /// Options of the integrators of a coupled system. Tolerances are in
@@ -68,11 +68,9 @@ impl CoupledOptions {
         self
     }
 
-    /// Sets the first and the largest step (s); `None` leaves the choice to the integrator.
-    pub fn with_steps(mut self, initial: Option<f64>, largest: Option<f64>) -> Self {
-        (self.ida.initial_step, self.radau.initial_step) = (initial, initial);
-        (self.ida.max_step, self.radau.max_step) = (largest, largest);
-        self
+    /// Sets the options of adaptive steps.
+    pub fn with_steps(self, steps: StepOptions) -> Self {
+        Self { ida: steps.in_ida(self.ida), radau: steps.in_radau(self.radau), ..self }
     }
 }
 

@@ -154,17 +154,15 @@ pub(crate) fn builder<P: Problem>(problem: P, options: IdaOptions, t_end: f64) -
 /// Returns the options of IDAS for a muscle with `settings`.
 pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
     let layout = dae.layout();
-    IdaOptions {
+    settings.steps.in_ida(IdaOptions {
         tolerances: settings.tolerances(layout),
         suppressed: Suppressed::Components(settings.excluded(layout)),
         max_order: usize::from(settings.max_order),
         delta_cj: settings.delta_cj,
-        initial_step: settings.initial_step,
-        max_step: settings.max_step,
         sparse: settings.sparse_options(),
         vectors: settings.vectors,
         ..IdaOptions::default()
-    }
+    })
 }
 
 impl<P: Consistent> IdaIntegrator<P> {

@@ -204,19 +204,17 @@ pub fn matrices(
 /// of RADAU5's values (0.001 and 1.2), and 10 % more steps.
 pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
     let layout = dae.layout();
-    RadauOptions {
+    settings.steps.in_radau(RadauOptions {
         tolerances: settings.tolerances(layout),
         suppressed: Suppressed::Components(settings.excluded(layout)),
         stages: settings.integrator.stages().unwrap_or(3),
-        initial_step: settings.initial_step,
-        max_step: settings.max_step,
         step_size: step_size(settings.fixed_step),
         time_scale: transit_time(dae.muscle()),
         jacobian_reuse: 0.1,
         step_window: (1.0, 2.0),
         sparse: settings.sparse_options(),
         ..RadauOptions::default()
-    }
+    })
 }
 
 impl<P: Consistent, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauIntegrator<P, M> {

@@ -1,10 +1,11 @@
 //! Settings of a time integration. Defaults are the paper's values.
 
 use myovib_dae::Tolerances;
+use myovib_radau::RadauOptions;
 use myovib_sparse::{Ordering, Precision, SparseOptions};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sundials_wrap::VectorArithmetic;
+use sundials_wrap::{IdaOptions, VectorArithmetic};
 
 use crate::error::ModelError;
 use crate::field::{Field, Layout};
@@ -130,6 +131,31 @@ impl MultiplierWeights {
     }
 }
 
+/// Options of adaptive steps, the same for both integrators. They are keys of scenes.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct StepOptions {
+    // The estimate from ẏ is at most 0.08 of the shortest time scale of the loads, independent of the end time.
+    /// First step, s [default: estimated].
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub initial_step: Option<f64>,
+    /// Largest step, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_step: Option<f64>,
+}
+
+impl StepOptions {
+    pub(crate) fn in_ida(self, options: IdaOptions) -> IdaOptions {
+        let Self { initial_step, max_step } = self;
+        IdaOptions { initial_step, max_step, ..options }
+    }
+
+    pub(crate) fn in_radau(self, options: RadauOptions) -> RadauOptions {
+        let Self { initial_step, max_step } = self;
+        RadauOptions { initial_step, max_step, ..options }
+    }
+}
+
 /// Settings of a time integration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -159,11 +185,8 @@ pub struct Settings {
     pub btf: bool,
     /// Implementation of IDAS' vector operations.
     pub vectors: VectorArithmetic,
-    /// First step, s. Default: the integrator's estimate from ẏ, at most 0.08 of the shortest time
-    /// scale of the loads, independent of the end time.
-    pub initial_step: Option<f64>,
-    /// Largest step, s.
-    pub max_step: Option<f64>,
+    /// Adaptive steps.
+    pub steps: StepOptions,
     /// Constant step without error test, s; adaptive steps by default (Radau IIA).
     pub fixed_step: Option<f64>,
     /// Time between two projections onto the constraint, s; no projections by default (IDAS).
@@ -194,8 +217,7 @@ impl Settings {
             precision: Precision::Auto,
             btf: false,
             vectors: VectorArithmetic::Simd,
-            initial_step: None,
-            max_step: None,
+            steps: StepOptions::default(),
             fixed_step: None,
             projection_interval: None,
         }

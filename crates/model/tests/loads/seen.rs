@@ -3,7 +3,7 @@
 use myovib_dae::Problem;
 use myovib_model::{
     ErrorEstimate, Field, Formulation, IntegratorKind, MuscleDae, Outcome, SampleTimes, Sampler,
-    Settings, Signal, Spline, Statistics, formula, loosening, run, start_at_rest,
+    Settings, Signal, Spline, Statistics, StepOptions, formula, loosening, run, start_at_rest,
 };
 
 use crate::common::{beam, tolerances};
@@ -45,7 +45,10 @@ fn motion(signal: &Signal, settings: &Settings) -> (Vec<Vec<f64>>, Statistics) {
 
 /// Returns the motion computed with steps much shorter than all changes of the load.
 fn reference(signal: &Signal) -> Vec<Vec<f64>> {
-    let settings = Settings { max_step: Some(1e-3), ..settings(IntegratorKind::Radau5, 1e-6) };
+    let settings = Settings {
+        steps: StepOptions { max_step: Some(1e-3), ..StepOptions::default() },
+        ..settings(IntegratorKind::Radau5, 1e-6)
+    };
     motion(signal, &settings).0
 }
 

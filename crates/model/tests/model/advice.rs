@@ -42,7 +42,7 @@ impl Run {
     fn until(mut self, t_end: f64) -> Self {
         self.settings.t_end = t_end;
         // The test considers stops after a first step of this size from rest.
-        self.settings.initial_step = Some(1e-3 * t_end);
+        self.settings.steps.initial_step = Some(1e-3 * t_end);
         self
     }
 

@@ -3,7 +3,7 @@
 use myovib_dae::Problem;
 use myovib_fem::generate;
 use myovib_model::{
-    Formulation, IntegratorKind, MuscleDae, Outcome, Settings, Statistics, paper, run,
+    Formulation, IntegratorKind, MuscleDae, Outcome, Settings, Statistics, StepOptions, paper, run,
     start_at_rest,
 };
 use myovib_sparse::{LinearWork, Precision};
@@ -17,7 +17,7 @@ fn integrate(
 ) -> (Statistics, LinearWork, Vec<f64>) {
     let settings = Settings {
         t_end: 0.5,
-        initial_step: Some(1e-3),
+        steps: StepOptions { initial_step: Some(1e-3), ..StepOptions::default() },
         precision,
         ..Settings::paper(formulation).with_integrator(integrator)
     };

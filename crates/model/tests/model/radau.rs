@@ -4,7 +4,7 @@ use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::{
     AbsoluteTolerances, Field, Formulation, IntegratorKind, LinearSolverKind, MuscleDae, Outcome,
-    Settings, Signal, paper, run, start_at_rest,
+    Settings, Signal, StepOptions, paper, run, start_at_rest,
 };
 
 const RTOL: f64 = 1e-6;
@@ -31,7 +31,7 @@ fn displacement(formulation: Formulation) -> Vec<f64> {
         suppressed: Vec::new(),
         // Below the steps required by the tolerance, so that the first step adds no significant
         // error.
-        initial_step: Some(1e-3),
+        steps: StepOptions { initial_step: Some(1e-3), ..StepOptions::default() },
         ..Settings::paper(formulation)
     };
     let mut out = vec![0.0; dae.n_unknowns()];

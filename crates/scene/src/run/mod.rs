@@ -128,7 +128,7 @@ fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
     match options {
         _ if options.existing == Existing::Resume => wrong(
             "--resume",
-            "its results cannot be continued",
+            "there is nothing to continue",
             "compute them again with --overwrite",
         ),
         _ if options.verify => wrong("--verify", "it has no error in time", "leave --verify out"),

@@ -15,7 +15,8 @@ use myovib_model::coupling::{
 };
 use myovib_model::start::Consistent;
 use myovib_model::{
-    Displacement, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, start, start_from,
+    Displacement, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, StepOptions, start,
+    start_from,
 };
 
 use super::checkpoint::Checkpoint;
@@ -120,7 +121,8 @@ fn muscle(
     let n_unknowns = dae.n_unknowns();
     let resumed = checkpoint.of(..n_unknowns);
     let [y, y_dot] = resumed.values(&mut dae)?;
-    let settings = Settings { initial_step: resumed.step, ..body.settings.clone() };
+    let steps = StepOptions { initial_step: resumed.step, ..body.settings.steps };
+    let settings = Settings { steps, ..body.settings.clone() };
     Ok((start_from(dae, &settings, resumed.t, &y, &y_dot)?, y))
 }
 
@@ -148,10 +150,9 @@ fn beside<B: 'static>(
     let at = (body.time(), &y[..]);
     let start = |dae: CoupledDae<NoBody>| {
         let test = ErrorTest::of_states(0, tolerances(scene));
-        let options =
-            CoupledOptions::of_oscillators(kind).with_steps(wanted.initial_step, wanted.max_step);
+        let options = CoupledOptions::of_oscillators(kind).with_steps(wanted.steps);
         let resumed = checkpoint.map(|checkpoint| Resumed {
-            step: wanted.initial_step, // the last step is the body's
+            step: wanted.steps.initial_step, // the last step is the body's
             ..checkpoint.of(y.len()..)
         });
         coupled(scene, dae, test, options, resumed, &[])
@@ -230,12 +231,17 @@ fn muscle_with_feedback(
     let test = test.with_oscillators(&dae, tolerances(scene));
     let rest = initial_state(scene, &dae, &rest);
     let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
-    let largest = scene.file.integrator.max_step;
+    let steps = scene.file.integrator.steps;
     let (t, y, y_dot, options) = match checkpoint {
         Some(checkpoint) => {
             let resumed = checkpoint.of(..);
             let [y, y_dot] = resumed.values(&mut dae)?;
-            (resumed.t, y, y_dot, options.with_steps(resumed.step, largest))
+            (
+                resumed.t,
+                y,
+                y_dot,
+                options.with_steps(StepOptions { initial_step: resumed.step, ..steps }),
+            )
         }
         None => {
             let (y_dot, _) = dae.derivatives_at(0.0, &rest).map_err(ModelError::from)?;
@@ -327,7 +333,7 @@ fn coupled<B: CoupledBody>(
     start: &[f64],
 ) -> Result<Box<dyn Integrator<CoupledDae<B>>>, Error> {
     let test = test.with_oscillators(&dae, tolerances(scene));
-    let largest = scene.file.integrator.max_step;
+    let steps = scene.file.integrator.steps;
     Ok(match resumed {
         None => {
             let y = initial_state(scene, &dae, start);
@@ -335,7 +341,7 @@ fn coupled<B: CoupledBody>(
         }
         Some(resumed) => {
             let [y, y_dot] = resumed.values(&mut dae)?;
-            let options = options.with_steps(resumed.step, largest);
+            let options = options.with_steps(StepOptions { initial_step: resumed.step, ..steps });
             start_coupled_from(dae, test, options, [resumed.t, scene.t_end], &y, &y_dot)?
         }
     })

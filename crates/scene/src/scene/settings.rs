@@ -57,8 +57,7 @@ impl Builder<'_> {
             },
             linear_solver,
             btf: wanted.btf,
-            initial_step: wanted.initial_step,
-            max_step: wanted.max_step,
+            steps: wanted.steps,
             projection_interval: wanted.projection_interval,
             ..defaults
         };

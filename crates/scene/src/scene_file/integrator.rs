@@ -1,6 +1,6 @@
 //! Integrator settings of a scene.
 
-use myovib_model::{IntegratorKind, MultiplierWeights};
+use myovib_model::{IntegratorKind, MultiplierWeights, StepOptions};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -27,12 +27,9 @@ pub struct IntegratorSettings {
     pub multiplier_weights: MultiplierWeights,
     /// Highest order of BDF; above 2 only with damping [default: 2 with a body, otherwise 5].
     pub max_order: Option<MaxOrder>,
-    /// First step, s [default: estimated].
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub initial_step: Option<f64>,
-    /// Largest step, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub max_step: Option<f64>,
+    /// Adaptive steps.
+    #[serde(flatten)]
+    pub steps: StepOptions,
     /// Time between projections, s, which remove the drift of `velocity` (BDF, without chains).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub projection_interval: Option<f64>,
@@ -63,8 +60,7 @@ impl Default for IntegratorSettings {
             error_test: ErrorTest::default(),
             multiplier_weights: MultiplierWeights::Plain,
             max_order: None,
-            initial_step: None,
-            max_step: None,
+            steps: StepOptions::default(),
             projection_interval: None,
             max_steps: None,
             max_cpu: None,

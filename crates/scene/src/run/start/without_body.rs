@@ -84,8 +84,7 @@ pub(in crate::run) fn options(scene: &Scene) -> CoupledOptions {
     let IntegratorSettings {
         method,
         max_order,
-        initial_step,
-        max_step,
+        steps,
         // These keys are used by the error test, the error estimate, and the run.
         rtol: _,
         oscillators: _,
@@ -103,7 +102,7 @@ pub(in crate::run) fn options(scene: &Scene) -> CoupledOptions {
         btf: _,
     } = &scene.file.integrator;
     let options = CoupledOptions::of_states(*method);
-    let mut options = options.with_steps(*initial_step, *max_step);
+    let mut options = options.with_steps(*steps);
     if let Some(order) = max_order.and_then(MaxOrder::fixed) {
         options.ida.max_order = usize::from(order);
     }
