@@ -9,6 +9,12 @@ use crate::error::{RadauError, expect, expect_length, expect_positive};
 /// Minimum of the factor by which steps may grow if the measured errors of multipliers are only rounding errors.
 const GROWTH_IN_NOISE: f64 = 2.0;
 
+/// Part of the ratio of absolute tolerances to y that counts as the requested accuracy. Absolute tolerances are often
+/// chosen for variables that are larger than y.
+const BY_ABSOLUTE: f64 = 0.1;
+/// Largest accuracy that absolute tolerances imply.
+const LEAST_ACCURACY: f64 = 1e-6;
+
 /// Choice of the step size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -239,12 +245,23 @@ impl RadauOptions {
         })
     }
 
-    /// Returns the tolerances for the estimate: the relative tolerance, and the absolute tolerances
-    /// of the components.
-    pub(crate) fn internal_tolerances(&self) -> (f64, impl Fn(usize) -> f64) {
+    /// Returns the relative accuracy of the solution `y` for which its tolerances are converted: the relative tolerance, or,
+    /// if the absolute tolerances exceed it in all components, a tenth of the least ratio, at most 1e-6. The factor of a much
+    /// smaller relative tolerance would increase the absolute tolerances, and the errors, without limit.
+    pub(crate) fn accuracy(&self, y: &[f64]) -> f64 {
         let relative = self.tolerances.relative();
-        let factor = self.internal_factor(relative);
-        (factor * relative, move |i| factor * self.tolerances.absolute(i))
+        if relative == 0.0 || relative >= LEAST_ACCURACY {
+            return relative;
+        }
+        let ratios = y.iter().enumerate().map(|(i, y)| self.tolerances.absolute(i) / y.abs());
+        (BY_ABSOLUTE * ratios.fold(f64::INFINITY, f64::min)).clamp(relative, LEAST_ACCURACY)
+    }
+
+    /// Returns the tolerances for the estimate at `y`: the relative tolerance, and the absolute tolerances
+    /// of the components.
+    pub(crate) fn internal_tolerances(&self, y: &[f64]) -> (f64, impl Fn(usize) -> f64) {
+        let factor = self.internal_factor(self.accuracy(y));
+        (factor * self.tolerances.relative(), move |i| factor * self.tolerances.absolute(i))
     }
 
     /// Returns the factor from tolerances for the solution to tolerances for the estimate at the `relative` tolerance:

@@ -92,7 +92,7 @@ fn write<P>(
     out: &mut [f64],
 ) -> Result<(), Failure> {
     let Some(user) = user else {
-        let (relative, absolute) = options.internal_tolerances();
+        let (relative, absolute) = options.internal_tolerances(y);
         for (i, (w, y)) in out.iter_mut().zip(y).enumerate() {
             // If only a relative tolerance is given and y = 0, the weight is huge but finite.
             *w = 1.0 / (relative * y.abs() + absolute(i)).max(f64::MIN_POSITIVE);

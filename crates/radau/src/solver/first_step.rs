@@ -49,7 +49,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let of_y = (square / self.y.len() as f64).sqrt();
         let internal = self.internal.as_ref();
         let norm = of_y.hypot(internal.map_or(0.0, |internal| internal.rate(&self.method)));
-        let (relative, _) = self.options.internal_tolerances();
+        let accuracy = self.options.accuracy(&self.y);
+        let relative = accuracy * self.options.internal_factor(accuracy);
         let scale = match relative > 0.0 {
             true => relative.powf(0.25),
             false => 1.0,

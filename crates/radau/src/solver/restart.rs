@@ -90,7 +90,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     pub(super) fn check_start(&mut self) {
         let factor = match self.weights.are_given() {
             true => 1.0,
-            false => (self.options).internal_factor(self.options.tolerances.relative()),
+            false => self.options.internal_factor(self.options.accuracy(&self.y)),
         };
         let weights: Vec<f64> = self.weights.plain().iter().map(|w| w * factor).collect();
         let at = (self.t, &self.y[..], &self.y_dot[..]);

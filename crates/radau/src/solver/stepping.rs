@@ -274,13 +274,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     pub(super) fn update_weights(&mut self) {
         let (problem, options) = (&mut self.problem, &self.options);
         self.weights_result = self.weights.update(problem, options, &self.y);
-        let implied = self.weights.implied_relative(&self.y);
-        if let Some(internal) = implied.filter(|_| self.weights_result.is_ok()) {
-            let relative = options.relative_for(internal);
-            self.newton.set_tolerance(options.newton_tolerance(relative, self.multipliers.any()));
-            self.weights.set_factors(options.weight_factors(relative));
-            self.control.set_loosened(options.internal_factor(relative));
+        if self.weights_result.is_err() {
+            return;
         }
+        let relative = match self.weights.implied_relative(&self.y) {
+            Some(internal) => options.relative_for(internal),
+            None => options.accuracy(&self.y),
+        };
+        self.newton.set_tolerance(options.newton_tolerance(relative, self.multipliers.any()));
+        self.weights.set_factors(options.weight_factors(relative));
+        self.control.set_loosened(options.internal_factor(relative));
     }
 
     /// Returns the step to try after a step of size h: h again, if that saves a matrix setup.

@@ -1,7 +1,10 @@
 //! Units of time, and inputs shorter than the steps.
 
+use myovib_conformance::samples::Sample;
 use myovib_dae::{Outcome, Problem, StepError, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver};
+
+use crate::common::{Oscillator, run};
 
 /// A pendulum, index 3, or its form of index 2, in a unit of time of `unit` seconds.
 #[derive(Clone, Copy)]
@@ -149,6 +152,35 @@ fn no_conduction_of_a_rectifier_is_skipped() {
             // period. A skipped period costs 1.5 V. The reference has six digits.
             let error = (solver.y()[0] - 8.108698).abs();
             assert!(error < 1e3 * tolerance + 1e-6, "{stages} stages, {tolerance:e}: {error:e}");
+        }
+    }
+}
+
+/// Regression: the smaller the relative tolerance, the more the absolute tolerance was increased, up to an error of 100 %
+/// without a failed step.
+#[test]
+fn absolute_tolerances_hold_for_any_smaller_relative_tolerance() {
+    const END: f64 = 20.0;
+    let exact = Oscillator.exact(END).unwrap();
+    for stages in [3, 5, 7] {
+        for (absolute, relative) in [
+            (1e-8, [1e-8, 1e-13, 1e-30]),
+            (1e-6, [1e-6, 1e-14, 1e-16]),
+            (1e-4, [1e-6, 1e-9, 1e-13]),
+            (1e-3, [1e-6, 1e-9, 1e-12]),
+        ] {
+            for relative in relative {
+                let options = RadauOptions {
+                    stages,
+                    tolerances: Tolerances::scalar(relative, absolute),
+                    ..RadauOptions::default()
+                };
+                let solver = run(Oscillator, END, options);
+                let errors = solver.y().iter().zip(&exact).map(|(y, exact)| (y - exact).abs());
+                let error = errors.fold(0.0, f64::max);
+                // The guide promises the size of the tolerance, and at most 100 times the tolerance.
+                assert!(error < 100.0 * absolute, "{stages} {absolute} {relative}: {error:e}");
+            }
         }
     }
 }
