@@ -219,6 +219,14 @@ fn not_converged(newton: &Newton<'_>) -> Shortfall {
 fn remedy(newton: &Newton<'_>) -> String {
     let is_mixed = newton.layout.range(Field::Pressure).is_some();
     let laws = newton.muscle.solid.laws();
+    if let Some((group, depth)) = newton.overlap_at_rest() {
+        return format!(
+            "the obstacle at `{group}` enters the unloaded body by {depth:.2e} m: start it outside the body, and move it by x, y, z"
+        );
+    }
+    if newton.muscle.contacts.iter().any(|contact| !contact.is_driven()) {
+        return format!("{LIMIT_LOAD}; or reduce the `stiffness` of [[contact]]");
+    }
     match is_mixed && laws.iter().any(is_guccione) {
         true if laws.iter().all(is_guccione) => COLLAPSE.to_owned(),
         true => format!("{COLLAPSE}; or, {LIMIT_LOAD}"),

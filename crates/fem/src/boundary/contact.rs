@@ -21,6 +21,8 @@ const SMOOTHING: f64 = 1e-3;
 /// Mean distance from the obstacle that remains with augmented Lagrange multipliers, as a fraction of the facet size.
 /// At a contact pressure of one shear modulus, the default penalty penetrates a hundred times deeper.
 const AUGMENTED: f64 = 1e-4;
+/// Cosine of the largest angle between an outward normal and the normal of an obstacle on the wrong side of the body.
+const AWAY: f64 = 0.5;
 
 /// Contact of a boundary group with a rigid obstacle, with the energy ∫ φ(−g) dS over the undeformed boundary, with the
 /// gap g at the deformed point:
@@ -217,6 +219,28 @@ impl RigidContact {
         let mut normal = [0.0; 3];
         normal[..D].copy_from_slice(&nearest.map_or([0.0; D], |gap| gap.normal));
         normal
+    }
+
+    /// Returns whether all normals of the obstacle at the undeformed group are within 60° of the outward normals of the
+    /// facets, so that the obstacle could press only on facets that turn by more than 30°. Walls that are perpendicular to
+    /// a plane may bulge against it.
+    pub fn faces_away(&self) -> bool {
+        match self.boundary.dimension {
+            2 => self.faces_away_in::<2>(),
+            _ => self.faces_away_in::<3>(),
+        }
+    }
+
+    fn faces_away_in<const D: usize>(&self) -> bool {
+        let (boundary, rest) = (&self.boundary, vec![0.0; self.boundary.coordinates.len()]);
+        let mut least = f64::INFINITY;
+        boundary.for_each_point::<D>(&rest, |facet, point, [s, t]| {
+            let x = boundary.sum::<D>(&boundary.facets[facet], &point.values, &rest);
+            let outward = area_vector(s, t);
+            let length = dot(&outward, &outward).sqrt();
+            least = least.min(dot(&self.obstacle.gap(x, &[0.0; D]).normal, &outward) / length);
+        });
+        least > AWAY
     }
 
     /// Adds the rate of the force on the body to `total`, for the displacement of the obstacle and of all nodes and their rates.

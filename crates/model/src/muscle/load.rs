@@ -247,6 +247,11 @@ impl Contact {
         }
     }
 
+    /// Returns whether the undeformed group faces away from the obstacle: see [`RigidContact::faces_away`].
+    pub fn faces_away(&self) -> bool {
+        self.operator.faces_away()
+    }
+
     /// Returns whether a force drives the obstacle.
     pub fn is_driven(&self) -> bool {
         matches!(self.motion, ObstacleMotion::Driven { .. })

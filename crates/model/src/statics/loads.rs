@@ -55,7 +55,9 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         for &load in loads {
             let from = self.reached;
             shortfall = self.advance_to(load, watch)?;
-            if shortfall.is_none() || self.reached != from {
+            // A path that has states needs no other state whose multipliers are not converged.
+            let is_state = self.reached != from && (from == 0.0 || !self.newton.has_multipliers());
+            if shortfall.is_none() || is_state {
                 let state = PathState::new(self.newton, &self.x, self.reached);
                 if record(state).is_break() {
                     break;

@@ -126,11 +126,9 @@ fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
         Err(error.at(option).next(next))
     };
     match options {
-        _ if options.existing == Existing::Resume => wrong(
-            "--resume",
-            "there is nothing to continue",
-            "compute them again with --overwrite",
-        ),
+        _ if options.existing == Existing::Resume => {
+            wrong("--resume", "there is nothing to continue", "compute them again with --overwrite")
+        }
         _ if options.verify => wrong("--verify", "it has no error in time", "leave --verify out"),
         _ => Ok(()),
     }

@@ -34,12 +34,13 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     };
     let request = request(scene, options)?;
     request.check()?;
+    let control = scene.control()?;
     let mut recording = Recording {
         readings: scene.readings()?,
         conditions: conditions(scene)?,
+        has_growing_loads: grows(&control),
         ..Recording::new(scene, body, request)
     };
-    let control = scene.control()?;
     let search = &mut search(options.watcher());
     let mut written = Ok(());
     let end = statics::follow(
@@ -112,6 +113,8 @@ struct Recording<'a> {
     recorders: Vec<Recorder>,
     series: Option<Series>,
     volumes: Volumes,
+    /// Whether load factors can be the times of stored fields.
+    has_growing_loads: bool,
     /// Largest of all states.
     drift: f64,
     /// Description of the condition that ended the path.
@@ -142,6 +145,7 @@ impl<'a> Recording<'a> {
             recorders: Vec::new(),
             series: None,
             volumes: Volumes::default(),
+            has_growing_loads: false,
             drift: 0.0,
             stopped: None,
             states: Vec::new(),
@@ -221,8 +225,12 @@ impl<'a> Recording<'a> {
             for name in series.next_files() {
                 folder.claim(&name)?;
             }
-            // Load factors may recur.
-            let place = if is_path { self.states.len() as f64 } else { t };
+            // Load factors may recur on a path by arc length or with given loads.
+            let place = match (is_path, self.has_growing_loads) {
+                (true, true) => state.load,
+                (true, false) => self.states.len() as f64,
+                (false, _) => t,
+            };
             let written = series.write(place, &snapshot, &[]);
             written.map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
         }
@@ -277,6 +285,14 @@ impl<'a> Recording<'a> {
 
     fn not_finite(&self) -> Option<NotFinite> {
         self.series.as_ref().and_then(Series::not_finite)
+    }
+}
+
+/// Returns whether each load factor is larger than the one before.
+fn grows(control: &Control) -> bool {
+    match control {
+        Control::Load(loads) => loads[0] > 0.0 && loads.is_sorted_by(|a, b| a < b),
+        Control::ArcLength { .. } => false,
     }
 }
 

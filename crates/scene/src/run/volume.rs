@@ -15,6 +15,8 @@ const PLAUSIBLE: RangeInclusive<f64> = 0.5..=2.0;
 /// Penetration as a fraction of the size of facets above which the indentation of a body is less accurate than its mesh.
 /// The default stiffness causes a hundredth for each shear modulus of pressure.
 const LARGE_PENETRATION: f64 = 0.01;
+/// Penetration as a fraction of the size of facets above which an obstacle is in the body rather than on it.
+const PASSES: f64 = 0.5;
 
 /// Range of det F at the vertices of all elements over the observed times. The equations contain averages over
 /// elements, or weighted averages around a vertex in formulations with pressure, so they do not detect an inversion at
@@ -76,8 +78,12 @@ impl Volumes {
     /// Returns a note on a large penetration, if there is one.
     pub(super) fn penetration_note(&self) -> Option<String> {
         (self.penetration > LARGE_PENETRATION).then(|| {
+            let passes = match self.penetration > PASSES {
+                true => ", so that its force has no meaning. Leave the body space between obstacle and supports",
+                false => "",
+            };
             format!(
-                "the body enters an obstacle by {:.1} % of the size of its facets: increase `stiffness` of [[contact]]",
+                "the body enters an obstacle by {:.1} % of the size of its facets{passes}: increase `stiffness` of [[contact]]",
                 100.0 * self.penetration
             )
         })

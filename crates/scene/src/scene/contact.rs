@@ -44,9 +44,18 @@ impl Builder<'_> {
                     None => self.given_motion(contact, dimension, &path)?,
                 };
                 let obstacle = self.obstacle(&contact.obstacle, dimension, &path)?;
+                let side_key = match obstacle {
+                    fem::Obstacle::Plane { .. } => format!("{path}.normal"),
+                    _ => format!("{path}.group"),
+                };
                 let contact =
                     Contact::new(solid, &contact.group, obstacle, contact.stiffness, motion);
                 let contact = self.at(&format!("{path}.group"), contact)?;
+                if contact.faces_away() {
+                    let error = InputError::new("the obstacle is on the wrong side of the group: it cannot press on it")
+                        .next("the normal of a plane points from the obstacle to the body; the group must face the obstacle");
+                    return Err(self.wrong(&side_key, error));
+                }
                 let contact = match self.friction(file, i)? {
                     Some(friction) => contact.with_friction(friction),
                     None => contact,

@@ -215,3 +215,23 @@ fn a_sphere_is_inflated_beyond_its_limit_pressure() {
     }
     assert_eq!(found.outcome.reason(), Some(EndReason::Event));
 }
+
+/// Regression: fields of paths had the number of the state as time.
+#[test]
+fn stored_fields_have_the_load_factor_as_time_if_it_grows() {
+    let times = |path: &str| -> Vec<f64> {
+        let text = format!(
+            "{}[static]\n{path}\n[fields]\ninterval = 1.0\n",
+            crate::contact::pressed("analysis = \"static\"\n", "y = -0.001")
+        );
+        let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+        let list = fs::read_to_string(out.path().join("fields.pvd")).unwrap();
+        let times = list.split("timestep=\"").skip(1).map(|rest| rest.split_once('"').unwrap().0);
+        times.map(|time| time.parse().unwrap()).collect()
+    };
+    assert_eq!(times("loads = [0.25, 0.5, 1.0]"), [0.0, 0.25, 0.5, 1.0]);
+    // Load factors that recur would hide states.
+    assert_eq!(times("loads = [0.5, 1.0, 0.5]"), [0.0, 1.0, 2.0, 3.0]);
+}

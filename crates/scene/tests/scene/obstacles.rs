@@ -1,12 +1,17 @@
-//! Obstacles that follow a force in time.
+//! Obstacles that follow a force in time, and obstacles in wrong places.
 
+use std::fs;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use myovib_scene::Scene;
+use myovib_model::ModelError;
 use myovib_scene::csv::Table;
+use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::sensitivity::{Unsupported, unsupported};
+use myovib_scene::{Error, Scene};
 
 use crate::contact::{column, last, pressed, tables_in};
+use crate::separate_chains::Interrupt;
 
 /// Relative tolerance of the integration.
 const RTOL: f64 = 1e-6;
@@ -137,4 +142,80 @@ fn invalid_forces_in_time_are_rejected() {
         let error = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap_err();
         assert!(error.to_string().contains(&format!(" | {line}")), "{error}");
     }
+}
+
+const STATIC: &str = "analysis = \"static\"\n";
+const MOVED: &str = "y = -0.002";
+
+/// Regression: a plane whose normal points away from the body had no force, and a note depended on rounding.
+#[test]
+fn an_obstacle_on_the_wrong_side_of_its_group_is_refused() {
+    let plane = "type = \"plane\"\npoint = [0.0, 0.01]\nnormal = [0.0, -2.0]";
+    let key = |group: &str, shape: &str| {
+        let text = pressed(STATIC, MOVED);
+        let text = text.replace("group = \"top\"", &format!("group = \"{group}\""));
+        let text = text.replace(plane, shape);
+        let found = Scene::build("scene.toml", &text, &[], Path::new(""));
+        found.err().map(|error| error.to_string().contains("normal = ["))
+    };
+    let away =
+        |x: f64, y: f64| format!("type = \"plane\"\npoint = [0.0, 0.01]\nnormal = [{x}, {y}]");
+    for (x, y) in [(0.0, 1.0), (0.7, 1.0), (-0.7, 1.0), (1e-9, 3.0)] {
+        assert_eq!(key("top", &away(x, y)), Some(true), "{x}, {y}");
+        assert_eq!(key("top", &away(-x, -y)), None, "{x}, {y}");
+    }
+    // A wall may bulge against a perpendicular plane.
+    assert_eq!(key("right", plane), None);
+    let ball = |y: f64| format!("type = \"sphere\"\ncenter = [0.0, {y}]\nradius = 0.005");
+    assert_eq!(key("top", &ball(0.015)), None);
+    assert_eq!(key("top", &ball(-0.005)), Some(false));
+}
+
+/// Regression: the named remedies did not help a body that an obstacle enters at rest.
+#[test]
+fn an_obstacle_in_the_unloaded_body_is_named_and_can_be_moved_in() {
+    let within = pressed(STATIC, "").replace("point = [0.0, 0.01]", "point = [0.0, 0.008]");
+    let scene = Scene::build("scene.toml", &within, &[], Path::new("")).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    let failed = compute(&scene, &RunOptions::into_folder(out.path()));
+    match failed.unwrap_err() {
+        Error::Model(ModelError::NoEquilibrium { reached, remedy, .. }) => {
+            assert_eq!(reached, 0.0);
+            assert!(remedy.contains("`top`") && remedy.contains("2.00e-3 m"), "{remedy}");
+        }
+        other => panic!("{other}"),
+    }
+    let [plate] = tables_in(&pressed(STATIC, MOVED), Path::new(""), ["plate"]);
+    assert!(last(&plate, "F_y") < 0.0);
+}
+
+/// Regression: an interrupted path ended with a row of an equilibrium whose multipliers were not converged.
+#[test]
+fn all_states_of_an_interrupted_path_have_converged_multipliers() {
+    static FLAG: AtomicBool = AtomicBool::new(false);
+    let mut partial = 0;
+    for count in 1..60 {
+        let contact = format!("{MOVED}\nmethod = \"augmented-lagrange\"\nstiffness = 4e7");
+        let text = pressed(&format!("{STATIC}[static]\nsteps = 4\n"), &contact);
+        let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        FLAG.store(false, Ordering::Relaxed);
+        let options = RunOptions {
+            interrupt: Some(&FLAG),
+            progress: &Interrupt(AtomicU32::new(count), &FLAG),
+            ..RunOptions::into_folder(out.path())
+        };
+        let Ok(run) = compute(&scene, &options) else {
+            continue;
+        };
+        let table = fs::read_to_string(out.path().join("plate.csv")).unwrap();
+        let table = Table::parse(&table).unwrap();
+        let depths = column(&table, "penetration");
+        // The first two rows are the unloaded body and the first state, which is kept in any case.
+        partial += u32::from(run.document["outcome"] != "finished" && depths.len() > 2);
+        let after = depths.iter().skip(2);
+        // The facets have a length of 0.02/6 m; the criterion is a ten-thousandth of it.
+        assert!(after.into_iter().all(|depth| *depth <= 1e-4 * 0.02 / 6.0), "{count}: {depths:?}");
+    }
+    assert!(partial > 0);
 }

@@ -9,6 +9,8 @@ use crate::muscle::load::set_multipliers;
 /// Maximum number of updates of multipliers. If the contact is stiffer than the body, each update divides the penetration
 /// by about the ratio of both stiffnesses.
 const MAX_AUGMENTATIONS: usize = 50;
+/// Smallest penetration of an unloaded body, as a fraction of the size of facets, that can prevent convergence.
+const OVERLAP: f64 = 0.01;
 
 impl Newton<'_> {
     /// Updates the multipliers of contacts and solves for the equilibrium `x` again, in turn, until no contact penetrates
@@ -41,6 +43,22 @@ impl Newton<'_> {
             }
         }
         Ok(false)
+    }
+
+    /// Returns the group of an obstacle that enters the unloaded body, and its penetration (m).
+    pub(in crate::statics) fn overlap_at_rest(&self) -> Option<(&str, f64)> {
+        let rest = vec![0.0; self.displacement.len()];
+        let contacts = self.contacts.iter().filter(|contact| !contact.is_driven());
+        let overlaps = contacts.filter_map(|contact| {
+            let depth = contact.sums(self.t, 0.0, &rest).penetration;
+            (depth > OVERLAP * contact.facet_size()).then(|| (contact.group(), depth))
+        });
+        overlaps.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Returns whether a contact has multipliers.
+    pub(in crate::statics) fn has_multipliers(&self) -> bool {
+        self.contacts.iter().any(|own| !own.depths().is_empty())
     }
 
     /// Returns the multipliers of all contacts.

@@ -1,7 +1,7 @@
 //! Checks of a start: loads and supports at t = 0 must match the state of the body.
 
 use myovib_dae::Problem;
-use myovib_model::{InitialValues, ModelError, MuscleDae, Prescribed, Signal, support};
+use myovib_model::{Contact, InitialValues, ModelError, MuscleDae, Prescribed, Signal, support};
 
 use crate::scene::{Body, NAMES, Start};
 use crate::state::State;
@@ -114,6 +114,11 @@ fn sudden_loads(body: &Body) -> String {
     let moving = |prescribed: &Prescribed| accelerates(&prescribed.signal);
     if body.muscle.prescribed.iter().any(moving) {
         keys.push("the acceleration of a [[prescribed_displacement]]");
+    }
+    let rest = vec![0.0; body.muscle.solid.space().n_components()];
+    let enters = |contact: &Contact| contact.sums(0.0, 1.0, &rest).penetration > 0.0;
+    if body.muscle.contacts.iter().any(enters) {
+        keys.push("a [[contact]] whose obstacle enters the body: let it start outside");
     }
     match keys.is_empty() {
         true => String::new(),
