@@ -441,8 +441,9 @@ fn experiments(
         Ok(Experiment::new(scene, outputs, data))
     });
     let experiments: Vec<Experiment> = experiments.collect::<Result<_, InputError>>()?;
-    let is_same =
-        |j: usize, k: usize| given[j].1 == given[k].1 && experiments[j].data == experiments[k].data;
+    let is_same = |j: usize, k: usize| {
+        given[j].1 == given[k].1 && experiments[j].has_data_of(&experiments[k])
+    };
     let twice = (1..given.len()).find(|&k| (0..k).any(|j| is_same(j, k)));
     if let Some(k) = twice {
         let error = InputError::new("duplicate measurements").at("--data");

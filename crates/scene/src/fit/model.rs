@@ -28,15 +28,29 @@ pub(super) struct Experiment {
 }
 
 impl Experiment {
-    /// Creates an experiment. `data` must belong to existing outputs and be sorted by time.
-    pub(super) fn new(scene: Parameterized, outputs: Vec<Output>, data: Vec<Datum>) -> Self {
+    /// Creates an experiment, which computes only outputs with data. `data` must belong to existing outputs and be sorted
+    /// by time.
+    pub(super) fn new(scene: Parameterized, all: Vec<Output>, mut data: Vec<Datum>) -> Self {
         let mut times: Vec<f64> = data.iter().map(|datum| datum.t).collect();
         times.dedup();
+        let mut outputs = Vec::new();
+        for (k, output) in all.into_iter().enumerate() {
+            let mut own = data.iter_mut().filter(|datum| datum.output == k).peekable();
+            if own.peek().is_some() {
+                own.for_each(|datum| datum.output = outputs.len());
+                outputs.push(output);
+            }
+        }
         Self { scene, outputs, data, times }
     }
 
     pub(super) fn scene(&self) -> &Scene {
         &self.scene.scene
+    }
+
+    /// Returns whether the other experiment has the same measurements.
+    pub(super) fn has_data_of(&self, other: &Self) -> bool {
+        self.outputs == other.outputs && self.data == other.data
     }
 
     /// Returns the scene without the starting values and bounds of a fit, which do not change the cost.

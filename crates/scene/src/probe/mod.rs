@@ -48,6 +48,11 @@ macro_rules! probes {
                 lists.into_iter().flatten().copied()
             }
 
+            /// Returns whether the probe measures a chain.
+            pub(crate) fn is_of_chain(&self) -> bool {
+                matches!(self, Self::Coherence(_) | Self::Oscillators(_))
+            }
+
             /// Returns the kind of the probe.
             pub(crate) fn kind(&self) -> &dyn Kind {
                 match self {

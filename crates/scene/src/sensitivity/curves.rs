@@ -389,7 +389,8 @@ pub fn follow(
     let settings = settings(&body.settings);
     let request =
         Request { scene, outputs, times, n_parameters: dependences.count(), precision, watcher };
-    if scene.chains.is_empty() {
+    // Chains do not act on the body here, so they are only integrated if an output measures them.
+    if !outputs.iter().any(|output| scene.file.probe[output.probe].kind.is_of_chain()) {
         let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
         let start = [&y[..], &y_dot];

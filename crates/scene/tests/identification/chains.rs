@@ -1,10 +1,13 @@
 //! Derivatives of chains: ∂F/∂p for all their constants, and derivatives of order parameters compared with differences
 //! of runs.
 
+use std::path::Path;
+
 use myovib_scene::sensitivity::{Parameterized, Precision, compute};
 use myovib_scene::watch::Watcher;
 
 use crate::derivatives::outputs_agree;
+use crate::fits::{fitted, measure};
 use crate::{SMALL, scene, set};
 
 /// A chain of six oscillators at a point, with linear and cubic restoring forces, whose order parameters are observed.
@@ -130,4 +133,39 @@ fn an_order_parameter_at_rest_has_no_derivative() {
         assert_eq!(of_angle.is_nan(), sample.t == 0.0, "{}: {of_angle}", sample.t);
     }
     assert!(curves.importance()[k][0].is_finite());
+}
+
+/// Checks that sensitivities and fits integrate chains only for outputs that measure them.
+#[test]
+fn outputs_of_the_body_are_computed_without_the_chains() {
+    let folder = tempfile::tempdir().unwrap();
+    let chain = CHAIN.replace("[0.03, 0.005]", "[0.05, 0.0]");
+    let output = "[[output]]\nname = \"tip\"\nprobe = \"origin\"\ncolumn = \"u_y\"\n";
+    let write = |name: &str, keys: &[&str], more: &str| {
+        let own = folder.path().join(name);
+        std::fs::create_dir(&own).unwrap();
+        scene(&own, keys, more)
+    };
+    let keys = ["material[0].c10", "chain[0].gain"];
+    let curves = |path: &Path| {
+        let it =
+            Parameterized::load(path, &[set(&SMALL), set(&["time.end=0.1"])].concat()).unwrap();
+        compute(&it, Precision::OfMotion, Watcher::NOBODY).unwrap()
+    };
+    let without = curves(&write("without", &keys[..1], output));
+    let with = curves(&write("with", &keys, &format!("{output}{chain}")));
+    assert_eq!(without.cost.steps, with.cost.steps);
+    for (one, other) in without.samples.iter().zip(&with.samples) {
+        assert_eq!(one.values, other.values);
+        assert_eq!(other.derivatives, [one.derivatives[0].clone(), vec![0.0]]);
+    }
+    // All columns are outputs here, but the measurements are those of the body.
+    let alone = write("alone", &keys[..1], "");
+    let data = folder.path().join("measured.csv");
+    measure(&alone, &[&SMALL[..2], &["material[0].c10=1.3e4", SMALL[2]]].concat(), 0.0, &data);
+    let fits = [alone, write("beside", &keys[..1], &chain)].map(|path| {
+        let fit = fitted(path, data.clone(), &SMALL, |options| options).unwrap();
+        (fit.fit.values, fit.runs)
+    });
+    assert_eq!(fits[0], fits[1]);
 }
