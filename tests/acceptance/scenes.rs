@@ -93,10 +93,10 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
 #[test]
 fn an_equilibrium_ignores_sections_of_a_motion_with_a_note() {
     let folder = tempfile::tempdir().unwrap();
-    let set = "probe=[{ name = \"e\", type = \"energy\" }]";
+    let set = "chain=[{ name = \"c\", oscillators = 3, at = [0.0, 0.0] }]";
     let run = myovib_in(folder.path(), &["run", "cook-static", "--set", set]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    let note = "not used by this analysis: probe `e`";
+    let note = "not used by this analysis: [[chain]]";
     assert!(run.stderr.contains(note), "{}", run.stderr);
     let check = myovib_in(folder.path(), &["check", "cook-static", "--set", set]);
     assert_eq!(check.code, 0, "{}", check.stderr);

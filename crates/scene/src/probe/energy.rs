@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::balance::EnergyBalance;
 use super::column::ColumnKind;
 use super::kind::{Kind, Reading, StateAt, Systems};
-use crate::system::System;
+use crate::system::{System, muscle_of};
 
 /// Kinetic energy, elastic energy (with foundations and contacts), work of the loads, dissipation and imbalance, J; in the
-/// plane J/m.
+/// plane J/m. In static analyses, the elastic energy only.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Energy {}
@@ -29,12 +29,26 @@ impl Kind for Energy {
         &COLUMNS
     }
 
-    fn is_of_motion(&self) -> bool {
-        true
+    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
+        Ok(match of.is_static {
+            true => Box::new(ElasticEnergy),
+            false => Box::new(EnergyBalance::default()),
+        })
+    }
+}
+
+/// Elastic energy of equilibria.
+struct ElasticEnergy;
+
+impl Reading for ElasticEnergy {
+    fn names(&self) -> Vec<String> {
+        vec!["elastic".to_owned()]
     }
 
-    fn reading(&self, _: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        Ok(Box::new(EnergyBalance::default()))
+    fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
+        let (dae, range) = muscle_of(system, at.y)?;
+        let energies = dae.energies(at.t, &at.y[range.clone()], &at.y_dot[range])?;
+        Ok(vec![energies.elastic])
     }
 }
 

@@ -34,6 +34,8 @@ pub(crate) struct Systems<'a> {
     pub(crate) chains: Vec<(&'a str, usize)>,
     /// Names of the chains that act back on the body.
     pub(crate) feedbacks: Vec<&'a str>,
+    /// Whether the states are equilibria.
+    pub(crate) is_static: bool,
 }
 
 /// A key of the probe with the error of its value.

@@ -396,6 +396,7 @@ impl Scene {
             rod: self.rod.as_ref(),
             chains: chains.map(|chain| (&*chain.name, chain.chain.omega.len())).collect(),
             feedbacks: feedbacks.map(|feedback| &*feedback.chain).collect(),
+            is_static: self.file.analysis == Analysis::Static,
         };
         let probes = self.file.probe.iter().enumerate();
         let reading = |(i, probe): (usize, &Probe)| {

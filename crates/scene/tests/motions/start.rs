@@ -336,7 +336,7 @@ fn sections_of_other_analyses_are_ignored_with_a_note() {
         "initial_state={ type = \"equilibrium\" }",
         "chain=[{ name = \"c\", oscillators = 3, at = [0.0, 0.0] }]",
         "stop=[{ type = \"volume\", below = 0.1 }]",
-        "probe=[{ name = \"e\", type = \"energy\" }, { name = \"v\", type = \"volume\", group = \"right\" }]",
+        "probe=[{ name = \"s\", type = \"coherence\", chain = \"c\" }, { name = \"v\", type = \"volume\", group = \"right\" }]",
         "body_force=[{ y = -1.0 }]",
     ];
     let notes = |analysis: &str| {
@@ -345,10 +345,10 @@ fn sections_of_other_analyses_are_ignored_with_a_note() {
         notes.filter(|note| note.starts_with("not used")).collect::<Vec<_>>()
     };
     assert_eq!(notes("analysis=dynamic"), Vec::<String>::new());
-    let expected = "not used by this analysis: [initial_state], [[chain]], probe `e`";
+    let expected = "not used by this analysis: [initial_state], [[chain]], probe `s`";
     assert_eq!(notes("analysis=static"), [expected]);
     assert_eq!(notes("analysis=modes").len(), 1);
     let out = folder.path().join("sag");
     run(BLOCK, &[&more[..], &["analysis=static"]].concat(), &out);
-    assert!(out.join("v.csv").exists() && !out.join("e.csv").exists());
+    assert!(out.join("v.csv").exists() && !out.join("s.csv").exists());
 }

@@ -235,3 +235,23 @@ fn stored_fields_have_the_load_factor_as_time_if_it_grows() {
     // Load factors that recur would hide states.
     assert_eq!(times("loads = [0.5, 1.0, 0.5]"), [0.0, 1.0, 2.0, 3.0]);
 }
+
+/// The block is stretched homogeneously, with the energy ζ/2 (λ² + λ⁻² − 2) per area.
+#[test]
+fn every_state_has_its_elastic_energy() {
+    let moved = "[[prescribed_displacement]]\ngroup = \"top\"\ny = -0.002\n";
+    let text = crate::contact::pressed("analysis = \"static\"\n", "");
+    let (head, rest) = text.split_once("[[contact]]").unwrap();
+    let (_, probes) = rest.split_once("group = \"top\"\n[[probe]]").unwrap();
+    let text = format!(
+        "{head}{moved}[static]\nsteps = 4\n[[probe]]\nname = \"energy\"\ntype = \"energy\"\n[[probe]]{probes}"
+    );
+    let (_, curve) = run(&text, Path::new(""), "energy");
+    assert_eq!(curve["load"], [0.0, 0.25, 0.5, 0.75, 1.0]);
+    for (load, found) in curve["load"].iter().zip(&curve["elastic"]) {
+        let square = (1.0 - 0.2 * load).powi(2);
+        let exact = 0.02 * 0.01 * 0.5e4 * (square + 1.0 / square - 2.0);
+        // Newton's method converges to rounding.
+        assert!((found - exact).abs() < 1e-12 * curve["elastic"][4], "{load}: {found} {exact}");
+    }
+}
