@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
+from ._breaks import values_after
 from ._index import index_note, jumping_multipliers, listed
 from ._structure import Structure
 
@@ -282,10 +283,10 @@ def solve_dae(
     breaks : array_like, optional
         Times at which an input jumps or has a kink. The integration stops there
         and starts again. The functions are not called within a few rounding errors of these
-        times, so that each step sees one side of the jump. At index 0 and 1, algebraic
-        variables and derivatives after a break are computed as by
-        ``initial="algebraic"``, and a break occurs twice in `t` if `t_eval` is not
-        given. Times outside `t_span` are ignored; times that differ by less than
+        times, so that each step sees one side of the jump. At index 0 and 1, `y` and `yp`
+        are kept if F does not jump there by more than the tolerances allow; otherwise
+        algebraic variables and derivatives are computed again. A break occurs twice
+        in `t` if `t_eval` is not given. Times outside `t_span` are ignored; times that differ by less than
         1e-12 of the largest time are one break.
     initial : {"given", "algebraic", "states"}
         Values to correct at the start so that F = 0: none; the algebraic
@@ -558,6 +559,13 @@ def _integrate_parts(
     for part, (end_from, end_to) in enumerate(zip(ends, ends[1:])):
         is_first, is_last = part == 0, part == len(ends) - 2
         part_limits = (end_from.after, end_to.before)
+        initial = request["initial"] if is_first else "given"
+        if not (is_first or is_hidden):
+            tolerances = (request["rtol"], np.array(request["atol"]))
+            times = (end_from.before, end_from.after)
+            after = values_after(residual, times, (y, yp), tolerances, request["time_scale"])
+            y, yp = after or (y, yp)
+            initial = "given" if after else "algebraic"
         due = None if outputs is None else _in_part(outputs, end_from.t, end_to.t, is_first)
         if due is not None and not is_last:
             due.append(end_to.t)
@@ -579,7 +587,7 @@ def _integrate_parts(
                     "yp0": yp.tolist(),
                     "t_eval": None if due is None else [t - origin for t in due],
                     "after_break": is_hidden and not is_first,
-                    "initial": request["initial"] if is_first else "given" if is_hidden else "algebraic",
+                    "initial": initial,
                 }
             )
         except RuntimeError as error:

@@ -151,3 +151,73 @@ def test_breaks_are_a_few_roundings_from_the_jump(method):
             exact = level + (exact - level) * np.exp(-step)
         # Errors of earlier parts decay; in a part they are at most 10 tolerances of 3.
         assert s.y[0, -1] == pytest.approx(exact, abs=10 * 3e-4)
+
+
+def coupled(diode, source):
+    """Return a source coupled by a capacitor to a resistor, with a diode in parallel."""
+
+    def residual(t, y, yp):
+        i = 1e-6 * (yp[0] - yp[1])
+        of_diode = diode * 1e-6 * (np.exp(min(y[1], 2.0) / 0.026) - 1.0)
+        return [i + (y[0] - source(t)) / 1e3, -i + of_diode + y[1] / 9e3]
+
+    return residual
+
+
+@pytest.mark.parametrize("method", ["bdf", *METHODS])
+@pytest.mark.parametrize("diode", [0.0, 1.0])
+def test_breaks_at_smooth_times_of_a_coupling_capacitor_do_not_stop(method, diode):
+    residual = coupled(diode, lambda t: 2.0 * np.sin(200 * np.pi * t))
+    # The current of the capacitor is 0 at the start, so that both potentials have the same rate.
+    rate = 400 * np.pi * 1e-3 / (1e-3 + diode * 1e-6 / 0.026 + 1 / 9e3)
+    for rtol in [1e-3, 1e-4, 1e-6, 1e-8]:
+        for time in [0.001, 0.004, 0.007, 0.013, 0.018]:
+            s = solve_dae(
+                residual, (0, 0.02), [0, 0], [rate, rate], method, rtol=rtol, atol=rtol / 10,
+                breaks=[time], t_eval=[0.02],
+            )  # fmt: skip
+            assert s.success, (rtol, time, s.message)
+
+
+@pytest.mark.parametrize("method", ["bdf", *METHODS])
+def test_a_capacitor_keeps_its_voltage_at_a_jump_of_the_source(method):
+    jump, end, rtol = 0.005, 0.02, 1e-6
+    s = solve_dae(
+        coupled(0.0, lambda t: 2.0 if t > jump else 0.0), (0, end), [0, 0], [0, 0], method, rtol=rtol, atol=rtol / 10,
+        breaks=[jump],
+    )  # fmt: skip
+    assert s.success, s.message
+    for k in [np.flatnonzero(s.t == jump)[-1], -1]:
+        current = 2.0 / 1e4 * np.exp(-(s.t[k] - jump) / (1e4 * 1e-6))
+        # Errors of the steps add up; the jump itself is exact up to the tolerance of Newton's method.
+        bound = rtol if k == -1 else 0.01 * rtol
+        np.testing.assert_allclose(s.y[:, k], [2.0 - 1e3 * current, 9e3 * current], rtol=100 * bound, atol=bound)
+
+
+@pytest.mark.parametrize("method", ["bdf", *METHODS])
+@pytest.mark.parametrize("current", [1.0, -20.0, 40.0, -100.0])
+def test_an_overpotential_follows_a_jump_of_the_current(method, current):
+    def battery(t, y, yp):
+        return [yp[0] - y[2], y[2] - 0.4 * np.sinh(y[1] / 0.0514), y[2] - (current if t > 1 else 0.0)]
+
+    s = solve_dae(battery, (0, 2), [0, 0, 0], [0, 0, 0], method, rtol=1e-4, breaks=[1.0])
+    assert s.success, s.message
+    after = np.flatnonzero(s.t == 1.0)[-1]
+    # The last correction is at most 0.0033 tolerances.
+    expected = 0.0514 * np.arcsinh(current / 0.4)
+    np.testing.assert_allclose(s.y[1:, after], [expected, current], rtol=1e-4)
+    np.testing.assert_allclose(s.y[0, -1], current, rtol=1e-3)
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-5, 1e-6, 1e-8])
+def test_breaks_at_smooth_times_of_a_pendulum_of_index_2_do_not_stop(rtol):
+    def pendulum(t, z, zp):
+        x, y, u, v, force = z
+        return [zp[0] - u, zp[1] - v, zp[2] + force * x, zp[3] + force * y + 9.81, x * u + y * v]
+
+    for time in [0.1, 0.5, 0.9]:
+        s = solve_dae(
+            pendulum, (0, 1), [1, 0, 0, 0, 0], [0, 0, 0, -9.81, 0], "bdf", rtol=rtol,
+            suppress=[False] * 4 + [True], breaks=[time],
+        )  # fmt: skip
+        assert s.success, (time, s.message)

@@ -1,0 +1,118 @@
+"""Values after a break, at which inputs may jump."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._structure import RANK, Structure
+
+Array = NDArray[np.float64]
+State = tuple[Array, Array]
+
+# Steps of Newton's method, halvings of a step, and part of the predicted reduction that a step must reach.
+ITERATIONS = 100
+HALVINGS = 40
+DESCENT = 0.1
+# Last correction of y and y', in tolerances; the value of IDACalcIC.
+CONVERGED = 0.0033
+# Number of trial changes of a state.
+TRIALS = 4
+
+
+def values_after(
+    residual: Callable[[float, Array, Array], Any],
+    times: tuple[float, float],
+    state: State,
+    tolerances: tuple[float, Array],
+    span: float,
+) -> State | None:
+    """Return y and y' at the second of two times, which are separated by a break only.
+
+    The state from before the break is kept if F does not jump there by more than changes of y and y' within
+    the tolerances. Otherwise y changes within the null space of dF/dy' and y' in its complement: the
+    combinations of which F contains the derivatives are continuous. Returns None without a solution, for example if the
+    index is above 1.
+    """
+    (before, after), (y, yp), (rtol, atol) = times, state, tolerances
+
+    def evaluate(t: float, y: Array, yp: Array) -> Array:
+        with np.errstate(all="ignore"):
+            return np.asarray(residual(t, y.copy(), yp.copy()), dtype=float)
+
+    try:
+        left = evaluate(after, y, yp)
+        tolerance = rtol * np.abs(y) + atol
+        effect = np.zeros(len(y))
+        for signs in np.random.default_rng(0).choice([-1.0, 1.0], (TRIALS, len(y))):
+            moved = evaluate(after, y + signs * tolerance, yp + signs * tolerance / span)
+            effect = np.maximum(effect, np.abs(moved - left))
+        if (np.abs(left - evaluate(before, y, yp)) <= effect).all():
+            return y, yp
+        return _solve(lambda y, yp: evaluate(after, y, yp), state, tolerances, span)
+    except Exception:  # outside of the domain of F
+        return None
+
+
+def _solve(
+    residual: Callable[[Array, Array], Array], state: State, tolerances: tuple[float, Array], span: float
+) -> State | None:
+    """Apply the damped Newton method with a new matrix in each step."""
+    (y, yp), (rtol, atol) = state, tolerances
+    last = np.inf
+    for _ in range(ITERATIONS):
+        # Functions may bend within a tolerance.
+        increments = np.minimum(1.0, np.sqrt(np.finfo(float).eps) / rtol) * (rtol * np.abs(y) + atol)
+        structure = Structure.at(lambda t, y, yp: residual(y, yp), 0.0, y, yp, increments)
+        if structure is None:
+            return None
+        left = residual(y, yp)
+        correction = _correction(structure, left)
+        if correction is None:
+            return None
+        move, change = correction
+        scale = np.abs(structure.df_dy).max(axis=1) + np.abs(structure.df_dyp).max(axis=1)
+        size, length = np.abs(left / scale).max(), 1.0
+        for _ in range(HALVINGS):
+            trial = np.abs(residual(y - length * move, yp - length * change) / scale).max()
+            if trial <= (1.0 - DESCENT * length) * size:
+                break
+            length *= 0.5
+        tolerance = rtol * np.abs(y) + atol
+        of_rates = np.abs(change).max() / (rtol * np.abs(yp - change).max() + (atol / span).min())
+        is_small = (np.abs(move) <= CONVERGED * tolerance).all()
+        # The correction of y' may consist of rounding errors.
+        if is_small and (of_rates <= CONVERGED or of_rates > 0.5 * last):
+            return y - move, yp - change
+        if trial > (1.0 - DESCENT * length) * size:
+            return None
+        y, yp, last = y - length * move, yp - length * change, of_rates
+    return None
+
+
+def _correction(structure: Structure, left: Array) -> State | None:
+    """Return the corrections of y and y', or None if F = 0 does not determine them."""
+    matrix = structure.df_dyp
+    rows = np.abs(matrix).max(axis=1, keepdims=True)
+    scaled = matrix / np.where(rows > 0.0, rows, 1.0)
+    columns = np.abs(scaled).max(axis=0)
+    columns = 1.0 / np.where(columns > 0.0, columns, 1.0)
+    values, vectors = np.linalg.svd(scaled * columns)[1:]
+    rank = int((values > RANK * values[0]).sum())
+    basis = columns[:, None] * vectors.T
+    combined = np.hstack([matrix @ basis[:, :rank], structure.df_dy @ basis[:, rank:]])
+    rows = np.abs(combined).max(axis=1, keepdims=True)
+    if not rows.all():
+        return None
+    combined, left = combined / rows, left / rows[:, 0]
+    sizes = np.abs(combined).max(axis=0)
+    if not sizes.all():
+        return None
+    combined /= sizes
+    if not np.linalg.cond(combined) * np.finfo(float).eps < RANK:
+        return None
+    found = np.linalg.solve(combined, left) / sizes
+    return basis[:, rank:] @ found[rank:], basis[:, :rank] @ found[:rank]
