@@ -23,7 +23,7 @@ const STEPS: usize = 20;
 /// Calls of a kernel; the fastest is reported.
 const REPEATS: u32 = 2;
 /// Factor of ∂F/∂ẏ in 1/s for steps of about one millisecond: 1.5/ms.
-const C: f64 = 1.5e3;
+pub(super) const C: f64 = 1.5e3;
 
 /// A body in motion: name, method, scene, its settings, and the time in s after which steps are measured.
 type Motion = (&'static str, &'static str, &'static str, &'static [&'static str], f64);
@@ -130,7 +130,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     give(args, &text(&document)?, &document)
 }
 
-fn body(scene: &str, set: &[String]) -> anyhow::Result<Body> {
+pub(super) fn body(scene: &str, set: &[String]) -> anyhow::Result<Body> {
     let scene = Scene::built_in(scene, set)?;
     scene.body.context("the scene has a body")
 }
@@ -246,9 +246,11 @@ struct One {
 }
 
 #[derive(Default)]
-struct Linear {
-    factor: f64,
-    solve: f64,
+pub(super) struct Linear {
+    pub(super) factor: f64,
+    /// The first solve after a factorization, which is checked.
+    pub(super) checked_solve: f64,
+    pub(super) solve: f64,
     entries: u64,
 }
 
@@ -265,26 +267,36 @@ impl One {
         let tangents = fastest_call(REPEATS, || dae.update_matrices(t, y, y_dot))?;
         let reduction = Reduction::new(dae, SparseOptions::default())?;
         let complex = match has_complex {
-            true => Linear::measure(dae, &reduction, Complex64::new(C, 0.7 * C))?,
+            true => Linear::measure(dae, &reduction, Complex64::new(C, 0.7 * C), REPEATS)?,
             false => Linear::default(),
         };
-        Ok(Self { residual, tangents, real: Linear::measure(dae, &reduction, C)?, complex })
+        Ok(Self {
+            residual,
+            tangents,
+            real: Linear::measure(dae, &reduction, C, REPEATS)?,
+            complex,
+        })
     }
 }
 
 impl Linear {
-    fn measure<T: Scalar>(dae: &MuscleDae, reduction: &Reduction, c: T) -> anyhow::Result<Self> {
+    pub(super) fn measure<T: Scalar>(
+        dae: &MuscleDae,
+        reduction: &Reduction,
+        c: T,
+        repeats: u32,
+    ) -> anyhow::Result<Self> {
         let mut matrix = reduction.matrix::<T>();
         let mut work = LinearWork::default();
         let factor =
-            fastest_call(REPEATS, || matrix.set_up(c, |m| dae.matrix_values(m), &mut work))?;
+            fastest_call(repeats, || matrix.set_up(c, |m| dae.matrix_values(m), &mut work))?;
         let mut x = vec![T::one(); dae.n_unknowns()];
-        matrix.solve(&mut x, &mut work)?; // includes the check, which is done once for each factorization
-        let solve = fastest_call(REPEATS, || {
+        let checked_solve = fastest_call(1, || matrix.solve(&mut x, &mut work))?;
+        let solve = fastest_call(repeats, || {
             x.fill(T::one());
             matrix.solve(&mut x, &mut work)
         })?;
-        Ok(Self { factor, solve, entries: work.factor_entries })
+        Ok(Self { factor, checked_solve, solve, entries: work.factor_entries })
     }
 }
 

@@ -1,5 +1,6 @@
 //! `myovib-bench bench`: the cost of linear solvers, features and large bodies.
 
+mod defaults;
 mod features;
 mod large;
 mod response;
@@ -59,6 +60,8 @@ pub(crate) enum What {
     Features,
     /// Harmonic responses compared with motions and with factorizations, and adaptive frequencies with equidistant ones
     Response,
+    /// Runs without chains, with separate steps of chains and with one system, and factors in both precisions
+    Defaults,
     /// Twenty steps of bodies with 100 000 unknowns, and costs from 10 000 to 200 000
     Large,
 }
@@ -142,6 +145,7 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
         What::Rows => rows::run(args),
         What::Features => features::run(args, &mesh_file::load(None)?.0),
         What::Response => response::run(args),
+        What::Defaults => defaults::run(args),
         What::Large => large::run(args),
     }
 }
