@@ -376,8 +376,8 @@ def solve_dae(
         )
     if not isinstance(args, Sequence) or isinstance(args, str):
         raise ValueError(f"args = {args!r}: must be a tuple, as in args=({args!r},)")
-    residual = _with(residual, args)
-    jacobian = None if jacobian is None else _with(jacobian, args)
+    residual = _with(residual, args, "residual")
+    jacobian = None if jacobian is None else _with(jacobian, args, "jacobian")
     ends = _ends_of_parts(breaks, t0, t_end)
     first_limits = (ends[0].after, ends[1].before)
     watched = _Events(events, args)
@@ -469,13 +469,13 @@ def solve_dae(
     solution = _solution(found, n, len(watched.functions), family)
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
     known = _Facts(excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), outputs is not None)
-    advice = _advice(solution, _within(residual, last_limits), rtol, tolerances, known)
-    if advice is not None:
-        notes.append(advice)
-    elif wrong := _wrong_entry(solution, _within(residual, last_limits), jacobian, last_limits, rtol, tolerances):
+    wrong = next((warning for warning in of_input if "Jacobian looks wrong" in warning), None)
+    if wrong or (wrong := _wrong_entry(solution, _within(residual, last_limits), jacobian, last_limits, rtol, tolerances)):
         notes.append(wrong)
         if not solution.success:
             solution.message = f"{solution.message.partition('; suggested remed')[0]}; {wrong}"
+    elif advice := _advice(solution, _within(residual, last_limits), rtol, tolerances, known):
+        notes.append(advice)
     elif solution.success and solution.t.size and is_index_known and structure and _singular(structure):
         # Constraints may also depend on each other at the start alone.
         end = (solution.t[-1], solution.y[:, -1], solution.yp[:, -1])
@@ -767,14 +767,17 @@ def _wrong_entry(
     rtol: float,
     atol: Array,
 ) -> str | None:
-    """Return a note on an entry of the Jacobian that differs from difference quotients during a slow integration."""
-    if jacobian is None or not solution.nsteps > 10 or not FREQUENT * solution.ncfn > solution.nsteps:
+    """Return a note on an entry of the Jacobian that differs from difference quotients, if Newton's method fails often."""
+    is_slow = not solution.success or solution.nsteps > 10
+    if jacobian is None or not is_slow or not FREQUENT * solution.ncfn > solution.nsteps:
         return None
     within = np.flatnonzero((solution.t >= min(limits)) & (solution.t <= max(limits)))
     counts: dict[tuple[str, int, int], int] = {}
-    for i in np.unique(within[np.linspace(0, len(within) - 1, 9).astype(int)]) if len(within) else []:
+    examined: Any = np.unique(within[np.linspace(0, len(within) - 1, 9).astype(int)]) if len(within) else []
+    for i in examined:
         t, y, yp = solution.t[i], solution.y[:, i].copy(), solution.yp[:, i].copy()
-        structure = Structure.at(residual, t, y, yp, rtol * np.abs(y) + atol)
+        # Functions may bend within a tolerance.
+        structure = Structure.at(residual, t, y, yp, 1e-3 * (rtol * np.abs(y) + atol))
         if structure is None:
             continue
         try:
@@ -785,7 +788,7 @@ def _wrong_entry(
         for entry in wrong:
             counts[entry] = counts.get(entry, 0) + 1
     # A difference at a single state may come from a kink.
-    if not counts or max(counts.values()) < 2:
+    if not counts or max(counts.values()) < min(2, len(examined)):
         return None
     matrix, row, column = max(counts, key=lambda entry: counts[entry])
     return (
@@ -1104,9 +1107,19 @@ def _joined(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
     return {name: second[name] if name in last else first[name] + second[name] for name in first}
 
 
-def _with(function: Callable[..., Any], args: Sequence[Any]) -> Function:
+def _with(function: Callable[..., Any], args: Sequence[Any], name: str) -> Function:
     """Return a function of t, y, yp that passes copies, which `function` may change, and the additional arguments."""
-    return lambda t, y, yp: function(t, y.copy(), yp.copy(), *args)
+
+    def call(t: float, y: Array, yp: Array) -> Any:
+        try:
+            return function(t, y.copy(), yp.copy(), *args)
+        except TypeError as error:
+            is_of_call = error.__traceback__ is not None and error.__traceback__.tb_next is None
+            if not is_of_call:
+                raise
+            raise TypeError(f"{error}; called as {name}(t, y, yp{', *args' if args else ''})") from None
+
+    return call
 
 
 def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
@@ -1259,7 +1272,10 @@ class _Jacobian:
             self.places = (rows, np.repeat(np.arange(n), np.diff(offsets)))
 
     def __call__(self, t: float, y: bytearray, yp: bytearray) -> tuple[bytes, bytes]:
-        df_dy, df_dyp = self.function(t, np.frombuffer(y), np.frombuffer(yp))
+        pair = self.function(t, np.frombuffer(y), np.frombuffer(yp))
+        if not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 or any(np.ndim(part) != 2 for part in pair):
+            raise ValueError("jacobian: must return the pair dF/dy, dF/dy'")
+        df_dy, df_dyp = pair
         return self._values(df_dy).tobytes(), self._values(df_dyp).tobytes()
 
     def _values(self, matrix: Any) -> Array:
@@ -1301,7 +1317,7 @@ class _Events:
         if not callable(events) and not (np.iterable(events) and all(map(callable, events))):
             raise TypeError(f"events = {events!r}: must be a function or a sequence of functions")
         given = [events] if callable(events) else list(events)
-        self.functions = [_with(f, args) for f in given]
+        self.functions = [_with(f, args, "event") for f in given]
         self.directions = [int(np.sign(getattr(f, "direction", 0))) for f in given]
         self.terminal = [int(getattr(f, "terminal", 0) or 0) for f in given]
 

@@ -71,7 +71,7 @@ class Structure:
         return np.asarray((np.abs(self.df_dyp) > RANK * rows[:, None]).any(axis=0))
 
     def wrong_entries(self, df_dy: Array, df_dyp: Array) -> set[tuple[str, int, int]]:
-        """Return matrix, row and column of each entry that differs from the quotient by more than half.
+        """Return matrix, row and column of each entry that differs from the quotient by more than a quarter.
 
         Entries below the digits of quotients, relative to their row, are not compared, nor are those whose quotients depend
         on the size or the sign of the increment, as at kinks.
@@ -79,7 +79,7 @@ class Structure:
         found = set()
         for rate, (given, own) in enumerate(((df_dy, self.df_dy), (df_dyp, self.df_dyp))):
             largest = np.maximum(np.abs(given), np.abs(own))
-            is_wrong = np.abs(given - own) > 0.5 * largest
+            is_wrong = np.abs(given - own) > 0.25 * largest
             is_wrong &= largest > 1e-6 * largest.max(axis=1, keepdims=True)
             for row, j in np.argwhere(is_wrong):
                 size = self.sizes[rate][j]

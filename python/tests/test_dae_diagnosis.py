@@ -297,3 +297,62 @@ def test_a_variable_whose_derivative_occurs_is_not_algebraic(method):
 def test_variables_that_start_at_zero_need_an_absolute_tolerance(method):
     with pytest.raises(ValueError, match="atol.*1"):
         solve_dae(lambda t, y, yp: yp - y[::-1], (0, 1), [1, 0], [0, 1], method=method, atol=[0, 0])
+
+
+@pytest.mark.parametrize("method", ["radau5", "radau9", "radau13"])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+def test_entries_with_half_their_value_that_are_0_at_the_start_are_named(method, rtol):
+    def pendulum(t, z, zp):
+        x, y, u, v, force = z
+        return [zp[0] - u, zp[1] - v, zp[2] + force * x, zp[3] + force * y + 9.81, x * x + y * y - 1.0]
+
+    def of_pendulum(t, z, zp):
+        x, y, _, _, force = z
+        df_dy = np.zeros((5, 5))
+        df_dy[0, 2] = df_dy[1, 3] = -1.0
+        df_dy[2, 0] = df_dy[3, 1] = force
+        df_dy[2:4, 4] = x, y
+        df_dy[4, :2] = 2 * x, y
+        return df_dy, np.diag([1.0, 1, 1, 1, 0])
+
+    with pytest.warns(UserWarning, match="row 4, column 1 .*`jacobian`"):
+        s = solve_dae(
+            pendulum, (0, 2), [1, 0, 0, 0, 0], [0, 0, 0, -9.81, 0], method, index=[1, 1, 2, 2, 3], rtol=rtol,
+            jacobian=of_pendulum,
+        )  # fmt: skip
+    assert not s.success and "row 4, column 1" in s.message
+
+
+@pytest.mark.parametrize("method", ["radau5", "radau9", "radau13"])
+@pytest.mark.parametrize("factor", [1.0, 0.5])
+def test_a_wrong_entry_of_a_slow_integration_is_named(method, factor):
+    def robertson(t, y, yp):
+        a, b, c = y
+        return [-0.04 * a + 1e4 * b * c - yp[0], 0.04 * a - 1e4 * b * c - 3e7 * b * b - yp[1], a + b + c - 1.0]
+
+    def jacobian(t, y, yp):
+        _, b, c = y
+        rows = [[-0.04, 1e4 * c, 1e4 * b], [0.04, -1e4 * c - factor * 6e7 * b, -1e4 * b], [1, 1, 1]]
+        return np.array(rows), np.diag([-1.0, -1, 0])
+
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        s = solve_dae(
+            robertson, (0, 1e4), [1, 0, 0], [-0.04, 0.04, 0], method, jacobian=jacobian, rtol=1e-4,
+            atol=[1e-8, 1e-12, 1e-8],
+        )  # fmt: skip
+    assert s.success
+    assert any("row 1, column 1" in str(warning.message) for warning in found) == (factor == 0.5)
+
+
+def test_errors_of_functions_name_the_call_and_the_required_values():
+    def decay(t, y, yp):
+        return yp + y
+
+    with pytest.raises(TypeError, match=r"called as residual\(t, y, yp\)"):
+        solve_dae(lambda t, y: y, (0, 1), [1.0], [-1.0])
+    with pytest.raises(TypeError, match=r"called as jacobian\(t, y, yp\)"):
+        solve_dae(decay, (0, 1), [1.0], [-1.0], jacobian=lambda t: None)
+    for matrices in [np.eye(2), (np.eye(2),), None]:
+        with pytest.raises(ValueError, match="pair dF/dy, dF/dy'"):
+            solve_dae(decay, (0, 1), [1.0, 1.0], [-1.0, -1.0], jacobian=lambda t, y, yp: matrices)
