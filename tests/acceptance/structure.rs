@@ -116,6 +116,8 @@ fn modes_gives_the_muscles_first_ten() {
     }
     let drawing = std::fs::read_to_string(folder.path().join("m.svg")).expect("the figure");
     assert!(drawing.contains("mode\u{a0}10:"), "{drawing:.4000}");
+    let shapes = std::fs::read_to_string(folder.path().join("m.vtu")).expect("the shapes");
+    assert!(shapes.contains("\"mode_10\""));
 }
 
 /// The scene of row 1 and the defaults of the command describe the same body.

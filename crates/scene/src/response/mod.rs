@@ -18,6 +18,7 @@ use serde::Serialize;
 
 use crate::modes::{BodyModes, instability};
 use crate::probe::{ColumnKind, HarmonicMotion, Reading};
+use crate::scene::unusual;
 use crate::scene_file::response::{Adaptive, Grid};
 use crate::watch::{Watcher, search};
 use crate::{Body, Error, InputError, Scene, vtu};
@@ -344,6 +345,7 @@ fn of_body(
     let at = equilibrium(scene, muscle, body.formulation, preload_time, watcher)?;
     let response = HarmonicResponse::about(muscle, body.formulation, &at, &body.excitation)?;
     let done = AtomicUsize::new(0);
+    let mut largest = notes::Largest::default();
     let mut found = Response::new(grid, values, response.n_unknowns(), |frequencies| {
         let n = done.load(Relaxed) + frequencies.len();
         let found = response.map(frequencies, |amplitude| {
@@ -353,9 +355,15 @@ fn of_body(
             let k = 1 + done.fetch_add(1, Relaxed);
             watcher.progress.on_progress(&|| format!("response: {k} of {n} frequencies"));
             let motion = HarmonicMotion::Body(response.stiffness(), amplitude);
-            values.read(amplitude.s, &motion)
+            let sizes =
+                notes::displacement_and_strain(muscle.solid.space(), &amplitude.displacement);
+            Ok((values.read(amplitude.s, &motion)?, sizes))
         });
-        Ok(found?.into_iter().unzip())
+        let rows = found?.into_iter().map(|(frequency, (row, sizes))| {
+            largest.add(frequency, sizes);
+            (frequency, row)
+        });
+        Ok(rows.unzip())
     })?;
     found.preload_time = preload_time;
     if let Some(own) = &scene.file.response
@@ -367,11 +375,13 @@ fn of_body(
     drop(response);
     found.notes.extend(at.instabilities.and_then(instability));
     found.notes.extend(notes::undamped(muscle));
+    found.notes.extend(largest.note(unusual::length(body)));
     // Bodies under follower pressures without an energy have no modes here; their peaks are still valid.
     if !found.peaks.is_empty()
         && body.formulation.has(Field::Pressure)
         && let Ok(of_body) = BodyModes::about(muscle, &at, MODES)
     {
+        found.notes.extend(notes::modes_below(&of_body.modes, first));
         for peak in &mut found.peaks {
             peak.nearest_mode = NearestMode::to(peak.frequency, &of_body.modes);
         }

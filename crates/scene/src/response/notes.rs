@@ -1,9 +1,86 @@
-//! Notes on responses with missing or unbounded peaks.
+//! Notes on responses with missing or unbounded peaks and on amplitudes beyond a linear theory.
 
-use myovib_fem::AddedStress;
+use myovib_fem::{AddedStress, Space};
 use myovib_model::Muscle;
+use num_complex::Complex64;
 
 use super::{Curves, peaks};
+use crate::modes::Mode;
+
+/// Largest strain amplitude of a linear response without a note.
+const LARGE_STRAIN: f64 = 0.1;
+
+/// Largest amplitudes of a response, each with its frequency in Hz.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Largest {
+    /// Displacement component, m.
+    displacement: [f64; 2],
+    /// Strain along an edge of the mesh.
+    strain: [f64; 2],
+}
+
+impl Largest {
+    /// Includes the sizes of [`displacement_and_strain`] at a frequency.
+    pub(super) fn add(&mut self, frequency: f64, sizes: [f64; 2]) {
+        for (largest, size) in [&mut self.displacement, &mut self.strain].into_iter().zip(sizes) {
+            if size > largest[0] {
+                *largest = [size, frequency];
+            }
+        }
+    }
+
+    /// Returns a note if the displacement exceeds the length of the body or the strain [`LARGE_STRAIN`].
+    pub(super) fn note(&self, length: f64) -> Option<String> {
+        let [displacement, at] = self.displacement;
+        let [strain, strain_at] = self.strain;
+        let found = match (displacement > length, strain > LARGE_STRAIN) {
+            (true, _) => format!(
+                "displacements of {:.1} times the size of the body at {at} Hz",
+                displacement / length
+            ),
+            (_, true) => format!("strains of {:.0} % at {strain_at} Hz", 100.0 * strain),
+            _ => return None,
+        };
+        Some(format!(
+            "amplitudes reach {found}: a linear response is inaccurate there; reduce the loads, to which amplitudes are \
+             proportional, or compute a periodic state"
+        ))
+    }
+}
+
+/// Returns the largest displacement component, m, and the largest strain along an edge.
+pub(super) fn displacement_and_strain(space: &Space, u: &[Complex64]) -> [f64; 2] {
+    let dimension = space.dimension();
+    let largest = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    let mut strain = 0.0_f64;
+    for element in 0..space.n_elements() {
+        let corners = &space.element_nodes(element)[..=dimension];
+        for (i, &a) in corners.iter().enumerate() {
+            for &b in &corners[..i] {
+                let edge = space.node_point(a).iter().zip(space.node_point(b)).map(|(a, b)| a - b);
+                let change = (0..dimension).map(|m| u[dimension * a + m] - u[dimension * b + m]);
+                let (along, square) = edge
+                    .zip(change)
+                    .fold((Complex64::ZERO, 0.0), |(z, l), (e, du)| (z + e * du, l + e * e));
+                strain = strain.max(along.norm() / square);
+            }
+        }
+    }
+    [largest, strain]
+}
+
+/// Returns a note on the modes below the range, of the lowest modes of the body.
+pub(super) fn modes_below(modes: &[Mode], lowest: f64) -> Option<String> {
+    let below = modes.iter().filter_map(|mode| mode.frequency).filter(|own| *own < lowest);
+    let below: Vec<f64> = below.collect();
+    let at_least = if below.len() == modes.len() { "at least " } else { "" };
+    below.first().map(|first| {
+        let (n, s) = (below.len(), if below.len() == 1 { "" } else { "s" });
+        format!(
+            "{at_least}{n} mode{s}, from {first:.4} Hz, below the range: peaks there are missing"
+        )
+    })
+}
 
 /// Returns a note for each probe whose displacement is largest at an end of the frequency range.
 pub(super) fn resonances_outside(curves: &[Curves], frequencies: &[f64]) -> Vec<String> {

@@ -31,7 +31,7 @@ mod volume;
 
 pub use options::{RunOptions, RunResult};
 pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
-pub use trial::{Trial, TrialEnd, try_out};
+pub use trial::{PeriodTrial, Trial, TrialEnd, try_out, try_period};
 pub use verify::VERIFY_MARGIN;
 
 use crate::response::{Curves, Values};

@@ -1,9 +1,15 @@
 //! Trial of a run: its first steps without output.
 
+use std::ops::{ControlFlow, Range};
 use std::time::Duration;
 
-use myovib_model::{Advance, CpuClock, Integrator};
+use myovib_model::periodic::{Interval, PeriodMap};
+use myovib_model::start::Consistent;
+use myovib_model::{
+    AcceptedStep, Advance, CpuClock, EndReason, Integrator, ModelError, Observer, Outcome,
+};
 
+use super::period::{Period, Task};
 use super::start::{Driver, start};
 use crate::system::System;
 use crate::watch::Watcher;
@@ -72,6 +78,83 @@ impl Driver for Attempt {
             t: integrator.time(),
             seconds: clock.elapsed().as_secs_f64(),
             end,
+        })
+    }
+}
+
+/// Trial of a period from the initial state, with the tolerances of the search for a periodic state.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct PeriodTrial {
+    /// Number of unknowns.
+    pub unknowns: usize,
+    /// Number of differential variables.
+    pub differential_variables: usize,
+    /// Integrated part of the period, up to 1.
+    pub part: f64,
+    /// Number of steps.
+    pub steps: u64,
+    /// CPU time, s.
+    pub seconds: f64,
+}
+
+/// Tries the integration over a period of a scene.
+///
+/// # Errors
+/// A scene without a periodic state, or whose integration fails.
+pub fn try_period(scene: &Scene) -> Result<PeriodTrial, Error> {
+    let period = Period::of(scene)?;
+    period.run(Some(Watcher::NOBODY), TryOut { times: period.times })
+}
+
+/// Integration over a period between two times.
+struct TryOut {
+    times: [f64; 2],
+}
+
+/// Progress of an integration that ends when its CPU time is used up.
+struct Progress {
+    clock: CpuClock,
+    steps: u64,
+    t: f64,
+}
+
+impl<P> Observer<P> for Progress {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
+        (self.steps, self.t) = (step.integrator.counts().steps, step.to);
+        Ok(match self.clock.elapsed() > PATIENCE {
+            true => ControlFlow::Break(Outcome::ended(EndReason::Interrupted, String::new())),
+            false => ControlFlow::Continue(()),
+        })
+    }
+}
+
+impl Task for TryOut {
+    type Out = PeriodTrial;
+
+    fn of_system<P: System + Consistent + Clone>(
+        self,
+        dae: P,
+        start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        y: Vec<f64>,
+        _: Vec<Range<usize>>,
+    ) -> Result<PeriodTrial, Error> {
+        let [from, to] = self.times;
+        let mut map = PeriodMap::new(dae, start, self.times, &y)?;
+        let state = map.restrict(&y);
+        let mut progress = Progress { clock: CpuClock::start(), steps: 0, t: from };
+        match map.observed(&state, &mut [&mut progress]) {
+            Ok(_) | Err(ModelError::Interrupted) => {}
+            Err(error) => return Err(error.into()),
+        }
+        Ok(PeriodTrial {
+            unknowns: map.n_unknowns(),
+            differential_variables: map.differential().len(),
+            part: ((progress.t - from) / (to - from)).min(1.0),
+            steps: progress.steps,
+            seconds: progress.clock.elapsed().as_secs_f64(),
         })
     }
 }

@@ -167,6 +167,30 @@ mod tests {
         assert!(note.contains(" 7.00"), "{note}");
     }
 
+    /// Two sides of a box share an edge of 2 cells, on which 5 nodes with 3 components are fixed.
+    #[test]
+    fn reactions_that_share_nodes_are_noted() {
+        let notes = |text: &str| {
+            let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
+            let notes = scene.notes().into_iter().filter(|note| note.contains("reaction"));
+            notes.collect::<Vec<_>>()
+        };
+        let probe = |group: &str| {
+            format!("[[probe]]\nname = \"{group}\"\ntype = \"reaction\"\ngroup = \"{group}\"\n")
+        };
+        let body = "analysis = \"static\"\n[mesh]\ntype = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [2, 2, 2]\n\
+                    [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
+                    [[fixed]]\ngroup = \"left\"\n[[fixed]]\ngroup = \"bottom\"\n";
+        let [both] = &notes(&format!("{body}{}{}", probe("left"), probe("bottom")))[..] else {
+            panic!("one note")
+        };
+        assert!(both.contains("`left` and `bottom`") && both.contains(" 15 fixed"), "{both}");
+        let [one] = &notes(&format!("{body}{}", probe("left")))[..] else { panic!("one note") };
+        assert!(one.contains("`left`") && one.contains("`bottom` at 15 "), "{one}");
+        let right = body.replace("\"bottom\"", "\"right\"");
+        assert!(notes(&format!("{right}{}{}", probe("left"), probe("right"))).is_empty());
+    }
+
     /// Regression: the side of a box next to a fixed side was treated as a support.
     #[test]
     fn a_group_that_shares_an_edge_with_a_support_has_no_reaction() {

@@ -65,7 +65,7 @@ fn mean_factor(body: &Body, material: usize) -> f64 {
 }
 
 /// Returns the length of the body along the axis in which it is longest, m.
-fn length(body: &Body) -> f64 {
+pub(crate) fn length(body: &Body) -> f64 {
     let space = body.muscle.solid.space();
     let (coordinates, dimension) = (space.coordinates(), space.dimension());
     let extent = |axis: usize| {

@@ -1,9 +1,23 @@
 //! Cost of a run, estimated from its first steps.
 
 use myovib_report::table::counted;
-use myovib_scene::run::{Trial, TrialEnd};
+use myovib_scene::run::{PeriodTrial, Trial, TrialEnd};
 use myovib_scene::{Scene, plain};
 use serde_json::{Value, json};
+
+/// Describes the cost of a periodic state.
+pub(super) fn of_period(trial: &PeriodTrial) -> String {
+    let PeriodTrial { unknowns, differential_variables, part, steps, seconds } = trial;
+    format!(
+        "Each period is integrated by Radau IIA.\n\
+         unknowns        {unknowns}, of which {differential_variables} differential\n\
+         cost            {:.1e} s for each period, by a trial of {} over {:.0} % of a period; the number of periods depends on \
+         damping and nonlinearity",
+        seconds / part,
+        counted(*steps, "step"),
+        100.0 * part
+    )
+}
 
 /// Known cost of a run.
 pub(super) enum Cost {

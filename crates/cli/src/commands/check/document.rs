@@ -4,6 +4,7 @@ use myovib_model::Field;
 use myovib_model::advice::Finding;
 use myovib_model::check::{Computed, FactorizationCost, Report, Size};
 use myovib_model::start::BlockResidual;
+use myovib_scene::run::PeriodTrial;
 use myovib_scene::{Body, Scene};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -29,6 +30,9 @@ pub(super) struct Document {
     /// Null unless the scene computes the response of a body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) response: Option<ResponseJson>,
+    /// Null unless the scene computes a periodic state.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) periodic: Option<PeriodTrial>,
 }
 
 /// Returns the extents along the axes, m, the volume, m³, in the plane the area, m², and the mass, kg, in the plane per meter

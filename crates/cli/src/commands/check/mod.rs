@@ -23,7 +23,7 @@ use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::output;
 use myovib_report::table::{Align, Table, Tone, colored_stdout, counted, exponent, kappa, paint};
-use myovib_scene::run::{initial, rehearse, try_out};
+use myovib_scene::run::{initial, rehearse, try_out, try_period};
 use myovib_scene::scene_file::active::Tension;
 use myovib_scene::scene_file::material::PronyTerm;
 use myovib_scene::scene_file::solid::{Direction, ElasticFoundation, Spring};
@@ -83,6 +83,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     rehearse(scene)?;
     let unusual = scene.unusual();
     let (mut equilibrium, mut quasi_static, mut modes, mut response) = (None, None, None, None);
+    let mut periodic = None;
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Static, Some(body)) => {
             let mut report = check::check_static(&body.muscle, body.formulation, scene.t_end)?;
@@ -129,8 +130,13 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             let size = body.as_ref().map(|body| size_of(scene, body));
             let size = size.unwrap_or_default();
             let method = match analysis {
-                Analysis::Periodic => "Each period is integrated by Radau IIA.",
-                _ => "Nothing is integrated in time: index and error test do not apply.",
+                Analysis::Periodic => {
+                    let trial = try_period(scene)?;
+                    let line = cost::of_period(&trial);
+                    periodic = Some(trial);
+                    line
+                }
+                _ => "Nothing is integrated in time: index and error test do not apply.".to_owned(),
             };
             let text = format!("The scene is valid. {method}\n{size}\n{}", warnings(&unusual));
             (text, None)
@@ -144,6 +150,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
         quasi_static,
         modes,
         response,
+        periodic,
     };
     Ok((text, document))
 }
