@@ -58,12 +58,15 @@ pub fn text(found: &Response) -> String {
 /// Explains peaks without a damping ratio at given frequencies.
 fn unresolved(found: &Response) -> &'static str {
     let is_given = found.interpolation_error.is_none();
-    match is_given && found.peaks.iter().any(|peak| peak.damping_ratio.is_none()) {
-        true => {
-            "–: the frequencies do not resolve the half-power width, and the peak may be higher than shown \
-            (`adaptive` resolves it).\n"
+    match (found.peaks.iter().any(|peak| peak.damping_ratio.is_none()), is_given) {
+        (false, _) => "",
+        (true, true) => {
+            "–: the maximum is not a resonance, or the frequencies do not resolve its half-power width, and the peak may \
+            be higher than shown (`adaptive` resolves it).\n"
         }
-        false => "",
+        (true, false) => {
+            "–: the amplitude does not fall to half the power on both sides, or the maximum is not a resonance.\n"
+        }
     }
 }
 

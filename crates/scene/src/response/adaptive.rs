@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 
-use super::peaks::{Maximum, falls_to, is_constant, maximum};
+use super::peaks::{Maximum, damping_ratio, is_constant, maximum};
 use super::rational::Rational;
 use crate::scene_file::response::Adaptive;
 
@@ -228,7 +228,8 @@ fn peaks(computed: &[f64], fitted: &Rational, sizes: &[f64]) -> Vec<(usize, Maxi
     let rows: Vec<Vec<Complex64>> = fine.iter().map(|f| fitted.at(*f, sizes.len())).collect();
     let mut peaks = Vec::new();
     for (curve, size) in sizes.iter().enumerate().filter(|(_, size)| **size > 0.0) {
-        let exact = |f: f64| fitted.at(f, sizes.len())[curve].norm();
+        let value = |f: f64| fitted.at(f, sizes.len())[curve];
+        let exact = |f: f64| value(f).norm();
         let amplitude = |k: usize| rows[k][curve].norm();
         if is_constant((0..fine.len()).map(amplitude)) {
             continue;
@@ -243,16 +244,9 @@ fn peaks(computed: &[f64], fitted: &Rational, sizes: &[f64]) -> Vec<(usize, Maxi
             let half = amplitude_there / 2.0_f64.sqrt();
             let below = (0..k).rev().find(|&j| amplitude(j) <= half);
             let above = (k + 1..fine.len()).find(|&j| amplitude(j) <= half);
-            let side = |end: Option<usize>| falls_to(exact, half, frequency, fine[end?]);
-            let width = side(below).zip(side(above)).map(|(low, high)| high - low);
-            peaks.push((
-                curve,
-                Maximum {
-                    frequency,
-                    amplitude: amplitude_there,
-                    damping_ratio: width.map(|width| 0.5 * width / frequency),
-                },
-            ));
+            let ends = [below, above].map(|end| Some(fine[end?]));
+            let damping_ratio = damping_ratio(value, frequency, ends);
+            peaks.push((curve, Maximum { frequency, amplitude: amplitude_there, damping_ratio }));
         }
     }
     peaks

@@ -119,3 +119,32 @@ fn invalid_adaptive_ranges_are_refused() {
         assert!(built.is_err(), "{frequencies}");
     }
 }
+
+/// Regression: the width of the flank between two antiresonances was called a damping ratio of 0.305 at 24.40 Hz, beside a
+/// mode at 23.98 Hz with a damping ratio of 2e-4.
+#[test]
+fn maxima_that_are_no_resonances_have_no_damping_ratio() {
+    let text = beam("1..60:adaptive", 0.0)
+        .replace("bulk_modulus = 1e5", "bulk_modulus = 1e6\nrayleigh_mass = 0.0216")
+        .replace("shear_modulus = 1e4", "shear_modulus = 1e4\nviscosity = 0.0336")
+        .replace("y = 1.0 }", "y = 0.3 }")
+        + "[[probe]]\nname = \"root\"\ntype = \"reaction\"\ngroup = \"fixed\"\n";
+    let found = response(&text);
+    let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+    let modes = Modes::of_scene(&scene, Some(20), Watcher::NOBODY).unwrap();
+    let modes = &modes.muscles[0].modes;
+    let (mut with, mut without) = (0, 0);
+    for peak in &found.peaks {
+        let Some(ratio) = peak.damping_ratio else {
+            without += 1;
+            continue;
+        };
+        with += 1;
+        let mode = &modes[peak.nearest_mode.unwrap().number - 1];
+        // Half-power widths equal the modal damping up to the contributions of other modes, which are a fraction of the
+        // amplitude at weak peaks.
+        let modal = mode.damping_ratio.unwrap();
+        assert!((ratio / modal - 1.0).abs() < 0.5, "{peak:?} {modal}");
+    }
+    assert!(with >= 8 && without >= 1, "{with} {without} {:?}", found.peaks);
+}
