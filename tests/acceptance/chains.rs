@@ -274,6 +274,13 @@ fn the_fields_of_a_run_become_a_movie() {
         assert_eq!(made.code, 0, "{}", made.stderr);
         assert_moves(&folder.path().join(file), frames);
     }
+    let cycle = "run init --set analysis=response --set traction[0].response.y=1.0 --set response.frequencies=[2,8] \
+                 --set response.fields=[2,8] --out cycle";
+    let computed = run(cycle);
+    assert_eq!(computed.code, 0, "{}", computed.stderr);
+    let made = run("movie cycle --frequency 7 --factor 40 --field p --width-pixels 120");
+    assert_eq!(made.code, 0, "{}", made.stderr);
+    assert_moves(&folder.path().join("cycle.gif"), 25);
     let without = run("run init --set time.end=0.02 --set fields= --out without");
     assert_eq!(without.code, 0, "{}", without.stderr);
     for (movie, place) in [
@@ -281,6 +288,9 @@ fn the_fields_of_a_run_become_a_movie() {
         ("plane --from 3 --out a.gif", "--from, --to"),
         ("plane --field nothing --out a.gif", "--field"),
         ("plane --factor nan --out a.gif", "--factor"),
+        ("plane --frequency 1 --out a.gif", "--frequency"),
+        ("cycle --frequency nan --out a.gif", "--frequency"),
+        ("cycle --from 1 --out a.gif", "--from"),
         ("plane --set time.end=2 --out a.gif", "--set"),
         ("chain --factor 2", "--factor"),
         ("no-such-folder", "no-such-folder"),

@@ -1,7 +1,8 @@
 //! Films of the stored fields of a run, read without its scene.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use myovib_model::Quantity;
@@ -23,42 +24,30 @@ pub struct Request<'a> {
     pub field: Option<&'a str>,
     /// Factor of the displacements.
     pub factor: f64,
-    /// First and last time, s.
+    /// First and last time of a run, s.
     pub between: [f64; 2],
+    /// Frequency of a response, Hz: the nearest stored frequency is shown, by default the lowest.
+    pub frequency: Option<f64>,
 }
+
+/// Number of pictures of a cycle.
+const PER_CYCLE: usize = 25;
 
 /// Nodal values at one time.
 struct Shot {
-    t: f64,
+    title: String,
     displacement: Vec<[f64; 3]>,
     values: Vec<f64>,
 }
 
-/// Returns a picture for each stored time of the run in a folder, all with the same scale and colors.
-///
-/// # Errors
-/// Returns an error for a folder without fields, without the requested field, or without a stored time in the range,
-/// and for files that cannot be read.
-pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>> {
-    let files = vtu::files(folder).context(format!("cannot read {}", folder.display()))?;
-    if files.is_empty() {
-        return Err(InputError::new("the folder contains no fields of a run")
-            .at(folder.display())
-            .next("name the folder of a run of a scene with [fields]")
-            .into());
-    }
-    let field = request.field.unwrap_or(Quantity::Displacement.label());
-    let mut mesh = None;
-    let mut shots = Vec::new();
-    let [from, to] = request.between;
-    for (t, file) in files.iter().filter(|(t, _)| (from..=to).contains(t)) {
-        let (own, fields) = vtu::read(file).context(format!("cannot read {}", file.display()))?;
-        let n = own.points.len();
-        let values = found(&fields, field)?;
+impl Shot {
+    /// Returns the displacement and the values of `field` among the fields of a file with `n` points.
+    fn of(title: String, fields: &[StoredField], n: usize, field: &str) -> anyhow::Result<Self> {
+        let values = found(fields, field)?;
         let width = values.components.len();
         let displacement = fields.iter().find(|field| field.name == Quantity::Displacement.label());
-        shots.push(Shot {
-            t: *t,
+        Ok(Self {
+            title,
             displacement: match displacement {
                 Some(field) => field.values.as_chunks::<3>().0.to_vec(),
                 None => vec![[0.0; 3]; n],
@@ -67,7 +56,56 @@ pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>
                 1 => values.values.clone(),
                 _ => values.values.chunks(width).map(magnitude).collect(),
             },
-        });
+        })
+    }
+}
+
+/// Returns a picture for each stored time of the run in a folder, or for the phases of a cycle of a response, all with the
+/// same scale and colors.
+///
+/// # Errors
+/// Returns an error for a folder without fields, without the requested field, or without a stored time in the range,
+/// and for files that cannot be read.
+pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>> {
+    let listed =
+        |list: &str| vtu::listed(folder, list).context(format!("cannot read {}", folder.display()));
+    let (files, amplitudes) = (listed(vtu::LIST)?, listed(vtu::AMPLITUDES_LIST)?);
+    let field = request.field.unwrap_or(Quantity::Displacement.label());
+    let (mesh, shots) = match (files.is_empty(), amplitudes.is_empty()) {
+        (false, _) => stored(&files, field, request)?,
+        (true, false) => cycle(&amplitudes, field, request)?,
+        (true, true) => {
+            return Err(InputError::new("the folder contains no fields")
+                .at(folder.display())
+                .next("name the folder of a motion with [fields], or of a response with response.fields")
+                .into());
+        }
+    };
+    let axis = axis(field, &shots);
+    let drawing = Drawing::of(&mesh, request.factor, axis, &shots);
+    Ok(shots.iter().map(|shot| drawing.frame(shot)).collect())
+}
+
+fn read(file: &Path) -> anyhow::Result<(StoredMesh, Vec<StoredField>)> {
+    vtu::read(file).context(format!("cannot read {}", file.display()))
+}
+
+/// Reads the stored times of a run.
+fn stored(
+    files: &[(f64, PathBuf)],
+    field: &str,
+    request: Request<'_>,
+) -> anyhow::Result<(StoredMesh, Vec<Shot>)> {
+    if request.frequency.is_some() {
+        let error = InputError::new("the option has no effect on the movie of a motion");
+        return Err(error.at("--frequency").next("use it with the folder of a response").into());
+    }
+    let mut mesh = None;
+    let mut shots = Vec::new();
+    let [from, to] = request.between;
+    for (t, file) in files.iter().filter(|(t, _)| (from..=to).contains(t)) {
+        let (own, fields) = read(file)?;
+        shots.push(Shot::of(format!("*t* = {t:.4} s"), &fields, own.points.len(), field)?);
         mesh = Some(own);
     }
     let Some(mesh) = mesh else {
@@ -78,9 +116,52 @@ pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>
             .allowed(format!("times from {first} to {last} s"))
             .into());
     };
-    let axis = axis(field, &shots);
-    let drawing = Drawing::of(&mesh, request.factor, axis, &shots);
-    Ok(shots.iter().map(|shot| drawing.frame(shot)).collect())
+    Ok((mesh, shots))
+}
+
+/// Reads the amplitudes of a response and computes Re(û e^{iφ}) for the phases φ of a cycle.
+fn cycle(
+    files: &[(f64, PathBuf)],
+    field: &str,
+    request: Request<'_>,
+) -> anyhow::Result<(StoredMesh, Vec<Shot>)> {
+    if request.between != [0.0, f64::MAX] {
+        let error = InputError::new("the option has no effect on the movie of a response");
+        return Err(error
+            .at("--from, --to")
+            .next("`--frequency` selects a stored frequency")
+            .into());
+    }
+    let wanted = request.frequency.unwrap_or(0.0);
+    let distance = |(frequency, _): &&(f64, PathBuf)| (frequency - wanted).abs();
+    let nearest = files.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let (frequency, file) = nearest.context("the list of amplitudes is empty")?;
+    let (mesh, fields) = read(file)?;
+    let pairs = fields.iter().filter_map(|re| {
+        let name = re.name.strip_suffix("_re")?;
+        let im = fields.iter().find(|im| im.name.strip_suffix("_im") == Some(name))?;
+        Some((name, re, im))
+    });
+    let pairs: Vec<_> = pairs.collect();
+    let shots = (0..PER_CYCLE).map(|k| {
+        let phase = k as f64 / PER_CYCLE as f64;
+        let (sine, cosine) = (TAU * phase).sin_cos();
+        let moved = pairs.iter().map(|(name, re, im)| StoredField {
+            name: (*name).to_owned(),
+            components: re.components.clone(),
+            values: re
+                .values
+                .iter()
+                .zip(&im.values)
+                .map(|(re, im)| re * cosine - im * sine)
+                .collect(),
+            of_cells: re.of_cells,
+        });
+        let title = format!("{frequency:.4} Hz, {:.0}°", 360.0 * phase);
+        Shot::of(title, &moved.collect::<Vec<_>>(), mesh.points.len(), field)
+    });
+    let shots = shots.collect::<anyhow::Result<_>>()?;
+    Ok((mesh, shots))
 }
 
 fn magnitude(vector: &[f64]) -> f64 {
@@ -143,7 +224,7 @@ impl<'a> Drawing<'a> {
     }
 
     fn frame(&self, shot: &Shot) -> Figure {
-        let title = format!("*t* = {:.4} s", shot.t);
+        let title = shot.title.clone();
         match &self.faces {
             Some(faces) => Figure::of("", self.surface(faces, shot, title)),
             None => Figure::of("", self.plane(shot, title)),

@@ -177,7 +177,12 @@ impl Series {
 
 /// Returns the times and files of the fields in a folder; empty without fields.
 pub fn files(folder: &Path) -> io::Result<Vec<(f64, PathBuf)>> {
-    let list = match std::fs::read_to_string(folder.join(LIST)) {
+    listed(folder, LIST)
+}
+
+/// Returns the times (or frequencies) and files of a `list` in a folder; empty without the list.
+pub fn listed(folder: &Path, list: &str) -> io::Result<Vec<(f64, PathBuf)>> {
+    let list = match std::fs::read_to_string(folder.join(list)) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         list => list?,
     };

@@ -33,7 +33,7 @@ const DELAY: u16 = 4;
     myovib movie out --field von_mises --factor 20\n  \
     myovib movie chain --set chain[0].gain=6000\n  \
     myovib movie muscle --out muscle.gif --width-pixels 480\n\n\
-    The run must have written fields ([fields] in its scene). The movies chain, muscle, hardening and \
+    The run must have written fields ([fields] or response.fields in its scene). The movies chain, muscle, hardening and \
     muscle3d show runs of the built-in scenes figure3, figure5, hardening and muscle3d.")]
 pub struct MovieArgs {
     /// Subject: the folder of a run, or the movie chain, muscle, hardening or muscle3d.
@@ -47,6 +47,10 @@ pub struct MovieArgs {
     /// Magnification of the displacements of a run [default: 1].
     #[arg(long, value_name = "X")]
     pub factor: Option<f64>,
+
+    /// Frequency of a response whose cycle is shown, Hz: the nearest one in response.fields [default: the lowest].
+    #[arg(long, value_name = "HZ")]
+    pub frequency: Option<f64>,
 
     /// Output file [default: the name of the folder or movie, with .gif].
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
@@ -131,7 +135,11 @@ impl MovieArgs {
     fn check(&self) -> Result<(), InputError> {
         let mesh = self.mesh.as_ref().map(|_| "--mesh");
         let from = self.from.map(|_| "--from");
-        let of_a_run = [self.field.as_ref().map(|_| "--field"), self.factor.map(|_| "--factor")];
+        let of_a_run = [
+            self.field.as_ref().map(|_| "--field"),
+            self.factor.map(|_| "--factor"),
+            self.frequency.map(|_| "--frequency"),
+        ];
         let integrator = self.integrator.map(|_| "--integrator");
         let set = self.set.first().map(|_| "--set");
         let (without_effect, next) = match &self.subject {
@@ -250,13 +258,14 @@ struct Movie {
 /// Shows the stored fields of a run.
 fn stored(args: &MovieArgs, folder: &Path, between: [f64; 2]) -> anyhow::Result<Movie> {
     let factor = args.factor.unwrap_or(1.0);
-    if !factor.is_finite() {
-        return Err(InputError::new("the factor is not a finite number")
-            .at("--factor")
-            .found(factor)
-            .into());
+    for (option, value) in [("--factor", Some(factor)), ("--frequency", args.frequency)] {
+        if let Some(value) = value.filter(|value| !value.is_finite()) {
+            let error = InputError::new("the value is not a finite number");
+            return Err(error.at(option).found(value).into());
+        }
     }
-    let request = film::Request { field: args.field.as_deref(), factor, between };
+    let (field, frequency) = (args.field.as_deref(), args.frequency);
+    let request = film::Request { field, factor, between, frequency };
     Ok(Movie { frames: film::frames(folder, request)?, exit: Exit::Done })
 }
 
