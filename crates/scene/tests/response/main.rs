@@ -16,6 +16,7 @@ mod fits;
 mod muscle;
 mod notes;
 mod periodic;
+mod published;
 mod ratios;
 mod refusals;
 mod rod;
