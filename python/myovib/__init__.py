@@ -18,7 +18,7 @@ from ._dae import DaeSolution, DenseOutput, solve_dae
 from ._identification import FitResult, SensitivityResult
 from ._mesh import read_mesh, write_mesh
 from ._native import SceneError, StepFailure, use_threads, versions
-from ._run import Fields, Probe, RunResult, SweepResult
+from ._run import Fields, Modes, Probe, RunResult, SweepResult
 from ._scene import Scene
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "DenseOutput",
     "Fields",
     "FitResult",
+    "Modes",
     "Probe",
     "RunResult",
     "Scene",

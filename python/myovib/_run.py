@@ -159,6 +159,36 @@ class Fields:
         return arrays
 
 
+class Modes(list[dict[str, Any]]):
+    """Lowest modes of a body, one dict per mode.
+
+    ``participation`` has the participation factors φᵀ M r of unit translations r along the axes in √kg
+    (in the plane √(kg/m)), with shapes φ of φᵀ M φ = 1, and ``effective_mass`` their squares.
+
+    Attributes
+    ----------
+    points : ndarray
+        Coordinates of the nodes, one row per node, m.
+    mass : float
+        Mass of the body, kg (in the plane kg/m).
+    preload_time : float or None
+        Time of the loads of the equilibrium about which the body vibrates, s; None for rest.
+    """
+
+    def __init__(self, document: dict[str, Any], arrays: bytes) -> None:
+        body = document["muscles"][0]
+        super().__init__(body["modes"])
+        self.mass, self.preload_time = body["mass"], document["preload_time"]
+        values = np.frombuffer(arrays)
+        dimension = len(self[0]["participation"])
+        values = values.reshape(len(self) + 1, -1, dimension)
+        self.points, self._shapes = values[0], values[1:]
+
+    def shape(self, k: int) -> NDArray[Any]:
+        """Return the displacement of the nodes in ``self[k]``, one row per node, with φᵀ M φ = 1."""
+        return self._shapes[k]
+
+
 #: Number types in VTU files, little-endian.
 KINDS = {"Float64": "<f8", "Int64": "<i8"}
 

@@ -20,7 +20,7 @@ from ._identification import (
     by_element,
     experiments,
 )
-from ._run import RunResult, SweepResult
+from ._run import Modes, RunResult, SweepResult
 
 __all__ = ["Scene"]
 
@@ -225,7 +225,7 @@ class Scene:
             )
         return SweepResult._of(out, list(vary), temporary)
 
-    def modes(self, count: int | None = None) -> list[dict[str, float]]:
+    def modes(self, count: int | None = None) -> Modes:
         """Compute the lowest eigenmodes of the body.
 
         The modes are linearized about the unloaded state or, with ``scene.set("modes.preload_time", t)``,
@@ -239,12 +239,12 @@ class Scene:
 
         Returns
         -------
-        list of dict
-            For each mode ``frequency`` (Hz), ``omega_squared``, ``damping_ratio``
-            and ``residual``.
+        Modes
+            For each mode ``frequency`` (Hz), ``omega_squared``, ``damping_ratio``, ``participation``,
+            ``effective_mass`` and ``residual``; and the shapes.
         """
-        document = json.loads(_native.modes(self._source, self._assignments(), count))
-        return document["muscles"][0]["modes"]
+        text, arrays = _native.modes(self._source, self._assignments(), count)
+        return Modes(json.loads(text), arrays)
 
     def response(
         self,

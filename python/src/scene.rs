@@ -107,19 +107,21 @@ pub(crate) fn check(
     examined.map_err(of_command)
 }
 
-/// Returns the lowest eigenmodes of the scene's body as a JSON document.
+/// Returns the lowest eigenmodes of the scene's body as a JSON document, and the coordinates of the nodes followed by the
+/// shapes.
 #[pyfunction]
 pub(crate) fn modes(
     py: Python<'_>,
     scene: PathBuf,
     set: Vec<String>,
     count: Option<usize>,
-) -> PyResult<String> {
+) -> PyResult<(String, Vec<u8>)> {
     let name = scene.display().to_string();
     let found = abandonable(py, move || -> anyhow::Result<_> {
         commands::modes::document(&name, Scene::load(&scene, &set)?, count)
     })?;
-    found.map_err(of_command)
+    let (document, shapes) = found.map_err(of_command)?;
+    Ok((document, shapes.into_iter().flat_map(f64::to_ne_bytes).collect()))
 }
 
 /// Sets the number of threads that factorize large bodies.

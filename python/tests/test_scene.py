@@ -154,6 +154,10 @@ def test_check_and_modes():
     assert len(modes) == 3
     # `check` computes the same modes with different code.
     assert [m["frequency"] for m in modes] == pytest.approx(found["body"]["slow_modes"][:3], rel=1e-6)
+    # Effective masses add up to at most the mass along each of two axes.
+    assert modes.preload_time is None and modes.shape(2).shape == modes.points.shape
+    assert all(np.abs(modes.shape(k)).max() > 0.0 for k in range(3))
+    assert all(0.0 < sum(m["effective_mass"]) <= 2.0 * modes.mass for m in modes)
 
 
 def test_a_periodic_state_repeats():

@@ -101,7 +101,7 @@ fn infsup_measures_the_mesh_of_a_scene() {
 #[test]
 fn modes_gives_the_muscles_first_ten() {
     let folder = tempfile::tempdir().expect("a folder");
-    let run = myovib_in(folder.path(), &["modes", "--svg", "m.svg", "--json"]);
+    let run = myovib_in(folder.path(), &["modes", "--svg", "m.svg", "--vtu", "m.vtu", "--json"]);
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     let found = document(&run.stdout, "modes");
     for (muscle, kappa) in [(0, serde_json::json!(1e5)), (1, serde_json::json!("inf"))] {
@@ -161,6 +161,29 @@ fn check_warns_of_row_4() {
     let rod = myovib(&["check", "figure2"]);
     assert_eq!(rod.code, 0, "{}", rod.stderr);
     assert!(rod.stdout.starts_with("The scene is valid."));
+}
+
+/// For a periodic state, `check` tries a period with the unknowns of the run.
+#[test]
+fn check_reports_the_cost_of_a_period() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = "[mesh]\ntype = \"rectangle\"\nwidth = 0.05\nheight = 0.02\ncells = [1, 1]\n[solid]\nbulk_modulus = 1e6\n\
+                 rayleigh_mass = 100.0\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 2e4\n\
+                 [[fixed]]\ngroup = \"left\"\n[[traction]]\ngroup = \"right\"\n\
+                 y = { type = \"sine\", amplitude = 1.0, frequency = 20.0 }\n\
+                 [[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.05, 0.01]\ninterval = 0.003125\n";
+    std::fs::write(folder.path().join("s.toml"), format!("analysis = \"periodic\"\n{scene}"))
+        .unwrap();
+    let run = myovib_in(folder.path(), &["check", "s.toml", "--json"]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let found = &document(&run.stdout, "check")["periodic"];
+    let computed = myovib_in(folder.path(), &["run", "s.toml", "--out", "out", "--json"]);
+    let computed = document(&computed.stdout, "run");
+    assert_eq!(found["unknowns"], computed["unknowns"], "{computed}");
+    assert_eq!(found["part"], 1.0);
+    assert!(found["steps"].as_u64() > Some(1) && found["seconds"].as_f64() > Some(0.0), "{found}");
+    let text = myovib_in(folder.path(), &["check", "s.toml"]).stdout;
+    assert!(text.contains(&format!("unknowns        {}", found["unknowns"])), "{text}");
 }
 
 /// For an equilibrium, `check` reports size, memory and output files, in agreement with the run.
@@ -313,7 +336,8 @@ fn run_finds_the_modes_of_a_scene_as_modes_does() {
     assert!(read("origin.csv").is_err(), "nothing moves at the probe");
     let table = read("modes.csv").expect("the table");
     let mut rows = table.lines();
-    assert_eq!(rows.next(), Some("mode,omega_squared,frequency,damping_ratio"));
+    let head = "mode,omega_squared,frequency,damping_ratio,participation_x,participation_y";
+    assert_eq!(rows.next(), Some(&*format!("{head},effective_mass_x,effective_mass_y")));
     let frequencies = rows.map(|row| row.split(',').nth(2)?.parse().ok());
     let modes = found["muscles"][0]["modes"].as_array().expect("modes");
     let expected = modes.iter().map(|mode| mode["frequency"].as_f64());

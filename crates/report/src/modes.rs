@@ -51,20 +51,36 @@ pub(crate) fn about(preload_time: Option<f64>) -> String {
 pub fn text(modes: &Modes) -> String {
     let bodies = &modes.muscles;
     let own = bodies.iter().flat_map(|body| headings(modes, body));
-    let headings: Vec<String> = ["mode".to_owned()].into_iter().chain(own).collect();
+    let axes = match &bodies[..] {
+        [BodyModes { modes, .. }] => modes.first().map_or(0, |mode| mode.effective_mass.len()),
+        _ => 0,
+    };
+    let of_masses = ["m_x/m", "m_y/m", "m_z/m"].into_iter().take(axes).map(str::to_owned);
+    let headings = ["mode".to_owned()].into_iter().chain(own).chain(of_masses);
+    let headings: Vec<String> = headings.collect();
     let names: Vec<_> = headings.iter().map(|name| (name.as_str(), Align::Right)).collect();
     let mut table = Table::new(&names);
     let n_modes = bodies.iter().map(|body| body.modes.len()).max();
     for n in 0..n_modes.unwrap_or(0) {
         let cells = bodies.iter().flat_map(|body| columns(modes, body, n));
         let number = [(n + 1).to_string()];
-        table.row(number.into_iter().chain(cells).map(Into::into));
+        let masses = bodies.iter().take(axes.min(1)).flat_map(|body| {
+            let mode = body.modes.get(n).into_iter();
+            mode.flat_map(|mode| {
+                mode.effective_mass.iter().map(|m| format!("{:.4}", m / body.mass))
+            })
+        });
+        table.row(number.into_iter().chain(cells).chain(masses).map(Into::into));
     }
-    let loaded = modes.preload_time.map(|t| format!("{}\n", about(Some(t))));
+    let masses = match axes {
+        0 => "",
+        _ => "m_x/m: effective mass of translations along x, relative to the mass of the body.\n",
+    };
     format!(
-        "{}\n{}damping ratio: by α, β, viscosity and foundations, without Prony terms; 1 is critical.\n",
+        "{}\nModes {}.\n\
+         damping ratio: by α, β, viscosity and foundations, without Prony terms; 1 is critical.\n{masses}",
         table.render(colored_stdout()),
-        loaded.unwrap_or_default(),
+        about(modes.preload_time),
     )
 }
 
@@ -85,13 +101,11 @@ pub fn figure(muscle: &Muscle, body: &BodyModes) -> Figure {
     }
 }
 
-/// Returns the displacement of all nodes in a mode. The amplitude of a mode is arbitrary; the largest displacement is a
-/// fraction of the body's length here.
+/// Returns the displacement of all nodes in a mode, scaled so that the largest is a fraction of the body's length.
 pub(crate) fn shape(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
-    let (solid, space) = (&muscle.solid, muscle.solid.space());
+    let space = muscle.solid.space();
     let dimension = space.dimension();
-    let mut shape = vec![0.0; solid.dofs().n_full()];
-    solid.dofs().expand(&mode.shape, &mut shape);
+    let mut shape = mode.shape.clone();
     let length = |u: &[f64]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
     let largest = shape.chunks(dimension).map(length).fold(0.0, f64::max);
     let across = |axis: usize| {

@@ -31,6 +31,8 @@ pub struct BodyModes {
     /// Bulk modulus, Pa.
     #[serde(serialize_with = "json::kappa")]
     pub kappa: f64,
+    /// Mass, kg; in the plane kg/m.
+    pub mass: f64,
     /// The modes in ascending order.
     pub modes: Vec<Mode>,
     /// Notes on supports and stability.
@@ -50,7 +52,11 @@ pub struct Mode {
     pub damping_ratio: Option<f64>,
     /// Residual of K u - Bᵀp = ω² M u relative to its terms.
     pub residual: f64,
-    /// Displacements of the free components, with arbitrary normalization.
+    /// Participation factors of unit translations along the axes, φᵀ M r in √kg; in the plane √(kg/m).
+    pub participation: Vec<f64>,
+    /// Squares of the participation factors, kg; in the plane kg/m.
+    pub effective_mass: Vec<f64>,
+    /// Displacements φ of all nodes, the components of a node adjacent, with φᵀ M φ = 1.
     #[serde(skip)]
     pub shape: Vec<f64>,
 }
@@ -62,17 +68,24 @@ impl BodyModes {
     /// Errors of [`spectrum::lowest`].
     pub fn about(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Self, ModelError> {
         let found = spectrum::lowest(muscle, at, count)?.into_iter();
+        let solid = &muscle.solid;
         let modes = found.map(|mode| {
+            let participation = spectrum::participation(muscle, &mode);
+            let mut shape = vec![0.0; solid.dofs().n_full()];
+            solid.dofs().expand(&mode.shape, &mut shape);
             Ok(Mode {
                 omega_squared: mode.omega_squared,
                 frequency: mode.frequency(),
                 damping_ratio: spectrum::damping_ratio(muscle, at, &mode)?,
                 residual: mode.residual,
-                shape: mode.shape,
+                effective_mass: participation.iter().map(|factor| factor * factor).collect(),
+                participation,
+                shape,
             })
         });
         Ok(Self {
             kappa: muscle.parameters.kappa(),
+            mass: spectrum::mass(muscle),
             modes: modes.collect::<Result<_, ModelError>>()?,
             notes: not_held(muscle)
                 .into_iter()

@@ -21,6 +21,8 @@ use data::{floats, integers};
 pub use grid::Grid;
 use listing::Listing;
 
+use crate::modes::Mode;
+
 /// Returns the VTK type of the elements, whose nodes have the same order as here.
 fn cell_type(space: &Space) -> usize {
     match (space.dimension(), space.degree()) {
@@ -299,6 +301,16 @@ fn vtu(
         points += &floats(quantity.label(), names, picked.len(), values);
     }
     (file(space, grid, &points, cells), not_finite)
+}
+
+/// Formats a file with the shapes of modes as vector fields `mode_1`, `mode_2`, …
+pub fn of_modes<'a>(space: &Space, grid: &Grid, modes: impl Iterator<Item = &'a Mode>) -> String {
+    let names = component_names(Components::Vector);
+    let fields = modes.enumerate().map(|(n, mode)| {
+        let vectors = grid.vectors(&mode.shape, space.dimension());
+        floats(&format!("mode_{}", n + 1), names, 3, vectors.iter().flatten().copied())
+    });
+    file(space, grid, &fields.collect::<String>(), &[])
 }
 
 /// Formats a file of the body at rest with values of its elements.

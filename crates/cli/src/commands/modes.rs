@@ -9,6 +9,7 @@ use myovib_model::{Formulation, Muscle, Signal, paper, statics};
 use myovib_report::modes;
 use myovib_scene::modes::{BodyModes, Modes};
 use myovib_scene::scene_file::DEFAULT_MODES;
+use myovib_scene::vtu::{self, Grid};
 use myovib_scene::watch::Watcher;
 use myovib_scene::{Error, InputError, Scene, mesh_file};
 use serde::Serialize;
@@ -66,6 +67,10 @@ pub struct ModesArgs {
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub svg: Option<PathBuf>,
 
+    /// Write the shapes of the modes, with φᵀ M φ = 1, as vector fields for ParaView (VTU).
+    #[arg(long, value_name = "FILE", value_parser = values::output_file)]
+    pub vtu: Option<PathBuf>,
+
     /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
@@ -95,6 +100,13 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     {
         output::save(path, modes::figure(muscle, body).render())?;
     }
+    if let (Some(path), Some(of_body), Some(muscle)) =
+        (&args.vtu, findings.modes.muscles.last(), findings.muscles.last())
+    {
+        let space = muscle.solid.space();
+        let grid = Grid::new(space, &vec![0; space.n_elements()]);
+        output::save(path, vtu::of_modes(space, &grid, of_body.modes.iter()))?;
+    }
     for note in findings.modes.muscles.iter().flat_map(|body| &body.notes) {
         output::note(note);
     }
@@ -103,13 +115,21 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Returns the modes of the body of the `scene` called `name`, as the body of the JSON document.
+/// Returns the modes of the body of the `scene` called `name`, as the body of the JSON document, and the coordinates of
+/// the nodes followed by the shapes.
 ///
 /// # Errors
 /// Returns an error if the scene has no body or its modes cannot be computed.
-pub fn document(name: &str, scene: Scene, count: Option<usize>) -> anyhow::Result<String> {
+pub fn document(
+    name: &str,
+    scene: Scene,
+    count: Option<usize>,
+) -> anyhow::Result<(String, Vec<f64>)> {
     let findings = of_scene(name.to_owned(), scene, count, Watcher::NOBODY)?;
-    Ok(serde_json::to_string(&findings)?)
+    let points = findings.muscles.iter().map(|muscle| muscle.solid.space().coordinates());
+    let modes = findings.modes.muscles.iter().flat_map(|body| &body.modes);
+    let arrays: Vec<&[f64]> = points.chain(modes.map(|mode| &mode.shape[..])).collect();
+    Ok((serde_json::to_string(&findings)?, arrays.concat()))
 }
 
 /// Examined bodies and their modes.

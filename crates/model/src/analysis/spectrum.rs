@@ -9,6 +9,7 @@ use nalgebra_sparse::CscMatrix;
 
 use crate::analysis::support::free_parts;
 use crate::error::ModelError;
+pub use crate::integration::typical::mass;
 use crate::muscle::Muscle;
 use crate::operators;
 use crate::start::saddle::Saddle;
@@ -156,6 +157,17 @@ pub fn damping_ratio(
     lost += muscle.foundations.iter().map(|foundation| foundation.dissipation(&v)).sum::<f64>();
     // vᵀ M v = 1.
     Ok(Some(lost / (2.0 * omega)))
+}
+
+/// Returns the participation factors φᵀ M r of a `mode`, √kg (in the plane √(kg/m)), for unit translations r of all nodes
+/// along the axes, supports included. Their squares are the effective masses.
+pub fn participation(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
+    let solid = &muscle.solid;
+    let dimension = solid.space().dimension();
+    let [mut shape, mut inertia] = [(); 2].map(|()| operators::rest(solid));
+    solid.dofs().expand(&mode.shape, &mut shape);
+    solid.apply_mass(&shape, &mut inertia);
+    (0..dimension).map(|axis| inertia.iter().skip(axis).step_by(dimension).sum()).collect()
 }
 
 /// Returns the frequency of a stretch along the first axis without pressures, Hz. It has the order

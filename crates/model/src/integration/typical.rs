@@ -148,7 +148,7 @@ pub(crate) fn mean_density(muscle: &Muscle) -> f64 {
 }
 
 /// Returns the mass, kg, also of a body whose inertia is neglected; in the plane per meter of thickness.
-pub(crate) fn mass(muscle: &Muscle) -> f64 {
+pub fn mass(muscle: &Muscle) -> f64 {
     let (solid, space) = (&muscle.solid, muscle.solid.space());
     let densities = solid.densities().iter().enumerate();
     densities.map(|(element, density)| density * space.measure_of(element)).sum()

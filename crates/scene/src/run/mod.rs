@@ -107,8 +107,8 @@ pub fn rehearse(scene: &Scene) -> Result<(), Error> {
 /// Probes that measure nothing in the scene.
 pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, InputError> {
     if scene.file.analysis == Analysis::Modes {
-        let columns = modes::COLUMNS.map(str::to_owned).to_vec();
-        return Ok(vec![(folder::MODES.to_owned(), columns)]);
+        let dimension = crate::modes::body_of(scene)?.muscle.solid.space().dimension();
+        return Ok(vec![(folder::MODES.to_owned(), modes::columns(dimension))]);
     }
     if scene.file.analysis == Analysis::Response {
         let tables = Values::of_scene(scene)?.tables().into_iter();

@@ -10,21 +10,36 @@ use super::folder::{MODES, request, table_of};
 use super::options::{RunOptions, RunResult};
 use crate::csv::CsvWriter;
 use crate::modes::{self, Modes};
+use crate::vtu::{self, Grid};
 use crate::{Error, Scene};
 
-/// Columns of the table of modes.
-pub(super) const COLUMNS: [&str; 4] = ["mode", "omega_squared", "frequency", "damping_ratio"];
+/// Names of the axes.
+const NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// Name of the file of the shapes.
+const SHAPES: &str = "modes.vtu";
+
+/// Returns the columns of the table of modes of a body in `dimension` dimensions.
+pub(super) fn columns(dimension: usize) -> Vec<String> {
+    let axes =
+        |name: &'static str| NAMES[..dimension].iter().map(move |axis| format!("{name}_{axis}"));
+    let own = ["mode", "omega_squared", "frequency", "damping_ratio"].map(str::to_owned);
+    own.into_iter().chain(axes("participation")).chain(axes("effective_mass")).collect()
+}
 
 /// Computes the modes of a scene's body.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let (started, cpu) = (Instant::now(), CpuClock::start());
-    let muscle = &modes::body_of(scene)?.muscle;
+    let body = modes::body_of(scene)?;
+    let (muscle, space) = (&body.muscle, body.muscle.solid.space());
     let request = request(scene, options)?;
     request.check()?;
     let found =
         Modes::of_scene(scene, None, options.watcher()).map_err(Error::before_any_output)?;
     let folder = request.open().map_err(Error::before_any_output)?;
-    folder.write(&table_of(MODES), table(&found))?;
+    folder.write(&table_of(MODES), table(&found, space.dimension()))?;
+    let shapes = found.muscles.iter().flat_map(|of_body| &of_body.modes);
+    folder.write(SHAPES, vtu::of_modes(space, &Grid::of_body(body), shapes))?;
     let mut document = json!({
         "scene": scene.file,
         "analysis": "modes",
@@ -48,15 +63,17 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
 }
 
 /// Returns the table with one row per mode. Frequencies of unstable modes are NaN.
-fn table(found: &Modes) -> String {
+fn table(found: &Modes, dimension: usize) -> String {
     let in_memory = "writing to memory does not fail";
-    let mut csv = CsvWriter::new(Vec::new(), &COLUMNS).expect(in_memory);
+    let columns = columns(dimension);
+    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+    let mut csv = CsvWriter::new(Vec::new(), &columns).expect(in_memory);
     let modes = found.muscles.iter().flat_map(|body| &body.modes);
     for (n, mode) in modes.enumerate() {
         let or_none = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let [frequency, ratio] = [mode.frequency, mode.damping_ratio].map(or_none);
-        let row = [(n + 1) as f64, mode.omega_squared, frequency, ratio];
-        csv.row(&row).expect(in_memory);
+        let own = [(n + 1) as f64, mode.omega_squared, frequency, ratio];
+        csv.row(&[&own, &mode.participation[..], &mode.effective_mass].concat()).expect(in_memory);
     }
     String::from_utf8_lossy(csv.sink()).into_owned()
 }

@@ -71,20 +71,23 @@ impl Grid {
         self.cells.len()
     }
 
+    /// Returns the vectors of a nodal field at all points, with three components.
+    pub(super) fn vectors(&self, field: &[f64], dimension: usize) -> Vec<Vec<f64>> {
+        let vector = |node: &usize| {
+            let mut vector = field[dimension * node..][..dimension].to_vec();
+            vector.resize(3, 0.0);
+            vector
+        };
+        self.nodes.iter().map(vector).collect()
+    }
+
     /// Returns the values at all points: exact for displacement, velocity and pressure. Quantities
     /// that are discontinuous between elements are averaged over the elements of the region at the
     /// point.
     pub fn values(&self, snapshot: &Snapshot<'_>, quantity: Quantity) -> Vec<Vec<f64>> {
         let space = snapshot.solid.space();
         let dimension = space.dimension();
-        let of_nodes = |field: &[f64]| {
-            let vector = |node: &usize| {
-                let mut vector = field[dimension * node..][..dimension].to_vec();
-                vector.resize(3, 0.0);
-                vector
-            };
-            self.nodes.iter().map(vector).collect()
-        };
+        let of_nodes = |field: &[f64]| self.vectors(field, dimension);
         match quantity {
             Quantity::Displacement => return of_nodes(snapshot.displacement),
             Quantity::Velocity => return of_nodes(snapshot.velocity),

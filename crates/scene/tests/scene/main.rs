@@ -14,6 +14,7 @@ mod lattice;
 mod load_paths;
 mod mesh_files;
 mod meshes;
+mod mode_shapes;
 mod moments;
 mod moved_supports;
 mod muscle3d;

@@ -1,0 +1,92 @@
+//! Shapes, participation factors and effective masses of modes.
+
+use std::path::Path;
+
+use myovib_scene::modes::Modes;
+use myovib_scene::run::{RunOptions, compute};
+use myovib_scene::watch::Watcher;
+use myovib_scene::{Scene, vtu};
+
+fn scene(mesh: &str, kappa: &str, rest: &str) -> Scene {
+    let text = format!(
+        "analysis = \"modes\"\n[mesh]\n{mesh}\n[solid]\nbulk_modulus = {kappa}\n[[material]]\nlaw = \"neo-hooke\"\n\
+         density = 1e3\nshear_modulus = 1e4\n{rest}"
+    );
+    Scene::build("scene.toml", &text, &[], Path::new("")).unwrap()
+}
+
+const BLOCK: &str = "type = \"rectangle\"\nwidth = 0.2\nheight = 0.1\ncells = [2, 1]";
+const CUBE: &str = "type = \"box\"\nsize = [0.2, 0.1, 0.1]\ncells = [1, 1, 1]";
+
+/// The modes of a free body represent translations exactly: the sums of the effective masses are its mass. In a held body,
+/// the modes represent the displacement w of M w = M r, without the part of the mass that the mass matrix assigns to
+/// fixed nodes alone.
+#[test]
+fn effective_masses_add_up_to_the_mass() {
+    for (mesh, mass, axes) in [(BLOCK, 20.0, 2), (CUBE, 2.0, 3)] {
+        for kappa in ["1e5", "inf"] {
+            let found = Modes::of_scene(&scene(mesh, kappa, ""), Some(200), Watcher::NOBODY);
+            let found = &found.unwrap().muscles[0];
+            assert!((found.mass / mass - 1.0).abs() < 1e-14);
+            for axis in 0..axes {
+                let sum: f64 = found.modes.iter().map(|mode| mode.effective_mass[axis]).sum();
+                // Rounding, amplified by the orthogonalization of a Krylov space.
+                assert!((sum / mass - 1.0).abs() < 1e-9, "{kappa} {axis}: {sum}");
+            }
+            let held = scene(mesh, kappa, "[[fixed]]\ngroup = \"left\"\n");
+            let found = Modes::of_scene(&held, Some(200), Watcher::NOBODY).unwrap();
+            let modes = &found.muscles[0].modes;
+            let sum: f64 = modes.iter().map(|mode| mode.effective_mass[1]).sum();
+            assert!(0.5 * mass < sum && sum < mass, "{kappa}: {sum}");
+        }
+    }
+}
+
+/// The first bending mode of a slender cantilever has 61.31 % of its mass (Euler–Bernoulli).
+#[test]
+fn a_cantilever_has_the_effective_mass_of_beam_theory() {
+    let root = 1.875_104_068_711_961_f64;
+    let sigma = (root.sinh() - root.sin()) / (root.cosh() + root.cos());
+    // Mean and mean square of cosh − cos − σ (sinh − sin) are 2σ/β and 1.
+    let theory = (2.0 * sigma / root).powi(2);
+    assert!((theory - 0.6131).abs() < 1e-4);
+    for kappa in ["1e6", "inf"] {
+        let [stout, slender] = [20.0, 40.0].map(|slenderness: f64| {
+            let mesh = format!(
+                "type = \"rectangle\"\nwidth = 1.0\nheight = {}\ncells = [{slenderness}, 1]",
+                1.0 / slenderness
+            );
+            let held = scene(&mesh, kappa, "[[fixed]]\ngroup = \"left\"\n");
+            let found = Modes::of_scene(&held, Some(1), Watcher::NOBODY).unwrap();
+            let body = &found.muscles[0];
+            body.modes[0].effective_mass[1] / body.mass
+        });
+        // The clamp of a solid shortens the beam by a fraction of its height, an effect of order h/L, which the extrapolation
+        // removes. Shear and rotary inertia are of order (h/L)², at most half of it here.
+        let limit = 2.0 * slender - stout;
+        assert!((limit - theory).abs() < 0.5 / 400.0, "{stout} {slender}");
+        assert!((slender - theory).abs() < 0.6 * (stout - theory).abs(), "{stout} {slender}");
+    }
+}
+
+#[test]
+fn a_run_writes_the_shapes() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let held = scene(BLOCK, "inf", "[[fixed]]\ngroup = \"left\"\n");
+    let found = compute(&held, &RunOptions::into_folder(&out)).unwrap().modes.unwrap();
+    let (mesh, fields) = vtu::read(&out.join("modes.vtu")).unwrap();
+    let modes = &found.muscles[0].modes;
+    for (k, mode) in modes.iter().enumerate() {
+        let field = fields.iter().find(|field| field.name == format!("mode_{}", k + 1)).unwrap();
+        assert_eq!(field.values.len(), 3 * mesh.points.len());
+        // One region, so that points are nodes.
+        let written = field.values.chunks(3).flat_map(|vector| &vector[..2]);
+        assert!(written.eq(&mode.shape), "mode {}", k + 1);
+    }
+    assert_eq!(fields.iter().filter(|field| !field.of_cells).count(), modes.len());
+    let table = std::fs::read_to_string(out.join("modes.csv")).unwrap();
+    let row: Vec<f64> =
+        table.lines().nth(1).unwrap().split(',').map(|x| x.parse().unwrap()).collect();
+    assert_eq!(&row[4..], [&modes[0].participation[..], &modes[0].effective_mass].concat());
+}
