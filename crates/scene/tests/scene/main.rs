@@ -21,6 +21,7 @@ mod muscle3d;
 mod obstacles;
 mod organs;
 mod paths;
+mod precision;
 mod quasi_static;
 mod random;
 mod separate_chains;
