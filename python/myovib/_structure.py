@@ -47,6 +47,7 @@ class Structure:
         small = np.sqrt(np.finfo(float).eps)
         sizes = np.maximum(small * np.abs(y), tolerance)
         self.quotient = column
+        self.state = (y.copy(), yp.copy())
         self.sizes = (sizes, np.full(n, 1e-3 * largest or 1.0))
         self.df_dy = np.column_stack([column(j, sizes[j], False) for j in range(n)])
         self.df_dyp = np.column_stack([column(j, 1e-3 * largest or 1.0, True) for j in range(n)])
@@ -73,20 +74,32 @@ class Structure:
     def wrong_entries(self, df_dy: Array, df_dyp: Array) -> set[tuple[str, int, int]]:
         """Return matrix, row and column of each entry that differs from the quotient by more than a quarter.
 
-        Entries below the digits of quotients, relative to their row, are not compared, nor are those whose quotients depend
-        on the size or the sign of the increment, as at kinks.
+        Entries below the digits of quotients, relative to their row, and entries below rounding are not compared, nor are
+        those whose quotients depend on the size or the sign of the increment, as at kinks.
         """
         found = set()
-        for rate, (given, own) in enumerate(((df_dy, self.df_dy), (df_dyp, self.df_dyp))):
-            largest = np.maximum(np.abs(given), np.abs(own))
+        pairs = ((df_dy, self.df_dy), (df_dyp, self.df_dyp))
+        sizes = [np.maximum(np.abs(given), np.abs(own)) for given, own in pairs]
+        rounding = 100.0 * self.rounding(*sizes)
+        for rate, ((given, own), largest) in enumerate(zip(pairs, sizes, strict=True)):
             is_wrong = np.abs(given - own) > 0.25 * largest
             is_wrong &= largest > 1e-6 * largest.max(axis=1, keepdims=True)
+            is_wrong &= 0.1 * self.sizes[rate] * np.abs(given - own) > rounding[:, None]
             for row, j in np.argwhere(is_wrong):
                 size = self.sizes[rate][j]
                 others = [self.quotient(j, part * size, bool(rate))[row] for part in (-1.0, 0.1, -0.1)]
                 if (np.abs(np.array(others) - own[row, j]) <= 0.1 * np.abs(own[row, j])).all():
                     found.add(("dF/dy'" if rate else "dF/dy", int(row), int(j)))
         return found
+
+    def rounding(self, df_dy: Array, df_dyp: Array) -> Array:
+        """Return the rounding of each equation from the absolute values of the matrices."""
+        y, yp = np.abs(self.state)
+        return np.finfo(float).eps * (df_dy @ y + df_dyp @ yp)
+
+    def inverse(self, c: float) -> Array | None:
+        """Return the inverse of dF/dy + c dF/dy', or None if it is inaccurate."""
+        return _inverse(self.df_dy + c * self.df_dyp)
 
     def is_huge(self) -> bool:
         """Return whether entries are too large for a statement about dependence."""

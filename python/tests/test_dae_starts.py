@@ -201,3 +201,29 @@ def test_sparsity_is_recommended_for_large_sparse_matrices():
             warnings.simplefilter("always")
             solve_dae(chain, (0, 0.1), start, np.roll(start, 1) - 2 * start, **arguments)
         assert any("`sparsity`" in str(warning.message) for warning in found) == is_recommended
+
+
+@pytest.mark.parametrize("error", [0.0, 1e-2])
+def test_rounding_over_the_square_of_the_step_is_no_jump_of_multipliers(error):
+    """Check a horizontal chain at rest of 30 links, whose multipliers start at 0."""
+    n, mass, gravity = 30, 0.1, 9.81
+
+    def residual(t, y, yp):
+        q, v, force = np.split(y, [2 * n, 4 * n])
+        links = np.diff(q.reshape(n, 2), axis=0, prepend=0.0)
+        pull = 2.0 * links * force[:, None]
+        pull[:-1] -= pull[1:]
+        balance = mass * yp[2 * n : 4 * n].reshape(n, 2) + pull + [0.0, mass * gravity]
+        return np.r_[yp[: 2 * n] - v, balance.ravel(), (links**2).sum(axis=1) - 1.0 / n**2]
+
+    y0, yp0 = np.zeros(5 * n), np.zeros(5 * n)
+    y0[: 2 * n : 2] = np.arange(1, n + 1) / n
+    y0[4 * n + 10] = error
+    yp0[2 * n + 1 : 4 * n : 2] = -gravity
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        solve_dae(
+            residual, (0, 0.5), y0, yp0, "radau5", index=[1] * 2 * n + [2] * 2 * n + [3] * n, rtol=1e-9, atol=1e-10,
+            max_steps=8,
+        )  # fmt: skip
+    assert any("jump in the first step" in str(warning.message) for warning in found) == (error > 0.0)
