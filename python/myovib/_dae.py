@@ -470,6 +470,8 @@ def solve_dae(
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
     known = _Facts(excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), outputs is not None)
     wrong = next((warning for warning in of_input if "Jacobian looks wrong" in warning), None)
+    if pattern is not None and jacobian is None and not solution.success:
+        wrong = _missing_entry(solution, _within(residual, last_limits), pattern, rtol, tolerances)
     if wrong or (wrong := _wrong_entry(solution, _within(residual, last_limits), jacobian, last_limits, rtol, tolerances)):
         notes.append(wrong)
         if not solution.success:
@@ -796,6 +798,27 @@ def _wrong_entry(
         f"(counted from 0) the `jacobian` differs from {matrix} by difference quotients: the results may be wrong. "
         "Correct it, or call without `jacobian`"
     )
+
+
+def _missing_entry(
+    solution: DaeSolution, residual: Function, pattern: tuple[NDArray[np.int64], NDArray[np.int64]], rtol: float, atol: Array
+) -> str | None:
+    """Return a note on an entry of the Jacobian at the last state that the pattern lacks."""
+    if not solution.t.size:
+        return None
+    y, yp = solution.y[:, -1], solution.yp[:, -1]
+    structure = Structure.at(residual, solution.t[-1], y, yp, rtol * np.abs(y) + atol)
+    if structure is None:
+        return None
+    offsets, rows = pattern
+    is_missing = np.ones((len(y), len(y)), dtype=bool)
+    is_missing[rows, np.repeat(np.arange(len(y)), np.diff(offsets))] = False
+    sizes = [np.abs(structure.df_dy), np.abs(structure.df_dyp)]
+    rounding = 100.0 * structure.rounding(*sizes)[:, None]
+    is_missing &= np.any([part * moved > rounding for part, moved in zip(sizes, structure.sizes, strict=True)], axis=0)
+    for row, column in np.argwhere(is_missing):
+        return f"equation {row} changes with variable {column} (counted from 0): add this entry to `sparsity`"
+    return None
 
 
 def _is_late(solution: DaeSolution, rtol: float, atol: Array) -> bool:

@@ -356,3 +356,14 @@ def test_errors_of_functions_name_the_call_and_the_required_values():
     for matrices in [np.eye(2), (np.eye(2),), None]:
         with pytest.raises(ValueError, match="pair dF/dy, dF/dy'"):
             solve_dae(decay, (0, 1), [1.0, 1.0], [-1.0, -1.0], jacobian=lambda t, y, yp: matrices)
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau5"])
+def test_entries_that_sparsity_lacks_after_the_start_are_named(method):
+    def turning(t, y, yp):
+        c = min(t, 1.0)
+        return [yp[0] - 1, y[1] * (1 - c) + (y[2] - 1) * c, y[2] * (1 - c) - y[1] * c]
+
+    with pytest.warns(UserWarning, match="`sparsity`"):
+        s = solve_dae(turning, (0, 3), [0, 0, 0], [1, 0, 0], method, sparsity=np.eye(3))
+    assert not s.success and "equation 1 changes with variable 2" in s.message

@@ -58,12 +58,12 @@ pub(crate) const ROWS: usize = 8;
 /// With an incomplete pattern, difference quotients with coloring add missing entries to other entries. Newton's method
 /// then converges slowly or not at all, and steps are short, for reasons that an integrator cannot detect.
 ///
-/// The change of the residual in four directions d, in y and in ẏ, is compared with J d. In rows where they differ by
-/// more than a hundredth of |J| |d| and by more than rounding, only variables outside the pattern are perturbed, and
-/// bisection finds the variable that changes the row. Therefore a reported entry is always missing, however nonlinear
-/// the residual is. A missing entry that is zero or below a hundredth of its row at the given state is not found.
+/// The change of the residual in four directions d, in y and in ẏ, is compared with J d; y changes by its tolerances and
+/// by equal displacements. In rows where they differ by more than a hundredth of |J| |d| and by more than rounding, only
+/// variables outside the pattern are perturbed, and bisection finds the variable that changes the row. Therefore a
+/// reported entry is always missing, however nonlinear the residual is. A missing entry that is zero or below a hundredth of its row at the given state is not found.
 ///
-/// The check costs two Jacobians, fourteen evaluations of the residual, one more for each examined row, and 2 log₂ n
+/// The check costs three Jacobians, 21 evaluations of the residual, one more for each examined row, and 2 log₂ n
 /// evaluations to locate an entry. A full pattern is complete and costs nothing. Failed evaluations are ignored; see
 /// [`Problem`] for the errors of functions.
 ///
@@ -113,7 +113,13 @@ pub fn check_pattern<P: Problem + ?Sized>(
     let weights = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] =
         [&weights[0], &weights[1]].map(|weights| Linearization { step: 1.0, weights, ..*at });
-    for (at, quotients, is_rate_matrix) in [(at, at, false), (&at_rate, &quotients, true)] {
+    // With displacements by tolerances, the change by a large variable would hide the change by a variable that is 0.
+    let largest = at.y.iter().fold(0.0_f64, |largest, y| largest.max(y.abs()));
+    let largest = if largest > 0.0 { largest } else { 1.0 };
+    let equal = vec![1.0 / (f64::EPSILON.sqrt() * largest); n];
+    let at_equal = Linearization { weights: &equal, ..*at };
+    let trials = [(at, at, false), (&at_equal, &at_equal, false), (&at_rate, &quotients, true)];
+    for (at, quotients, is_rate_matrix) in trials {
         let found = find(problem, &mut jacobian, [at, quotients], is_rate_matrix);
         if let Ok(Some((row, column))) = found {
             return Err(MissingEntry { row, column, is_rate_matrix });

@@ -256,3 +256,16 @@ fn entries_of_the_derivative_are_found_and_failures_say_nothing() {
     let fails = |_: &[f64], _: &[f64], _: &mut [f64]| Err(StepError::Fatal("no".into()));
     assert_eq!(check_diagonal(&[1.0, 1.0], fails), Ok(()));
 }
+
+/// The tolerance of a large variable exceeds the tolerance of a variable that is 0 by more than a factor of 100.
+#[test]
+fn entries_of_variables_that_are_zero_are_found() {
+    let (y, y_dot, weights) = ([1.0, 0.0], [0.0; 2], [1e3, 1e6]);
+    let at = Linearization { t: 0.0, y: &y, y_dot: &y_dot, step: 1.0, weights: &weights };
+    let mut sum = Diagonal(2, |y: &[f64], _: &[f64], r: &mut [f64]| {
+        r.copy_from_slice(&[y[0] + y[1] - 1.0, y[1]]);
+        Ok(())
+    });
+    let missing = check_pattern(&mut sum, &at).unwrap_err();
+    assert_eq!((missing.row, missing.column, missing.is_rate_matrix), (0, 1, false));
+}
