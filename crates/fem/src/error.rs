@@ -354,6 +354,15 @@ pub enum MshProblem {
         /// Parts of that dimension.
         meshed: &'static str,
     },
+    /// No elements of a body.
+    #[error(
+        "the file has {meshed}, but no triangles or tetrahedra: mesh it by `gmsh -2` or `gmsh -3`, and add the tissue to a \
+         `Physical Surface` in the plane or a `Physical Volume` in space, since Gmsh saves only such groups"
+    )]
+    NoElements {
+        /// Parts of the highest dimension.
+        meshed: &'static str,
+    },
     /// Element of zero measure.
     #[error("element {tag} is degenerate: its {} is {measure:e}", shape.measure_name)]
     DegenerateElement {

@@ -124,6 +124,19 @@ fn invalid_entries_are_reported_with_their_line() {
     }
 }
 
+/// Regression: a file without a physical surface was reported as a node outside the body.
+#[test]
+fn a_file_without_elements_of_a_body_names_the_missing_group() {
+    let file = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n1 1 \"left\"\n$EndPhysicalNames\n\
+                $Nodes\n2\n1 0 0 0\n2 0 1 0\n$EndNodes\n$Elements\n1\n1 1 2 1 1 1 2\n$EndElements\n";
+    match Mesh::parse_msh(file, "line.msh").unwrap_err() {
+        FemError::Msh { problem, .. } => {
+            assert_eq!(problem, MshProblem::NoElements { meshed: "curves" });
+        }
+        other => panic!("{other}"),
+    }
+}
+
 /// Regression: meshes with rounding errors in z, or with unused nodes off the plane, were rejected as not plane.
 #[test]
 fn a_plane_mesh_may_have_rounded_and_unused_nodes_off_its_plane() {

@@ -89,10 +89,10 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
     let shared = |a: &[usize], b: &[usize]| -> Vec<usize> {
         a.iter().copied().filter(|x| b.binary_search(x).is_ok()).collect()
     };
-    let components_of = |list: &[usize]| {
+    let columns = |list: &[usize]| {
         let names = (0..dimension).filter(|axis| list.iter().any(|c| c % dimension == *axis));
-        let names: Vec<&str> = names.map(|axis| NAMES[axis]).collect();
-        format!("components ({}) of shared nodes", names.join(", "))
+        let names: Vec<String> = names.map(|axis| format!("R_{}", NAMES[axis])).collect();
+        names.join(", ")
     };
     let mut notes = Vec::new();
     for (i, (group, own)) in reactions.iter().enumerate() {
@@ -100,9 +100,9 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
             let common = shared(own, components);
             if !common.is_empty() {
                 notes.push(format!(
-                    "the reactions of `{other}` and `{group}` have {} fixed {} in common: a sum of both counts the forces there twice",
+                    "the reactions of `{other}` and `{group}` have {} fixed components of shared nodes in common: a sum of both counts the forces there twice in {}",
                     common.len(),
-                    components_of(&common)
+                    columns(&common)
                 ));
             }
         }
@@ -113,8 +113,8 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
             // A probe of several supports includes them as a whole.
             if n > 0 && n < components.len() && n < own.len() && !of_probe {
                 notes.push(format!(
-                    "the reaction of `{group}` includes the forces of the support `{support}` at {n} {}",
-                    components_of(&common)
+                    "the reaction of `{group}` includes in {} the forces of the support `{support}` at {n} components of shared nodes",
+                    columns(&common)
                 ));
             }
         }

@@ -74,6 +74,8 @@ fn pvd(entries: &[(f64, String)]) -> String {
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
     );
     for (t, name) in entries {
+        // Readers find times by value: 0.15 instead of 3 × 0.05 = 0.15000000000000002.
+        let t: f64 = format!("{t:.12e}").parse().expect("a number");
         text += &format!("<DataSet timestep=\"{t}\" part=\"0\" file=\"{name}\"/>\n");
     }
     text + "</Collection>\n</VTKFile>\n"

@@ -232,6 +232,8 @@ fn stored_fields_have_the_load_factor_as_time_if_it_grows() {
         times.map(|time| time.parse().unwrap()).collect()
     };
     assert_eq!(times("loads = [0.25, 0.5, 1.0]"), [0.0, 0.25, 0.5, 1.0]);
+    // Times are rounded to thirteen digits.
+    assert_eq!(times("steps = 10")[1..4], [0.1, 0.2, 0.3]);
     // Load factors that recur would hide states.
     assert_eq!(times("loads = [0.5, 1.0, 0.5]"), [0.0, 1.0, 2.0, 3.0]);
 }

@@ -69,8 +69,12 @@ impl MshFile {
     fn assemble_in<const D: usize, const V: usize>(&self, name: &str) -> Result<Mesh, FemError> {
         let error_at = |(line, problem)| FemError::Msh { file: name.to_owned(), line, problem };
         let parts = self.parts::<D, V>().map_err(error_at)?;
-        if parts.elements.is_empty() && self.has_volumes {
-            return Err(error_at((1, self.not_meshed())));
+        if parts.elements.is_empty() && !self.cells.is_empty() {
+            let problem = match (self.has_volumes, self.not_meshed()) {
+                (false, MshProblem::NotMeshed { meshed, .. }) => MshProblem::NoElements { meshed },
+                (_, problem) => problem,
+            };
+            return Err(error_at((1, problem)));
         }
         let groups = self.groups(&parts).map_err(error_at)?;
         let fields = self.fields(&parts);
