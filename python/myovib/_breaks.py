@@ -19,6 +19,8 @@ HALVINGS = 40
 DESCENT = 0.1
 # Last correction of y and y', in tolerances; the value of IDACalcIC.
 CONVERGED = 0.0033
+# Relative increment of difference quotients.
+ROOT = float(np.sqrt(np.finfo(float).eps))
 # Number of trial changes of a state.
 TRIALS = 4
 
@@ -65,7 +67,8 @@ def _solve(
     last = np.inf
     for _ in range(ITERATIONS):
         # Functions may bend within a tolerance.
-        increments = np.minimum(1.0, np.sqrt(np.finfo(float).eps) / rtol) * (rtol * np.abs(y) + atol)
+        part = min(1.0, ROOT / max(rtol, ROOT))
+        increments = part * (rtol * np.abs(y) + atol)
         structure = Structure.at(lambda t, y, yp: residual(y, yp), 0.0, y, yp, increments)
         if structure is None:
             return None

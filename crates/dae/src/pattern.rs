@@ -61,7 +61,8 @@ pub(crate) const ROWS: usize = 8;
 /// The change of the residual in four directions d, in y and in ẏ, is compared with J d; y changes by its tolerances and
 /// by equal displacements. In rows where they differ by more than a hundredth of |J| |d| and by more than rounding, only
 /// variables outside the pattern are perturbed, and bisection finds the variable that changes the row. Therefore a
-/// reported entry is always missing, however nonlinear the residual is. A missing entry that is zero or below a hundredth of its row at the given state is not found.
+/// reported entry is always missing, however nonlinear the residual is. A missing entry that is zero or below a hundredth
+/// of its row at the given state is not found.
 ///
 /// The check costs three Jacobians, 21 evaluations of the residual, one more for each examined row, and 2 log₂ n
 /// evaluations to locate an entry. A full pattern is complete and costs nothing. Failed evaluations are ignored; see

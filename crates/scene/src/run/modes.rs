@@ -10,11 +10,9 @@ use super::folder::{MODES, request, table_of};
 use super::options::{RunOptions, RunResult};
 use crate::csv::CsvWriter;
 use crate::modes::{self, Modes};
+use crate::scene::NAMES;
 use crate::vtu::{self, Grid};
 use crate::{Error, Scene};
-
-/// Names of the axes.
-const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// Name of the file of the shapes.
 const SHAPES: &str = "modes.vtu";
