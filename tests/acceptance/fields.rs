@@ -165,6 +165,22 @@ fn fields_are_the_grids_that_paraview_reads() {
     }
 }
 
+/// Regression: the report called the states of a path by their times, which may be load factors.
+#[test]
+fn the_states_of_a_path_are_shown_by_their_load_factors() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut arguments = vec!["run", "cook-static", "--out", "out", "--quiet"];
+    for set in ["static.loads=[0.5, 1.0, 0.75]", "fields.interval=1"] {
+        arguments.extend(["--set", set]);
+    }
+    let run = myovib_in(folder.path(), &arguments);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let report = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    for load in ["0", "0.5", "1", "0.75"] {
+        assert!(report.contains(&format!("\"load factor {load}\"")), "{load}");
+    }
+}
+
 #[test]
 fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibers() {
     let folder = tempfile::tempdir().unwrap();

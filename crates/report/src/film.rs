@@ -8,6 +8,7 @@ use anyhow::Context;
 use myovib_model::Quantity;
 use myovib_scene::InputError;
 use myovib_scene::vtu::{self, StoredField, StoredMesh};
+use serde_json::Value;
 
 use crate::page::body::unit;
 use crate::plot::surface_plot::{Face, Paint};
@@ -72,7 +73,7 @@ pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>
     let (files, amplitudes) = (listed(vtu::LIST)?, listed(vtu::AMPLITUDES_LIST)?);
     let field = request.field.unwrap_or(Quantity::Displacement.label());
     let (mesh, shots) = match (files.is_empty(), amplitudes.is_empty()) {
-        (false, _) => stored(&files, field, request)?,
+        (false, _) => stored(&files, loads(folder), field, request)?,
         (true, false) => cycle(&amplitudes, field, request)?,
         (true, true) => {
             return Err(InputError::new("the folder contains no fields")
@@ -90,9 +91,18 @@ fn read(file: &Path) -> anyhow::Result<(StoredMesh, Vec<StoredField>)> {
     vtu::read(file).context(format!("cannot read {}", file.display()))
 }
 
-/// Reads the stored times of a run.
+/// Returns the load factors of the states of a loading path; empty for other runs.
+pub(crate) fn loads(folder: &Path) -> Vec<f64> {
+    let text = std::fs::read_to_string(folder.join("run.json")).unwrap_or_default();
+    let document: Value = serde_json::from_str(&text).unwrap_or_default();
+    let states = document["path"].as_array().into_iter().flatten();
+    states.filter_map(|state| state["load"].as_f64()).collect()
+}
+
+/// Reads the stored times of a run, or the states of a path with these `loads`.
 fn stored(
     files: &[(f64, PathBuf)],
+    loads: Vec<f64>,
     field: &str,
     request: Request<'_>,
 ) -> anyhow::Result<(StoredMesh, Vec<Shot>)> {
@@ -103,9 +113,14 @@ fn stored(
     let mut mesh = None;
     let mut shots = Vec::new();
     let [from, to] = request.between;
-    for (t, file) in files.iter().filter(|(t, _)| (from..=to).contains(t)) {
+    let states = files.iter().enumerate();
+    for (i, (t, file)) in states.filter(|(_, (t, _))| (from..=to).contains(t)) {
         let (own, fields) = read(file)?;
-        shots.push(Shot::of(format!("*t* = {t:.4} s"), &fields, own.points.len(), field)?);
+        let title = match loads.get(i) {
+            Some(load) => format!("load factor {load:.4}"),
+            None => format!("*t* = {t:.4} s"),
+        };
+        shots.push(Shot::of(title, &fields, own.points.len(), field)?);
         mesh = Some(own);
     }
     let Some(mesh) = mesh else {

@@ -12,6 +12,7 @@ use myovib_scene::{Body, Error, Scene, plain};
 use serde_json::{Value, json};
 
 use super::surface::Surface;
+use crate::film::loads;
 use crate::modes::{frequency, shape};
 use crate::plot::Color;
 
@@ -114,9 +115,10 @@ pub(super) fn of_run(folder: &Path, scene: &Scene, body: &Body) -> Result<BodyDa
             fields[k].values.push(values);
         }
     }
-    let label = |&i: &usize| match scene.file.analysis {
-        Analysis::Static if scene.file.loading_path.is_some() => format!("state {}", files[i].0),
-        Analysis::Static => String::new(),
+    let loads = loads(folder);
+    let label = |&i: &usize| match (scene.file.analysis, loads.get(i)) {
+        (_, Some(load)) => format!("load factor {load}"),
+        (Analysis::Static, None) => String::new(),
         _ => format!("t = {} s", files[i].0),
     };
     let labels: Vec<String> = kept.iter().map(label).collect();
