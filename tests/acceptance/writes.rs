@@ -67,8 +67,14 @@ const COMMANDS: [&str; 17] = [
 ];
 
 /// Options that name an output file, by command; all commands have `--json`.
-const FILES: [(&str, &str); 5] =
-    [("infsup", "plot"), ("modes", "svg"), ("movie", "out"), ("sweep", "slurm"), ("table2", "csv")];
+const FILES: [(&str, &str); 6] = [
+    ("infsup", "plot"),
+    ("modes", "svg"),
+    ("modes", "vtu"),
+    ("movie", "out"),
+    ("sweep", "slurm"),
+    ("table2", "csv"),
+];
 
 /// Options that name an output folder, by command, and a file or folder written there.
 const FOLDERS: [(&str, &str); 10] = [

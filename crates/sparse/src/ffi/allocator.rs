@@ -2,7 +2,7 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
 /// System allocator that prints an error and ends the process if memory runs out, where Rust would abort.
 #[derive(Debug)]
@@ -14,6 +14,14 @@ pub struct Allocator {
 /// Whether a thread prints the error that ends the process, and whether the program has printed it.
 static IS_ENDING: AtomicBool = AtomicBool::new(false);
 static IS_PRINTED: AtomicBool = AtomicBool::new(false);
+/// Exit code for [`exit`].
+static EXIT_CODE: AtomicI32 = AtomicI32::new(1);
+
+/// Ends the process, if a thread gets a signal while another one prints the error.
+extern "C" fn exit(_: libc::c_int) {
+    // SAFETY: `_exit` has no preconditions, and may be called in signal handlers.
+    unsafe { libc::_exit(EXIT_CODE.load(Ordering::Relaxed)) }
+}
 
 impl Allocator {
     /// Calls `print`, which must not allocate, unless another thread already ends the process for lack of memory. If
@@ -33,10 +41,26 @@ impl Allocator {
         memory
     }
 
+    /// Lets signals end the process with its exit code: without memory, stacks of other threads cannot grow either, and
+    /// C libraries abort.
+    fn survive_signals(&self) {
+        EXIT_CODE.store(self.exit_code, Ordering::Relaxed);
+        for signal in [libc::SIGSEGV, libc::SIGBUS, libc::SIGABRT] {
+            // SAFETY: a zeroed `sigaction` is valid, and the handler is async-signal-safe. It uses the alternate stack.
+            unsafe {
+                let mut action: libc::sigaction = std::mem::zeroed();
+                action.sa_sigaction = exit as extern "C" fn(libc::c_int) as usize;
+                action.sa_flags = libc::SA_ONSTACK;
+                libc::sigaction(signal, &raw const action, std::ptr::null_mut());
+            }
+        }
+    }
+
     /// Prints the error without allocating, and ends the process. If another thread prints an error, this one waits until
     /// the process ends.
     fn end(&self, bytes: usize) -> ! {
         if !IS_ENDING.swap(true, Ordering::Relaxed) {
+            self.survive_signals();
             let mut buffer = [0; 256];
             let mut text = &mut buffer[..];
             let _ = writeln!(
