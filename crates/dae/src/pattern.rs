@@ -61,7 +61,7 @@ pub(crate) const ROWS: usize = 8;
 /// The change of the residual in four directions d, in y and in ẏ, is compared with J d; y changes by its tolerances and
 /// by equal displacements. In rows where they differ by more than a hundredth of |J| |d| and by more than rounding, only
 /// variables outside the pattern are perturbed, and bisection finds the variable that changes the row. Therefore a
-/// reported entry is always missing, however nonlinear the residual is. A missing entry that is zero or below a hundredth
+/// reported entry is always missing, however nonlinear the residual is. A missing entry with a value below a hundredth
 /// of its row at the given state is not found.
 ///
 /// The check costs three Jacobians, 21 evaluations of the residual, one more for each examined row, and 2 log₂ n
@@ -114,7 +114,7 @@ pub fn check_pattern<P: Problem + ?Sized>(
     let weights = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] =
         [&weights[0], &weights[1]].map(|weights| Linearization { step: 1.0, weights, ..*at });
-    // With displacements by tolerances, the change by a large variable would hide the change by a variable that is 0.
+    // With displacements by tolerances, a large variable would hide a variable with the value 0.
     let largest = at.y.iter().fold(0.0_f64, |largest, y| largest.max(y.abs()));
     let largest = if largest > 0.0 { largest } else { 1.0 };
     let equal = vec![1.0 / (f64::EPSILON.sqrt() * largest); n];

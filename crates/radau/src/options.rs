@@ -10,7 +10,7 @@ use crate::error::{RadauError, expect, expect_length, expect_positive};
 const GROWTH_IN_NOISE: f64 = 2.0;
 
 /// Part of the ratio of absolute tolerances to y that counts as the requested accuracy. Absolute tolerances are often
-/// chosen for variables that are larger than y.
+/// chosen for larger variables.
 const BY_ABSOLUTE: f64 = 0.1;
 /// Largest accuracy that absolute tolerances imply.
 const LEAST_ACCURACY: f64 = 1e-6;

@@ -257,7 +257,7 @@ fn entries_of_the_derivative_are_found_and_failures_say_nothing() {
     assert_eq!(check_diagonal(&[1.0, 1.0], fails), Ok(()));
 }
 
-/// The tolerance of a large variable exceeds the tolerance of a variable that is 0 by more than a factor of 100.
+/// The large variable has a tolerance 1000 times as large as the variable with the value 0.
 #[test]
 fn entries_of_variables_that_are_zero_are_found() {
     let (y, y_dot, weights) = ([1.0, 0.0], [0.0; 2], [1e3, 1e6]);

@@ -222,7 +222,7 @@ impl RigidContact {
     }
 
     /// Returns whether all normals of the obstacle at the undeformed group are within 60° of the outward normals of the
-    /// facets, so that the obstacle could press only on facets that turn by more than 30°. Walls that are perpendicular to
+    /// facets, so that the obstacle could press only on facets after a rotation by more than 30°. Walls perpendicular to
     /// a plane may bulge against it.
     pub fn faces_away(&self) -> bool {
         match self.boundary.dimension {

@@ -131,7 +131,7 @@ impl MultiplierWeights {
     }
 }
 
-/// Options of adaptive steps, the same for both integrators. They are keys of scenes.
+/// Options of adaptive steps of both integrators. They are keys of scenes.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct StepOptions {

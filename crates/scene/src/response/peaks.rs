@@ -33,8 +33,8 @@ pub struct Peak {
     pub frequency: f64,
     /// Amplitude.
     pub amplitude: f64,
-    /// Damping ratio from the half-power width, Δf/(2f); null if the width is not resolved or the phase does not turn like
-    /// that of a resonance.
+    /// Damping ratio from the half-power width, Δf/(2f); null if the width is not resolved or the phase does not turn as
+    /// at a resonance.
     pub damping_ratio: Option<f64>,
     /// The mode with the nearest natural frequency; null above the computed modes and for scenes without modes.
     pub nearest_mode: Option<NearestMode>,

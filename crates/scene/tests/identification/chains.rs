@@ -159,7 +159,7 @@ fn outputs_of_the_body_are_computed_without_the_chains() {
         assert_eq!(one.values, other.values);
         assert_eq!(other.derivatives, [one.derivatives[0].clone(), vec![0.0]]);
     }
-    // All columns are outputs here, but the measurements are those of the body.
+    // All columns are outputs here, but only the body is measured.
     let alone = write("alone", &keys[..1], "");
     let data = folder.path().join("measured.csv");
     measure(&alone, &[&SMALL[..2], &["material[0].c10=1.3e4", SMALL[2]]].concat(), 0.0, &data);

@@ -45,14 +45,13 @@ impl Allocator {
     /// C libraries abort.
     fn survive_signals(&self) {
         EXIT_CODE.store(self.exit_code, Ordering::Relaxed);
+        // SAFETY: all fields may be zero.
+        let mut action: libc::sigaction = unsafe { std::mem::zeroed() };
+        action.sa_sigaction = exit as extern "C" fn(libc::c_int) as usize;
+        action.sa_flags = libc::SA_ONSTACK; // the stack may be at its end
         for signal in [libc::SIGSEGV, libc::SIGBUS, libc::SIGABRT] {
-            // SAFETY: a zeroed `sigaction` is valid, and the handler is async-signal-safe. It uses the alternate stack.
-            unsafe {
-                let mut action: libc::sigaction = std::mem::zeroed();
-                action.sa_sigaction = exit as extern "C" fn(libc::c_int) as usize;
-                action.sa_flags = libc::SA_ONSTACK;
-                libc::sigaction(signal, &raw const action, std::ptr::null_mut());
-            }
+            // SAFETY: `action` is initialized, and its handler is async-signal-safe.
+            unsafe { libc::sigaction(signal, &raw const action, std::ptr::null_mut()) };
         }
     }
 
