@@ -54,31 +54,36 @@ def values_after(
             effect = np.maximum(effect, np.abs(moved - left))
         if (np.abs(left - evaluate(before, y, yp)) <= effect).all():
             return y, yp
-        return _solve(lambda y, yp: evaluate(after, y, yp), state, tolerances, span)
+        return _solve(lambda y, yp: evaluate(after, y, yp), state, tolerances, (span, effect))
     except Exception:  # outside of the domain of F
         return None
 
 
 def _solve(
-    residual: Callable[[Array, Array], Array], state: State, tolerances: tuple[float, Array], span: float
+    residual: Callable[[Array, Array], Array],
+    state: State,
+    tolerances: tuple[float, Array],
+    scales: tuple[float, Array],
 ) -> State | None:
-    """Apply the damped Newton method with a new matrix in each step."""
-    (y, yp), (rtol, atol) = state, tolerances
+    """Apply the damped Newton method with a new matrix in each step.
+
+    The scales are the length of the integration, and the changes of F by changes within the tolerances.
+    """
+    (y, yp), (rtol, atol), (span, effect) = state, tolerances, scales
     last = np.inf
     for _ in range(ITERATIONS):
         # Functions may bend within a tolerance.
-        part = min(1.0, ROOT / max(rtol, ROOT))
-        increments = part * (rtol * np.abs(y) + atol)
+        increments = min(1.0, ROOT / rtol) * (rtol * np.abs(y) + atol)
         structure = Structure.at(lambda t, y, yp: residual(y, yp), 0.0, y, yp, increments)
         if structure is None:
             return None
-        left = residual(y, yp)
-        correction = _correction(structure, left)
+        value = residual(y, yp)
+        correction = _correction(structure, value)
         if correction is None:
             return None
         move, change = correction
         scale = np.abs(structure.df_dy).max(axis=1) + np.abs(structure.df_dyp).max(axis=1)
-        size, length = np.abs(left / scale).max(), 1.0
+        size, length = np.abs(value / scale).max(), 1.0
         for _ in range(HALVINGS):
             trial = np.abs(residual(y - length * move, yp - length * change) / scale).max()
             if trial <= (1.0 - DESCENT * length) * size:
@@ -87,8 +92,9 @@ def _solve(
         tolerance = rtol * np.abs(y) + atol
         of_rates = np.abs(change).max() / (rtol * np.abs(yp - change).max() + (atol / span).min())
         is_small = (np.abs(move) <= CONVERGED * tolerance).all()
-        # The correction of y' may consist of rounding errors.
-        if is_small and (of_rates <= CONVERGED or of_rates > 0.5 * last):
+        # If F = 0 within the tolerances, the correction of y' may consist of rounding errors.
+        is_rounding = of_rates > 0.5 * last and (np.abs(value) <= effect).all()
+        if is_small and (of_rates <= CONVERGED or is_rounding):
             return y - move, yp - change
         if trial > (1.0 - DESCENT * length) * size:
             return None

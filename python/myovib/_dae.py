@@ -494,7 +494,7 @@ def solve_dae(
     notes += [] if is_of_index_4 and not solution.success else of_input
     jumping = []
     if is_hidden and family != "bdf" and indices is not None and outputs is None and not has_wrong_velocities:
-        jumping = jumping_multipliers(solution, indices, rtol, tolerances, structure)
+        jumping = jumping_multipliers(solution, family, indices, (rtol, tolerances), structure)
     if jumping:
         notes.append(
             f"the variables {listed(jumping)} (counted from 0) jump in the first step: their y0 is not consistent, "

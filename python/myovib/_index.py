@@ -16,8 +16,8 @@ Array = NDArray[np.float64]
 # Highest index of Radau methods.
 HIGHEST = 3
 
-# Position of the first stage of radau5 in a step. Rounding is divided by the square of the distance of stages.
-STAGE = 0.155
+# Positions of the first stages in a step. Rounding is divided by the square of the distance of stages.
+FIRST_STAGES = {"radau5": 0.155, "radau9": 0.0571, "radau13": 0.0293}
 
 # Ratio of the distance of a multiplier from its extrapolation to the change by the last order that indicates a wrong start.
 JUMP = 20.0
@@ -72,7 +72,7 @@ def index_note(
 
 
 def jumping_multipliers(
-    solution: Any, indices: list[int], rtol: float, atol: Array, structure: Structure | None
+    solution: Any, method: str, indices: list[int], tolerances: tuple[float, Array], structure: Structure | None
 ) -> list[int]:
     """Return the variables of the highest index whose initial values are far from an extrapolation of the first steps."""
     if len(solution.t) < 6 or not np.diff(solution.t[:6]).all():
@@ -81,19 +81,19 @@ def jumping_multipliers(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # times may be close to each other
         second, third, fourth = (np.polyfit(times[: d + 1] / times[d], y[: d + 1], d)[-1] for d in (2, 3, 4))
-    size = np.abs(solution.y[:, :6]).max(axis=1)
+    (rtol, atol), size = tolerances, np.abs(solution.y[:, :6]).max(axis=1)
     tolerance = rtol * size + atol
     # Global errors are up to 100 tolerances. For multipliers of index 3 and tight tolerances, they are up to 3000.
     largest = np.minimum(3000.0 * tolerance, 0.1 * size) if max(indices) == 3 else 0.0
-    limit = np.maximum(np.maximum(100.0 * tolerance, largest), _rounding(structure, solution))
+    limit = np.maximum(np.maximum(100.0 * tolerance, largest), _rounding(structure, solution, FIRST_STAGES[method]))
     is_jump = np.abs(solution.y[:, 0] - fourth) > np.maximum(JUMP * np.abs(fourth - third), limit)
     is_jump &= np.abs(solution.y[:, 0] - fourth) > np.abs(third - second)
     return np.flatnonzero(is_jump & (np.array(indices) == max(indices))).tolist()
 
 
-def _rounding(structure: Structure | None, solution: Any) -> Array | float:
+def _rounding(structure: Structure | None, solution: Any, stage: float) -> Array | float:
     """Return the errors of variables by rounding of the equations, for multipliers of index 3 divided by h²."""
     inverse = structure.inverse(1.0 / np.abs(np.diff(solution.t[:6])).min()) if structure else None
     if structure is None or inverse is None:
         return 0.0
-    return STAGE**-2 * np.asarray(np.abs(inverse) @ structure.rounding(np.abs(structure.df_dy), np.abs(structure.df_dyp)))
+    return stage**-2 * np.asarray(np.abs(inverse) @ structure.rounding(np.abs(structure.df_dy), np.abs(structure.df_dyp)))

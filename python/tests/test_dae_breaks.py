@@ -221,3 +221,28 @@ def test_breaks_at_smooth_times_of_a_pendulum_of_index_2_do_not_stop(rtol):
             suppress=[False] * 4 + [True], breaks=[time],
         )  # fmt: skip
         assert s.success, (time, s.message)
+
+
+@pytest.mark.parametrize("function, inverse", [
+    (lambda v: v**5, lambda c: c**0.2),
+    (lambda v: v / (1.0 + abs(v)), lambda c: c / (1.0 - c)),
+    (np.tanh, np.arctanh),
+])  # fmt: skip
+@pytest.mark.parametrize("value", [0.9, 0.99])
+def test_rates_after_a_jump_satisfy_nonlinear_equations(function, inverse, value):
+    s = solve_dae(
+        lambda t, y, yp: [function(yp[0]) - (value if t > 1 else 0.1)], (0, 2), [0], [inverse(0.1)], "radau5",
+        rtol=1e-6, breaks=[1.0],
+    )  # fmt: skip
+    assert s.success, s.message
+    # Each part is linear in time; the rate is correct within the last correction of Newton's method.
+    assert s.y[0, -1] == pytest.approx(inverse(0.1) + inverse(value), rel=1e-5)
+
+
+def test_rates_without_a_solution_are_not_invented():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        s = solve_dae(
+            lambda t, y, yp: [np.arctan(yp[0]) - (2.0 if t > 1 else 0.1)], (0, 2), [0], [np.tan(0.1)], breaks=[1.0]
+        )
+    assert not s.success and s.t[-1] < 1.01

@@ -203,8 +203,11 @@ def test_sparsity_is_recommended_for_large_sparse_matrices():
         assert any("`sparsity`" in str(warning.message) for warning in found) == is_recommended
 
 
-@pytest.mark.parametrize("error", [0.0, 1e-2])
-def test_rounding_over_the_square_of_the_step_is_no_jump_of_multipliers(error):
+# Orders 9 and 13 begin with longer steps, from which the multiplier is extrapolated less accurately.
+@pytest.mark.parametrize("method, error", [
+    ("radau5", 0.0), ("radau9", 0.0), ("radau13", 0.0), ("radau5", 1e-2), ("radau9", 1.0), ("radau13", 1.0),
+])  # fmt: skip
+def test_rounding_over_the_square_of_the_step_is_not_reported_as_a_jump(method, error):
     """Check a horizontal chain at rest of 30 links, whose multipliers start at 0."""
     n, mass, gravity = 30, 0.1, 9.81
 
@@ -223,7 +226,7 @@ def test_rounding_over_the_square_of_the_step_is_no_jump_of_multipliers(error):
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
         solve_dae(
-            residual, (0, 0.5), y0, yp0, "radau5", index=[1] * 2 * n + [2] * 2 * n + [3] * n, rtol=1e-9, atol=1e-10,
+            residual, (0, 0.5), y0, yp0, method, index=[1] * 2 * n + [2] * 2 * n + [3] * n, rtol=1e-9, atol=1e-10,
             max_steps=8,
         )  # fmt: skip
     assert any("jump in the first step" in str(warning.message) for warning in found) == (error > 0.0)

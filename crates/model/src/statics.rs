@@ -224,13 +224,14 @@ fn remedy(newton: &Newton<'_>) -> String {
             "the obstacle at `{group}` enters the unloaded body by {depth:.2e} m: start it outside the body, and move it by x, y, z"
         );
     }
-    if newton.muscle.contacts.iter().any(|contact| !contact.is_driven()) {
-        return format!("{LIMIT_LOAD}; or reduce the `stiffness` of [[contact]]");
-    }
-    match is_mixed && laws.iter().any(is_guccione) {
+    let remedy = match is_mixed && laws.iter().any(is_guccione) {
         true if laws.iter().all(is_guccione) => COLLAPSE.to_owned(),
         true => format!("{COLLAPSE}; or, {LIMIT_LOAD}"),
         false => LIMIT_LOAD.to_owned(),
+    };
+    match newton.muscle.contacts.iter().any(|contact| !contact.is_driven()) {
+        true => format!("{remedy}; or reduce the `stiffness` of [[contact]]"),
+        false => remedy,
     }
 }
 

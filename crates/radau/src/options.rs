@@ -11,9 +11,9 @@ const GROWTH_IN_NOISE: f64 = 2.0;
 
 /// Part of the ratio of absolute tolerances to y that counts as the requested accuracy. Absolute tolerances are often
 /// chosen for larger variables.
-const BY_ABSOLUTE: f64 = 0.1;
-/// Largest accuracy that absolute tolerances imply.
-const LEAST_ACCURACY: f64 = 1e-6;
+const ABSOLUTE_FRACTION: f64 = 0.1;
+/// Largest (coarsest) relative accuracy that absolute tolerances imply.
+const MAX_ACCURACY: f64 = 1e-6;
 
 /// Choice of the step size.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -250,11 +250,11 @@ impl RadauOptions {
     /// smaller relative tolerance would increase the absolute tolerances, and the errors, without limit.
     pub(crate) fn accuracy(&self, y: &[f64]) -> f64 {
         let relative = self.tolerances.relative();
-        if relative == 0.0 || relative >= LEAST_ACCURACY {
+        if relative == 0.0 || relative >= MAX_ACCURACY {
             return relative;
         }
         let ratios = y.iter().enumerate().map(|(i, y)| self.tolerances.absolute(i) / y.abs());
-        (BY_ABSOLUTE * ratios.fold(f64::INFINITY, f64::min)).clamp(relative, LEAST_ACCURACY)
+        (ABSOLUTE_FRACTION * ratios.fold(f64::INFINITY, f64::min)).clamp(relative, MAX_ACCURACY)
     }
 
     /// Returns the tolerances for the estimate at `y`: the relative tolerance, and the absolute tolerances

@@ -67,7 +67,7 @@ pub struct ModesArgs {
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub svg: Option<PathBuf>,
 
-    /// Write the shapes of the modes, with φᵀ M φ = 1, as vector fields for ParaView (VTU).
+    /// Write the shapes of the modes, with φᵀ M φ = 1, as vector fields for ParaView (VTU); of the incompressible muscle if no scene is given.
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub vtu: Option<PathBuf>,
 

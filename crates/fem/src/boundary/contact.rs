@@ -224,21 +224,24 @@ impl RigidContact {
     /// Returns whether all normals of the obstacle at the undeformed group are within 60° of the outward normals of the
     /// facets, so that the obstacle could press only on facets after a rotation by more than 30°. Walls perpendicular to
     /// a plane may bulge against it.
-    pub fn faces_away(&self) -> bool {
+    ///
+    /// # Panics
+    /// Panics if the `offset` of the obstacle is too short.
+    pub fn faces_away(&self, offset: &[f64]) -> bool {
         match self.boundary.dimension {
-            2 => self.faces_away_in::<2>(),
-            _ => self.faces_away_in::<3>(),
+            2 => self.faces_away_in::<2>(offset),
+            _ => self.faces_away_in::<3>(offset),
         }
     }
 
-    fn faces_away_in<const D: usize>(&self) -> bool {
+    fn faces_away_in<const D: usize>(&self, offset: &[f64]) -> bool {
         let (boundary, rest) = (&self.boundary, vec![0.0; self.boundary.coordinates.len()]);
         let mut least = f64::INFINITY;
         boundary.for_each_point::<D>(&rest, |facet, point, [s, t]| {
             let x = boundary.sum::<D>(&boundary.facets[facet], &point.values, &rest);
             let outward = area_vector(s, t);
             let length = dot(&outward, &outward).sqrt();
-            least = least.min(dot(&self.obstacle.gap(x, &[0.0; D]).normal, &outward) / length);
+            least = least.min(dot(&self.obstacle.gap(x, offset).normal, &outward) / length);
         });
         least > AWAY
     }

@@ -260,7 +260,7 @@ pub fn check_static(
         }
         // If the matrix is singular for other reasons, the run reports it.
         None => match prospect.linear_response() {
-            // The derivative at rest says nothing about contacts that begin later.
+            // The derivative at rest does not include contacts that begin later.
             Ok(response) => {
                 let displacement = Some(response.displacement);
                 (displacement.filter(|_| muscle.contacts.is_empty()), Some(response.seconds))

@@ -247,9 +247,13 @@ impl Contact {
         }
     }
 
-    /// Returns whether the undeformed group faces away from the obstacle: see [`RigidContact::faces_away`].
+    /// Returns whether the undeformed group faces away from the obstacle at t = 0: see [`RigidContact::faces_away`].
     pub fn faces_away(&self) -> bool {
-        self.operator.faces_away()
+        let offset = match &self.motion {
+            ObstacleMotion::Given(motion) => motion.iter().map(|own| own.at(0.0).value).collect(),
+            ObstacleMotion::Driven { direction, .. } => vec![0.0; direction.len()],
+        };
+        self.operator.faces_away(&offset)
     }
 
     /// Returns whether a force drives the obstacle.

@@ -51,13 +51,14 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         watch: &mut dyn FnMut(&Search) -> ControlFlow<()>,
         record: &mut dyn FnMut(PathState) -> ControlFlow<()>,
     ) -> Result<PathEnd, ModelError> {
-        let mut shortfall = None;
+        let (mut shortfall, mut has_states) = (None, false);
         for &load in loads {
             let from = self.reached;
             shortfall = self.advance_to(load, watch)?;
-            // A path that has states needs no other state whose multipliers are not converged.
-            let is_state = self.reached != from && (from == 0.0 || !self.newton.has_multipliers());
+            // Multipliers are converged at requested states only; another state is recorded only if the path would be empty.
+            let is_state = self.reached != from && !(has_states && self.newton.has_multipliers());
             if shortfall.is_none() || is_state {
+                has_states = true;
                 let state = PathState::new(self.newton, &self.x, self.reached);
                 if record(state).is_break() {
                     break;

@@ -377,11 +377,12 @@ fn of_body(
     found.notes.extend(notes::undamped(muscle));
     found.notes.extend(largest.note(unusual::length(body)));
     // Bodies under follower pressures without an energy have no modes here; their peaks are still valid.
-    if !found.peaks.is_empty()
-        && body.formulation.has(Field::Pressure)
+    if body.formulation.has(Field::Pressure)
         && let Ok(of_body) = BodyModes::about(muscle, &at, MODES)
     {
-        found.notes.extend(notes::modes_below(&of_body.modes, first));
+        let rigid = support::free_parts(muscle).map_or(0, |free| free.count);
+        let elastic = of_body.modes.get(rigid..).unwrap_or_default();
+        found.notes.extend(notes::modes_below(elastic, first));
         for peak in &mut found.peaks {
             peak.nearest_mode = NearestMode::to(peak.frequency, &of_body.modes);
         }

@@ -35,10 +35,10 @@ impl Largest {
         let [strain, strain_at] = self.strain;
         let found = match (displacement > length, strain > LARGE_STRAIN) {
             (true, _) => format!(
-                "displacements of {:.1} times the size of the body at {at} Hz",
+                "displacements of {:.1} times the size of the body at {at:.4} Hz",
                 displacement / length
             ),
-            (_, true) => format!("strains of {:.0} % at {strain_at} Hz", 100.0 * strain),
+            (_, true) => format!("strains of {:.0} % at {strain_at:.4} Hz", 100.0 * strain),
             _ => return None,
         };
         Some(format!(
@@ -73,7 +73,8 @@ pub(super) fn displacement_and_strain(space: &Space, u: &[Complex64]) -> [f64; 2
 pub(super) fn modes_below(modes: &[Mode], lowest: f64) -> Option<String> {
     let below = modes.iter().filter_map(|mode| mode.frequency).filter(|own| *own < lowest);
     let below: Vec<f64> = below.collect();
-    let at_least = if below.len() == modes.len() { "at least " } else { "" };
+    let is_last_below = modes.last().and_then(|mode| mode.frequency).is_some_and(|f| f < lowest);
+    let at_least = if is_last_below { "at least " } else { "" };
     below.first().map(|first| {
         let (n, s) = (below.len(), if below.len() == 1 { "" } else { "s" });
         format!(

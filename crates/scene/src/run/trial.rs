@@ -95,12 +95,14 @@ pub struct PeriodTrial {
     pub steps: u64,
     /// CPU time, s.
     pub seconds: f64,
+    /// Reason why the integration ended early.
+    pub stopped: Option<String>,
 }
 
 /// Tries the integration over a period of a scene.
 ///
 /// # Errors
-/// A scene without a periodic state, or whose integration fails.
+/// A scene without a periodic state.
 pub fn try_period(scene: &Scene) -> Result<PeriodTrial, Error> {
     let period = Period::of(scene)?;
     period.run(Some(Watcher::NOBODY), TryOut { times: period.times })
@@ -145,16 +147,18 @@ impl Task for TryOut {
         let mut map = PeriodMap::new(dae, start, self.times, &y)?;
         let state = map.restrict(&y);
         let mut progress = Progress { clock: CpuClock::start(), steps: 0, t: from };
-        match map.observed(&state, &mut [&mut progress]) {
-            Ok(_) | Err(ModelError::Interrupted) => {}
+        let stopped = match map.observed(&state, &mut [&mut progress]) {
+            Ok(_) | Err(ModelError::Interrupted) => None,
+            Err(error @ ModelError::PeriodStopped { .. }) => Some(error.to_string()),
             Err(error) => return Err(error.into()),
-        }
+        };
         Ok(PeriodTrial {
             unknowns: map.n_unknowns(),
             differential_variables: map.differential().len(),
             part: ((progress.t - from) / (to - from)).min(1.0),
             steps: progress.steps,
             seconds: progress.clock.elapsed().as_secs_f64(),
+            stopped,
         })
     }
 }

@@ -16,7 +16,7 @@ const PLAUSIBLE: RangeInclusive<f64> = 0.5..=2.0;
 /// The default stiffness causes a hundredth for each shear modulus of pressure.
 const LARGE_PENETRATION: f64 = 0.01;
 /// Penetration as a fraction of the size of facets above which an obstacle is in the body rather than on it.
-const PASSES: f64 = 0.5;
+const INSIDE: f64 = 0.5;
 
 /// Range of det F at the vertices of all elements over the observed times. The equations contain averages over
 /// elements, or weighted averages around a vertex in formulations with pressure, so they do not detect an inversion at
@@ -78,12 +78,15 @@ impl Volumes {
     /// Returns a note on a large penetration, if there is one.
     pub(super) fn penetration_note(&self) -> Option<String> {
         (self.penetration > LARGE_PENETRATION).then(|| {
-            let passes = match self.penetration > PASSES {
-                true => ", so that its force has no meaning. Leave the body space between obstacle and supports",
-                false => "",
+            let remedy = match self.penetration > INSIDE {
+                true => {
+                    "the contact force is not meaningful; leave space for the body between obstacle and supports, or \
+                     increase `stiffness` of [[contact]]"
+                }
+                false => "increase `stiffness` of [[contact]]",
             };
             format!(
-                "the body enters an obstacle by {:.1} % of the size of its facets{passes}: increase `stiffness` of [[contact]]",
+                "the body enters an obstacle by {:.1} % of the size of its facets: {remedy}",
                 100.0 * self.penetration
             )
         })

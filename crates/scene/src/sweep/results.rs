@@ -134,7 +134,7 @@ impl ResultColumn {
         self.reduced.iter().map(|r| (&*r.probe, &*r.column))
     }
 
-    /// Returns the value for the run in `folder`, or `None` for a failed run.
+    /// Returns the value for the run in `folder`, or `None` for a failed run and for tables with damaged rows.
     pub(super) fn value(&self, folder: &Path) -> Option<f64> {
         let values = self.reduced.iter().map(|reduced| reduced.value(folder));
         let values = values.collect::<Option<Vec<f64>>>()?;

@@ -123,7 +123,7 @@ fn invalid_adaptive_ranges_are_refused() {
 /// Regression: the width of the flank between two antiresonances was called a damping ratio of 0.305 at 24.40 Hz, beside a
 /// mode at 23.98 Hz with a damping ratio of 2e-4.
 #[test]
-fn maxima_that_are_no_resonances_have_no_damping_ratio() {
+fn maxima_that_are_not_resonances_have_no_damping_ratio() {
     let text = beam("1..60:adaptive", 0.0)
         .replace("bulk_modulus = 1e5", "bulk_modulus = 1e6\nrayleigh_mass = 0.0216")
         .replace("shear_modulus = 1e4", "shear_modulus = 1e4\nviscosity = 0.0336")

@@ -7,15 +7,21 @@ use serde_json::{Value, json};
 
 /// Describes the cost of a periodic state.
 pub(super) fn of_period(trial: &PeriodTrial) -> String {
-    let PeriodTrial { unknowns, differential_variables, part, steps, seconds } = trial;
+    let PeriodTrial { unknowns, differential_variables, part, steps, seconds, stopped } = trial;
+    let cost = match stopped {
+        Some(reason) => format!("unknown: the trial from the initial state stopped: {reason}"),
+        None => format!(
+            "{:.1e} s for each period, by a trial of {} over {:.0} % of a period; the number of periods depends on \
+             damping and nonlinearity",
+            seconds / part,
+            counted(*steps, "step"),
+            100.0 * part
+        ),
+    };
     format!(
         "Each period is integrated by Radau IIA.\n\
          unknowns        {unknowns}, of which {differential_variables} differential\n\
-         cost            {:.1e} s for each period, by a trial of {} over {:.0} % of a period; the number of periods depends on \
-         damping and nonlinearity",
-        seconds / part,
-        counted(*steps, "step"),
-        100.0 * part
+         cost            {cost}"
     )
 }
 

@@ -10,6 +10,8 @@ use crate::{Error, InputError};
 /// Tolerance for supports that do not match the initial state, relative to its largest displacement. It allows for
 /// rounding errors, because the previous run evaluated the signal at another time.
 const SUPPORTS_AGREE: f64 = 1e-9;
+/// Penetration of the body at rest by rounding, as a fraction of the size of facets.
+const TOUCHING: f64 = 1e-6;
 /// Loads and support motions below this fraction of their maximum count as zero at t = 0. It allows
 /// for rounding and for the slope of a spline through rows of zeros.
 const ZERO_AT_START: f64 = 1e-9;
@@ -116,7 +118,9 @@ fn sudden_loads(body: &Body) -> String {
         keys.push("the acceleration of a [[prescribed_displacement]]");
     }
     let rest = vec![0.0; body.muscle.solid.space().n_components()];
-    let enters = |contact: &Contact| contact.sums(0.0, 1.0, &rest).penetration > 0.0;
+    let enters = |contact: &Contact| {
+        contact.sums(0.0, 1.0, &rest).penetration > TOUCHING * contact.facet_size()
+    };
     if body.muscle.contacts.iter().any(enters) {
         keys.push("a [[contact]] whose obstacle enters the body: let it start outside");
     }
