@@ -334,7 +334,7 @@ fn of_body(
 ) -> Result<Response, Error> {
     let muscle = &body.muscle;
     let preload_time = scene.file.response.as_ref().and_then(|own| own.preload_time);
-    let [first, _] = grid.ends();
+    let [first, last] = grid.ends();
     if first == 0.0
         && let Some(free) = support::free_parts(muscle)
     {
@@ -377,7 +377,9 @@ fn of_body(
     found.notes.extend(notes::undamped(muscle));
     found.notes.extend(largest.note(unusual::length(body)));
     // Bodies under follower pressures without an energy have no modes here; their peaks are still valid.
-    if body.formulation.has(Field::Pressure)
+    if first < last
+        && !found.is_interrupted
+        && body.formulation.has(Field::Pressure)
         && let Ok(of_body) = BodyModes::about(muscle, &at, MODES)
     {
         let rigid = support::free_parts(muscle).map_or(0, |free| free.count);
