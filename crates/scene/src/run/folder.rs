@@ -14,6 +14,9 @@ use crate::{Error, InputError, Scene};
 /// Name of the checkpoint file.
 pub(super) const CHECKPOINT: &str = "checkpoint.json";
 
+/// Name of the file of the shapes of modes.
+pub(super) const SHAPES: &str = "modes.vtu";
+
 /// Names of files written at the end of a run.
 pub(super) const AT_THE_END: [&str; 3] = [DOCUMENT, State::NAME, PAGE];
 
@@ -27,6 +30,9 @@ pub(super) fn request<'a>(
     files.extend(AT_THE_END.map(str::to_owned));
     if is_motion {
         files.push(CHECKPOINT.to_owned());
+    }
+    if scene.file.analysis == Analysis::Modes {
+        files.push(SHAPES.to_owned());
     }
     let request = FolderRequest::of_scene(&options.out, "run", options.existing, scene, files)?;
     Ok(FolderRequest { can_resume: is_motion, ..request })

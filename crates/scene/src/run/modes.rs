@@ -6,16 +6,13 @@ use myovib_model::{CpuClock, Outcome};
 use serde_json::json;
 
 use super::document;
-use super::folder::{MODES, request, table_of};
+use super::folder::{MODES, SHAPES, request, table_of};
 use super::options::{RunOptions, RunResult};
 use crate::csv::CsvWriter;
 use crate::modes::{self, Modes};
 use crate::scene::NAMES;
 use crate::vtu::{self, Grid};
 use crate::{Error, Scene};
-
-/// Name of the file of the shapes.
-const SHAPES: &str = "modes.vtu";
 
 /// Returns the columns of the table of modes of a body in `dimension` dimensions.
 pub(super) fn columns(dimension: usize) -> Vec<String> {

@@ -90,3 +90,15 @@ fn a_run_writes_the_shapes() {
         table.lines().nth(1).unwrap().split(',').map(|x| x.parse().unwrap()).collect();
     assert_eq!(&row[4..], [&modes[0].participation[..], &modes[0].effective_mass].concat());
 }
+
+/// Regression: a file of the user was found only after the computation, and other results had already been written.
+#[test]
+fn shapes_of_the_user_are_found_before_anything_is_written() {
+    let out = tempfile::tempdir().unwrap();
+    std::fs::write(out.path().join("modes.vtu"), "mine").unwrap();
+    let held = scene(BLOCK, "inf", "[[fixed]]\ngroup = \"left\"\n");
+    assert!(compute(&held, &RunOptions::into_folder(out.path())).is_err());
+    let files = std::fs::read_dir(out.path()).unwrap().map(|entry| entry.unwrap().file_name());
+    assert_eq!(files.collect::<Vec<_>>(), ["modes.vtu"]);
+    assert_eq!(std::fs::read_to_string(out.path().join("modes.vtu")).unwrap(), "mine");
+}
