@@ -177,6 +177,11 @@ pub(super) fn mesh(muscle: &Muscle) -> Value {
     })
 }
 
+/// Adds the notes on the scene and on its run to the document.
+pub(super) fn add_notes(document: &mut Value, scene: &Scene, of_run: &[String]) {
+    document["notes"] = json!([scene.notes(), of_run.to_vec()].concat());
+}
+
 /// Writes `run.json`.
 pub(super) fn write(folder: &ResultFolder, document: &Value) -> Result<(), Error> {
     folder.write(result_folder::DOCUMENT, json::document("run", document)?)

@@ -220,13 +220,7 @@ impl Driver for Motion<'_> {
         if !driving.is_empty() {
             document["driving_error"] = serde_json::to_value(&driving)?;
         }
-        document::write(&folder, &document)?;
         let mut outcome = statistics.outcome;
-        if ended && !self.verify(&folder, &mut document)? {
-            let message = "--verify was interrupted and measured no error; use --resume --verify to measure it";
-            notes.push(message.to_owned());
-            outcome = Outcome::ended(EndReason::Interrupted, message.to_owned());
-        }
         let body = scene.body.as_ref();
         // The message of a run that ended at an inversion describes it.
         if let Some(body) = body.filter(|_| outcome.reason() != Some(EndReason::Inverted)) {
@@ -235,6 +229,13 @@ impl Driver for Motion<'_> {
         notes.extend(outputs.volumes.penetration_note());
         notes.extend(outputs.not_finite().map(|seen| seen.note()));
         notes.extend(driving.iter().filter_map(|error| error.note(scene)));
+        document::add_notes(&mut document, scene, &notes);
+        document::write(&folder, &document)?;
+        if ended && !self.verify(&folder, &mut document)? {
+            let message = "--verify was interrupted and measured no error; use --resume --verify to measure it";
+            notes.push(message.to_owned());
+            outcome = Outcome::ended(EndReason::Interrupted, message.to_owned());
+        }
         Ok(RunResult { document, outcome, notes, modes: None, response: None, periodic: None })
     }
 }

@@ -46,11 +46,14 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
     document::extend(&mut document, serde_json::to_value(&found)?);
+    let notes = found.muscles.iter().flat_map(|body| body.notes.clone());
+    let notes: Vec<String> = notes.collect();
+    document::add_notes(&mut document, scene, &notes);
     document::write(&folder, &document)?;
     Ok(RunResult {
         document,
         outcome: Outcome::Finished,
-        notes: found.muscles.iter().flat_map(|body| body.notes.clone()).collect(),
+        notes,
         modes: Some(found),
         response: None,
         periodic: None,

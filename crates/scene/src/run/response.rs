@@ -54,6 +54,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         document::extend(&mut document, of_mesh);
     }
     document::extend(&mut document, serde_json::to_value(&found)?);
+    document::add_notes(&mut document, scene, &found.notes);
     document::write(&folder, &document)?;
     Ok(RunResult {
         document,

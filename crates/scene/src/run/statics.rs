@@ -75,7 +75,6 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let mut document = recording.document(&end, last, &outcome);
     document["cpu_seconds"] = json!(cpu.elapsed().as_secs_f64());
     document["wall_seconds"] = json!(started.elapsed().as_secs_f64());
-    document::write(folder, &document)?;
     let volume_note = match outcome.reason() {
         Some(EndReason::Inverted) => None, // its message says so
         _ => volumes.note(&body.muscle, false),
@@ -83,21 +82,17 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let is_path = scene.file.loading_path.is_some();
     let critical = is_path.then(|| note_of(&end.critical_points)).flatten();
     let unfinished = unfinished(&control, &end, recording.stopped.is_some());
-    Ok(RunResult {
-        document,
-        outcome,
-        notes: critical
-            .into_iter()
-            .chain(unfinished)
-            .chain(last.instabilities.and_then(instability))
-            .chain(volume_note)
-            .chain(volumes.penetration_note())
-            .chain(recording.not_finite().map(|seen| seen.note()))
-            .collect(),
-        modes: None,
-        response: None,
-        periodic: None,
-    })
+    let notes: Vec<String> = critical
+        .into_iter()
+        .chain(unfinished)
+        .chain(last.instabilities.and_then(instability))
+        .chain(volume_note)
+        .chain(volumes.penetration_note())
+        .chain(recording.not_finite().map(|seen| seen.note()))
+        .collect();
+    document::add_notes(&mut document, scene, &notes);
+    document::write(folder, &document)?;
+    Ok(RunResult { document, outcome, notes, modes: None, response: None, periodic: None })
 }
 
 /// Outputs of the states of a path.

@@ -9,6 +9,7 @@ use myovib_scene::Scene;
 use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::sensitivity::{Unsupported, unsupported};
+use serde_json::{Value, json};
 
 use crate::lattice::Lattice;
 use crate::separate_chains::Interrupt;
@@ -404,7 +405,11 @@ fn a_large_penetration_is_noted() {
         let text = pressed(head, contact).replace("inf", "1e6");
         let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
         let out = tempfile::tempdir().unwrap();
-        compute(&scene, &RunOptions::into_folder(out.path())).unwrap().notes.len()
+        let result = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+        let written = fs::read_to_string(out.path().join("run.json")).unwrap();
+        let written: Value = serde_json::from_str(&written).unwrap();
+        assert_eq!(written["notes"], json!([scene.notes(), result.notes.clone()].concat()));
+        result.notes.len()
     };
     let (fixed, motion) = ("analysis = \"static\"\n", "[time]\nend = 0.02\n");
     let down = "y = { type = \"sine\", amplitude = -0.001, frequency = 20.0 }";

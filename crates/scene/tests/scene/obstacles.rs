@@ -171,6 +171,21 @@ fn an_obstacle_on_the_wrong_side_of_its_group_is_refused() {
     assert_eq!(key("top", &ball(-0.005)), Some(false));
 }
 
+/// Checks that the displacement at t = 0 decides on which side of the group an obstacle is.
+#[test]
+fn a_displacement_at_the_start_places_an_obstacle() {
+    let plane = "type = \"plane\"\npoint = [0.0, 0.01]\nnormal = [0.0, -2.0]";
+    let is_refused = |center: f64, displacement: f64| {
+        let ball = format!("type = \"sphere\"\ncenter = [0.0, {center}]\nradius = 0.005");
+        let text = pressed("[time]\nend = 0.1\n", &format!("y = {displacement}"));
+        Scene::build("scene.toml", &text.replace(plane, &ball), &[], Path::new("")).is_err()
+    };
+    let (above, below) = (0.015, -0.005);
+    for (center, end) in [(above, above), (above, below), (below, above), (below, below)] {
+        assert_eq!(is_refused(center, end - center), end == below, "{center} to {end}");
+    }
+}
+
 /// Regression: the named remedies did not help a body that an obstacle enters at rest.
 #[test]
 fn an_obstacle_in_the_unloaded_body_is_named_and_can_be_moved_in() {
