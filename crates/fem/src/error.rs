@@ -364,7 +364,12 @@ pub enum MshProblem {
         meshed: &'static str,
     },
     /// Element of zero measure.
-    #[error("element {tag} is degenerate: its {} is {measure:e}", shape.measure_name)]
+    #[error(
+        "element {tag} is degenerate: its {} is {measure:e}; mesh the body again by `gmsh -{}`, or delete the element if \
+         two of its nodes are the same and its neighbors fill the body",
+        shape.measure_name,
+        shape.dimension
+    )]
     DegenerateElement {
         /// Tag of the element.
         tag: u64,
