@@ -26,6 +26,7 @@ mod quasi_static;
 mod random;
 mod separate_chains;
 mod sweep;
+mod symmetry_planes;
 mod units;
 mod ventricle;
 mod volume_functions;
