@@ -146,6 +146,11 @@ impl Modes {
                         `modes.preload_time` selects an equilibrium under tension";
             modes.notes.push(note.to_owned());
         }
+        if let Some(chain) = scene.chain_that_acts() {
+            modes.notes.push(format!(
+                "the modes are those of the body alone: the chain `{chain}`, which acts back on it, is not included"
+            ));
+        }
         Ok(Self {
             load: 0.0,
             preload_time,

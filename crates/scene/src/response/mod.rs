@@ -292,8 +292,16 @@ pub(crate) type HarmonicProbes = Vec<(String, Box<dyn Reading>)>;
 /// Returns the probes that have amplitudes.
 ///
 /// # Errors
-/// A probe that cannot measure anything in the scene; stresses of a body with stress relaxation.
+/// A chain that acts back on the body; a probe that cannot measure anything in the scene; stresses of a body with stress
+/// relaxation.
 pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputError> {
+    if let Some(chain) = scene.chain_that_acts() {
+        let error = InputError::new(format!(
+            "the chain `{chain}` acts back on the body, and its oscillators have no harmonic response"
+        ));
+        let error = error.next("remove the feedback, or compute a motion");
+        return Err(scene.wrong("analysis", error));
+    }
     let relaxes = scene.body.as_ref().is_some_and(|body| body.muscle.solid.n_slots() > 0);
     let mut probes = Vec::new();
     for (i, (probe, reading)) in scene.file.probe.iter().zip(scene.readings()?).enumerate() {

@@ -169,6 +169,11 @@ impl Scene {
         self.file.analysis == Analysis::Response
     }
 
+    /// Returns the name of a chain that acts back on the body, if there is one.
+    pub(crate) fn chain_that_acts(&self) -> Option<&str> {
+        contraction::chains_that_act(&self.file).next()
+    }
+
     /// Reads the scene at `path`, or the built-in scene of that name, with overrides applied.
     ///
     /// # Errors

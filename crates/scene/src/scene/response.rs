@@ -2,12 +2,11 @@
 
 use super::Body;
 use super::builder::Builder;
-use super::contraction::chains_that_act;
 use crate::InputError;
 use crate::scene_file::{Analysis, SceneFile};
 
 impl Builder<'_> {
-    /// Rejects a response without valid frequencies, and with chains that act back on the body.
+    /// Rejects a response without valid frequencies.
     pub(super) fn response(&self, file: &SceneFile) -> Result<(), InputError> {
         let Some(response) = &file.response else {
             let error = InputError::new("a response needs its frequencies").next(
@@ -27,13 +26,6 @@ impl Builder<'_> {
         if let (Some(_), [_, ..]) = (&file.rod, &response.fields[..]) {
             let error = InputError::new("a rod has no fields");
             return Err(self.wrong("response.fields", error.next("remove the key, or use probes")));
-        }
-        if let Some(chain) = chains_that_act(file).next() {
-            let error = InputError::new(format!(
-                "the chain `{chain}` acts back on the body, and its oscillators have no harmonic response"
-            ));
-            let error = error.next("remove the feedback, or compute a motion");
-            return Err(self.wrong("analysis", error));
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use myovib_scene::Scene;
+use myovib_scene::modes::Modes;
 use myovib_scene::response::Response;
 use myovib_scene::watch::Watcher;
 
@@ -110,4 +111,20 @@ fn invalid_responses_are_refused_at_their_key() {
 #[test]
 fn free_bodies_respond_above_zero() {
     assert_eq!(refusal(&["fixed[0].components=[\"y\"]"]), None);
+}
+
+/// Regression: the modes of a scene were rejected with its response.
+#[test]
+fn a_chain_that_acts_back_excludes_a_response_but_not_modes() {
+    let chain = "[[chain]]\nname = \"c\"\noscillators = 3\nat = [0.05, 0.01]\n\
+                 [[feedback]]\nchain = \"c\"\nat_zero_coherence = 1.5\n";
+    let text = format!("{SCENE}{chain}");
+    assert!(refusal_of(&text, &[]).is_some_and(|error| error.contains("`c`")));
+    let modes = |text: &str| {
+        let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
+        Modes::of_scene(&scene, Some(3), Watcher::NOBODY).unwrap().muscles.remove(0)
+    };
+    let (alone, with_chain) = (modes(SCENE), modes(&text));
+    assert_eq!(with_chain.modes, alone.modes);
+    assert_eq!(with_chain.notes.len(), alone.notes.len() + 1);
 }
