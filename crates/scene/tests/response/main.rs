@@ -33,12 +33,20 @@ fn reference(name: &str) -> Value {
     serde_json::from_str(&text).unwrap()
 }
 
-/// Computes the response of a scene whose files are in `data/meshes`.
-fn response(text: &str) -> Response {
+/// Builds a scene whose files are in `data/meshes`.
+fn scene_of(text: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/meshes");
     let scene = Scene::build("scene.toml", text, &[], &folder);
-    let scene = scene.unwrap_or_else(|error| panic!("{error}"));
-    Response::of_scene(&scene, Watcher::NOBODY).unwrap()
+    scene.unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn response_of(scene: &Scene) -> Response {
+    Response::of_scene(scene, Watcher::NOBODY).unwrap()
+}
+
+/// Computes the response of a scene whose files are in `data/meshes`.
+fn response(text: &str) -> Response {
+    response_of(&scene_of(text))
 }
 
 /// Returns the amplitudes of a column for all frequencies.
