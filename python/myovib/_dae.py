@@ -465,11 +465,11 @@ def solve_dae(
             tolerance = rtol * np.abs(start) + tolerances
             explained = _explain(initial, residual, first_limits[0], start, rates, tolerance)
         raise RuntimeError(f"{failed}{explained}") from None
-    of_input = found.pop("warnings")
+    of_functions = found.pop("warnings")
     solution = _solution(found, n, len(watched.functions), family)
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
     known = _Facts(excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), outputs is not None)
-    wrong = next((warning for warning in of_input if "Jacobian looks wrong" in warning), None)
+    wrong = next((text for subject, text in of_functions if subject == "jacobian"), None)
     if pattern is not None and jacobian is None and not solution.success:
         wrong = _missing_entry(solution, _within(residual, last_limits), pattern, rtol, tolerances)
     if wrong or (wrong := _wrong_entry(solution, _within(residual, last_limits), jacobian, last_limits, rtol, tolerances)):
@@ -491,7 +491,7 @@ def solve_dae(
         if at_end and index_note(at_end, family, indices, excluded)[1]:
             solution.status, solution.message = -1, f"{solution.message}, but the results may be wrong: {note}"
     # The differences of a higher index look like an input that acts between the stages.
-    notes += [] if is_of_index_4 and not solution.success else of_input
+    notes += [] if is_of_index_4 and not solution.success else [text for _, text in of_functions]
     jumping = []
     if is_hidden and family != "bdf" and indices is not None and outputs is None and not has_wrong_velocities:
         jumping = jumping_multipliers(solution, family, indices, (rtol, tolerances), structure)

@@ -103,13 +103,14 @@ fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize),
             }
             (failure, _) => failure,
         })?;
-    record.warnings.extend(warning);
+    record.warnings.extend(warning.map(|text| ("jacobian", text)));
     if let Some(Unsatisfied { equation, t, .. }) = record.unsatisfied {
-        record.warnings.push(format!(
+        let text = format!(
             "equation {equation} is violated at t = {t}, between the ends of a step: an input, \
              or a force that changes quickly (friction, contact), may act or oscillate within steps. \
              Limit `max_step` to a fraction of its duration or period"
-        ));
+        );
+        record.warnings.push(("input", text));
     }
     Ok((record, degree))
 }

@@ -22,8 +22,8 @@ pub(super) struct Record {
     pub(super) message: String,
     /// Equation violated between the ends of a step.
     pub(super) unsatisfied: Option<Unsatisfied>,
-    /// Warnings about the Jacobian and about inputs faster than the steps.
-    pub(super) warnings: Vec<String>,
+    /// Warnings about the Jacobian and about inputs faster than the steps, each with its subject: `jacobian` or `input`.
+    pub(super) warnings: Vec<(&'static str, String)>,
     pub(super) statistics: Statistics,
 }
 
