@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress as ignoring
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
@@ -702,6 +703,17 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         advice = (
             "a constraint or its derivative jumps at the break: end there, and start again with consistent values"
         )
+    elif not solution.success and (jumping := _jumping(residual, solution, rtol, atol)):
+        equations, variable = jumping
+        advice = f"the equations {equations} (counted from 0) jump "
+        if variable is None:
+            advice += "at this time: give the times at which inputs jump in `breaks`"
+        else:
+            advice += (
+                f"near this value of variable {variable}, and F may switch at every step (chattering), as dry friction and "
+                f"relays do: replace the jump by a smooth function, such as tanh, over {WIDTH:.0f} tolerances of this "
+                "variable, or use the equations of one side until an event, and then those of the next state"
+            )
     elif not solution.success and any(value in solution.message for value in ("= NaN", "= inf", "= -inf")):
         advice = (
             "the domain of F may end near this state; otherwise limit the arguments of exponentials, or use tighter "
@@ -878,6 +890,70 @@ def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array)
     except Exception:  # outside of the domain of F
         return []
     return np.flatnonzero(found).tolist()
+
+
+# Width, in tolerances, of smooth functions instead of jumps: all methods integrate them.
+WIDTH = 100.0
+
+# Distances of jumps from the last time, in roundings of it, bisections that locate a jump, and its smallest size,
+# relative to changes of F within the tolerances.
+INSTANTS = (1e3, 1e4, 1e5, 1e6)
+BISECTIONS = 20
+VISIBLE = 1e-3
+
+
+def _jumping(residual: Function, solution: DaeSolution, rtol: float, atol: Array) -> tuple[list[int], int | None] | None:
+    """Return the equations that jump near the last state, and the variable with which they jump; None for the time."""
+    t, y, yp = solution.t[-1], solution.y[:, -1], solution.yp[:, -1]
+    n = len(y)
+    if n > LARGE:
+        return None
+    state = np.r_[y, yp]
+
+    def along(j: int) -> Callable[[float], Array]:
+        unit = np.arange(2 * n) == j
+        unit = (rtol * np.abs(state) + np.resize(atol, 2 * n)) * unit
+        return lambda x: np.array(residual(t, *np.split(state + x * unit, 2)), dtype=float)
+
+    rounding = np.spacing(np.abs(solution.t).max())
+    searches: list[tuple[int | None, Callable[[float], Array]]] = [(j % n, along(j)) for j in range(2 * n)]
+    searches.append((None, lambda x: np.array(residual(t + x * rounding, y, yp), dtype=float)))
+    smallest = np.zeros(n)
+    with np.errstate(all="ignore"):
+        for _, function in searches[:-1]:
+            with ignoring(Exception):  # outside of the domain of F
+                smallest = np.fmax(smallest, VISIBLE * np.abs(function(1.0) - function(-1.0)))
+        for variable, function in searches:
+            was_found = np.zeros(n, dtype=bool)
+            for distance in INSTANTS if variable is None else DISTANCES:
+                try:
+                    is_found = _jumps(function, distance) > smallest
+                except Exception:
+                    break
+                # Rounding changes F once within a short distance, but more often within a longer one.
+                if (was_found & is_found).any():
+                    return np.flatnonzero(was_found & is_found).tolist(), variable
+                was_found = is_found
+    return None
+
+
+def _jumps(function: Callable[[float], Array], distance: float) -> Array:
+    """Return the jump of each component within this distance of 0, or 0 if the rest of the interval changes it as much."""
+    a, b, left, right = -distance, distance, function(-distance), function(distance)
+    total, rest = np.abs(right - left), np.zeros(len(left))
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (a + b)
+        value = function(middle)
+        first, second = np.abs(value - left), np.abs(right - value)
+        # Take the half in which almost the whole change of a component occurs.
+        if ((first > 0.5 * total) & (rest + second < 0.5 * first)).any():
+            b, right, rest = middle, value, rest + second
+        elif ((second > 0.5 * total) & (rest + first < 0.5 * second)).any():
+            a, left, rest = middle, value, rest + first
+        else:
+            return np.zeros(len(left))
+    change = np.abs(right - left)
+    return np.where((change > 0.5 * total) & (rest < 0.5 * change), change, 0.0)
 
 
 def _singular(structure: Structure | None) -> str:

@@ -1,12 +1,13 @@
 """Reasons of failures and remedies of `solve_dae`."""
 
+import re
 import warnings
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from myovib import StepFailure, solve_dae
-from myovib._dae import _kinked
+from myovib._dae import WIDTH, _jumping, _kinked
 from myovib._structure import Structure
 
 G = 9.81
@@ -78,12 +79,87 @@ def test_variables_with_too_low_an_index_are_named(index, wrong, unit):
     assert not wrong or f"the variables {wrong} " in named[0]
 
 
-def test_looser_tolerances_are_suggested_for_tight_tolerances_only():
-    def relay(t, y, yp):
-        return [yp[0] + np.sign(y[0] - 0.3 * np.sin(t))]
+def relay(switch):
+    return lambda t, y, yp: [yp[0] + switch(y[0] - 0.3 * np.sin(t))]
 
+
+def friction(switch):
+    """Return an oscillator with dry friction that comes to rest."""
+    return lambda t, y, yp: [yp[0] - y[1], yp[1] + y[0] + 0.3 * switch(y[1]) - 0.2 * np.cos(0.7 * t)]
+
+
+def brake(switch):
+    """Return a driven velocity with an algebraic friction force."""
+    return lambda t, y, yp: [yp[0] - np.sin(t) + y[1], y[1] - 0.8 * switch(y[0])]
+
+
+# Equations, end, start at which the sign is 1, variable with which F jumps, and the argument of the sign.
+SWITCHED = [
+    (relay, 5, ([1], [-1]), 0, lambda t, y, yp: y[0] - 0.3 * np.sin(t)),
+    (friction, 20, ([0, 1], [1, -0.1]), 1, lambda t, y, yp: y[1]),
+    (brake, 10, ([0.5, 0.8], [-0.8, 0]), 0, lambda t, y, yp: y[0]),
+]
+
+
+@pytest.mark.parametrize(("equations", "end", "start", "variable", "argument"), SWITCHED)
+@pytest.mark.parametrize("method", ["bdf", *RADAU])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+def test_remedies_for_jumps_that_hold_the_solution_work(equations, end, start, variable, argument, method, rtol):
+    arguments = {"method": method, "rtol": rtol, "atol": rtol, "max_steps": 5000}
+    s, _ = solved(equations(np.sign), (0, end), *start, **arguments)
+    assert not s.success
+    assert _jumping(equations(np.sign), s, rtol, np.array([rtol]))[1] == variable
+    # No argument of `solve_dae` helps.
+    assert not re.findall("`|=|tolerances;", s.message.partition("; the equations")[2])
+    width = WIDTH * rtol
+    s, _ = solved(equations(lambda x: np.tanh(x / width)), (0, end), *start, **arguments)
+    assert s.status == 0, s.message
+
+    def event(t, y, yp):
+        return argument(t, y, yp)
+
+    event.terminal = True
+    s, _ = solved(equations(lambda x: 1.0), (0, end), *start, events=event, **arguments)
+    assert s.status == 1, s.message
+
+
+@pytest.mark.parametrize("method", ["bdf", *RADAU])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
+def test_jumps_of_inputs_name_breaks_first(method, rtol):
+    def battery(t, y, yp):
+        current = 1.0 if t > 1.3 else 0.0
+        return [yp[0] - y[2], y[2] - 0.4 * np.sinh(y[1] / 0.0514), y[2] - current]
+
+    arguments = {"method": method, "rtol": rtol, "atol": 0.01 * rtol}
+    s, _ = solved(battery, (0, 3), [0, 0, 0], [0, 0, 0], **arguments)
+    assert not s.success and re.findall("`([a-z_]+)`", s.message) == ["breaks"]
+    assert _jumping(battery, s, rtol, np.array([0.01 * rtol])) == ([2], None)
+    s, _ = solved(battery, (0, 3), [0, 0, 0], [0, 0, 0], breaks=[1.3], **arguments)
+    # The charge is linear in time.
+    assert s.success and s.y[0, -1] == pytest.approx(1.7, rel=rtol)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e6])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-12])
+@pytest.mark.parametrize("start", [1.0, 0.0])
+def test_steep_functions_and_rounding_are_no_jumps(size, rtol, start):
+    def smooth(t, y, yp):
+        steep = np.tanh((y[0] - start) / (0.01 * rtol)) + np.sin(1e3 * t)
+        terms = steep + size * (y[0] - 1) - size * (y[0] - 2) - size
+        return [terms, abs(y[0] - start) / rtol, np.sqrt(y[1])]
+
+    state = SimpleNamespace(t=np.ones(1), y=np.array([[start], [0.0], [0.0]]), yp=np.zeros((3, 1)))
+    assert _jumping(smooth, state, rtol, np.array([0.01 * rtol])) is None
+
+
+def test_looser_tolerances_are_suggested_for_tight_tolerances_only():
+    # Large systems are not searched for jumps.
+    n = 201
     for rtol, suggested, other in ((1e-3, "tighter", "looser"), (1e-9, "looser", "tighter")):
-        s, _ = solved(relay, (0, 5), [1], [-1], "radau5", rtol=rtol, atol=rtol, max_steps=2000)
+        s, _ = solved(
+            lambda t, y, yp: yp + np.sign(y - 0.3 * np.sin(t)), (0, 5), np.ones(n), -np.ones(n), "radau5", rtol=rtol,
+            atol=rtol, max_steps=2000, sparsity=np.eye(n),
+        )  # fmt: skip
         assert not s.success and suggested in s.message and other not in s.message
         # Names of the Rust library are replaced.
         assert "breaks=" in s.message and "reinit" not in s.message
