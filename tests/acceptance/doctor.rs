@@ -20,7 +20,7 @@ fn findings_are_consistent_with_the_exit_code() {
 }
 
 #[test]
-fn the_threads_asked_for_are_the_threads_it_would_use() {
+fn doctor_reports_the_requested_number_of_threads() {
     let found = document(&myovib(&["doctor", "--threads", "3", "--json"]).stdout, "doctor");
     assert_eq!(found["threads"], 3);
 }

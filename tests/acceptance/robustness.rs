@@ -216,7 +216,7 @@ fn unreasonable_requests_are_rejected_with_a_message() {
 }
 
 #[test]
-fn names_do_not_command_a_terminal() {
+fn names_contain_no_terminal_commands() {
     let folder = tempfile::tempdir().unwrap();
     let name = "fixed[0].group=a\u{1b}[2Jb";
     let run = myovib_in(folder.path(), &["run", "init", "--set", name]);

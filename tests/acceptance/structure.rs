@@ -32,7 +32,7 @@ fn table1_computes_the_papers_indices() {
 }
 
 #[test]
-fn infsup_tells_the_spaces_apart_and_draws() {
+fn infsup_distinguishes_stable_and_unstable_spaces_and_draws() {
     let folder = tempfile::tempdir().expect("a folder");
     let run = myovib_in(folder.path(), &["infsup", "--levels", "2", "--plot", "i.svg", "--json"]);
     assert_eq!(run.code, 0, "{}", run.stderr);

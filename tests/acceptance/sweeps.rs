@@ -261,7 +261,7 @@ fn collect_gathers_results_without_computing() {
 /// Runs the script as Slurm does, one task after the other.
 #[cfg(unix)]
 #[test]
-fn the_job_script_for_slurm_computes_all_cases_and_tells_how_to_collect_them() {
+fn the_job_script_for_slurm_computes_all_cases_and_explains_how_to_collect_them() {
     let folder = tempfile::tempdir().unwrap();
     write_scene(folder.path());
     // Words that a shell would split.

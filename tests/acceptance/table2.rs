@@ -205,7 +205,7 @@ fn square(version: &str, group: &str, triangle: &str) -> String {
 }
 
 #[test]
-fn a_mesh_that_will_not_do_is_one_message_and_code_2() {
+fn invalid_meshes_are_one_message_and_code_2() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: String| fs::write(folder.path().join(name), text).unwrap();
     write("old.msh", square("3.0", "fixed", "1 2 3"));
@@ -235,7 +235,7 @@ fn a_mesh_that_will_not_do_is_one_message_and_code_2() {
 }
 
 #[test]
-fn options_that_will_not_do_are_one_message_and_code_2() {
+fn invalid_options_are_one_message_and_code_2() {
     for (arguments, words) in [
         (&["--rows", "5"][..], &["--rows", "5", "2m"][..]),
         (&["--t-end", "-1"], &["--t-end", "-1"]),

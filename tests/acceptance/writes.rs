@@ -256,7 +256,7 @@ fn start_without_readers(folder: &Path, line: &str) -> Child {
 
 /// Regression: with a closed pipe, the first line on standard error ended a run with exit code 101.
 #[test]
-fn commands_end_as_ever_where_nobody_reads() {
+fn closed_output_streams_do_not_change_exit_codes_and_files() {
     let folder = place();
     let path = folder.path();
     let folder_of = |line: &str| {
@@ -314,7 +314,7 @@ fn a_full_standard_output_is_code_4_and_files_are_kept() {
 /// Regression: a line break in an argument ended the comment of the job script; the rest ran as a
 /// command.
 #[test]
-fn arguments_with_line_breaks_are_no_commands_of_a_job_script() {
+fn arguments_with_line_breaks_cannot_add_commands_to_a_job_script() {
     let folder = place();
     let title = "title=\"\"\"a\ntouch broken-out\n'; touch broken-out; '\"\"\"";
     let out = "o\ntouch broken-out\n";

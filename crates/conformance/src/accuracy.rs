@@ -65,7 +65,7 @@ pub fn treats_tolerances_as_error_weights<M: Method>(method: &M) {
 
 /// Checks that the number of steps is nearly unchanged if the problem provides only a residual, without a
 /// Jacobian, kinds or indices.
-pub fn needs_no_more_than_a_residual<M: Method>(method: &M) {
+pub fn works_without_jacobian_kinds_and_indices<M: Method>(method: &M) {
     let mut with = circle(method, Circle::new());
     let mut without = circle(method, Circle::without_jacobian());
     for solver in [&mut with, &mut without] {
@@ -88,7 +88,7 @@ pub fn needs_no_more_than_a_residual<M: Method>(method: &M) {
 
 /// Checks that inconsistent algebraic values and derivatives are corrected and consistent values
 /// are kept.
-pub fn starts_from_consistent_values<M: Method>(method: &M) {
+pub fn corrects_inconsistent_initial_values<M: Method>(method: &M) {
     for problem in [Circle::new(), Circle::without_jacobian()] {
         let (y, y_dot) = Circle::start();
         let wrong = ([y[0], y[1], 7.0], [3.0, -5.0, y_dot[2]]);

@@ -20,7 +20,7 @@ fn left<P: Problem>(problem: &mut P, t: f64, y: &[f64], y_dot: &[f64]) -> f64 {
 /// Checks that for the pendulum of index 3 and 2 and Jay's problem of index 2, consistent values, including
 /// multipliers, are found near values that violate the constraints, and that an integration from these values satisfies
 /// the constraints.
-pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
+pub fn projects_initial_values_onto_stated_constraints<M: Method>(method: &M) {
     let length: f64 = 1.0;
     for form in [MechanicalForm::Index3, MechanicalForm::Index2] {
         // The length is 2 % too large, the velocity is not tangential, and the multiplier is
@@ -69,7 +69,7 @@ pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
 }
 
 /// Checks that missing or wrong constraints are rejected.
-pub fn refuses_constraints_that_are_not_there_or_wrong<M: Method>(method: &M) {
+pub fn rejects_missing_or_wrong_constraints<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
     let mode = ConsistencyMode::Constraints;
@@ -109,7 +109,7 @@ impl Problem for Contradiction {
 
 /// Checks that components can be excluded by index if the problem states indices, and that
 /// tolerances then do not apply to them.
-pub fn leaves_components_out_by_their_index<M: Method>(method: &M) {
+pub fn excludes_components_by_their_index<M: Method>(method: &M) {
     let start = JayIndex2.start();
     for suppressed in [Suppressed::FromIndex(2), Suppressed::ExcludeFromIndex(2)] {
         let request = Request {

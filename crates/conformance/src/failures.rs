@@ -101,7 +101,7 @@ pub fn stops_before_a_wall<M: Method>(method: &M) {
 }
 
 /// Checks that a fatal error ends the call and is returned with the name of the function, the time and the source.
-pub fn hands_back_fatal_errors<M: Method>(method: &M) {
+pub fn returns_fatal_errors<M: Method>(method: &M) {
     let fatal = || StepError::Fatal("disk on fire".into());
     let residual = Circle::with_residual(move |t| if t > 0.5 { Err(fatal()) } else { Ok(0.0) });
     let mut jacobian = Circle::new();
@@ -148,7 +148,7 @@ pub fn stops_at_the_smallest_step<M: Method>(method: &M) {
 
 /// Checks that the integration ends with its statistics, after the last step with valid weights, if a weight becomes
 /// zero or a weight function fails.
-pub fn keeps_its_statistics_when_a_weight_is_lost<M: Method>(method: &M) {
+pub fn keeps_statistics_if_a_weight_becomes_invalid<M: Method>(method: &M) {
     for fails in [false, true] {
         let mut solver = method.build(Request {
             weights: Some(Box::new(move |_, y: &[f64], weights: &mut [f64]| {
@@ -178,7 +178,7 @@ pub fn keeps_its_statistics_when_a_weight_is_lost<M: Method>(method: &M) {
 }
 
 /// Checks that a failing root function leaves t, y and ẏ consistent with each other.
-pub fn stays_where_it_is_when_a_root_function_fails<M: Method>(method: &M) {
+pub fn keeps_a_consistent_state_if_a_root_function_fails<M: Method>(method: &M) {
     for at in [0.0, 0.5] {
         for fatal in [false, true] {
             let mut solver = method.build(Request {
@@ -217,7 +217,7 @@ pub fn stays_where_it_is_when_a_root_function_fails<M: Method>(method: &M) {
 }
 
 /// Checks that a panic of the problem propagates, and that the integrator can be reinitialized.
-pub fn lets_a_panic_pass<M: Method>(method: &M) {
+pub fn propagates_panics<M: Method>(method: &M) {
     let mut armed = true;
     let problem = Circle::with_residual(move |t| {
         if armed && t > 0.5 {

@@ -7,7 +7,7 @@ use super::{Method, Request};
 use myovib_dae::{Direction, Integrator, Outcome};
 
 /// Checks that dense output covers exactly the last step, including both ends.
-pub fn gives_dense_output_within_the_last_step_only<M: Method>(method: &M) {
+pub fn limits_dense_output_to_the_last_step<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
     let mut out = [0.0; 3];
@@ -54,7 +54,7 @@ pub fn gives_dense_output_within_the_last_step_only<M: Method>(method: &M) {
 
 /// Checks that events of x = sin t are found at multiples of π, in their order and directions. The
 /// integration continues after each, with the same steps as without events.
-pub fn finds_events_in_their_order<M: Method>(method: &M) {
+pub fn finds_events_in_order<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let watched = |directions: Vec<Direction>| Request {
         roots: Some((
@@ -92,7 +92,7 @@ pub fn finds_events_in_their_order<M: Method>(method: &M) {
 
 /// Checks that a root function that stays at zero has an event when it reaches zero, but not when it leaves zero. The
 /// functions are clipped at zero from above or from below, or are zero from t = 2 to t = 3.
-pub fn finds_where_an_event_arrives_at_zero<M: Method>(method: &M) {
+pub fn finds_events_where_a_root_function_becomes_zero<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let between = |t: f64| (t - 2.0).min(0.0) + (t - 3.0).max(0.0);
     type Function = fn(f64) -> f64;
@@ -127,7 +127,7 @@ pub fn finds_where_an_event_arrives_at_zero<M: Method>(method: &M) {
 
 /// Checks that the state may be changed at an event. With a reflection at x = 0 the solution is x = |sin t|; it returns
 /// to zero after half a period, and the state after the restart is not an event.
-pub fn starts_anew_after_an_event<M: Method>(method: &M) {
+pub fn restarts_after_an_event<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request {
         roots: Some((

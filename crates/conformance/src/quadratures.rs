@@ -26,7 +26,7 @@ fn request() -> Request<Circle> {
 /// Checks quadratures of the solution, its derivative, algebraic variables and the time: their values and derivatives
 /// at the end and within steps, from given initial values, and after a reinitialization. Quadratures do not change the
 /// steps.
-pub fn integrates_quadratures_along_with_the_solution<M: Method>(method: &M) {
+pub fn integrates_quadratures_with_the_solution<M: Method>(method: &M) {
     let mut solver = method.build(request());
     assert_eq!(solver.n_quadratures(), START.len());
     let mut q = [0.0; 3];
@@ -67,7 +67,7 @@ pub fn integrates_quadratures_along_with_the_solution<M: Method>(method: &M) {
 
 /// Checks that the integration stops with the reason if the integrand fails in every call after a certain number, and
 /// that a fatal error of the integrand is returned.
-pub fn stops_where_a_quadrature_fails<M: Method>(method: &M) {
+pub fn stops_if_a_quadrature_fails<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let spoiled = |error: fn() -> StepError| {
         let mut calls = 0;

@@ -18,7 +18,7 @@ fn refused<P: Problem>(solver: &mut impl Integrator<P>) -> String {
 
 /// Checks that values that contradict an equation are rejected, whether or not they are in the error test, that the
 /// message contains the equation, its residual and a remedy, and that the remedy works.
-pub fn refuses_values_that_contradict_the_equations<M: Method>(method: &M) {
+pub fn rejects_initial_values_that_contradict_the_equations<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let wrong = [y[0], y[1], 7.0];
     let goes_on = |mut solver: M::Integrator<Circle>| {
@@ -58,7 +58,7 @@ pub fn refuses_values_that_contradict_the_equations<M: Method>(method: &M) {
 /// Checks that initial values with an error below the tolerance are accepted unchanged, and rejected with an error a
 /// hundred times as large. A wrong ẏ does not cause a wrong solution: the integration is correct, or stops and suggests
 /// a remedy.
-pub fn weighs_a_start_by_the_tolerances<M: Method>(method: &M) {
+pub fn accepts_errors_of_initial_values_below_the_tolerances<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     // Relative plus absolute tolerance of a = 1.
     let tolerance = 1e-6 + 1e-9;
@@ -84,7 +84,7 @@ pub fn weighs_a_start_by_the_tolerances<M: Method>(method: &M) {
 
 /// Checks for ẏ³ + ẏ = 2y that the correction continues if the effect of the error of ẏ on y is small over a first step
 /// of 1e-6, but not over the time to the first output.
-pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
+pub fn corrects_derivatives_for_the_time_to_the_first_output<M: Method>(method: &M) {
     struct Cubic;
     impl Problem for Cubic {
         fn n_unknowns(&self) -> usize {
@@ -118,7 +118,7 @@ pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
 
 /// Checks that a position off the circle of a pendulum, or a velocity not tangential to it, is rejected if the
 /// problem states its constraints, and that the error contains the index of the constraint.
-pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
+pub fn rejects_initial_values_that_violate_stated_constraints<M: Method>(method: &M) {
     for (q, v, part) in
         [([1.0, 0.0], [0.5, 0.0], "constraint 1"), ([1.1, 0.0], [0.0, 0.5], "constraint 0")]
     {
@@ -140,7 +140,7 @@ pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
 
 /// Checks that the values at a root are accepted as initial values, although dense output is less accurate than the
 /// values at the ends of steps.
-pub fn takes_values_found_behind_an_event<M: Method>(method: &M) {
+pub fn accepts_the_values_at_an_event_as_initial_values<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let tolerances = [1e-2, 1e-4, 1e-6, 1e-9];
     let levels = [-0.9, -0.3, 0.2, 0.6];

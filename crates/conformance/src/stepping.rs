@@ -10,7 +10,7 @@ fn request() -> Request<Circle> {
 }
 
 /// Checks that steps advance, output times are reached exactly, and t, y and ẏ are consistent.
-pub fn answers_with_times_that_are_its_own<M: Method>(method: &M) {
+pub fn reaches_output_times_exactly_with_consistent_values<M: Method>(method: &M) {
     let mut solver = method.build(request());
     assert_eq!((solver.t(), solver.last_step_interval()), (0.0, [0.0, 0.0]));
     let mut t = 0.0;
@@ -34,7 +34,7 @@ pub fn answers_with_times_that_are_its_own<M: Method>(method: &M) {
 }
 
 /// Checks that times before the current time, and non-finite times, are rejected as misuse.
-pub fn refuses_times_behind_and_values_that_are_no_numbers<M: Method>(method: &M) {
+pub fn rejects_past_times_and_non_finite_values<M: Method>(method: &M) {
     let mut solver = method.build(request());
     solver.integrate_to(1.0).unwrap();
     for t in [0.5, f64::NAN, f64::INFINITY] {
@@ -59,7 +59,7 @@ pub fn refuses_times_behind_and_values_that_are_no_numbers<M: Method>(method: &M
 
 /// Checks calls with the current time as output time: `integrate_to` takes no step, but a first step and the correction
 /// of initial values reject it, since they require a direction and a time scale.
-pub fn answers_at_the_time_reached<M: Method>(method: &M) {
+pub fn handles_an_output_time_equal_to_the_current_time<M: Method>(method: &M) {
     let mut solver = method.build(request());
     let reached = |t| Outcome::Reached { t };
     assert_eq!(solver.integrate_to(0.0).unwrap(), reached(0.0));
@@ -74,7 +74,7 @@ pub fn answers_at_the_time_reached<M: Method>(method: &M) {
 }
 
 /// Checks that a stop time is reached exactly and applies once.
-pub fn holds_a_stop_time_once<M: Method>(method: &M) {
+pub fn applies_a_stop_time_once<M: Method>(method: &M) {
     let mut solver = method.build(Request { stop_time: Some(0.7), ..request() });
     let mut outcome = solver.step(2.0).unwrap();
     while let Outcome::StepTaken { t } = outcome {
@@ -124,7 +124,7 @@ pub fn limits_the_steps_of_each_call<M: Method>(method: &M) {
 
 /// Checks that a restart is equivalent to a new integrator, including statistics and root
 /// functions.
-pub fn starts_afresh<M: Method>(method: &M) {
+pub fn a_restart_equals_a_new_integrator<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut fresh = method.build(request());
     fresh.integrate_to(3.0).unwrap();
@@ -148,7 +148,7 @@ pub fn starts_afresh<M: Method>(method: &M) {
 
 /// Checks that the counters equal the numbers of calls that the problem receives, and that the reported numbers and
 /// sizes of steps are correct.
-pub fn counts_what_it_does<M: Method>(method: &M) {
+pub fn counts_steps_and_evaluations<M: Method>(method: &M) {
     for problem in [Circle::new(), Circle::without_jacobian()] {
         let (y, y_dot) = Circle::start();
         let has_jacobian = problem.has_jacobian;

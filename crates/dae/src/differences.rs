@@ -384,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn where_no_move_is_possible_the_first_failure_is_handed_back() {
+    fn the_first_failure_is_returned_if_no_perturbation_is_possible() {
         let mut stated = Roots { stated: true, above: f64::INFINITY, calls: 0 };
         let mut at = Linearization {
             t: 0.0,

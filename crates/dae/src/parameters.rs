@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_is_handed_on_and_the_problem_stays_as_it_was() {
+    fn failures_are_returned_and_the_problem_is_unchanged() {
         let mut parameters = decay(2.0);
         let mut problem = Decay(2.0);
         let failed = parameters.derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut [0.0]);

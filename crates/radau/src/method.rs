@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ramp_rises_at_0_and_nowhere_else() {
+    fn the_ramp_rises_only_at_0() {
         for s in [3, 5, 7] {
             let method = Method::radau_iia(s).unwrap();
             assert_eq!((method.ramp(0.0), method.ramp_derivative(0.0)), (0.0, 1.0));

@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_shows_under_the_name_before_the_end() {
+    fn a_file_appears_only_when_complete() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.json");
         write(&path, |file| {

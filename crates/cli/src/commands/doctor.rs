@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn versions_the_wrapper_was_not_written_for_are_named() {
+    fn unsupported_versions_are_named() {
         for (version, supported) in [
             ("6.4.0", true),
             ("6.7.0", true),

@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn an_existing_file_is_not_replaced() {
+    fn existing_files_are_not_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("scene.toml");
         init(&file, None, false).unwrap();

@@ -244,7 +244,7 @@ fn entries_are_found_at_the_border_of_the_domain() {
 }
 
 #[test]
-fn entries_of_the_derivative_are_found_and_failures_say_nothing() {
+fn entries_of_the_derivative_are_found_and_failures_are_ignored() {
     let coupled = |_: &[f64], v: &[f64], r: &mut [f64]| {
         r.copy_from_slice(&[v[0] + 0.1 * v[1], v[1]]);
         Ok(())

@@ -63,7 +63,7 @@ mod tests {
     use super::first_after;
 
     #[test]
-    fn times_that_a_step_passes_are_not_caught_up_on() {
+    fn times_passed_within_a_step_are_skipped() {
         assert_eq!(first_after(0.5, 0.5, 0.25), 0.75);
         assert_eq!(first_after(0.6, 0.5, 0.25), 0.75);
         assert_eq!(first_after(1.6, 0.5, 0.25), 1.75);

@@ -133,7 +133,7 @@ mod tests {
 
     /// Regression: weights with a wrong power of the step passed all other tests.
     #[test]
-    fn multipliers_are_weighed_by_the_power_of_the_step_that_their_index_asks_for() {
+    fn multipliers_are_scaled_by_the_power_of_the_step_for_their_index() {
         let mesh = generate::beam(0.1, 0.02, [2, 1]).unwrap();
         for (formulation, kappa, beta, field, power) in POWERS {
             let muscle = paper::muscle(&mesh, kappa, beta).unwrap();

@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn kinks_and_jumps_have_no_slope_but_minima_have() {
+    fn slopes_are_missing_at_kinks_and_jumps_but_not_at_minima() {
         assert!(has_slope(3.0, |x| x * x) && has_slope(0.0, |x| x * x));
         assert!(has_slope(1.0, f64::sin) && has_slope(0.0, f64::cos));
         assert!(has_slope(0.3, |_| 0.1) && has_slope(0.0, |_| 0.0));

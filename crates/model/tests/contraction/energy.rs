@@ -100,7 +100,7 @@ fn the_work_of_active_stress_is_stored_or_dissipated() {
 }
 
 #[test]
-fn a_body_without_active_or_viscous_stress_does_none_of_their_work() {
+fn a_body_without_active_or_viscous_stress_skips_their_evaluation() {
     for (dimension, in_bed) in [(2, false), (2, true), (3, false), (3, true)] {
         let mut muscle = contracting(dimension, 1e5, 0.0, [AddedStress::default(); 2]);
         muscle.solid = muscle.solid.clone().with_added_stresses(&[]).unwrap();

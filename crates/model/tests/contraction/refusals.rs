@@ -42,7 +42,7 @@ fn no_index_changes() {
 }
 
 #[test]
-fn tensions_that_cannot_be_are_refused() {
+fn invalid_tensions_are_rejected() {
     let with = |activations| {
         let mut muscle = contracting(
             2,

@@ -150,7 +150,7 @@ fn cases() -> impl Iterator<Item = (IntegratorKind, (Formulation, f64, Parts))> 
 }
 
 #[test]
-fn in_a_block_under_tension_it_is_the_force_by_the_area() {
+fn stress_in_a_block_under_tension_is_force_divided_by_area() {
     let mut worst = 0.0_f64;
     for (kind, (formulation, kappa, parts)) in cases() {
         for block in [Block::Plane, Block::Free] {
@@ -178,7 +178,7 @@ fn in_a_block_under_tension_it_is_the_force_by_the_area() {
 
 /// Checks the out-of-plane component, on which the forces of a plane body do not depend.
 #[test]
-fn in_the_plane_it_is_that_of_a_body_between_two_planes() {
+fn plane_strain_equals_a_body_between_two_planes() {
     for (kind, (formulation, kappa, parts)) in cases() {
         let of = |block| read(pulled(block, kappa, parts), formulation, kind).stress;
         let (plane, space) = (of(Block::Plane), of(Block::Held));

@@ -117,7 +117,7 @@ fn locking_needs_frequency_and_coherence() {
 /// At a gain of 3500 the centroid beats for 150 s before it follows the drive, and the chain remains incoherent.
 #[test]
 #[ignore = "slow"]
-fn a_chain_may_give_in_late() {
+fn a_centroid_may_follow_the_drive_late() {
     let rod = Arc::new(recorded_rod(200.0).0);
     let (lock, scattered) = judged(&rod, 3500.0, 200.0);
     assert!(lock.follows && !lock.coherent, "{scattered:?}");

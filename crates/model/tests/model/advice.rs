@@ -189,7 +189,7 @@ fn check_names_units_that_do_not_go_together_and_endless_runs() {
 /// At a tight tolerance, λ determines the convergence test of Newton's method even if it is
 /// excluded from the error test.
 #[test]
-fn a_tight_tolerance_wants_weights_that_follow_the_step() {
+fn a_tight_tolerance_requires_weights_scaled_by_the_step() {
     let run = |rtol: f64| {
         Run::new(spindle(), Formulation::Position, 0.0, &[Field::Pressure], 2).with_tolerance(rtol)
     };
@@ -290,7 +290,7 @@ const ELEMENT: Inverted =
     Inverted { element: 7, barycentric: Barycentric::new(&[1.0, 0.0, 0.0]), jacobian: -0.5 };
 
 #[test]
-fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
+fn only_an_inversion_that_ends_the_run_is_reported() {
     let named = |inversions: [u64; 2], end| {
         let inner = Scripted {
             problem: Strained { work: WorkCounters::default(), ratio: 1.0 },

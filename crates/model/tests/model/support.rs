@@ -135,7 +135,7 @@ fn a_group_of_one_pin_leaves_a_turn() {
 /// Regression: for a body whose entire boundary is fixed, the message named elements as the cause, and `check` printed
 /// modes at "NaN Hz".
 #[test]
-fn a_boundary_that_is_held_leaves_the_level_of_the_pressure_open() {
+fn a_fixed_boundary_leaves_the_pressure_level_undetermined() {
     let printed = |groups: &[&str], kappa: f64| {
         let muscle = body(&block(), groups, &[0, 1], kappa);
         let report = check::check_static(&muscle, Formulation::Position, 0.0).unwrap();

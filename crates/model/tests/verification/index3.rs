@@ -77,13 +77,13 @@ fn holds_to(t_end: f64, tolerances: &[f64]) {
 }
 
 #[test]
-fn index_3_goes_through_with_the_steps_of_row_1() {
+fn index_3_takes_the_steps_of_row_1() {
     holds_to(1.5, &[1e-2, 1e-4, 1e-6]);
 }
 
 #[test]
 #[ignore = "slow"]
-fn index_3_goes_to_the_end_at_all_tolerances() {
+fn index_3_reaches_the_end_at_all_tolerances() {
     holds_to(10.0, &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6]);
 }
 
@@ -100,7 +100,7 @@ fn plain_weights_stop_it_with_lambda_at_fault() {
 /// Checks that the multipliers of the index-3 and index-2 forms are equally accurate at equal
 /// tolerance.
 #[test]
-fn lambda_is_as_accurate_as_that_of_the_stabilized_form() {
+fn lambda_is_as_accurate_as_in_the_stabilized_form() {
     const T_END: f64 = 0.8;
     let radau = Settings {
         integrator: IntegratorKind::Radau5,

@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn an_operator_that_loses_its_argument_is_no_endless_loop() {
+    fn a_zero_operator_stops_the_iteration() {
         let zero = |_: &[f64], out: &mut [f64]| {
             out.fill(0.0);
             Ok::<(), Stalled>(())

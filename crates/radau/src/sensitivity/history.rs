@@ -304,8 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn no_step_is_guessed_from_much_shorter_ones_nor_from_forgotten_ones_nor_to_more_digits_than_products_have()
-     {
+    fn initial_guesses_of_steps_are_limited() {
         let (method, mut history, t) = after(&[0.1, 0.1, 0.2]);
         let mut guesses = |h: f64, tolerance: f64, is_known: bool| {
             if !is_known {
@@ -322,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn no_more_is_kept_than_there_is_room_for() {
+    fn stored_history_is_limited() {
         // For each unknown, 7 values of a column and 2 of the state.
         for (steps, most) in [(2, 0), (4, 4), (100, STEPS)] {
             let n = MOST_NUMBERS / 9 / steps;

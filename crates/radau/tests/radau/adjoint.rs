@@ -320,7 +320,7 @@ fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
 }
 
 #[test]
-fn misuse_is_told() {
+fn misuse_is_rejected() {
     let sample = Oscillator { omega: 3.0 };
     let mut solver = solver(sample, tolerance(1e-4));
     let mut recording = Recording::of_checkpoints(&solver).unwrap();

@@ -37,7 +37,7 @@ fn root(outcome: Outcome) -> (f64, Vec<i32>) {
 
 /// Equal to the test of the IDAS wrapper. x is zero at the start, which does not count as a crossing.
 #[test]
-fn roots_are_found_in_the_direction_asked_for() {
+fn roots_are_found_in_the_requested_direction() {
     for stages in [3, 5, 7] {
         let options = RadauOptions { stages, step_size: StepSize::Fixed(0.45), ..tolerance(1e-9) };
         let directions = [Direction::Falling, Direction::Rising, Direction::Both];
@@ -170,7 +170,7 @@ fn events_do_not_change_the_steps_if_dense_output_does_not() {
 }
 
 #[test]
-fn a_root_function_that_fails_stops_or_is_handed_back() {
+fn failing_root_functions_stop_or_return_the_error() {
     let failing = |failure: fn() -> Result<f64, StepError>| {
         let options = tolerance(1e-6);
         let both = [Direction::Both];

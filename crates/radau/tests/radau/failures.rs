@@ -249,7 +249,7 @@ fn an_output_time_at_the_start_gives_no_first_step() {
 }
 
 #[test]
-fn a_fatal_error_is_handed_back() {
+fn fatal_errors_are_returned() {
     let problem =
         touchy(
             |t, _| {

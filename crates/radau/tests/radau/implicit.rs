@@ -215,7 +215,7 @@ fn error(case: &Case, stages: usize, tolerance: f64) -> Option<f64> {
 /// At tolerances above the initial value of a root, both of its branches satisfy the equations, so
 /// a run may stop. At small tolerances every run succeeds.
 #[test]
-fn no_success_is_wrong() {
+fn successful_runs_are_accurate() {
     let mut wrong = Vec::new();
     for case in &CASES {
         for stages in [3, 5, 7] {

@@ -185,7 +185,7 @@ fn eliminated_states_are_those_among_the_unknowns_over_restarts() {
 }
 
 #[test]
-fn sensitivities_with_a_memory_are_refused() {
+fn sensitivities_with_internal_variables_are_rejected() {
     let solver = eliminated(3, 1e-6);
     assert!(matches!(Recording::of_stages(&solver), Err(RadauError::InternalVariables)));
 }

@@ -179,7 +179,7 @@ impl InternalVariableProblem for Slot {
 /// Regression: inconsistent slots and invalid relaxation times caused a panic; a negative relaxation time caused a
 /// growing solution.
 #[test]
-fn a_memory_without_sense_is_refused() {
+fn invalid_internal_variables_are_rejected() {
     let build = |slots: &[(usize, usize)], time: f64, weight: f64, absolute: f64| {
         let part = |&(start, end): &(usize, usize)| InternalVariableGroup {
             slots: start..end,

@@ -75,7 +75,7 @@ fn output_does_not_prevent_success() {
 /// Regression: dense output in the first step after a restart used the multipliers and slopes from before the restart.
 /// After a jump, its error was a tenth of the jump.
 #[test]
-fn output_behind_a_restart_does_not_depend_on_values_before() {
+fn output_after_a_restart_does_not_depend_on_earlier_values() {
     for (stages, tol) in pairs(&[3, 5, 7], &[1e-4, 1e-6]) {
         for (circuit, (name, wave, t_end)) in pairs(&CIRCUITS, &WAVES) {
             let units = [1.0, 1.0];

@@ -68,7 +68,7 @@ fn quadratures_have_the_order_of_the_method() {
 
 /// The integrand uses the multiplier after removal of its leading error, like the output: ∫ z = e² ᵗ/2.
 #[test]
-fn multipliers_are_integrated_as_they_are_handed_out() {
+fn integrals_of_multipliers_use_their_output_values() {
     let start = JayIndex2.start();
     let mut solver = RadauSolver::builder(JayIndex2)
         .tolerances(Tolerances::scalar(1e-6, 1e-6))

@@ -197,7 +197,7 @@ impl Problem for Resting {
 
 /// Steps chosen for a state at rest do not resolve its sensitivity; steps chosen for both do.
 #[test]
-fn sensitivities_choose_steps_on_wish() {
+fn sensitivities_optionally_limit_the_steps() {
     let run = |tol: f64, is_controlling: bool| {
         let mut solver = RadauSolver::builder(Resting(0.0))
             .options(tolerance(tol))
@@ -259,7 +259,7 @@ fn dense_output_is_that_of_the_step() {
 }
 
 #[test]
-fn misuse_is_told() {
+fn misuse_is_rejected() {
     let sample = Oscillator { omega: 3.0 };
     let mut solver = solver(sample, tolerance(1e-4));
     let new = |solver: &RadauSolver<_>, starts| {

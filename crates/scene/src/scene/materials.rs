@@ -381,7 +381,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sheets_are_asked_for_where_they_matter() {
+    fn sheets_are_required_only_by_laws_that_use_them() {
         let guccione =
             Law::named("guccione", &[("c", 2e3), ("b_f", 8.0), ("b_t", 2.0), ("b_fs", 4.0)]);
         assert!(!has_sheets(guccione.unwrap()));

@@ -273,7 +273,7 @@ mod tests {
 
     /// Checks that constants other than stresses (exponents and stretches) are unchanged.
     #[test]
-    fn a_stiffened_law_has_its_energy_that_many_times() {
+    fn a_stiffened_law_has_its_energy_multiplied() {
         let strain = [[0.11, 0.05, -0.03], [0.02, 0.07, 0.04], [0.01, -0.06, 0.09]];
         let axes = Axes { fiber: [1.0, 0.0, 0.0], sheet: [0.0, 1.0, 0.0] };
         for law in myovib_fem::Law::CATALOG {

@@ -178,7 +178,7 @@ const EXTRAS: [&str; 8] = [
 
 /// Checks that only requested features are computed, and that their effect is visible.
 #[test]
-fn a_scene_without_contraction_does_none_of_its_work() {
+fn a_scene_without_contraction_skips_its_evaluation() {
     let (document, columns, last) = run(MUSCLE);
     let [all, added, tangents] = passes(&document);
     assert!(all == added && tangents > 0, "{all} {added} {tangents}");

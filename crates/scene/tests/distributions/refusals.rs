@@ -34,7 +34,7 @@ fn invalid_spatial_factors_are_rejected_with_their_key() {
 }
 
 #[test]
-fn nodal_data_that_are_no_factor_are_refused() {
+fn invalid_nodal_data_are_rejected_as_a_factor() {
     let file = with_data(&mesh("spindle_coarse.msh"), "nine", |_| Some([1.0; 9]));
     let half = |[x, ..]: [f64; 3]| (x < 0.0).then_some([1.0]);
     let file = with_data(&file, "half", half);

@@ -278,7 +278,7 @@ fn a_condition_ends_a_run_inside_a_step() {
 }
 
 #[test]
-fn starts_that_make_no_sense_are_refused() {
+fn invalid_starting_points_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let statics = ["analysis=static", "probe=[]", "body_force=[{ y = -1.0 }]"];
     run(BLOCK, &statics, &folder.path().join("sag"));

@@ -332,7 +332,7 @@ y = { type = "step", value = 100.0, rise = 0.05 }
 }
 
 #[test]
-fn places_and_directions_that_cannot_be_are_refused() {
+fn invalid_places_and_directions_are_rejected() {
     let feedback = "[[feedback]]\nchain = \"nodes\"\nat_zero_coherence = 1.5\n[fields]";
     for (from, to, messages) in [
         ("vertices = \"muscle\"", "vertices = \"muscles\"", ["no group `muscles`", "muscle"]),

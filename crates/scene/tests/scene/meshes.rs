@@ -147,7 +147,7 @@ fn combined_points_and_elements() {
 
 /// Checks that each error shows the line of the scene that contains the mistake.
 #[test]
-fn groups_that_make_no_sense_are_located() {
+fn invalid_groups_are_located() {
     for (group, line) in [
         ("type = \"plane\"\npoint = [0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]\n", "point = [0.0, 0.0]"),
         (

@@ -123,7 +123,7 @@ fn a_table_is_refused_with_the_number_of_its_row() {
 }
 
 #[test]
-fn directions_of_fibers_are_asked_for_and_checked() {
+fn missing_and_invalid_fiber_directions_are_rejected() {
     const LAW: &str = "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2";
     let guccione = |directions: &str| {
         let law = "law = \"guccione\"\ndensity = 1e3\nc = 2e3\nb_f = 8.0\nb_t = 2.0\nb_fs = 4.0";

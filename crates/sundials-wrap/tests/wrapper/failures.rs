@@ -234,7 +234,7 @@ fn weights_must_be_positive() {
 }
 
 #[test]
-fn inconsistent_values_that_cannot_be_mended_are_an_error() {
+fn uncorrectable_initial_values_are_an_error() {
     // F = ẏ + NaN has no consistent ẏ.
     let mut solver = Decay::residual(|_, _| Ok(f64::NAN)).solver();
     let mode = ConsistencyMode::AlgebraicAndDerivatives;

@@ -9,7 +9,7 @@ use crate::common::{HAS_KLU, build, tolerance};
 
 /// With three unknowns, the sums in norms are also computed in the order of SUNDIALS.
 #[test]
-fn our_arithmetic_of_vectors_is_that_of_sundials() {
+fn vector_arithmetic_matches_that_of_sundials() {
     let run = |vectors| {
         let mut solver = build(Robertson, IdaOptions { vectors, ..tolerance(1e-7) });
         assert_eq!(solver.integrate_to(40.0).unwrap(), Outcome::Reached { t: 40.0 });
@@ -20,7 +20,7 @@ fn our_arithmetic_of_vectors_is_that_of_sundials() {
 
 /// y2 = sin t crosses zero at multiples of π; it is rising at even multiples.
 #[test]
-fn roots_are_found_in_the_direction_asked_for() {
+fn roots_are_found_in_the_requested_direction() {
     let start = LinearIndex1.start();
     let mut solver = IdaSolver::builder(LinearIndex1)
         .options(tolerance(1e-9))

@@ -6,7 +6,7 @@ use myovib_dae::Problem;
 use sundials_wrap::IdaSolver;
 
 #[test]
-fn a_thousand_solvers_come_and_go() {
+fn a_thousand_solvers_are_created_and_dropped() {
     for i in 0..1000 {
         let sample = Heat2d::new(4);
         let start = sample.start();

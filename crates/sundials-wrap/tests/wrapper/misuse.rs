@@ -29,7 +29,7 @@ fn initial_values_of_a_wrong_length_or_not_finite_are_refused() {
 }
 
 #[test]
-fn tolerances_that_make_no_sense_are_refused() {
+fn invalid_tolerances_are_rejected() {
     for (tolerances, expected) in [
         (Tolerances::scalar(-1e-3, 1.0), "relative tolerance = -0.001: must be finite and ≥ 0"),
         (Tolerances::scalar(f64::NAN, 1.0), "relative tolerance = NaN: must be finite and ≥ 0"),
@@ -184,7 +184,7 @@ fn a_problem_that_contradicts_itself_is_refused() {
 }
 
 #[test]
-fn quadratures_and_times_that_are_no_numbers_are_refused() {
+fn non_finite_quadratures_and_times_are_rejected() {
     let build = |t0: f64, start: &[f64], tolerances| {
         IdaSolver::builder(Decay::new())
             .quadrature(start, tolerances, |_, _, y, _, rate| {

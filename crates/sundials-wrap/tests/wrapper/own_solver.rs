@@ -81,7 +81,7 @@ impl<P: Problem> LinearSolver<P> for DenseLu {
 
 /// With equal matrices and equal scaling for an earlier c_j, the counters equal those with KLU.
 #[test]
-fn a_linear_solver_of_ones_own_counts_as_klu_does() {
+fn a_custom_linear_solver_has_the_counters_of_klu() {
     let start = Robertson.start();
     let options = IdaOptions {
         tolerances: Tolerances::vector(1e-4, [1e-8, 1e-6, 1e-6]),
@@ -111,7 +111,7 @@ fn a_linear_solver_of_ones_own_counts_as_klu_does() {
 
 /// If the setup or the solve of a user's linear solver fails, it is called again with a new matrix or a smaller step.
 #[test]
-fn a_linear_solver_of_ones_own_may_fail_recoverably() {
+fn a_custom_linear_solver_may_fail_recoverably() {
     struct Moody {
         lu: DenseLu,
         /// Number of calls until a setup, and until a solve, fails.

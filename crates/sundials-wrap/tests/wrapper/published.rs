@@ -190,7 +190,7 @@ fn distance(y: &[f64], exact: &[f64]) -> f64 {
 /// With the multiplier in the error test, BDF cannot integrate the index-3 form: the estimate of the local error of λ
 /// does not decrease with the step. The solver must stop early and report the reason.
 #[test]
-fn the_index_3_pendulum_stops_honestly() {
+fn the_index_3_pendulum_stops_with_a_reason() {
     for tol in [1e-4, 1e-6, 1e-8] {
         let mut solver = solver(Pendulum::new(MechanicalForm::Index3), tolerance(tol));
         let Outcome::Stopped(stop) = solver.integrate_to(2.0).unwrap() else {
@@ -317,7 +317,7 @@ fn step_scaled<S: Sample + Clone>(
 /// The index-3 forms, which fail or take tiny steps with constant weights, at order 5: the number of steps is within a
 /// factor of 1.5 of index 2, and the errors follow the tolerance.
 #[test]
-fn index_3_is_solved_with_weights_that_follow_the_step() {
+fn index_3_is_solved_with_weights_scaled_by_the_step() {
     fn check<S: Sample + Clone>(sample: &S, omega: f64, t: f64, exact: &[f64], index_2: [f64; 3]) {
         let mut errors = Vec::new();
         for (tol, index_2) in [1e-4, 1e-6, 1e-8].into_iter().zip(index_2) {
