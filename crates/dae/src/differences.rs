@@ -246,7 +246,8 @@ pub(crate) enum Perturbation {
     Usual,
     /// By −δ_j.
     Back,
-    /// Away from zero, with √ε/w_j instead of 1/w_j in δ_j: a positive variable remains positive even close to zero.
+    /// Away from zero by a smaller distance: δ_j with √ε/w_j instead of 1/w_j. A positive variable remains positive even
+    /// close to zero.
     SlightlyAway,
     /// Toward zero, by the same distance.
     SlightlyToward,

@@ -77,7 +77,7 @@ impl Rounding {
         }
     }
 
-    /// Returns the samplings to be tried, in this order, before a step is repeated or shortened.
+    /// Returns the samplings to try, in this order, before a step is repeated or shortened.
     pub(crate) fn samplings(&self) -> &'static [Sampling] {
         match self.grows {
             true => &[Sampling::QUICK, Sampling::THOROUGH],

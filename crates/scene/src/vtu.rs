@@ -37,7 +37,7 @@ fn cell_type(space: &Space) -> usize {
 pub const LIST: &str = "fields.pvd";
 /// Name of the file that lists the files of complex fields of a response.
 pub const AMPLITUDES_LIST: &str = "amplitudes.pvd";
-/// Name of the file that lists the files of values at places of chains.
+/// Name of the file that lists the files with values at the positions of chains.
 pub const PLACES_LIST: &str = "places.pvd";
 
 /// Values of a field in some of the elements.

@@ -193,7 +193,7 @@ struct ColumnBlock<'a, T> {
     first: usize,
 }
 
-/// The kernel for as many columns as a row of type R holds.
+/// Kernel that multiplies all columns in a row of type R together.
 struct ColumnKernel<'a, T, R, const TRANSPOSED: bool> {
     block: ColumnBlock<'a, T>,
     row: PhantomData<R>,

@@ -43,7 +43,7 @@ pub trait Real:
     fn choose(self, then: Self, otherwise: Self) -> Self;
 }
 
-/// Number type without derivative, on whose bits functions may operate.
+/// Number type without derivatives; functions may operate on the bits of its values.
 pub(crate) trait Plain: Real {
     /// Applies `f` to each `f64`.
     fn map(self, f: impl Fn(f64) -> f64) -> Self;

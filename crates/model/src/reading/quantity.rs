@@ -202,7 +202,7 @@ impl Quantity {
         matches!(self.description().evaluation, Evaluation::Stress(_))
     }
 
-    /// Returns whether it has no derivative at a state without strain and stress.
+    /// Returns whether the quantity is not differentiable at a state without strain and stress.
     pub fn has_kink_at_rest(self) -> bool {
         matches!(self, Self::PrincipalStrain | Self::Principal | Self::VonMises)
     }

@@ -48,9 +48,9 @@ pub struct InitialValues {
 
 /// A system that can compute a consistent state near a given state.
 pub trait Consistent: Problem {
-    /// Computes y and ẏ near `y` that satisfy the equations at time `t`, including hidden
-    /// equations, from its displacements and velocities, and from the other unknowns with free
-    /// initial values.
+    /// Computes y and ẏ that satisfy the equations at time `t`, including hidden equations. Projects the displacements
+    /// and velocities of `y` onto the constraints, keeps the other unknowns whose initial values are free, and computes
+    /// the rest.
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError>;
 }
 

@@ -29,8 +29,10 @@ pub enum Control {
 
 /// Follows the path of equilibria from the unloaded body, as [`equilibrium`](super::equilibrium) does. `record`
 /// receives each requested state, converged to rounding, but not the unloaded body; it may end the path. `watch` is
-/// called before each iteration and may interrupt the search. If the path ends early, its last state is recorded
-/// too, unless contacts have multipliers, which are converged at requested states only, and a state has been recorded.
+/// called before each iteration and may interrupt the search.
+///
+/// If the path ends early, its last state is also recorded. With multipliers of contacts, which converge only at
+/// requested states, it is recorded only if there is no other state.
 ///
 /// # Errors
 /// Errors of [`equilibrium`](super::equilibrium) except for [`ModelError::NoEquilibrium`] and [`ModelError::Penetration`].

@@ -91,8 +91,8 @@ impl Curves {
         self.step.y_dot0.copy_from_slice(&self.s_dot);
     }
 
-    /// Writes p̄ S_j, for each component the larger of the values before and after the step. The end value includes the
-    /// pending correction in `residual`.
+    /// Writes the magnitude of each component of p̄ S_j: the maximum of its values at both ends of the step. The value at
+    /// the end includes the pending correction in `residual`.
     pub(super) fn size(&self, j: usize, scale: f64, out: &mut [f64]) {
         let last = self.step.increments.len() - self.s.len();
         let end = (&self.step.increments[last..], &self.residual[last..]);

@@ -66,7 +66,7 @@ fn policy() -> String {
     )
 }
 
-/// Returns a figure with its picture, and the attribute with the numbers of the charts that replace it.
+/// Returns an HTML figure with a picture. An attribute lists the charts that replace the picture if scripts are enabled.
 pub(crate) fn figure<'a>(
     caption: &str,
     svg: &str,

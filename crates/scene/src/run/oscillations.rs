@@ -35,7 +35,7 @@ pub(super) struct Measured {
     coherence: Vec<f64>,
     /// |Ψ|.
     amplitude: Vec<f64>,
-    /// χ| of the neighborhoods; NaN if not requested.
+    /// Value of |χ| in each neighborhood; NaN if not requested.
     neighborhood: Vec<f64>,
 }
 

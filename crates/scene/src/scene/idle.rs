@@ -152,7 +152,7 @@ fn held(i: usize, traction: &Traction, muscle: &Muscle) -> Vec<String> {
     };
     let words = axes.filter(is_held).map(|axis| {
         format!(
-            "traction[{i}].{} moves nothing: all of `{}` is fixed or moved along it",
+            "traction[{i}].{} has no effect: all of `{}` is fixed or has a prescribed displacement along it",
             NAMES[axis], traction.group
         )
     });

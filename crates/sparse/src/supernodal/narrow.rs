@@ -54,7 +54,7 @@ impl<'a, T: Number> NarrowFront<'a, T> {
         }
     }
 
-    /// Computes x ← (D Lᵀ)⁻¹ x for its unknowns; the diagonal stores the inverse of D.
+    /// Computes x ← (D Lᵀ)⁻¹ x for the unknowns of this front; the diagonal stores the inverse of D.
     #[inline(always)]
     pub(super) fn scaled_upper<R: Row<T>>(&self, x: &mut [R]) {
         let sums = self.gather_all(x, self.below());

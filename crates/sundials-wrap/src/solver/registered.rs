@@ -1,4 +1,4 @@
-//! Data of backward problems that the functions called by IDAS require.
+//! Backward problems, with the data for the functions that IDAS calls.
 
 use super::linear::WholeLu;
 use crate::adjoint::{BackwardProblem, ForwardState};
@@ -20,7 +20,7 @@ pub(super) struct Repeating {
     /// Maximum number of error weights, which equals the number of steps between two checkpoints; `None` during the
     /// forward run.
     pub(super) most: Option<usize>,
-    /// Number of error weights since the last evaluation of a backward problem.
+    /// Number of times that IDAS requested error weights since the last evaluation of a backward problem.
     pub(super) weights: usize,
 }
 

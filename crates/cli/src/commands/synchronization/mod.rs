@@ -110,12 +110,12 @@ pub struct SynchronizationArgs {
     pub common: CommonArgs,
 }
 
-/// What drives the chain, as typed.
+/// Body that drives the chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BodyName {
     /// The rod of section 3.1.
     Rod,
-    /// The u_y of the muscle of section 3.2.
+    /// The displacement u_y of the muscle of section 3.2.
     Muscle,
 }
 

@@ -317,7 +317,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Overwrites y and ẏ, from which IDAS does not read.
+    /// Overwrites the returned y and ẏ. IDAS writes but does not read them.
     pub(crate) fn set_state(&mut self, y: &[f64], y_dot: &[f64]) {
         self.y.as_mut_slice().copy_from_slice(y);
         self.y_dot.as_mut_slice().copy_from_slice(y_dot);
