@@ -96,7 +96,13 @@ pub struct HarmonicResponse {
     plan: Arc<Condensation>,
     elimination: Arc<Elimination>,
     /// Matrices that no thread uses. Allocating one costs as much as a factorization.
-    matrices: Mutex<Vec<Condensed<Complex64>>>,
+    matrices: Mutex<Vec<Factorized>>,
+}
+
+/// A matrix with the work for its factorizations and solves.
+struct Factorized {
+    matrix: Condensed<Complex64>,
+    work: LinearWork,
 }
 
 impl DynamicStiffness {
@@ -223,6 +229,13 @@ impl HarmonicResponse {
         self.plan.n_condensed()
     }
 
+    /// Returns the numbers of factorizations and of solves so far.
+    pub fn work(&self) -> [u64; 2] {
+        let matrices = locked(&self.matrices);
+        let sum = |of: fn(&LinearWork) -> u64| matrices.iter().map(|own| of(&own.work)).sum();
+        [sum(|work| work.factorizations), sum(|work| work.solves)]
+    }
+
     /// Predicts memory and work of one factorization; `None` for an external solver.
     pub fn prediction(&self) -> Option<Prediction> {
         self.elimination.prediction::<Complex64>()
@@ -298,31 +311,30 @@ impl HarmonicResponse {
     }
 
     /// Returns a matrix that no other thread uses.
-    fn matrix(&self) -> Condensed<Complex64> {
+    fn matrix(&self) -> Factorized {
         let unused = locked(&self.matrices).pop();
-        unused.unwrap_or_else(|| Condensed::new(self.plan.clone(), self.elimination.clone()))
+        unused.unwrap_or_else(|| Factorized {
+            matrix: Condensed::new(self.plan.clone(), self.elimination.clone()),
+            work: LinearWork::default(),
+        })
     }
 
     /// Solves for one s = iω.
-    fn solve(
-        &self,
-        matrix: &mut Condensed<Complex64>,
-        s: Complex64,
-    ) -> Result<Amplitude, ModelError> {
-        let mut work = LinearWork::default();
+    fn solve(&self, factorized: &mut Factorized, s: Complex64) -> Result<Amplitude, ModelError> {
+        let Factorized { matrix, work } = factorized;
         matrix.forget_history()?;
-        matrix.set_up(s, |values| self.stiffness.dae.matrix_values(values), &mut work)?;
+        matrix.set_up(s, |values| self.stiffness.dae.matrix_values(values), work)?;
         let supports = &self.stiffness.supports;
         let still = vec![Complex64::ZERO; self.stiffness.p.len()];
         let moved = self.stiffness.unbalanced(s, supports, &still)?;
-        self.balance(matrix, s, &moved, supports)
+        self.balance(factorized, s, &moved, supports)
     }
 
-    /// Returns the motion of the free components that balances `unbalanced`, together with `supports`; `matrix` is
-    /// factorized for `s`.
+    /// Returns the motion of the free components that balances `unbalanced`, together with `supports`, by a matrix that
+    /// is factorized for `s`.
     fn balance(
         &self,
-        matrix: &mut Condensed<Complex64>,
+        factorized: &mut Factorized,
         s: Complex64,
         unbalanced: &Balance,
         supports: &[Complex64],
@@ -338,7 +350,7 @@ impl HarmonicResponse {
         for (row, volume) in x[pressures.clone()].iter_mut().zip(&unbalanced.volume) {
             *row = -volume;
         }
-        matrix.solve(&mut x, &mut LinearWork::default())?;
+        factorized.matrix.solve(&mut x, &mut factorized.work)?;
         let mut displacement = supports.to_vec();
         let free = layout.range(Field::Displacement);
         let free = &x[free.expect("all formulations have q")];
@@ -351,7 +363,7 @@ impl HarmonicResponse {
     /// Returns the derivative of the amplitude `at` with respect to a parameter, from K û' = −∂(K û − f̂)/∂p.
     fn derivative(
         &self,
-        matrix: &mut Condensed<Complex64>,
+        factorized: &mut Factorized,
         at: &Amplitude,
         near: &Neighbors,
     ) -> Result<Amplitude, ModelError> {
@@ -373,7 +385,7 @@ impl HarmonicResponse {
             add(weight, &unbalanced.volume, &mut change.volume);
             add(weight, &other.supports, &mut supports);
         }
-        self.balance(matrix, at.s, &change, &supports)
+        self.balance(factorized, at.s, &change, &supports)
     }
 }
 

@@ -4,7 +4,10 @@
 use std::f64::consts::TAU;
 
 use myovib_fem::load;
-use myovib_model::harmonic::{Amplitude, Excitation, HarmonicResponse};
+use myovib_model::harmonic::{
+    Amplitude, DynamicStiffness, Excitation, HarmonicResponse, Neighbors,
+};
+use myovib_model::sensitivity::Stencil;
 use myovib_model::statics::equilibrium;
 use myovib_model::{
     Activation, Field, Formulation, Load, ModelError, Muscle, MuscleDae, Signal, SurfaceLoad,
@@ -149,5 +152,34 @@ fn shaken_supports_leave_no_force_at_free_components() {
         // Central differences of active stress and pressure have an error of 1e-10.
         let [unbalanced, largest] = [largest(&unbalanced), largest(&forces)];
         assert!(unbalanced < 1e-9 * largest, "{unbalanced:e} of {largest:e}");
+    }
+}
+
+/// Derivatives use the factors of the response: each costs one solve for each frequency, independently of the number of
+/// outputs.
+#[test]
+fn derivatives_add_no_factorizations() {
+    let (formulation, frequencies) = (Formulation::ImplicitRate, [1.0, FREQUENCY, 4.0]);
+    let muscle = loaded(contracting(2, 1e5, 1e-3, viscous()), Some(200.0));
+    let drive = drive(&muscle);
+    let at = equilibrium(&muscle, formulation, 0.0).unwrap();
+    let neighbors = |_| {
+        let step = 1e-3 * muscle.parameters.beta;
+        let body = |(distance, _): &(f64, f64)| {
+            let mut near = muscle.clone();
+            near.parameters.beta += distance * step;
+            DynamicStiffness::about(&near, formulation, &at, &drive).unwrap()
+        };
+        let bodies = Stencil::Central.points().iter().map(body);
+        Neighbors::new(Stencil::Central, step, bodies.collect())
+    };
+    for n_parameters in [0, 1, 5, 20] {
+        let response = HarmonicResponse::about(&muscle, formulation, &at, &drive).unwrap();
+        let neighbors: Vec<Neighbors> = (0..n_parameters).map(neighbors).collect();
+        let read =
+            |_: &Amplitude, derivatives: &[Amplitude]| Ok::<_, ModelError>(derivatives.len());
+        let found = response.map_with_derivatives(&frequencies, &neighbors, read).unwrap();
+        assert!(found.iter().all(|(_, count)| *count == n_parameters));
+        assert_eq!(response.work(), [3, 3 * (1 + n_parameters as u64)]);
     }
 }
