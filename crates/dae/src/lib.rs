@@ -10,10 +10,11 @@
 //! - [`LinearSolver`]: solves Newton's systems, with real and complex shifts.
 //! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: settings of an
 //!   [`Integrator`].
-//! - [`Outcome`], [`Stop`], [`Statistics`]: its results.
+//! - [`Outcome`], [`Stop`], [`Statistics`], [`IntegratorError`]: its results. [`checks`] tests its arguments.
 #![forbid(unsafe_code)]
 
 mod between;
+pub mod checks;
 mod coloring;
 pub mod columns;
 mod consistent;
@@ -22,6 +23,7 @@ mod direction;
 mod draw;
 mod inconsistent;
 mod integrator;
+mod integrator_error;
 mod jacobian;
 mod kinds;
 mod linear_solver;
@@ -43,6 +45,7 @@ pub use consistent::correct_initial_values;
 pub use direction::Direction;
 pub use inconsistent::Inconsistent;
 pub use integrator::{ConsistencyMode, Integrator, covers};
+pub use integrator_error::IntegratorError;
 pub use jacobian::Jacobian;
 pub use kinds::kinds_at;
 pub use linear_solver::LinearSolver;

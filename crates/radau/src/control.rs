@@ -1,8 +1,8 @@
 //! Step size control: the classical proposal, limited by Gustafsson's prediction.
 
+use myovib_dae::IntegratorError;
+use myovib_dae::checks::{expect, expect_positive};
 use serde::{Deserialize, Serialize};
-
-use crate::error::{RadauError, expect, expect_positive};
 
 /// Chooses step sizes from error estimates (Hairer & Wanner IV.8).
 #[derive(Debug, Clone)]
@@ -29,7 +29,7 @@ pub(crate) struct StepHistory {
 
 impl StepHistory {
     /// Checks values from outside the program, such as a saved state.
-    pub(crate) fn validate(&self) -> Result<(), RadauError> {
+    pub(crate) fn validate(&self) -> Result<(), IntegratorError> {
         for (h, error) in [self.accepted, self.rejected].into_iter().flatten() {
             expect_positive("step of the state", h)?;
             expect("error of the state", error, error >= 0.0, "at least 0")?;

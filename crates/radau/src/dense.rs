@@ -1,10 +1,11 @@
 //! The collocation polynomial of a step. It provides the initial guess of the next step and, with
 //! one more condition, dense output.
 
+use myovib_dae::IntegratorError;
+use myovib_dae::checks::{expect_finite, expect_vector};
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{RadauError, expect_finite, expect_vector};
 use crate::method::Method;
 
 /// The polynomial u of degree s through y_0 at t_0 and y_0 + z_j at t_0 + c_j h.
@@ -39,7 +40,7 @@ impl Collocation {
         what: &'static str,
         n: usize,
         stages: usize,
-    ) -> Result<(), RadauError> {
+    ) -> Result<(), IntegratorError> {
         expect_finite(what, &[self.t0, self.h])?;
         expect_vector(what, n, &self.y0)?;
         expect_vector(what, n, &self.y_dot0)?;

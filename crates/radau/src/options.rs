@@ -1,10 +1,12 @@
 //! Settings of the integrator, as plain values.
 
-use myovib_dae::{Suppressed, Tolerances, VariableKind};
+use myovib_dae::checks::{
+    expect, expect_count, expect_finite_value, expect_length, expect_positive, expect_tolerances,
+};
+use myovib_dae::{IntegratorError, Suppressed, Tolerances, VariableKind};
 use myovib_sparse::SparseOptions;
 
 use crate::control::Control;
-use crate::error::{RadauError, expect, expect_length, expect_positive};
 
 /// Minimum of the factor by which steps may grow if the measured errors of multipliers are only rounding errors.
 const GROWTH_IN_NOISE: f64 = 2.0;
@@ -175,7 +177,7 @@ impl Default for RadauOptions {
 
 impl RadauOptions {
     /// Checks all settings for a problem with `n` unknowns.
-    pub(crate) fn validate(&self, n: usize) -> Result<(), RadauError> {
+    pub(crate) fn validate(&self, n: usize) -> Result<(), IntegratorError> {
         self.validate_tolerances(n)?;
         self.validate_steps()?;
         self.validate_counts()?;
@@ -189,21 +191,11 @@ impl RadauOptions {
         expect("safety", self.safety, below_one, "in (0, 1)")
     }
 
-    fn validate_tolerances(&self, n: usize) -> Result<(), RadauError> {
+    fn validate_tolerances(&self, n: usize) -> Result<(), IntegratorError> {
         let relative = self.tolerances.relative();
         let below_one = (0.0..1.0).contains(&relative);
         expect("relative tolerance", relative, below_one, "in [0, 1)")?;
-        if let Tolerances::Vector { absolute, .. } = &self.tolerances {
-            expect_length("absolute tolerances", n, absolute.len())?;
-        }
-        for i in 0..n {
-            let absolute = self.tolerances.absolute(i);
-            let good = absolute.is_finite() && absolute >= 0.0;
-            expect("absolute tolerance", absolute, good, "finite and ≥ 0")?;
-            let expected = "> 0 where the relative one is 0";
-            let tested = relative + absolute > 0.0;
-            expect("absolute tolerance", absolute, tested, expected)?;
-        }
+        expect_tolerances(&self.tolerances, n)?;
         if let Suppressed::Components(excluded) = &self.suppressed {
             expect_length("suppressed components", n, excluded.len())?;
         }
@@ -212,7 +204,7 @@ impl RadauOptions {
         expect_positive("time_scale", self.time_scale)
     }
 
-    fn validate_steps(&self) -> Result<(), RadauError> {
+    fn validate_steps(&self) -> Result<(), IntegratorError> {
         for (option, step) in [("initial_step", self.initial_step), ("max_step", self.max_step)] {
             expect_positive(option, step.unwrap_or(1.0))?;
         }
@@ -229,20 +221,17 @@ impl RadauOptions {
         expect("start of step_window", low, begins, "in (0, 1]")?;
         expect("end of step_window", high, high >= 1.0, "≥ 1")?;
         let stop_time = self.stop_time.unwrap_or(0.0);
-        expect("stop_time", stop_time, stop_time.is_finite(), "finite")
+        expect_finite_value("stop_time", stop_time)
     }
 
-    fn validate_counts(&self) -> Result<(), RadauError> {
+    fn validate_counts(&self) -> Result<(), IntegratorError> {
         let counts = [
             ("max_steps", self.max_steps.unwrap_or(1)),
             ("max_error_test_failures", self.max_error_test_failures),
             ("max_convergence_failures", self.max_convergence_failures),
             ("max_newton_iterations", self.newton_limit()),
         ];
-        counts.into_iter().try_for_each(|(option, count)| {
-            let good = count > 0 && i32::try_from(count).is_ok();
-            expect(option, count as f64, good, "a positive count")
-        })
+        counts.into_iter().try_for_each(|(option, count)| expect_count(option, count))
     }
 
     /// Returns the relative accuracy of the solution `y` for which its tolerances are converted: the relative tolerance, or,
@@ -366,7 +355,7 @@ impl RadauOptions {
         &self,
         kinds: &[VariableKind],
         indices: Option<&[u8]>,
-    ) -> Result<Vec<f64>, RadauError> {
+    ) -> Result<Vec<f64>, IntegratorError> {
         let excluded = self.suppressed.excluded(kinds, indices)?;
         let tested = |excluded: &bool| f64::from(u8::from(!excluded));
         Ok(excluded.iter().map(tested).collect())

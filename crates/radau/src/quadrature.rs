@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-use myovib_dae::{Problem, StepError};
+use myovib_dae::checks::expect_vector;
+use myovib_dae::{IntegratorError, Problem, StepError};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use crate::dense::{Collocation, add_scaled};
-use crate::error::{RadauError, expect_vector};
 use crate::failure::{Failure, Operation};
 use crate::method::Method;
 use crate::newton::Step;
@@ -161,7 +161,7 @@ impl QuadratureState {
     }
 
     /// Checks the lengths and values of a saved state.
-    pub(crate) fn validate(&self, stages: usize) -> Result<(), RadauError> {
+    pub(crate) fn validate(&self, stages: usize) -> Result<(), IntegratorError> {
         const WHAT: &str = "quadratures of the state";
         expect_vector(WHAT, self.len(), &self.q)?;
         expect_vector(WHAT, self.len(), &self.rate)?;

@@ -7,36 +7,9 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The value of an option is not allowed.
-    #[error("{option} = {value}: must be {expected}")]
-    InvalidOption {
-        /// Name of the setting.
-        option: &'static str,
-        /// The value given.
-        value: f64,
-        /// Allowed values.
-        expected: &'static str,
-    },
-    /// An array has the wrong length.
-    #[error("{what}: expected length {expected}, got {got}")]
-    WrongLength {
-        /// Which array.
-        what: &'static str,
-        /// The expected length.
-        expected: usize,
-        /// The length it has.
-        got: usize,
-    },
-    /// A component of an array is infinite or not a number.
-    #[error("{what}[{index}] = {value} is not finite")]
-    NotFinite {
-        /// Which array.
-        what: &'static str,
-        /// The component.
-        index: usize,
-        /// Its value.
-        value: f64,
-    },
+    /// An error that all integrators have in common.
+    #[error(transparent)]
+    Common(#[from] myovib_dae::IntegratorError),
     /// A problem without unknowns, or with a Jacobian without entries, cannot be integrated.
     #[error("nothing to integrate: {n_unknowns} unknowns, {n_entries} entries in the Jacobian")]
     Empty {
@@ -44,38 +17,6 @@ pub enum Error {
         n_unknowns: usize,
         /// Entries in the Jacobian's pattern.
         n_entries: usize,
-    },
-    /// The output time is before the time reached.
-    #[error("the time {t_out} is before the current time t = {t}")]
-    TimeBehind {
-        /// Requested output time.
-        t_out: f64,
-        /// The time reached.
-        t: f64,
-    },
-    /// A correction of the initial values was requested after the first step, when the memory of IDAS already contains
-    /// the differences of past steps.
-    #[error("initial values can be corrected only before the first step, not at t = {t}")]
-    AfterTheStart {
-        /// The time reached.
-        t: f64,
-    },
-    /// Dense output was requested outside the last step, or for a derivative of too high an order.
-    #[error(
-        "no derivative of order {derivative} at t = {t}: the last step, of order {order}, covers \
-         [{from}, {to}]"
-    )]
-    NoDenseOutput {
-        /// Requested time.
-        t: f64,
-        /// Requested order of the derivative.
-        derivative: usize,
-        /// Order of the last step, which is the highest available derivative.
-        order: usize,
-        /// Start of the last step.
-        from: f64,
-        /// End of the last step.
-        to: f64,
     },
     /// The parameter does not exist.
     #[error("there is no sensitivity to parameter {parameter}: this solver has {of}")]
@@ -136,9 +77,6 @@ pub enum Error {
         /// The time reached.
         t: f64,
     },
-    /// Quadratures were requested, but none were set up.
-    #[error("this solver has no quadratures")]
-    NoQuadrature,
     /// No consistent initial values were found.
     #[error("no consistent initial values at t = {t}: {message} ({name}, {code})")]
     InconsistentInitialValues {
@@ -150,20 +88,6 @@ pub enum Error {
         name: &'static str,
         /// Message of IDAS, or of the function that failed.
         message: String,
-    },
-    /// The initial values contradict the equations.
-    #[error(transparent)]
-    Start(#[from] myovib_dae::InconsistentStart),
-    /// Components are to be excluded by an index that the problem does not state.
-    #[error(transparent)]
-    NoIndices(#[from] myovib_dae::NoIndices),
-    /// No values were found that satisfy the problem's constraints.
-    #[error("no consistent initial values at t = {t}: {source}")]
-    Unconstrained {
-        /// The initial time.
-        t: f64,
-        /// Why.
-        source: myovib_dae::Inconsistent,
     },
     /// A user function returned an unrecoverable error.
     #[error("the {function} failed at t = {t}: {source}")]

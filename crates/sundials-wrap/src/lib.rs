@@ -64,9 +64,9 @@ pub mod notes {
 pub use error::Error;
 /// The problem trait and the common interface of the integrators.
 pub use myovib_dae::{
-    ConsistencyMode, Direction, Integrator, Jacobian, LinearSolver, Linearization, Outcome,
-    Problem, SparsityPattern, Statistics, StepError, Stop, StopReason, Suppressed, Tolerances,
-    VariableKind, WorstComponent,
+    ConsistencyMode, Direction, Integrator, IntegratorError, Jacobian, LinearSolver, Linearization,
+    Outcome, Problem, SparsityPattern, Statistics, StepError, Stop, StopReason, Suppressed,
+    Tolerances, VariableKind, WorstComponent,
 };
 /// KLU, whose settings are part of the integrator's settings.
 pub use myovib_sparse::klu;

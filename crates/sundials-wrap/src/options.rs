@@ -3,26 +3,12 @@
 //! [`IdaOptions::default`] contains the defaults of IDAS. Settings that are functions (root functions, weights,
 //! quadratures) are passed to the [`IdaBuilder`](crate::IdaBuilder).
 
-use myovib_dae::{Direction, Suppressed, Tolerances, VariableKind};
+use myovib_dae::checks::{
+    expect, expect_count, expect_finite_value, expect_length, expect_not_negative, expect_positive,
+    expect_tolerances,
+};
+use myovib_dae::{Direction, IntegratorError, Suppressed, Tolerances, VariableKind};
 use myovib_sparse::{Ordering, SparseOptions};
-
-use crate::error::Error;
-
-/// Checks the tolerances of a problem with `n` unknowns.
-pub(crate) fn validate_tolerances(tolerances: &Tolerances, n: usize) -> Result<(), Error> {
-    at_least_zero("relative tolerance", tolerances.relative())?;
-    if let Tolerances::Vector { absolute, .. } = tolerances {
-        expect_length("absolute tolerances", n, absolute.len())?;
-    }
-    for i in 0..n {
-        let absolute = tolerances.absolute(i);
-        at_least_zero("absolute tolerance", absolute)?;
-        if tolerances.relative() == 0.0 && absolute == 0.0 {
-            return invalid("absolute tolerance", 0.0, "> 0 where the relative one is 0");
-        }
-    }
-    Ok(())
-}
 
 /// Returns the vector that IDAS expects: 1 for a component in the error test, 0 for an excluded component; `None` if
 /// all components are included.
@@ -30,7 +16,7 @@ pub(crate) fn error_test_id(
     suppressed: &Suppressed,
     kinds: &[VariableKind],
     indices: Option<&[u8]>,
-) -> Result<Option<Vec<f64>>, Error> {
+) -> Result<Option<Vec<f64>>, IntegratorError> {
     if let Suppressed::Components(excluded) = suppressed {
         expect_length("suppressed components", kinds.len(), excluded.len())?;
     }
@@ -164,36 +150,28 @@ impl Default for IdaOptions {
 impl IdaOptions {
     /// Checks the settings for a problem of `n` unknowns that IDAS does not check, or rejects without reporting their
     /// values.
-    pub(crate) fn validate(&self, n: usize) -> Result<(), Error> {
-        validate_tolerances(&self.tolerances, n)?;
-        within("max_order", self.max_order as f64, 1.0, 5.0, "1 to 5")?;
+    pub(crate) fn validate(&self, n: usize) -> Result<(), IntegratorError> {
+        expect_tolerances(&self.tolerances, n)?;
+        expect_order("max_order", self.max_order)?;
         if let Some(step) = self.initial_step {
-            finite("initial_step", step)?;
-            if step == 0.0 {
-                return invalid("initial_step", step, "finite and not 0");
-            }
+            expect("initial_step", step, step.is_finite() && step != 0.0, "finite and not 0")?;
         }
-        at_least_zero("min_step", self.min_step)?;
+        expect_not_negative("min_step", self.min_step)?;
         if let Some(step) = self.max_step {
-            positive("max_step", step)?;
-            if step < self.min_step {
-                return invalid("max_step", step, "at least min_step");
-            }
+            expect_positive("max_step", step)?;
+            expect("max_step", step, step >= self.min_step, "at least min_step")?;
         }
-        if let Some(t) = self.stop_time {
-            finite("stop_time", t)?;
-        }
-        count("max_error_test_failures", self.max_error_test_failures)?;
-        count("max_convergence_failures", self.max_convergence_failures)?;
-        count("max_newton_iterations", self.max_newton_iterations)?;
-        if let Some(steps) = self.max_steps {
-            count("max_steps", steps)?;
-        }
-        positive("nonlinear_coefficient", self.nonlinear_coefficient)?;
-        if !(self.delta_cj > 0.0 && self.delta_cj < 1.0) {
-            return invalid("delta_cj", self.delta_cj, "in (0, 1)");
-        }
-        within("sparse.pivot_tolerance", self.sparse.pivot_tolerance, 0.0, 1.0, "in [0, 1]")?;
+        expect_finite_value("stop_time", self.stop_time.unwrap_or(0.0))?;
+        expect_count("max_error_test_failures", self.max_error_test_failures)?;
+        expect_count("max_convergence_failures", self.max_convergence_failures)?;
+        expect_count("max_newton_iterations", self.max_newton_iterations)?;
+        expect_count("max_steps", self.max_steps.unwrap_or(1))?;
+        expect_positive("nonlinear_coefficient", self.nonlinear_coefficient)?;
+        let below_one = self.delta_cj > 0.0 && self.delta_cj < 1.0;
+        expect("delta_cj", self.delta_cj, below_one, "in (0, 1)")?;
+        let pivots = self.sparse.pivot_tolerance;
+        let fraction = (0.0..=1.0).contains(&pivots);
+        expect("sparse.pivot_tolerance", pivots, fraction, "in [0, 1]")?;
         if !self.constraints.is_empty() {
             expect_length("constraints", n, self.constraints.len())?;
         }
@@ -201,59 +179,9 @@ impl IdaOptions {
     }
 }
 
-pub(crate) fn invalid<T>(
-    option: &'static str,
-    value: f64,
-    expected: &'static str,
-) -> Result<T, Error> {
-    Err(Error::InvalidOption { option, value, expected })
-}
-
-pub(crate) fn within(
-    option: &'static str,
-    value: f64,
-    low: f64,
-    high: f64,
-    expected: &'static str,
-) -> Result<(), Error> {
-    if (low..=high).contains(&value) { Ok(()) } else { invalid(option, value, expected) }
-}
-
-pub(crate) fn count(option: &'static str, value: usize) -> Result<(), Error> {
-    let most = f64::from(i32::MAX);
-    within(option, value as f64, 1.0, most, "a positive count")
-}
-
-pub(crate) fn at_least_zero(option: &'static str, value: f64) -> Result<(), Error> {
-    within(option, value, 0.0, f64::MAX, "finite and ≥ 0")
-}
-
-fn positive(option: &'static str, value: f64) -> Result<(), Error> {
-    within(option, value, f64::MIN_POSITIVE, f64::MAX, "finite and > 0")
-}
-
-pub(crate) fn finite(option: &'static str, value: f64) -> Result<(), Error> {
-    within(option, value, f64::MIN, f64::MAX, "finite")
-}
-
-pub(crate) fn expect_length(what: &'static str, expected: usize, got: usize) -> Result<(), Error> {
-    if got == expected { Ok(()) } else { Err(Error::WrongLength { what, expected, got }) }
-}
-
-/// Checks the initial time and the initial state of `n` unknowns.
-pub(crate) fn expect_state(n: usize, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<(), Error> {
-    expect_length("initial values y0", n, y0.len())?;
-    expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
-    finite("t0", t0)?;
-    expect_finite("y0", y0)?;
-    expect_finite("y_dot0", y_dot0)
-}
-
-pub(crate) fn expect_finite(what: &'static str, values: &[f64]) -> Result<(), Error> {
-    match values.iter().position(|v| !v.is_finite()) {
-        Some(index) => Err(Error::NotFinite { what, index, value: values[index] }),
-        None => Ok(()),
-    }
+/// Checks the highest order of the BDF.
+pub(crate) fn expect_order(option: &'static str, order: usize) -> Result<(), IntegratorError> {
+    expect(option, order as f64, (1..=5).contains(&order), "1 to 5")
 }
 
 #[cfg(test)]

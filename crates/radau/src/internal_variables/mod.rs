@@ -7,11 +7,12 @@ mod specification;
 
 use std::ops::Range;
 
-use myovib_dae::{Problem, StepError};
+use myovib_dae::checks::{expect_finite, expect_length, expect_vector};
+use myovib_dae::{IntegratorError, Problem, StepError};
 use serde::{Deserialize, Serialize};
 
 use crate::dense::Collocation;
-use crate::error::{RadauError, expect_finite, expect_length, expect_vector};
+use crate::error::RadauError;
 use crate::failure::{Failure, Operation};
 use crate::method::Method;
 use form::{BEGIN, CHANGE, Form, N_DRIVING, SHIFTED, SHIFTED_CHANGE, TermStep};
@@ -340,13 +341,13 @@ impl<P: Problem> EliminatedVariables<P> {
     }
 
     /// Checks that the problem has one response per slot.
-    pub(crate) fn expect_response(&self, problem: &mut P) -> Result<(), RadauError> {
+    pub(crate) fn expect_response(&self, problem: &mut P) -> Result<(), IntegratorError> {
         let n_response = (self.functions.response)(problem).len();
         expect_length("response of the internal variables", self.present.len(), n_response)
     }
 
     /// Checks the lengths and values of a saved state.
-    pub(crate) fn validate(&self, state: &SavedVariables) -> Result<(), RadauError> {
+    pub(crate) fn validate(&self, state: &SavedVariables) -> Result<(), IntegratorError> {
         const WHAT: &str = "saved internal variables";
         expect_vector(WHAT, self.states.len(), &state.states)?;
         expect_vector(WHAT, self.states.len(), &state.last.states)?;

@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use myovib_dae::{Problem, StepError};
-
-use crate::error::{RadauError, expect, expect_positive};
+use myovib_dae::checks::{expect, expect_positive};
+use myovib_dae::{IntegratorError, Problem, StepError};
 
 /// A problem with internal variables (states) q in addition to its unknowns y, one or more for each slot:
 ///
@@ -63,7 +62,7 @@ pub struct InternalVariables {
 
 impl InternalVariables {
     /// Checks that the slots are consecutive and that the terms decay.
-    pub(super) fn validate(&self) -> Result<(), RadauError> {
+    pub(super) fn validate(&self) -> Result<(), IntegratorError> {
         let mut end = 0;
         for InternalVariableGroup { slots, terms } in &self.parts {
             let (start, expected) = (slots.start as f64, "the end of the part before, or 0");

@@ -1,6 +1,7 @@
 //! Forward sensitivities by the staggered method.
 
-use myovib_dae::{LinearSolver, Outcome, Parameters, Problem, columns, covers};
+use myovib_dae::checks::{expect_dense_output, expect_length, expect_positive, expect_vector};
+use myovib_dae::{IntegratorError, LinearSolver, Outcome, Parameters, Problem, columns};
 
 use super::block::Block;
 use super::curves::Curves;
@@ -8,7 +9,7 @@ use super::krylov::Stalled;
 use super::operator::{Stage, StageOperator};
 use super::sweep_failure::SweepFailure;
 use super::work::SensitivityWork;
-use crate::error::{RadauError, expect_finite, expect_length};
+use crate::error::RadauError;
 use crate::failure::Failure;
 use crate::newton::norm;
 use crate::solver::{AcceptedStep, RadauSolver};
@@ -76,7 +77,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// `starts`: for each parameter the number of unknowns.
     ///
     /// # Errors
-    /// [`RadauError::WrongLength`], [`RadauError::NotFinite`]; [`RadauError::AfterTheStart`] for a
+    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`]; [`IntegratorError::AfterTheStart`] for a
     /// solver that has taken steps, [`RadauError::InternalVariables`] for a solver with internal variables.
     pub fn new<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
@@ -90,15 +91,9 @@ impl<Q> ForwardSensitivities<Q> {
         let list = parameters.list();
         expect_starts(&starts, list.len(), n)?;
         let scales: Vec<f64> = list.iter().map(|parameter| parameter.scale).collect();
-        if let Some(scale) = scales.iter().find(|s| !(**s > 0.0 && s.is_finite())) {
-            return Err(RadauError::InvalidOption {
-                option: "scale of a parameter",
-                value: *scale,
-                expected: "positive and finite",
-            });
-        }
+        scales.iter().try_for_each(|scale| expect_positive("scale of a parameter", *scale))?;
         if solver.statistics().steps > 0 {
-            return Err(RadauError::AfterTheStart { t: solver.t() });
+            return Err(IntegratorError::AfterTheStart { t: solver.t() }.into());
         }
         solver.expect_no_internal_variables()?;
         let method = solver.method();
@@ -138,7 +133,7 @@ impl<Q> ForwardSensitivities<Q> {
     ) -> Result<(), RadauError> {
         expect_starts(&starts, self.n_parameters(), solver.y().len())?;
         if solver.statistics().steps > 0 {
-            return Err(RadauError::AfterTheStart { t: solver.t() });
+            return Err(IntegratorError::AfterTheStart { t: solver.t() }.into());
         }
         self.curves = Curves::new(solver.method(), solver.t(), starts);
         (self.followed, self.restarts) = (0, solver.restarts());
@@ -202,7 +197,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`RadauError::NoDenseOutput`] outside the last step or for a `derivative` above 1.
+    /// [`IntegratorError::NoDenseOutput`] outside the last step or for a `derivative` above 1.
     ///
     /// # Panics
     /// Panics if the parameter does not exist.
@@ -215,10 +210,7 @@ impl<Q> ForwardSensitivities<Q> {
         out: &mut [f64],
     ) -> Result<(), RadauError> {
         expect_length("dense output", self.curves.of(j).len(), out.len())?;
-        let [from, to] = solver.last_step_interval();
-        if derivative > 1 || !covers([from, to], t) {
-            return Err(RadauError::NoDenseOutput { t, derivative, from, to });
-        }
+        expect_dense_output(t, derivative, 1, solver.last_step_interval())?;
         let column = (j, self.n_parameters());
         let step = &self.curves.step;
         step.evaluate_column(solver.method(), t, derivative, column, out);
@@ -411,11 +403,14 @@ impl<Q> ForwardSensitivities<Q> {
     }
 }
 
-fn expect_starts(starts: &[Vec<f64>], n_parameters: usize, n: usize) -> Result<(), RadauError> {
+fn expect_starts(
+    starts: &[Vec<f64>],
+    n_parameters: usize,
+    n: usize,
+) -> Result<(), IntegratorError> {
     expect_length("starts of sensitivities", n_parameters, starts.len())?;
     for start in starts {
-        expect_length("start of a sensitivity", n, start.len())?;
-        expect_finite("start of a sensitivity", start)?;
+        expect_vector("start of a sensitivity", n, start)?;
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Data of a run stored for the backward pass.
 
-use myovib_dae::{LinearSolver, Outcome, Problem};
+use myovib_dae::{IntegratorError, LinearSolver, Outcome, Problem};
 
 use crate::dense::Collocation;
 use crate::error::RadauError;
@@ -48,7 +48,7 @@ impl Recording {
     /// Creates a recording that stores the stages of all steps: s + 2 vectors per step.
     ///
     /// # Errors
-    /// [`RadauError::AfterTheStart`] for a solver that has taken steps, [`RadauError::InternalVariables`] for
+    /// [`IntegratorError::AfterTheStart`] for a solver that has taken steps, [`RadauError::InternalVariables`] for
     /// a solver with internal variables.
     pub fn of_stages<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
@@ -79,7 +79,7 @@ impl Recording {
         recorded_steps: RecordedSteps,
     ) -> Result<Self, RadauError> {
         if solver.statistics().steps > 0 {
-            return Err(RadauError::AfterTheStart { t: solver.t() });
+            return Err(IntegratorError::AfterTheStart { t: solver.t() }.into());
         }
         solver.expect_no_internal_variables()?;
         Ok(Self { recorded_steps, steps: Vec::new(), restarts: solver.restarts() })

@@ -1,11 +1,15 @@
 //! Construction of an integrator.
 
-use myovib_dae::{Direction, LinearSolver, Problem, StepError, Tolerances, VariableKind, kinds_at};
+use myovib_dae::checks::{expect_finite, expect_length, expect_square, expect_state};
+use myovib_dae::{
+    Direction, IntegratorError, LinearSolver, Problem, StepError, Tolerances, VariableKind,
+    kinds_at,
+};
 
 use super::jacobian_point::JacobianPoint;
 use super::state::{JacobianAge, RadauSolver};
 use crate::dense::Collocation;
-use crate::error::{RadauError, expect_finite, expect_length};
+use crate::error::RadauError;
 use crate::error_test::ErrorTest;
 use crate::internal_variables::{EliminatedVariables, InternalVariableProblem, InternalVariables};
 use crate::interpolation::Interpolation;
@@ -136,13 +140,12 @@ impl<P: Problem> RadauBuilder<P> {
     /// `y0`, `y_dot0`: [`n_unknowns`](Problem::n_unknowns).
     ///
     /// # Errors
-    /// [`RadauError::WrongLength`], [`RadauError::NotFinite`], [`RadauError::InvalidOption`],
+    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`], [`IntegratorError::InvalidOption`],
     /// [`RadauError::Stages`], [`RadauError::Empty`] or [`RadauError::Factorization`] for invalid
-    /// arguments; [`RadauError::TimeBehind`] for a stop time before t0.
+    /// arguments; [`IntegratorError::TimeBehind`] for a stop time before t0.
     pub fn build(self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<RadauSolver<P>, RadauError> {
         let (n, pattern) = (self.problem.n_unknowns(), self.problem.jacobian_pattern());
-        expect_length("rows of the Jacobian", n, pattern.minor_dim())?;
-        expect_length("columns of the Jacobian", n, pattern.major_dim())?;
+        expect_square(n, &pattern)?;
         let matrices = SparseDirectSolver::new(&pattern, self.options.sparse)?;
         self.build_with(matrices, t0, y0, y_dot0)
     }
@@ -163,11 +166,7 @@ impl<P: Problem> RadauBuilder<P> {
     ) -> Result<RadauSolver<P, M>, RadauError> {
         let Self { mut problem, mut options, weights, roots, quadrature, internal } = self;
         let n = problem.n_unknowns();
-        expect_length("initial values y0", n, y0.len())?;
-        expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
-        expect_finite("t0", &[t0])?;
-        expect_finite("y0", y0)?;
-        expect_finite("y_dot0", y_dot0)?;
+        expect_state(n, t0, y0, y_dot0)?;
         if n == 0 {
             return Err(RadauError::Empty);
         }
@@ -183,11 +182,12 @@ impl<P: Problem> RadauBuilder<P> {
         let indices = stated.clone().unwrap_or_else(|| vec![1; n]);
         expect_length("indices", n, indices.len())?;
         expect_length("kinds", n, kinds.len())?;
-        options.tolerances =
-            (options.suppressed).loosened(options.tolerances, stated.as_deref())?;
+        options.tolerances = (options.suppressed)
+            .loosened(options.tolerances, stated.as_deref())
+            .map_err(IntegratorError::from)?;
         let mask = options.error_mask(&kinds, stated.as_deref())?;
         if let Some(stop_time) = options.stop_time.filter(|stop_time| *stop_time < t0) {
-            return Err(RadauError::TimeBehind { t_out: stop_time, t: t0 });
+            return Err(IntegratorError::TimeBehind { t_out: stop_time, t: t0 }.into());
         }
         let method = Method::radau_iia(options.stages)?;
         if let Some((start, _)) = &quadrature {

@@ -1,10 +1,11 @@
 //! Interruptions of steps at roots, and the continuation within a step after a root.
 
-use myovib_dae::{LinearSolver, Outcome, Problem};
+use myovib_dae::checks::expect_finite_value;
+use myovib_dae::{IntegratorError, LinearSolver, Outcome, Problem};
 
 use super::state::{Pause, RadauSolver};
 use crate::dense::Collocation;
-use crate::error::{RadauError, expect_finite};
+use crate::error::RadauError;
 use crate::failure::{Failure, Operation};
 use crate::roots::LastStep;
 
@@ -15,10 +16,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         t_out: f64,
         limit: Option<f64>,
     ) -> Result<Outcome, RadauError> {
-        expect_finite("t_out", &[t_out])?;
+        expect_finite_value("t_out", t_out)?;
         let t = self.t();
         if t_out < t {
-            return Err(RadauError::TimeBehind { t_out, t });
+            return Err(IntegratorError::TimeBehind { t_out, t }.into());
         }
         let limit = limit.unwrap_or(f64::INFINITY);
         if limit <= t {

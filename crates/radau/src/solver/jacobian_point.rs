@@ -1,9 +1,8 @@
 //! The point at which a Jacobian was evaluated.
 
-use myovib_dae::Linearization;
+use myovib_dae::checks::{expect_finite, expect_positive, expect_vector};
+use myovib_dae::{IntegratorError, Linearization};
 use serde::{Deserialize, Serialize};
-
-use crate::error::{RadauError, expect_finite, expect_positive, expect_vector};
 
 /// Point at which a Jacobian was evaluated.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -35,7 +34,7 @@ impl JacobianPoint {
 
     /// Checks the lengths and values of a saved linearization of `n` unknowns and a response of
     /// `n_response`.
-    pub(super) fn validate(&self, n: usize, n_response: usize) -> Result<(), RadauError> {
+    pub(super) fn validate(&self, n: usize, n_response: usize) -> Result<(), IntegratorError> {
         const WHAT: &str = "Jacobian of the state";
         expect_finite(WHAT, &[self.t, self.step])?;
         for values in [&self.y, &self.y_dot, &self.weights] {

@@ -1,9 +1,10 @@
 //! Results and settings available between steps.
 
-use myovib_dae::{LinearSolver, Problem, Statistics, covers};
+use myovib_dae::checks::{expect_dense_output, expect_finite_value, expect_length};
+use myovib_dae::{IntegratorError, LinearSolver, Problem, Statistics};
 
 use super::state::RadauSolver;
-use crate::error::{RadauError, expect_finite, expect_length};
+use crate::error::RadauError;
 use crate::internal_variables::EliminatedVariables;
 use crate::method::Method;
 use crate::options::StepSize;
@@ -22,8 +23,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`RadauError::NoDenseOutput`] outside of the last step or for a `derivative` above 1,
-    /// [`RadauError::WrongLength`].
+    /// [`IntegratorError::NoDenseOutput`] outside of the last step or for a `derivative` above 1,
+    /// [`IntegratorError::WrongLength`].
     pub fn dense_output(
         &self,
         t: f64,
@@ -31,7 +32,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         out: &mut [f64],
     ) -> Result<(), RadauError> {
         expect_length("dense output", self.y.len(), out.len())?;
-        self.expect_within_reach(t, derivative)?;
+        expect_dense_output(t, derivative, 1, self.last_step_interval())?;
         self.collocation.evaluate(&self.method, t, derivative, out);
         Ok(())
     }
@@ -44,7 +45,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Writes the quadratures at [`t`](RadauSolver::t) to `out`.
     ///
     /// # Errors
-    /// [`RadauError::NoQuadrature`], [`RadauError::WrongLength`].
+    /// [`IntegratorError::NoQuadrature`], [`IntegratorError::WrongLength`].
     pub fn quadrature(&self, out: &mut [f64]) -> Result<(), RadauError> {
         self.quadrature_dense_output(self.t(), 0, out)
     }
@@ -53,7 +54,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// [`dense_output`](RadauSolver::dense_output).
     ///
     /// # Errors
-    /// [`RadauError::NoQuadrature`] and the errors of [`dense_output`](RadauSolver::dense_output).
+    /// [`IntegratorError::NoQuadrature`] and the errors of [`dense_output`](RadauSolver::dense_output).
     pub fn quadrature_dense_output(
         &self,
         t: f64,
@@ -61,10 +62,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         out: &mut [f64],
     ) -> Result<(), RadauError> {
         let Some(quadrature) = &self.quadrature else {
-            return Err(RadauError::NoQuadrature);
+            return Err(IntegratorError::NoQuadrature.into());
         };
         expect_length("quadratures", quadrature.len(), out.len())?;
-        self.expect_within_reach(t, derivative)?;
+        expect_dense_output(t, derivative, 1, self.last_step_interval())?;
         quadrature.last().evaluate(&self.method, t, derivative, out);
         Ok(())
     }
@@ -93,20 +94,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         out: &mut [f64],
     ) -> Result<(), RadauError> {
         expect_length("internal variables", self.n_internal_variables(), out.len())?;
-        self.expect_within_reach(t, derivative)?;
+        expect_dense_output(t, derivative, 1, self.last_step_interval())?;
         if let Some(internal) = &self.internal {
             internal.evaluate(&self.method, &self.collocation, t, derivative, out);
         }
         Ok(())
-    }
-
-    /// Checks that the last step provides this derivative at `t`.
-    fn expect_within_reach(&self, t: f64, derivative: usize) -> Result<(), RadauError> {
-        let [from, to] = self.last_step_interval();
-        match derivative <= 1 && covers([from, to], t) {
-            true => Ok(()),
-            false => Err(RadauError::NoDenseOutput { t, derivative, from, to }),
-        }
     }
 
     /// Writes the error test's estimate of the last step to `out`; zeros before the first step and with fixed steps.
@@ -119,7 +111,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`RadauError::WrongLength`].
+    /// [`IntegratorError::WrongLength`].
     pub fn estimated_local_errors(&self, out: &mut [f64]) -> Result<(), RadauError> {
         expect_length("local errors", self.y.len(), out.len())?;
         let tested = matches!(self.options.step_size, StepSize::Adaptive);
@@ -142,11 +134,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Sets a time that steps must not pass until it is reached.
     ///
     /// # Errors
-    /// [`RadauError::NotFinite`], [`RadauError::TimeBehind`].
+    /// [`IntegratorError::NotFinite`], [`IntegratorError::TimeBehind`].
     pub fn set_stop_time(&mut self, t: f64) -> Result<(), RadauError> {
-        expect_finite("stop_time", &[t])?;
+        expect_finite_value("stop_time", t)?;
         if t < self.t() {
-            return Err(RadauError::TimeBehind { t_out: t, t: self.t() });
+            return Err(IntegratorError::TimeBehind { t_out: t, t: self.t() }.into());
         }
         self.options.stop_time = Some(t);
         Ok(())

@@ -1,11 +1,14 @@
 //! Restarts and consistent initial values.
 
-use myovib_dae::{ConsistencyMode, Inconsistent, LinearSolver, Problem, StepError, check_start};
+use myovib_dae::checks::{expect, expect_finite_value, expect_state, expect_vector};
+use myovib_dae::{
+    ConsistencyMode, Inconsistent, IntegratorError, LinearSolver, Problem, StepError, check_start,
+};
 
 use super::builder::QUADRATURES;
 use super::state::{JacobianAge, RadauSolver};
 use crate::dense::Collocation;
-use crate::error::{RadauError, expect, expect_finite, expect_length};
+use crate::error::RadauError;
 use crate::newton::NewtonSolver;
 use crate::predictor::Predictor;
 use crate::work::Counters;
@@ -19,7 +22,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// new values, and a [`Recording`](crate::Recording) of the previous steps cannot be continued.
     ///
     /// # Errors
-    /// [`RadauError::WrongLength`], [`RadauError::NotFinite`].
+    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`].
     pub fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<(), RadauError> {
         let mut q = vec![0.0; self.n_quadratures()];
         if !q.is_empty() {
@@ -31,7 +34,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Restarts like [`reinit`](RadauSolver::reinit), with quadratures from `q0`.
     ///
     /// # Errors
-    /// [`RadauError::WrongLength`], [`RadauError::NotFinite`].
+    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`].
     pub fn reinit_with(
         &mut self,
         t0: f64,
@@ -40,13 +43,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         q0: &[f64],
     ) -> Result<(), RadauError> {
         let n = self.y.len();
-        expect_length("initial values y0", n, y0.len())?;
-        expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
-        expect_finite("t0", &[t0])?;
-        expect_finite("y0", y0)?;
-        expect_finite("y_dot0", y_dot0)?;
-        expect_length(QUADRATURES, self.n_quadratures(), q0.len())?;
-        expect_finite(QUADRATURES, q0)?;
+        expect_state(n, t0, y0, y_dot0)?;
+        expect_vector(QUADRATURES, self.n_quadratures(), q0)?;
         if let Some(quadrature) = &mut self.quadrature {
             quadrature.restart(&self.method, t0, q0);
         }
@@ -141,18 +139,18 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// time scale.
     ///
     /// # Errors
-    /// [`RadauError::Inconsistent`] if consistent values were not found,
-    /// [`RadauError::AfterTheStart`], [`RadauError::Fatal`] for a fatal error of the problem.
+    /// [`IntegratorError::Inconsistent`] if consistent values were not found,
+    /// [`IntegratorError::AfterTheStart`], [`RadauError::Fatal`] for a fatal error of the problem.
     pub fn correct_initial_values(
         &mut self,
         mode: ConsistencyMode,
         t_first: f64,
     ) -> Result<(), RadauError> {
-        expect_finite("t_first", &[t_first])?;
+        expect_finite_value("t_first", t_first)?;
         let is_other = t_first != self.t;
         expect("t_first", t_first, is_other, "not the initial time")?;
         if self.counters.statistics.steps > 0 {
-            return Err(RadauError::AfterTheStart { t: self.t });
+            return Err(IntegratorError::AfterTheStart { t: self.t }.into());
         }
         let (t, mut y, mut y_dot) = (self.t, self.y.clone(), self.y_dot.clone());
         let weights = self.weights.plain();
@@ -172,7 +170,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             Err(Inconsistent::Failed(StepError::Fatal(source))) => {
                 Err(RadauError::Fatal { function: "residual or Jacobian", t, h: 0.0, source })
             }
-            Err(source) => Err(RadauError::Inconsistent { t, source }),
+            Err(source) => Err(IntegratorError::Inconsistent { t, source }.into()),
         }
     }
 }

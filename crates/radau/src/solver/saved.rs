@@ -1,13 +1,16 @@
 //! State of an integration, from which another solver continues with bitwise identical results.
 
-use myovib_dae::{LinearSolver, Problem, Statistics, StepError, Work};
+use myovib_dae::checks::{
+    expect_finite, expect_finite_value, expect_length, expect_positive, expect_vector,
+};
+use myovib_dae::{IntegratorError, LinearSolver, Problem, Statistics, StepError, Work};
 use serde::{Deserialize, Serialize};
 
 use super::jacobian_point::JacobianPoint;
 use super::state::{JacobianAge, Pause, RadauSolver};
 use crate::control::StepHistory;
 use crate::dense::Collocation;
-use crate::error::{RadauError, expect_finite, expect_length, expect_positive, expect_vector};
+use crate::error::RadauError;
 use crate::internal_variables::SavedVariables;
 use crate::multipliers::PreviousMultipliers;
 use crate::quadrature::QuadratureState;
@@ -126,8 +129,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Continues from the `state` of a solver with the same problem, settings and functions.
     ///
     /// # Errors
-    /// [`RadauError::WrongLength`] for a state of another problem or method,
-    /// [`RadauError::NotFinite`] or [`RadauError::InvalidOption`] for invalid values in a
+    /// [`IntegratorError::WrongLength`] for a state of another problem or method,
+    /// [`IntegratorError::NotFinite`] or [`IntegratorError::InvalidOption`] for invalid values in a
     /// state: the solver is then unchanged. [`RadauError::Fatal`] if the matrices cannot be
     /// computed again.
     pub fn restore(&mut self, state: &RadauState) -> Result<(), RadauError> {
@@ -170,7 +173,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Checks all lengths and values of a state, which may come from a damaged file, before using
     /// any of them.
-    fn validate(&self, state: &RadauState) -> Result<(), RadauError> {
+    fn validate(&self, state: &RadauState) -> Result<(), IntegratorError> {
         let (n, stages) = (self.y.len(), self.method.stages());
         expect_length("stages of the state", stages, state.stages)?;
         expect_vector("unknowns of the state", n, &state.y)?;
@@ -199,7 +202,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             at.validate(n, n_response)?;
         }
         if let Some(pause) = &state.pause {
-            expect_finite("times of the state", &[pause.t])?;
+            expect_finite_value("times of the state", pause.t)?;
             expect_vector("unknowns of the state", n, &pause.y)?;
             expect_vector("derivatives of the state", n, &pause.y_dot)?;
         }

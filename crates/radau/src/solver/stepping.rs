@@ -1,12 +1,15 @@
 //! Successive steps of the integrator.
 
-use myovib_dae::{LinearSolver, Outcome, Problem, Stop, StopReason, WorstComponent};
+use myovib_dae::checks::expect;
+use myovib_dae::{
+    IntegratorError, LinearSolver, Outcome, Problem, Stop, StopReason, WorstComponent,
+};
 
 use super::state::{JacobianAge, RadauSolver, step_of};
 use super::verification::DIFFERENT;
 use crate::control::FACTORS;
 use crate::dense::{add_scaled, change_of_start, write_combined};
-use crate::error::{RadauError, expect};
+use crate::error::RadauError;
 use crate::failure::{Failure, Failures, Rejection};
 use crate::options::StepSize;
 
@@ -27,7 +30,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// when a step is rejected, pivots are selected again, or a root is found.
     ///
     /// # Errors
-    /// [`RadauError::TimeBehind`] and other misuse; [`RadauError::Fatal`] for a fatal error of the
+    /// [`IntegratorError::TimeBehind`](myovib_dae::IntegratorError::TimeBehind) and other misuse; [`RadauError::Fatal`] for a fatal error of the
     /// problem or the linear algebra.
     pub fn step(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
         self.interpolation.active = self.options.dense_output;
@@ -95,7 +98,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 return Err(fatal.in_step(self.t, self.h.unwrap_or(0.0)));
             }
         }
-        self.start?;
+        self.start.map_err(IntegratorError::from)?;
         self.time_limits = [t_out, limit];
         let mut wanted = match self.h {
             Some(h) => h,

@@ -1,5 +1,6 @@
 //! Roots of functions of the solution, compared with exact times.
 
+use myovib_dae::IntegratorError::TimeBehind;
 use std::f64::consts::PI;
 
 use myovib_conformance::samples::{MechanicalForm, Pendulum, Sample};
@@ -134,7 +135,7 @@ fn a_time_within_an_interrupted_step_can_be_reached() {
     let mut out = [0.0; 2];
     solver.dense_output(0.5, 0, &mut out).unwrap();
     assert_eq!(solver.y(), out);
-    assert!(matches!(solver.step(0.4), Err(RadauError::TimeBehind { t_out: 0.4, t: 0.5 })));
+    assert!(matches!(solver.step(0.4), Err(RadauError::Common(TimeBehind { t_out: 0.4, t: 0.5 }))));
     solver.set_stop_time(0.75).unwrap();
     let stopped = Outcome::StopTime { t: 0.75 };
     assert_eq!(solver.step(5.0).unwrap(), stopped);

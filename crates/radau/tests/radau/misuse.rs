@@ -1,6 +1,7 @@
 //! Invalid settings and problems.
 
 use myovib_conformance::samples::{MechanicalForm, Pendulum};
+use myovib_dae::IntegratorError::{InvalidOption, WrongLength};
 use myovib_dae::{Problem, StepError, Suppressed, Tolerances, VariableKind};
 use myovib_radau::{
     InternalVariableGroup, InternalVariableProblem, InternalVariables, RadauError, RadauOptions,
@@ -198,19 +199,22 @@ fn invalid_internal_variables_are_rejected() {
     build(&[(0, 1)], 0.1, 0.5, 1e-6).unwrap();
     for time in [0.0, -0.1, f64::NAN, f64::INFINITY] {
         let refused = build(&[(0, 1)], time, 0.5, 1e-6);
-        assert!(matches!(refused, Err(RadauError::InvalidOption { .. })), "{time}: {refused:?}");
+        assert!(
+            matches!(refused, Err(RadauError::Common(InvalidOption { .. }))),
+            "{time}: {refused:?}"
+        );
     }
     for (weight, absolute) in [(f64::NAN, 1e-6), (0.5, f64::NAN), (0.5, -1.0)] {
         let refused = build(&[(0, 1)], 0.1, weight, absolute);
-        assert!(matches!(refused, Err(RadauError::InvalidOption { .. })), "{refused:?}");
+        assert!(matches!(refused, Err(RadauError::Common(InvalidOption { .. }))), "{refused:?}");
     }
     for slots in [&[(1, 2)][..], &[(0, 1), (2, 3)], &[(0, 1), (0, 1)]] {
         let refused = build(slots, 0.1, 0.5, 1e-6);
-        assert!(matches!(refused, Err(RadauError::InvalidOption { .. })), "{refused:?}");
+        assert!(matches!(refused, Err(RadauError::Common(InvalidOption { .. }))), "{refused:?}");
     }
     for slots in [&[(0, 2)][..], &[(0, 1), (1, 2)], &[]] {
         let refused = build(slots, 0.1, 0.5, 1e-6);
-        assert!(matches!(refused, Err(RadauError::WrongLength { .. })), "{refused:?}");
+        assert!(matches!(refused, Err(RadauError::Common(WrongLength { .. }))), "{refused:?}");
     }
 }
 
@@ -283,7 +287,7 @@ fn a_damaged_state_never_ends_in_a_panic() {
             }
             Err(RadauError::Fatal { .. }) => {}
             Err(error) => {
-                if matches!(error, RadauError::WrongLength { .. }) {
+                if matches!(error, RadauError::Common(WrongLength { .. })) {
                     refused_lengths += 1;
                 }
                 assert_eq!(solver.save(), before, "{path}: {error}");

@@ -1,6 +1,7 @@
 //! Observed orders of convergence with fixed steps, including dense output (shared cases S4).
 
 use myovib_conformance::samples::{JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample};
+use myovib_dae::IntegratorError::{NoDenseOutput, WrongLength};
 use myovib_dae::{Problem, Tolerances};
 use myovib_radau::{IndexScaling, RadauError, RadauOptions, RadauSolver, StepSize};
 
@@ -205,8 +206,11 @@ fn dense_output_is_refused_outside_the_last_step_and_beyond_the_first_derivative
     let mut out = [0.0; 3];
     for (t, derivative) in [(0.94, 0), (1.01, 0), (0.97, 2)] {
         let refused = solver.dense_output(t, derivative, &mut out);
-        assert!(matches!(refused, Err(RadauError::NoDenseOutput { to: 1.0, .. })), "{refused:?}");
+        assert!(
+            matches!(refused, Err(RadauError::Common(NoDenseOutput { to: 1.0, .. }))),
+            "{refused:?}"
+        );
     }
     let refused = solver.dense_output(0.97, 0, &mut out[..2]);
-    assert!(matches!(refused, Err(RadauError::WrongLength { expected: 3, got: 2, .. })));
+    assert!(matches!(refused, Err(RadauError::Common(WrongLength { expected: 3, got: 2, .. }))));
 }

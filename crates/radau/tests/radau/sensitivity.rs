@@ -3,6 +3,7 @@
 use myovib_conformance::samples::{
     MechanicalForm, Oscillator, ParametricSample, Pendulum, Sample, ScaledJay, ScaledLinear,
 };
+use myovib_dae::IntegratorError::{AfterTheStart, NoDenseOutput, NotFinite, WrongLength};
 use myovib_dae::{Differenced, Parameter, Problem, StepError, Tolerances};
 use myovib_radau::{
     ForwardSensitivities, IndexScaling, RadauError, RadauOptions, RadauSolver, Recording,
@@ -255,7 +256,7 @@ fn dense_output_is_that_of_the_step() {
         assert!((out[0] - exact[0]).abs() < 1e-6, "{middle}: {}", out[0] - exact[0]);
     }
     let outside = sensitivities.dense_output(&solver, 0, 0.0, 0, &mut out);
-    assert!(matches!(outside, Err(RadauError::NoDenseOutput { .. })));
+    assert!(matches!(outside, Err(RadauError::Common(NoDenseOutput { .. }))));
 }
 
 #[test]
@@ -265,10 +266,13 @@ fn misuse_is_rejected() {
     let new = |solver: &RadauSolver<_>, starts| {
         ForwardSensitivities::new(solver, sample.differenced(), starts)
     };
-    assert!(matches!(new(&solver, vec![vec![0.0; 3]]).err(), Some(RadauError::WrongLength { .. })));
+    assert!(matches!(
+        new(&solver, vec![vec![0.0; 3]]).err(),
+        Some(RadauError::Common(WrongLength { .. }))
+    ));
     assert!(matches!(
         new(&solver, vec![vec![0.0, f64::NAN]]).err(),
-        Some(RadauError::NotFinite { .. })
+        Some(RadauError::Common(NotFinite { .. }))
     ));
     let mut late = new(&solver, vec![vec![0.0; 2]]).unwrap();
     solver.step(1.0).unwrap();
@@ -276,7 +280,7 @@ fn misuse_is_rejected() {
     assert!(matches!(late.follow(&mut solver), Err(RadauError::Missed { steps: 2 })));
     assert!(matches!(
         new(&solver, vec![vec![0.0; 2]]).err(),
-        Some(RadauError::AfterTheStart { .. })
+        Some(RadauError::Common(AfterTheStart { .. }))
     ));
 }
 

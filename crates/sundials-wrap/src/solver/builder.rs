@@ -5,13 +5,13 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use crate::adjoint::Checkpoints;
 use crate::error::Error;
 use crate::ffi::ida::Ida;
-use crate::options::{
-    Constraint, IdaOptions, at_least_zero, direction_code, error_test_id, expect_finite,
-    expect_length, expect_state, invalid,
+use crate::options::{Constraint, IdaOptions, direction_code, error_test_id};
+use myovib_dae::checks::{
+    expect, expect_finite, expect_length, expect_not_negative, expect_square, expect_state,
 };
 use myovib_dae::{
-    Direction, Jacobian, LinearSolver, Parameters, Problem, StepError, Tolerances, VariableKind,
-    kinds_at,
+    Direction, IntegratorError, Jacobian, LinearSolver, Parameters, Problem, StepError, Tolerances,
+    VariableKind, kinds_at,
 };
 
 use super::IdaSolver;
@@ -50,7 +50,7 @@ struct Quadrature {
 }
 
 impl Quadrature {
-    fn validate(&self) -> Result<(), Error> {
+    fn validate(&self) -> Result<(), IntegratorError> {
         expect_finite("initial values of the quadratures", &self.start)?;
         match self.tolerances {
             Some((relative, absolute)) => validate_quadrature_tolerances(relative, absolute),
@@ -59,14 +59,14 @@ impl Quadrature {
     }
 }
 
-pub(super) fn validate_quadrature_tolerances(relative: f64, absolute: f64) -> Result<(), Error> {
-    at_least_zero("relative tolerance of the quadratures", relative)?;
-    at_least_zero("absolute tolerance of the quadratures", absolute)?;
-    if relative == 0.0 && absolute == 0.0 {
-        let both = "relative and absolute tolerance of the quadratures";
-        return invalid(both, 0.0, "not both zero");
-    }
-    Ok(())
+pub(super) fn validate_quadrature_tolerances(
+    relative: f64,
+    absolute: f64,
+) -> Result<(), IntegratorError> {
+    expect_not_negative("relative tolerance of the quadratures", relative)?;
+    expect_not_negative("absolute tolerance of the quadratures", absolute)?;
+    let both = "relative and absolute tolerance of the quadratures";
+    expect(both, 0.0, relative + absolute > 0.0, "not both zero")
 }
 
 impl<P: Problem> IdaBuilder<P> {
@@ -195,7 +195,7 @@ impl<P: Problem> IdaBuilder<P> {
     /// `y0`, `y_dot0`: [`n_unknowns`](Problem::n_unknowns).
     ///
     /// # Errors
-    /// [`Error::WrongLength`], [`Error::NotFinite`], [`Error::Empty`] or [`Error::InvalidOption`]
+    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`], [`Error::Empty`] or [`IntegratorError::InvalidOption`]
     /// for invalid arguments; [`Error::Call`] if IDAS rejects one.
     pub fn build(mut self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<IdaSolver<P>, Error> {
         let n = self.problem.n_unknowns();
@@ -211,7 +211,9 @@ impl<P: Problem> IdaBuilder<P> {
         }
         let suppressed = error_test_id(&self.options.suppressed, &kinds, indices.as_deref())?;
         let tolerances = self.options.tolerances.clone();
-        let tolerances = (self.options.suppressed).loosened(tolerances, indices.as_deref())?;
+        let tolerances = (self.options.suppressed)
+            .loosened(tolerances, indices.as_deref())
+            .map_err(IntegratorError::from)?;
 
         let sensitivities = match self.sensitivities {
             Some((parameters, options, starts)) if !parameters.list().is_empty() => {
@@ -296,8 +298,7 @@ fn kinds<P: Problem>(
 /// integrate.
 fn expect_shapes(n: usize, kinds: &[VariableKind], pattern: &SparsityPattern) -> Result<(), Error> {
     expect_length("kinds", n, kinds.len())?;
-    expect_length("rows of the Jacobian", n, pattern.minor_dim())?;
-    expect_length("columns of the Jacobian", n, pattern.major_dim())?;
+    expect_square(n, pattern)?;
     match pattern.nnz() {
         0 => Err(Error::Empty { n_unknowns: n, n_entries: 0 }),
         _ => Ok(()),

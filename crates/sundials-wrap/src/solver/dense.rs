@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 use crate::ffi::ida::Counter;
-use crate::options::{expect_length, finite};
-use myovib_dae::{Problem, covers};
+use myovib_dae::checks::{expect_dense_output, expect_finite_value, expect_length};
+use myovib_dae::{IntegratorError, Problem};
 
 use super::IdaSolver;
 
@@ -18,8 +18,8 @@ impl<P: Problem> IdaSolver<P> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`Error::NoDenseOutput`] outside the last step or for a derivative of too high an order, [`Error::WrongLength`],
-    /// [`Error::InvalidOption`] for a non-finite time.
+    /// [`IntegratorError::NoDenseOutput`] outside the last step or for a derivative of too high an order, [`IntegratorError::WrongLength`],
+    /// [`IntegratorError::InvalidOption`] for a non-finite time.
     pub fn dense_output(
         &mut self,
         t: f64,
@@ -28,7 +28,7 @@ impl<P: Problem> IdaSolver<P> {
     ) -> Result<(), Error> {
         expect_length("dense output", self.n, out.len())?;
         // IDAS accepts NaN without an error.
-        finite("t", t)?;
+        expect_finite_value("t", t)?;
         let [y0, y_dot0] = &self.start;
         if self.ida.counter(Counter::Steps) == 0 && t == self.t0 && derivative <= 1 {
             out.copy_from_slice([y0, y_dot0][derivative]);
@@ -47,7 +47,7 @@ impl<P: Problem> IdaSolver<P> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`Error::WrongLength`].
+    /// [`IntegratorError::WrongLength`].
     pub fn error_weights(&mut self, out: &mut [f64]) -> Result<(), Error> {
         expect_length("error weights", self.n, out.len())?;
         let values = self.ida.error_weights();
@@ -62,7 +62,7 @@ impl<P: Problem> IdaSolver<P> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`Error::WrongLength`].
+    /// [`IntegratorError::WrongLength`].
     pub fn estimated_local_errors(&mut self, out: &mut [f64]) -> Result<(), Error> {
         expect_length("local errors", self.n, out.len())?;
         let values = self.ida.estimated_local_errors();
@@ -73,7 +73,7 @@ impl<P: Problem> IdaSolver<P> {
     /// Writes the quadratures at [`t`](IdaSolver::t) to `out`.
     ///
     /// # Errors
-    /// [`Error::NoQuadrature`], [`Error::WrongLength`].
+    /// [`IntegratorError::NoQuadrature`], [`IntegratorError::WrongLength`].
     pub fn quadrature(&mut self, out: &mut [f64]) -> Result<(), Error> {
         self.quadrature_dense_output(self.t, 0, out)
     }
@@ -82,7 +82,7 @@ impl<P: Problem> IdaSolver<P> {
     /// has a lower order than the last step, only derivatives up to that order are available.
     ///
     /// # Errors
-    /// [`Error::NoQuadrature`], and errors of [`dense_output`](IdaSolver::dense_output).
+    /// [`IntegratorError::NoQuadrature`], and errors of [`dense_output`](IdaSolver::dense_output).
     pub fn quadrature_dense_output(
         &mut self,
         t: f64,
@@ -90,10 +90,10 @@ impl<P: Problem> IdaSolver<P> {
         out: &mut [f64],
     ) -> Result<(), Error> {
         if self.n_quadratures() == 0 {
-            return Err(Error::NoQuadrature);
+            return Err(IntegratorError::NoQuadrature.into());
         }
         expect_length("quadratures", self.n_quadratures(), out.len())?;
-        finite("t", t)?;
+        expect_finite_value("t", t)?;
         // IDAS stores derivatives up to the last order but rejects orders above the order of the
         // next step.
         let order = self.ida.last_order().min(self.ida.current_order());
@@ -112,10 +112,7 @@ impl<P: Problem> IdaSolver<P> {
         order: usize,
     ) -> Result<i32, Error> {
         self.expect_not_left()?;
-        let [from, to] = self.last_step_interval();
-        if derivative <= order && covers([from, to], t) {
-            return Ok(derivative as i32);
-        }
-        Err(Error::NoDenseOutput { t, derivative, order, from, to })
+        expect_dense_output(t, derivative, order, self.last_step_interval())?;
+        Ok(derivative as i32)
     }
 }

@@ -1,13 +1,16 @@
 //! Correction of inconsistent initial values.
 
-use myovib_dae::{ConsistencyMode, Inconsistent, Problem, StepError, project_onto_constraints};
+use myovib_dae::checks::{expect, expect_finite_value};
+use myovib_dae::{
+    ConsistencyMode, Inconsistent, IntegratorError, Problem, StepError, project_onto_constraints,
+};
 use sundials_sys as sys;
 
 use super::{IdaSolver, call_error, codes};
 use crate::error::Error;
 use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, InitialUnknowns};
-use crate::options::{differential, finite, invalid};
+use crate::options::differential;
 
 /// Fraction of the tolerance at which IDACalcIC ends; IDAS' default.
 const COEFFICIENT: f64 = 0.0033;
@@ -21,19 +24,17 @@ impl<P: Problem> IdaSolver<P> {
     ///
     /// # Errors
     /// [`Error::InconsistentInitialValues`] if consistent values were not found,
-    /// [`Error::Callback`] for a fatal error of the problem, [`Error::AfterTheStart`] and
+    /// [`Error::Callback`] for a fatal error of the problem, [`IntegratorError::AfterTheStart`] and
     /// [`Error::Call`] for misuse.
     pub fn correct_initial_values(
         &mut self,
         mode: ConsistencyMode,
         t_first: f64,
     ) -> Result<(), Error> {
-        finite("t_first", t_first)?;
-        if t_first == self.t0 {
-            return invalid("t_first", t_first, "not the initial time");
-        }
+        expect_finite_value("t_first", t_first)?;
+        expect("t_first", t_first, t_first != self.t0, "not the initial time")?;
         if self.ida.counter(Counter::Steps) > 0 {
-            return Err(Error::AfterTheStart { t: self.t });
+            return Err(IntegratorError::AfterTheStart { t: self.t }.into());
         }
         let unknowns = match mode {
             ConsistencyMode::AlgebraicAndDerivatives => InitialUnknowns::AlgebraicAndDerivatives,
@@ -132,7 +133,7 @@ impl<P: Problem> IdaSolver<P> {
             Err(Inconsistent::Failed(StepError::Fatal(source))) => {
                 Err(Error::Callback { function: "residual or constraints", t, source })
             }
-            Err(source) => Err(Error::Unconstrained { t, source }),
+            Err(source) => Err(IntegratorError::Inconsistent { t, source }.into()),
         }
     }
 }

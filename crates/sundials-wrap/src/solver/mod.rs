@@ -20,10 +20,10 @@ use sundials_sys as sys;
 use crate::error::Error;
 use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, Ida, Task};
-use crate::options::{expect_finite, expect_length, expect_state, finite, invalid};
+use myovib_dae::checks::{expect, expect_finite_value, expect_state, expect_vector};
 use myovib_dae::{
-    InconsistentStart, Outcome, Problem, Stop, StopReason, VariableKind, WorstComponent,
-    check_start,
+    InconsistentStart, IntegratorError, Outcome, Problem, Stop, StopReason, VariableKind,
+    WorstComponent, check_start,
 };
 
 use myovib_sparse::SparseOptions;
@@ -86,7 +86,7 @@ impl<P: Problem> IdaSolver<P> {
     /// stops.
     ///
     /// # Errors
-    /// [`Error::TimeBehind`] and other misuse; [`Error::Callback`] for a fatal error of the
+    /// [`IntegratorError::TimeBehind`] and other misuse; [`Error::Callback`] for a fatal error of the
     /// problem.
     pub fn step(&mut self, t_out: f64) -> Result<Outcome, Error> {
         self.advance(t_out, Task::OneStep)
@@ -102,21 +102,20 @@ impl<P: Problem> IdaSolver<P> {
     }
 
     fn advance(&mut self, t_out: f64, task: Task) -> Result<Outcome, Error> {
-        finite("t_out", t_out)?;
+        expect_finite_value("t_out", t_out)?;
         self.expect_not_left()?;
         // Before the first step t_out determines the direction; afterwards the last step determines it.
         let direction = self.ida.last_step();
         if (t_out - self.t) * direction < 0.0 {
-            return Err(Error::TimeBehind { t_out, t: self.t });
+            return Err(IntegratorError::TimeBehind { t_out, t: self.t }.into());
         }
         if t_out == self.t && self.ida.counter(Counter::Steps) == 0 {
             // IDAS takes the direction and the scale of the first step from t_out.
-            return match task {
-                Task::Normal => Ok(Outcome::Reached { t: t_out }),
-                Task::OneStep => invalid("t_out", t_out, "a time other than t at the first step"),
-            };
+            let is_allowed = matches!(task, Task::Normal);
+            expect("t_out", t_out, is_allowed, "a time other than t at the first step")?;
+            return Ok(Outcome::Reached { t: t_out });
         }
-        self.consistent?;
+        self.consistent.map_err(IntegratorError::from)?;
         let direction = if direction == 0.0 { t_out - self.t } else { direction };
         self.functions_mut().zeros.direction = direction.signum();
         if self.stop_time_lingers {
@@ -281,12 +280,11 @@ impl<P: Problem> IdaSolver<P> {
     /// [`reinit_with_sensitivities`](IdaSolver::reinit_with_sensitivities).
     ///
     /// # Errors
-    /// [`Error::SensitivitiesDue`]; [`Error::WrongLength`], [`Error::NotFinite`] or
-    /// [`Error::InvalidOption`] for invalid values, [`Error::Call`] if IDAS rejects the call.
+    /// [`Error::SensitivitiesDue`]; [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`] or
+    /// [`IntegratorError::InvalidOption`] for invalid values, [`Error::Call`] if IDAS rejects the call.
     pub fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64], q0: &[f64]) -> Result<(), Error> {
         expect_state(self.n, t0, y0, y_dot0)?;
-        expect_length("initial values of the quadratures", self.n_quadratures(), q0.len())?;
-        expect_finite("initial values of the quadratures", q0)?;
+        expect_vector("initial values of the quadratures", self.n_quadratures(), q0)?;
         if let Some(linearized) = &self.functions().sensitivities
             && linearized.t_start != t0
         {
@@ -332,16 +330,16 @@ impl<P: Problem> IdaSolver<P> {
     /// Sets a stop time: no step passes it, and it is removed when it is reached.
     ///
     /// # Errors
-    /// [`Error::InvalidOption`], or [`Error::Call`] for a time before the time reached.
+    /// [`IntegratorError::InvalidOption`], or [`Error::Call`] for a time before the time reached.
     pub fn set_stop_time(&mut self, t: f64) -> Result<(), Error> {
-        finite("stop_time", t)?;
+        expect_finite_value("stop_time", t)?;
         if self.forward_run.is_some() {
             let what = "a stop time";
             return Err(Error::NotWithCheckpoints { what });
         }
         let direction = self.ida.last_step();
         if (t - self.t) * direction < 0.0 {
-            return Err(Error::TimeBehind { t_out: t, t: self.t });
+            return Err(IntegratorError::TimeBehind { t_out: t, t: self.t }.into());
         }
         let result = self.ida.set_stop_time(t);
         self.refused(result)?;

@@ -5,8 +5,8 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use super::IdaSolver;
 use crate::error::Error;
 use crate::ffi::ida::Counter;
-use crate::options::{expect_finite, expect_length, finite, invalid};
-use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
+use myovib_dae::checks::{expect_finite_value, expect_length, expect_positive, expect_vector};
+use myovib_dae::{IntegratorError, Jacobian, Linearization, Parameters, Problem, StepError};
 
 /// Method by which the sensitivities are integrated along with the solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -70,10 +70,7 @@ impl<P: Problem> SensitivityEquations<P> {
         let n = problem.n_unknowns();
         expect_starts(&starts, parameters.list().len(), n)?;
         for parameter in parameters.list() {
-            if !(parameter.scale > 0.0 && parameter.scale.is_finite()) {
-                let (option, expected) = ("scale of a parameter", "positive and finite");
-                return invalid(option, parameter.scale, expected);
-            }
+            expect_positive("scale of a parameter", parameter.scale)?;
         }
         let jacobian = Jacobian::of(problem);
         let nnz = jacobian.pattern().nnz();
@@ -114,11 +111,14 @@ impl<P: Problem> SensitivityEquations<P> {
     }
 }
 
-fn expect_starts(starts: &[[Vec<f64>; 2]], n_parameters: usize, n: usize) -> Result<(), Error> {
+fn expect_starts(
+    starts: &[[Vec<f64>; 2]],
+    n_parameters: usize,
+    n: usize,
+) -> Result<(), IntegratorError> {
     expect_length("starts of sensitivities", n_parameters, starts.len())?;
     for start in starts.iter().flatten() {
-        expect_length("start of a sensitivity", n, start.len())?;
-        expect_finite("start of a sensitivity", start)?;
+        expect_vector("start of a sensitivity", n, start)?;
     }
     Ok(())
 }
@@ -140,7 +140,7 @@ impl<P: Problem> IdaSolver<P> {
     /// [`sensitivity`](IdaSolver::sensitivity).
     ///
     /// # Errors
-    /// As for [`reinit`](IdaSolver::reinit), and [`Error::WrongLength`] or [`Error::NotFinite`] for
+    /// As for [`reinit`](IdaSolver::reinit), and [`IntegratorError::WrongLength`] or [`IntegratorError::NotFinite`] for
     /// `starts`.
     pub fn reinit_with_sensitivities(
         &mut self,
@@ -175,7 +175,7 @@ impl<P: Problem> IdaSolver<P> {
         }
         let of = functions.sensitivities.as_ref().map(|of| of.options);
         let Some(options) = of.filter(|_| self.n_quadratures() > 0) else {
-            return Err(Error::NoQuadrature);
+            return Err(IntegratorError::NoQuadrature.into());
         };
         let tested = tested && options.in_error_test;
         let result = self.ida.init_quadrature_sensitivities(tested);
@@ -188,14 +188,14 @@ impl<P: Problem> IdaSolver<P> {
     /// `out`: the number of quadratures.
     ///
     /// # Errors
-    /// [`Error::NoParameter`], [`Error::NoQuadrature`], [`Error::NoDenseOutput`].
+    /// [`Error::NoParameter`], [`IntegratorError::NoQuadrature`], [`IntegratorError::NoDenseOutput`].
     pub fn quadrature_sensitivity(&mut self, j: usize, out: &mut [f64]) -> Result<(), Error> {
         let of = self.n_parameters();
         if j >= of {
             return Err(Error::NoParameter { parameter: j, of });
         }
         if self.functions().quadrature_sensitivities.is_none() {
-            return Err(Error::NoQuadrature);
+            return Err(IntegratorError::NoQuadrature.into());
         }
         expect_length("quadratures", self.n_quadratures(), out.len())?;
         self.order_within_reach(self.t, 0, self.ida.last_order())?;
@@ -237,7 +237,7 @@ impl<P: Problem> IdaSolver<P> {
             return Err(Error::NoParameter { parameter: j, of });
         }
         expect_length("dense output", self.n, out.len())?;
-        finite("t", t)?;
+        expect_finite_value("t", t)?;
         if self.ida.counter(Counter::Steps) == 0 && t == self.t0 && derivative <= 1 {
             if let Some(linearized) = &self.functions().sensitivities {
                 out.copy_from_slice(&linearized.starts[j][derivative]);

@@ -1,6 +1,7 @@
 //! Queries of a solver and of its problem.
 
 use myovib_conformance::samples::{Heat2d, Robertson, Sample};
+use myovib_dae::IntegratorError::NoDenseOutput;
 use myovib_dae::{Problem, StepError, StopReason, Tolerances};
 
 use sundials_wrap::{Error, IdaSolver};
@@ -51,7 +52,7 @@ fn the_span_of_dense_output_is_the_last_step() {
     let mut solver = started();
     solver.integrate_to(0.4).unwrap();
     let error = solver.dense_output(-1.0, 0, &mut [0.0; 3]).unwrap_err();
-    let Error::NoDenseOutput { from, to, .. } = error else { panic!("{error}") };
+    let Error::Common(NoDenseOutput { from, to, .. }) = error else { panic!("{error}") };
     let stats = solver.statistics();
     assert_eq!((from, to), (stats.t_reached - stats.last_step, stats.t_reached));
     assert!(from < 0.4 && to >= 0.4, "{from} {to}");

@@ -1,6 +1,9 @@
 //! Invalid arguments, and calls in the wrong order.
 
 use myovib_conformance::samples::{Robertson, Sample};
+use myovib_dae::IntegratorError::{
+    AfterTheStart, NoDenseOutput, NoQuadrature, TimeBehind, WrongLength,
+};
 use myovib_dae::{Outcome, Problem, StepError, Suppressed, Tolerances, VariableKind};
 use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -232,7 +235,7 @@ fn non_finite_quadratures_and_times_are_rejected() {
     assert!(solver.quadrature(&mut []).is_err());
     assert!(solver.quadrature_dense_output(f64::NAN, 0, &mut q).is_err());
     let error = solver.quadrature_dense_output(1.0, 9, &mut q).unwrap_err();
-    assert!(matches!(error, Error::NoDenseOutput { derivative: 9, .. }), "{error}");
+    assert!(matches!(error, Error::Common(NoDenseOutput { derivative: 9, .. })), "{error}");
     // Within the last step the integral and its derivative y are available.
     let t = 1.0;
     solver.quadrature_dense_output(t, 0, &mut q).unwrap();
@@ -247,16 +250,16 @@ fn an_output_time_behind_t_is_misuse() {
     let mut solver = Decay::new().solver();
     solver.integrate_to(0.5).unwrap();
     let error = solver.integrate_to(0.4).unwrap_err();
-    assert!(matches!(error, Error::TimeBehind { t_out: 0.4, t: 0.5 }), "{error}");
+    assert!(matches!(error, Error::Common(TimeBehind { t_out: 0.4, t: 0.5 })), "{error}");
     assert!(solver.step(f64::NAN).is_err());
     assert_eq!(solver.integrate_to(0.6).unwrap(), Outcome::Reached { t: 0.6 });
     let mut out = [0.0];
     let error = solver.dense_output(-1.0, 0, &mut out).unwrap_err();
-    assert!(matches!(error, Error::NoDenseOutput { derivative: 0, .. }), "{error}");
+    assert!(matches!(error, Error::Common(NoDenseOutput { derivative: 0, .. })), "{error}");
     let error = solver.dense_output(0.6, 9, &mut out).unwrap_err();
-    assert!(matches!(error, Error::NoDenseOutput { derivative: 9, .. }), "{error}");
-    assert!(matches!(solver.quadrature(&mut out), Err(Error::NoQuadrature)));
-    assert!(matches!(solver.dense_output(0.6, 0, &mut []), Err(Error::WrongLength { .. })));
+    assert!(matches!(error, Error::Common(NoDenseOutput { derivative: 9, .. })), "{error}");
+    assert!(matches!(solver.quadrature(&mut out), Err(Error::Common(NoQuadrature))));
+    assert!(matches!(solver.dense_output(0.6, 0, &mut []), Err(Error::Common(WrongLength { .. }))));
 }
 
 /// At this point IDAS has allocated its vectors, but not written to them. A new process may find
@@ -278,7 +281,7 @@ fn integrates_backwards_too() {
     assert_eq!(solver.integrate_to(0.0).unwrap(), Outcome::Reached { t: 0.0 });
     // The default tolerance is 1e-4 per step, for about thirty steps, in which errors grow by a factor of e.
     assert!((solver.y()[0] - 1.0_f64.exp()).abs() < 1e-2, "{}", solver.y()[0]);
-    assert!(matches!(solver.integrate_to(0.5), Err(Error::TimeBehind { .. })));
+    assert!(matches!(solver.integrate_to(0.5), Err(Error::Common(TimeBehind { .. }))));
 }
 
 /// Regression, found by random sequences of calls: a correction after the first step changed the stored differences of
@@ -290,7 +293,7 @@ fn initial_values_are_corrected_before_the_first_step_only() {
     solver.correct_initial_values(mode, 1.0).unwrap();
     solver.integrate_to(0.5).unwrap();
     let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
-    assert!(matches!(error, Error::AfterTheStart { t: 0.5 }), "{error}");
+    assert!(matches!(error, Error::Common(AfterTheStart { t: 0.5 })), "{error}");
     solver.reinit(0.5, &[1.0], &[-1.0], &[]).unwrap();
     solver.correct_initial_values(mode, 1.0).unwrap();
     assert_eq!(solver.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });

@@ -1,5 +1,6 @@
 //! Forward sensitivities compared with closed forms, and their errors.
 
+use myovib_dae::IntegratorError::{NoDenseOutput, WrongLength};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 
@@ -143,13 +144,13 @@ fn a_panic_passes_through_c_and_a_fatal_error_comes_back() {
 
 #[test]
 fn misuse_is_rejected_and_without_parameters_nothing_is_returned() {
-    assert!(matches!(reported(|| Ok(()), 2), Err(Error::WrongLength { .. })));
+    assert!(matches!(reported(|| Ok(()), 2), Err(Error::Common(WrongLength { .. }))));
     let mut solver = reported(|| Ok(()), 1).unwrap();
     solver.integrate_to(0.5).unwrap();
     let none = solver.sensitivity(1, &mut [0.0; 2]);
     assert!(matches!(none, Err(Error::NoParameter { parameter: 1, of: 1 })));
     let outside = solver.sensitivity_dense_output(0, 9.0, 0, &mut [0.0; 2]);
-    assert!(matches!(outside, Err(Error::NoDenseOutput { .. })));
+    assert!(matches!(outside, Err(Error::Common(NoDenseOutput { .. }))));
     let plain = IdaSolver::builder(Oscillator { omega: 1.0 })
         .build(0.0, &[1.0, 0.0], &[0.0, -1.0])
         .unwrap();

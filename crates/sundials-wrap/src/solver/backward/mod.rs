@@ -14,11 +14,11 @@ use crate::adjoint::{
 use crate::error::Error;
 use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{BackwardSettings, Counter};
-use crate::options::{
-    IdaOptions, count, differential, expect_finite, expect_length, finite, invalid,
-    validate_tolerances, within,
+use crate::options::{IdaOptions, differential, expect_order};
+use myovib_dae::checks::{
+    expect, expect_count, expect_finite_value, expect_length, expect_tolerances, expect_vector,
 };
-use myovib_dae::{Jacobian, Outcome, Problem, Statistics, Stop, kinds_at};
+use myovib_dae::{IntegratorError, Jacobian, Outcome, Problem, Statistics, Stop, kinds_at};
 
 /// Data of the backward problems of a solver with checkpoints.
 pub(super) struct ForwardRun {
@@ -32,17 +32,16 @@ pub(super) struct ForwardRun {
 }
 
 impl BackwardOptions {
-    fn validate(&self, n: usize, n_quadratures: usize) -> Result<(), Error> {
-        validate_tolerances(&self.tolerances, n)?;
+    fn validate(&self, n: usize, n_quadratures: usize) -> Result<(), IntegratorError> {
+        expect_tolerances(&self.tolerances, n)?;
         if let Some((relative, absolute)) = self.quadrature_tolerances {
             if n_quadratures == 0 {
-                return Err(Error::NoQuadrature);
+                return Err(IntegratorError::NoQuadrature);
             }
             validate_quadrature_tolerances(relative, absolute)?;
         }
-        count("max_steps of a backward problem", self.max_steps)?;
-        let order = self.max_order as f64;
-        within("max_order of a backward problem", order, 1.0, 5.0, "1 to 5")
+        expect_count("max_steps of a backward problem", self.max_steps)?;
+        expect_order("max_order of a backward problem", self.max_order)
     }
 }
 
@@ -53,7 +52,7 @@ impl<P: Problem> IdaSolver<P> {
         checkpoints: Checkpoints,
         options: &IdaOptions,
     ) -> Result<(), Error> {
-        count("steps between checkpoints", checkpoints.every)?;
+        expect_count("steps between checkpoints", checkpoints.every)?;
         let index = self.functions().problem.indices();
         let index = index.into_iter().flatten().max().unwrap_or(0);
         if index > 2 {
@@ -123,7 +122,7 @@ impl<P: Problem> IdaSolver<P> {
     /// and λ̇ in `start`; its quadratures start at zero. All backward problems are integrated together.
     ///
     /// # Errors
-    /// [`Error::NoCheckpoints`]; [`Error::WrongLength`], [`Error::NotFinite`] or [`Error::InvalidOption`] for invalid
+    /// [`Error::NoCheckpoints`]; [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`] or [`IntegratorError::InvalidOption`] for invalid
     /// values; [`Error::Callback`] when the problem fails at the start.
     pub fn add_backward(
         &mut self,
@@ -217,11 +216,11 @@ impl<P: Problem> IdaSolver<P> {
     /// As for [`correct_initial_values`](IdaSolver::correct_initial_values), and
     /// [`Error::NoBackward`].
     pub fn correct_backward(&mut self, backward: Backward, t_first: f64) -> Result<(), Error> {
-        finite("t_first", t_first)?;
+        expect_finite_value("t_first", t_first)?;
         let run = self.backward(backward)?;
         let t = run.t;
         if run.statistics.steps > 0 {
-            return Err(Error::AfterTheStart { t });
+            return Err(IntegratorError::AfterTheStart { t }.into());
         }
         let functions = self.functions_mut();
         functions.failures = Default::default();
@@ -241,20 +240,19 @@ impl<P: Problem> IdaSolver<P> {
     /// the forward run cannot continue; [`reinit`](IdaSolver::reinit) starts a new run.
     ///
     /// # Errors
-    /// [`Error::NoBackward`], [`Error::TimeBehind`] and other misuse, and as for
+    /// [`Error::NoBackward`], [`IntegratorError::TimeBehind`] and other misuse, and as for
     /// [`step`](IdaSolver::step).
     pub fn integrate_back_to(&mut self, t_out: f64) -> Result<Outcome, Error> {
-        finite("t_out", t_out)?;
+        expect_finite_value("t_out", t_out)?;
         let none = Error::NoBackward { number: 0, of: 0 };
         let forward_run = self.forward_run.as_ref().ok_or(Error::NoCheckpoints)?;
         let (every, n_runs) = (forward_run.every, forward_run.runs.len());
         let t = forward_run.runs.iter().map(|run| run.t).reduce(f64::min);
         let t = t.ok_or(none)?;
-        if t_out < self.t0 {
-            return invalid("t_out", t_out, "a time at or after the start of the forward run");
-        }
+        let within = t_out >= self.t0;
+        expect("t_out", t_out, within, "a time at or after the start of the forward run")?;
         if t_out >= t {
-            return Err(Error::TimeBehind { t_out, t });
+            return Err(IntegratorError::TimeBehind { t_out, t }.into());
         }
         let statistics = self.statistics();
         if let Some(forward_run) = &mut self.forward_run {
@@ -338,25 +336,18 @@ impl<P: Problem> IdaSolver<P> {
         if self.forward_run.is_none() {
             return Err(Error::NoCheckpoints);
         }
-        expect_length("y of the forward state", self.n, at.y.len())?;
-        expect_length("y_dot of the forward state", self.n, at.y_dot.len())?;
+        expect_vector("y of the forward state", self.n, &at.y)?;
+        expect_vector("y_dot of the forward state", self.n, &at.y_dot)?;
         expect_length("sensitivities of the forward state", self.n_parameters(), at.s.len())?;
         for values in at.s.iter().flatten() {
-            expect_length("a sensitivity of the forward state", self.n, values.len())?;
-            expect_finite("a sensitivity of the forward state", values)?;
+            expect_vector("a sensitivity of the forward state", self.n, values)?;
         }
-        expect_finite("y of the forward state", &at.y)?;
-        expect_finite("y_dot of the forward state", &at.y_dot)?;
-        match at.t > self.t0 && at.t <= self.t {
-            true => Ok(()),
-            false => invalid("t of the forward state", at.t, "a time of the forward run"),
-        }
+        let passed = at.t > self.t0 && at.t <= self.t;
+        Ok(expect("t of the forward state", at.t, passed, "a time of the forward run")?)
     }
 }
 
-fn expect_start(n: usize, [values, rates]: [&[f64]; 2]) -> Result<(), Error> {
-    expect_length("start of a backward problem", n, values.len())?;
-    expect_length("slope of a backward problem", n, rates.len())?;
-    expect_finite("start of a backward problem", values)?;
-    expect_finite("slope of a backward problem", rates)
+fn expect_start(n: usize, [values, rates]: [&[f64]; 2]) -> Result<(), IntegratorError> {
+    expect_vector("start of a backward problem", n, values)?;
+    expect_vector("slope of a backward problem", n, rates)
 }

@@ -1,0 +1,88 @@
+//! Errors that all integrators have in common.
+
+use crate::inconsistent::Inconsistent;
+use crate::start::InconsistentStart;
+use crate::tolerances::NoIndices;
+
+/// Invalid argument or setting, or a start from inconsistent values.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum IntegratorError {
+    /// A setting has an invalid value.
+    #[error("{option} = {value}: must be {expected}")]
+    InvalidOption {
+        /// Name of the setting.
+        option: &'static str,
+        /// Its value.
+        value: f64,
+        /// Allowed values.
+        expected: &'static str,
+    },
+    /// An array has the wrong length.
+    #[error("{what}: expected length {expected}, got {got}")]
+    WrongLength {
+        /// Name of the array.
+        what: &'static str,
+        /// Expected length.
+        expected: usize,
+        /// Actual length.
+        got: usize,
+    },
+    /// A component of an array is NaN or infinite.
+    #[error("{what}[{index}] = {value} is not finite")]
+    NotFinite {
+        /// Name of the array.
+        what: &'static str,
+        /// Index of the component.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// An output time or a stop time is before the current time.
+    #[error("the time {t_out} is before the current time t = {t}")]
+    TimeBehind {
+        /// Requested time.
+        t_out: f64,
+        /// Current time.
+        t: f64,
+    },
+    /// Dense output was requested outside the last step, or for a derivative of too high an order.
+    #[error(
+        "no derivative of order {derivative} at t = {t}: orders 0 to {highest} are available on [{from}, {to}]"
+    )]
+    NoDenseOutput {
+        /// Requested time.
+        t: f64,
+        /// Order of the requested derivative.
+        derivative: usize,
+        /// Highest available order of a derivative.
+        highest: usize,
+        /// Start of the last step.
+        from: f64,
+        /// End of the last step.
+        to: f64,
+    },
+    /// Quadratures were requested, but the solver has no quadratures.
+    #[error("this solver has no quadratures")]
+    NoQuadrature,
+    /// A correction of the initial values was requested after the first step.
+    #[error("initial values can be corrected only before the first step, not at t = {t}")]
+    AfterTheStart {
+        /// Current time.
+        t: f64,
+    },
+    /// No values were found that satisfy the equations and the constraints of the problem.
+    #[error("no consistent initial values at t = {t}: {source}")]
+    Inconsistent {
+        /// Initial time.
+        t: f64,
+        /// Reason.
+        source: Inconsistent,
+    },
+    /// The initial values contradict the equations.
+    #[error(transparent)]
+    Start(#[from] InconsistentStart),
+    /// Components are excluded by their index, but the problem does not state its indices.
+    #[error(transparent)]
+    NoIndices(#[from] NoIndices),
+}
