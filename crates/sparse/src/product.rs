@@ -120,14 +120,14 @@ impl Product {
         self.arch.dispatch(Transposed { product: self, values, x, y });
     }
 
-    /// Adds |A| |x| to `y`.
+    /// Adds |A| |x| to `y`, with |z| = |Re z| + |Im z|.
     pub(crate) fn magnitudes<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [f64]) {
         self.arch.dispatch(Accumulate {
             product: self,
             values,
             x,
             y,
-            add: |y: f64, a: T, x: T| y + (a * x).abs(),
+            add: |y: f64, a: T, x: T| y + (a * x).l1_norm(),
         });
     }
 }

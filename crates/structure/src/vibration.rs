@@ -89,9 +89,14 @@ impl Vibration {
         self.constraint.as_ref().map_or(0, |c| c.operator.nrows())
     }
 
-    /// Computes M u.
+    /// Computes M u. Columns equal rows, so each entry is a sum over a column.
     pub(crate) fn mass_times(&self, u: &DVector<f64>) -> DVector<f64> {
-        &self.mass * u
+        let u = u.as_slice();
+        let entries = self.mass.col_iter().map(|column| {
+            let terms = column.row_indices().iter().zip(column.values());
+            terms.map(|(&i, mass)| mass * u[i]).sum()
+        });
+        DVector::from_iterator(u.len(), entries)
     }
 
     /// Computes K u − Bᵀ p − ω² M u.
