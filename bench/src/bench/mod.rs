@@ -58,7 +58,8 @@ pub(crate) enum What {
     Rows,
     /// Time of a residual and of a run while features are enabled step by step
     Features,
-    /// Harmonic responses compared with motions and with factorizations, and adaptive frequencies with equidistant ones
+    /// Harmonic responses compared with motions and with factorizations, adaptive frequencies with equidistant ones, and a
+    /// periodic state with its motion
     Response,
     /// Runs without chains, with separate steps of chains and with one system, and factors in both precisions
     Defaults,

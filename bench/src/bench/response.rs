@@ -1,4 +1,5 @@
-//! Harmonic responses: cost compared with motions and with factorizations, and number of adaptive frequencies.
+//! Harmonic responses: cost compared with motions and with factorizations, and number of adaptive frequencies. Cost of a
+//! periodic state.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -11,6 +12,7 @@ use myovib_cli::machine::Machine;
 use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{MuscleDae, run as run_model, start_at_rest};
 use myovib_scene::response::Response;
+use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::watch::Watcher;
 use myovib_scene::{Body, Scene};
 use myovib_sparse::SparseOptions;
@@ -43,10 +45,26 @@ struct Interpolation {
     error: f64,
 }
 
+/// A periodic state and the motion from rest that it replaces.
+#[derive(Serialize)]
+struct PeriodicState {
+    scene: &'static str,
+    unknowns: u64,
+    /// Number of integrations over a period.
+    integrations: u64,
+    cpu_seconds: f64,
+    /// End of the motion, s.
+    t_end: f64,
+    motion_cpu_seconds: f64,
+    /// CPU time of the periodic state divided by the CPU time of the motion.
+    ratio: f64,
+}
+
 #[derive(Serialize)]
 struct Document<'a> {
     machine: Machine,
     responses: &'a [Row],
+    periodic_states: &'a [PeriodicState],
     interpolation: &'a [Interpolation],
 }
 
@@ -58,12 +76,20 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     if goes_on() {
         rows.push(beside_factorizations()?);
     }
+    let mut periodic_states = Vec::new();
+    if goes_on() {
+        periodic_states.push(periodic_state("figure7", args.repeats)?);
+    }
     let interpolation = match goes_on() {
         true => interpolation()?,
         false => Vec::new(),
     };
-    let document =
-        Document { machine: Machine::found(), responses: &rows, interpolation: &interpolation };
+    let document = Document {
+        machine: Machine::found(),
+        responses: &rows,
+        periodic_states: &periodic_states,
+        interpolation: &interpolation,
+    };
     give(args, &text(&document)?, &document)
 }
 
@@ -135,6 +161,33 @@ fn beside_factorizations() -> anyhow::Result<Row> {
         compared_with: "100 complex factorizations",
         compared_cpu_seconds: compared,
         ratio: cpu_seconds / compared,
+    })
+}
+
+/// Compares the periodic state of a built-in scene with its motion.
+fn periodic_state(name: &'static str, repeats: u32) -> anyhow::Result<PeriodicState> {
+    let computed = |set: &[String]| -> anyhow::Result<_> {
+        let scene = Scene::built_in(name, set)?;
+        let once = || -> anyhow::Result<_> {
+            let folder = tempfile::tempdir()?;
+            let document = compute(&scene, &RunOptions::into_folder(folder.path()))?.document;
+            let seconds = document["cpu_seconds"].as_f64().context("a run has a CPU time")?;
+            Ok((document, seconds))
+        };
+        let (document, seconds) = fastest(repeats, once, |(_, seconds)| *seconds)?;
+        Ok((document, seconds, scene.t_end))
+    };
+    let (found, cpu_seconds, _) = computed(&["analysis=periodic".to_owned()])?;
+    let (_, motion_cpu_seconds, t_end) = computed(&[])?;
+    let count = |key: &str| found[key].as_u64().context("a periodic state has counts");
+    Ok(PeriodicState {
+        scene: name,
+        unknowns: count("unknowns")?,
+        integrations: count("integrations")?,
+        cpu_seconds,
+        t_end,
+        motion_cpu_seconds,
+        ratio: cpu_seconds / motion_cpu_seconds,
     })
 }
 
@@ -224,6 +277,18 @@ fn text(document: &Document<'_>) -> anyhow::Result<String> {
             row.compared_with,
             row.compared_cpu_seconds,
             row.ratio
+        )?;
+    }
+    for own in document.periodic_states {
+        writeln!(
+            text,
+            "{}: periodic state by {} integrations over a period in {:.3} CPU s; {} s of motion: {:.3} CPU s; ratio {:.3}",
+            own.scene,
+            own.integrations,
+            own.cpu_seconds,
+            own.t_end,
+            own.motion_cpu_seconds,
+            own.ratio
         )?;
     }
     for row in document.interpolation {
