@@ -24,6 +24,7 @@ def sweep(
     results: list[str],
     out: str | PathLike[str],
     overwrite: bool,
+    from_neighbor: bool,
     threads: int | None,
     progress: Callable[[str], object] | None,
 ) -> None: ...

@@ -192,6 +192,7 @@ class Scene:
         results: Mapping[str, str] | None = None,
         threads: int | None = None,
         overwrite: bool = False,
+        from_neighbor: bool = False,
         progress: Progress = False,
     ) -> SweepResult:
         """Compute the scene over a grid of values, with one case per core.
@@ -209,6 +210,9 @@ class Scene:
             Number of parallel cases; all cores by default.
         overwrite : bool
             Whether to compute finished cases again.
+        from_neighbor : bool
+            Whether the search for each equilibrium starts from the case with the preceding value of the
+            last key instead of the unloaded body.
         progress : bool or callable
             As for `run`.
 
@@ -221,7 +225,15 @@ class Scene:
         columns = [f"{name}={expression}" for name, expression in (results or {}).items()]
         with _Line(progress) as show:
             _native.sweep(
-                self._source, axes, self._assignments(), columns, out, overwrite, threads, show
+                self._source,
+                axes,
+                self._assignments(),
+                columns,
+                out,
+                overwrite,
+                from_neighbor,
+                threads,
+                show,
             )
         return SweepResult._of(out, list(vary), temporary)
 

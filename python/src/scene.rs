@@ -41,6 +41,7 @@ pub(crate) fn run(
                 out,
                 existing,
                 verify,
+                neighbor: None,
                 interrupt: Some(flag),
                 progress: watcher.progress,
             };
@@ -68,6 +69,7 @@ pub(crate) fn sweep(
     results: Vec<String>,
     out: PathBuf,
     overwrite: bool,
+    from_neighbor: bool,
     threads: Option<NonZeroUsize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<()> {
@@ -82,6 +84,7 @@ pub(crate) fn sweep(
             results,
             cases: Cases::All,
             overwrite,
+            from_neighbor,
             n_threads: threads.unwrap_or_else(all),
             interrupt: Some(flag),
             progress: watcher.progress,

@@ -50,6 +50,7 @@ impl AnalysisCommand<'_> {
                 existing: Existing::of(false, self.overwrite),
                 interrupt: Some(interrupt::flag()),
                 progress: &progress,
+                neighbor: None,
                 verify: false,
             },
         )?;

@@ -3,6 +3,7 @@
 mod arc_length;
 mod follow;
 mod loads;
+mod neighbor;
 mod newton;
 mod path;
 mod prospect;

@@ -20,7 +20,7 @@ pub(crate) struct State {
     /// SHA-256 of the node coordinates.
     mesh: String,
     /// Displacement of each nodal component, m.
-    displacement: Vec<f64>,
+    pub(crate) displacement: Vec<f64>,
     /// Velocity of each nodal component, m/s.
     velocity: Vec<f64>,
     /// Tensions of activation models, Pa.

@@ -96,6 +96,7 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
             // Modes have no partial results.
             interrupt: (scene.file.analysis != Analysis::Modes).then(interrupt::flag),
             progress: &progress,
+            neighbor: None,
             verify: args.verify,
         },
     )?;

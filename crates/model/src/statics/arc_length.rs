@@ -88,6 +88,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
             newton_iterations: self.newton.iterations,
             critical_points: self.stability.points,
             shortfall,
+            is_continued: false,
         })
     }
 

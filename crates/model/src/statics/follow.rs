@@ -2,11 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use super::Search;
 use super::arc_length::ArcLength;
 use super::loads::LoadSteps;
+use super::neighbor::{self, Continued};
 use super::newton::Newton;
 use super::path::{PathEnd, PathState};
+use super::{Search, Shortfall};
 use crate::analysis::support::expect_held;
 use crate::error::ModelError;
 use crate::field::Field;
@@ -18,6 +19,9 @@ use crate::muscle::Muscle;
 pub enum Control {
     /// Equilibria under these load factors, in this order. Intermediate steps are taken where necessary.
     Load(Vec<f64>),
+    /// The equilibrium under the whole load, continued from an equilibrium of a body with the same mesh and other loads or
+    /// constants, with this displacement of all nodes. If this fails, the search starts from the unloaded body.
+    Neighbor(Vec<f64>),
     /// Steps of given arc length along the path, which can pass limit points, until the load factor is 1 or -1.
     ArcLength {
         /// Load factor predicted for the first step, which determines its length. Must be positive.
@@ -51,6 +55,36 @@ pub fn follow(
     }
     let mut newton = Newton::new(muscle, formulation, t)?;
     match control {
+        Control::Neighbor(displacement) => {
+            let mut interrupted = false;
+            let mut watched = |search: &Search| {
+                let flow = watch(search);
+                interrupted |= flow.is_break();
+                flow
+            };
+            let found = neighbor::follow(&mut newton, displacement, &mut watched)?;
+            let newton_iterations = newton.iterations;
+            let mut end = PathEnd {
+                reached: 0.0,
+                load_steps: 0,
+                newton_iterations,
+                critical_points: Vec::new(),
+                shortfall: None,
+                is_continued: true,
+            };
+            if let Some(Continued { x, steps }) = found {
+                (end.reached, end.load_steps) = (1.0, steps);
+                let _ = record(PathState::new(&newton, &x, 1.0));
+                return Ok(end);
+            }
+            if interrupted {
+                end.shortfall = Some(Shortfall::Interrupted);
+                return Ok(end);
+            }
+            let mut newton = Newton::new(muscle, formulation, t)?;
+            newton.iterations = newton_iterations;
+            LoadSteps::new(&mut newton).follow(&[1.0], watch, record)
+        }
         Control::Load(loads) => LoadSteps::new(&mut newton).follow(loads, watch, record),
         Control::ArcLength { first_load, max_steps } => {
             ArcLength::new(&mut newton, *first_load)?.follow(*max_steps, watch, record)

@@ -74,6 +74,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
             newton_iterations: self.newton.iterations,
             critical_points: self.stability.points,
             shortfall,
+            is_continued: false,
         })
     }
 

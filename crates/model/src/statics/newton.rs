@@ -1,6 +1,7 @@
 //! Equations of an equilibrium, and Newton's method at one load.
 
 mod arc;
+mod continued;
 mod multipliers;
 mod residual;
 
@@ -90,6 +91,12 @@ pub(super) struct Newton<'a> {
     slopes: Vec<DrivenSlope>,
     driven: DrivenObstacles<f64>,
     pub(super) iterations: usize,
+    /// Subtracted from the residual by [`solve`](Self::solve); empty if zero.
+    pub(super) offset: Vec<f64>,
+    /// Components of supports and the distances from their places, which they keep while an equilibrium is continued.
+    pub(super) distances: Vec<(usize, f64)>,
+    /// Fraction of these distances.
+    pub(super) distant: f64,
     /// The last element turned inside out by a trial of the present load step.
     pub(super) inverted: Option<Inverted>,
 }
@@ -152,6 +159,9 @@ impl<'a> Newton<'a> {
             slopes: Vec::new(),
             driven: DrivenObstacles::default(),
             iterations: 0,
+            offset: Vec::new(),
+            distances: Vec::new(),
+            distant: 0.0,
             inverted: None,
         })
     }
@@ -294,6 +304,7 @@ impl<'a> Newton<'a> {
                 return Ok(None);
             }
             self.iterations += 1;
+            r.iter_mut().zip(&self.offset).for_each(|(r, offset)| *r -= offset);
             let mut increment = r.clone();
             let solved = self.factorize().and_then(|()| self.solve_linear(&mut increment));
             match solved {

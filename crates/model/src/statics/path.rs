@@ -53,6 +53,8 @@ pub struct PathEnd {
     pub critical_points: Vec<CriticalPoint>,
     /// Reason why the path ends early, if it does.
     pub shortfall: Option<Shortfall>,
+    /// Whether the path starts from a neighboring equilibrium instead of the unloaded body.
+    pub is_continued: bool,
 }
 
 impl PathState {

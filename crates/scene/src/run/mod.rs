@@ -119,6 +119,19 @@ pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, In
     Ok(probes.map(|(probe, what)| (probe.name.clone(), what.columns(parameter))).collect())
 }
 
+/// Rejects scenes whose search for an equilibrium cannot start from the equilibrium of another scene.
+pub(crate) fn expect_one_equilibrium(scene: &Scene) -> Result<(), InputError> {
+    if scene.file.analysis != Analysis::Static {
+        let error = InputError::new("only equilibria can start from a neighboring case");
+        return Err(error.allowed("scenes with analysis = \"static\""));
+    }
+    if scene.file.loading_path.is_some() {
+        let error = InputError::new("a loading path starts from the unloaded body");
+        return Err(error.next("remove the table [static], or leave --from-neighbor out"));
+    }
+    Ok(())
+}
+
 /// Rejects options that apply to dynamic analyses only.
 fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
     let wrong = |option: &str, message: &str, next: &str| {

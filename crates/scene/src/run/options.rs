@@ -22,6 +22,8 @@ pub struct RunOptions<'a> {
     pub interrupt: Option<&'static AtomicBool>,
     /// Receiver of progress reports.
     pub progress: &'a dyn ProgressSink,
+    /// Folder of a similar scene whose equilibrium is the start of the search for an equilibrium.
+    pub neighbor: Option<PathBuf>,
     /// Whether to estimate the error by a second run with looser tolerances.
     pub verify: bool,
 }
@@ -34,6 +36,7 @@ impl RunOptions<'_> {
             existing: Existing::Refuse,
             interrupt: None,
             progress: &(),
+            neighbor: None,
             verify: false,
         }
     }

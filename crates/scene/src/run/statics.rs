@@ -1,6 +1,7 @@
 //! Static analysis: equilibrium under constant loads, or a path of equilibria.
 
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::time::Instant;
 
 use myovib_dae::Problem;
@@ -24,7 +25,7 @@ use crate::scene::{Body, Scene};
 use crate::state::State;
 use crate::vtu::{self, Grid, NotFinite, Series};
 use crate::watch::search;
-use crate::{Error, InputError};
+use crate::{Error, InputError, inputs};
 
 /// Computes the equilibrium of a scene under its loads at the end time, or the path to it.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
@@ -34,7 +35,10 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     };
     let request = request(scene, options)?;
     request.check()?;
-    let control = scene.control()?;
+    let control = match options.neighbor.as_deref().and_then(|folder| neighbor(body, folder)) {
+        Some(displacement) => Control::Neighbor(displacement),
+        None => scene.control()?,
+    };
     let mut recording = Recording {
         readings: scene.readings()?,
         conditions: conditions(scene)?,
@@ -73,6 +77,9 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     };
     folder.write(State::NAME, last.state.encode()?)?;
     let mut document = recording.document(&end, last, &outcome);
+    if options.neighbor.is_some() {
+        document["is_continued"] = json!(end.is_continued);
+    }
     document["cpu_seconds"] = json!(cpu.elapsed().as_secs_f64());
     document["wall_seconds"] = json!(started.elapsed().as_secs_f64());
     let volume_note = match outcome.reason() {
@@ -80,10 +87,15 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         _ => volumes.note(&body.muscle, false),
     };
     let is_path = scene.file.loading_path.is_some();
+    let from_rest = (options.neighbor.is_some() && !end.is_continued).then(|| {
+        "the search starts from the unloaded body: the case before has no equilibrium of this mesh, or it is too far away"
+            .to_owned()
+    });
     let critical = is_path.then(|| note_of(&end.critical_points)).flatten();
     let unfinished = unfinished(&control, &end, recording.stopped.is_some());
     let notes: Vec<String> = critical
         .into_iter()
+        .chain(from_rest)
         .chain(unfinished)
         .chain(last.instabilities.and_then(instability))
         .chain(volume_note)
@@ -287,8 +299,15 @@ impl<'a> Recording<'a> {
 fn grows(control: &Control) -> bool {
     match control {
         Control::Load(loads) => loads[0] > 0.0 && loads.is_sorted_by(|a, b| a < b),
-        Control::ArcLength { .. } => false,
+        Control::Neighbor(_) | Control::ArcLength { .. } => false,
     }
+}
+
+/// Returns the displacement of all nodes in the equilibrium in a folder, if the mesh is the same and the load complete.
+fn neighbor(body: &Body, folder: &Path) -> Option<Vec<f64>> {
+    let state = State::decode(&inputs::text(&folder.join(State::NAME)).ok()?).ok()?;
+    let fits = state.is_of(body.muscle.solid.space()) && state.load_reached == Some(1.0);
+    fits.then_some(state.displacement)
 }
 
 fn described(point: &CriticalPoint) -> Value {

@@ -326,7 +326,7 @@ impl Scene {
     pub(crate) fn loads(&self) -> Result<Vec<f64>, InputError> {
         Ok(match self.control()? {
             Control::Load(loads) => loads,
-            Control::ArcLength { .. } => Vec::new(),
+            Control::Neighbor(_) | Control::ArcLength { .. } => Vec::new(),
         })
     }
 

@@ -22,6 +22,7 @@ fn sweep(folder: &Path, out: &Path, overwrite: bool) -> Result<(), crate::Error>
         out: out.to_owned(),
         cases: Cases::All,
         overwrite,
+        from_neighbor: false,
         n_threads: NonZeroUsize::MIN,
         interrupt: None,
         progress: &(),

@@ -23,6 +23,11 @@ pub(super) struct Axis {
 }
 
 impl Axis {
+    /// Returns the number of values.
+    pub(super) fn len(&self) -> usize {
+        self.values.len()
+    }
+
     /// Reads `key=a,b,c`, `key=lo..hi:n` or `key=lo..hi:n:log`.
     pub(super) fn parse(text: &str) -> Result<Self, InputError> {
         let wrong = |message: &str| {

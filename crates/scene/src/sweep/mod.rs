@@ -48,6 +48,8 @@ pub struct SweepOptions<'a> {
     pub cases: Cases,
     /// Whether to recompute finished cases.
     pub overwrite: bool,
+    /// Whether each case starts from the equilibrium of the case with the preceding value of the last key.
+    pub from_neighbor: bool,
     /// Number of concurrent cases.
     pub n_threads: NonZeroUsize,
     /// Flag that requests an orderly end of the sweep.
@@ -120,10 +122,15 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     };
     // A scene that is invalid without the varied keys would be invalid in every case.
     let scene = read(&options.scene, &options.set, &requested[0])?;
+    if options.from_neighbor {
+        run::expect_one_equilibrium(&scene).map_err(|error| error.at("--from-neighbor"))?;
+    }
     let results = columns(&options.results, &axes, &scene)?;
     let sweep = Sweep {
         options,
         results,
+        cases: &all,
+        chain_length: if options.from_neighbor { axes[axes.len() - 1].len() } else { 1 },
         n_threads: options.n_threads.min(runs_at_once(&scene.file)),
         scene: scene.text().to_owned(),
         program: program(),
@@ -172,6 +179,14 @@ fn request<'a>(
     cases: &[Case],
 ) -> FolderRequest<'a> {
     let of_cases = cases.iter().flat_map(|case| [folder_of(case), record_of(case), lock_of(case)]);
+    let mut origin = json!({
+        "scene": options.scene.file_name().map(|name| name.to_string_lossy()),
+        "vary": options.vary,
+        "set": options.set,
+    });
+    if options.from_neighbor {
+        origin["from_neighbor"] = json!(true);
+    }
     let tables = ["sweep.csv", "sweep.json", result_folder::PAGE].map(str::to_owned);
     FolderRequest {
         path: &options.out,
@@ -179,11 +194,7 @@ fn request<'a>(
         existing: Existing::Add,
         can_resume: false,
         files: of_cases.chain(tables).collect(),
-        origin: json!({
-            "scene": options.scene.file_name().map(|name| name.to_string_lossy()),
-            "vary": options.vary,
-            "set": options.set,
-        }),
+        origin,
         reads: &scene.paths,
     }
 }
@@ -223,6 +234,10 @@ fn lock_of(case: &Case) -> String {
 struct Sweep<'a> {
     options: &'a SweepOptions<'a>,
     results: Vec<ResultColumn>,
+    /// All cases.
+    cases: &'a [Case],
+    /// Number of successive cases each of which starts from the case before it.
+    chain_length: usize,
     /// Number of concurrent cases: the requested number, limited by the number of open files.
     n_threads: NonZeroUsize,
     /// Scene text without overrides.
@@ -245,6 +260,12 @@ impl Sweep<'_> {
         self.options.out.join(folder_of(case))
     }
 
+    /// Returns the case from whose equilibrium a case starts.
+    fn neighbor(&self, case: &Case) -> Option<&Case> {
+        let is_first = case.number.is_multiple_of(self.chain_length);
+        (!is_first).then(|| &self.cases[case.number - 1])
+    }
+
     /// Rejects invalid scenes among the cases to compute.
     fn expect_right(&self, cases: &[Case]) -> Result<(), Error> {
         let Self { options, n_threads, .. } = self;
@@ -260,7 +281,7 @@ impl Sweep<'_> {
     /// Computes the due cases. Waits for cases that another process computes, and computes them here if it fails.
     fn compute_all(&self, cases: &[Case], folder: &ResultFolder) -> Result<(), Error> {
         let done = AtomicUsize::new(0);
-        let outcomes = parallel::map(cases, self.n_threads, |case| {
+        let compute = |case: &Case| {
             if self.is_interrupted() {
                 return Ok(());
             }
@@ -277,7 +298,11 @@ impl Sweep<'_> {
             let progress = self.options.progress;
             progress.on_progress(&|| format!("{done} of {} cases", cases.len()));
             Ok(())
-        });
+        };
+        let chains = cases.chunk_by(|_, next| self.neighbor(next).is_some());
+        let chains: Vec<&[Case]> = chains.collect();
+        let outcomes =
+            parallel::map(&chains, self.n_threads, |chain| chain.iter().try_for_each(compute));
         outcomes.into_iter().collect()
     }
 
@@ -332,6 +357,7 @@ impl Sweep<'_> {
         let run = RunOptions {
             existing: Existing::Overwrite,
             interrupt: options.interrupt,
+            neighbor: self.neighbor(case).map(|neighbor| self.folder(neighbor)),
             ..RunOptions::into_folder(self.folder(case))
         };
         let result = run::compute(&scene, &run)?;

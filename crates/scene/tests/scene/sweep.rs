@@ -1,5 +1,6 @@
 //! Sweeps run through the library.
 
+use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,6 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use myovib_scene::run::RunResult;
 use myovib_scene::sweep::{Cases, SweepOptions, compute};
 use myovib_scene::{Error, Scene};
+use serde_json::Value;
 
 /// Regression: a panic in one case ended the sweep.
 #[test]
@@ -22,6 +24,7 @@ fn a_panic_in_one_case_is_a_row_and_tried_again() {
             out: folder.path().to_owned(),
             cases: Cases::All,
             overwrite: false,
+            from_neighbor: false,
             n_threads: NonZeroUsize::new(2).unwrap(),
             interrupt: None,
             progress: &(),
@@ -63,6 +66,7 @@ fn refusal(out: &Path, scene: &str, vary: &[&str], set: &str, cases: Cases) -> O
         out: out.to_owned(),
         cases,
         overwrite: false,
+        from_neighbor: false,
         n_threads: NonZeroUsize::MIN,
         interrupt: None,
         progress: &(),
@@ -159,6 +163,7 @@ fn a_case_is_computed_and_recorded_by_one_process() {
             out: folder.path().to_owned(),
             cases: Cases::All,
             overwrite: false,
+            from_neighbor: false,
             n_threads: NonZeroUsize::MIN,
             interrupt: None,
             progress: &(),
@@ -181,4 +186,141 @@ fn a_case_is_computed_and_recorded_by_one_process() {
         });
     });
     assert_eq!(computed.into_inner(), 1);
+}
+
+const COLUMN: &str = r#"analysis = "static"
+[mesh]
+type = "rectangle"
+width = 0.1
+height = 0.01
+cells = [10, 2]
+[solid]
+bulk_modulus = 1e6
+[[material]]
+law = "neo-hooke"
+density = 1e3
+shear_modulus = 1e4
+[[fixed]]
+group = "left"
+[[traction]]
+group = "right"
+x = 0.0
+y = 0.0
+[[probe]]
+name = "tip"
+type = "point"
+at = [0.1, 0.005]
+"#;
+
+/// Computes a sweep of the column. Returns the deflection of its tip, the number of iterations, and whether the case was
+/// continued, for each case.
+fn deflections(text: &str, vary: &[&str], from_neighbor: bool) -> Vec<(f64, f64, bool)> {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, text).unwrap();
+    let out = folder.path().join("out");
+    let result = compute(&SweepOptions {
+        scene,
+        vary: vary.iter().map(|&vary| vary.to_owned()).collect(),
+        results: vec!["tip=last(tip.u_y)".to_owned()],
+        set: Vec::new(),
+        out: out.clone(),
+        cases: Cases::All,
+        overwrite: false,
+        from_neighbor,
+        n_threads: NonZeroUsize::new(2).unwrap(),
+        interrupt: None,
+        progress: &(),
+        finished: &|_: &Path, _: &Scene, _: &RunResult| Ok(()),
+    });
+    let document = result.unwrap().document;
+    let rows = document["rows"].as_array().unwrap().iter();
+    rows.map(|row| {
+        let case = out.join(format!("case-{:04}", row["case"].as_u64().unwrap()));
+        let run = fs::read_to_string(case.join("run.json")).unwrap();
+        let run: Value = serde_json::from_str(&run).unwrap();
+        let number = |key: &str| row[key].as_f64().unwrap();
+        (number("tip"), number("newton_iterations"), run["is_continued"] == true)
+    })
+    .collect()
+}
+
+/// Newton's method ends with an increment below 1e-9 of the solution, for both starts.
+#[test]
+fn cases_continued_from_their_neighbors_have_the_same_equilibria_with_fewer_iterations() {
+    for vary in [
+        ["solid.bulk_modulus=1e5,inf", "traction[0].y=20.0,30.0,40.0"],
+        ["traction[0].y=-20.0,20.0", "material[0].shear_modulus=1e4,1.2e4,1.5e4"],
+        ["material[0].shear_modulus=1e4,2e4", "prescribed_displacement[0].y=0.02,0.03,0.04"],
+    ] {
+        let moved = "[[prescribed_displacement]]\ngroup = \"right\"\ny = 0.0\n";
+        let text = match vary[1].starts_with("prescribed") {
+            true => format!("{COLUMN}{moved}")
+                .replace("x = 0.0\ny = 0.0\n[[probe]]", "x = 0.0\n[[probe]]"),
+            false => COLUMN.to_owned(),
+        };
+        let [rest, continued] = [false, true].map(|from| deflections(&text, &vary, from));
+        let mut iterations = [0.0; 2];
+        for (k, (rest, continued)) in rest.iter().zip(&continued).enumerate() {
+            assert!((continued.0 / rest.0 - 1.0).abs() < 1e-9, "{vary:?} {k}");
+            assert_eq!((rest.2, continued.2), (false, k % 3 != 0), "{vary:?} {k}");
+            if continued.2 {
+                iterations[0] += rest.1;
+                iterations[1] += continued.1;
+            }
+        }
+        assert!(iterations[1] < iterations[0], "{vary:?} {iterations:?}");
+    }
+}
+
+/// The column is loaded above its buckling load, 82 Pa. It buckles to the side of a small transverse load, and stays
+/// there if this load is reversed, although the unloaded column would buckle to the other side.
+#[test]
+fn a_buckled_column_stays_on_its_branch() {
+    let text = COLUMN.replace("x = 0.0\n", "x = -95.0\n");
+    let vary = ["traction[0].y=1.0,0.2,-0.2"];
+    let [rest, continued] = [false, true].map(|from| deflections(&text, &vary, from));
+    assert!(rest[1].0 > 0.0 && rest[2].0 < 0.0, "{rest:?}");
+    assert!(continued[2].2 && continued[2].0 > 0.9 * continued[1].0, "{continued:?}");
+}
+
+/// A case with another mesh than its neighbor starts from the unloaded body.
+#[test]
+fn a_case_without_a_neighboring_equilibrium_starts_from_rest() {
+    let vary = ["mesh.cells=[10,2],[12,2]"];
+    let [rest, continued] =
+        [false, true].map(|from| deflections(&COLUMN.replace("y = 0.0", "y = 20.0"), &vary, from));
+    assert_eq!(rest, continued);
+}
+
+/// A motion starts from its initial state, and a loading path from the unloaded body.
+#[test]
+fn scenes_of_several_states_do_not_start_from_a_neighbor() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let refused = |text: &str| {
+        fs::write(&scene, text).unwrap();
+        let result = compute(&SweepOptions {
+            scene: scene.clone(),
+            vary: vec!["traction[0].y=1.0,2.0".to_owned()],
+            results: Vec::new(),
+            set: Vec::new(),
+            out: folder.path().join("out"),
+            cases: Cases::All,
+            overwrite: false,
+            from_neighbor: true,
+            n_threads: NonZeroUsize::MIN,
+            interrupt: None,
+            progress: &(),
+            finished: &|_: &Path, _: &Scene, _: &RunResult| Ok(()),
+        });
+        result.unwrap_err().to_string()
+    };
+    let path = format!("{COLUMN}[static]\nsteps = 4\n");
+    let modes = COLUMN.replace("\"static\"", "\"modes\"");
+    let motion = COLUMN.replace("analysis = \"static\"", "time.end = 0.1");
+    for text in [path, modes, motion] {
+        assert!(refused(&text).contains("--from-neighbor"), "{text}");
+    }
+    assert!(!folder.path().join("out").exists());
 }

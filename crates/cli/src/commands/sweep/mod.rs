@@ -55,6 +55,11 @@ pub struct SweepArgs {
     #[arg(long, value_name = "DIR", default_value = "sweep", value_parser = values::output_folder)]
     pub out: PathBuf,
 
+    /// Start the search for each equilibrium from the case with the preceding value of the last key
+    /// instead of the unloaded body. It takes fewer iterations, and stays on a branch of equilibria.
+    #[arg(long, conflicts_with = "slurm")]
+    pub from_neighbor: bool,
+
     /// Recompute all cases and replace another sweep in the folder.
     #[arg(long)]
     pub overwrite: bool,
@@ -104,6 +109,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
             None => Cases::All,
         },
         overwrite: args.overwrite,
+        from_neighbor: args.from_neighbor,
         n_threads: args.common.n_threads(),
         interrupt: Some(interrupt::flag()),
         progress: &progress,

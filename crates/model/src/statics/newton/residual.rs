@@ -24,6 +24,9 @@ impl Newton<'_> {
         for (component, signal) in &self.turned {
             self.displacement[*component] = signal.scaled(factor).at(self.t).value;
         }
+        for &(component, distance) in &self.distances {
+            self.displacement[component] += self.distant * distance;
+        }
     }
 
     /// Computes the residual at `x` under `factor` times the load.
