@@ -175,7 +175,8 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Returns whether t did not change in the last steps, in which case IDAS would continue forever.
+    /// Returns whether the last steps were on average shorter than the spacing of numbers at t. IDAS would continue
+    /// forever, also if rounding advances t a little.
     fn stands_still(&mut self) -> bool {
         let (steps, t) = (self.ida.counter(Counter::Steps), self.ida.internal_time());
         let (marked_steps, marked_t) = self.mark;
@@ -183,7 +184,7 @@ impl<P: Problem> IdaSolver<P> {
             return false;
         }
         self.mark = (steps, t);
-        let stands_still = (t - marked_t).abs() <= 100.0 * f64::EPSILON * t.abs();
+        let stands_still = (t - marked_t).abs() <= PATIENCE as f64 * f64::EPSILON * t.abs();
         self.refusal.take_if(|_| !stands_still);
         stands_still
     }
