@@ -20,7 +20,7 @@ const LEFT: f64 = 1e-6;
 const ROUNDING: f64 = 100.0;
 
 /// Moves y onto the constraints stated by the problem ([`Problem::constraints`]), by the smallest
-/// change in the norm of the `weights`. Then corrects ẏ of differential and y of algebraic
+/// change in the norm of the weights `distance`, usually [`Tolerances::distance`](crate::Tolerances::distance). Then corrects ẏ of differential and y of algebraic
 /// variables so that F(t, y, ẏ) = 0 and the constraints remain satisfied, d/dt c(t, y) = 0.
 ///
 /// Both steps use the Gauss–Newton method with full difference matrices, which cost about n evaluations of F per
@@ -28,7 +28,7 @@ const ROUNDING: f64 = 100.0;
 /// 3, d/dt c = 0 determines the multipliers, which F alone does not.
 ///
 /// # Shapes
-/// `kinds`, `y`, `y_dot`, `weights`: the number of unknowns.
+/// `kinds`, `y`, `y_dot`, `weights`, `distance`: the number of unknowns.
 ///
 /// # Errors
 /// [`Inconsistent::NoConstraints`] if the problem does not state constraints, [`Inconsistent::NotFound`],
@@ -41,13 +41,14 @@ pub fn project_onto_constraints<P: Problem>(
     y: &mut [f64],
     y_dot: &mut [f64],
     weights: &[f64],
+    distance: &[f64],
 ) -> Result<(), Inconsistent> {
     if problem.n_constraints() == 0 {
         return Err(Inconsistent::NoConstraints);
     }
     let mut state =
         State { kinds, t, span: (t_first - t).abs(), y: y.to_vec(), y_dot: y_dot.to_vec() };
-    state.move_onto_constraints(problem, weights)?;
+    state.move_onto_constraints(problem, weights, distance)?;
     state.follow(problem, weights)?;
     y.copy_from_slice(&state.y);
     y_dot.copy_from_slice(&state.y_dot);
@@ -64,11 +65,12 @@ struct State<'a> {
 }
 
 impl State<'_> {
-    /// Applies Newton's method to c(t, y) = 0; each step is the shortest in the weighted norm.
+    /// Applies Newton's method to c(t, y) = 0; each step is the shortest in the norm of `distance`.
     fn move_onto_constraints<P: Problem>(
         &mut self,
         problem: &mut P,
         weights: &[f64],
+        distance: &[f64],
     ) -> Result<(), Inconsistent> {
         let (n, m) = (self.y.len(), problem.n_constraints());
         let mut last = f64::INFINITY;
@@ -77,7 +79,7 @@ impl State<'_> {
             problem.constraints(self.t, &self.y, c.as_mut_slice())?;
             let mut matrix = DMatrix::zeros(m, n);
             let largest = largest(&self.y);
-            for (j, weight) in weights.iter().enumerate() {
+            for (j, weight) in distance.iter().enumerate() {
                 let step = DIFFERENCE * scale(self.y[j], largest);
                 let t = self.t;
                 let of = |y: &[f64], out: &mut [f64]| problem.constraints(t, y, out);
@@ -85,7 +87,7 @@ impl State<'_> {
                 column /= *weight;
                 matrix.set_column(j, &column);
             }
-            // Weights, and therefore rows, may differ by many orders of magnitude. The rows are scaled so that the rank
+            // Units, and therefore rows, may differ by many orders of magnitude. The rows are scaled so that the rank
             // decision does not depend on units.
             for (mut row, c) in matrix.row_iter_mut().zip(c.iter_mut()) {
                 let size = row.norm();
@@ -95,7 +97,7 @@ impl State<'_> {
                 }
             }
             let step = least_squares(matrix, &c)?;
-            let moved: Vec<f64> = step.iter().zip(weights).map(|(s, w)| s / w).collect();
+            let moved: Vec<f64> = step.iter().zip(distance).map(|(s, w)| s / w).collect();
             self.y.iter_mut().zip(&moved).for_each(|(y, s)| *y -= s);
             let size = norm(&moved, weights);
             if !size.is_finite() {

@@ -57,6 +57,17 @@ impl Tolerances {
         }
     }
 
+    /// Returns weights for distances between states: 1/absolute_i, or the error weight if this tolerance is zero. A
+    /// relative tolerance would make changes of components near 0 expensive, and these are often rough guesses.
+    pub fn distance(&self, weights: &[f64]) -> Vec<f64> {
+        let pairs = weights.iter().enumerate();
+        pairs
+            .map(
+                |(i, &weight)| if self.absolute(i) > 0.0 { 1.0 / self.absolute(i) } else { weight },
+            )
+            .collect()
+    }
+
     /// Returns the absolute tolerance of component `i`.
     ///
     /// # Panics

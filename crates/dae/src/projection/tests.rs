@@ -53,8 +53,16 @@ fn the_unit_of_mass_does_not_matter() {
             let weights = [1e6, 1e6, 1e6, 1e6, 1e6 / m];
             let mut problem = Pendulum { m, unit };
             let times = (0.0, 1.0);
-            project_onto_constraints(&mut problem, &kinds(), times, &mut y, &mut v, &weights)
-                .unwrap();
+            project_onto_constraints(
+                &mut problem,
+                &kinds(),
+                times,
+                &mut y,
+                &mut v,
+                &weights,
+                &weights,
+            )
+            .unwrap();
             let acceleration = v[2] * c + v[3] * s;
             let multiplier = m * (y[2] * y[2] + y[3] * y[3] - G * y[1]);
             // Central differences have relative errors of 1e-10 to 1e-9.
@@ -103,6 +111,7 @@ fn contradictions_are_found_in_any_unit() {
             (0.0, 1.0),
             &mut [0.0, 1.0],
             &mut [0.0; 2],
+            &[1e6; 2],
             &[1e6; 2],
         );
         assert!(matches!(found, Err(Inconsistent::Contradicted { .. })), "{unit:e}: {found:?}");

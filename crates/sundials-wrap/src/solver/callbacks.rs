@@ -29,6 +29,14 @@ pub(super) enum Weighing<P> {
 }
 
 impl<P: Problem> Weighing<P> {
+    /// Returns weights for distances between states, given the error weights.
+    pub(super) fn distance(&self, weights: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Tolerances(tolerances) => tolerances.distance(weights),
+            Self::Function(_) => weights.to_vec(),
+        }
+    }
+
     /// Writes the weights at `y`.
     pub(super) fn write(
         &mut self,

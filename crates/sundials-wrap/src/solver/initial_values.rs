@@ -119,8 +119,10 @@ impl<P: Problem> IdaSolver<P> {
         let (problem, weighing) = (&mut functions.problem, &mut functions.weighing);
         let weighed = weighing.write(problem, &y, &mut weights);
         let found = weighed.map_err(Inconsistent::from).and_then(|()| {
-            let times = (t, t_first);
-            project_onto_constraints(problem, &kinds, times, &mut y, &mut y_dot, &weights)
+            let (times, distance) = ((t, t_first), weighing.distance(&weights));
+            project_onto_constraints(
+                problem, &kinds, times, &mut y, &mut y_dot, &weights, &distance,
+            )
         });
         match found {
             Ok(()) => {
