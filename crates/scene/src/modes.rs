@@ -90,6 +90,7 @@ impl BodyModes {
             notes: not_held(muscle)
                 .into_iter()
                 .chain(at.instabilities.and_then(instability))
+                .chain(one_sided(muscle, at))
                 .collect(),
         })
     }
@@ -178,6 +179,19 @@ fn not_held(muscle: &Muscle) -> Option<String> {
     let free = support::free_parts(muscle)?;
     let s = if free.count == 1 { "" } else { "s" };
     Some(format!("{} rigid motion{s} at 0 Hz: {free}", free.count))
+}
+
+/// Returns a note if the body is at rest and its tangent there is one-sided.
+pub(crate) fn one_sided(muscle: &Muscle, at: &Equilibrium) -> Option<String> {
+    let law = muscle.solid.laws().iter().find(|law| law.is_one_sided_at_rest())?;
+    at.preload_time.is_none().then(|| {
+        format!(
+            "the fibers of `{}` resist tension only: at rest all of them have the stiffness in tension here, although \
+             some are slack in a motion, so frequencies are too high; stretch the fibers by a preload \
+             (`preload_time`), or compute the motion (`myovib run`)",
+            law.description().name
+        )
+    })
 }
 
 /// Returns a note if the equilibrium is unstable in some directions. Newton's method finds such states, for example a

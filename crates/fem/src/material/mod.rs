@@ -54,6 +54,18 @@ pub type Tensor = [[f64; 2]; 2];
 ///
 /// For laws with fibers, the fibers are along x; in 3D the axes are arguments.
 impl Law {
+    /// Returns whether the tangent at rest is one-sided: fibers resist tension only, with a jump of their stiffness at
+    /// stretch 1. `false` for user-defined laws.
+    pub fn is_one_sided_at_rest(self) -> bool {
+        match self {
+            Self::HolzapfelOgden { a_f, a_s, k, .. } => {
+                k == f64::INFINITY && (a_f > 0.0 || a_s > 0.0)
+            }
+            Self::TransverseMooneyRivlin { c3, .. } => c3 > 0.0,
+            _ => false,
+        }
+    }
+
     /// Creates a law from a user-defined type. In 2D it is evaluated by its 3D functions.
     ///
     /// In 3D, results are bitwise equal to the results of a built-in law with the same formulas; the evaluation is

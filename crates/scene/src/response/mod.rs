@@ -16,7 +16,7 @@ use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, s
 use num_complex::Complex64;
 use serde::Serialize;
 
-use crate::modes::{BodyModes, instability};
+use crate::modes::{BodyModes, instability, one_sided};
 use crate::probe::{ColumnKind, HarmonicMotion, Reading};
 use crate::scene::unusual;
 use crate::scene_file::response::{Adaptive, Grid};
@@ -382,6 +382,7 @@ fn of_body(
     // Releases the factors before the modes need memory.
     drop(response);
     found.notes.extend(at.instabilities.and_then(instability));
+    found.notes.extend(one_sided(muscle, &at));
     found.notes.extend(notes::undamped(muscle));
     found.notes.extend(largest.note(unusual::length(body)));
     // Bodies under follower pressures without an energy have no modes here; their peaks are still valid.

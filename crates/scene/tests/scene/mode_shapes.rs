@@ -102,3 +102,32 @@ fn shapes_of_the_user_are_found_before_anything_is_written() {
     assert_eq!(files.collect::<Vec<_>>(), ["modes.vtu"]);
     assert_eq!(std::fs::read_to_string(out.path().join("modes.vtu")).unwrap(), "mine");
 }
+
+/// Fibers that resist tension only have no linear vibration at rest; a preload that stretches them has one.
+#[test]
+fn one_sided_fibers_at_rest_are_noted() {
+    let laws = [
+        (
+            "transverse-mooney-rivlin\"\nc10 = 1e4\nc3 = 1e3\nc4 = 20\nc5 = 1e5\nstretch_max = 1.1",
+            true,
+        ),
+        (
+            "transverse-mooney-rivlin\"\nc10 = 1e4\nc3 = 0\nc4 = 20\nc5 = 0\nstretch_max = 1.1",
+            false,
+        ),
+        ("guccione\"\nc = 1e4\nb_f = 8\nb_t = 4\nb_fs = 4", false),
+    ];
+    for (law, is_one_sided) in laws {
+        let text = format!(
+            "analysis = \"modes\"\n[mesh]\n{BLOCK}\n[solid]\nbulk_modulus = 1e6\n[[material]]\nlaw = \"{law}\n\
+             density = 1e3\nfiber = [1, 0]\n[[fixed]]\ngroup = \"left\"\n\
+             [[traction]]\ngroup = \"right\"\nx = {{ type = \"constant\", value = 100 }}\n"
+        );
+        for (preload, is_noted) in [("", is_one_sided), ("[modes]\npreload_time = 0\n", false)] {
+            let text = format!("{text}{preload}");
+            let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+            let found = Modes::of_scene(&scene, Some(1), Watcher::NOBODY).unwrap();
+            assert_eq!(!found.muscles[0].notes.is_empty(), is_noted, "{law} {preload}");
+        }
+    }
+}

@@ -350,6 +350,12 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
             report.fastest_mode
         ),
     });
+    if body.muscle.solid.laws().iter().any(|law| law.is_one_sided_at_rest()) {
+        lines.push(
+            "fibers          resist tension only; the modes at rest take all of them for stretched, so motions are slower"
+                .to_owned(),
+        );
+    }
     let sweeps = report.sweeps.iter();
     lines.extend(sweeps.filter_map(|&range| passed(range, &report.slow_modes)));
     if body.settings.integrator == IntegratorKind::Bdf {
