@@ -281,6 +281,11 @@ fn the_fields_of_a_run_become_a_movie() {
     let made = run("movie cycle --frequency 7 --factor 40 --field p --width-pixels 120");
     assert_eq!(made.code, 0, "{}", made.stderr);
     assert_moves(&folder.path().join("cycle.gif"), 25);
+    let computed = run("run init --set analysis=modes --set mesh.cells=[10,2] --out modes");
+    assert_eq!(computed.code, 0, "{}", computed.stderr);
+    let made = run("movie modes --frequency 10 --width-pixels 120");
+    assert_eq!(made.code, 0, "{}", made.stderr);
+    assert_moves(&folder.path().join("modes.gif"), 25);
     let without = run("run init --set time.end=0.02 --set fields= --out without");
     assert_eq!(without.code, 0, "{}", without.stderr);
     for (movie, place) in [
@@ -291,6 +296,8 @@ fn the_fields_of_a_run_become_a_movie() {
         ("plane --frequency 1 --out a.gif", "--frequency"),
         ("cycle --frequency nan --out a.gif", "--frequency"),
         ("cycle --from 1 --out a.gif", "--from"),
+        ("modes --to 1 --out a.gif", "--to"),
+        ("modes --field p --out a.gif", "--field"),
         ("plane --set time.end=2 --out a.gif", "--set"),
         ("chain --factor 2", "--factor"),
         ("no-such-folder", "no-such-folder"),

@@ -27,12 +27,14 @@ pub struct Request<'a> {
     pub factor: f64,
     /// First and last time of a run, s.
     pub between: [f64; 2],
-    /// Frequency of a response, Hz: the nearest stored frequency is shown, by default the lowest.
+    /// Frequency of a response or a mode, Hz: the nearest stored frequency is shown, by default the lowest.
     pub frequency: Option<f64>,
 }
 
 /// Number of pictures of a cycle.
 const PER_CYCLE: usize = 25;
+/// Largest displacement of a mode, whose size is arbitrary, as a fraction of the body's extent.
+const MODE_SIZE: f64 = 0.1;
 
 /// Nodal values at one time.
 struct Shot {
@@ -61,8 +63,8 @@ impl Shot {
     }
 }
 
-/// Returns a picture for each stored time of the run in a folder, or for the phases of a cycle of a response, all with the
-/// same scale and colors.
+/// Returns a picture for each stored time of the run in a folder, or for the phases of a cycle of a response or mode, all
+/// with the same scale and colors.
 ///
 /// # Errors
 /// Returns an error for a folder without fields, without the requested field, or without a stored time in the range,
@@ -75,10 +77,11 @@ pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>
     let (mesh, shots) = match (files.is_empty(), amplitudes.is_empty()) {
         (false, _) => stored(&files, loads(folder), field, request)?,
         (true, false) => cycle(&amplitudes, field, request)?,
+        (true, true) if folder.join(vtu::SHAPES).exists() => vibration(folder, field, request)?,
         (true, true) => {
             return Err(InputError::new("the folder contains no fields")
                 .at(folder.display())
-                .next("name the folder of a motion with [fields], or of a response with response.fields")
+                .next("name the folder of a motion with [fields], of a response with response.fields, or of modes")
                 .into());
         }
     };
@@ -91,10 +94,15 @@ fn read(file: &Path) -> anyhow::Result<(StoredMesh, Vec<StoredField>)> {
     vtu::read(file).context(format!("cannot read {}", file.display()))
 }
 
+/// Returns the document of the run in a folder; null if it cannot be read.
+fn document(folder: &Path) -> Value {
+    let text = std::fs::read_to_string(folder.join("run.json")).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
+}
+
 /// Returns the load factors of the states of a loading path; empty for other runs.
 pub(crate) fn loads(folder: &Path) -> Vec<f64> {
-    let text = std::fs::read_to_string(folder.join("run.json")).unwrap_or_default();
-    let document: Value = serde_json::from_str(&text).unwrap_or_default();
+    let document = document(folder);
     let states = document["path"].as_array().into_iter().flatten();
     states.filter_map(|state| state["load"].as_f64()).collect()
 }
@@ -108,7 +116,10 @@ fn stored(
 ) -> anyhow::Result<(StoredMesh, Vec<Shot>)> {
     if request.frequency.is_some() {
         let error = InputError::new("the option has no effect on the movie of a motion");
-        return Err(error.at("--frequency").next("use it with the folder of a response").into());
+        return Err(error
+            .at("--frequency")
+            .next("use it with the folder of a response or of modes")
+            .into());
     }
     let mut mesh = None;
     let mut shots = Vec::new();
@@ -140,17 +151,9 @@ fn cycle(
     field: &str,
     request: Request<'_>,
 ) -> anyhow::Result<(StoredMesh, Vec<Shot>)> {
-    if request.between != [0.0, f64::MAX] {
-        let error = InputError::new("the option has no effect on the movie of a response");
-        return Err(error
-            .at("--from, --to")
-            .next("`--frequency` selects a stored frequency")
-            .into());
-    }
-    let wanted = request.frequency.unwrap_or(0.0);
-    let distance = |(frequency, _): &&(f64, PathBuf)| (frequency - wanted).abs();
-    let nearest = files.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    let (frequency, file) = nearest.context("the list of amplitudes is empty")?;
+    let frequencies = files.iter().map(|(frequency, _)| *frequency);
+    let nearest = nearest(frequencies, request)?.context("the list of amplitudes is empty")?;
+    let (frequency, file) = &files[nearest];
     let (mesh, fields) = read(file)?;
     let pairs = fields.iter().filter_map(|re| {
         let name = re.name.strip_suffix("_re")?;
@@ -177,6 +180,55 @@ fn cycle(
     });
     let shots = shots.collect::<anyhow::Result<_>>()?;
     Ok((mesh, shots))
+}
+
+/// Reads the shapes of modes and computes φ cos ωt for the phases of a cycle.
+fn vibration(
+    folder: &Path,
+    field: &str,
+    request: Request<'_>,
+) -> anyhow::Result<(StoredMesh, Vec<Shot>)> {
+    let document = document(folder);
+    let modes = document["muscles"][0]["modes"].as_array().into_iter().flatten();
+    let frequencies: Vec<f64> =
+        modes.map(|mode| mode["frequency"].as_f64().unwrap_or(f64::NAN)).collect();
+    let nearest =
+        nearest(frequencies.iter().copied(), request)?.context("run.json lists no modes")?;
+    let (mesh, fields) = read(&folder.join(vtu::SHAPES))?;
+    let shape = found(&fields, &format!("mode_{}", nearest + 1))?;
+    let largest = shape.values.chunks(3).map(magnitude).fold(0.0, f64::max);
+    let coordinates = |axis: usize| mesh.points.iter().map(move |point| point[axis]);
+    let extent = (0..3).map(|axis| {
+        coordinates(axis).fold(f64::MIN, f64::max) - coordinates(axis).fold(f64::MAX, f64::min)
+    });
+    let size = MODE_SIZE * extent.fold(0.0, f64::max) / largest;
+    let shots = (0..PER_CYCLE).map(|k| {
+        let phase = k as f64 / PER_CYCLE as f64;
+        let displacement = StoredField {
+            name: Quantity::Displacement.label().to_owned(),
+            components: shape.components.clone(),
+            values: shape.values.iter().map(|x| size * (TAU * phase).cos() * x).collect(),
+            of_cells: false,
+        };
+        let title = format!("mode {}, {:.4} Hz", nearest + 1, frequencies[nearest]);
+        Shot::of(title, &[displacement], mesh.points.len(), field)
+    });
+    let shots = shots.collect::<anyhow::Result<_>>()?;
+    Ok((mesh, shots))
+}
+
+/// Returns the position of the frequency that is nearest to the requested one.
+fn nearest(
+    frequencies: impl Iterator<Item = f64>,
+    request: Request<'_>,
+) -> Result<Option<usize>, InputError> {
+    if request.between != [0.0, f64::MAX] {
+        let error = InputError::new("the option has no effect on the movie of a cycle");
+        return Err(error.at("--from, --to").next("`--frequency` selects a stored frequency"));
+    }
+    let wanted = request.frequency.unwrap_or(0.0);
+    let distances = frequencies.map(|frequency| (frequency - wanted).abs()).enumerate();
+    Ok(distances.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(position, _)| position))
 }
 
 fn magnitude(vector: &[f64]) -> f64 {

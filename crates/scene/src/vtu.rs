@@ -37,6 +37,8 @@ fn cell_type(space: &Space) -> usize {
 pub const LIST: &str = "fields.pvd";
 /// Name of the file that lists the files of complex fields of a response.
 pub const AMPLITUDES_LIST: &str = "amplitudes.pvd";
+/// Name of the file of the shapes of modes.
+pub const SHAPES: &str = "modes.vtu";
 /// Name of the file that lists the files with values at the positions of chains.
 pub const PLACES_LIST: &str = "places.pvd";
 

@@ -9,13 +9,10 @@ use super::options::RunOptions;
 use crate::result_folder::{DOCUMENT, FolderRequest, PAGE};
 use crate::scene_file::{Analysis, SceneFile};
 use crate::state::State;
-use crate::{Error, InputError, Scene};
+use crate::{Error, InputError, Scene, vtu};
 
 /// Name of the checkpoint file.
 pub(super) const CHECKPOINT: &str = "checkpoint.json";
-
-/// Name of the file of the shapes of modes.
-pub(super) const SHAPES: &str = "modes.vtu";
 
 /// Names of files written at the end of a run.
 pub(super) const AT_THE_END: [&str; 3] = [DOCUMENT, State::NAME, PAGE];
@@ -32,7 +29,7 @@ pub(super) fn request<'a>(
         files.push(CHECKPOINT.to_owned());
     }
     if scene.file.analysis == Analysis::Modes {
-        files.push(SHAPES.to_owned());
+        files.push(vtu::SHAPES.to_owned());
     }
     let request = FolderRequest::of_scene(&options.out, "run", options.existing, scene, files)?;
     Ok(FolderRequest { can_resume: is_motion, ..request })

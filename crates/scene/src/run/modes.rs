@@ -6,7 +6,7 @@ use myovib_model::{CpuClock, Outcome};
 use serde_json::json;
 
 use super::document;
-use super::folder::{MODES, SHAPES, request, table_of};
+use super::folder::{MODES, request, table_of};
 use super::options::{RunOptions, RunResult};
 use crate::csv::CsvWriter;
 use crate::modes::{self, Modes};
@@ -34,7 +34,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let folder = request.open().map_err(Error::before_any_output)?;
     folder.write(&table_of(MODES), table(&found, space.dimension()))?;
     let shapes = found.muscles.iter().flat_map(|of_body| &of_body.modes);
-    folder.write(SHAPES, vtu::of_modes(space, &Grid::of_body(body), shapes))?;
+    folder.write(vtu::SHAPES, vtu::of_modes(space, &Grid::of_body(body), shapes))?;
     let mut document = json!({
         "scene": scene.file,
         "analysis": "modes",

@@ -33,7 +33,7 @@ const DELAY: u16 = 4;
     myovib movie out --field von_mises --factor 20\n  \
     myovib movie chain --set chain[0].gain=6000\n  \
     myovib movie muscle --out muscle.gif --width-pixels 480\n\n\
-    The run must have written fields ([fields] or response.fields in its scene). The movies chain, muscle, hardening and \
+    The run must have written fields ([fields] or response.fields in its scene) or modes. The movies chain, muscle, hardening and \
     muscle3d show runs of the built-in scenes figure3, figure5, hardening and muscle3d.")]
 pub struct MovieArgs {
     /// Subject: the folder of a run, or the movie chain, muscle, hardening or muscle3d.
@@ -48,7 +48,8 @@ pub struct MovieArgs {
     #[arg(long, value_name = "X")]
     pub factor: Option<f64>,
 
-    /// Frequency of a response whose cycle is shown, Hz: the nearest one in response.fields [default: the lowest].
+    /// Frequency of a response or mode whose cycle is shown, Hz: the nearest one in response.fields or among the modes
+    /// [default: the lowest].
     #[arg(long, value_name = "HZ")]
     pub frequency: Option<f64>,
 
