@@ -8,8 +8,8 @@ use crate::internal_variables::EliminatedVariables;
 use crate::newton::{Step, evaluate, norm};
 use crate::work::Counters;
 
-/// Number of points within a step at which an unseen input is searched for.
-const POINTS: usize = 10;
+/// Number of points within a step of the last size at which an unseen input is searched for.
+const POINTS: f64 = 10.0;
 
 /// Workspace of the error estimate.
 ///
@@ -90,21 +90,23 @@ impl ErrorTest {
     ///
     /// For differential variables, the residual is summed over points of the step. For a smooth solution it changes sign at
     /// the nodes and is smaller than the estimate at t_n. For algebraic variables, the norm is the maximum over the points,
-    /// because a short input that acts on them leaves the interpolated differential variables unchanged.
+    /// because a short input that acts on them leaves the interpolated differential variables unchanged. A step that has
+    /// `grown` has more points by this factor, so that their distance does not grow.
     pub(crate) fn between<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
         matrices: &mut M,
         step: &Step<'_>,
-        (z, kinds): (&[f64], &[VariableKind]),
+        (z, kinds, grown): (&[f64], &[VariableKind], f64),
         counters: &mut Counters,
     ) -> Result<[f64; 2], Failure> {
         let (n, method) = (step.y.len(), step.method);
         self.between.fill(0.0);
         let of = |kind: VariableKind| (0..n).filter(move |&i| kinds[i] == kind);
         let (has_algebraic, mut algebraic) = (kinds.contains(&VariableKind::Algebraic), 0.0_f64);
-        for point in 1..=POINTS {
-            let theta = point as f64 / (POINTS + 1) as f64;
+        let points = (POINTS * grown).max(POINTS).ceil();
+        for point in 1..=points as usize {
+            let theta = point as f64 / (points + 1.0);
             self.shifted.copy_from_slice(step.y);
             self.y_dot.fill(0.0);
             for (j, z) in z.chunks_exact(n).enumerate() {
@@ -114,7 +116,7 @@ impl ErrorTest {
             }
             let (t, y, v) = (step.t + theta * step.h, &self.shifted, &self.y_dot);
             evaluate(problem, t, y, v, &mut self.residual, counters)?;
-            add_scaled(&mut self.between, 1.0, &self.residual);
+            add_scaled(&mut self.between, POINTS / points, &self.residual);
             if has_algebraic {
                 let solved = matrices.solve_real(problem, &mut self.residual);
                 solved.map_err(Operation::LinearSolve.failed())?;

@@ -3,6 +3,7 @@
 use myovib_dae::{LinearSolver, Problem, StopReason};
 
 use super::state::{RadauSolver, step_of};
+use crate::control::FACTORS;
 use crate::dense::add_scaled;
 use crate::failure::{Failure, Failures, Rejection};
 use crate::options::StepSize;
@@ -154,13 +155,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// of the input. A limit of the step states this duration, and multipliers limit the steps.
     pub(super) fn expect_no_unseen_input(&mut self, h: f64, next: f64) -> Result<(), Failure> {
         let is_limited = self.options.max_step.is_some() || self.multipliers.any();
-        let grows = next >= FAST_GROWTH * h || h >= FAST_GROWTH * self.collocation.h;
+        let grown = h / self.collocation.h;
+        let grows = next >= FAST_GROWTH * h || grown >= FAST_GROWTH;
         if is_limited || self.fresh || self.internal.is_some() || !grows {
             return Ok(());
         }
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
-        let (solved, counters) = ((&self.newton.z[..], &self.kinds[..]), &mut self.counters);
+        // The last step may have been shortened to meet a limit.
+        let solved = (&self.newton.z[..], &self.kinds[..], grown.min(FACTORS.1));
+        let counters = &mut self.counters;
         let test = &mut self.error_test;
         match test.between(problem, matrices, &step, solved, counters) {
             Ok([error, _]) if !error.is_finite() => Err(Failure::Rejected(Rejection {

@@ -184,3 +184,51 @@ fn absolute_tolerances_hold_for_any_smaller_relative_tolerance() {
         }
     }
 }
+
+/// ẏ = max(sin t − threshold, 0), from y = 0.
+struct Pulses {
+    threshold: f64,
+}
+
+impl Problem for Pulses {
+    fn n_unknowns(&self) -> usize {
+        1
+    }
+
+    fn residual(&mut self, t: f64, _: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        r[0] = v[0] - (t.sin() - self.threshold).max(0.0);
+        Ok(())
+    }
+}
+
+/// Regression: a step of five periods, eight times as long as the last one, was checked at ten points, all between
+/// pulses of 0.19 periods.
+#[test]
+fn no_pulse_after_a_pause_is_skipped() {
+    let period = 2.0 * std::f64::consts::PI;
+    let mut skipped = Vec::new();
+    // Pulses of 0.20 and 0.19 periods. The points are less than 0.09 periods apart in a step that begins within a period of
+    // the last pulse, so each pulse contains two.
+    for threshold in [0.8, 0.835] {
+        let half_width = f64::acos(threshold);
+        let area = 2.0 * (half_width.sin() - threshold * half_width);
+        for periods in 2..25 {
+            for (stages, relative) in [3, 5, 7].iter().flat_map(|s| [1e-4, 1e-6].map(|r| (*s, r))) {
+                let tolerances = Tolerances::scalar(relative, relative * area);
+                let options = RadauOptions { stages, tolerances, ..RadauOptions::default() };
+                let mut solver = RadauSolver::builder(Pulses { threshold })
+                    .options(options)
+                    .build(0.0, &[0.0], &[0.0])
+                    .unwrap();
+                let t = period * f64::from(periods);
+                assert_eq!(solver.integrate_to(t).unwrap(), Outcome::Reached { t });
+                let missed = f64::from(periods) - solver.y()[0] / area;
+                // The error of all pulses is far below half a pulse.
+                if missed.abs() > 0.5 {
+                    skipped.push((threshold, periods, stages, relative, missed));
+                }
+            }
+        }
+    }
+    assert!(skipped.is_empty(), "{} skipped: {skipped:?}", skipped.len());
+}
