@@ -242,12 +242,12 @@ impl HarmonicResponse {
     }
 
     /// Solves for each frequency (Hz) and returns pairs of frequency and result of `read` for the amplitudes, in the order
-    /// of the frequencies. Frequencies are distributed over the threads of this process; the
+    /// of the frequencies. Frequencies are distributed over the threads of this process, as far as memory permits; the
     /// results do not depend on their number. If `read` returns [`ModelError::Interrupted`], the results so far are returned.
     ///
     /// # Errors
-    /// [`ModelError::NotHeld`] for frequency 0 of a body that can move without strain; errors of
-    /// the factorization and of `read`, which end the computation.
+    /// [`ModelError::NotHeld`] for frequency 0 of a body that can move without strain; factors that exceed the memory;
+    /// errors of the factorization and of `read`, which end the computation.
     pub fn map<R: Send>(
         &self,
         frequencies: &[f64],
@@ -270,6 +270,13 @@ impl HarmonicResponse {
         if frequencies.contains(&0.0) {
             expect_held(self.stiffness.dae.muscle())?;
         }
+        let (kept, needed) =
+            (locked(&self.matrices).len(), self.prediction().map_or(0, |one| one.bytes));
+        if kept == 0 {
+            resources::expect_memory(needed, 0)?;
+        }
+        let fitting = resources::available().map_or(usize::MAX, |free| free / needed.max(1));
+        let most = frequencies.len().min(kept.saturating_add(fitting).max(1));
         let next = AtomicUsize::new(0);
         let results = Mutex::new(Vec::new());
         let work = || {
@@ -295,7 +302,7 @@ impl HarmonicResponse {
         match resources::threads() {
             None => work(),
             Some(pool) => pool.scope(|scope| {
-                for _ in 0..pool.current_num_threads().min(frequencies.len()) {
+                for _ in 0..pool.current_num_threads().min(most) {
                     scope.spawn(|_| work());
                 }
             }),
