@@ -7,6 +7,9 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
+use clap::CommandFactory;
+use myovib_cli::cli::Cli;
+
 use crate::harness::{PROGRAM, interrupted_after, myovib_in};
 
 /// Runs the program with an address space of `kibibytes`; returns its exit code and errors.
@@ -45,6 +48,53 @@ fn too_little_memory_is_one_error_and_code_4() {
         }
     }
     assert!(failures > 6, "{failures}");
+}
+
+/// Commands with `--memory` that factorize matrices, and their exit codes if the factors do not fit.
+const FACTORIZING: [(&str, i32); 12] = [
+    ("check init", 4),
+    ("run init", 4),
+    // A case that fails does not end a sweep.
+    ("sweep init --vary mesh.refine=0,1", 0),
+    ("modes init", 4),
+    ("response tuned.toml --frequencies 1..2:2", 4),
+    ("periodic init", 4),
+    ("sensitivity tuned.toml", 4),
+    ("fit tuned.toml --data tip.csv", 2),
+    ("infsup", 4),
+    ("table1", 4),
+    ("table2 --rows 1 --t-end 0.001", 4),
+    ("figure 5", 4),
+];
+
+/// Commands with `--memory` that repeat others or have no matrices.
+const OTHERS: [&str; 4] = ["doctor", "figures", "movie", "synchronization"];
+
+/// Regression: sweeps, fits and the commands of the paper ignored `--memory`.
+#[test]
+fn each_command_refuses_factors_above_its_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let init = include_str!("../../crates/scene/data/scenes/init.toml");
+    let tuned = init.replace("y = { type", "response = { y = 100.0 }\ny = { type");
+    let tuned = tuned
+        + "[[parameter]]\nkey = \"material[0].c10\"\nlow = 1e3\n\
+           [[output]]\nname = \"tip\"\nprobe = \"origin\"\ncolumn = \"u_y\"\n";
+    fs::write(folder.path().join("tuned.toml"), tuned).unwrap();
+    fs::write(folder.path().join("tip.csv"), "t,tip\n0.1,1e-3\n0.2,1e-3\n").unwrap();
+    for (line, code) in FACTORIZING {
+        let mut arguments: Vec<&str> = line.split(' ').collect();
+        arguments.extend(["--memory", "1MiB"]);
+        let run = myovib_in(folder.path(), &arguments);
+        assert_eq!(run.code, code, "{line}: {}", run.stderr);
+        assert!(run.stderr.contains("`--memory`"), "{line}: {}", run.stderr);
+    }
+    let first = |line: &'static str| line.split(' ').next().unwrap();
+    let listed: Vec<&str> = FACTORIZING.iter().map(|(line, _)| first(line)).chain(OTHERS).collect();
+    for command in Cli::command().get_subcommands() {
+        let has_limit = command.get_arguments().any(|argument| argument.get_id() == "memory");
+        let name = command.get_name();
+        assert_eq!(has_limit, listed.contains(&name), "{name}");
+    }
 }
 
 /// Regression: a movie ignored Ctrl-C while it was drawn, and other commands ended without an exit code.

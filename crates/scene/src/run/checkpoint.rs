@@ -282,3 +282,49 @@ pub(super) fn expect_incomplete(
         .next("set a later end to continue it: --resume --set time.end=…")
         .next("--overwrite computes it again"))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::super::faults::SCENE;
+    use super::super::{RunOptions, compute};
+    use super::*;
+    use crate::result_folder::FolderRequest;
+
+    /// Regression: a state with NaN replaced the last checkpoint and could not be read.
+    #[test]
+    fn a_state_with_nan_does_not_replace_a_checkpoint() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        let scene = Scene::build("scene.toml", SCENE, &[], Path::new("")).unwrap();
+        compute(&scene, &RunOptions::into_folder(&out)).unwrap();
+        let path = out.join(folder::CHECKPOINT);
+        let mut json: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+        let good: Checkpoint = serde_json::from_value(json["checkpoint"].take()).unwrap();
+        let target = folder.path().join("target");
+        let files = vec![folder::CHECKPOINT.to_owned()];
+        let written = FolderRequest::to_add(&target, "run", files).open().unwrap();
+        good.write(&written, &Value::Null).unwrap();
+        let read = || fs::read(target.join(folder::CHECKPOINT)).unwrap();
+        let before = read();
+        let changes: [fn(&mut Checkpoint, f64); 4] = [
+            |checkpoint, value| checkpoint.y[0] = value,
+            |checkpoint, value| checkpoint.y_dot[0] = value,
+            |checkpoint, value| checkpoint.step = value,
+            |checkpoint, value| checkpoint.drift.0 = value,
+        ];
+        for change in changes {
+            for value in [f64::NAN, f64::INFINITY] {
+                let mut wrong = good.clone();
+                change(&mut wrong, value);
+                wrong.write(&written, &Value::Null).unwrap();
+                assert!(read() == before, "{value}");
+            }
+        }
+        // A finite state does replace it.
+        let other = Checkpoint { t: 0.5 * good.t, ..good };
+        other.write(&written, &Value::Null).unwrap();
+        assert!(read() != before);
+    }
+}

@@ -137,6 +137,25 @@ fn a_verified_run_that_is_killed_at_any_change_of_a_file_is_completed() {
     assert_killed_runs_are_completed(true, 1);
 }
 
+/// Regression: the second run wrote the fields of all times to a temporary folder, although only its tables are used.
+#[test]
+fn a_verification_writes_no_fields() {
+    let folder = tempfile::tempdir().unwrap();
+    let changes = |interval: &str, verify: bool| {
+        let fields = format!("[fields]\ninterval = {interval}");
+        let text = SCENE.replace("[fields]\ninterval = 0.01", &fields);
+        let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        let out = folder.path().join(format!("{interval}-{verify}"));
+        let run = || compute(&scene, &options(&out, Existing::Refuse, verify)).unwrap();
+        with_disk_that_stops_after(u64::MAX, false, run).1
+    };
+    let [few, many] =
+        ["0.01", "0.001"].map(|interval| [false, true].map(|verify| changes(interval, verify)));
+    // 21 instead of 3 fields.
+    assert!(many[0] >= few[0] + 18, "{few:?} {many:?}");
+    assert_eq!(many[1] - many[0], few[1] - few[0], "{few:?} {many:?}");
+}
+
 /// Regression: an interrupted `--verify` reported errors of zero and ended with success.
 #[test]
 fn an_interrupted_verification_measures_no_error_and_is_repeated() {

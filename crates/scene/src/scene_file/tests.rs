@@ -23,6 +23,22 @@ fn infinity_may_be_a_number_or_a_word_and_is_a_word_in_json() {
     }
 }
 
+/// Regression: after a tab, the marks were beside the value.
+#[test]
+fn marks_are_below_a_value_after_tabs() {
+    let text = MINIMAL.replace("bulk_modulus = 1e5", "\tbulk_modulus\t=\t-7e5");
+    let message = read("scene.toml", &text, &[]).unwrap_err().to_string();
+    let lines: Vec<&str> = message.lines().collect();
+    let marks = lines.iter().position(|line| line.contains('^')).unwrap();
+    // Both lines have the same tabs, each at the same position, whatever its width.
+    let before = |line: &str, end: &str| -> Vec<bool> {
+        line[..line.find(end).unwrap()].chars().map(|c| c == '\t').collect()
+    };
+    let expected = before(lines[marks - 1], "-7e5");
+    assert_eq!(before(lines[marks], "^"), expected, "{message}");
+    assert!(expected.contains(&true), "{message}");
+}
+
 /// Regression: the tolerance 1e-17 was accepted, although sums of doubles cannot satisfy it.
 #[test]
 fn tolerances_below_rounding_are_refused() {

@@ -2,9 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use myovib_dae::{
-    IntegratorError, Outcome, Problem, StepError, StopReason, Suppressed, VariableKind,
-};
+use myovib_dae::{Outcome, Problem, StepError, StopReason, Suppressed, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use sundials_wrap::{ConsistencyMode, Error, IdaOptions, IdaSolver};
