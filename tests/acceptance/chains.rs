@@ -281,7 +281,7 @@ fn the_fields_of_a_run_become_a_movie() {
     let made = run("movie cycle --frequency 7 --factor 40 --field p --width-pixels 120");
     assert_eq!(made.code, 0, "{}", made.stderr);
     assert_moves(&folder.path().join("cycle.gif"), 25);
-    let computed = run("run init --set analysis=modes --set mesh.cells=[10,2] --out modes");
+    let computed = run("run init --set analysis=modes --out modes");
     assert_eq!(computed.code, 0, "{}", computed.stderr);
     let made = run("movie modes --frequency 10 --width-pixels 120");
     assert_eq!(made.code, 0, "{}", made.stderr);

@@ -127,7 +127,7 @@ fn the_guide_stays_short() {
     };
     let is_written = |(path, _): &(PathBuf, String)| !path.ends_with("scene-reference.md");
     let words: usize = pages().into_iter().filter(is_written).map(visible).sum();
-    assert!(words <= 15_000, "{words} words");
+    assert!(words <= 16_000, "{words} words");
 }
 
 /// Compares the factor that `run --verify` prints with the record that the page of accuracy shows.

@@ -187,7 +187,7 @@ impl Driver for Motion<'_> {
             }
         };
         let n_unknowns = integrator.problem().state_len();
-        let (mut outputs, mut notes) = self.outputs(&folder, n_unknowns)?;
+        let (mut outputs, of_resumption) = self.outputs(&folder, n_unknowns)?;
         if checkpoint.is_some() {
             for name in AT_THE_END {
                 folder.remove(name)?; // they describe the earlier end
@@ -222,6 +222,7 @@ impl Driver for Motion<'_> {
         }
         let mut outcome = statistics.outcome;
         let body = scene.body.as_ref();
+        let mut notes = Vec::new();
         // The message of a run that ended at an inversion describes it.
         if let Some(body) = body.filter(|_| outcome.reason() != Some(EndReason::Inverted)) {
             notes.extend(outputs.volumes.note(&body.muscle, true));
@@ -236,6 +237,8 @@ impl Driver for Motion<'_> {
             notes.push(message.to_owned());
             outcome = Outcome::ended(EndReason::Interrupted, message.to_owned());
         }
+        // The document of a resumed run equals that of an uninterrupted one.
+        notes.splice(0..0, of_resumption);
         Ok(RunResult { document, outcome, notes, modes: None, response: None, periodic: None })
     }
 }

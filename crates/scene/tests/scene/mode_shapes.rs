@@ -121,9 +121,9 @@ fn one_sided_fibers_at_rest_are_noted() {
         let text = format!(
             "analysis = \"modes\"\n[mesh]\n{BLOCK}\n[solid]\nbulk_modulus = 1e6\n[[material]]\nlaw = \"{law}\n\
              density = 1e3\nfiber = [1, 0]\n[[fixed]]\ngroup = \"left\"\n\
-             [[traction]]\ngroup = \"right\"\nx = {{ type = \"constant\", value = 100 }}\n"
+             [[traction]]\ngroup = \"right\"\nx = {{ type = \"step\", value = 100, rise = 0.1 }}\n"
         );
-        for (preload, is_noted) in [("", is_one_sided), ("[modes]\npreload_time = 0\n", false)] {
+        for (preload, is_noted) in [("", is_one_sided), ("[modes]\npreload_time = 1\n", false)] {
             let text = format!("{text}{preload}");
             let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
             let found = Modes::of_scene(&scene, Some(1), Watcher::NOBODY).unwrap();
