@@ -5,6 +5,7 @@ use crate::integrator::ConsistencyMode;
 use crate::linear_solver::LinearSolver;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError, VariableKind};
+use crate::projection::project_onto_constraints;
 
 /// Limits as in IDACalcIC: Newton iterations per matrix, matrices per scale, and scales.
 const ITERATIONS: usize = 10;
@@ -31,10 +32,10 @@ struct State<'a> {
 /// For [`ConsistencyMode::AlgebraicAndDerivatives`] the matrix is ∂F/∂y + c ∂F/∂ẏ with c = 1/h: a correction δ changes
 /// algebraic y by δ and differential ẏ by c δ. This neglects the change of differential y, which is small for a small
 /// h; h starts at a thousandth of `t_first` − t. For [`ConsistencyMode::States`] c = 0, and a correction changes all of
-/// y. [`ConsistencyMode::Constraints`] is left to [`project_onto_constraints`](crate::project_onto_constraints).
+/// y. [`ConsistencyMode::Constraints`] calls [`project_onto_constraints`](crate::project_onto_constraints).
 ///
 /// # Shapes
-/// `kinds`, `y`, `y_dot`, `weights`: the number of unknowns.
+/// `kinds`, `y`, `y_dot`, `weights`, `distance`: the number of unknowns.
 ///
 /// # Errors
 /// [`Inconsistent`]; y and ẏ then have their input values.
@@ -48,7 +49,12 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     y: &mut [f64],
     y_dot: &mut [f64],
     weights: &[f64],
+    distance: &[f64],
 ) -> Result<(), Inconsistent> {
+    if mode == ConsistencyMode::Constraints {
+        let times = (t, t_first);
+        return project_onto_constraints(problem, kinds, times, y, y_dot, weights, distance);
+    }
     let given = (y.to_vec(), y_dot.to_vec());
     let motion = norm(y_dot, weights);
     let time = (t_first - t).abs();

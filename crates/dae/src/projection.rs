@@ -19,9 +19,10 @@ const LEFT: f64 = 1e-6;
 /// Accepted residual, relative to the change that rounding of y and ẏ causes in the residual.
 const ROUNDING: f64 = 100.0;
 
-/// Moves y onto the constraints stated by the problem ([`Problem::constraints`]), by the smallest
-/// change in the norm of the weights `distance`, usually [`Tolerances::distance`](crate::Tolerances::distance). Then corrects ẏ of differential and y of algebraic
-/// variables so that F(t, y, ẏ) = 0 and the constraints remain satisfied, d/dt c(t, y) = 0.
+/// Moves y onto the constraints stated by the problem ([`Problem::constraints`]), by the smallest change in the norm of
+/// the weights `distance`, usually [`Tolerances::distance`](crate::Tolerances::distance). Then corrects ẏ of
+/// differential and y of algebraic variables so that F(t, y, ẏ) = 0 and the constraints remain satisfied,
+/// d/dt c(t, y) = 0.
 ///
 /// Both steps use the Gauss–Newton method with full difference matrices, which cost about n evaluations of F per
 /// iteration. They are intended for mechanisms and networks, not for bodies of many thousand unknowns. For index 2 and

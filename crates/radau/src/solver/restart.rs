@@ -3,7 +3,6 @@
 use myovib_dae::checks::{expect, expect_finite_value, expect_state, expect_vector};
 use myovib_dae::{
     ConsistencyMode, Inconsistent, IntegratorError, LinearSolver, Problem, StepError, check_start,
-    project_onto_constraints,
 };
 
 use super::builder::QUADRATURES;
@@ -154,34 +153,23 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             return Err(IntegratorError::AfterTheStart { t: self.t }.into());
         }
         let (t, mut y, mut y_dot) = (self.t, self.y.clone(), self.y_dot.clone());
-        let (weights, times) = (self.weights.plain(), (t, t_first));
+        let weights = self.weights.plain();
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
-        let corrected = if mode == ConsistencyMode::Constraints {
-            let distance = match self.weights.are_given() {
-                true => weights.to_vec(),
-                false => self.options.tolerances.distance(weights),
-            };
-            project_onto_constraints(
-                problem,
-                &self.kinds,
-                times,
-                &mut y,
-                &mut y_dot,
-                weights,
-                &distance,
-            )
-        } else {
-            myovib_dae::correct_initial_values(
-                problem,
-                matrices,
-                mode,
-                &self.kinds,
-                times,
-                &mut y,
-                &mut y_dot,
-                weights,
-            )
+        let distance = match self.weights.are_given() {
+            true => weights.to_vec(),
+            false => self.options.tolerances.distance(weights),
         };
+        let corrected = myovib_dae::correct_initial_values(
+            problem,
+            matrices,
+            mode,
+            &self.kinds,
+            (t, t_first),
+            &mut y,
+            &mut y_dot,
+            weights,
+            &distance,
+        );
         match corrected {
             Ok(()) => self.reinit(t, &y, &y_dot),
             Err(Inconsistent::Failed(StepError::Fatal(source))) => {
