@@ -175,8 +175,7 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Returns whether the last steps were on average shorter than the spacing of numbers at t. IDAS would continue
-    /// forever, also if rounding advances t a little.
+    /// Returns whether t does not advance, apart from rounding. IDAS would continue forever.
     fn stands_still(&mut self) -> bool {
         let (steps, t) = (self.ida.counter(Counter::Steps), self.ida.internal_time());
         let (marked_steps, marked_t) = self.mark;
@@ -184,7 +183,7 @@ impl<P: Problem> IdaSolver<P> {
             return false;
         }
         self.mark = (steps, t);
-        let stands_still = (t - marked_t).abs() <= PATIENCE as f64 * f64::EPSILON * t.abs();
+        let stands_still = is_unresolved(t - marked_t, t, steps - marked_steps);
         self.refusal.take_if(|_| !stands_still);
         stands_still
     }
@@ -377,4 +376,26 @@ impl<P: Problem> IdaSolver<P> {
 fn call_error(failed: CallFailed, message: String) -> Error {
     let CallFailed { call, code } = failed;
     Error::Call { call, code, name: codes::name(code), message }
+}
+
+/// Returns whether `steps` steps that advanced t by `advance` were on average shorter than the spacing of numbers at t.
+fn is_unresolved(advance: f64, t: f64, steps: u64) -> bool {
+    advance.abs() <= steps as f64 * f64::EPSILON * t.abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_unresolved;
+
+    /// Regression: 500 steps of 1.8e-17 at t = 0.315, which rounding made 2.8e-17 long, counted as progress, and the run
+    /// did not end.
+    #[test]
+    fn steps_below_the_resolution_of_time_are_no_progress() {
+        let t: f64 = 0.31486269610622913;
+        assert!(is_unresolved(500.0 * 2.8e-17, t, 500));
+        assert!(is_unresolved(0.0, 0.0, 500));
+        // A step of four spacings of t, and steps near t = 0.
+        assert!(!is_unresolved(500.0 * 4.0 * (t.next_up() - t), t, 500));
+        assert!(!is_unresolved(1e-300, 1e-300, 500));
+    }
 }
