@@ -1,4 +1,4 @@
-//! Obstacles that follow a force in time, and obstacles in wrong places.
+//! Obstacles that follow a force in time, obstacles in wrong places, and invalid obstacles.
 
 use std::fs;
 use std::path::Path;
@@ -233,4 +233,62 @@ fn all_states_of_an_interrupted_path_have_converged_multipliers() {
         assert!(after.into_iter().all(|depth| *depth <= 1e-4 * 0.02 / 6.0), "{count}: {depths:?}");
     }
     assert!(partial > 0);
+}
+
+/// Checks that an invalid force of an obstacle gives an error with the line of the key.
+#[test]
+fn forces_of_obstacles_are_checked() {
+    let head = "analysis = \"static\"\n";
+    let full = "force = 1.0\ndirection = [0.0, -1.0]";
+    let build = |head: &str, contact: &str| {
+        Scene::build("scene.toml", &pressed(head, contact), &[], Path::new(""))
+    };
+    assert!(build(head, full).is_ok());
+    for (head, contact, line) in [
+        (head, "force = 1.0", "[[contact]]"),
+        (head, "direction = [0.0, -1.0]", "direction = [0.0, -1.0]"),
+        (head, "force = 1.0\ndirection = [0.0, 0.0]", "direction = [0.0, 0.0]"),
+        (head, "force = 1.0\ndirection = [0.0, 1.0]", "direction = [0.0, 1.0]"),
+        (head, "force = 1.0\ndirection = [1.0]", "direction = [1.0]"),
+        (head, "force = -1.0\ndirection = [0.0, -1.0]", "force = -1.0"),
+        (head, "force = 1.0\ndirection = [0.0, -1.0]\ny = 0.1", "y = 0.1"),
+    ] {
+        let error = build(head, contact).unwrap_err().to_string();
+        assert!(error.contains(&format!(" | {line}")), "{contact}: {error}");
+    }
+}
+
+/// Checks that a disk in front of the group may move toward it, but not away from it, because its far side would touch
+/// the body from inside.
+#[test]
+fn a_disk_that_moves_away_is_refused() {
+    let disk = |direction: f64| {
+        let contact = format!("force = 1.0\ndirection = [0.0, {direction:?}]");
+        let text = pressed("analysis = \"static\"\n", &contact).replace(
+            "type = \"plane\"\npoint = [0.0, 0.01]\nnormal = [0.0, -2.0]",
+            "type = \"sphere\"\ncenter = [0.01, 0.015]\nradius = 0.005",
+        );
+        Scene::build("scene.toml", &text, &[], Path::new(""))
+    };
+    assert!(disk(-1.0).is_ok());
+    let error = disk(1.0).unwrap_err().to_string();
+    assert!(error.contains("direction = [0.0, 1.0]"), "{error}");
+}
+
+/// Checks that a contact that is incompatible with the mesh gives one error, with its key.
+#[test]
+fn obstacles_that_do_not_fit_are_rejected() {
+    let text = pressed("[time]\nend = 1.0\n", "");
+    for (set, key) in [
+        ("contact[0].normal=[0.0,0.0]", "contact[0].normal"),
+        ("contact[0].point=[0.0,0.0,1.0]", "contact[0].point"),
+        ("contact[0].z=1.0", "contact[0].z"),
+        ("contact[0].group=\"nowhere\"", "contact[0].group"),
+        ("contact[0].stiffness=-1.0", "contact[0].stiffness"),
+        ("probe[0].group=\"left\"", "probe[0].group"),
+    ] {
+        let error =
+            Scene::build("scene.toml", &text, &[set.to_owned()], Path::new("")).unwrap_err();
+        assert!(error.to_string().contains(key), "{set}: {error}");
+    }
 }
