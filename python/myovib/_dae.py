@@ -712,7 +712,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             advice += (
                 f"near this value of variable {variable}, and F may switch at every step (chattering), as dry friction and "
                 f"relays do: replace the jump by a smooth function, such as tanh, over {WIDTH:.0f} tolerances of this "
-                "variable, or use the equations of one side until an event, and then those of the next state"
+                "variable, or use the equations of one side until an event, and then the equations of the next state"
             )
     elif not solution.success and any(value in solution.message for value in ("= NaN", "= inf", "= -inf")):
         advice = (

@@ -82,7 +82,7 @@ pub fn expect_tolerances(tolerances: &Tolerances, n: usize) -> Checked {
     (0..n).map(|i| tolerances.absolute(i)).try_for_each(|absolute| {
         expect_not_negative("absolute tolerance", absolute)?;
         let tested = relative + absolute > 0.0;
-        expect("absolute tolerance", absolute, tested, "> 0 where the relative one is 0")
+        expect("absolute tolerance", absolute, tested, "> 0 if the relative tolerance is 0")
     })
 }
 

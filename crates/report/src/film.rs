@@ -217,7 +217,7 @@ fn vibration(
     Ok((mesh, shots))
 }
 
-/// Returns the position of the frequency that is nearest to the requested one.
+/// Returns the position of the frequency nearest to the requested frequency.
 fn nearest(
     frequencies: impl Iterator<Item = f64>,
     request: Request<'_>,

@@ -149,7 +149,7 @@ impl Modes {
         }
         if let Some(chain) = scene.chain_that_acts() {
             modes.notes.push(format!(
-                "the modes are those of the body alone: the chain `{chain}`, which acts back on it, is not included"
+                "the modes exclude the chain `{chain}`, which acts back on the body"
             ));
         }
         Ok(Self {

@@ -38,7 +38,7 @@ fn wrong_input_is_named() {
         ),
         (
             RadauOptions { tolerances: Tolerances::scalar(0.0, 0.0), ..default() },
-            "absolute tolerance = 0: must be > 0 where the relative one is 0",
+            "absolute tolerance = 0: must be > 0 if the relative tolerance is 0",
         ),
         (
             RadauOptions { tolerances: Tolerances::vector(1e-3, [1.0, 1.0]), ..default() },

@@ -237,7 +237,7 @@ impl Driver for Motion<'_> {
             notes.push(message.to_owned());
             outcome = Outcome::ended(EndReason::Interrupted, message.to_owned());
         }
-        // The document of a resumed run equals that of an uninterrupted one.
+        // Not in the document: after a resumption it equals the document of an uninterrupted run.
         notes.splice(0..0, of_resumption);
         Ok(RunResult { document, outcome, notes, modes: None, response: None, periodic: None })
     }

@@ -38,12 +38,12 @@ fn invalid_tolerances_are_rejected() {
         (Tolerances::scalar(f64::NAN, 1.0), "relative tolerance = NaN: must be finite and ≥ 0"),
         (
             Tolerances::scalar(0.0, 0.0),
-            "absolute tolerance = 0: must be > 0 where the relative one is 0",
+            "absolute tolerance = 0: must be > 0 if the relative tolerance is 0",
         ),
         (Tolerances::vector(1e-3, [1e-3, 1e-3]), "absolute tolerances: expected length 3, got 2"),
         (
             Tolerances::vector(0.0, [1.0, 0.0, 1.0]),
-            "absolute tolerance = 0: must be > 0 where the relative one is 0",
+            "absolute tolerance = 0: must be > 0 if the relative tolerance is 0",
         ),
     ] {
         let options = IdaOptions { tolerances, ..IdaOptions::default() };
