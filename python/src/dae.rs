@@ -150,6 +150,7 @@ fn solve_with(
                 initial_step: first_step.map(|size| size.copysign(request.t_span.1 - t0)),
                 max_step: request.max_step,
                 max_steps: None,
+                strict_newton: true,
                 ..IdaOptions::default()
             };
             let mut builder = IdaSolver::builder(problem).options(options);

@@ -813,7 +813,7 @@ def test_variables_of_index_2_in_the_error_test_of_bdf_are_named():
         return [1e-3 * yp[0] + through - y[2], 1e-3 * yp[1] - through, y[0] - np.sin(w * t)]
 
     arguments = (loop, (0, 0.2), [0, 0, 1e-3 * w], [w, 0, 0])
-    limits = dict(rtol=1e-7, atol=1e-8, max_steps=3000)
+    limits = dict(rtol=1e-9, atol=1e-10, max_steps=3000)
     with pytest.warns(UserWarning, match=r"variables \[2\] .*`suppress`"):
         s = solve_dae(*arguments, **limits)
     assert s.status == -1 and "variables [2]" in s.message and "chattering" not in s.message

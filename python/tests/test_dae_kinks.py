@@ -54,6 +54,42 @@ def test_ideal_diodes_switch_with_difference_quotients(method, rtol, conductance
     assert is_open.any() and not is_open.all()
 
 
+def jacobian_of_diode(conductance):
+    def jacobian(t, y, yp):
+        g = conductance if y[1] > y[0] else 0.0
+        return [[0.2, 0, -1], [0, 1, 1], [g, -g, 1]], [[1, 0, 0], [0, 0, 0], [0, 0, 0]]
+
+    return jacobian
+
+
+@pytest.mark.parametrize(("conductance", "rtol"), [(1e3, 1e-3), (1e4, 1e-4)])
+def test_rates_of_convergence_before_a_kink_are_not_used_after_it(conductance, rtol):
+    # Regression: errors of 250 and 148 tolerances. F is linear on each side, where Newton's method needs one iteration.
+    inner = conductance / (1 + conductance)
+    s = solve_dae(
+        diode(conductance), (0, 10), [0, 0, 0], [0, 5 / (1 + conductance), 5 * inner], "bdf", rtol=rtol,
+        atol=0.01 * rtol, jacobian=jacobian_of_diode(conductance),
+    )  # fmt: skip
+    assert s.success, s.message
+    exact = solve_dae(
+        lambda t, y, yp: yp - inner * np.maximum(5 * np.sin(t) - y, 0) + 0.2 * y, (0, 10), [0], [0], "radau5",
+        rtol=1e-10, atol=1e-12, max_step=0.05,
+    )  # fmt: skip
+    assert abs(s.y[0, -1] - exact.y[0, -1]) < LIMIT * rtol * 5
+
+
+def test_quadratic_equations_keep_their_branch():
+    # Regression: BDF continued with y' < 0 in 6 of these runs, and errors were up to 5900 tolerances.
+    omega, rtol = 30.0, 1e-4
+    for t_end in 0.5 + 0.45 * np.arange(20):
+        s = solve_dae(
+            lambda t, y, yp: [yp[0] ** 2 - (2 + np.sin(omega * t)) ** 2], (0, t_end), [0], [2], "bdf", rtol=rtol,
+            atol=rtol, jacobian=lambda t, y, yp: ([[0.0]], [[2 * yp[0]]]),
+        )  # fmt: skip
+        exact = 2 * t_end + (1 - np.cos(omega * t_end)) / omega
+        assert s.success and abs(s.y[0, -1] - exact) < LIMIT * rtol * (1 + exact), t_end
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("rate", [[lambda y, yp: yp[0]], []])
 def test_kinks_are_passed_while_all_other_variables_rest(method, rate):

@@ -110,6 +110,10 @@ pub struct IdaOptions {
     pub max_convergence_failures: usize,
     /// Newton's method has converged when its estimated error is below this fraction of the tolerance; 0.33 by default.
     pub nonlinear_coefficient: f64,
+    /// Whether Newton's method uses only rates of convergence measured in the same step: `false` by default, as in IDAS.
+    /// A step then has at least two iterations unless the first correction is negligible. Recommended for equations whose
+    /// nonlinearity is not known. The simultaneous method of sensitivities ignores it.
+    pub strict_newton: bool,
     /// Newton iterations allowed in one solve; 4 by default.
     pub max_newton_iterations: usize,
     /// The matrix is set up again if c_j has changed since the last setup by more than a factor (1 − δ)/(1 + δ) in
@@ -138,6 +142,7 @@ impl Default for IdaOptions {
             max_error_test_failures: 10,
             max_convergence_failures: 10,
             nonlinear_coefficient: 0.33,
+            strict_newton: false,
             max_newton_iterations: 4,
             delta_cj: 0.25,
             sparse: SparseOptions { ordering: Ordering::Colamd, ..SparseOptions::default() },

@@ -25,6 +25,27 @@ impl Answer {
     }
 }
 
+/// Result of the convergence test after an iteration of Newton's method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Convergence {
+    /// The error is below the tolerance.
+    Converged,
+    /// Another iteration is necessary.
+    Continue,
+    /// Try again with a new matrix or a smaller step.
+    Failed,
+}
+
+/// An iterate of Newton's method.
+pub(crate) struct NewtonIterate {
+    /// Number of iterations before this one.
+    pub(crate) number: usize,
+    /// Weighted norm of the last correction.
+    pub(crate) correction: f64,
+    /// Allowed error in the same norm.
+    pub(crate) tolerance: f64,
+}
+
 /// Callbacks of IDAS.
 pub(crate) trait Callbacks: BackwardCallbacks {
     fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer;
@@ -32,6 +53,8 @@ pub(crate) trait Callbacks: BackwardCallbacks {
     fn linear_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer;
     /// Solves in place with the last factorized matrix.
     fn linear_solve(&mut self, rhs: &mut [f64]) -> Answer;
+    /// Tests an iterate of Newton's method.
+    fn convergence(&mut self, iterate: &NewtonIterate) -> Convergence;
     fn n_roots(&self) -> usize;
     fn roots(&mut self, t: f64, y: &[f64], y_dot: &[f64], values: &mut [f64]) -> Answer;
     fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer;

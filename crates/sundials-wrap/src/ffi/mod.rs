@@ -3,7 +3,7 @@
 //! Each type here owns one C object and frees it once; each method is one C call whose arguments
 //! the type keeps valid. No type of this module is public outside the crate.
 //!
-//! - [`context`], [`vector`], [`matrix`], [`linear_solver`]: the SUNDIALS objects IDAS works on;
+//! - [`context`], [`vector`], [`matrix`], [`linear_solver`], [`nonlinear_solver`]: the SUNDIALS objects IDAS works on;
 //! - [`vector_operations`]: the arithmetic on vectors that IDAS calls; [`vector_clone`]: cloning of vectors by IDAS;
 //!   [`vector_view`]: vectors as slices;
 //! - [`call`]: failures of C calls;
@@ -22,6 +22,7 @@ pub(crate) mod ida;
 pub(crate) mod linear_solver;
 pub(crate) mod matrix;
 mod messages;
+mod nonlinear_solver;
 pub(crate) mod pinned;
 mod sensitivity_residual;
 pub(crate) mod trampoline;

@@ -52,17 +52,22 @@ pub(super) fn guarded<C>(
     boundary: &mut Boundary<C>,
     callback: impl FnOnce(&mut C) -> Answer,
 ) -> c_int {
-    answered(boundary, callback).code()
+    guarded_or(boundary, Answer::Fatal, callback).code()
 }
 
-fn answered<C>(boundary: &mut Boundary<C>, callback: impl FnOnce(&mut C) -> Answer) -> Answer {
+/// Runs a callback; a panic is stored, and `fatal` is returned.
+pub(super) fn guarded_or<C, T>(
+    boundary: &mut Boundary<C>,
+    fatal: T,
+    callback: impl FnOnce(&mut C) -> T,
+) -> T {
     let callbacks = &mut boundary.callbacks;
     // Unwind safety: the solver is returned only together with the resumed panic.
     match catch_unwind(AssertUnwindSafe(|| callback(callbacks))) {
         Ok(answer) => answer,
         Err(panic) => {
             boundary.panic = Some(panic);
-            Answer::Fatal
+            fatal
         }
     }
 }
@@ -148,7 +153,7 @@ pub(super) unsafe fn solved<C>(
     let x = unsafe { view_mut(x) };
     x.copy_from_slice(b);
     // IDAS treats unknown codes of linear solvers as success.
-    match answered(boundary, |callbacks| solve(callbacks, x)) {
+    match guarded_or(boundary, Answer::Fatal, |callbacks| solve(callbacks, x)) {
         Answer::Success => 0,
         Answer::Recoverable => SUNLS_PACKAGE_FAIL_REC as c_int,
         Answer::Fatal => version::SOLVE_FAILED,

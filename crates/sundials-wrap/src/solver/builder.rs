@@ -19,6 +19,7 @@ use super::callbacks::{
     FailureLog, Function, QuadratureSensitivities, Repetitions, UserFunctions, Weighing, Weights,
 };
 use super::linear::{Linear, WholeLu};
+use super::newton::NewtonTest;
 use super::registered::Repeating;
 use super::sensitivity::{SensitivityEquations, SensitivityOptions};
 use super::zeros::ZeroSides;
@@ -238,6 +239,7 @@ impl<P: Problem> IdaBuilder<P> {
             weights: vec![1.0; n],
             quadrature: self.quadrature_rates,
             linear,
+            newton: NewtonTest::default(),
             sensitivities,
             quadrature_sensitivities: self.quadrature_sensitivities,
             backward: Vec::new(),
@@ -312,6 +314,9 @@ impl<P: Problem> IdaSolver<P> {
         let ida = &mut self.ida;
         let mut set = || {
             ida.set_weight_function()?;
+            if options.strict_newton {
+                ida.set_convergence_test()?;
+            }
             ida.set_max_order(options.max_order as i32)?;
             if let Some(step) = options.initial_step {
                 ida.set_initial_step(step)?;

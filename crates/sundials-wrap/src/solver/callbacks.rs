@@ -3,11 +3,12 @@
 use super::registered::{RegisteredProblem, Repeating};
 use super::sensitivity::SensitivityEquations;
 use crate::error::Error;
-use crate::ffi::callbacks::{Answer, Callbacks};
+use crate::ffi::callbacks::{Answer, Callbacks, Convergence, NewtonIterate};
 use crate::vector_kernels::{is_finite, is_positive};
 use myovib_dae::{Linearization, Problem, StepError, StopReason, Tolerances};
 
 use super::linear::Linear;
+use super::newton::NewtonTest;
 use super::zeros::ZeroSides;
 
 /// A root function g(t, y, ẏ) or the integrand of a quadrature; writes into the last argument.
@@ -78,6 +79,7 @@ pub(super) struct UserFunctions<P> {
     pub(super) weights: Vec<f64>,
     pub(super) quadrature: Option<Box<Function<P>>>,
     pub(super) linear: Linear<P>,
+    pub(super) newton: NewtonTest,
     pub(super) sensitivities: Option<SensitivityEquations<P>>,
     /// Writes the time derivatives of the sensitivities of the quadratures.
     pub(super) quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
@@ -260,6 +262,10 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
     fn linear_solve(&mut self, rhs: &mut [f64]) -> Answer {
         let result = self.linear.solve(&mut self.problem, rhs);
         self.failures.answer("linear solve", self.t_called, result, rhs)
+    }
+
+    fn convergence(&mut self, iterate: &NewtonIterate) -> Convergence {
+        self.newton.judge(iterate)
     }
 
     fn n_roots(&self) -> usize {

@@ -8,6 +8,7 @@ mod dense;
 mod initial_values;
 mod integrator;
 mod linear;
+mod newton;
 mod registered;
 mod sensitivity;
 mod state;

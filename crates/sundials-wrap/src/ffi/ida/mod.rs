@@ -22,6 +22,7 @@ use super::context::Context;
 use super::linear_solver::LinearSolver;
 use super::matrix::Matrix;
 use super::messages;
+use super::nonlinear_solver::NonlinearSolver;
 use super::pinned::Pinned;
 use super::trampoline::{self, Boundary};
 use super::vector::NVector;
@@ -66,11 +67,13 @@ impl Drop for IdaMemory {
 
 /// One integrator with all objects it refers to.
 ///
-/// Fields are dropped in declaration order: the integrator before the linear solver, matrix,
-/// vectors and callbacks it points to. The context, to which all objects point, is dropped last.
+/// Fields are dropped in declaration order: the integrator before the solvers, matrix, vectors and callbacks it points
+/// to. The context, to which all objects point, is dropped last.
 pub(crate) struct Ida<C: Callbacks> {
     memory: IdaMemory,
     linear_solver: LinearSolver,
+    /// Newton's method, if it is not that of IDAS.
+    nonlinear_solver: Option<NonlinearSolver>,
     _matrix: Matrix,
     y: NVector,
     y_dot: NVector,
@@ -136,6 +139,7 @@ impl<C: Callbacks> Ida<C> {
         let mut ida = Self {
             memory,
             linear_solver,
+            nonlinear_solver: None,
             _matrix: matrix,
             y,
             y_dot,
@@ -227,6 +231,7 @@ impl<C: Callbacks> Ida<C> {
         let Self {
             memory,
             linear_solver,
+            nonlinear_solver,
             _matrix,
             y,
             y_dot,
@@ -240,6 +245,7 @@ impl<C: Callbacks> Ida<C> {
         drop((
             memory,
             linear_solver,
+            nonlinear_solver,
             _matrix,
             y,
             y_dot,

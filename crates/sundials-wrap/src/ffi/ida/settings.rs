@@ -6,6 +6,7 @@ use sundials_sys as sys;
 
 use super::super::call::{CallFailed, check};
 use super::super::callbacks::Callbacks;
+use super::super::nonlinear_solver::NonlinearSolver;
 use super::super::trampoline;
 use super::super::vector::NVector;
 use super::Ida;
@@ -43,6 +44,15 @@ impl<C: Callbacks> Ida<C> {
         set_delta_cj(f64) IDASetDeltaCjLSetup;
         /// Sets the fraction of the tolerance at which IDACalcIC ends.
         set_initial_coefficient(f64) IDASetNonlinConvCoefIC;
+    }
+
+    /// Uses the convergence test of the callbacks. Settings of Newton's method return to their defaults.
+    pub(crate) fn set_convergence_test(&mut self) -> Result<(), CallFailed> {
+        let mut solver = NonlinearSolver::new(&self.y, &self.context)?;
+        self.set("IDASetNonlinearSolver", sys::IDASetNonlinearSolver, solver.raw())?;
+        let set = solver.set_test(self.boundary.address());
+        self.nonlinear_solver = Some(solver);
+        set
     }
 
     pub(crate) fn set_suppression(&mut self, on: bool) -> Result<(), CallFailed> {
