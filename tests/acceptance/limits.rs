@@ -60,7 +60,7 @@ const FACTORIZING: [(&str, i32); 12] = [
     ("response tuned.toml --frequencies 1..2:2", 4),
     ("periodic init", 4),
     ("sensitivity tuned.toml", 4),
-    ("fit tuned.toml --data tip.csv", 2),
+    ("fit tuned.toml --data tip.csv", 4),
     ("infsup", 4),
     ("table1", 4),
     ("table2 --rows 1 --t-end 0.001", 4),

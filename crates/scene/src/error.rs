@@ -57,16 +57,11 @@ impl Error {
     /// Converts the error to invalid input if nothing was written before it. Errors due to a lack of memory and errors
     /// of unsuccessful searches are unchanged.
     pub fn before_any_output(self) -> Self {
-        let memory = |error: &SparseError| matches!(error, SparseError::Memory { .. });
-        let mut causes = std::iter::successors(std::error::Error::source(&self), |e| e.source());
-        let lacks_memory = causes.any(|e| e.downcast_ref::<SparseError>().is_some_and(memory));
         match self {
-            Self::Input(_)
-            | Self::Busy(_)
-            | Self::Model(ModelError::Factorization(SparseError::Memory { .. })) => self,
+            Self::Input(_) | Self::Busy(_) => self,
             Self::Model(ref error) if error.is_search_without_result() => self,
             Self::File { ref source, .. } if is_out_of_space(source) => self,
-            _ if lacks_memory => self,
+            _ if self.lacks_memory() => self,
             other => {
                 let message = other.to_string();
                 let cause = std::error::Error::source(&other).map(ToString::to_string);
@@ -75,6 +70,14 @@ impl Error {
                 InputError::new(message + &cause).into()
             }
         }
+    }
+
+    /// Returns whether the memory does not suffice for the factors of a matrix.
+    pub(crate) fn lacks_memory(&self) -> bool {
+        let memory = |error: &SparseError| matches!(error, SparseError::Memory { .. });
+        let mut causes = std::iter::successors(std::error::Error::source(self), |e| e.source());
+        matches!(self, Self::Model(ModelError::Factorization(error)) if memory(error))
+            || causes.any(|e| e.downcast_ref::<SparseError>().is_some_and(memory))
     }
 }
 

@@ -13,7 +13,6 @@ mod profiles;
 mod progress;
 mod report;
 
-use std::fmt::Display;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -208,7 +207,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     let starts = several_starts(&parameters, options.starts, options.seed);
     let fitted = fit_in_phases(&mut model, &starts, &wanted, &mut observe);
     history.end(fitted.is_ok())?;
-    let fit = fitted.map_err(|error| explain(error, &model))?;
+    let fit = fitted.map_err(|error| explain(error, &mut model))?;
     let profiles = match options.profile && fit.ended == Ended::Converged {
         true => profiles(&mut model, &parameters, &fit, &wanted, options.progress),
         false => Vec::new(),
@@ -281,20 +280,24 @@ fn request<'a>(
 
 /// Returns the error of the run that failed at the starting values. It may include the location of
 /// the cause in the scene.
-fn explain(error: FitError, model: &SceneModel<'_>) -> Error {
-    match (&error, model.last_failure()) {
+fn explain(error: FitError, model: &mut SceneModel<'_>) -> Error {
+    match (&error, model.take_failure()) {
         _ if model.is_interrupted() => {
             Error::Stopped("interrupted before the first iteration of the fit".to_owned())
         }
-        (FitError::Start(_), Some(message)) => not_computed(message).into(),
+        (FitError::Start(_), Some(failure)) => not_computed(failure),
         _ => InputError::new(error).into(),
     }
 }
 
-fn not_computed(message: impl Display) -> InputError {
+fn not_computed(failure: Error) -> Error {
+    if failure.lacks_memory() {
+        return failure;
+    }
     InputError::new("the scene cannot be computed at the starting values")
-        .found(message)
+        .found(failure)
         .next("set a `start` of the [[parameter]] at which `myovib run` succeeds")
+        .into()
 }
 
 /// Returns the parameters with their starts and bounds.

@@ -159,7 +159,7 @@ pub(super) struct SceneModel<'a> {
     evaluations: &'a Evaluations,
     effort: Effort,
     runs: [u64; 2],
-    failure: Option<String>,
+    failure: Option<Error>,
 }
 
 impl<'a> SceneModel<'a> {
@@ -198,9 +198,9 @@ impl<'a> SceneModel<'a> {
         self.runs
     }
 
-    /// Returns the message of the last failed run.
-    pub(super) fn last_failure(&self) -> Option<&str> {
-        self.failure.as_deref()
+    /// Takes the error of the last failed run.
+    pub(super) fn take_failure(&mut self) -> Option<Error> {
+        self.failure.take()
     }
 
     /// Returns the measurements with these residuals.
@@ -255,17 +255,16 @@ impl<'a> SceneModel<'a> {
         }
     }
 
-    fn run(&mut self, p: &[f64], with: bool) -> Result<Vec<Vec<Sample>>, String> {
+    fn run(&mut self, p: &[f64], with: bool) -> Result<Vec<Vec<Sample>>, Error> {
         let mut all = Vec::with_capacity(self.experiments.len());
         for experiment in &self.experiments {
             self.runs[usize::from(with)] += 1;
-            let samples = experiment.run(p, with, self.effort, self.watcher);
-            all.push(samples.map_err(|error| error.to_string())?);
+            all.push(experiment.run(p, with, self.effort, self.watcher)?);
         }
         Ok(all)
     }
 
-    fn numbers(&mut self, p: &[f64], with: bool) -> Result<Numbers, String> {
+    fn numbers(&mut self, p: &[f64], with: bool) -> Result<Numbers, Error> {
         let all = self.run(p, with)?;
         let mut residuals = vec![0.0; self.n_residuals()];
         self.write_residuals(&all, &mut residuals);
@@ -300,8 +299,9 @@ impl<'a> SceneModel<'a> {
                 }
                 Ok(numbers)
             }
-            Err(message) => {
-                self.failure = Some(message.clone());
+            Err(failure) => {
+                let message = failure.to_string();
+                self.failure = Some(failure);
                 Err(Failed(message))
             }
         }
