@@ -27,6 +27,19 @@ impl NonlinearSolver {
         Ok(Self(solver.ok_or(CallFailed::new("SUNNonlinSol_Newton", NULL_RESULT))?))
     }
 
+    /// Creates Newton's method for `count` vectors like `y`.
+    pub(crate) fn of_many(
+        count: usize,
+        y: &NVector,
+        context: &Context,
+    ) -> Result<Self, CallFailed> {
+        // SAFETY: vector and context are alive; the vector is cloned.
+        let solver =
+            unsafe { sys::SUNNonlinSol_NewtonSens(count as c_int, y.raw(), context.raw()) };
+        let solver = NonNull::new(solver);
+        Ok(Self(solver.ok_or(CallFailed::new("SUNNonlinSol_NewtonSens", NULL_RESULT))?))
+    }
+
     /// Replaces the convergence test, which IDAS sets when the solver is attached, by the test of the callbacks.
     pub(crate) fn set_test<C: Callbacks>(
         &mut self,

@@ -6,6 +6,7 @@ use sundials_sys as sys;
 
 use super::super::call::{CallFailed, check};
 use super::super::callbacks::Callbacks;
+use super::super::nonlinear_solver::NonlinearSolver;
 use super::super::sensitivity_residual::{quadrature, residual};
 use super::super::vector::NVector;
 use super::Ida;
@@ -78,7 +79,36 @@ impl<C: Callbacks> Ida<C> {
         let code = unsafe { sys::IDASetSensParams(memory, none, scales.as_mut_ptr(), none.cast()) };
         check("IDASetSensParams", code)?;
         self.sensitivities = Some(sensitivities);
-        Ok(())
+        match self.nonlinear_solver {
+            Some(_) => self.set_convergence_test_of_sensitivities(starts.len(), staggered),
+            None => Ok(()),
+        }
+    }
+
+    /// Uses the convergence test of the callbacks for `n` sensitivities.
+    fn set_convergence_test_of_sensitivities(
+        &mut self,
+        n: usize,
+        staggered: bool,
+    ) -> Result<(), CallFailed> {
+        // The simultaneous method solves for y and all sensitivities at once.
+        let count = if staggered { n } else { n + 1 };
+        let mut solver = NonlinearSolver::of_many(count, &self.y, &self.context)?;
+        match staggered {
+            true => self.set(
+                "IDASetNonlinearSolverSensStg",
+                sys::IDASetNonlinearSolverSensStg,
+                solver.raw(),
+            ),
+            false => self.set(
+                "IDASetNonlinearSolverSensSim",
+                sys::IDASetNonlinearSolverSensSim,
+                solver.raw(),
+            ),
+        }?;
+        let set = solver.set_test(self.boundary.address());
+        self.sensitivity_solver = Some(solver);
+        set
     }
 
     /// Reinitializes the sensitivities. The integration itself must be reinitialized before.
