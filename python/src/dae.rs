@@ -151,6 +151,8 @@ fn solve_with(
                 max_step: request.max_step,
                 max_steps: None,
                 strict_newton: true,
+                // `max_step` states the duration of inputs.
+                check_within_steps: known.is_some() && request.max_step.is_none(),
                 ..IdaOptions::default()
             };
             let mut builder = IdaSolver::builder(problem).options(options);

@@ -100,3 +100,23 @@ def test_kinks_are_passed_while_all_other_variables_rest(method, rate):
     s = solve_dae(amplifier, (0, 2), np.zeros(n), np.zeros(n), method, rtol=1e-7, atol=1e-9)
     assert s.success, s.message
     assert (np.abs(s.y[-1] - 5 / 6 * np.maximum(s.t - 1, 0)) < LIMIT * 1e-7).all()
+
+
+@pytest.mark.parametrize("threshold", [0.8, 0.9])
+def test_no_pulse_after_a_pause_is_skipped_by_bdf(threshold):
+    # Regression: steps doubled in each pause, and all of these runs lost at least half a pulse. Pulses of 0.20 and 0.14
+    # periods.
+    half_width = np.arccos(threshold)
+    area = 2 * (np.sin(half_width) - threshold * half_width)
+    skipped = []
+    for periods in range(2, 25):
+        for rtol in (1e-4, 1e-6):
+            s = solve_dae(
+                lambda t, y, yp: [yp[0] - max(np.sin(t) - threshold, 0.0)], (0, 2 * np.pi * periods), [0], [0], "bdf",
+                rtol=rtol, atol=rtol * area,
+            )  # fmt: skip
+            assert s.success, s.message
+            # The error of all pulses is far below half a pulse.
+            if abs(periods - s.y[0, -1] / area) > 0.5:
+                skipped.append((periods, rtol))
+    assert not skipped

@@ -110,10 +110,15 @@ pub struct IdaOptions {
     pub max_convergence_failures: usize,
     /// Newton's method has converged when its estimated error is below this fraction of the tolerance; 0.33 by default.
     pub nonlinear_coefficient: f64,
-    /// Whether Newton's method uses only rates of convergence measured in the same step: `false` by default, as in IDAS.
-    /// A step then has at least two iterations unless the first correction is negligible. Recommended for equations whose
-    /// nonlinearity is not known. The simultaneous method of sensitivities ignores it.
+    /// Whether Newton's method uses only rates of convergence measured in the same step, also for sensitivities: `false`
+    /// by default, as in IDAS. A step then has at least two iterations unless the first correction is negligible.
+    /// Recommended for sensitivities, and for equations whose nonlinearity is not known.
     pub strict_newton: bool,
+    /// Whether a [`step`](crate::IdaSolver::step) whose end is predicted without an iteration of Newton's method is repeated
+    /// with a smaller size if F has large residuals within it; `false` by default. Inputs that act between the ends of
+    /// steps are then found after a rest. Such a step costs ten evaluations of F. Ignored with sensitivities, or if
+    /// components are excluded from the error test.
+    pub check_within_steps: bool,
     /// Newton iterations allowed in one solve; 4 by default.
     pub max_newton_iterations: usize,
     /// The matrix is set up again if c_j has changed since the last setup by more than a factor (1 − δ)/(1 + δ) in
@@ -143,6 +148,7 @@ impl Default for IdaOptions {
             max_convergence_failures: 10,
             nonlinear_coefficient: 0.33,
             strict_newton: false,
+            check_within_steps: false,
             max_newton_iterations: 4,
             delta_cj: 0.25,
             sparse: SparseOptions { ordering: Ordering::Colamd, ..SparseOptions::default() },

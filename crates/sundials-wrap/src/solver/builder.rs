@@ -22,6 +22,7 @@ use super::linear::{Linear, WholeLu};
 use super::newton::NewtonTest;
 use super::registered::Repeating;
 use super::sensitivity::{SensitivityEquations, SensitivityOptions};
+use super::within::WithinStep;
 use super::zeros::ZeroSides;
 
 /// Collects a problem, [`IdaOptions`] and the user's functions; see [`IdaSolver::builder`](crate::IdaSolver::builder).
@@ -230,6 +231,8 @@ impl<P: Problem> IdaBuilder<P> {
             Some(function) => Weighing::Function(function),
             None => Weighing::Tolerances(tolerances),
         };
+        let searches =
+            self.options.check_within_steps && suppressed.is_none() && sensitivities.is_none();
         let functions = UserFunctions {
             problem: self.problem,
             n_roots: self.root_directions.len(),
@@ -240,6 +243,7 @@ impl<P: Problem> IdaBuilder<P> {
             quadrature: self.quadrature_rates,
             linear,
             newton: NewtonTest::default(),
+            within: searches.then(WithinStep::default),
             sensitivities,
             quadrature_sensitivities: self.quadrature_sensitivities,
             backward: Vec::new(),
@@ -314,7 +318,7 @@ impl<P: Problem> IdaSolver<P> {
         let ida = &mut self.ida;
         let mut set = || {
             ida.set_weight_function()?;
-            if options.strict_newton {
+            if options.strict_newton || options.check_within_steps {
                 ida.set_convergence_test()?;
             }
             ida.set_max_order(options.max_order as i32)?;

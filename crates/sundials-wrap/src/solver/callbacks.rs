@@ -9,6 +9,7 @@ use myovib_dae::{Linearization, Problem, StepError, StopReason, Tolerances};
 
 use super::linear::Linear;
 use super::newton::NewtonTest;
+use super::within::WithinStep;
 use super::zeros::ZeroSides;
 
 /// A root function g(t, y, ẏ) or the integrand of a quadrature; writes into the last argument.
@@ -80,6 +81,8 @@ pub(super) struct UserFunctions<P> {
     pub(super) quadrature: Option<Box<Function<P>>>,
     pub(super) linear: Linear<P>,
     pub(super) newton: NewtonTest,
+    /// Search for inputs within steps, if requested.
+    pub(super) within: Option<WithinStep>,
     pub(super) sensitivities: Option<SensitivityEquations<P>>,
     /// Writes the time derivatives of the sensitivities of the quadratures.
     pub(super) quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
@@ -226,6 +229,9 @@ impl<P: Problem> UserFunctions<P> {
 impl<P: Problem> Callbacks for UserFunctions<P> {
     fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer {
         self.t_called = t;
+        if let Some(within) = &mut self.within {
+            within.end_at(t, y, y_dot);
+        }
         let result = self.problem.residual(t, y, y_dot, residual);
         self.failures.answer("residual", t, result, residual)
     }
@@ -265,7 +271,20 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
     }
 
     fn convergence(&mut self, iterate: &NewtonIterate) -> Convergence {
-        self.newton.judge(iterate)
+        let convergence = self.newton.judge(iterate);
+        let is_predicted = iterate.number == 0 && convergence == Convergence::Converged;
+        let Some(within) = self.within.as_mut().filter(|_| is_predicted) else {
+            return convergence;
+        };
+        // F need not have a value within the step.
+        match within.acts(&mut self.problem, &mut self.linear, &self.weights) {
+            Ok(true) => {
+                let message = format!("an input acts within the step to t = {}", self.t_called);
+                (self.failures.recoverable, self.failures.function) = (Some(message), None);
+                Convergence::Failed
+            }
+            _ => convergence,
+        }
     }
 
     fn n_roots(&self) -> usize {

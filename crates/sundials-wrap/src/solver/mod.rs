@@ -12,6 +12,7 @@ mod newton;
 mod registered;
 mod sensitivity;
 mod state;
+mod within;
 mod zeros;
 
 use std::panic::resume_unwind;
@@ -125,6 +126,7 @@ impl<P: Problem> IdaSolver<P> {
             self.refused(result)?;
             self.stop_time_lingers = false;
         }
+        self.set_start_within(task)?;
         let before = std::mem::take(&mut self.functions_mut().failures);
         self.refusal = before.recoverable.or(self.refusal.take());
         let mut left = self.max_steps.unwrap_or(usize::MAX);
@@ -174,6 +176,29 @@ impl<P: Problem> IdaSolver<P> {
             }
             code => self.gave_up(code),
         }
+    }
+
+    /// Sets the start of the next step for the search within it. With several steps in one call, only the first start
+    /// is known, and steps are not searched.
+    fn set_start_within(&mut self, task: Task) -> Result<(), Error> {
+        if self.functions().within.is_none() {
+            return Ok(());
+        }
+        let (mut t, [mut y, mut y_dot]) = (self.t0, self.start.clone());
+        if self.ida.counter(Counter::Steps) > 0 {
+            t = self.ida.internal_time();
+            for (k, out) in [(0, &mut y), (1, &mut y_dot)] {
+                let written = self.ida.derivative(t, k).map(|values| out.copy_from_slice(values));
+                self.refused(written)?;
+            }
+        }
+        if let Some(within) = &mut self.functions_mut().within {
+            match task {
+                Task::OneStep => within.start_at(t, &y, &y_dot),
+                Task::Normal => within.forget_start(),
+            }
+        }
+        Ok(())
     }
 
     /// Returns whether t does not advance, apart from rounding. IDAS would continue forever.
@@ -299,6 +324,9 @@ impl<P: Problem> IdaSolver<P> {
         self.functions_mut().linear.forget_rcond();
         self.functions_mut().zeros.clear();
         self.functions_mut().repetitions = Repetitions::from(t0);
+        if let Some(within) = &mut self.functions_mut().within {
+            within.evaluations = 0;
+        }
         let starts = self.functions().sensitivities.as_ref();
         let starts = starts.map_or(Vec::new(), |linearized| linearized.starts.clone());
         let result = self.ida.reinit_sensitivities(&starts);

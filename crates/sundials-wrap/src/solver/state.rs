@@ -60,7 +60,8 @@ impl<P: Problem> IdaSolver<P> {
         statistics.step_solve_failures = ida.counter(Counter::StepSolveFailures);
         statistics.newton_failures = ida.counter(Counter::NewtonFailures);
         statistics.newton_iterations = ida.counter(Counter::NewtonIterations);
-        statistics.residual_evaluations = ida.counter(Counter::ResidualEvaluations);
+        let within = self.functions().within.as_ref().map_or(0, |within| within.evaluations);
+        statistics.residual_evaluations = ida.counter(Counter::ResidualEvaluations) + within;
         statistics.difference_evaluations = self.difference_evaluations() - self.differences_before;
         statistics.jacobian_evaluations = ida.counter(Counter::JacobianEvaluations);
         statistics.linear_setups = ida.counter(Counter::LinearSetups);

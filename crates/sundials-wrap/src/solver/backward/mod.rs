@@ -64,6 +64,9 @@ impl<P: Problem> IdaSolver<P> {
         if options.stop_time.is_some() {
             return Err(Error::NotWithCheckpoints { what: "a stop time" });
         }
+        if options.check_within_steps {
+            return Err(Error::NotWithCheckpoints { what: "a check within steps" });
+        }
         let hermite = checkpoints.interpolation == Interpolation::Hermite;
         let result = self.ida.init_adjoint(checkpoints.every, hermite);
         self.refused(result)?;
