@@ -142,12 +142,12 @@ fn solve_with(
         .collect();
     let stages = match request.method.as_str() {
         "bdf" => {
-            let first_step = request.first_step.or(first_step_of_index_2(request, &tolerances));
-            let options = IdaOptions {
+            let span = request.t_span.1 - t0;
+            let mut options = IdaOptions {
                 tolerances,
                 suppressed,
                 max_order: request.max_order,
-                initial_step: first_step.map(|size| size.copysign(request.t_span.1 - t0)),
+                initial_step: request.first_step.map(|size| size.copysign(span)),
                 max_step: request.max_step,
                 max_steps: None,
                 strict_newton: true,
@@ -155,6 +155,10 @@ fn solve_with(
                 check_within_steps: known.is_some() && request.max_step.is_none(),
                 ..IdaOptions::default()
             };
+            if let (None, Some(excluded)) = (request.first_step, &request.suppress) {
+                let step = options.first_step_of_index_2(y0, y_dot0, excluded, span);
+                options.initial_step = step;
+            }
             let mut builder = IdaSolver::builder(problem).options(options);
             if !directions.is_empty() {
                 builder = builder.roots(directions, events);
@@ -193,20 +197,6 @@ fn solve_with(
     let degree = stages + 1;
     let record = integrate(&mut solver, request, known.as_ref(), degree)?;
     Ok((record, degree))
-}
-
-/// Returns the first step of BDF if components are excluded from the error test, which are usually multipliers of
-/// index 2. The error of a first step of order 1 is then about one tolerance. IDAS' own step, in which the solution
-/// changes by half a tolerance, is so short that rounding of multipliers may prevent it.
-fn first_step_of_index_2(request: &Request, tolerances: &Tolerances) -> Option<f64> {
-    let excluded = request.suppress.as_ref()?;
-    let mut weights = vec![0.0; request.y0.len()];
-    tolerances.write_weights(&request.y0, &mut weights);
-    let tested = (0..weights.len()).filter(|&i| !excluded[i]);
-    let squares = tested.clone().map(|i| (request.yp0[i] * weights[i]).powi(2));
-    let rate = (squares.sum::<f64>() / tested.count() as f64).sqrt();
-    let longest = 1e-3 * (request.t_span.1 - request.t_span.0).abs();
-    Some(0.5 / (rate * request.rtol.sqrt())).filter(|h| *h < longest)
 }
 
 /// Integrates F(t, y, ẏ) = 0; see `myovib.solve_dae`.

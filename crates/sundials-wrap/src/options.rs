@@ -92,7 +92,8 @@ pub struct IdaOptions {
     pub suppressed: Suppressed,
     /// Highest order of the BDF, 1 to 5; 5 by default.
     pub max_order: usize,
-    /// First step; estimated by default.
+    /// First step; estimated by default, with [`Suppressed::FromIndex`] by
+    /// [`first_step_of_index_2`](IdaOptions::first_step_of_index_2).
     pub initial_step: Option<f64>,
     /// Smallest step; 0 by default.
     pub min_step: f64,
@@ -159,6 +160,27 @@ impl Default for IdaOptions {
 }
 
 impl IdaOptions {
+    /// Returns the first step if components, usually multipliers of index 2, are `excluded` from the error test, at most a
+    /// thousandth of `span`, or `None` if the step of IDAS is shorter than this anyway.
+    ///
+    /// The error of a first step of order 1 is then about one tolerance. IDAS' own step, in which the solution changes by
+    /// half a tolerance, is so short that rounding of multipliers may prevent it.
+    pub fn first_step_of_index_2(
+        &self,
+        y: &[f64],
+        y_dot: &[f64],
+        excluded: &[bool],
+        span: f64,
+    ) -> Option<f64> {
+        let mut weights = vec![0.0; y.len()];
+        self.tolerances.write_weights(y, &mut weights);
+        let tested = (0..y.len()).filter(|&i| !excluded[i]);
+        let squares: f64 = tested.clone().map(|i| (y_dot[i] * weights[i]).powi(2)).sum();
+        let rate = (squares / tested.count() as f64).sqrt();
+        let step = 0.5 / (rate * self.tolerances.relative().sqrt());
+        (step < 1e-3 * span.abs()).then_some(step.copysign(span))
+    }
+
     /// Checks the settings for a problem of `n` unknowns that IDAS does not check, or rejects without reporting their
     /// values.
     pub(crate) fn validate(&self, n: usize) -> Result<(), IntegratorError> {

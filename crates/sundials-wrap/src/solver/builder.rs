@@ -10,8 +10,8 @@ use myovib_dae::checks::{
     expect, expect_finite, expect_length, expect_not_negative, expect_square, expect_state,
 };
 use myovib_dae::{
-    Direction, IntegratorError, Jacobian, LinearSolver, Parameters, Problem, StepError, Tolerances,
-    VariableKind, kinds_at,
+    Direction, IntegratorError, Jacobian, LinearSolver, Parameters, Problem, StepError, Suppressed,
+    Tolerances, VariableKind, kinds_at,
 };
 
 use super::IdaSolver;
@@ -227,6 +227,7 @@ impl<P: Problem> IdaBuilder<P> {
             Some(solver) => Linear::Own(solver),
             None => Linear::Whole(Box::new(WholeLu::new(jacobian, self.options.sparse)?)),
         };
+        let has_weights = self.weights.is_some();
         let weighing = match self.weights {
             Some(function) => Weighing::Function(function),
             None => Weighing::Tolerances(tolerances),
@@ -255,6 +256,9 @@ impl<P: Problem> IdaBuilder<P> {
         };
         let ida = Ida::new(functions, t0, y0, y_dot0, self.options.vectors)
             .map_err(|failed| super::call_error(failed, String::new()))?;
+        let excludes = matches!(self.options.suppressed, Suppressed::FromIndex(_));
+        let estimates = excludes && self.options.initial_step.is_none() && !has_weights;
+        let first_step_of = estimates.then(|| self.options.clone());
         let mut solver = IdaSolver {
             ida,
             kinds,
@@ -265,6 +269,7 @@ impl<P: Problem> IdaBuilder<P> {
             t: t0,
             n,
             min_step: self.options.min_step,
+            first_step_of,
             max_steps: self.options.max_steps,
             mark: (0, t0),
             refusal: None,

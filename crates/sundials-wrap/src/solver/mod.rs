@@ -28,6 +28,7 @@ use myovib_dae::{
     WorstComponent, check_start,
 };
 
+use crate::options::IdaOptions;
 use myovib_sparse::SparseOptions;
 
 pub use builder::IdaBuilder;
@@ -58,6 +59,8 @@ pub struct IdaSolver<P: Problem> {
     t: f64,
     n: usize,
     min_step: f64,
+    /// Settings for the estimate of the first step, if it is not that of IDAS.
+    first_step_of: Option<IdaOptions>,
     max_steps: Option<usize>,
     /// Number of steps and time at the last check at which t had increased.
     mark: (u64, f64),
@@ -126,6 +129,7 @@ impl<P: Problem> IdaSolver<P> {
             self.refused(result)?;
             self.stop_time_lingers = false;
         }
+        self.set_first_step(t_out)?;
         self.set_start_within(task)?;
         let before = std::mem::take(&mut self.functions_mut().failures);
         self.refusal = before.recoverable.or(self.refusal.take());
@@ -176,6 +180,22 @@ impl<P: Problem> IdaSolver<P> {
             }
             code => self.gave_up(code),
         }
+    }
+
+    /// Sets the size of the first step if components are excluded from the error test by their index.
+    fn set_first_step(&mut self, t_out: f64) -> Result<(), Error> {
+        let (Some(options), Some(tested)) = (&self.first_step_of, &self.suppressed) else {
+            return Ok(());
+        };
+        if self.ida.counter(Counter::Steps) > 0 {
+            return Ok(());
+        }
+        let ([y, y_dot], span) = (&self.start, t_out - self.t);
+        let excluded: Vec<bool> = tested.iter().map(|tested| *tested == 0.0).collect();
+        let step = options.first_step_of_index_2(y, y_dot, &excluded, span);
+        // IDAS estimates a step of 0.
+        let result = self.ida.set_initial_step(step.unwrap_or(0.0));
+        self.refused(result)
     }
 
     /// Sets the start of the next step for the search within it. With several steps in one call, only the first start

@@ -1,6 +1,8 @@
 //! Features of the integrator in addition to stepping: events, dense output, weights, constraints.
 
-use myovib_conformance::samples::{Akzo, LinearIndex1, Robertson, Sample};
+use myovib_conformance::samples::{
+    Akzo, Constrained, Differentiated, LinearIndex1, MechanicalForm, Robertson, Sample, SliderCrank,
+};
 use myovib_dae::IntegratorError::NoDenseOutput;
 use myovib_dae::{Direction, Outcome, Problem, StepError, Suppressed, Tolerances};
 use myovib_sparse::{Scaling, SparseOptions};
@@ -239,4 +241,21 @@ fn condition_estimates_restart() {
     assert_eq!(solver.statistics().smallest_rcond.is_some(), HAS_KLU);
     solver.reinit(start.t, &start.y, &start.y_dot, &[]).unwrap();
     assert_eq!(solver.statistics().smallest_rcond, None);
+}
+
+/// Regression: IDAS' own first step, 6e-10, was so short that rounding of multipliers prevented the second.
+#[test]
+fn rounding_of_multipliers_does_not_prevent_first_steps() {
+    let crank = || Differentiated::new(Constrained::new(SliderCrank, MechanicalForm::Stabilized));
+    let start = crank().start();
+    for tol in [1e-6, 1e-8, 1e-10] {
+        let options = IdaOptions {
+            suppressed: Suppressed::FromIndex(2),
+            max_steps: Some(100_000),
+            ..tolerance(tol)
+        };
+        let builder = IdaSolver::builder(crank()).options(options);
+        let mut solver = builder.build(start.t, &start.y, &start.y_dot).unwrap();
+        assert_eq!(solver.integrate_to(2.0).unwrap(), Outcome::Reached { t: 2.0 }, "{tol:e}");
+    }
 }
