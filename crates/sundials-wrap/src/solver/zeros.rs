@@ -7,7 +7,7 @@ const KEPT: usize = 512;
 ///
 /// IDAS stops permanently if a function stays at zero after a root. Here a zero has the sign opposite to the last
 /// nonzero value. Therefore a function has a crossing when it reaches zero, but not while it stays at zero or when it
-/// leaves zero.
+/// leaves zero. A function that is zero from the start on has the sign of its first nonzero value.
 #[derive(Debug, Default)]
 pub(super) struct ZeroSides {
     /// Sign of the direction of integration.
@@ -41,6 +41,14 @@ impl ZeroSides {
             for (i, value) in values.iter_mut().enumerate().filter(|(i, _)| are_zero[*i]) {
                 let side = if before.are_zero[i] { 1.0 } else { -1.0 };
                 *value = side * before.values[i];
+            }
+        }
+        // IDAS evaluates the functions just after a zero at the start, and later between these times.
+        for known in &mut self.known {
+            for (before, value) in known.values.iter_mut().zip(&*values) {
+                if *before == 0.0 {
+                    *before = *value;
+                }
             }
         }
         if self.known.len() == KEPT {

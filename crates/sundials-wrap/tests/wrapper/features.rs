@@ -45,6 +45,30 @@ fn roots_are_found_in_the_requested_direction() {
     assert_eq!(solver.integrate_to(10.0).unwrap(), Outcome::Reached { t: 10.0 });
 }
 
+/// Checks a root function that is zero at the start and changes by rounding just after it. IDAS evaluates it there first,
+/// and then at earlier times.
+#[test]
+fn rounding_of_a_root_function_after_a_zero_at_the_start_does_not_stop_the_integration() {
+    let start = LinearIndex1.start();
+    let mut evaluations = 0;
+    let mut solver = IdaSolver::builder(LinearIndex1)
+        .options(tolerance(1e-9))
+        .roots([Direction::Both], move |_, t, _, _, g| {
+            evaluations += 1;
+            g[0] = if evaluations == 2 { -f64::EPSILON } else { (t - 1.0).max(0.0) };
+            Ok(())
+        })
+        .build(start.t, &start.y, &start.y_dot)
+        .unwrap();
+    let mut outcome = solver.integrate_to(2.0).unwrap();
+    if let Outcome::Root { t, .. } = outcome {
+        // The return to zero is in the first step.
+        assert_eq!(solver.statistics().steps, 1, "{t}");
+        outcome = solver.integrate_to(2.0).unwrap();
+    }
+    assert_eq!(outcome, Outcome::Reached { t: 2.0 });
+}
+
 /// In one-step mode with a stop time, the steps end at this time. Dense output agrees with the exact solution and its
 /// derivatives, and does not change the steps.
 #[test]
