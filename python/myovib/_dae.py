@@ -495,7 +495,18 @@ def solve_dae(
     notes += [] if is_of_index_4 and not solution.success else [text for _, text in of_functions]
     jumping = []
     if is_hidden and family != "bdf" and indices is not None and outputs is None and not has_wrong_velocities:
-        jumping = jumping_multipliers(solution, family, indices, (rtol, tolerances), structure)
+
+        def repeated(h: float) -> DaeSolution | None:
+            """Return the solution in the first steps, if the first one has the size h."""
+            few = {**request, "first_step": h, "max_steps": 6, "dense": False}
+            try:
+                first, _ = _integrate_parts(few, ends[:2], (residual, matrices, _Events(None, ())), (start, rates), None)
+            except Exception:  # F may be undefined there
+                return None
+            first.pop("warnings")
+            return _solution(first, n, 0, family)
+
+        jumping = jumping_multipliers(solution, family, indices, (rtol, tolerances), structure, repeated)
     if jumping:
         notes.append(
             f"the variables {listed(jumping)} (counted from 0) jump in the first step: their y0 is not consistent, "

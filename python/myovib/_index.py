@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,9 @@ FIRST_STAGES = {"radau5": 0.155, "radau9": 0.0571, "radau13": 0.0293}
 
 # Ratio of the distance of a multiplier from its extrapolation to the change by the last order that indicates a wrong start.
 JUMP = 20.0
+
+# Factors of the first step when it is repeated: one for another rounding, and one for a fast motion within the step.
+HALF, SHORT = 0.5, 1e-3
 
 
 def listed(numbers: list[int]) -> str:
@@ -72,23 +75,52 @@ def index_note(
 
 
 def jumping_multipliers(
-    solution: Any, method: str, indices: list[int], tolerances: tuple[float, Array], structure: Structure | None
+    solution: Any,
+    method: str,
+    indices: list[int],
+    tolerances: tuple[float, Array],
+    structure: Structure | None,
+    repeated: Callable[[float], Any],
 ) -> list[int]:
-    """Return the variables of the highest index whose initial values are far from an extrapolation of the first steps."""
-    if len(solution.t) < 6 or not np.diff(solution.t[:6]).all():
+    """Return the variables of the highest index whose initial values are far from an extrapolation of the first steps.
+
+    ``repeated(h)`` returns the solution with a first step of size h. The first values may have errors by rounding, which
+    change with the steps, and a fast motion is resolved by shorter steps. Neither changes a jump.
+    """
+    if not _has_first_steps(solution):
         return []
-    times, y = solution.t[1:6] - solution.t[0], solution.y[:, 1:6].T
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # times may be close to each other
-        second, third, fourth = (np.polyfit(times[: d + 1] / times[d], y[: d + 1], d)[-1] for d in (2, 3, 4))
+    second, third, fourth = _extrapolated(solution)
     (rtol, atol), size = tolerances, np.abs(solution.y[:, :6]).max(axis=1)
     tolerance = rtol * size + atol
     # Global errors are up to 100 tolerances. For multipliers of index 3 and tight tolerances, they are up to 3000.
     largest = np.minimum(3000.0 * tolerance, 0.1 * size) if max(indices) == 3 else 0.0
     limit = np.maximum(np.maximum(100.0 * tolerance, largest), _rounding(structure, solution, FIRST_STAGES[method]))
-    is_jump = np.abs(solution.y[:, 0] - fourth) > np.maximum(JUMP * np.abs(fourth - third), limit)
-    is_jump &= np.abs(solution.y[:, 0] - fourth) > np.abs(third - second)
-    return np.flatnonzero(is_jump & (np.array(indices) == max(indices))).tolist()
+    jump = np.abs(solution.y[:, 0] - fourth)
+    is_jump = (jump > np.maximum(JUMP * np.abs(fourth - third), limit)) & (jump > np.abs(third - second))
+    is_jump &= np.array(indices) == max(indices)
+    for factor in (HALF, SHORT):
+        again = repeated(factor * (solution.t[1] - solution.t[0])) if is_jump.any() else None
+        if again is None or not _has_first_steps(again):
+            continue
+        change = np.min([np.abs(values - fourth) for values in _extrapolated(again)], axis=0)
+        if factor == HALF:
+            is_jump &= change < jump / JUMP
+        else:
+            is_rounded = 10.0 * _rounding(structure, again, FIRST_STAGES[method]) > jump
+            is_jump &= (change < 0.5 * jump) | is_rounded
+    return np.flatnonzero(is_jump).tolist()
+
+
+def _has_first_steps(solution: Any) -> bool:
+    return len(solution.t) >= 6 and bool(np.diff(solution.t[:6]).all())
+
+
+def _extrapolated(solution: Any) -> list[Array]:
+    """Return the values at the start of the polynomials of degree 2, 3 and 4 through the ends of the first steps."""
+    times, y = solution.t[1:6] - solution.t[0], solution.y[:, 1:6].T
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # times may be close to each other
+        return [np.polyfit(times[: d + 1] / times[d], y[: d + 1], d)[-1] for d in (2, 3, 4)]
 
 
 def _rounding(structure: Structure | None, solution: Any, stage: float) -> Array | float:

@@ -224,6 +224,23 @@ def test_multipliers_with_wrong_initial_values_are_named(method, index, rtol):
         assert ["jump in the first step" in text for text in texts] == ([] if factor else [True])
 
 
+# Runs in which the multiplier after the first step is inaccurate by rounding, and runs in which the motion within it is fast.
+@pytest.mark.parametrize("method, angle, rtol, first_step", [
+    ("radau5", 0.3, 1e-10, 1e-4), ("radau9", 0.0, 1e-7, 1e-4), ("radau13", 0.0, 1e-9, 1e-3),
+])  # fmt: skip
+def test_consistent_multipliers_are_not_reported(method, angle, rtol, first_step):
+    """Check a pendulum of unit length that starts at rest."""
+    p = np.array([np.cos(angle), -np.sin(angle)])
+    tension = -9.81 * p[1]
+    for error in (0.0, 0.1):
+        _, texts = solved(
+            lambda t, y, yp: np.r_[yp[:2] - y[2:4], yp[2:4] + y[4] * y[:2] + [0.0, 9.81], y[:2] @ y[:2] - 1.0],
+            (0, 1), [*p, 0, 0, tension + error], [0, 0, *(-tension * p - [0.0, 9.81]), 0], method, index=[1, 1, 2, 2, 3],
+            rtol=rtol, atol=0.01 * rtol, first_step=first_step,
+        )  # fmt: skip
+        assert ["jump in the first step" in text for text in texts] == ([True] if error else [])
+
+
 def test_short_steps_from_the_start_on_name_a_first_step_that_works():
     arguments = {"method": "radau9", "index": [1, 2, 3], "rtol": 1e-6, "atol": 1e-8, "max_steps": 2000}
     s, _ = solved(servo, (0, 10), [0, 0, 1], [0, 1, 0], **arguments)
