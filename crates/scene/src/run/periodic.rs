@@ -1,5 +1,6 @@
 //! Periodic state: one table per probe with the values over a period.
 
+use std::cell::Cell;
 use std::ops::Range;
 use std::time::Instant;
 
@@ -139,15 +140,22 @@ impl Search<'_> {
             is_one_sided: true,
             ..shooting.clone()
         };
+        let mut residual = shooting.residual(found, end);
+        let (smallest, tolerance) = (Cell::new(residual), shooting.tolerance);
         let watcher = self.options.watcher();
         let evaluate = |map: &mut PeriodMap<P, S>, state: &[f64]| {
-            let n = map.evaluations();
-            watcher.progress.on_progress(&|| format!("periodic: {n} periods integrated"));
+            let (n, steps, residual) = (map.evaluations(), map.counts().steps, smallest.get());
+            watcher.progress.on_progress(&|| {
+                format!(
+                    "periodic: {n} periods integrated in {steps} steps, the ends differ by {residual:.1e} (tolerance {tolerance:.1e})"
+                )
+            });
             let mut limits = Limits::new(f64::INFINITY, interrupt);
-            map.observed(state, &mut [&mut limits])
+            let end = map.observed(state, &mut [&mut limits])?;
+            smallest.set(residual.min(shooting.residual(state, &end)));
+            Ok(end)
         };
         let (mut found, mut iterations, mut doublings) = (found.to_vec(), 0, 0);
-        let mut residual = shooting.residual(&found, end);
         let is_met = |residual: f64| residual <= shooting.tolerance; // false for NaN
         while !is_met(residual) {
             map.set_steps(Some(n_steps));
@@ -164,7 +172,6 @@ impl Search<'_> {
             }
             if !is_met(residual) {
                 if doublings == DOUBLINGS {
-                    let tolerance = shooting.tolerance;
                     return Err(ModelError::NoPeriodicState { residual, tolerance });
                 }
                 (doublings, n_steps) = (doublings + 1, 2 * n_steps);
