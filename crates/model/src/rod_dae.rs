@@ -11,7 +11,7 @@ use crate::error::ModelError;
 use crate::reading::displacement::Displacement;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
-use crate::start::dynamics::alone;
+use crate::start::saddle::Saddle;
 
 /// F(t, y, ẏ) = 0 for a [`Rod`] under a signal at its free end. Paper: eqs. (35), (36).
 ///
@@ -65,7 +65,7 @@ impl RodDae {
         y_dot[..n].copy_from_slice(&y[n..]);
         let mut residual = vec![0.0; 2 * n];
         self.residual(t, y, &y_dot, &mut residual)?;
-        let missing = alone(self.rod.mass(), &residual[n..])?;
+        let (missing, _) = Saddle::alone(self.rod.mass(), &mut None)?.solve(&residual[n..], &[])?;
         for (rate, missing) in y_dot[n..].iter_mut().zip(missing) {
             *rate = -missing;
         }

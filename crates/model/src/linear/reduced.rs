@@ -228,10 +228,32 @@ impl<T: Scalar> Reduced<T> {
 #[cfg(test)]
 mod tests {
     use myovib_fem::generate;
+    use myovib_sparse::Precision;
 
     use super::*;
     use crate::formulation::Formulation::{Position, Stabilized};
     use crate::paper;
+
+    /// Regression: each integration over a period of a periodic state repeated the analysis.
+    #[test]
+    fn clones_of_a_system_share_one_analysis() {
+        let mesh = generate::beam(0.1, 0.02, [2, 1]).unwrap();
+        let dae = MuscleDae::new(paper::muscle(&mesh, 1e5, 0.0).unwrap(), Position).unwrap();
+        let mut clone = dae.clone();
+        let analyzed = |dae: &MuscleDae, options| match dae.reduction(options).unwrap().body {
+            ReductionOfBody::Condensed(plan, elimination) => (plan, elimination),
+            ReductionOfBody::Split(..) => panic!("only the stabilized equations are split"),
+        };
+        let options = SparseOptions::default();
+        let (first, second) = (analyzed(&dae, options), analyzed(&clone, options));
+        assert!(Arc::ptr_eq(&first.1, &second.1));
+        // Matrices with the effect of eliminated oscillators have other terms.
+        clone.coherence_matrices();
+        assert!(!Arc::ptr_eq(&first.0, &analyzed(&clone, options).0));
+        assert!(Arc::ptr_eq(&first.0, &analyzed(&dae, options).0));
+        let other = SparseOptions { precision: Precision::Mixed, ..options };
+        assert!(!Arc::ptr_eq(&first.1, &analyzed(&dae, other).1));
+    }
 
     /// Without this check, the only effect of a term missing from the reduction would be slow convergence.
     #[test]

@@ -32,7 +32,7 @@ pub struct CondensedSolver {
 impl CondensedSolver {
     /// Sets up the reduction.
     pub fn new(dae: &MuscleDae, options: SparseOptions) -> Result<Self, SparseError> {
-        let reduction = Reduction::new(dae, options)?;
+        let reduction = dae.reduction(options)?;
         Ok(Self {
             real: reduction.matrix(),
             complex: Vec::new(),

@@ -12,12 +12,12 @@ mod problem;
 
 pub(crate) use internal_variables::InternalVariableDae;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 #[cfg(doc)]
 use myovib_dae::Problem;
 use myovib_fem::DrivenSlope;
-use myovib_sparse::resources;
+use myovib_sparse::{Elimination, SparseError, SparseOptions, resources};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::assembly::{Assembly, Entry};
@@ -26,9 +26,12 @@ use crate::equation::{Added, Context, Equation, Needs, PressureRateSource};
 use crate::error::ModelError;
 use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
+use crate::linear::Reduction;
 use crate::matrices::Matrices;
 use crate::matrix::{Matrix, Term};
 use crate::muscle::Muscle;
+use crate::operators::mass;
+use crate::start::saddle::Saddle;
 use crate::state::Workspace;
 
 /// F(t, y, ẏ) = 0 for a [`Muscle`] in a [`Formulation`].
@@ -60,6 +63,17 @@ pub struct MuscleDae {
     /// H at the quadrature points, for vectors that end before the internal stresses; see
     /// [`internal_variables`].
     overstress: Option<Vec<f64>>,
+    /// Reduction of the Newton matrices with its options, from the first use by any clone.
+    reduction: Shared<(SparseOptions, Reduction)>,
+    /// Analysis of the mass matrix, from the first use by any clone.
+    mass_analysis: Shared<Arc<Elimination>>,
+}
+
+/// A result of the equations and the mesh, which all clones share.
+type Shared<T> = Arc<Mutex<Option<T>>>;
+
+fn lock<T>(shared: &Shared<T>) -> MutexGuard<'_, Option<T>> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl MuscleDae {
@@ -122,6 +136,8 @@ impl MuscleDae {
             factors: None,
             coherent_tensions: None,
             overstress: None,
+            reduction: Shared::default(),
+            mass_analysis: Shared::default(),
             has_fibers: muscle.solid.laws().iter().any(|law| law.has_fibers()),
             muscle,
             formulation,
@@ -154,14 +170,34 @@ impl MuscleDae {
         })
     }
 
-    /// Creates the DAE of another body and formulation with the same energy factors and
+    /// Creates the DAE of a body with the same mesh in another formulation, with the same energy factors and
     /// coherence-dependent tensions.
     pub(crate) fn with_body(&self, muscle: &Muscle, formulation: Formulation) -> Self {
         Self {
             factors: self.factors.clone(),
             coherent_tensions: self.coherent_tensions.clone(),
+            mass_analysis: self.mass_analysis.clone(),
             ..Self::for_analysis(muscle.clone(), formulation)
         }
+    }
+
+    /// Returns the reduction of the Newton matrices, which is set up once for all clones with the same options.
+    pub(crate) fn reduction(&self, options: SparseOptions) -> Result<Reduction, SparseError> {
+        let mut shared = lock(&self.reduction);
+        if let Some((_, known)) = shared.as_ref().filter(|(own, _)| *own == options) {
+            return Ok(known.clone());
+        }
+        let reduction = Reduction::new(self, options)?;
+        *shared = Some((options, reduction.clone()));
+        Ok(reduction)
+    }
+
+    /// Solves M x = `right` for the mass matrix M, which is analyzed once for all clones.
+    pub(crate) fn solve_mass(&self, right: &[f64]) -> Result<Vec<f64>, ModelError> {
+        let mass = mass(&self.muscle.solid);
+        let mut factors = Saddle::alone(&mass, &mut lock(&self.mass_analysis))?;
+        let (x, _) = factors.solve(right, &[])?;
+        Ok(x)
     }
 
     /// Returns the body.
@@ -246,6 +282,7 @@ impl MuscleDae {
     /// before each matrix setup.
     pub(crate) fn coherence_matrices(&mut self) -> &mut [Vec<f64>; 2] {
         self.context.coherence = true;
+        self.reduction = Shared::default();
         self.matrices.coherence_mut(&self.muscle.solid)
     }
 

@@ -1,7 +1,6 @@
 //! Accelerations and pressures from the balance of momentum and the derivatives of the constraint.
 
 use myovib_dae::Problem;
-use nalgebra_sparse::CscMatrix;
 
 use super::motion::{Motion, largest};
 use super::saddle::Saddle;
@@ -52,10 +51,7 @@ impl Dynamics {
         let zero = vec![0.0; q.len()];
         let y = [q, v, internal.values];
         let force = momentum(&mut dae, t, &y, &[v, &zero, internal.rates])?;
-        Ok(Self {
-            acceleration: alone(&mass(&dae.muscle().solid), &negative(&force))?,
-            ..Self::default()
-        })
+        Ok(Self { acceleration: dae.solve_mass(&negative(&force))?, ..Self::default() })
     }
 
     /// Computes accelerations and pressures of a motion of `muscle` that satisfies the constraints, from the balance of
@@ -85,11 +81,12 @@ impl Dynamics {
         [q, v]: [&[f64]; 2],
         internal: Internal<'_>,
     ) -> Result<Self, ModelError> {
-        let mass_p = compliance(&muscle.solid);
+        let mut mass_p = Saddle::alone(&compliance(&muscle.solid), &mut None)?;
         let kappa = muscle.parameters.kappa();
-        let pressure_of = |volume_residual: Vec<f64>| -> Result<Vec<f64>, ModelError> {
+        let mut pressure_of = |volume_residual: Vec<f64>| -> Result<Vec<f64>, ModelError> {
             let right: Vec<f64> = volume_residual.iter().map(|d| -kappa * d).collect();
-            alone(&mass_p, &right)
+            let (pressure, _) = mass_p.solve(&right, &[])?;
+            Ok(pressure)
         };
         let zero = vec![0.0; q.len()];
         let motion = Motion::new(muscle, t, q, v, &zero);
@@ -98,7 +95,7 @@ impl Dynamics {
         let y = [q, v, &pressure, internal.values];
         let y_dot = [v, &zero, &pressure_rate, internal.rates];
         let force = momentum(&mut dae, t, &y, &y_dot)?;
-        let acceleration = alone(&mass(&muscle.solid), &negative(&force))?;
+        let acceleration = dae.solve_mass(&negative(&force))?;
         let motion = Motion::new(muscle, t, q, v, &acceleration);
         Ok(Self {
             pressure_acceleration: pressure_of(motion.volume_residual_acceleration()?)?,
@@ -257,13 +254,6 @@ pub(super) fn momentum(
     let mut residual = vec![0.0; dae.n_unknowns()];
     dae.residual(t, &y.concat(), &y_dot.concat(), &mut residual)?;
     Ok(residual[rows].to_vec())
-}
-
-/// Solves `matrix` x = `right`.
-pub(crate) fn alone(matrix: &CscMatrix<f64>, right: &[f64]) -> Result<Vec<f64>, ModelError> {
-    let no_constraint = CscMatrix::zeros(0, right.len());
-    let (x, _) = Saddle::factor(matrix, &no_constraint)?.solve(right, &[])?;
-    Ok(x)
 }
 
 fn negative(x: &[f64]) -> Vec<f64> {

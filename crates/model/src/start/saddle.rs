@@ -16,8 +16,24 @@ pub(crate) struct Saddle {
 }
 
 impl Saddle {
-    /// Factorizes the matrix, where H is symmetric; if B has no rows, the matrix is H.
+    /// Factorizes H alone, with the analysis of an earlier matrix of the same pattern if it is `known`.
+    pub(crate) fn alone(
+        h: &CscMatrix<f64>,
+        known: &mut Option<Arc<Elimination>>,
+    ) -> Result<Self, ModelError> {
+        Self::analyzed(h, &CscMatrix::zeros(0, h.nrows()), known)
+    }
+
+    /// Factorizes the matrix, where H is symmetric.
     pub(crate) fn factor(h: &CscMatrix<f64>, b: &CscMatrix<f64>) -> Result<Self, ModelError> {
+        Self::analyzed(h, b, &mut None)
+    }
+
+    fn analyzed(
+        h: &CscMatrix<f64>,
+        b: &CscMatrix<f64>,
+        known: &mut Option<Arc<Elimination>>,
+    ) -> Result<Self, ModelError> {
         let (n, m) = (h.nrows(), b.nrows());
         let mut matrix = CooMatrix::new(n + m, n + m);
         // A mass matrix does not couple different components; without its zeros it separates into several small
@@ -31,9 +47,15 @@ impl Saddle {
         }
         let matrix = CscMatrix::from(&matrix);
         let structure = Structure { kind: Kind::Symmetric, constraints: n..n + m };
-        let elimination = Elimination::new(matrix.pattern(), structure, SparseOptions::default())?;
+        let elimination = match known {
+            Some(known) => known,
+            none => {
+                let options = SparseOptions::default();
+                none.insert(Arc::new(Elimination::new(matrix.pattern(), structure, options)?))
+            }
+        };
         elimination.expect_memory()?;
-        let mut factors = SparseSystem::new(Arc::new(elimination));
+        let mut factors = SparseSystem::new(elimination.clone());
         factors.values_mut().copy_from_slice(matrix.values());
         let mut work = LinearWork::default();
         factors.renew(&mut work)?;
