@@ -186,7 +186,7 @@ macro_rules! integrator_by_own_methods {
                 Self::$reinit(self, t0, y0, y_dot0, q0)
             }
 
-            $crate::integrator_by_own_methods! { @methods
+            $crate::forward! { Self;
                 mut step(t_out: f64) -> Result<$crate::Outcome, $error>;
                 mut integrate_to(t_out: f64) -> Result<$crate::Outcome, $error>;
                 mut set_stop_time(t: f64) -> Result<(), $error>;
@@ -200,25 +200,33 @@ macro_rules! integrator_by_own_methods {
                     t: f64, derivative: usize, out: &mut [f64]
                 ) -> Result<(), $error>;
                 mut problem_mut() -> &mut $problem;
-                ref problem -> &$problem;
-                ref t -> f64;
-                ref y -> &[f64];
-                ref y_dot -> &[f64];
-                ref last_step_interval -> [f64; 2];
-                ref n_quadratures -> usize;
-                ref statistics -> $crate::Statistics;
+                ref problem() -> &$problem;
+                ref t() -> f64;
+                ref y() -> &[f64];
+                ref y_dot() -> &[f64];
+                ref last_step_interval() -> [f64; 2];
+                ref n_quadratures() -> usize;
+                ref statistics() -> $crate::Statistics;
             }
         }
     };
-    (@methods
-        $(mut $change:ident($($argument:ident: $type:ty),*) -> $changed:ty;)*
-        $(ref $read:ident -> $value:ty;)*
+}
+
+/// Implements methods of a trait by the methods of the same names of the `owner`: `Self` for the type's own methods, or
+/// the type to which it dereferences. Methods with `&mut self` come first. Default methods that are not listed are not
+/// forwarded.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! forward {
+    ($owner:ty;
+        $(mut $change:ident($($argument:ident: $type:ty),*) $(-> $changed:ty)?;)*
+        $(ref $read:ident($($key:ident: $key_type:ty),*) -> $value:ty;)*
     ) => {
-        $(fn $change(&mut self, $($argument: $type),*) -> $changed {
-            Self::$change(self, $($argument),*)
+        $(fn $change(&mut self, $($argument: $type),*) $(-> $changed)? {
+            <$owner>::$change(self, $($argument),*)
         })*
-        $(fn $read(&self) -> $value {
-            Self::$read(self)
+        $(fn $read(&self, $($key: $key_type),*) -> $value {
+            <$owner>::$read(self, $($key),*)
         })*
     };
 }

@@ -148,81 +148,27 @@ fn no_transposed_solves() -> StepError {
 
 /// A solver selected at run time.
 impl<P, S: LinearSolver<P> + ?Sized> LinearSolver<P> for Box<S> {
-    fn evaluate(&mut self, problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError> {
-        (**self).evaluate(problem, at)
-    }
-
-    fn set_up(
-        &mut self,
-        problem: &mut P,
-        real: f64,
-        complex: &[Complex64],
-    ) -> Result<(), StepError> {
-        (**self).set_up(problem, real, complex)
-    }
-
-    fn solve_real(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
-        (**self).solve_real(problem, rhs)
-    }
-
-    fn solve_complex(
-        &mut self,
-        problem: &mut P,
-        k: usize,
-        rhs: &mut [Complex64],
-    ) -> Result<(), StepError> {
-        (**self).solve_complex(problem, k, rhs)
-    }
-
-    fn solve_real_transposed(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
-        (**self).solve_real_transposed(problem, rhs)
-    }
-
-    fn solve_complex_transposed(
-        &mut self,
-        problem: &mut P,
-        k: usize,
-        rhs: &mut [Complex64],
-    ) -> Result<(), StepError> {
-        (**self).solve_complex_transposed(problem, k, rhs)
-    }
-
-    fn solve_real_columns(
-        &mut self,
-        problem: &mut P,
-        rhs: &mut [f64],
-        n_columns: usize,
-    ) -> Result<(), StepError> {
-        (**self).solve_real_columns(problem, rhs, n_columns)
-    }
-
-    fn solve_complex_columns(
-        &mut self,
-        problem: &mut P,
-        k: usize,
-        rhs: &mut [Complex64],
-        n_columns: usize,
-    ) -> Result<(), StepError> {
-        (**self).solve_complex_columns(problem, k, rhs, n_columns)
-    }
-
-    fn difference_evaluations(&self) -> u64 {
-        (**self).difference_evaluations()
-    }
-
-    fn pivot_choices(&self) -> u64 {
-        (**self).pivot_choices()
-    }
-
-    fn forget_pivots(&mut self) {
-        (**self).forget_pivots();
-    }
-
-    fn history(&self) -> Vec<bool> {
-        (**self).history()
-    }
-
-    fn set_history(&mut self, history: &[bool]) -> Result<(), StepError> {
-        (**self).set_history(history)
+    crate::forward! { S;
+        mut evaluate(problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError>;
+        mut set_up(problem: &mut P, real: f64, complex: &[Complex64]) -> Result<(), StepError>;
+        mut solve_real(problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError>;
+        mut solve_complex(
+            problem: &mut P, k: usize, rhs: &mut [Complex64]
+        ) -> Result<(), StepError>;
+        mut solve_real_columns(
+            problem: &mut P, rhs: &mut [f64], n_columns: usize
+        ) -> Result<(), StepError>;
+        mut solve_complex_columns(
+            problem: &mut P, k: usize, rhs: &mut [Complex64], n_columns: usize
+        ) -> Result<(), StepError>;
+        mut solve_real_transposed(problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError>;
+        mut solve_complex_transposed(
+            problem: &mut P, k: usize, rhs: &mut [Complex64]
+        ) -> Result<(), StepError>;
+        mut forget_pivots();
+        mut set_history(history: &[bool]) -> Result<(), StepError>;
+        ref difference_evaluations() -> u64;
+        ref pivot_choices() -> u64;
+        ref history() -> Vec<bool>;
     }
 }

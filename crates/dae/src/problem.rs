@@ -147,64 +147,21 @@ pub trait Problem {
 
 /// A problem selected at run time: solvers are compiled once for all types.
 impl<P: Problem + ?Sized> Problem for Box<P> {
-    fn n_unknowns(&self) -> usize {
-        (**self).n_unknowns()
-    }
-
-    fn residual(
-        &mut self,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-        residual: &mut [f64],
-    ) -> Result<(), StepError> {
-        (**self).residual(t, y, y_dot, residual)
-    }
-
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        (**self).jacobian_pattern()
-    }
-
-    fn jacobian(
-        &mut self,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-        a: f64,
-        b: f64,
-        values: &mut [f64],
-    ) -> Result<(), StepError> {
-        (**self).jacobian(t, y, y_dot, a, b, values)
-    }
-
-    fn jacobian_parts(
-        &mut self,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-        parts: [&mut [f64]; 2],
-    ) -> Result<(), StepError> {
-        (**self).jacobian_parts(t, y, y_dot, parts)
-    }
-
-    fn kinds(&self) -> Option<Vec<VariableKind>> {
-        (**self).kinds()
-    }
-
-    fn indices(&self) -> Option<Vec<u8>> {
-        (**self).indices()
-    }
-
-    fn n_constraints(&self) -> usize {
-        (**self).n_constraints()
-    }
-
-    fn constraints(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
-        (**self).constraints(t, y, out)
-    }
-
-    fn component_name(&self, i: usize) -> String {
-        (**self).component_name(i)
+    crate::forward! { P;
+        mut residual(t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Result<(), StepError>;
+        mut jacobian(
+            t: f64, y: &[f64], y_dot: &[f64], a: f64, b: f64, values: &mut [f64]
+        ) -> Result<(), StepError>;
+        mut jacobian_parts(
+            t: f64, y: &[f64], y_dot: &[f64], parts: [&mut [f64]; 2]
+        ) -> Result<(), StepError>;
+        mut constraints(t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError>;
+        ref n_unknowns() -> usize;
+        ref jacobian_pattern() -> SparsityPattern;
+        ref kinds() -> Option<Vec<VariableKind>>;
+        ref indices() -> Option<Vec<u8>>;
+        ref n_constraints() -> usize;
+        ref component_name(i: usize) -> String;
     }
 }
 
