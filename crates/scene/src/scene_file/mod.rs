@@ -32,7 +32,6 @@ mod number;
 mod reference;
 mod renamed;
 mod schema;
-mod section;
 mod source;
 
 use schemars::JsonSchema;

@@ -8,8 +8,7 @@ use serde_json::Value;
 
 use super::check::written;
 use super::schema;
-use super::section::Section;
-use sections::sections;
+use sections::{parts, sections};
 
 /// Definitions used by many keys: name, type shown in the list of keys, and title. They follow the sections.
 const SHARED: &[[&str; 3]] = &[
@@ -38,8 +37,8 @@ pub fn reference() -> String {
         printed: BTreeSet::new(),
         anchors: BTreeMap::new(),
     };
-    for section in sections() {
-        page.section(section);
+    for example in sections() {
+        page.section(example);
     }
     for [name, _, title] in SHARED {
         page.open.push_back((*name, format!("## {title}")));
@@ -59,26 +58,27 @@ struct Page<'a> {
 }
 
 impl<'a> Page<'a> {
-    fn section(&mut self, section: &Section) {
-        self.text += &format!("\n## {}\n", section.title);
+    fn section(&mut self, example: &str) {
+        let (title, keys) = parts(example);
+        self.text += &format!("\n## {title}\n");
         let properties = &self.schema["properties"];
-        match section.keys {
+        match keys[..] {
             [key] => {
-                let property = &properties[*key];
+                let property = &properties[key];
                 let entry = references(property).into_iter().next();
                 let body = entry.map_or(property, |name| self.definition(name));
                 self.printed.extend(entry);
                 self.text += &format!("\n{}\n", line(description(body)));
                 self.body(body, key);
             }
-            keys => {
+            _ => {
                 self.text.push('\n');
-                for key in keys {
+                for key in &keys {
                     self.key(key, &properties[*key], false, key);
                 }
             }
         }
-        self.text += &format!("\n```toml\n{}\n```\n", section.example);
+        self.text += &format!("\n```toml\n{example}\n```\n");
         self.definitions();
     }
 
@@ -402,7 +402,7 @@ mod tests {
     fn every_key_of_the_root_is_in_one_section() {
         let schema = schema().to_value();
         let mut keys: Vec<_> = schema["properties"].as_object().unwrap().keys().collect();
-        let mut listed: Vec<_> = sections().flat_map(|section| section.keys).collect();
+        let mut listed: Vec<_> = sections().flat_map(|example| parts(example).1).collect();
         keys.sort();
         listed.sort();
         assert_eq!(listed, keys);
@@ -426,8 +426,8 @@ mod tests {
 
     #[test]
     fn examples_match_the_schema() {
-        for section in sections() {
-            if let Err(error) = read(section.title, section.example, &[]) {
+        for example in sections() {
+            if let Err(error) = read(&parts(example).0, example, &[]) {
                 panic!("{error}");
             }
         }

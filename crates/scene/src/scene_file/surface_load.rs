@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 
 use super::function::Function;
 use super::response::Amplitude;
-use super::section::Section;
 
 /// Parts of a surface load that do not depend on its kind.
 #[derive(Clone, Copy)]
@@ -47,12 +46,9 @@ macro_rules! surface_loads {
             /// Keys of the tables.
             pub(crate) const KEYS: &[&str] = &[$(stringify!($key)),+];
 
-            /// Sections of the scene reference.
-            pub(super) const SECTIONS: &[Section] = &[$(Section {
-                title: concat!("`[[", stringify!($key), "]]`"),
-                keys: &[stringify!($key)],
-                example: concat!("[[", stringify!($key), "]]\n", $example),
-            }),+];
+            /// Sections of the scene reference, by their examples.
+            pub(super) const SECTIONS: &[&str] =
+                &[$(concat!("[[", stringify!($key), "]]\n", $example)),+];
 
             /// Returns all loads with their paths in the scene.
             pub fn all(&self) -> Vec<(String, SurfaceLoad<'_>)> {
