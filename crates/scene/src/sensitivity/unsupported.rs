@@ -1,7 +1,5 @@
 //! Features of scenes that have no sensitivities.
 
-use std::fmt;
-
 use super::influence::first_jump;
 use crate::InputError;
 use crate::scene::{Scene, Start};
@@ -12,62 +10,36 @@ use crate::scene_file::loading::PathMethod;
 use crate::scene_file::material::Material;
 
 /// A feature without sensitivities.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Unsupported {
-    /// An analysis other than a motion or a loading path.
+    #[error("sensitivities require a motion or a static analysis")]
     Analysis,
-    /// An analysis other than a motion with inertia, for stiffness maps.
+    #[error("stiffness maps require a motion with inertia")]
     MapAnalysis,
-    /// A loading path by arc length, whose load factors depend on the parameters.
+    #[error("sensitivities require given load factors, which a path by arc length does not have")]
     ArcLength,
-    /// A scene without a body.
+    #[error("sensitivities require a body")]
     NoBody,
-    /// Chains that act on the body.
+    #[error("sensitivities do not support chains that act on the body")]
     Feedback,
-    /// Stop conditions, whose time depends on the parameters.
+    #[error("sensitivities do not support stop conditions, whose time depends on the parameters")]
     Stop,
-    /// Loads that jump.
+    #[error("sensitivities do not support loads that jump")]
     Jump,
-    /// Contacts with the default stiffness, which depends on the parameters.
+    #[error(
+        "sensitivities require a given contact stiffness, because the default depends on the parameters"
+    )]
     ContactStiffness,
-    /// Contacts with augmented Lagrange multipliers.
+    #[error("sensitivities do not support augmented Lagrange multipliers")]
     AugmentedLagrange,
-    /// Contacts with friction.
+    #[error("sensitivities do not support friction")]
     Friction,
-    /// Obstacles under a force in motions.
+    #[error("sensitivities of motions do not support obstacles under a force")]
     ObstacleForce,
-    /// Prony terms, in stiffness maps.
+    #[error("stiffness maps do not support Prony terms")]
     Prony,
-    /// A start from equilibrium, for stiffness maps.
+    #[error("stiffness maps do not support a start from equilibrium")]
     Equilibrium,
-}
-
-impl fmt::Display for Unsupported {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Analysis => "sensitivities require a motion or a static analysis",
-            Self::MapAnalysis => "stiffness maps require a motion with inertia",
-            Self::ArcLength => {
-                "sensitivities require given load factors, which a path by arc length does not have"
-            }
-            Self::NoBody => "sensitivities require a body",
-            Self::Feedback => "sensitivities do not support chains that act on the body",
-            Self::Stop => {
-                "sensitivities do not support stop conditions, whose time depends on the parameters"
-            }
-            Self::Jump => "sensitivities do not support loads that jump",
-            Self::ContactStiffness => {
-                "sensitivities require a given contact stiffness, because the default depends on the parameters"
-            }
-            Self::AugmentedLagrange => {
-                "sensitivities do not support augmented Lagrange multipliers"
-            }
-            Self::Friction => "sensitivities do not support friction",
-            Self::ObstacleForce => "sensitivities of motions do not support obstacles under a force",
-            Self::Prony => "stiffness maps do not support Prony terms",
-            Self::Equilibrium => "stiffness maps do not support a start from equilibrium",
-        })
-    }
 }
 
 impl Unsupported {

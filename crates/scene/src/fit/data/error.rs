@@ -5,78 +5,46 @@ use std::fmt;
 use crate::InputError;
 
 /// Reason why measurements are rejected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum DataProblem {
-    /// The file cannot be read, or is not a regular file.
+    #[error("cannot read the measurements")]
     Unreadable,
-    /// The text is not UTF-8.
+    #[error("the measurements are not UTF-8 text")]
     NotUtf8,
-    /// The text is not a table of separated values.
+    #[error("the measurements are not a table")]
     NotATable,
-    /// The file has no measurement.
+    #[error("the file has no measurement")]
     Empty,
-    /// A required column is missing.
+    #[error("a column is missing")]
     MissingColumn,
-    /// Two columns have the same name.
+    #[error("duplicate column name")]
     DuplicateColumn,
-    /// A column would change the meaning of the measurements.
+    #[error("this column would change the meaning of the measurements, which is not supported")]
     UnsupportedColumn,
-    /// A file has measurements under several conditions.
+    #[error("the file has measurements under several conditions")]
     SeveralConditions,
-    /// An output that the scene does not have.
+    #[error("the scene has no such output")]
     UnknownOutput,
-    /// A row with fewer cells than the header.
+    #[error("the row has fewer cells than the header")]
     ShortRow,
-    /// A row with more cells than the header.
+    #[error("the row has more cells than the header")]
     LongRow,
-    /// A cell without a finite number.
+    #[error("times, measurements and standard deviations must be finite numbers")]
     NotANumber,
-    /// A wave speed of zero or less, or a negative attenuation.
+    #[error("a wave speed must be positive, and an attenuation must not be negative")]
     NotAWave,
-    /// A measurement without a time, frequency or load factor.
+    #[error("a measurement needs a time, frequency or load factor")]
     MissingTime,
-    /// A time before 0 or after the end of the run.
+    #[error("the time is outside the run")]
     OutsideRun,
-    /// A frequency outside the range of the response.
+    #[error("the frequency is outside the response")]
     OutsideFrequencies,
-    /// A load factor outside the range of the path.
+    #[error("the load factor is outside the loading path")]
     OutsideLoads,
-    /// A standard deviation of zero or less.
+    #[error("a standard deviation must be positive")]
     NonpositiveNoise,
-    /// Some measurements have a standard deviation, others do not.
+    #[error("some measurements have a standard deviation, others do not")]
     PartialNoise,
-}
-
-impl fmt::Display for DataProblem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Unreadable => "cannot read the measurements",
-            Self::NotUtf8 => "the measurements are not UTF-8 text",
-            Self::NotATable => "the measurements are not a table",
-            Self::Empty => "the file has no measurement",
-            Self::MissingColumn => "a column is missing",
-            Self::DuplicateColumn => "duplicate column name",
-            Self::UnsupportedColumn => {
-                "this column would change the meaning of the measurements, which is not supported"
-            }
-            Self::SeveralConditions => "the file has measurements under several conditions",
-            Self::UnknownOutput => "the scene has no such output",
-            Self::ShortRow => "the row has fewer cells than the header",
-            Self::LongRow => "the row has more cells than the header",
-            Self::NotANumber => {
-                "times, measurements and standard deviations must be finite numbers"
-            }
-            Self::NotAWave => {
-                "a wave speed must be positive, and an attenuation must not be negative"
-            }
-            Self::MissingTime => "a measurement needs a time, frequency or load factor",
-            Self::OutsideRun => "the time is outside the run",
-            Self::OutsideFrequencies => "the frequency is outside the response",
-            Self::OutsideLoads => "the load factor is outside the loading path",
-            Self::NonpositiveNoise => "a standard deviation must be positive",
-            Self::PartialNoise => "some measurements have a standard deviation, others do not",
-        })
-    }
 }
 
 impl DataProblem {
@@ -102,7 +70,7 @@ impl DataProblem {
 }
 
 /// Rejected measurements, with the place in the file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct DataError {
     /// The reason.
     pub problem: DataProblem,
@@ -111,40 +79,30 @@ pub struct DataError {
     pub line: Option<u64>,
     /// Name of the column.
     pub column: Option<String>,
-    found: Option<String>,
-    allowed: Option<String>,
+    /// The error without its place and remedy.
+    input: InputError,
 }
 
 impl DataError {
     pub(super) fn new(problem: DataProblem, file: &str) -> Self {
-        Self {
-            problem,
-            file: file.to_owned(),
-            line: None,
-            column: None,
-            found: None,
-            allowed: None,
-        }
+        let input = InputError::new(problem);
+        Self { problem, file: file.to_owned(), line: None, column: None, input }
     }
 
-    pub(super) fn at_line(mut self, line: u64) -> Self {
-        self.line = Some(line);
-        self
+    pub(super) fn at_line(self, line: u64) -> Self {
+        Self { line: Some(line), ..self }
     }
 
-    pub(super) fn found(mut self, found: impl fmt::Display) -> Self {
-        self.found = Some(found.to_string());
-        self
+    pub(super) fn in_column(self, name: &str) -> Self {
+        Self { column: Some(name.to_owned()), ..self }
     }
 
-    pub(super) fn allowed(mut self, allowed: impl fmt::Display) -> Self {
-        self.allowed = Some(allowed.to_string());
-        self
+    pub(super) fn found(self, found: impl fmt::Display) -> Self {
+        Self { input: self.input.found(found), ..self }
     }
 
-    pub(super) fn in_column(mut self, name: &str) -> Self {
-        self.column = Some(name.to_owned());
-        self
+    pub(super) fn allowed(self, allowed: impl fmt::Display) -> Self {
+        Self { input: self.input.allowed(allowed), ..self }
     }
 
     /// Describes it with its place.
@@ -156,13 +114,7 @@ impl DataError {
         if let Some(column) = self.column {
             place += &format!(", column {column}");
         }
-        let mut input = InputError::new(self.problem).at(place);
-        if let Some(found) = self.found {
-            input = input.found(found);
-        }
-        if let Some(allowed) = self.allowed {
-            input = input.allowed(allowed);
-        }
+        let input = self.input.at(place);
         match self.problem.remedy() {
             "" => input,
             remedy => input.next(remedy),
