@@ -1,6 +1,6 @@
 //! Files of a figure: the picture and its data.
 
-use myovib_scene::csv::CsvWriter;
+use myovib_scene::csv;
 use myovib_scene::result_folder::ResultFolder;
 
 use crate::plot::{Figure, raster};
@@ -49,16 +49,6 @@ fn files(
         contents.push(raster::png(&figure.outlined(), PNG_WIDTH)?);
     }
     contents.push(figure.render().into_bytes());
-    contents.push(self::table(columns, rows)?);
+    contents.push(csv::table(columns, rows).into_bytes());
     Ok(names(name, png).into_iter().zip(contents).collect())
-}
-
-fn table(columns: &[String], rows: &[Vec<f64>]) -> anyhow::Result<Vec<u8>> {
-    let names: Vec<&str> = columns.iter().map(String::as_str).collect();
-    let mut bytes = Vec::new();
-    let mut csv = CsvWriter::new(&mut bytes, &names)?;
-    for row in rows {
-        csv.row(row)?;
-    }
-    Ok(bytes)
 }

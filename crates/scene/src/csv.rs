@@ -33,7 +33,7 @@ pub struct CsvWriter<W: Write> {
 
 impl<W: Write> CsvWriter<W> {
     /// Writes the header.
-    pub fn new(sink: W, names: &[&str]) -> io::Result<Self> {
+    pub fn new(sink: W, names: &[impl AsRef<[u8]>]) -> io::Result<Self> {
         let mut csv = Self::continued(sink, names.len(), Written::default());
         csv.line(line(names))?;
         Ok(csv)
@@ -80,6 +80,22 @@ pub fn line(fields: &[impl AsRef<[u8]>]) -> String {
     writer.write_record(fields).expect("writing to memory does not fail");
     let bytes = writer.into_inner().expect("writing to memory does not fail");
     String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// Formats a table in memory.
+///
+/// # Panics
+/// Panics if the number of values in a row differs from the number of names.
+pub fn table(
+    names: &[impl AsRef<[u8]>],
+    rows: impl IntoIterator<Item = impl AsRef<[f64]>>,
+) -> String {
+    let in_memory = "writing to memory does not fail";
+    let mut csv = CsvWriter::new(Vec::new(), names).expect(in_memory);
+    for row in rows {
+        csv.row(row.as_ref()).expect(in_memory);
+    }
+    String::from_utf8_lossy(csv.sink()).into_owned()
 }
 
 /// A table read from text: names and rows of fields.

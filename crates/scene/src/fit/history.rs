@@ -53,8 +53,7 @@ impl<'a> History<'a> {
                 folder.remove(name)?;
             }
         }
-        let names: Vec<&str> = self.columns.iter().map(String::as_str).collect();
-        let table = CsvWriter::new(folder.create(HISTORY)?, &names)
+        let table = CsvWriter::new(folder.create(HISTORY)?, &self.columns)
             .map_err(Error::file("write", &folder.path().join(HISTORY)))?;
         Ok(Files { folder, table })
     }

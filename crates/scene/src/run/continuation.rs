@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use super::options::RunOptions;
 use super::period::{Period, Samples, Task};
-use crate::csv::CsvWriter;
+use crate::csv;
 use crate::periodic::{Column, Curve, CurvePoint};
 use crate::probe::Reading;
 use crate::scene_file::periodic::Continuation;
@@ -258,13 +258,11 @@ impl Task for Read<'_> {
 
 /// Returns the table of a curve; `is_stable` is 1, 0, or NaN on the boundary of stability.
 pub(super) fn table(curve: &Curve) -> String {
-    let in_memory = "writing to memory does not fail";
     let first = ["frequency", "is_fold", "spectral_radius", "is_stable"];
     let names = std::iter::once(&*curve.parameter).chain(first);
     let names: Vec<&str> = names.chain(curve.columns.iter().map(String::as_str)).collect();
-    let mut csv = CsvWriter::new(Vec::new(), &names).expect(in_memory);
     let number = |is: bool| f64::from(u8::from(is));
-    for point in &curve.points {
+    let rows = curve.points.iter().map(|point| {
         let mut row = vec![
             point.parameter,
             point.frequency,
@@ -273,7 +271,7 @@ pub(super) fn table(curve: &Curve) -> String {
             point.is_stable.map_or(f64::NAN, number),
         ];
         row.extend(&point.amplitudes);
-        csv.row(&row).expect(in_memory);
-    }
-    String::from_utf8_lossy(csv.sink()).into_owned()
+        row
+    });
+    csv::table(&names, rows)
 }

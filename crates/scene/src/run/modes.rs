@@ -8,7 +8,7 @@ use serde_json::json;
 use super::document;
 use super::folder::{MODES, request, table_of};
 use super::options::{RunOptions, RunResult};
-use crate::csv::CsvWriter;
+use crate::csv;
 use crate::modes::{self, Modes};
 use crate::scene::NAMES;
 use crate::vtu::{self, Grid};
@@ -62,16 +62,12 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
 
 /// Returns the table with one row per mode. Frequencies of unstable modes are NaN.
 fn table(found: &Modes, dimension: usize) -> String {
-    let in_memory = "writing to memory does not fail";
-    let columns = columns(dimension);
-    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-    let mut csv = CsvWriter::new(Vec::new(), &columns).expect(in_memory);
     let modes = found.muscles.iter().flat_map(|body| &body.modes);
-    for (n, mode) in modes.enumerate() {
+    let rows = modes.enumerate().map(|(n, mode)| {
         let or_none = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let [frequency, ratio] = [mode.frequency, mode.damping_ratio].map(or_none);
         let own = [(n + 1) as f64, mode.omega_squared, frequency, ratio];
-        csv.row(&[&own, &mode.participation[..], &mode.effective_mass].concat()).expect(in_memory);
-    }
-    String::from_utf8_lossy(csv.sink()).into_owned()
+        [&own, &mode.participation[..], &mode.effective_mass].concat()
+    });
+    csv::table(&columns(dimension), rows)
 }

@@ -18,7 +18,7 @@ use super::document;
 use super::folder::{request, table_of};
 use super::options::{RunOptions, RunResult};
 use super::period::{Extent, Period, Samples, Task};
-use crate::csv::CsvWriter;
+use crate::csv;
 use crate::periodic::{Column, Harmonics, Periodic};
 use crate::probe::Reading;
 use crate::scene_file::periodic::Periodic as Wanted;
@@ -365,7 +365,7 @@ impl Task for Write<'_> {
         };
         let folder = request.open().map_err(Error::before_any_output)?;
         for ((probe, reading), rows) in scene.file.probe.iter().zip(&readings).zip(&rows) {
-            folder.write(&table_of(&probe.name), table(&**reading, rows))?;
+            folder.write(&table_of(&probe.name), csv::table(&reading.columns("t"), rows))?;
         }
         if let Some(curve) = &found.continuation {
             folder.write(continuation::NAME, continuation::table(curve))?;
@@ -422,16 +422,4 @@ fn harmonics(
         Harmonics { name: probe.name.clone(), columns: columns.map(column).collect() }
     });
     probes.collect()
-}
-
-/// Returns the table of a probe.
-fn table(reading: &(dyn Reading + 'static), rows: &[Vec<f64>]) -> String {
-    let in_memory = "writing to memory does not fail";
-    let names = reading.columns("t");
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let mut csv = CsvWriter::new(Vec::new(), &names).expect(in_memory);
-    for row in rows {
-        csv.row(row).expect(in_memory);
-    }
-    String::from_utf8_lossy(csv.sink()).into_owned()
 }

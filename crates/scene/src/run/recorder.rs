@@ -34,10 +34,8 @@ impl Recorder {
     ) -> Result<Self, Error> {
         let name = table_of(&probe.name);
         let path = folder.path().join(&name);
-        let names = what.columns(parameter);
-        let header: Vec<&str> = names.iter().map(String::as_str).collect();
-        let csv =
-            CsvWriter::new(folder.create(&name)?, &header).map_err(Error::file("write", &path))?;
+        let csv = CsvWriter::new(folder.create(&name)?, &what.columns(parameter))
+            .map_err(Error::file("write", &path))?;
         Ok(Self { times: SampleTimes::new(probe.interval, t_end), what, path, csv })
     }
 

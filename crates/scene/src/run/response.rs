@@ -8,7 +8,7 @@ use serde_json::json;
 use super::document;
 use super::folder::{request, table_of};
 use super::options::{RunOptions, RunResult};
-use crate::csv::CsvWriter;
+use crate::csv;
 use crate::response::{Curves, Response};
 use crate::vtu::{AMPLITUDES_LIST, Grid, Series};
 use crate::{Error, Scene};
@@ -68,12 +68,6 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
 
 /// Returns the table of a probe with one row per frequency.
 fn table(found: &Response, curves: &Curves) -> String {
-    let in_memory = "writing to memory does not fail";
-    let names = Curves::header(&curves.columns);
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let mut csv = CsvWriter::new(Vec::new(), &names).expect(in_memory);
-    for (k, &frequency) in found.frequencies.iter().enumerate() {
-        csv.row(&curves.row(k, frequency)).expect(in_memory);
-    }
-    String::from_utf8_lossy(csv.sink()).into_owned()
+    let rows = found.frequencies.iter().enumerate().map(|(k, &frequency)| curves.row(k, frequency));
+    csv::table(&Curves::header(&curves.columns), rows)
 }
