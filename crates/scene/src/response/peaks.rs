@@ -3,10 +3,10 @@
 //! Amplitudes are rational functions of the frequency (with Rayleigh, Kelvin–Voigt and Prony
 //! damping), so each curve is interpolated near a peak by a rational function.
 
-use nalgebra::DMatrix;
 use num_complex::Complex64;
 use serde::Serialize;
 
+use super::rational::Rational;
 use crate::modes::Mode;
 
 /// Smallest and largest number of computed frequencies from which a peak is interpolated; odd. The interpolant through
@@ -71,44 +71,6 @@ pub(super) struct Maximum {
     pub(super) damping_ratio: Option<f64>,
 }
 
-/// Rational function that interpolates a curve, in barycentric form.
-struct Rational {
-    /// Support points, values and weights.
-    support: Vec<(f64, Complex64, Complex64)>,
-}
-
-impl Rational {
-    /// Interpolates all samples: every second sample is a support point; the weights
-    /// interpolate the others.
-    fn through(samples: &[(f64, Complex64)]) -> Option<Self> {
-        let support: Vec<_> = samples.iter().step_by(2).collect();
-        let others: Vec<_> = samples.iter().skip(1).step_by(2).collect();
-        let n = support.len();
-        // Loewner matrix, with rows of zeros so that the last singular vector is in its kernel.
-        let loewner = DMatrix::from_fn(n, n, |i, j| match others.get(i) {
-            None => Complex64::ZERO,
-            Some((f, z)) => (z - support[j].1) / (f - support[j].0),
-        });
-        let kernel = loewner.svd(false, true).v_t?;
-        let weights = kernel.row(n - 1).map(|w| w.conj());
-        let support = support.iter().zip(weights.iter());
-        Some(Self { support: support.map(|((f, z), w)| (*f, *z, *w)).collect() })
-    }
-
-    fn at(&self, f: f64) -> Complex64 {
-        let (mut above, mut below) = (Complex64::ZERO, Complex64::ZERO);
-        for (at, z, w) in &self.support {
-            if f == *at {
-                return *z;
-            }
-            let share = w / (f - at);
-            above += share * z;
-            below += share;
-        }
-        above / below
-    }
-}
-
 /// Returns whether an amplitude varies only by rounding errors, like the given motion of a support.
 pub(super) fn is_constant(amplitudes: impl Iterator<Item = f64> + Clone) -> bool {
     let largest = amplitudes.clone().fold(0.0, f64::max);
@@ -170,24 +132,21 @@ fn resolved(frequencies: &[f64], values: &[Complex64], k: usize) -> Maximum {
     if count < least {
         return unresolved;
     }
-    let [fine, coarse] = [count, count - 2].map(|count| {
+    let [(curve, frequency, amplitude, ends), (_, _, other, _)] = [count, count - 2].map(|count| {
         let first = k.saturating_sub(count / 2).min(n - count);
-        let samples = frequencies.iter().copied().zip(values.iter().copied());
-        let samples: Vec<_> = samples.skip(first).take(count).collect();
-        let curve = Rational::through(&samples)?;
-        let amplitude_at = |f: f64| curve.at(f).norm();
+        let last = first + count - 1;
+        let rows: Vec<_> = values[first..=last].iter().map(|z| vec![*z]).collect();
+        let curve = Rational::through(&frequencies[first..=last], &rows);
+        let curve = move |f: f64| curve.at(f, 1)[0];
+        let amplitude_at = |f: f64| curve(f).norm();
         let frequency = maximum(amplitude_at, frequencies[k - 1], frequencies[k + 1]);
-        let amplitude = curve.at(frequency).norm();
-        let ends = [first, first + count - 1].map(|i| frequencies[i]);
-        Some((curve, frequency, amplitude, ends))
+        let amplitude = amplitude_at(frequency);
+        (curve, frequency, amplitude, [first, last].map(|i| frequencies[i]))
     });
-    let (Some((curve, frequency, amplitude, ends)), Some((_, _, other, _))) = (fine, coarse) else {
-        return unresolved;
-    };
     if amplitude.is_nan() || (amplitude - other).abs() > RESOLVED * amplitude {
         return unresolved;
     }
-    let damping_ratio = damping_ratio(|f| curve.at(f), frequency, ends.map(Some));
+    let damping_ratio = damping_ratio(curve, frequency, ends.map(Some));
     Maximum { frequency, amplitude, damping_ratio }
 }
 

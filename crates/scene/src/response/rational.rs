@@ -50,6 +50,17 @@ impl Rational {
         fitted
     }
 
+    /// Interpolates all samples, whose number is odd: every second sample is a support point; the weights interpolate
+    /// the others.
+    pub(super) fn through(f: &[f64], rows: &[Vec<Complex64>]) -> Self {
+        let (support, others): (Vec<usize>, Vec<usize>) = (0..f.len()).partition(|k| k % 2 == 0);
+        let values = support.iter().map(|&k| rows[k].clone()).collect();
+        let support = support.into_iter().map(|k| f[k]).collect();
+        let mut through = Self { support, weights: Vec::new(), values };
+        through.weights = through.loewner_weights(f, rows, &others, &vec![1.0; rows[0].len()]);
+        through
+    }
+
     /// Returns the weights that minimize the linearized residual: the last right singular vector of the Loewner matrix.
     fn loewner_weights(
         &self,
