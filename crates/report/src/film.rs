@@ -13,6 +13,8 @@ use serde_json::Value;
 use crate::page::body::unit;
 use crate::plot::surface_plot::{Face, Paint};
 use crate::plot::{Axis, Field, Figure, MeshPlot, SurfacePlot};
+use crate::spatial::alone;
+use crate::vector::{Place, cross, dot, minus};
 
 /// Margin around the moving body, as a fraction of its extent.
 const AIR: f64 = 0.04;
@@ -347,30 +349,21 @@ fn boundary(mesh: &StoredMesh) -> Vec<[usize; 3]> {
     let points = mesh.points.iter().enumerate();
     let same: Vec<usize> =
         points.map(|(i, point)| *first.entry(point.map(f64::to_bits)).or_insert(i)).collect();
-    let mut alone: BTreeMap<[usize; 3], Option<[usize; 3]>> = BTreeMap::new();
-    for cell in &mesh.cells {
-        let corners: Vec<[f64; 3]> = cell[..4].iter().map(|&node| mesh.points[node]).collect();
-        let [a, b, c] = [1, 2, 3].map(|i| [0, 1, 2].map(|k| corners[i][k] - corners[0][k]));
-        let volume = triple([a, b, c]);
-        for side in SIDES {
+    let faces = mesh.cells.iter().flat_map(|cell| {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| mesh.points[cell[i]]);
+        let volume = triple([b, c, d].map(|x| minus(x, a)));
+        SIDES.map(|side| {
             let [p, q, r] = side.map(|i| cell[i]);
             let face = if volume > 0.0 { [p, q, r] } else { [p, r, q] };
-            let mut key = face.map(|node| same[node]);
-            key.sort_unstable();
-            let entry = alone.entry(key).or_insert(Some(face));
-            if *entry != Some(face) {
-                *entry = None;
-            }
-        }
-    }
-    alone.into_values().flatten().collect()
+            (face.map(|node| same[node]), face)
+        })
+    });
+    alone(faces).collect()
 }
 
 /// Returns a · (b × c).
-fn triple([a, b, c]: [[f64; 3]; 3]) -> f64 {
-    a[0] * (b[1] * c[2] - b[2] * c[1])
-        + a[1] * (b[2] * c[0] - b[0] * c[2])
-        + a[2] * (b[0] * c[1] - b[1] * c[0])
+fn triple([a, b, c]: [Place; 3]) -> f64 {
+    dot(a, cross(b, c))
 }
 
 #[cfg(test)]

@@ -21,3 +21,4 @@ pub mod stiffness_map;
 pub mod sweep;
 pub mod table;
 pub mod table2;
+mod vector;

@@ -3,7 +3,7 @@
 use myovib_fem::Space;
 
 use crate::plot::{Axis, Field, MeshPlot};
-use crate::spatial::length;
+use crate::vector::length;
 
 /// Returns the mesh at rest.
 pub fn outline(space: &Space) -> MeshPlot {

@@ -4,8 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use myovib_fem::{Barycentric, ElementPoint, Group, Space};
 
-use crate::plot::surface_plot::{Face, Paint, Place, faces_the_eye};
+use crate::plot::mesh_plot::QUARTERS;
+use crate::plot::surface_plot::{Face, Paint, faces_the_eye};
 use crate::plot::{Axis, Color, Field, MeshPlot, SurfacePlot};
+use crate::vector::{Place, length};
 
 /// Surfaces with more faces are drawn with one triangle per face, otherwise with four.
 const FINE: usize = 3000;
@@ -22,22 +24,24 @@ pub fn boundary(space: &Space) -> Vec<[usize; 6]> {
 /// Returns the boundary faces as in [`boundary`], each with its element.
 pub(crate) fn boundary_with_elements(space: &Space) -> Vec<(usize, [usize; 6])> {
     let mesh = space.mesh();
-    let mut alone: BTreeMap<[usize; 3], Option<(usize, [usize; 3])>> = BTreeMap::new();
-    for (number, element) in mesh.elements().enumerate() {
-        for side in mesh.shape().sides {
-            let face = [0, 1, 2].map(|i| element[side[i]]);
-            let own = Some((number, face));
-            let entry = alone.entry(sorted(face)).or_insert(own);
-            if *entry != own {
-                *entry = None;
-            }
-        }
-    }
+    let sides = mesh.elements().enumerate().flat_map(|(number, element)| {
+        let faces = mesh.shape().sides.iter().map(move |side| [0, 1, 2].map(|i| element[side[i]]));
+        faces.map(move |face| (face, (number, face)))
+    });
     let nodes = |(element, face): (usize, [usize; 3])| {
         let nodes = space.facet_nodes(&face).try_into().ok()?;
         Some((element, nodes))
     };
-    alone.into_values().flatten().filter_map(nodes).collect()
+    alone(sides).filter_map(nodes).collect()
+}
+
+/// Returns the values of the faces that occur once. Faces have three corners in any order.
+pub(crate) fn alone<T>(faces: impl Iterator<Item = ([usize; 3], T)>) -> impl Iterator<Item = T> {
+    let mut alone = BTreeMap::new();
+    for (corners, value) in faces {
+        alone.entry(sorted(corners)).and_modify(|other| *other = None).or_insert(Some(value));
+    }
+    alone.into_values().flatten()
 }
 
 /// Draws the undeformed body with colored boundary groups. The legend marks groups on the hidden side.
@@ -92,7 +96,7 @@ pub fn displacement_plot(space: &Space, displacement: &[Place]) -> SurfacePlot {
 pub(crate) fn field_plot(space: &Space, points: &[Place], field: &Field) -> SurfacePlot {
     let faces = boundary(space);
     let parts: &[[usize; 3]] = match faces.len() {
-        0..FINE => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+        0..FINE => &QUARTERS,
         _ => &[[0, 1, 2]],
     };
     let triangles = faces.iter().flat_map(|nodes| {
@@ -206,13 +210,10 @@ fn mean(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     std::array::from_fn(|i| 0.5 * (a[i] + b[i]))
 }
 
-pub(crate) fn length(vector: Place) -> f64 {
-    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vector::{dot, normal};
     use myovib_fem::generate;
 
     fn block() -> Space {
@@ -227,12 +228,10 @@ mod tests {
         let (mut area, mut volume) = (0.0, 0.0);
         for nodes in boundary(&space) {
             let [a, b, c] = [0, 1, 2].map(|i| points[nodes[i]]);
-            let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
-            let cross =
-                [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-            area += 0.5 * length(cross);
+            let normal = normal([a, b, c]);
+            area += 0.5 * length(normal);
             // Divergence theorem: outward normals give the volume.
-            volume += (0..3).map(|i| a[i] * cross[i]).sum::<f64>() / 6.0;
+            volume += dot(a, normal) / 6.0;
         }
         // Sums of about fifty terms of magnitude one.
         assert!((area - 22.0).abs() < 1e-13, "{area}");

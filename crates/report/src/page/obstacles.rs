@@ -7,7 +7,7 @@ use myovib_fem::material::unit_vector;
 use myovib_scene::Scene;
 use myovib_scene::scene_file::contact::Obstacle;
 
-type Place = [f64; 3];
+use crate::vector::{Place, cross, dot, length, minus, plus};
 
 /// Number of sides of a circle.
 const SIDES: usize = 256;
@@ -86,27 +86,4 @@ fn place(coordinates: &[f64]) -> Place {
 
 fn unit(vector: &[f64]) -> Place {
     unit_vector(place(vector))
-}
-
-fn plus(x: Place, factor: f64, y: Place) -> Place {
-    [0, 1, 2].map(|i| x[i] + factor * y[i])
-}
-
-fn minus(x: Place, y: Place) -> Place {
-    plus(x, -1.0, y)
-}
-
-fn dot(x: Place, y: Place) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
-}
-
-fn length(x: Place) -> f64 {
-    dot(x, x).sqrt()
-}
-
-fn cross(x: Place, y: Place) -> Place {
-    [0, 1, 2].map(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        x[j] * y[k] - x[k] * y[j]
-    })
 }

@@ -6,13 +6,13 @@ use myovib_fem::Space;
 use myovib_scene::vtu::Grid;
 
 use crate::outline::outline;
+use crate::plot::mesh_plot::QUARTERS;
 use crate::spatial::boundary_with_elements;
+use crate::vector::{length, normal};
 
 /// Maximum number of triangles of a view. A browser without a graphics processor needs 70 ms of CPU time to draw them.
 const MOST_TRIANGLES: usize = 20_000;
 
-/// The six nodes of a face (corners, then edges) as four triangles, which follow curved edges.
-const QUARTERS: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
 /// Halves of the edges of a face.
 const HALVES: [[usize; 2]; 6] = [[0, 3], [3, 1], [1, 4], [4, 2], [2, 5], [5, 0]];
 
@@ -134,10 +134,8 @@ fn merged(
     }
 }
 
-fn area(&[a, b, c]: &[[f64; 3]; 3]) -> f64 {
-    let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
-    let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    0.5 * cross.iter().map(|x| x * x).sum::<f64>().sqrt()
+fn area(corners: &[[f64; 3]; 3]) -> f64 {
+    0.5 * length(normal(*corners))
 }
 
 #[cfg(test)]

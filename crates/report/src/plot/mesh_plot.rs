@@ -11,6 +11,9 @@ use super::legend::{self, Entry, Key};
 use super::place::{Point, Rect};
 use super::svg::{self, Stroke, Svg, Type};
 
+/// The six nodes of a triangle (corners, then edges) as four triangles, which follow curved edges.
+pub(crate) const QUARTERS: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
+
 /// Named edges: a part of the boundary, or an interface between two materials.
 #[derive(Debug, Clone)]
 pub struct EdgeGroup {
@@ -218,7 +221,7 @@ impl MeshPlot {
         for (k, level) in levels.windows(2).enumerate() {
             let mut path = String::new();
             for t in &self.triangles {
-                for [a, b, c] in [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]] {
+                for [a, b, c] in QUARTERS {
                     let triangle = [valued(t[a]), valued(t[b]), valued(t[c])];
                     let polygon = band(&triangle, level[0], level[1]);
                     if polygon.len() > 2 {

@@ -8,9 +8,7 @@ use super::figure::{Margins, Panel, TICK_SIZE};
 use super::legend::{self, Entry, Key};
 use super::place::{Point, Rect};
 use super::svg::{self, Stroke, Svg, Type};
-
-/// A point in 3D.
-pub type Place = [f64; 3];
+use crate::vector::{self, Place, dot, length};
 
 /// Paint of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,15 +65,10 @@ fn seen([x, y, z]: Place) -> Place {
 }
 
 /// Returns the unit normal of a triangle, or zero if it has no area.
-fn normal([a, b, c]: &[Place; 3]) -> Place {
-    let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
-    let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    let length = dot(cross, cross).sqrt();
-    cross.map(|x| if length > 0.0 { x / length } else { 0.0 })
-}
-
-fn dot(a: Place, b: Place) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+fn normal(corners: &[Place; 3]) -> Place {
+    let normal = vector::normal(*corners);
+    let length = length(normal);
+    normal.map(|x| if length > 0.0 { x / length } else { 0.0 })
 }
 
 /// Returns whether a triangle, counterclockwise seen from outside, faces the viewer.
