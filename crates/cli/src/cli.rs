@@ -3,26 +3,6 @@
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::args::CommonArgs;
-use crate::commands::check::CheckArgs;
-use crate::commands::completions::CompletionsArgs;
-use crate::commands::doctor::DoctorArgs;
-use crate::commands::figure::{FigureArgs, FiguresArgs};
-use crate::commands::fit::FitArgs;
-use crate::commands::infsup::InfsupArgs;
-use crate::commands::init::InitArgs;
-use crate::commands::man::ManArgs;
-use crate::commands::modes::ModesArgs;
-use crate::commands::movie::MovieArgs;
-use crate::commands::periodic::PeriodicArgs;
-use crate::commands::response::ResponseArgs;
-use crate::commands::run::RunArgs;
-use crate::commands::scenes::ScenesArgs;
-use crate::commands::schema::SchemaArgs;
-use crate::commands::sensitivity::SensitivityArgs;
-use crate::commands::sweep::SweepArgs;
-use crate::commands::synchronization::SynchronizationArgs;
-use crate::commands::table1::Table1Args;
-use crate::commands::table2::Table2Args;
 use crate::commands::{
     check, completions, doctor, figure, fit, infsup, init, man, modes, movie, periodic, response,
     run, scenes, schema, sensitivity, sweep, synchronization, table1, table2,
@@ -52,48 +32,48 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Write a commented scene to start from.
-    Init(InitArgs),
+    Init(init::InitArgs),
     /// List the built-in scenes.
-    Scenes(ScenesArgs),
+    Scenes(scenes::ScenesArgs),
     /// Inspect a scene before running it: DAE index, inf–sup stability, modes, estimated cost,
     /// likely problems.
-    Check(CheckArgs),
+    Check(check::CheckArgs),
     /// Compute a scene: a motion, an equilibrium, eigenmodes, a harmonic response, or a periodic state.
-    Run(RunArgs),
+    Run(run::RunArgs),
     /// Run a scene for a grid of parameter values in parallel and collect the results in a table.
-    Sweep(SweepArgs),
+    Sweep(sweep::SweepArgs),
     /// Compute the lowest eigenfrequencies and modes of a scene's body or of the paper's muscle.
-    Modes(ModesArgs),
+    Modes(modes::ModesArgs),
     /// Compute the harmonic response of a scene over frequencies.
-    Response(ResponseArgs),
+    Response(response::ResponseArgs),
     /// Find the periodic state of a scene under periodic loads, and whether it is stable.
-    Periodic(PeriodicArgs),
+    Periodic(periodic::PeriodicArgs),
     /// Compute the sensitivities of a scene's outputs to its parameters.
-    Sensitivity(SensitivityArgs),
+    Sensitivity(sensitivity::SensitivityArgs),
     /// Fit parameters of a scene to measurements.
-    Fit(FitArgs),
+    Fit(fit::FitArgs),
     /// Measure the inf–sup constants of P2–P1 and P1–P1 over refined meshes.
-    Infsup(InfsupArgs),
+    Infsup(infsup::InfsupArgs),
     /// Compute the indices of the paper's Table 1 and compare them with the published values.
-    Table1(Table1Args),
+    Table1(table1::Table1Args),
     /// Run the paper's Table 2 and compare the step counts with the published values.
-    Table2(Table2Args),
+    Table2(table2::Table2Args),
     /// Compute a figure of the paper and its data.
-    Figure(FigureArgs),
+    Figure(figure::FigureArgs),
     /// Compute all figures of the paper.
-    Figures(FiguresArgs),
+    Figures(figure::FiguresArgs),
     /// Animate the chain in the complex plane or the deformation of the muscle (GIF).
-    Movie(MovieArgs),
+    Movie(movie::MovieArgs),
     /// Sweep the drive of a chain and determine where the chain locks to it.
-    Synchronization(SynchronizationArgs),
+    Synchronization(synchronization::SynchronizationArgs),
     /// Print the JSON Schema of scenes, for completion and validation in editors.
-    Schema(SchemaArgs),
+    Schema(schema::SchemaArgs),
     /// Report the linked libraries, the machine and missing build requirements.
-    Doctor(DoctorArgs),
+    Doctor(doctor::DoctorArgs),
     /// Print shell completions.
-    Completions(CompletionsArgs),
+    Completions(completions::CompletionsArgs),
     /// Print the manual page of the program or of a command.
-    Man(ManArgs),
+    Man(man::ManArgs),
 }
 
 impl Command {
