@@ -101,7 +101,6 @@ pub fn table(
 /// A table read from text: names and rows of fields.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Table {
-    /// Names of the columns.
     pub names: Vec<String>,
     /// Rows without blank lines; a row may have any number of fields.
     pub rows: Vec<Vec<String>>,

@@ -37,7 +37,6 @@ pub(crate) enum ExpressionError {
     /// Unexpected text at this position.
     #[error("`{0}` is not expected here")]
     Unexpected(String),
-    /// Unknown function.
     #[error("`{0}` is not a function")]
     UnknownFunction(String),
     /// Expression above the limits of length or nesting.

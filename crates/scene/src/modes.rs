@@ -21,11 +21,9 @@ pub struct Modes {
     pub beta: f64,
     /// Frequency of the load, Hz; null for loads without a frequency.
     pub drive: Option<f64>,
-    /// The bodies.
     pub muscles: Vec<BodyModes>,
 }
 
-/// Modes of one body.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BodyModes {
     /// Bulk modulus, Pa.

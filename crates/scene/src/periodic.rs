@@ -10,7 +10,6 @@ use crate::response::phase;
 /// Highest multiple of the frequency in the harmonics of probes.
 const MOST_HARMONICS: usize = 10;
 
-/// Periodic state of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Periodic {
     /// Frequency, Hz.
@@ -19,11 +18,9 @@ pub struct Periodic {
     pub period: f64,
     /// Time at which the period starts, s.
     pub start_time: f64,
-    /// Number of differential variables.
     pub differential_variables: usize,
     /// Maximum difference of the states at the ends of the period, relative to the size of the motion.
     pub residual: f64,
-    /// Number of Newton iterations.
     pub newton_iterations: usize,
     /// Number of integrations over a period.
     pub integrations: u64,
@@ -36,7 +33,6 @@ pub struct Periodic {
     pub is_stable: Option<bool>,
     /// Leading Floquet multipliers as [real part, imaginary part], largest magnitude first.
     pub multipliers: Vec<[f64; 2]>,
-    /// Harmonics of the probes.
     pub probes: Vec<Harmonics>,
     /// Curve of periodic states over a parameter, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -50,7 +46,6 @@ pub struct Curve {
     pub parameter: String,
     /// Values of probes, as `PROBE.COLUMN`.
     pub columns: Vec<String>,
-    /// Points along the curve.
     pub points: Vec<CurvePoint>,
     /// Reason why the curve ended inside its range; null if it left the range.
     pub incomplete: Option<String>,
@@ -76,18 +71,14 @@ pub struct CurvePoint {
 /// Harmonics of the values of a probe.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Harmonics {
-    /// Name of the probe.
     pub name: String,
-    /// Values of the probe.
     pub columns: Vec<Column>,
 }
 
 /// Mean, range and harmonics of a value: mean + Σ a_k cos(2π k f t + φ_k).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Column {
-    /// Name of the value.
     pub name: String,
-    /// Mean.
     pub mean: f64,
     /// Minimum of the samples.
     pub minimum: f64,

@@ -45,7 +45,6 @@ pub const PLACES_LIST: &str = "places.pvd";
 /// Values of a field in some of the elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellField {
-    /// Name of the field.
     pub name: String,
     /// Elements with their values; NaN elsewhere.
     pub values: Vec<(usize, f64)>,

@@ -11,13 +11,11 @@ use crate::inputs::content;
 use crate::sensitivity::Output;
 pub use error::{DataError, DataProblem};
 
-/// One measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Datum {
     /// Time, s, frequency, Hz, or load factor.
     pub t: f64,
     pub output: usize,
-    /// Measured value.
     pub value: f64,
     /// Standard deviation, if it is known.
     pub noise: Option<f64>,

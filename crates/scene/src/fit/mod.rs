@@ -66,7 +66,6 @@ pub struct FitOptions<'a> {
     pub profile: bool,
     /// A flag that interrupts the fit; its results are kept.
     pub interrupt: Option<&'static AtomicBool>,
-    /// Receiver of progress.
     pub progress: &'a dyn ProgressSink,
 }
 
@@ -77,9 +76,7 @@ pub enum Outcome {
     Converged,
     /// The search found a minimum at which the residuals are more than three times the given noise.
     DoesNotFit,
-    /// The limit on iterations was reached.
     MaxIterations,
-    /// The fit was interrupted.
     Interrupted,
     /// The scene could not be computed at parameters with smaller costs. Contains the message.
     Failed(String),
@@ -117,7 +114,6 @@ pub struct FitResult {
     /// The scene's title; may be empty.
     pub title: String,
     pub known: Vec<SceneParameter>,
-    /// The fit itself.
     pub fit: Fit,
     /// Standard errors and correlations.
     pub uncertainty: Uncertainty,
@@ -131,7 +127,6 @@ pub struct FitResult {
     pub runs: [u64; 2],
     /// Whether the standard deviations of the measurements were given.
     pub noise_is_known: bool,
-    /// Loss of the residuals.
     pub loss: Loss,
     /// Whether the body is three-dimensional; forces in the plane are per meter of depth.
     pub in_space: bool,
@@ -145,7 +140,6 @@ pub struct Point {
     /// Number of the experiment, from 1.
     pub experiment: usize,
     pub output: String,
-    /// Name of the probe's column.
     pub column: String,
     /// Time, s, frequency, Hz, or load factor.
     pub t: f64,

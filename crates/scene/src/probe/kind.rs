@@ -14,7 +14,6 @@ use crate::system::System;
 pub(crate) struct Parts<'a> {
     /// A body with a mesh.
     pub(crate) body: bool,
-    /// A rod.
     pub(crate) rod: bool,
     /// Names of its chains.
     pub(crate) chains: Vec<&'a str>,
@@ -26,9 +25,7 @@ pub(crate) struct Parts<'a> {
 
 /// Parts of a scene after they are built.
 pub(crate) struct Systems<'a> {
-    /// The body, if there is one.
     pub(crate) muscle: Option<&'a Muscle>,
-    /// The rod, if there is one.
     pub(crate) rod: Option<&'a RodDae>,
     /// Name and number of oscillators of each chain.
     pub(crate) chains: Vec<(&'a str, usize)>,
@@ -43,7 +40,6 @@ pub(crate) type Wrong<E> = (&'static str, E);
 
 /// Reason why a position is invalid.
 pub(crate) enum InvalidPlace {
-    /// An error of the model.
     Model(ModelError),
     /// An error detected here.
     Input(InputError),
@@ -150,7 +146,6 @@ pub(crate) trait Reading: Send + Sync {
 
 /// Harmonic motion at one frequency.
 pub(crate) enum HarmonicMotion<'a> {
-    /// Motion of a body.
     Body(&'a DynamicStiffness, &'a Amplitude),
     /// Amplitudes of the states (q, v) of a rod.
     Rod(&'a [Complex64]),
@@ -180,7 +175,6 @@ impl dyn Reading {
 }
 
 impl<'a> Systems<'a> {
-    /// Returns the body.
     pub(crate) fn solid(&self) -> Result<&'a Solid, ModelError> {
         let muscle = self.muscle.ok_or(ModelError::NoSuchPart { part: "muscle" });
         Ok(&muscle?.solid)

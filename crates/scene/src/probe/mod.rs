@@ -53,7 +53,6 @@ macro_rules! probes {
                 matches!(self, Self::Coherence(_) | Self::Oscillators(_))
             }
 
-            /// Returns the kind of the probe.
             pub(crate) fn kind(&self) -> &dyn Kind {
                 match self {
                     $(Self::$name(kind) => kind,)*

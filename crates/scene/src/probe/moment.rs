@@ -32,7 +32,6 @@ pub(super) struct Arms {
 }
 
 impl Arms {
-    /// Creates the arms about a point.
     pub(super) fn about(point: &[f64], space: &Space) -> Self {
         let components = space.coordinates().iter().zip(point.iter().cycle());
         Self {
@@ -41,7 +40,6 @@ impl Arms {
         }
     }
 
-    /// Returns the names of the columns.
     pub(super) fn names(&self) -> impl Iterator<Item = String> {
         MOMENT.components(3).skip(if self.dimension == 2 { 2 } else { 0 })
     }

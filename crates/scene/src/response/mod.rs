@@ -77,9 +77,7 @@ pub struct ComplexFields {
 /// Complex amplitudes of the values of a probe.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Curves {
-    /// Name of the probe.
     pub name: String,
-    /// Names of the values.
     pub columns: Vec<String>,
     /// Amplitudes for each frequency and value, as [real part, imaginary part].
     #[serde(serialize_with = "pairs")]
@@ -332,7 +330,6 @@ pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputErro
     Ok(probes)
 }
 
-/// Computes the response of a body.
 fn of_body(
     scene: &Scene,
     body: &Body,

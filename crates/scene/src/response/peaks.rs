@@ -25,13 +25,10 @@ const SEARCH: usize = 400;
 /// A local maximum of the amplitude of a value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Peak {
-    /// Name of the probe.
     pub probe: String,
-    /// Name of the value.
     pub column: String,
     /// Frequency, Hz.
     pub frequency: f64,
-    /// Amplitude.
     pub amplitude: f64,
     /// Damping ratio from the half-power width, Δf/(2f); null if the width is not resolved or the phase does not turn as
     /// at a resonance.

@@ -63,9 +63,7 @@ pub struct FolderRequest<'a> {
     pub path: &'a Path,
     /// Name of the command. A folder contains results of only one command.
     pub command: &'static str,
-    /// Treatment of earlier results.
     pub existing: Existing,
-    /// Whether the command has `--resume`.
     pub can_resume: bool,
     /// Names of all files known before the command starts.
     pub files: Vec<String>,
@@ -296,7 +294,6 @@ pub struct ResultFolder {
 }
 
 impl ResultFolder {
-    /// The folder.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -27,9 +27,7 @@ use crate::{Error, InputError, Scene};
 pub(super) struct Checkpoint {
     /// Time, s.
     pub(super) t: f64,
-    /// Unknowns.
     pub(super) y: Vec<f64>,
-    /// Time derivatives of the unknowns.
     pub(super) y_dot: Vec<f64>,
     /// The last step, s.
     pub(super) step: f64,
@@ -56,7 +54,6 @@ pub(super) struct Checkpoint {
     pub(super) indicator: Indicator,
     /// Output work outside the integration.
     pub(super) work: OutputWork,
-    /// Work counters of the body.
     pub(super) body_work: WorkCounters,
     /// Statistics of the earlier parts of the run. A [`Continuation`] continues the statistics of
     /// the first part.

@@ -21,7 +21,6 @@ pub(super) struct Oscillations {
 
 /// Chain at many places.
 struct Shown {
-    /// Number of the network.
     network: usize,
     name: String,
     in_elements: bool,
@@ -39,7 +38,6 @@ pub(super) struct Measured {
     neighborhood: Vec<f64>,
 }
 
-/// Names of the fields.
 const NAMES: [&str; 3] = ["coherence", "amplitude", "neighborhood"];
 
 impl Measured {

@@ -30,7 +30,6 @@ pub(super) const CHECKPOINT_AFTER: Duration = Duration::from_secs(5);
 /// checkpoints to 2 % of a run.
 const CHECKPOINT_COST: u32 = 50;
 
-/// All outputs of a run.
 pub(super) struct Outputs<'a> {
     pub(super) recorders: Vec<Recorder>,
     pub(super) fields: Option<(Series, Oscillations, SampleTimes)>,
@@ -40,13 +39,10 @@ pub(super) struct Outputs<'a> {
     pub(super) checkpointed: Option<f64>,
     /// Wall-clock time of the last checkpoint, or of the start of the run.
     pub(super) last_checkpoint: Instant,
-    /// Maximum wall-clock time between two checkpoints.
     pub(super) checkpoint_after: Duration,
-    /// Sample times of the constraint drift.
     pub(super) drift_times: SampleTimes,
     /// Largest observed drift and its time.
     pub(super) drift: (f64, f64),
-    /// Volume ratios at the vertices.
     pub(super) volumes: Volumes,
     /// Whether the run continues with inverted elements.
     pub(super) allows_inverted: bool,

@@ -61,7 +61,6 @@ impl Recorder {
         Ok((recorder, note))
     }
 
-    /// Writes a row.
     pub(super) fn write(&mut self, t: f64, values: &[f64]) -> Result<(), ModelError> {
         let row: Vec<f64> = std::iter::once(t).chain(values.iter().copied()).collect();
         let written = self.csv.row(&row);

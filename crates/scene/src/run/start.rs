@@ -31,10 +31,8 @@ pub(super) use without_body::{driven_by_rod, options};
 
 /// Action on the integrator of a scene, independent of the type of its system.
 pub(super) trait Driver {
-    /// Result of the action.
     type Result;
 
-    /// Performs the action.
     fn drive<P: System>(self, integrator: Box<dyn Integrator<P>>) -> Result<Self::Result, Error>;
 }
 
@@ -107,7 +105,6 @@ pub fn replayed(
 /// Integrator of a body and its state.
 type Started<B> = (Box<dyn Integrator<B>>, Vec<f64>);
 
-/// Starts a muscle without chains.
 fn muscle(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
@@ -207,7 +204,6 @@ pub fn with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<Muscle
     }
 }
 
-/// Starts a muscle with chains.
 fn muscle_and_chains(
     scene: &Scene,
     body: &Body,

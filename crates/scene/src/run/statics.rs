@@ -135,7 +135,6 @@ struct Last {
     load: f64,
     instabilities: Option<usize>,
     unknowns: usize,
-    /// Values of the probes.
     results: Map<String, Value>,
     state: State,
 }

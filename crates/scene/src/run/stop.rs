@@ -79,7 +79,6 @@ impl Condition {
         }
     }
 
-    /// Describes the condition.
     pub(super) fn describe(&self) -> String {
         match self {
             Self::Displacement { probe, above } => {

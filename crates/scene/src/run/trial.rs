@@ -22,13 +22,11 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// probes and fields do not change the steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trial {
-    /// Number of steps.
     pub steps: u64,
     /// Time reached, s.
     pub t: f64,
     /// CPU time, s.
     pub seconds: f64,
-    /// Reason for the end.
     pub end: TrialEnd,
 }
 
@@ -85,13 +83,10 @@ impl Driver for Attempt {
 /// Trial of a period from the initial state, with the tolerances of the search for a periodic state.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct PeriodTrial {
-    /// Number of unknowns.
     pub unknowns: usize,
-    /// Number of differential variables.
     pub differential_variables: usize,
     /// Integrated part of the period, up to 1.
     pub part: f64,
-    /// Number of steps.
     pub steps: u64,
     /// CPU time, s.
     pub seconds: f64,

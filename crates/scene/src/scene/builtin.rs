@@ -17,7 +17,6 @@ pub struct BuiltinScene {
 }
 
 impl BuiltinScene {
-    /// Returns the title of the scene.
     pub fn title(&self) -> String {
         let read = read(self.name, self.text, &[]);
         read.map_or_else(|_| String::new(), |read| read.scene.title)

@@ -20,7 +20,6 @@ const ROUNDING: f64 = 1e-9;
 const FORCE_TIMES: u32 = 97;
 
 impl Builder<'_> {
-    /// Returns the contacts of the body.
     pub(super) fn contacts(
         &self,
         file: &SceneFile,
@@ -80,7 +79,6 @@ impl Builder<'_> {
             .collect()
     }
 
-    /// Returns the friction of contact `i`.
     fn friction(&self, file: &SceneFile, i: usize) -> Result<Option<Friction>, InputError> {
         let contact = &file.contact[i];
         let path = |key: &str| format!("contact[{i}].{key}");

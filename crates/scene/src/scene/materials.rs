@@ -19,7 +19,6 @@ pub(super) const GIVE_FIBER: &str =
 
 /// Materials of the elements.
 pub(super) struct Materials {
-    /// Law of each element.
     pub(super) laws: Vec<Law>,
     /// Mass density of each element, kg/m³.
     pub(super) densities: Vec<f64>,
@@ -109,7 +108,6 @@ impl Builder<'_> {
         })
     }
 
-    /// Returns the law of material `i`.
     fn law(&self, file: &SceneFile, i: usize) -> Result<Law, InputError> {
         let material = &file.material[i];
         match self.at(&format!("material[{i}].stress_scale"), material.stiffened())? {

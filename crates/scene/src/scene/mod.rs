@@ -79,7 +79,6 @@ pub struct Scene {
     pub body: Option<Body>,
     /// Rod, if there is one. A scene with a rod does not have a body.
     pub rod: Option<RodDae>,
-    /// Chains of oscillators.
     pub chains: Vec<DrivenChain>,
     /// Feedback of chains on the body.
     pub feedbacks: Vec<Feedback>,
@@ -99,11 +98,9 @@ pub struct Body {
     pub muscle: Muscle,
     /// Harmonic parts of its loads, for a response.
     pub excitation: Excitation,
-    /// Formulation of the DAE.
     pub formulation: Formulation,
     /// Keys of the muscle's loads, then of its surface loads and of forces on obstacles, in their order.
     pub(crate) load_keys: Vec<String>,
-    /// Settings of the integrator.
     pub settings: Settings,
     /// Initial state of its motion.
     pub(crate) start: Start,

@@ -20,7 +20,6 @@ use crate::scene_file::output::Stop;
 pub struct DrivenChain {
     /// Name in output.
     pub name: String,
-    /// Oscillators of the chain.
     pub chain: Chain,
     /// Gain and range of the forcing.
     pub drive: Drive,

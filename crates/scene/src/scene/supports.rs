@@ -34,7 +34,6 @@ pub(super) struct Support {
 /// A prescribed component of a load or displacement.
 pub(super) struct Component<'f> {
     pub(super) axis: usize,
-    /// Its path in the scene.
     pub(super) path: String,
     pub(super) function: Option<&'f Function>,
     /// Amplitude of the harmonic part in a response.

@@ -220,7 +220,6 @@ fn no_column(scene: &Scene, i: usize, names: &[String]) -> InputError {
 pub struct Sample {
     /// Time, s, frequency, Hz, or load factor.
     pub t: f64,
-    /// Values of the outputs.
     pub values: Vec<f64>,
     /// Derivatives of the outputs with respect to each parameter; empty for a run without sensitivities.
     pub derivatives: Vec<Vec<f64>>,

@@ -16,9 +16,7 @@ use crate::scene_file::surface_load::SurfaceLoads;
 pub(super) enum Influence {
     /// 1/κ.
     Compressibility,
-    /// α.
     Alpha,
-    /// β.
     Beta,
     /// Affine in the equations.
     Affine,
@@ -60,9 +58,7 @@ fn is_of_loads(table: &str) -> bool {
 /// A number of a scene with respect to which sensitivities are computed, or which is fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneParameter {
-    /// Its key in the scene.
     pub key: String,
-    /// Its value in the scene.
     pub value: f64,
     /// Its typical size.
     pub scale: f64,

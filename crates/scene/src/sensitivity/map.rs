@@ -23,7 +23,6 @@ pub struct StiffnessMap {
     pub outputs: Vec<OutputMap>,
     /// Names of the other outputs.
     pub omitted: Vec<String>,
-    /// Number of steps of the motion.
     pub steps: u64,
     /// Number of real and complex transposed solves.
     pub solves: u64,
@@ -32,7 +31,6 @@ pub struct StiffnessMap {
 /// Sensitivity of an output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputMap {
-    /// Name of the output.
     pub name: String,
     /// For each element, the relative change of the output's RMS over time divided by the relative change of the
     /// element's elastic stress. NaN if the output is always zero.

@@ -54,7 +54,6 @@ pub struct SweepOptions<'a> {
     pub n_threads: NonZeroUsize,
     /// Flag that requests an orderly end of the sweep.
     pub interrupt: Option<&'static AtomicBool>,
-    /// Receiver of progress reports.
     pub progress: &'a dyn ProgressSink,
     /// Callback for each finished case, with its folder.
     pub finished: &'a (dyn Fn(&Path, &Scene, &RunResult) -> Result<(), Error> + Sync),
@@ -63,7 +62,6 @@ pub struct SweepOptions<'a> {
 /// Selection of cases to compute. The table contains all cases computed now or earlier.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cases {
-    /// All cases.
     All,
     /// Case K/N or cases K-L/N, from 1.
     Some(String),
@@ -234,7 +232,6 @@ fn lock_of(case: &Case) -> String {
 struct Sweep<'a> {
     options: &'a SweepOptions<'a>,
     results: Vec<ResultColumn>,
-    /// All cases.
     cases: &'a [Case],
     /// Number of successive cases each of which starts from the case before it.
     chain_length: usize,

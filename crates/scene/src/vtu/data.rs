@@ -49,7 +49,6 @@ pub fn read_field(text: &str, name: &str) -> Option<Vec<f64>> {
 /// Field read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredField {
-    /// Name of the field.
     pub name: String,
     /// Names of the components; one empty name for a scalar.
     pub components: Vec<String>,

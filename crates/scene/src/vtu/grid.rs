@@ -47,7 +47,6 @@ impl Grid {
         }
     }
 
-    /// Returns the node of each point.
     pub fn nodes(&self) -> &[usize] {
         &self.nodes
     }
@@ -57,7 +56,6 @@ impl Grid {
         &self.cells
     }
 
-    /// Returns the region of each cell.
     pub fn regions(&self) -> &[usize] {
         &self.regions
     }

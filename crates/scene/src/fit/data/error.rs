@@ -72,12 +72,10 @@ impl DataProblem {
 /// Rejected measurements, with the place in the file.
 #[derive(Debug, Clone)]
 pub struct DataError {
-    /// The reason.
     pub problem: DataProblem,
     file: String,
     /// Line of the file, from 1.
     pub line: Option<u64>,
-    /// Name of the column.
     pub column: Option<String>,
     /// The error without its place and remedy.
     input: InputError,

@@ -58,7 +58,6 @@ pub(in crate::run) fn driven_by_rod(
     })
 }
 
-/// Starts chains without a body.
 pub(super) fn chains(
     scene: &Scene,
     checkpoint: Option<&Checkpoint>,
