@@ -20,7 +20,7 @@ const PERTURBATIONS: u64 = 4;
 
 /// Ratio above which a residual is reported. Errors of y between the ends of a step may be several times the tolerance,
 /// and errors of ẏ several times the tolerance divided by the step size: 2500 allows a factor of 50 for each.
-const FAR: f64 = 2500.0;
+const MAX_RESIDUAL_RATIO: f64 = 2500.0;
 
 /// Checks F(t, y, ẏ) at a time within a step of size `h`, where y and ẏ are values of dense output and `weights` the
 /// reciprocals of the tolerances.
@@ -56,7 +56,7 @@ pub fn check_between<P: Problem + ?Sized>(
     let ratios = (0..n).filter(|&i| explained[i] > 0.0);
     let ratios = ratios.map(|i| (i, residual[i].abs() / explained[i]));
     let worst = ratios.max_by(|a, b| a.1.total_cmp(&b.1));
-    let far = worst.filter(|&(_, ratio)| ratio > FAR);
+    let far = worst.filter(|&(_, ratio)| ratio > MAX_RESIDUAL_RATIO);
     Ok(far.map(|(equation, ratio)| Unsatisfied { equation, t, ratio }))
 }
 

@@ -211,12 +211,12 @@ impl Differences {
     ) -> Result<(), StepError> {
         let scale = a.abs().max((b * at.step).abs());
         let mut first = Ok(());
-        for way in Perturbation::ALL {
+        for perturbation in Perturbation::ALL {
             for k in 0..self.groups[group].len() {
                 let j = self.groups[group][k];
-                let size = match (a, way, self.fine_displacement(at, a, j)) {
+                let size = match (a, perturbation, self.fine_displacement(at, a, j)) {
                     (0.0, Perturbation::Usual, None) => rate_displacement(at, j),
-                    _ => displacement(at, j, way),
+                    _ => displacement(at, j, perturbation),
                 };
                 self.displace(at, j, (a, b), size / scale);
             }
@@ -294,7 +294,7 @@ fn is_better([first, second]: [f64; 2], usual: f64) -> bool {
 }
 
 /// Returns the signed perturbation of unknown j.
-pub(crate) fn displacement(at: &Linearization<'_>, j: usize, way: Perturbation) -> f64 {
+pub(crate) fn displacement(at: &Linearization<'_>, j: usize, perturbation: Perturbation) -> f64 {
     let motion = at.step * at.y_dot[j];
     let size = f64::EPSILON.sqrt() * extent(at, j);
     let usual = || size.max(1.0 / at.weights[j]).copysign(motion);
@@ -302,7 +302,7 @@ pub(crate) fn displacement(at: &Linearization<'_>, j: usize, way: Perturbation) 
         let away = if at.y[j] == 0.0 { motion } else { at.y[j] };
         size.max(f64::EPSILON.sqrt() / at.weights[j]).copysign(away)
     };
-    match way {
+    match perturbation {
         Perturbation::Usual => usual(),
         Perturbation::Back => -usual(),
         Perturbation::SlightlyAway => slight(),

@@ -23,15 +23,15 @@ pub enum Inconsistent {
     NoConstraints,
     /// No values satisfy both F and the stated constraints.
     #[error(
-        "the constraints are incompatible with the equations: residual {left:.2e} in equation \
+        "the constraints are incompatible with the equations: residual {residual:.2e} in equation \
          {equation} (constraints are numbered after the last equation)"
     )]
     Contradicted {
         /// Index of the equation, or the number of equations plus the index of the constraint whose
         /// time derivative is violated.
         equation: usize,
-        /// Its residual.
-        left: f64,
+        /// Residual of the equation.
+        residual: f64,
     },
     /// A function of the problem, or its linear algebra, failed.
     #[error(transparent)]

@@ -13,7 +13,7 @@ pub enum IntegratorError {
     InvalidOption {
         /// Name of the setting.
         option: &'static str,
-        /// Its value.
+        /// Value of the setting.
         value: f64,
         /// Allowed values.
         expected: &'static str,
@@ -35,7 +35,7 @@ pub enum IntegratorError {
         what: &'static str,
         /// Index of the component.
         index: usize,
-        /// Its value.
+        /// Value of the component.
         value: f64,
     },
     /// An output time or a stop time is before the current time.

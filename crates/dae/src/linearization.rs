@@ -5,9 +5,9 @@
 pub struct Linearization<'a> {
     /// The time.
     pub t: f64,
-    /// y.
+    /// State.
     pub y: &'a [f64],
-    /// ẏ.
+    /// Time derivative of the state.
     pub y_dot: &'a [f64],
     /// Step h, positive or negative: y changes by about h ẏ.
     pub step: f64,

@@ -15,7 +15,7 @@ const DIFFERENCE: f64 = 6e-6;
 /// redundant constraints.
 const RANK: f64 = 1e-9;
 /// Accepted residual of an equation relative to its terms; differences have errors of about 1e-10.
-const LEFT: f64 = 1e-6;
+const RESIDUAL_TOLERANCE: f64 = 1e-6;
 /// Accepted residual, relative to the change that rounding of y and ẏ causes in the residual.
 const ROUNDING: f64 = 100.0;
 
@@ -158,22 +158,24 @@ impl State<'_> {
         matrix: &DMatrix<f64>,
         weights: &[f64],
     ) -> Result<(), Inconsistent> {
-        let left = self.equations(problem)?;
+        let residual = self.equations(problem)?;
         let rows = Scaling::of(matrix, weights).rows;
         let terms = |i: usize| -> f64 {
             let row = (0..matrix.ncols()).map(|j| (matrix[(i, j)], self.is_rate(j), j));
             row.map(|(a, rate, j)| (a * if rate { self.y_dot[j] } else { self.y[j] }).abs()).sum()
         };
-        let sizes: Vec<f64> = (0..left.len()).map(|i| rows[i] * terms(i)).collect();
+        let sizes: Vec<f64> = (0..residual.len()).map(|i| rows[i] * terms(i)).collect();
         let most = sizes.iter().copied().fold(0.0, f64::max);
-        let rounding = self.rounding(problem, &left)?;
+        let rounding = self.rounding(problem, &residual)?;
         let wrong = |i: &usize| {
-            let of_terms = LEFT * (sizes[*i] + 1e-3 * most);
-            rows[*i] * left[*i].abs() > of_terms + ROUNDING * rows[*i] * rounding[*i]
+            let of_terms = RESIDUAL_TOLERANCE * (sizes[*i] + 1e-3 * most);
+            rows[*i] * residual[*i].abs() > of_terms + ROUNDING * rows[*i] * rounding[*i]
         };
-        match (0..left.len()).find(wrong) {
+        match (0..residual.len()).find(wrong) {
             None => Ok(()),
-            Some(equation) => Err(Inconsistent::Contradicted { equation, left: left[equation] }),
+            Some(equation) => {
+                Err(Inconsistent::Contradicted { equation, residual: residual[equation] })
+            }
         }
     }
 

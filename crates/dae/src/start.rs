@@ -14,16 +14,16 @@ pub struct InconsistentStart {
     /// The number of equations.
     pub n_equations: usize,
     /// Residual of the equation.
-    pub left: f64,
+    pub residual: f64,
     /// Change of the residual caused by changes of y within the tolerances.
-    pub moved: f64,
+    pub change: f64,
 }
 
 impl std::error::Error for InconsistentStart {}
 
 impl std::fmt::Display for InconsistentStart {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { t, left, moved, .. } = self;
+        let Self { t, residual, change, .. } = self;
         let (what, remedy) = match self.equation.checked_sub(self.n_equations) {
             None => (
                 format!("equation {}, which has no derivative,", self.equation),
@@ -36,9 +36,9 @@ impl std::fmt::Display for InconsistentStart {
         };
         write!(
             f,
-            "the initial values are not consistent at t = {t}: {what} has the residual {left:.2e} \
+            "the initial values are not consistent at t = {t}: {what} has the residual {residual:.2e} \
              (equations count from 0), but changes of y within the tolerances change it only by \
-             {moved:.2e}: {remedy}"
+             {change:.2e}: {remedy}"
         )
     }
 }
@@ -107,21 +107,21 @@ pub fn check_start<P: Problem + ?Sized>(
         t,
         equation: worst.number,
         n_equations: y.len(),
-        left: worst.left,
-        moved: worst.moved,
+        residual: worst.residual,
+        change: worst.change,
     })
 }
 
 /// Equation that is not satisfied exactly.
 struct Equation {
     number: usize,
-    left: f64,
-    moved: f64,
+    residual: f64,
+    change: f64,
 }
 
 impl Equation {
     fn size(&self) -> f64 {
-        self.left.abs() / self.moved
+        self.residual.abs() / self.change
     }
 }
 
@@ -137,14 +137,14 @@ fn weigh<P: Problem + ?Sized>(
         problem.constraints(t, y, of_constraints)
     };
     let mut given = vec![0.0; n + problem.n_constraints()];
-    let mut moved = given.clone();
+    let mut changed = given.clone();
     evaluate(problem, y, y_dot, &mut given)?;
     let other = y_dot.iter().enumerate();
     let other: Vec<f64> = other.map(|(j, v)| v + (1.0 + v.abs()) * draw(0, j)).collect();
-    evaluate(problem, y, &other, &mut moved)?;
+    evaluate(problem, y, &other, &mut changed)?;
     let mut equations: Vec<Equation> = (0..given.len())
-        .filter(|&i| given[i] != 0.0 && given[i] == moved[i])
-        .map(|i| Equation { number: i, left: given[i], moved: 0.0 })
+        .filter(|&i| given[i] != 0.0 && given[i] == changed[i])
+        .map(|i| Equation { number: i, residual: given[i], change: 0.0 })
         .collect();
     let trials = if equations.is_empty() { 0 } else { TRIALS };
     for trial in 1..=trials {
@@ -152,14 +152,14 @@ fn weigh<P: Problem + ?Sized>(
         let change = |(j, (y, w)): (usize, (&f64, &f64))| {
             y + (1.0 / w + ROUNDING * y.abs()) * draw(trial, j)
         };
-        let changed: Vec<f64> = changes.map(change).collect();
-        evaluate(problem, &changed, y_dot, &mut moved)?;
+        let perturbed: Vec<f64> = changes.map(change).collect();
+        evaluate(problem, &perturbed, y_dot, &mut changed)?;
         for equation in &mut equations {
-            let change = (moved[equation.number] - equation.left).abs();
+            let change = (changed[equation.number] - equation.residual).abs();
             if !change.is_finite() {
                 return Ok(Vec::new());
             }
-            equation.moved = equation.moved.max(change);
+            equation.change = equation.change.max(change);
         }
     }
     Ok(equations)
@@ -203,13 +203,13 @@ mod tests {
         let error = check(of, [1.0, 1.1]).unwrap_err();
         assert_eq!((error.equation, error.t), (1, 0.0));
         // 1e9 (|d_x| + |d_z|), where each is between 0.5e-6 and 1e-6.
-        assert!(error.moved > 0.5e3 && error.moved < 2e3, "{error}");
+        assert!(error.change > 0.5e3 && error.change < 2e3, "{error}");
     }
 
     #[test]
     fn an_equation_that_no_y_satisfies_is_refused() {
         let error = check(|_, _| 1.0, [0.0; 2]).unwrap_err();
-        assert_eq!((error.left, error.moved), (1.0, 0.0));
+        assert_eq!((error.residual, error.change), (1.0, 0.0));
     }
 
     #[test]

@@ -90,7 +90,7 @@ struct Slope {
 /// Initial radius of the trust region for each parameter, relative to its scale. Moré instead scales steps by the norms
 /// of the columns of the Jacobian; then, insensitive parameters would change most, far beyond the range in which the
 /// linearization is valid.
-const FIRST: f64 = 0.3;
+const INITIAL_RADIUS: f64 = 0.3;
 
 /// The trust region shrinks below the first ratio of actual to predicted reduction and grows above the second (Moré).
 const POOR: f64 = 0.25;
@@ -98,7 +98,7 @@ const GOOD: f64 = 0.75;
 
 /// The Jacobian is reused after steps shorter than this fraction of the parameters' uncertainty, if [`Options::offset`]
 /// is positive: its change over such a short step has no significant effect.
-const KEPT: f64 = 0.1;
+const JACOBIAN_REUSE_DISTANCE: f64 = 0.1;
 
 /// Relative changes of the cost below this bound may be caused by rounding errors, because residuals are differences of
 /// larger numbers of unknown size. Such small changes are irrelevant to the statistics.
@@ -134,7 +134,7 @@ impl<'a> Search<'a> {
             cost: 0.0,
             jacobian: DMatrix::zeros(m, n),
             is_linearized: false,
-            radius: FIRST * (n as f64).sqrt(),
+            radius: INITIAL_RADIUS * (n as f64).sqrt(),
             last_blind: f64::INFINITY,
             evaluations: 0,
             history: Vec::new(),
@@ -145,16 +145,16 @@ impl<'a> Search<'a> {
     /// the cost would increase.
     fn start(&mut self, known: Option<&DMatrix<f64>>) -> Result<(), FitError> {
         let start = self.p.clone();
-        let there = self.evaluate(&start, known.is_none());
-        self.go_to(start, there.map_err(FitError::Start)?);
+        let evaluation = self.evaluate(&start, known.is_none());
+        self.go_to(start, evaluation.map_err(FitError::Start)?);
         if let Some(known) = known {
             self.jacobian.copy_from(known);
             let (linear, free, _) = self.linear_problem();
             let (trial, _) = self.trial(&free, &linear.step(self.radius).0);
-            if let Ok(there) = self.evaluate(&trial, true)
-                && there.cost < self.cost
+            if let Ok(evaluation) = self.evaluate(&trial, true)
+                && evaluation.cost < self.cost
             {
-                self.go_to(trial, there);
+                self.go_to(trial, evaluation);
             }
         }
         Ok(())
@@ -166,8 +166,8 @@ impl<'a> Search<'a> {
         both.map(|(parameter, &p)| parameter.unit(p)).collect()
     }
 
-    /// Returns the residuals at `p` and their cost, with the Jacobian if it is `wanted` and the model returns both at once.
-    fn evaluate(&mut self, p: &[f64], wanted: bool) -> Result<Evaluation, String> {
+    /// Returns the residuals at `p` and their cost, with the Jacobian if `needs_jacobian` and the model returns both at once.
+    fn evaluate(&mut self, p: &[f64], needs_jacobian: bool) -> Result<Evaluation, String> {
         let mut residuals = vec![0.0; self.residuals.len()];
         if let Some(j) = p.iter().position(|p| !p.is_finite()) {
             return Err(format!("{} is not finite", self.parameters[j].name));
@@ -175,14 +175,14 @@ impl<'a> Search<'a> {
         self.evaluations += 1;
         let mut jacobian = None;
         let message = |failed: Failed| failed.0;
-        if wanted {
-            let mut room = self.jacobian.clone();
+        if needs_jacobian {
+            let mut buffer = self.jacobian.clone();
             let scale = self.scale(p);
             let both = self
                 .model
-                .residuals_with_jacobian(p, &scale, &mut residuals, &mut room)
+                .residuals_with_jacobian(p, &scale, &mut residuals, &mut buffer)
                 .map_err(message)?;
-            jacobian = both.then_some(room);
+            jacobian = both.then_some(buffer);
         } else {
             self.model.residuals(p, &mut residuals).map_err(message)?;
         }
@@ -194,10 +194,10 @@ impl<'a> Search<'a> {
     }
 
     /// Makes `p` the current point.
-    fn go_to(&mut self, p: Vec<f64>, there: Evaluation) {
-        (self.p, self.residuals, self.cost) = (p, there.residuals, there.cost);
-        self.is_linearized = there.jacobian.is_some();
-        if let Some(jacobian) = there.jacobian {
+    fn go_to(&mut self, p: Vec<f64>, evaluation: Evaluation) {
+        (self.p, self.residuals, self.cost) = (p, evaluation.residuals, evaluation.cost);
+        self.is_linearized = evaluation.jacobian.is_some();
+        if let Some(jacobian) = evaluation.jacobian {
             self.jacobian = jacobian;
         }
     }
@@ -252,7 +252,7 @@ impl<'a> Search<'a> {
         if free.is_empty() || is_least || slope.offset < self.options.offset || self.cost == 0.0 {
             return Some(Ended::Converged);
         }
-        let is_near = slope.offset < KEPT && self.options.offset > 0.0;
+        let is_near = slope.offset < JACOBIAN_REUSE_DISTANCE && self.options.offset > 0.0;
         // Most first trials are accepted, and the next iteration needs the Jacobian at the accepted point.
         let mut is_first = !is_near;
         loop {
@@ -264,7 +264,8 @@ impl<'a> Search<'a> {
             if predicted <= NOISE * self.cost {
                 return self.blind_step(trial, outcome, moved, small);
             }
-            let reduction = outcome.as_ref().map_or(f64::NAN, |there| self.cost - there.cost);
+            let reduction =
+                outcome.as_ref().map_or(f64::NAN, |evaluation| self.cost - evaluation.cost);
             let quality = reduction / predicted;
             // The ratio is NaN if the model failed. The step is too long then.
             if quality < POOR || quality.is_nan() {
@@ -273,8 +274,8 @@ impl<'a> Search<'a> {
                 self.radius = self.radius.max(2.0 * moved);
             }
             match outcome {
-                Ok(there) if there.cost < self.cost => {
-                    self.go_to(trial, there);
+                Ok(evaluation) if evaluation.cost < self.cost => {
+                    self.go_to(trial, evaluation);
                     self.is_linearized |= is_near && quality > POOR;
                     return (small && quality > POOR).then_some(Ended::Converged);
                 }
@@ -297,9 +298,9 @@ impl<'a> Search<'a> {
     ) -> Option<Ended> {
         let shrinks = moved < 0.9 * self.last_blind;
         match outcome {
-            Ok(there) if shrinks && there.cost <= (1.0 + NOISE) * self.cost => {
+            Ok(evaluation) if shrinks && evaluation.cost <= (1.0 + NOISE) * self.cost => {
                 self.last_blind = moved;
-                self.go_to(trial, there);
+                self.go_to(trial, evaluation);
                 small.then_some(Ended::Converged)
             }
             _ => Some(Ended::Converged),

@@ -8,7 +8,7 @@ pub enum FitError {
     /// An invalid parameter.
     #[error("parameter {name}: {what} ({value})")]
     Parameter {
-        /// Its name.
+        /// Name of the parameter.
         name: String,
         /// The reason.
         what: &'static str,
@@ -29,7 +29,7 @@ pub enum FitError {
     /// An invalid option.
     #[error("{option} = {value}: must be {expected}")]
     Option {
-        /// Its name.
+        /// Name of the option.
         option: &'static str,
         /// The invalid value.
         value: f64,
