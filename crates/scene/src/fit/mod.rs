@@ -326,9 +326,9 @@ fn parameters(scene: &Parameterized) -> Result<Vec<Parameter>, InputError> {
     all.collect()
 }
 
-/// Lower bound of a parameter that may be negative, as a negative multiple of its typical size. A constant whose lower
-/// bound depends on other constants, such as `c01`, stays nonnegative unless its `low` is given.
-const FAR: f64 = 1e6;
+/// Default lower bound of a parameter that may be negative, as a negative multiple of its typical size. A constant whose
+/// lower bound depends on other constants, such as `c01`, stays nonnegative unless its `low` is given.
+const DEFAULT_LOWER_BOUND: f64 = 1e6;
 
 /// Restricts parameters with a nonnegative start and without a positive lower bound to the range that the scene allows:
 /// positive values if the scene rejects zero, nonnegative values if it rejects negative values. An unrestricted search
@@ -346,7 +346,9 @@ fn restrict(scene: &Parameterized, parameters: &mut [Parameter]) {
         }
         if parameter.start > 0.0 && !is_allowed(0.0) {
             *parameter = parameter.clone().positive();
-        } else if parameter.low < 0.0 && !is_allowed(parameter.low.max(-FAR * parameter.scale)) {
+        } else if parameter.low < 0.0
+            && !is_allowed(parameter.low.max(-DEFAULT_LOWER_BOUND * parameter.scale))
+        {
             parameter.low = 0.0;
         }
     }

@@ -13,13 +13,13 @@ use super::model::SceneModel;
 /// costs less, and its oscillations are still close enough in phase to the measurements for the linearization to hold.
 /// The first phase need not be more accurate than its measurements allow; the error due to loose tolerances may be a
 /// third of the uncertainty.
-const BEFORE: [(Effort, f64); 2] = [
+const EARLY_PHASES: [(Effort, f64); 2] = [
     (Effort { part: 0.5, least_tolerance: 1e-2 }, 1.0),
     (Effort { part: 1.0, least_tolerance: 1e-3 }, 0.3),
 ];
 
 /// Convergence tolerance of these phases for relative changes of the parameters.
-const NEAR: f64 = 1e-2;
+const EARLY_TOLERANCE: f64 = 1e-2;
 
 /// Callback that receives the computed fraction of the measured time span, and each iteration.
 pub(super) type Observe<'a> = dyn FnMut(f64, &Iteration) -> ControlFlow<()> + 'a;
@@ -106,10 +106,10 @@ impl Phases<'_, '_> {
     ) -> Result<(Fit, Effort), FitError> {
         let mut start = start.to_vec();
         let mut last = None;
-        for (effort, offset) in BEFORE {
+        for (effort, offset) in EARLY_PHASES {
             model.set_effort(effort);
             let near = Options {
-                tolerance: requested.tolerance.max(NEAR),
+                tolerance: requested.tolerance.max(EARLY_TOLERANCE),
                 offset: requested.offset.max(offset),
                 ..requested.clone()
             };

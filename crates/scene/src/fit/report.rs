@@ -11,7 +11,7 @@ use crate::sensitivity::Abscissa;
 const ONE_DEVIATION: f64 = 1.0;
 /// Ratio of residuals to noise above which a model does not describe the measurements. Smaller ratios may come from an
 /// underestimated noise.
-const FAR: f64 = 3.0;
+const MAX_MISFIT: f64 = 3.0;
 /// Median of the absolute values of normal noise with unit variance.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
@@ -30,7 +30,7 @@ impl FitResult {
 
     /// Returns whether the model does not describe the measurements: the residuals are far above the given noise.
     pub fn does_not_fit(&self) -> bool {
-        self.noise_is_known && self.misfit() > FAR
+        self.noise_is_known && self.misfit() > MAX_MISFIT
     }
 
     /// Returns the larger of the standard deviation of the residuals and a robust estimate of it, because a robust loss
@@ -54,7 +54,7 @@ impl FitResult {
     /// Returns whether a robust loss would help: least squares fail because of outliers, while the median of the residuals
     /// is within the noise.
     pub fn needs_robust_loss(&self) -> bool {
-        self.loss == Loss::Squares && self.does_not_fit() && self.robust_deviation() <= FAR
+        self.loss == Loss::Squares && self.does_not_fit() && self.robust_deviation() <= MAX_MISFIT
     }
 
     /// Returns the measurement with the largest residual and its index.

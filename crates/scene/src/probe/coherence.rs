@@ -30,7 +30,7 @@ impl Kind for Coherence {
         &COLUMNS
     }
 
-    fn is_of_motion(&self) -> bool {
+    fn requires_motion(&self) -> bool {
         true
     }
 

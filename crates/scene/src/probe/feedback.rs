@@ -21,7 +21,7 @@ impl Kind for Feedback {
         &[FACTOR]
     }
 
-    fn is_of_motion(&self) -> bool {
+    fn requires_motion(&self) -> bool {
         true
     }
 

@@ -56,7 +56,7 @@ pub(crate) trait Kind {
     }
 
     /// Returns whether the probe only measures motions.
-    fn is_of_motion(&self) -> bool {
+    fn requires_motion(&self) -> bool {
         false
     }
 

@@ -49,7 +49,7 @@ macro_rules! probes {
             }
 
             /// Returns whether the probe measures a chain.
-            pub(crate) fn is_of_chain(&self) -> bool {
+            pub(crate) fn reads_chain(&self) -> bool {
                 matches!(self, Self::Coherence(_) | Self::Oscillators(_))
             }
 

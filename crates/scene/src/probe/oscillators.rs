@@ -25,7 +25,7 @@ impl Kind for Oscillators {
         &COLUMNS
     }
 
-    fn is_of_motion(&self) -> bool {
+    fn requires_motion(&self) -> bool {
         true
     }
 

@@ -19,7 +19,7 @@ pub struct Rod {
 }
 
 impl Kind for Rod {
-    fn is_of_motion(&self) -> bool {
+    fn requires_motion(&self) -> bool {
         true
     }
 

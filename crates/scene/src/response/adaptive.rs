@@ -11,15 +11,15 @@ use super::rational::Rational;
 use crate::scene_file::response::Adaptive;
 
 /// Number of frequencies of the first round.
-const FIRST: usize = 12;
+const FIRST_ROUND: usize = 12;
 /// Maximum number of frequencies of a later round.
 const ROUND: usize = 6;
 /// Number of predictions between adjacent frequencies.
-const BETWEEN: usize = 24;
+const PREDICTIONS_PER_INTERVAL: usize = 24;
 /// Number of intervals between adjacent frequencies in plots.
 const DRAWN: usize = 8;
 /// Maximum number of frequencies.
-pub const MOST: usize = 400;
+pub const MAX_FREQUENCIES: usize = 400;
 /// Fraction of the size of a curve. For amplitudes below it (near zeros of the curve), the tolerance is absolute.
 const SMALL: f64 = 0.01;
 /// Smallest size of a curve relative to the largest curve of its kind. With this value, rounding errors stay below a
@@ -27,7 +27,7 @@ const SMALL: f64 = 0.01;
 const WEAKEST: f64 = 1e-5;
 /// Fraction of the half-power width of a peak within which a frequency is not computed again; the amplitudes there differ
 /// by less than the default tolerance.
-const NEAR: f64 = 0.03;
+const MIN_DISTANCE: f64 = 0.03;
 /// Ratio of the ends of the range above which the first frequencies are spaced logarithmically.
 const WIDE: f64 = 30.0;
 
@@ -122,7 +122,7 @@ impl Adaptive {
             let sizes = samples.sizes(kinds);
             let fitted = Rational::fit(&samples.frequencies, &samples.rows, &sizes);
             let peaks = peaks(&samples.frequencies, &fitted, &sizes);
-            if is_interrupted || samples.frequencies.len() >= MOST {
+            if is_interrupted || samples.frequencies.len() >= MAX_FREQUENCIES {
                 return Ok(samples.with_curves(&fitted, peaks));
             }
             let before = earlier.unwrap_or_else(|| {
@@ -150,15 +150,15 @@ impl Adaptive {
         let [low, high] = self.range;
         let is_wide = low > 0.0 && high > WIDE * low;
         let place = |k: usize| {
-            let s = k as f64 / (FIRST - 1) as f64;
+            let s = k as f64 / (FIRST_ROUND - 1) as f64;
             match k {
                 0 => low,
-                _ if k == FIRST - 1 => high,
+                _ if k == FIRST_ROUND - 1 => high,
                 _ if is_wide => low * (high / low).powf(s),
                 _ => low + s * (high - low),
             }
         };
-        (0..FIRST).map(place).collect()
+        (0..FIRST_ROUND).map(place).collect()
     }
 
     /// Returns the frequencies at which two predictions differ most, at most one between adjacent frequencies, in
@@ -173,8 +173,9 @@ impl Adaptive {
         is_predicted: bool,
     ) -> Vec<f64> {
         let gaps = computed.windows(2).map(|ends| {
-            let between = (1..=BETWEEN).map(|i| {
-                let f = ends[0] + (ends[1] - ends[0]) * i as f64 / (BETWEEN + 1) as f64;
+            let between = (1..=PREDICTIONS_PER_INTERVAL).map(|i| {
+                let f = ends[0]
+                    + (ends[1] - ends[0]) * i as f64 / (PREDICTIONS_PER_INTERVAL + 1) as f64;
                 let now = fitted.at(f, sizes.len());
                 (f, distance(&before.at(f, sizes.len()), &now, sizes))
             });
@@ -198,7 +199,7 @@ impl Adaptive {
             let half_width = peak.damping_ratio.map_or(0.0, |ratio| ratio * peak.frequency);
             let nearby = match half_width {
                 0.0 => 1e-4 * (high - low),
-                _ => NEAR * half_width,
+                _ => MIN_DISTANCE * half_width,
             };
             let places = [-half_width, 0.0, half_width].map(|shift| peak.frequency + shift);
             wanted.extend(places.map(|f| (f, nearby)));
@@ -224,7 +225,7 @@ fn refined(frequencies: &[f64], n: usize) -> Vec<f64> {
 
 /// Returns the local maxima of the curves of a rational function between the computed frequencies.
 fn peaks(computed: &[f64], fitted: &Rational, sizes: &[f64]) -> Vec<(usize, Maximum)> {
-    let fine = refined(computed, BETWEEN);
+    let fine = refined(computed, PREDICTIONS_PER_INTERVAL);
     let rows: Vec<Vec<Complex64>> = fine.iter().map(|f| fitted.at(*f, sizes.len())).collect();
     let mut peaks = Vec::new();
     for (curve, size) in sizes.iter().enumerate().filter(|(_, size)| **size > 0.0) {
@@ -319,6 +320,6 @@ mod tests {
             let n = if rounds == 2 { 1 } else { f.len() };
             Ok::<_, ()>((f[..n].to_vec(), f[..n].iter().map(|f| modes(*f)).collect()))
         });
-        assert_eq!((samples.unwrap().frequencies.len(), rounds), (FIRST + 1, 2));
+        assert_eq!((samples.unwrap().frequencies.len(), rounds), (FIRST_ROUND + 1, 2));
     }
 }

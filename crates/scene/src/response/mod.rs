@@ -23,7 +23,7 @@ use crate::scene_file::response::{Adaptive, Grid};
 use crate::watch::{Watcher, search};
 use crate::{Body, Error, InputError, Scene, vtu};
 
-pub use adaptive::MOST as MOST_ADAPTIVE;
+pub use adaptive::MAX_FREQUENCIES;
 use adaptive::Samples;
 pub(crate) use part::Part;
 use peaks::Maximum;

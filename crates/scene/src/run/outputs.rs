@@ -186,7 +186,7 @@ impl Outputs<'_> {
         let mut first: Option<(f64, Outcome)> = None;
         for condition in &self.conditions {
             let end = first.as_ref().map_or(to, |(t, _)| *t);
-            let mut ends = match condition.is_of_chain() {
+            let mut ends = match condition.reads_chain() {
                 true => integrator.inner_ends(),
                 false => Vec::new(),
             };

@@ -21,7 +21,7 @@ use super::period::{Extent, Period, Samples, Task};
 use crate::csv;
 use crate::periodic::{Column, Harmonics, Periodic};
 use crate::probe::Reading;
-use crate::scene_file::periodic::Periodic as Wanted;
+use crate::scene_file::periodic::Periodic as PeriodicSettings;
 use crate::state::State;
 use crate::system::System;
 use crate::{Error, Scene};
@@ -78,7 +78,7 @@ struct Found {
 }
 
 impl Search<'_> {
-    fn wanted(&self) -> Wanted {
+    fn settings(&self) -> PeriodicSettings {
         self.scene.file.periodic.clone().unwrap_or_default()
     }
 
@@ -114,7 +114,7 @@ impl Search<'_> {
             if size > 0.0 { size } else { 1.0 }
         };
         let shooting = Shooting {
-            tolerance: self.wanted().tolerance,
+            tolerance: self.settings().tolerance,
             map_error: self.period.rtol,
             ..Shooting::new(map.differential().iter().map(scale).collect())
         };
@@ -179,7 +179,7 @@ impl Search<'_> {
         }
         map.set_steps(Some(n_steps));
         let mut with_steps = |state: &[f64]| evaluate(map, state);
-        let count = self.wanted().multipliers;
+        let count = self.settings().multipliers;
         let leading = multipliers(&mut with_steps, &found, &with_fixed_steps, count)?;
         map.set_steps(None);
         let periodic = PeriodicState { state: found, residual, iterations };
@@ -205,7 +205,7 @@ impl Search<'_> {
             // The motion may settle although the balanced state leads to no periodic state.
             None
             | Some(Err(ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. })) => {
-                let periods = self.wanted().settling_periods.unwrap_or(SETTLING_PERIODS);
+                let periods = self.settings().settling_periods.unwrap_or(SETTLING_PERIODS);
                 self.find(map, &mut state, periods, blocks)?
             }
             Some(found) => found?,
@@ -334,13 +334,13 @@ impl Task for Write<'_> {
         let readings = scene.readings()?;
         let request = request(scene, options)?;
         request.check()?;
-        let wanted = search.wanted();
+        let settings = search.settings();
         let Settled { found, note, y, integrations, steps, .. } = match parts {
-            Some([body, chains]) => body.with_chains(chains, wanted.multipliers),
+            Some([body, chains]) => body.with_chains(chains, settings.multipliers),
             None => Find { search, driven: &[] }.of_system(dae.clone(), &mut start, y, blocks)?,
         };
         let mut map = PeriodMap::new(dae, start, period.times, &y)?;
-        let n = wanted.samples;
+        let n = settings.samples;
         let mut samples = Samples::new(&readings, period.times, n, y.len());
         map.observed(&found.periodic.state, &mut [&mut samples])?;
         let rows = samples.rows;

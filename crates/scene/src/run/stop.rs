@@ -42,7 +42,7 @@ impl Condition {
     }
 
     /// Returns whether the condition depends on a chain.
-    pub(super) fn is_of_chain(&self) -> bool {
+    pub(super) fn reads_chain(&self) -> bool {
         matches!(self, Self::Coherence { .. })
     }
 

@@ -11,7 +11,7 @@ use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{Chain, Component, ComponentName, Place};
 
 /// Maximum number of oscillators at all places of a chain, and maximum number of grid points.
-pub(super) const MOST: usize = 1_000_000;
+pub(super) const MAX_OSCILLATORS: usize = 1_000_000;
 
 /// Place of the body that drives a chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,9 +149,9 @@ impl Builder<'_> {
             }
         }
         let n = points.iter().fold(1_usize, |n, one| n.saturating_mul(*one));
-        if n > MOST {
+        if n > MAX_OSCILLATORS {
             let error = InputError::new("too many points").found(n);
-            let error = error.allowed(format!("{MOST} at most"));
+            let error = error.allowed(format!("{MAX_OSCILLATORS} at most"));
             return Err(self.wrong(&format!("{path}.points"), error));
         }
         let coordinate = |axis: usize, i: usize| {

@@ -48,7 +48,7 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         (of_modes, "modes.preload_time"),
         (of_response, "response.preload_time"),
     ] {
-        if let Some(t) = taken.filter(|t| rests(&body.muscle, *t)) {
+        if let Some(t) = taken.filter(|t| is_unloaded(&body.muscle, *t)) {
             notes.push(format!(
                 "all loads are 0 at t = {t} s, when the equilibrium is computed: {key} sets another time"
             ));
@@ -80,7 +80,7 @@ fn coarse(file: &SceneFile, body: &Body) -> Vec<String> {
 /// vanish at all sample times of a round number of samples.
 const TIMES: u32 = 97;
 /// A note is added if a load reaches less than this fraction of its later maximum during the motion.
-const LEAST_PART: f64 = 0.05;
+const MIN_LOAD_FRACTION: f64 = 0.05;
 
 /// Returns the sampled times between two times.
 fn times(from: f64, to: f64) -> impl Iterator<Item = f64> {
@@ -99,7 +99,7 @@ fn late_loads(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     let notes = body.keyed_loads().filter_map(|(path, signal)| {
         let own = largest(signal, 0.0, t_end);
         let later = largest(signal, t_end, signal.range().1.clamp(t_end, 10.0 * t_end));
-        (own < LEAST_PART * later).then(|| {
+        (own < MIN_LOAD_FRACTION * later).then(|| {
             format!(
                 "{path} reaches {:.1} % of its later values before [time] end = {t_end} s: extend the run, or let the load \
                  begin earlier",
@@ -160,7 +160,7 @@ fn held(i: usize, traction: &Traction, muscle: &Muscle) -> Vec<String> {
 }
 
 /// Returns whether there are loads, tensions or support motions, but all of them are zero.
-fn rests(muscle: &Muscle, t: f64) -> bool {
+fn is_unloaded(muscle: &Muscle, t: f64) -> bool {
     let signals = muscle.signals().map(|signal| signal.at(t).value);
     let tensions = muscle.activations.iter().map(|(_, own)| own.at(t, 0.0));
     let values: Vec<f64> = signals.chain(tensions).collect();

@@ -463,7 +463,7 @@ impl Scene {
         let mut reading_notes = builder.notes.take();
         reading_notes.extend(unused::notes(&file));
         if file.analysis == Analysis::Static {
-            file.probe.retain(|probe| !probe.kind.kind().is_of_motion());
+            file.probe.retain(|probe| !probe.kind.kind().requires_motion());
         }
         Ok(Self {
             t_end,

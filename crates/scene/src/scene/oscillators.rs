@@ -8,7 +8,7 @@ use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator, Neighb
 
 use super::Body;
 use super::builder::Builder;
-use super::chain_places::{DrivenPlace, Found, MOST};
+use super::chain_places::{DrivenPlace, Found, MAX_OSCILLATORS};
 use crate::InputError;
 use crate::probe::Parts;
 use crate::scene_file::SceneFile;
@@ -131,10 +131,10 @@ impl Builder<'_> {
         let neighborhood = self.neighborhood(file, body, chain, &places, path)?;
         let n_places = places.len().max(1);
         let n = chain.oscillators.saturating_mul(n_places);
-        if n > MOST {
+        if n > MAX_OSCILLATORS {
             let error = InputError::new("too many oscillators")
                 .found(format!("{} at each of {n_places} places", chain.oscillators))
-                .allowed(format!("{MOST} of all places"));
+                .allowed(format!("{MAX_OSCILLATORS} of all places"));
             return Err(self.wrong(&format!("{path}.oscillators"), error));
         }
         let detuning = Detuning {

@@ -20,7 +20,7 @@ pub(super) fn notes(file: &SceneFile) -> Option<String> {
     ];
     let sections = sections.into_iter().filter(|(_, given)| *given);
     let mut unused: Vec<String> = sections.map(|(name, _)| name.to_owned()).collect();
-    let probes = file.probe.iter().filter(|probe| probe.kind.kind().is_of_motion());
+    let probes = file.probe.iter().filter(|probe| probe.kind.kind().requires_motion());
     let probes = probes.filter(|_| is_equilibrium);
     unused.extend(probes.map(|probe| format!("probe `{}`", probe.name)));
     (!unused.is_empty()).then(|| format!("not used by this analysis: {}", unused.join(", ")))

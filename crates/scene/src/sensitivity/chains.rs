@@ -18,7 +18,7 @@ impl Parameterized {
         values: &[f64],
         scene: &Scene,
     ) -> Result<Vec<Option<ChainDependence>>, Error> {
-        if !self.parameters.iter().any(SceneParameter::is_of_chains) {
+        if !self.parameters.iter().any(SceneParameter::affects_chains) {
             return Ok(Vec::new());
         }
         let body = body(scene)?;
@@ -41,7 +41,7 @@ impl Parameterized {
         dae: &MuscleDae,
     ) -> Result<ChainDependence, Error> {
         let (known, value) = (&self.parameters[j], values[j]);
-        let twin = |value: f64| -> Result<Oscillators, Error> {
+        let perturbed_chain = |value: f64| -> Result<Oscillators, Error> {
             let mut values = values.to_vec();
             values[j] = value;
             let mut chains = driven_by(&self.at(&values)?, dae)?;
@@ -50,12 +50,12 @@ impl Parameterized {
         if known.influence == Influence::Affine {
             let next = value + known.scale;
             let weight = 1.0 / (next - value);
-            let twins = vec![(weight, twin(next)?)];
-            return Ok(ChainDependence::new(network, -weight, twins));
+            let chains = vec![(weight, perturbed_chain(next)?)];
+            return Ok(ChainDependence::new(network, -weight, chains));
         }
         let delta = known.step(STEP, value);
-        let (stencil, twins) = around(value, delta, twin)?;
+        let (stencil, chains) = around(value, delta, perturbed_chain)?;
         let weights = stencil.points().iter().map(|(_, weight)| weight / delta);
-        Ok(ChainDependence::new(network, 0.0, weights.zip(twins).collect()))
+        Ok(ChainDependence::new(network, 0.0, weights.zip(chains).collect()))
     }
 }

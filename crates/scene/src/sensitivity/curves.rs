@@ -15,7 +15,7 @@ use crate::probe::{Reading, StateAt, within_half_a_turn};
 use crate::response::{Part, harmonic_probes};
 use crate::run::start::{driving, initial};
 use crate::scene::Scene;
-use crate::scene_file::identification::{Output as Wanted, ShearWave};
+use crate::scene_file::identification::{Output as OutputSettings, ShearWave};
 use crate::system::System;
 use crate::watch::Watcher;
 use crate::{Error, InputError};
@@ -79,8 +79,8 @@ fn column_names(is_response: bool, probe: &dyn Reading) -> Vec<String> {
 }
 
 /// Returns the names of a probe's columns from which an output is computed: complex values for waves.
-fn names_for(wanted: &Wanted, is_response: bool, probe: &dyn Reading) -> Vec<String> {
-    match (wanted.shear_wave, probe.harmonic()) {
+fn names_for(settings: &OutputSettings, is_response: bool, probe: &dyn Reading) -> Vec<String> {
+    match (settings.shear_wave, probe.harmonic()) {
         (None, _) => column_names(is_response, probe),
         (Some(_), Some(_)) if is_response => probe.names(),
         (Some(_), _) => Vec::new(),
@@ -110,37 +110,37 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
         return all_columns(scene, &probes);
     }
     // Outputs for the other analysis are skipped if the scene has both.
-    let has_column = |is_response: bool, k: usize, wanted: &Wanted| {
-        names_for(wanted, is_response, &*probes[k]).contains(&wanted.column)
+    let has_column = |is_response: bool, k: usize, settings: &OutputSettings| {
+        names_for(settings, is_response, &*probes[k]).contains(&settings.column)
     };
-    let is_own = |wanted: &Wanted| {
-        let k = file.probe.iter().position(|probe| probe.name == wanted.probe);
-        k.is_some_and(|k| has_column(scene.is_response(), k, wanted))
+    let is_own = |settings: &OutputSettings| {
+        let k = file.probe.iter().position(|probe| probe.name == settings.probe);
+        k.is_some_and(|k| has_column(scene.is_response(), k, settings))
     };
     let has_own = file.output.iter().any(is_own);
-    let named = file.output.iter().enumerate().map(|(i, wanted)| {
+    let named = file.output.iter().enumerate().map(|(i, settings)| {
         let k = probe_of(scene, i, &probes)?;
-        let names = names_for(wanted, scene.is_response(), &*probes[k]);
-        let column = names.iter().position(|name| *name == wanted.column);
-        let is_other = has_own && has_column(!scene.is_response(), k, wanted);
+        let names = names_for(settings, scene.is_response(), &*probes[k]);
+        let column = names.iter().position(|name| *name == settings.column);
+        let is_other = has_own && has_column(!scene.is_response(), k, settings);
         if column.is_none() && !is_other {
             return Err(no_column(scene, i, &names));
         }
-        if file.output[..i].iter().any(|other| other.name == wanted.name) {
-            let error = InputError::new(format!("duplicate output name `{}`", wanted.name));
+        if file.output[..i].iter().any(|other| other.name == settings.name) {
+            let error = InputError::new(format!("duplicate output name `{}`", settings.name));
             return Err(scene.wrong(&format!("output[{i}].name"), error));
         }
         Ok(column.map(|column| {
             let own = Output {
-                name: wanted.name.clone(),
-                column_name: wanted.column.clone(),
+                name: settings.name.clone(),
+                column_name: settings.column.clone(),
                 probe: k,
                 column,
-                noise: wanted.noise,
+                noise: settings.noise,
                 turn: None,
-                shear_wave: wanted.shear_wave,
+                shear_wave: settings.shear_wave,
             };
-            match wanted.shear_wave {
+            match settings.shear_wave {
                 Some(wave) => Output {
                     column_name: wave.label().to_owned(),
                     column: Part::ALL.len() * column,
@@ -197,7 +197,7 @@ fn probe_of(scene: &Scene, i: usize, probes: &[Box<dyn Reading>]) -> Result<usiz
 
 /// Returns the error of `[[output]]` number `i`, whose column is not among the `names`.
 fn no_column(scene: &Scene, i: usize, names: &[String]) -> InputError {
-    let Wanted { probe, column, shear_wave, .. } = &scene.file.output[i];
+    let OutputSettings { probe, column, shear_wave, .. } = &scene.file.output[i];
     let (key, error) = match shear_wave {
         Some(_) if !scene.is_response() => {
             let error = InputError::new("a shear wave needs a harmonic response");
@@ -389,7 +389,7 @@ pub fn follow(
     let request =
         Request { scene, outputs, times, n_parameters: dependences.count(), precision, watcher };
     // Chains do not act on the body here, so they are only integrated if an output measures them.
-    if !outputs.iter().any(|output| scene.file.probe[output.probe].kind.is_of_chain()) {
+    if !outputs.iter().any(|output| scene.file.probe[output.probe].kind.reads_chain()) {
         let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
         let start = [&y[..], &y_dot];

@@ -51,7 +51,7 @@ const TABLES: [&str; 7] = [
 ];
 
 /// Returns whether a table contains loads.
-fn is_of_loads(table: &str) -> bool {
+fn affects_loads(table: &str) -> bool {
     LOADS.contains(&table) || SurfaceLoads::KEYS.contains(&table)
 }
 
@@ -138,7 +138,7 @@ impl SceneParameter {
 
     /// Returns whether only the stress of the law depends on the parameter, and does so affinely. Prony terms also
     /// depend on the constants of the law.
-    pub(super) fn is_of_stress(&self, body: &Body) -> bool {
+    pub(super) fn affects_stress(&self, body: &Body) -> bool {
         self.table() == "material"
             && self.influence == Influence::Affine
             && !self.key.ends_with(".density")
@@ -147,8 +147,8 @@ impl SceneParameter {
     }
 
     /// Returns whether only loads depend on it.
-    pub(super) fn is_of_loads(&self) -> bool {
-        is_of_loads(self.table())
+    pub(super) fn affects_loads(&self) -> bool {
+        affects_loads(self.table())
     }
 
     /// Returns the number of its chain, if it belongs to a chain.
@@ -158,7 +158,7 @@ impl SceneParameter {
     }
 
     /// Returns whether only a chain depends on it.
-    pub(super) fn is_of_chains(&self) -> bool {
+    pub(super) fn affects_chains(&self) -> bool {
         self.chain().is_some()
     }
 
@@ -180,7 +180,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
         wanted.key.trim().split(['.', '[', ']']).filter(|p| !p.is_empty()).collect();
     let key = &key_of(&parts);
     let (table, last) = (parts.first().copied().unwrap_or(""), last_name(&parts));
-    if !TABLES.contains(&table) && !is_of_loads(table) {
+    if !TABLES.contains(&table) && !affects_loads(table) {
         let error = InputError::new(format!("`{key}` cannot be a parameter")).allowed(format!(
             "numbers of {}",
             [&TABLES[..], &LOADS, SurfaceLoads::KEYS].concat().join(", ")
@@ -355,7 +355,9 @@ fn influence(
         ("active", "tension") if found.is_some_and(Value::is_number) => Some(Influence::Smooth),
         ("active", _) => None,
         // The slope of a smooth step is continuous at its breaks.
-        (table, _) if role == Some(Role::Break) && is_of_loads(table) && rise(parent).is_some() => {
+        (table, _)
+            if role == Some(Role::Break) && affects_loads(table) && rise(parent).is_some() =>
+        {
             Some(Influence::Break)
         }
         // The equations are not affine in prescribed displacements, because these act through the law.

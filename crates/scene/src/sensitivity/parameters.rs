@@ -129,7 +129,7 @@ impl Parameterized {
         let formulation = body.formulation;
         let value = values[j];
         let parameter = dae::Parameter { name: known.key.clone(), value, scale: known.scale };
-        if known.influence == Influence::Start || known.is_of_chains() {
+        if known.influence == Influence::Start || known.affects_chains() {
             return Ok(Dependence::of_start(parameter));
         }
         let other = |value| Ok(self.neighbor(j, values, body, value)?.muscle);
@@ -145,8 +145,8 @@ impl Parameterized {
             Dependence::smooth(parameter, formulation, muscles, (stencil, delta))
         };
         Ok(match known {
-            _ if known.is_of_loads() => dependence.on_loads(),
-            _ if known.is_of_stress(body) => dependence.on_forces(),
+            _ if known.affects_loads() => dependence.on_loads(),
+            _ if known.affects_stress(body) => dependence.on_forces(),
             _ if known.is_outside_elements(formulation) => dependence.outside_elements(),
             _ => dependence,
         })

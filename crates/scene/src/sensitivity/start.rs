@@ -19,7 +19,7 @@ impl Parameterized {
     /// Rejects parameters with respect to which a body at rest would be loaded at t = 0.
     fn expect_rest(&self, values: &[f64], body: &Body) -> Result<(), Error> {
         for (j, (known, &value)) in self.parameters.iter().zip(values).enumerate() {
-            if known.is_of_loads() {
+            if known.affects_loads() {
                 let near = self.neighbor(j, values, body, value + known.step(STEP, value))?;
                 let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
                 initial(&near, &mut dae, Watcher::NOBODY).map_err(|cause| {
@@ -62,7 +62,7 @@ impl Parameterized {
         };
         let one = |j: usize| {
             let (known, value) = (&self.parameters[j], values[j]);
-            if known.is_of_chains() {
+            if known.affects_chains() {
                 return Ok(Vec::new());
             }
             let place = format!("parameter[{j}].key");

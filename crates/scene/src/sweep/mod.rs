@@ -320,9 +320,9 @@ impl Sweep<'_> {
         let (done, result) = match caught(|| self.run(case, &mut inputs)) {
             Ok(result) => {
                 // The CPU time limit of a case depends on the machine.
-                let by_chance = [EndReason::Interrupted, EndReason::WorkCap];
+                let machine_dependent = [EndReason::Interrupted, EndReason::WorkCap];
                 let reason = result.outcome.reason();
-                (!reason.is_some_and(|reason| by_chance.contains(&reason)), result.document)
+                (!reason.is_some_and(|reason| machine_dependent.contains(&reason)), result.document)
             }
             Err(error @ Error::Busy(_)) => return Err(error),
             Err(error) => {

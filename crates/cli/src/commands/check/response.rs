@@ -6,7 +6,7 @@ use myovib_model::check::FactorizationCost;
 use myovib_model::harmonic::HarmonicResponse;
 use myovib_model::statics::Equilibrium;
 use myovib_report::table::counted;
-use myovib_scene::response::MOST_ADAPTIVE;
+use myovib_scene::response::MAX_FREQUENCIES;
 use myovib_scene::scene_file::SceneFile;
 use myovib_scene::scene_file::response::Grid;
 use myovib_scene::{Body, InputError, Scene};
@@ -57,7 +57,7 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
         frequencies,
         unknowns: response.n_unknowns(),
         seconds_per_frequency: seconds,
-        seconds: seconds * frequencies.unwrap_or(MOST_ADAPTIVE) as f64,
+        seconds: seconds * frequencies.unwrap_or(MAX_FREQUENCIES) as f64,
         harmonic: harmonic(&scene.file)?,
         preload_time: wanted.preload_time,
     };
@@ -80,7 +80,7 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
             counted(n, "solution")
         ),
         None => format!(
-            "cost            {seconds:.1e} s for each frequency; at most {MOST_ADAPTIVE} are chosen during the computation, \
+            "cost            {seconds:.1e} s for each frequency; at most {MAX_FREQUENCIES} are chosen during the computation, \
              in {total:.1} s on one thread"
         ),
     });
