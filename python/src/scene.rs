@@ -160,7 +160,7 @@ pub(crate) fn versions() -> (&'static str, String, String) {
 #[pyfunction]
 pub(crate) fn program(py: Python<'_>, arguments: Vec<OsString>) -> i32 {
     myovib_cli::interrupt::install();
-    myovib_cli::interrupt::outlive_large_files();
+    myovib_cli::interrupt::ignore_file_size_signal();
     py.detach(|| myovib_cli::command(arguments) as i32)
 }
 

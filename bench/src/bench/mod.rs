@@ -125,11 +125,11 @@ fn fastest_call<E>(repeats: u32, mut call: impl FnMut() -> Result<(), E>) -> Res
 /// Prints or writes the results, which are incomplete after Ctrl-C.
 fn give(args: &BenchArgs, text: &str, document: &impl Serialize) -> anyhow::Result<Exit> {
     if goes_on() {
-        args.common.give("bench", text, document)?;
+        args.common.print_or_write("bench", text, document)?;
         return Ok(Exit::Done);
     }
     let text = format!("{text}\nInterrupted: the results are incomplete.\n");
-    args.common.give("bench", &text, document)?;
+    args.common.print_or_write("bench", &text, document)?;
     Ok(Exit::Interrupted)
 }
 

@@ -62,7 +62,7 @@ impl AnalysisCommand<'_> {
         let table = table(&result).unwrap_or_default();
         let page = self.out.join(page::NAME);
         let text = format!("{table}\nFull report: {}\n", plain(&page.display().to_string()));
-        self.common.give(self.name, &text, &result.document)?;
+        self.common.print_or_write(self.name, &text, &result.document)?;
         Ok(Exit::of(&result.outcome))
     }
 }

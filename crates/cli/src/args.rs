@@ -57,7 +57,12 @@ impl CommonArgs {
     ///
     /// # Errors
     /// Returns an error if standard output or the file cannot be written.
-    pub fn give(&self, command: &str, text: &str, document: &impl Serialize) -> anyhow::Result<()> {
+    pub fn print_or_write(
+        &self,
+        command: &str,
+        text: &str,
+        document: &impl Serialize,
+    ) -> anyhow::Result<()> {
         if let Some(target) = &self.json {
             json::write(target, command, document)?;
         }

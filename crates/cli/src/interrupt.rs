@@ -27,7 +27,7 @@ static INTERRUPTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 static AT_ONCE: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::new(true)));
 
 /// Returns whether a signal has been received.
-pub fn has_come() -> bool {
+pub fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
@@ -59,7 +59,7 @@ fn end_by(signal: c_int) -> io::Result<()> {
 
 /// Converts a write beyond the system's file size limit into an error that names the file; otherwise, the signal would
 /// end the program.
-pub fn outlive_large_files() {
+pub fn ignore_file_size_signal() {
     #[cfg(unix)]
     if let Err(error) = register(signal_hook::consts::SIGXFSZ, Arc::default()) {
         output::warn(&format!("exceeding the file size limit will end the program: {error}"));

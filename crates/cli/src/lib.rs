@@ -52,7 +52,7 @@ use crate::exit::Exit;
 /// Parses the command line, runs the command, and returns the exit code.
 pub fn main() -> ExitCode {
     interrupt::install();
-    interrupt::outlive_large_files();
+    interrupt::ignore_file_size_signal();
     // No other error follows, even if another thread runs out of memory until the process ends.
     let print = |error: &str| Allocator::print_last_error(|| output::print_error(error));
     ranks::main(|| execute(env::args_os(), print).into(), scene)
@@ -97,6 +97,6 @@ fn exit(result: anyhow::Result<Exit>, print: impl FnOnce(&str)) -> Exit {
     result.unwrap_or_else(|failure| {
         print(&error::render(&failure));
         // A command that needs the result of a run fails if the run is interrupted, but its input is valid.
-        if interrupt::has_come() { Exit::Interrupted } else { Exit::of_failure(&failure) }
+        if interrupt::is_interrupted() { Exit::Interrupted } else { Exit::of_failure(&failure) }
     })
 }

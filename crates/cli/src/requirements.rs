@@ -17,28 +17,28 @@ pub struct Requirement {
 }
 
 /// Name of this program's build variant in the list of requirements.
-pub const WAY: &str = match cfg!(feature = "vendored") {
+pub const BUILD_VARIANT: &str = match cfg!(feature = "vendored") {
     true => "vendored",
     false => "system",
 };
 
-/// Returns all requirements of the build variant `way`.
+/// Returns all requirements of the build `variant`.
 ///
 /// # Panics
 /// Panics if a line of the embedded list does not have four fields, which a test excludes.
-pub fn of(way: &str) -> Vec<Requirement> {
+pub fn of_variant(variant: &str) -> Vec<Requirement> {
     let lines = LIST.lines().filter(|line| !line.starts_with('#'));
-    lines.filter_map(|line| parse(line, way)).collect()
+    lines.filter_map(|line| parse(line, variant)).collect()
 }
 
-fn parse(line: &'static str, way: &str) -> Option<Requirement> {
+fn parse(line: &'static str, variant: &str) -> Option<Requirement> {
     let fields: Vec<&str> = line.split('|').map(str::trim).collect();
     let [of, package, purpose, patterns] = fields[..] else {
         panic!("requirements.txt: `{line}` does not have four fields")
     };
     let requirement =
         Requirement { package, purpose, patterns: patterns.split_whitespace().collect() };
-    (of == way || of == "both").then_some(requirement)
+    (of == variant || of == "both").then_some(requirement)
 }
 
 impl Requirement {
@@ -66,11 +66,11 @@ mod tests {
 
     #[test]
     fn the_list_is_well_formed() {
-        for (way, own, of_the_other) in [
+        for (variant, own, of_the_other) in [
             ("system", ["libsundials-dev", "libsuitesparse-dev"], "cmake"),
             ("vendored", ["cmake", "make"], "libsundials-dev"),
         ] {
-            let all = of(way);
+            let all = of_variant(variant);
             let packages: Vec<_> = all.iter().map(|r| r.package).collect();
             for needed in own.into_iter().chain(["gcc", "libclang-dev"]) {
                 assert!(packages.contains(&needed), "{needed} in {packages:?}");

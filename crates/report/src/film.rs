@@ -17,7 +17,7 @@ use crate::spatial::alone;
 use crate::vector::{Place, cross, dot, minus};
 
 /// Margin around the moving body, as a fraction of its extent.
-const AIR: f64 = 0.04;
+const MARGIN: f64 = 0.04;
 
 /// Content of a film.
 #[derive(Debug, Clone, Copy)]
@@ -324,8 +324,8 @@ impl<'a> Drawing<'a> {
         let cells = self.mesh.cells.iter();
         let axis = |name: &str, k: usize| {
             let [low, high] = self.limits[k];
-            let air = AIR * (high - low);
-            Axis::new(name, "m").between(low - air, high + air)
+            let margin = MARGIN * (high - low);
+            Axis::new(name, "m").between(low - margin, high + margin)
         };
         MeshPlot {
             title,

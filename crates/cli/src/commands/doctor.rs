@@ -47,12 +47,12 @@ struct BuildTool {
 /// Prints the findings.
 pub fn run(args: &DoctorArgs) -> anyhow::Result<Exit> {
     let findings = examine(args);
-    args.common.give("doctor", &text(&findings), &findings)?;
+    args.common.print_or_write("doctor", &text(&findings), &findings)?;
     Ok(if findings.remedies.is_empty() { Exit::Done } else { Exit::Differs })
 }
 
 fn examine(args: &DoctorArgs) -> Findings {
-    let build: Vec<BuildTool> = requirements::of(requirements::WAY)
+    let build: Vec<BuildTool> = requirements::of_variant(requirements::BUILD_VARIANT)
         .iter()
         .map(|requirement| BuildTool {
             purpose: requirement.purpose,
@@ -64,7 +64,7 @@ fn examine(args: &DoctorArgs) -> Findings {
     let remedies = remedies(&linked, &build);
     Findings {
         sundials_headers: linked.sundials_headers,
-        way: requirements::WAY,
+        way: requirements::BUILD_VARIANT,
         suite_sparse: linked.sparse.map(|sparse| sparse.suite_sparse),
         index_bits: linked.index_bits,
         optimized: !cfg!(debug_assertions),

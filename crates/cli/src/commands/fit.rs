@@ -149,9 +149,9 @@ pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
     drop(progress);
     let document = write(&args.out, &result)?;
     let text = describe(&result, colored_stdout());
-    args.common.give("fit", &text, &document)?;
+    args.common.print_or_write("fit", &text, &document)?;
     Ok(match result.outcome() {
-        _ if interrupt::has_come() => Exit::Interrupted,
+        _ if interrupt::is_interrupted() => Exit::Interrupted,
         Outcome::Converged => Exit::Done,
         _ => Exit::Stopped,
     })

@@ -81,7 +81,7 @@ pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
         pairs: families.iter().map(|family| family_json(family, elements)).collect(),
     };
     let text = text(&families, elements);
-    args.common.give("infsup", &text, &document)?;
+    args.common.print_or_write("infsup", &text, &document)?;
     Ok(Exit::Done)
 }
 

@@ -111,7 +111,7 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
         output::note(note);
     }
     let text = modes::text(&findings.modes);
-    args.common.give("modes", &text, &findings)?;
+    args.common.print_or_write("modes", &text, &findings)?;
     Ok(Exit::Done)
 }
 

@@ -117,7 +117,7 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
         "{text}\nFull report: {}\n",
         plain(&args.out.join(page::NAME).display().to_string())
     );
-    args.common.give("run", &text, &result.document)?;
+    args.common.print_or_write("run", &text, &result.document)?;
     Ok(Exit::of(&result.outcome))
 }
 

@@ -94,7 +94,7 @@ pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
     };
     drop(progress);
     let text = format!("{table}{}\n", files.join(", "));
-    args.common.give(schema, &text, &document)?;
+    args.common.print_or_write(schema, &text, &document)?;
     Ok(Exit::Done)
 }
 
@@ -166,5 +166,5 @@ fn figure(curves: &Curves) -> Figure {
         Box::new(plot) as Box<dyn Panel>
     };
     let panels = (0..curves.outputs.len()).map(panel).collect();
-    Figure::column("What the outputs depend on", panels)
+    Figure::column("Sensitivities of the outputs", panels)
 }

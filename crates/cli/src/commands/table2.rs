@@ -286,7 +286,7 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
     }
     let mesh = args.mesh.as_ref();
     let mesh = mesh.map_or("muscle.msh (built in)".to_owned(), |m| m.display().to_string());
-    args.common.give(
+    args.common.print_or_write(
         "table2",
         &table2::text(&runs, is_modified),
         &table2::document(&runs, &mesh, is_modified),

@@ -150,7 +150,7 @@ impl Case {
 pub fn limit() -> Result<Vec<(Case, IndexReport)>, ModelError> {
     let mesh = coarse_beam(3)?;
     let kappas = [1e5, 1e7, 1e9, 1e11, 1e13, INF];
-    let on_the_way = |kappa: f64| -> Result<(Case, IndexReport), ModelError> {
+    let toward_limit = |kappa: f64| -> Result<(Case, IndexReport), ModelError> {
         let case = Case {
             equation: Some("29"),
             law: paper::LAW,
@@ -162,5 +162,5 @@ pub fn limit() -> Result<Vec<(Case, IndexReport)>, ModelError> {
         };
         Ok((case, case.at_random_state(&mesh, 1)?))
     };
-    kappas.into_iter().map(on_the_way).collect()
+    kappas.into_iter().map(toward_limit).collect()
 }

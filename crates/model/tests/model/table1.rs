@@ -40,9 +40,9 @@ fn the_table_and_our_formulations() {
 #[test]
 fn the_limit_of_29() {
     let reports = table1::limit().unwrap();
-    let (on_the_way, limit) = reports.split_at(reports.len() - 1);
+    let (toward_limit, limit) = reports.split_at(reports.len() - 1);
     assert_eq!(limit[0].1.decided(), Some(4));
-    for pair in on_the_way.windows(2) {
+    for pair in toward_limit.windows(2) {
         let [(_, before), (case, after)] = pair else { unreachable!("windows of two") };
         assert!(after.gap < before.gap - 1.0, "{} at kappa = {}", after.gap, case.kappa);
         assert_eq!(before.decided(), Some(2));

@@ -70,9 +70,9 @@ fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     });
     let pressed = file.surface_loads.all().into_iter();
     let pressed = pressed.map(|(_, load)| (load.group, None));
-    let bedded = file.elastic_foundation.iter().map(|foundation| (&*foundation.group, None));
+    let on_foundation = file.elastic_foundation.iter().map(|foundation| (&*foundation.group, None));
     let touched = file.contact.iter().map(|contact| (&*contact.group, None));
-    let all = held.chain(moved).chain(bedded).chain(touched);
+    let all = held.chain(moved).chain(on_foundation).chain(touched);
     let all = all.chain(loaded).chain(pressed);
     let mut once = Vec::new();
     for group in all {

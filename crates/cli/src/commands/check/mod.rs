@@ -39,13 +39,13 @@ use myovib_scene::{Body, Scene, plain};
     myovib check scene.toml\n  \
     myovib check table2-4\n  \
     myovib check scene.toml --set solid.bulk_modulus=inf --json\n\n\
-    What is printed: each block of unknowns with its index, and whether the integrator tests its error; the \
+    Prints each block of unknowns with its index, and whether the integrator tests its error; the \
     size of the body; the index of the system; how well the pressures are controlled (inf–sup); the start; \
     eigenfrequencies; the first steps \
     of the run, tried for a second; then warnings with what to change. For an equilibrium: the displacement \
     according to linear elasticity, and the time per iteration. Blocks are named as in the table; to exclude lambda \
     from the error test, use `--set 'integrator.error_test.exclude=[\"p\"]'`.\n\n\
-    Nothing is written. Warnings do not change the exit code.")]
+    Writes no files. Warnings do not change the exit code.")]
 pub struct CheckArgs {
     /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
@@ -70,7 +70,7 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
         output::note(&note);
     }
     let (text, document) = examine(&args.scene.display().to_string(), &scene)?;
-    args.common.give("check", &text, &document)?;
+    args.common.print_or_write("check", &text, &document)?;
     Ok(Exit::Done)
 }
 

@@ -9,7 +9,7 @@ use myovib_report::plot::{Axis, EdgeGroup, Field, MeshPlot};
 const REACH: f64 = 0.3;
 
 /// Margin above and below the moving body, as a fraction of the body's height.
-const AIR: f64 = 0.08;
+const MARGIN: f64 = 0.08;
 
 /// Common settings of all pictures of a motion.
 pub(in crate::commands) struct Drawing<'a> {
@@ -45,7 +45,7 @@ impl<'a> Drawing<'a> {
 
     /// Draws the body at time `t`, colored by a field.
     pub(in crate::commands) fn panel(&self, t: f64, u: &[[f64; 2]], field: Field) -> MeshPlot {
-        let reach = self.scale * self.largest + AIR * height(self.space);
+        let reach = self.scale * self.largest + MARGIN * height(self.space);
         let bottom = extent(self.space, 1, f64::min) - reach;
         let top = extent(self.space, 1, f64::max) + reach;
         let outline = outline(self.space);

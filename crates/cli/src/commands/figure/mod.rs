@@ -249,7 +249,7 @@ fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> any
             run: &product.run,
         });
     }
-    options.common.give(command, &text, &document)?;
+    options.common.print_or_write(command, &text, &document)?;
     Ok(products
         .iter()
         .map(|product| product.exit)

@@ -230,12 +230,12 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     // After Ctrl-C, the movie ends with the frames drawn so far.
     // After an interrupted computation, the part computed is drawn.
     let is_interrupted = interrupt::flag();
-    let draws_all = interrupt::has_come();
+    let draws_all = interrupt::is_interrupted();
     let mut n_frames = 0;
     let frames = movie.frames.into_iter();
     let frames = frames.take_while(|_| draws_all || !is_interrupted.load(Ordering::Relaxed));
     let mut frames = frames.inspect(|_| n_frames += 1).map(Ok).peekable();
-    if frames.peek().is_none() && interrupt::has_come() {
+    if frames.peek().is_none() && interrupt::is_interrupted() {
         output::line("no movie: the command was interrupted before the first frame was drawn");
         return Ok(Exit::Interrupted);
     }
@@ -244,8 +244,8 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     output::save(&path, bytes)?;
     let document = Document { file: path.display().to_string(), frames: n_frames };
     let text = plain(&format!("{}: {n_frames} frames\n", path.display()));
-    args.common.give("movie", &text, &document)?;
-    Ok(match interrupt::has_come() {
+    args.common.print_or_write("movie", &text, &document)?;
+    Ok(match interrupt::is_interrupted() {
         true => Exit::Interrupted,
         false => movie.exit,
     })

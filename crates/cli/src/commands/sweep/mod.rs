@@ -93,7 +93,7 @@ pub struct SweepArgs {
 pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     if let Some(file) = &args.slurm {
         let jobs = slurm::write(args, file)?;
-        args.common.give("sweep", &jobs.text(), &jobs)?;
+        args.common.print_or_write("sweep", &jobs.text(), &jobs)?;
         return Ok(Exit::Done);
     }
     let progress = Progress::new(args.common.quiet);
@@ -118,8 +118,8 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     drop(progress);
     sweep::write(&args.out, &result)?;
     warn_stopped(&result.stopped);
-    args.common.give("sweep", &plain(&result.csv), &result.document)?;
-    Ok(if interrupt::has_come() {
+    args.common.print_or_write("sweep", &plain(&result.csv), &result.document)?;
+    Ok(if interrupt::is_interrupted() {
         Exit::Interrupted
     } else if result.failed_to_write {
         Exit::Failed
@@ -129,15 +129,15 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
 }
 
 /// Maximum number of reported cases.
-const TOLD: usize = 10;
+const MAX_LISTED: usize = 10;
 
 /// Prints the reasons why cases stopped before their end time.
 fn warn_stopped(cases: &[String]) {
-    for case in cases.iter().take(TOLD) {
+    for case in cases.iter().take(MAX_LISTED) {
         output::note(case);
     }
-    if cases.len() > TOLD {
-        let more = cases.len() - TOLD;
+    if cases.len() > MAX_LISTED {
+        let more = cases.len() - MAX_LISTED;
         output::note(&format!("{more} more; `message` in sweep.json gives the reason"));
     }
 }

@@ -248,6 +248,6 @@ pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
             run,
         });
     }
-    report::give(args, &results, &request.open()?)?;
+    report::write_and_print(args, &results, &request.open()?)?;
     Ok(exit)
 }

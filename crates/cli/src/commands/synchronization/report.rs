@@ -56,7 +56,7 @@ struct CriterionJson {
 pub(super) const NAME: &str = "synchronization";
 
 /// Writes the files and prints the table.
-pub(super) fn give(
+pub(super) fn write_and_print(
     args: &SynchronizationArgs,
     results: &[Outcome],
     folder: &ResultFolder,
@@ -92,7 +92,7 @@ pub(super) fn give(
         );
     }
     text += &format!("{}\n", files.join(", "));
-    args.common.give(NAME, &text, &document)
+    args.common.print_or_write(NAME, &text, &document)
 }
 
 fn flag(value: bool) -> f64 {

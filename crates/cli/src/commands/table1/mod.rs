@@ -93,7 +93,7 @@ pub fn run(args: &Table1Args) -> anyhow::Result<Exit> {
     let document = document::document(&rows, &limit, [&matching, &richer]);
     let mut text = text::table(&rows, &limit);
     text.push_str(&text::counterexample(&matching, &richer));
-    args.common.give("table1", &text, &document)?;
+    args.common.print_or_write("table1", &text, &document)?;
     let settled = rows.iter().all(|row| row.index().is_some() && row.agrees() != Some(false));
     Ok(if settled { Exit::Done } else { Exit::Differs })
 }

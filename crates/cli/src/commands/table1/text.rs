@@ -58,7 +58,7 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
     if limit.is_empty() {
         return text;
     }
-    text.push_str(&on_the_way(limit));
+    text.push_str(&toward_limit(limit));
     let mut way =
         Table::new(&[("κ", Left), ("β", Left), ("index", Right), ("gap, decades", Right)]);
     for (case, report) in limit {
@@ -97,15 +97,16 @@ fn notes(rows: &[RowResult]) -> String {
 }
 
 /// Formats the results for (29) as κ → ∞ and β → 0.
-fn on_the_way(limit: &[(Case, IndexReport)]) -> String {
+fn toward_limit(limit: &[(Case, IndexReport)]) -> String {
     let found = match limit {
         [] => String::new(),
-        [way @ .., (_, last)] => {
-            let mut indices: Vec<String> = way.iter().map(|(_, r)| r.index.to_string()).collect();
+        [earlier @ .., (_, last)] => {
+            let mut indices: Vec<String> =
+                earlier.iter().map(|(_, r)| r.index.to_string()).collect();
             indices.dedup();
-            let gaps: Vec<f64> = way.iter().map(|(_, report)| report.gap).collect();
+            let gaps: Vec<f64> = earlier.iter().map(|(_, report)| report.gap).collect();
             let trend = match gaps.is_sorted_by(|a, b| a > b) {
-                true => ", ever less clearly",
+                true => ", with decreasing gap",
                 false => "",
             };
             format!(
