@@ -19,7 +19,6 @@ mod pages {
     mod extending {}
 }
 
-mod analysis;
 pub mod args;
 pub mod chains;
 pub mod cli;

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use myovib_report::periodic;
+use myovib_scene::run::Existing;
 
-use crate::analysis::AnalysisCommand;
 use crate::args::CommonArgs;
+use crate::commands::run::{self, Request};
 use crate::exit::Exit;
 use crate::values;
 
@@ -61,13 +61,14 @@ pub fn run(args: &PeriodicArgs) -> anyhow::Result<Exit> {
         set.push(format!("periodic.continuation.parameter={key:?}"));
         set.push(format!("periodic.continuation.to={to:?}"));
     }
-    let command = AnalysisCommand {
-        name: "periodic",
-        scene: &args.scene,
-        set,
+    set.push("analysis=periodic".to_owned());
+    let scene = run::load(&args.scene, &set)?;
+    let request = Request {
+        command: "periodic",
         out: &args.out,
-        overwrite: args.overwrite,
+        existing: Existing::of(false, args.overwrite),
+        verify: false,
         common: &args.common,
     };
-    command.run(|result| result.periodic.as_ref().map(periodic::text))
+    request.compute(&scene)
 }

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use myovib_report::response;
+use myovib_scene::run::Existing;
 
-use crate::analysis::AnalysisCommand;
 use crate::args::CommonArgs;
+use crate::commands::run::{self, Request};
 use crate::exit::Exit;
 use crate::values;
 
@@ -56,13 +56,14 @@ pub fn run(args: &ResponseArgs) -> anyhow::Result<Exit> {
     let mut set = args.set.clone();
     let frequencies = args.frequencies.iter();
     set.extend(frequencies.map(|list| format!("response.frequencies=\"{list}\"")));
-    let command = AnalysisCommand {
-        name: "response",
-        scene: &args.scene,
-        set,
+    set.push("analysis=response".to_owned());
+    let scene = run::load(&args.scene, &set)?;
+    let request = Request {
+        command: "response",
         out: &args.out,
-        overwrite: args.overwrite,
+        existing: Existing::of(false, args.overwrite),
+        verify: false,
         common: &args.common,
     };
-    command.run(|result| result.response.as_ref().map(response::text))
+    request.compute(&scene)
 }

@@ -1,6 +1,6 @@
 //! `myovib run`: computes a scene and writes the requested outputs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use myovib_model::advice::Finding;
@@ -74,7 +74,25 @@ pub struct RunArgs {
 /// Returns an error if the scene is invalid (before any file is written), or if an output cannot be
 /// written.
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
-    let mut scene = Scene::load(&args.scene, &args.set)?;
+    let mut scene = load(&args.scene, &args.set)?;
+    let file = &scene.file;
+    if file.analysis == Analysis::Static && file.solid.is_some() && file.fields.is_none() {
+        output::note("no fields for pictures and movies: `--set fields.interval=1` writes them");
+    }
+    ranks::share(&mut scene)?;
+    let request = Request {
+        command: "run",
+        out: &args.out,
+        existing: Existing::of(args.resume, args.overwrite),
+        verify: args.verify,
+        common: &args.common,
+    };
+    request.compute(&scene)
+}
+
+/// Reads a scene, and prints its notes and warnings.
+pub(super) fn load(path: &Path, set: &[String]) -> anyhow::Result<Scene> {
+    let scene = Scene::load(path, set)?;
     SceneParameter::all(&scene)?;
     for note in scene.notes() {
         output::note(&note);
@@ -82,43 +100,54 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     for finding in warnings(&scene) {
         output::warn(&finding.to_string());
     }
-    let file = &scene.file;
-    if file.analysis == Analysis::Static && file.solid.is_some() && file.fields.is_none() {
-        output::note("no fields for pictures and movies: `--set fields.interval=1` writes them");
+    Ok(scene)
+}
+
+/// Computation of a scene in a folder.
+pub(super) struct Request<'a> {
+    pub(super) command: &'static str,
+    pub(super) out: &'a Path,
+    pub(super) existing: Existing,
+    pub(super) verify: bool,
+    pub(super) common: &'a CommonArgs,
+}
+
+impl Request<'_> {
+    /// Computes the scene, writes the folder with its report, and prints the result.
+    pub(super) fn compute(self, scene: &Scene) -> anyhow::Result<Exit> {
+        let progress = Progress::new(self.common.quiet);
+        let result = compute(
+            scene,
+            &RunOptions {
+                out: self.out.to_owned(),
+                existing: self.existing,
+                // Modes have no partial results.
+                interrupt: (scene.file.analysis != Analysis::Modes).then(interrupt::flag),
+                progress: &progress,
+                neighbor: None,
+                verify: self.verify,
+            },
+        )?;
+        drop(progress);
+        for note in &result.notes {
+            output::note(note);
+        }
+        page::write(self.out, scene, &result)?;
+        let text = match (&result.modes, &result.response) {
+            (Some(found), _) => modes::text(found),
+            (_, Some(found)) => response::text(found),
+            _ => match &result.periodic {
+                Some(found) => periodic::text(found),
+                None => text(&result.document),
+            },
+        };
+        let text = format!(
+            "{text}\nFull report: {}\n",
+            plain(&self.out.join(page::NAME).display().to_string())
+        );
+        self.common.print_or_write(self.command, &text, &result.document)?;
+        Ok(Exit::of(&result.outcome))
     }
-    ranks::share(&mut scene)?;
-    let progress = Progress::new(args.common.quiet);
-    let result = compute(
-        &scene,
-        &RunOptions {
-            out: args.out.clone(),
-            existing: Existing::of(args.resume, args.overwrite),
-            // Modes have no partial results.
-            interrupt: (scene.file.analysis != Analysis::Modes).then(interrupt::flag),
-            progress: &progress,
-            neighbor: None,
-            verify: args.verify,
-        },
-    )?;
-    drop(progress);
-    for note in &result.notes {
-        output::note(note);
-    }
-    page::write(&args.out, &scene, &result)?;
-    let text = match (&result.modes, &result.response) {
-        (Some(found), _) => modes::text(found),
-        (_, Some(found)) => response::text(found),
-        _ => match &result.periodic {
-            Some(found) => periodic::text(found),
-            None => text(&result.document),
-        },
-    };
-    let text = format!(
-        "{text}\nFull report: {}\n",
-        plain(&args.out.join(page::NAME).display().to_string())
-    );
-    args.common.print_or_write("run", &text, &result.document)?;
-    Ok(Exit::of(&result.outcome))
 }
 
 /// Returns the inexpensive warnings of `check`.
