@@ -1,6 +1,5 @@
 //! Tables of a periodic state: stability, multipliers, and harmonics of the probes.
 
-use myovib_scene::escape;
 use myovib_scene::periodic::{Column, Curve, CurvePoint, Periodic};
 
 use crate::page::data::PageData;
@@ -52,8 +51,8 @@ fn description(found: &Periodic) -> String {
     )
 }
 
-/// Returns the harmonics of all probes as a table.
-pub fn text(found: &Periodic) -> String {
+/// Returns the table of the harmonics of all probes.
+fn harmonics(found: &Periodic) -> Table {
     let right = ["mean", "minimum", "maximum", "|f|", "|2 f|", "|3 f|"];
     let right = right.map(|name| (name, Align::Right));
     let left = [("probe", Align::Left), ("value", Align::Left)];
@@ -64,8 +63,13 @@ pub fn text(found: &Periodic) -> String {
         let names = [probe.into(), (&*column.name).into()].into_iter();
         table.row(names.chain(numbers));
     }
+    table
+}
+
+/// Returns the harmonics of all probes, the stability and the curve as text.
+pub fn text(found: &Periodic) -> String {
     let curve = found.continuation.as_ref().map_or(String::new(), curve_text);
-    format!("{}{}\n{curve}", table.render(colored_stdout()), description(found))
+    format!("{}{}\n{curve}", harmonics(found).render(colored_stdout()), description(found))
 }
 
 /// Returns the folds and the ends of a curve as a table.
@@ -141,24 +145,11 @@ fn curve_section(curve: &Curve, in_space: bool, data: &mut PageData) -> String {
 
 /// Returns the section of the report.
 pub(crate) fn section(found: &Periodic, in_space: bool, data: &mut PageData) -> String {
-    let rows = columns(found).map(|(probe, column)| {
-        let numbers = numbers(column).into_iter();
-        let numbers = numbers.map(|number| format!("<td class=\"n\">{number:.4e}</td>"));
-        format!(
-            "<tr><td>{}</td><td>{}</td>{}</tr>\n",
-            escape(probe),
-            escape(&column.name),
-            numbers.collect::<String>()
-        )
-    });
-    let names = ["mean", "minimum", "maximum", "|f|", "|2 f|", "|3 f|"];
-    let names = names.map(|name| format!("<th class=\"n\">{name}</th>"));
     let curve = found.continuation.as_ref();
     let curve = curve.map_or(String::new(), |curve| curve_section(curve, in_space, data));
     format!(
-        "<h2>Periodic state</h2>\n<p>{}</p>\n<table><tr><th>probe</th><th>value</th>{}</tr>\n{}</table>\n{curve}",
+        "<h2>Periodic state</h2>\n<p>{}</p>\n{}{curve}",
         description(found),
-        names.concat(),
-        rows.collect::<String>()
+        harmonics(found).html()
     )
 }

@@ -1,7 +1,6 @@
 //! Harmonic response: table of peaks, amplitude and phase against frequency (Bode plot), and curves in the complex
 //! plane (Nyquist plot).
 
-use myovib_scene::escape;
 use myovib_scene::response::{Curves, Peak, Response, phase};
 
 use crate::page::data::PageData;
@@ -14,18 +13,15 @@ use crate::table::{Align, Table, colored_stdout};
 const MOST_COLUMNS: usize = 6;
 
 /// Returns the table of peaks of all values.
-pub fn text(found: &Response) -> String {
+fn peaks(found: &Response, damping_ratio_heading: &str) -> Table {
     let mut table = Table::new(&[
         ("probe", Align::Left),
         ("value", Align::Left),
         ("peak, Hz", Align::Right),
         ("amplitude", Align::Right),
-        ("damping ratio", Align::Right),
+        (damping_ratio_heading, Align::Right),
         ("nearest mode, Hz", Align::Right),
     ]);
-    if let [frequency] = found.frequencies[..] {
-        return at_one_frequency(found, frequency);
-    }
     for peak in &found.peaks {
         table.row([
             peak.probe.as_str().into(),
@@ -36,10 +32,18 @@ pub fn text(found: &Response) -> String {
             nearest_mode(peak).into(),
         ]);
     }
+    table
+}
+
+/// Returns the peaks of all values as text, or all values at the only frequency.
+pub fn text(found: &Response) -> String {
+    if let [frequency] = found.frequencies[..] {
+        return at_one_frequency(found, frequency);
+    }
     let peaks = match found.peaks.is_empty() {
         true => "No value has a peak between these frequencies; the tables contain all values.\n"
             .to_owned(),
-        false => table.render(colored_stdout()),
+        false => peaks(found, "damping ratio").render(colored_stdout()),
     };
     let n = found.frequencies.len();
     let [first, last] = [found.frequencies.first(), found.frequencies.last()]
@@ -131,26 +135,9 @@ pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> 
         let svg = Figure::column(&*curves.name, panels.collect()).render();
         figure(&curves.name, &svg, &charts)
     });
-    let rows = found.peaks.iter().map(|peak| {
-        format!(
-            "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:.4e}</td>\
-             <td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
-            escape(&peak.probe),
-            escape(&peak.column),
-            peak.frequency,
-            peak.amplitude,
-            damping_ratio(peak),
-            nearest_mode(peak),
-        )
-    });
     let peaks = match found.peaks.is_empty() {
         true => String::new(),
-        false => format!(
-            "<table><tr><th>probe</th><th>value</th><th class=\"n\">peak, Hz</th><th class=\"n\">amplitude</th>\
-             <th class=\"n\">damping ratio (half power)</th>\
-             <th class=\"n\">nearest mode, Hz</th></tr>\n{}</table>\n",
-            rows.collect::<String>()
-        ),
+        false => peaks(found, "damping ratio (half power)").html(),
     };
     format!(
         "<h2>Harmonic response</h2>\n{peaks}<div class=\"beside\">\n{}</div>\n",

@@ -4,24 +4,20 @@ use myovib_scene::Scene;
 use myovib_scene::modes::Modes;
 
 use crate::modes::{figure, frequency};
+use crate::table::{Align, Table};
 
 pub(super) fn section(scene: &Scene, found: &Modes) -> String {
     let bodies = scene.body.iter().zip(&found.muscles);
     let sections = bodies.map(|(body, modes)| {
-        let numbered = modes.modes.iter().enumerate();
-        let rows = numbered.map(|(n, mode)| {
-            let ratio = mode.damping_ratio;
-            format!(
-                "<tr><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
-                n + 1,
-                frequency(mode),
-                ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}")),
-            )
-        });
+        let names = ["mode", "frequency, Hz", "damping ratio"];
+        let mut table = Table::new(&names.map(|name| (name, Align::Right)));
+        for (n, mode) in modes.modes.iter().enumerate() {
+            let ratio = mode.damping_ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}"));
+            table.row([(n + 1).to_string(), frequency(mode), ratio].map(Into::into));
+        }
         format!(
-            "<h2>Modes</h2>\n<table><tr><th class=\"n\">mode</th><th class=\"n\">frequency, Hz</th>\
-             <th class=\"n\">damping ratio</th></tr>\n{}</table>\n<figure>\n{}</figure>\n",
-            rows.collect::<String>(),
+            "<h2>Modes</h2>\n{}<figure>\n{}</figure>\n",
+            table.html(),
             figure(&body.muscle, modes).render()
         )
     });
