@@ -1,11 +1,12 @@
 //! Lowest eigenfrequencies and modes of bodies in the form of a JSON document.
 
-use myovib_model::statics::{self, Equilibrium};
+use myovib_model::statics::Equilibrium;
 use myovib_model::{Contact, Formulation, ModelError, Muscle, spectrum, support};
 use serde::Serialize;
 
+use crate::response::equilibrium;
 use crate::scene_file::{Analysis, DEFAULT_MODES};
-use crate::watch::{Watcher, search};
+use crate::watch::Watcher;
 use crate::{Body, InputError, Scene, json};
 
 /// Modes of bodies that differ only in κ, and the state about which they are computed.
@@ -101,7 +102,7 @@ impl Modes {
     ///
     /// # Errors
     /// A scene without a body; an equilibrium under tensions of an activation model, which start
-    /// from zero; errors of [`equilibrium`](statics::equilibrium) and of [`BodyModes::about`].
+    /// from zero; errors of the search for the equilibrium and of [`BodyModes::about`].
     pub fn of_scene(
         scene: &Scene,
         count: Option<usize>,
@@ -116,26 +117,13 @@ impl Modes {
         }
         let requested = scene.file.modes.as_ref();
         let preload_time = requested.and_then(|modes| modes.preload_time);
-        let at = match preload_time {
-            None => Equilibrium::unloaded(muscle),
-            Some(_) if muscle.models().next().is_some() => {
-                let error = InputError::new(
-                    "the activation model `bestel` needs a motion: its tension is 0 at the start",
-                );
-                let error = error.next("use a tension of type = \"given\"");
-                return Err(scene.wrong("modes.preload_time", error).into());
-            }
-            Some(_) if muscle.contacts.iter().any(Contact::is_driven) => {
-                let error = InputError::new("modes require obstacles with given displacements");
-                let error =
-                    error.next("give the displacement of the obstacle instead of its force");
-                return Err(scene.wrong("modes.preload_time", error).into());
-            }
-            Some(t) => {
-                let watch = &mut search(watcher);
-                statics::equilibrium_watched(muscle, Formulation::Position, t, watch)?
-            }
-        };
+        let key = "modes.preload_time";
+        if preload_time.is_some() && muscle.contacts.iter().any(Contact::is_driven) {
+            let error = InputError::new("modes require obstacles with given displacements");
+            let error = error.next("give the displacement of the obstacle instead of its force");
+            return Err(scene.wrong(key, error).into());
+        }
+        let at = equilibrium(scene, muscle, Formulation::Position, (key, preload_time), watcher)?;
         let count = count.or(requested.map(|modes| modes.count));
         let count = count.unwrap_or(DEFAULT_MODES);
         let mut modes = BodyModes::about(muscle, &at, count)?;

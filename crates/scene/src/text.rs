@@ -27,6 +27,17 @@ pub(crate) fn plain_json(text: &str) -> String {
     escaped
 }
 
+/// Decodes UTF-8.
+///
+/// # Errors
+/// The number of the first line with other bytes.
+pub(crate) fn utf8(bytes: Vec<u8>) -> Result<String, u64> {
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        1 + valid.iter().filter(|byte| **byte == b'\n').count() as u64
+    })
+}
+
 fn is_hidden(c: char) -> bool {
     c.is_control() || is_invisible(c)
 }

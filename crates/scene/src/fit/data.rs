@@ -9,6 +9,7 @@ use std::path::Path;
 use crate::csv::Table;
 use crate::inputs::content;
 use crate::sensitivity::Output;
+use crate::text::utf8;
 pub use error::{DataError, DataProblem};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,11 +69,7 @@ pub(super) fn read_file(
     let reader = Reader::new(file, outputs, domain);
     let bytes =
         content(file).map_err(|error| reader.error(DataProblem::Unreadable).found(error))?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();
-        reader.error(DataProblem::NotUtf8).at_line(line as u64)
-    })?;
+    let text = utf8(bytes).map_err(|line| reader.error(DataProblem::NotUtf8).at_line(line))?;
     reader.read(text.strip_prefix('\u{feff}').unwrap_or(&text))
 }
 

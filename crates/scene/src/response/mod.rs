@@ -347,7 +347,7 @@ fn of_body(
         let error = error.next("use frequencies above 0 Hz, or fix more components");
         return Err(scene.wrong("response.frequencies", error).into());
     }
-    let at = equilibrium(scene, muscle, body.formulation, preload_time, watcher)?;
+    let at = equilibrium(scene, muscle, body.formulation, (PRELOAD, preload_time), watcher)?;
     let response = HarmonicResponse::about(muscle, body.formulation, &at, &body.excitation)?;
     let done = AtomicUsize::new(0);
     let mut largest = notes::Largest::default();
@@ -416,12 +416,15 @@ fn fields(
     Ok(fields.collect())
 }
 
-/// Returns the equilibrium under the loads at a time, or the unloaded body.
+/// Key of the time of the preload.
+pub(crate) const PRELOAD: &str = "response.preload_time";
+
+/// Returns the equilibrium under the loads at the time with this key, or the unloaded body.
 pub(crate) fn equilibrium(
     scene: &Scene,
     muscle: &Muscle,
     formulation: Formulation,
-    preload_time: Option<f64>,
+    (key, preload_time): (&str, Option<f64>),
     watcher: Watcher<'_>,
 ) -> Result<Equilibrium, Error> {
     match preload_time {
@@ -431,7 +434,7 @@ pub(crate) fn equilibrium(
                 "the activation model `bestel` needs a motion: its tension is 0 at the start",
             );
             let error = error.next("use a tension of type = \"given\"");
-            Err(scene.wrong("response.preload_time", error).into())
+            Err(scene.wrong(key, error).into())
         }
         Some(t) => {
             let watch = &mut search(watcher);

@@ -12,6 +12,7 @@ use super::Body;
 use super::builder::Builder;
 use super::contraction::act_on_own_elements;
 use super::materials::Materials;
+use super::places::written;
 use super::supports::Supports;
 use crate::InputError;
 use crate::scene_file::solid::{self, VolumetricEnergy};
@@ -213,10 +214,7 @@ impl Builder<'_> {
         dofs: &DofMap,
     ) -> Result<Space, InputError> {
         let (space, held) = space.with_held_pressures_tied(dofs);
-        let place = |vertex: usize| {
-            let place = space.node_point(vertex).iter().map(|x| format!("{x:.6}"));
-            place.collect::<Vec<_>>().join(", ")
-        };
+        let place = |vertex: usize| written(space.node_point(vertex));
         if let Some(&vertex) = held.undetermined.first() {
             let error = InputError::new(format!(
                 "bulk_modulus = inf, but all nodes of the part around the vertex {vertex} at ({}) are fixed or moved: no equation determines its pressure",

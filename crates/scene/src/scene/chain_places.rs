@@ -6,6 +6,7 @@ use myovib_model::{ModelError, Probe};
 use super::Body;
 use super::builder::Builder;
 use super::materials::GIVE_FIBER;
+use super::places::written;
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{Chain, Component, ComponentName, Place};
@@ -210,11 +211,9 @@ impl Builder<'_> {
                 true => Ok(solid.axes_at(&at).fiber),
                 false => {
                     let probe = Probe::located_at(solid.space(), at);
-                    let place: Vec<String> =
-                        probe.point().iter().map(|x| format!("{x:.6}")).collect();
                     let error = InputError::new(format!(
                         "a place of the chain has no fibers: ({}), in a material without `fiber`",
-                        place.join(", ")
+                        written(probe.point())
                     ));
                     Err(self.wrong(path, error.next(GIVE_FIBER)))
                 }

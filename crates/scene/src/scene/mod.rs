@@ -58,6 +58,7 @@ use crate::scene_file::check::{nearest, suggest};
 use crate::scene_file::integrator::ChainSteps;
 use crate::scene_file::output::Probe;
 use crate::scene_file::{self, Analysis, SceneFile, Source};
+use crate::text::utf8;
 use builder::Builder;
 pub(crate) use settings::absolute_tolerances;
 pub(crate) use start::Start;
@@ -152,9 +153,7 @@ fn text_of(path: &Path) -> io::Result<String> {
         let message = format!("it has more than {MOST_BYTES} bytes");
         return Err(io::Error::other(message));
     }
-    String::from_utf8(bytes).map_err(|error| {
-        let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+    utf8(bytes).map_err(|line| {
         let message = format!("line {line} is not UTF-8: save the file in this encoding");
         io::Error::new(io::ErrorKind::InvalidData, message)
     })

@@ -25,9 +25,13 @@ impl Builder<'_> {
                 self.wrong(&format!("probe[{i}]{key}"), error)
             })?;
         }
-        self.notes.borrow_mut().extend(near_points(file, body));
-        self.notes.borrow_mut().extend(shared_reactions(file, body));
         let space = body.muscle.solid.space();
+        for (i, probe) in file.probe.iter().enumerate() {
+            if let ProbeKind::Point(point) = &probe.kind {
+                self.point(space, &point.at, &format!("probe[{i}]"))?;
+            }
+        }
+        self.notes.borrow_mut().extend(shared_reactions(file, body));
         for (i, stop) in file.stop.iter().enumerate() {
             if let Stop::Displacement { at, .. } = stop {
                 self.at(&format!("stop[{i}].at"), Probe::near(space, at))?;
@@ -37,20 +41,10 @@ impl Builder<'_> {
     }
 }
 
-/// Returns notes on probes outside the mesh, which use the nearest point of the mesh.
-fn near_points(file: &SceneFile, body: &Body) -> Vec<String> {
-    let space = body.muscle.solid.space();
-    let probes = file.probe.iter().enumerate();
-    let notes = probes.filter_map(|(i, probe)| match &probe.kind {
-        ProbeKind::Point(point) => {
-            let (_, distance) = Probe::near(space, &point.at).ok()?;
-            (distance > 0.0).then(|| {
-                format!("probe[{i}].at is {distance:.3e} m outside the mesh: the nearest point of the mesh is used")
-            })
-        }
-        _ => None,
-    });
-    notes.collect()
+/// Formats the coordinates of a point.
+pub(super) fn written(point: &[f64]) -> String {
+    let coordinates: Vec<String> = point.iter().map(|x| format!("{x:.6}")).collect();
+    coordinates.join(", ")
 }
 
 /// Returns notes on reactions of groups that share fixed components with other supports, whose forces they include, or with

@@ -7,6 +7,7 @@ use myovib_model::Signal;
 use num_complex::Complex64;
 
 use super::builder::Builder;
+use super::places::written;
 use crate::InputError;
 use crate::scene_file::function::Function;
 use crate::scene_file::response::Amplitudes;
@@ -74,11 +75,10 @@ impl Builder<'_> {
             let other = groups.iter().find(|(_, other)| !alike(&moves, terms, other));
             if let Some((_, other)) = other {
                 let last = terms.iter().chain(other).map(|term| term.0).max();
-                let place = space.node_point(node).iter().map(|x| format!("{x:.6}"));
                 let error = InputError::new(format!(
                     "the {} component at ({}) has two different prescribed motions",
                     NAMES[axis],
-                    place.collect::<Vec<_>>().join(", ")
+                    written(space.node_point(node))
                 ))
                 .next("remove a group, or use separate nodes or the same motion");
                 let path = last.map_or("", |last| &moves[last].component.path);

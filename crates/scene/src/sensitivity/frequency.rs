@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use super::curves::{Output, Sample};
 use super::parameters::{Parameterized, around, body};
 use crate::probe::{HarmonicMotion, Reading};
-use crate::response::{Part, equilibrium};
+use crate::response::{PRELOAD, Part, equilibrium};
 use crate::scene::Body;
 use crate::watch::Watcher;
 use crate::{Error, Scene};
@@ -96,7 +96,7 @@ pub fn respond(
 fn preloaded(scene: &Scene, body: &Body, watcher: Watcher<'_>) -> Result<Equilibrium, Error> {
     let response = scene.file.response.as_ref();
     let preload_time = response.and_then(|response| response.preload_time);
-    equilibrium(scene, &body.muscle, body.formulation, preload_time, watcher)
+    equilibrium(scene, &body.muscle, body.formulation, (PRELOAD, preload_time), watcher)
 }
 
 /// Returns the complex value of each output; each probe is read once.
