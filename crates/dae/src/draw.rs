@@ -9,3 +9,9 @@ pub(crate) fn draw(trial: u64, index: usize) -> f64 {
     let size = 0.5 + 0.5 * (z >> 11) as f64 / (1u64 << 53) as f64;
     if z & 1 == 0 { size } else { -size }
 }
+
+/// Returns the values with changed last digits.
+pub(crate) fn rounded(values: &[f64], trial: u64, k: usize) -> Vec<f64> {
+    let factor = |j| 1.0 + 4.0 * f64::EPSILON * draw(trial, 2 * j + k);
+    values.iter().enumerate().map(|(j, value)| value * factor(j)).collect()
+}

@@ -3,7 +3,7 @@
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::differences::{Perturbation, displacement};
-use crate::draw::draw;
+use crate::draw::{draw, rounded};
 use crate::jacobian::Jacobian;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
@@ -39,7 +39,7 @@ impl std::fmt::Display for MissingEntry {
 /// Relative to the row's terms, |J| |d|, difference quotients for displacements by √ε of a variable have errors of
 /// about √ε = 1.5e-8, and quotients for displacements by a tolerance have errors of about the tolerance. A hundredth is
 /// far above these errors, and an entry below a hundredth of its row barely slows Newton's method.
-pub(crate) const UNACCOUNTED: f64 = 1e-2;
+const UNACCOUNTED: f64 = 1e-2;
 
 /// Threshold for rounding, relative to the change of the residual by rounding of y and ẏ.
 pub(crate) const ROUNDING: f64 = 100.0;
@@ -51,7 +51,7 @@ pub(crate) const DIRECTIONS: u64 = 4;
 
 /// Number of rows examined for one direction, in order of decreasing error. Several rows are needed, because rows with
 /// complete entries may also have large errors if their curvature is large.
-pub(crate) const ROWS: usize = 8;
+const ROWS: usize = 8;
 
 /// Searches for entries missing in the [pattern](Problem::jacobian_pattern) of a Jacobian.
 ///
@@ -144,23 +144,8 @@ fn find<P: Problem + ?Sized>(
     let mut probe = Probe::new(problem, *at, is_rate_matrix)?;
     let mut cleared = vec![false; at.y.len()];
     for trial in 0..DIRECTIONS {
-        let (d, change) = probe.in_a_direction(trial)?;
-        let (mut left, mut scale) = (change.clone(), vec![0.0; d.len()]);
-        for ((column, row), value) in pattern.entries().zip(&values) {
-            left[row] -= value * d[column];
-            scale[row] += (value * d[column]).abs();
-        }
-        let bound = |i: usize| {
-            let of_terms = UNACCOUNTED * change[i].abs().max(scale[i]);
-            of_terms.max(ROUNDING * probe.rounding[i])
-        };
-        let share = |i: usize| left[i].abs() / bound(i);
-        let mut rows: Vec<usize> =
-            (0..d.len()).filter(|&i| !cleared[i] && share(i) > 1.0).collect();
-        rows.sort_by(|&i, &k| share(k).total_cmp(&share(i)));
-        rows.truncate(ROWS);
-        let bounds: Vec<f64> = rows.iter().map(|&i| bound(i)).collect();
-        for (row, bound) in rows.into_iter().zip(bounds) {
+        let (d, rows) = probe.unexplained_rows(trial, pattern, &values, &cleared)?;
+        for (row, bound) in rows {
             if let Some(column) = probe.outside(pattern, row, &d, bound)? {
                 return Ok(Some((row, column)));
             }
@@ -191,13 +176,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         problem.residual(at.t, at.y, at.y_dot, &mut base)?;
         let mut probe = Self { problem, at, is_rate_matrix, rounding: vec![0.0; base.len()], base };
         for trial in 0..2 {
-            // Some last digits.
-            let rounded = |values: &[f64], k: u64| -> Vec<f64> {
-                let factor = |j| 1.0 + 4.0 * f64::EPSILON * draw(trial, 2 * j + k as usize);
-                let numbered = values.iter().enumerate();
-                numbered.map(|(j, value)| value * factor(j)).collect()
-            };
-            let change = probe.change(&rounded(at.y, 0), &rounded(at.y_dot, 1))?;
+            let change = probe.change(&rounded(at.y, trial, 0), &rounded(at.y_dot, trial, 1))?;
             for (rounding, change) in probe.rounding.iter_mut().zip(change) {
                 *rounding = rounding.max(change.abs());
             }
@@ -248,6 +227,34 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok((away, change))
     }
 
+    /// Returns a direction d and the rows, except those `cleared`, whose change along d differs from that of the given
+    /// `values` of the pattern, each with the bound that it exceeds; the largest ratio comes first.
+    pub(crate) fn unexplained_rows(
+        &mut self,
+        trial: u64,
+        pattern: &SparsityPattern,
+        values: &[f64],
+        cleared: &[bool],
+    ) -> Result<(Vec<f64>, Vec<(usize, f64)>), StepError> {
+        let (d, change) = self.in_a_direction(trial)?;
+        let (mut difference, mut scale) = (change.clone(), vec![0.0; d.len()]);
+        for ((column, row), value) in pattern.entries().zip(values) {
+            difference[row] -= value * d[column];
+            scale[row] += (value * d[column]).abs();
+        }
+        let bound = |i: usize| {
+            let of_terms = UNACCOUNTED * change[i].abs().max(scale[i]);
+            of_terms.max(ROUNDING * self.rounding[i])
+        };
+        let ratio = |i: usize| difference[i].abs() / bound(i);
+        let mut rows: Vec<usize> =
+            (0..d.len()).filter(|&i| !cleared[i] && ratio(i) > 1.0).collect();
+        rows.sort_by(|&i, &k| ratio(k).total_cmp(&ratio(i)));
+        rows.truncate(ROWS);
+        let rows = rows.into_iter().map(|i| (i, bound(i))).collect();
+        Ok((d, rows))
+    }
+
     /// Returns a variable that changes the row but is not in its pattern, if all variables outside the pattern together
     /// change the row by more than `bound`.
     fn outside(
@@ -259,20 +266,28 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
     ) -> Result<Option<usize>, StepError> {
         let has_none = |&j: &usize| pattern.lane(j).binary_search(&row).is_err();
         let all: Vec<usize> = (0..d.len()).filter(has_none).collect();
-        let mut columns = &all[..];
         let mut size = |columns: &[usize]| -> Result<f64, StepError> {
             let change = self.change_along(columns.iter().copied(), d)?;
             Ok(change[row].abs())
         };
-        if size(columns)? <= bound {
+        if size(&all)? <= bound {
             return Ok(None);
         }
-        while columns.len() > 1 {
-            let halves: [&[usize]; 2] = columns.split_at(columns.len() / 2).into();
-            let sizes = [size(halves[0])?, size(halves[1])?];
-            columns = halves[usize::from(sizes[1] > sizes[0])];
-        }
-        let moves_it = size(columns)? > ROUNDING * self.rounding[row];
-        Ok(moves_it.then(|| columns[0]))
+        let column = bisect(&all, &mut size)?;
+        let moves_it = size(&[column])? > ROUNDING * self.rounding[row];
+        Ok(moves_it.then_some(column))
     }
+}
+
+/// Returns a column with a large `size` by repeatedly choosing the larger of two halves.
+pub(crate) fn bisect(
+    mut columns: &[usize],
+    mut size: impl FnMut(&[usize]) -> Result<f64, StepError>,
+) -> Result<usize, StepError> {
+    while columns.len() > 1 {
+        let halves: [&[usize]; 2] = columns.split_at(columns.len() / 2).into();
+        let sizes = [size(halves[0])?, size(halves[1])?];
+        columns = halves[usize::from(sizes[1] > sizes[0])];
+    }
+    Ok(columns[0])
 }

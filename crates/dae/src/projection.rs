@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::draw::draw;
+use crate::draw::rounded;
 use crate::inconsistent::{Inconsistent, norm};
 use crate::problem::{Problem, StepError, VariableKind};
 use crate::tolerances::UNTESTED;
@@ -193,12 +193,8 @@ impl State<'_> {
     ) -> Result<DVector<f64>, StepError> {
         let mut largest = DVector::zeros(equations.len());
         for trial in 0..2 {
-            let rounded = |values: &[f64], k: usize| -> Vec<f64> {
-                let factor = |j| 1.0 + 4.0 * f64::EPSILON * draw(trial, 2 * j + k);
-                let numbered = values.iter().enumerate();
-                numbered.map(|(j, value)| value * factor(j)).collect()
-            };
-            let state = State { y: rounded(&self.y, 0), y_dot: rounded(&self.y_dot, 1), ..*self };
+            let (y, y_dot) = (rounded(&self.y, trial, 0), rounded(&self.y_dot, trial, 1));
+            let state = State { y, y_dot, ..*self };
             let change = (state.equations(problem)? - equations).abs();
             largest = largest.sup(&change);
         }

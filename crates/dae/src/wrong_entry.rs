@@ -3,7 +3,7 @@
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::linearization::Linearization;
-use crate::pattern::{DIRECTIONS, Probe, ROUNDING, ROWS, UNACCOUNTED};
+use crate::pattern::{DIRECTIONS, Probe, ROUNDING, bisect};
 use crate::problem::{Problem, StepError};
 
 /// An entry of the Jacobian provided by a problem that differs from difference quotients of the residual.
@@ -111,32 +111,13 @@ fn find<P: Problem + ?Sized>(
     let mut probe = Probe::new(problem, *at, is_rate_matrix)?;
     let mut cleared = vec![false; n];
     for trial in 0..DIRECTIONS {
-        let (d, change) = probe.in_a_direction(trial)?;
-        let (mut left, mut scale) = (change.clone(), vec![0.0; n]);
-        for ((column, row), value) in matrix.pattern.entries().zip(matrix.values) {
-            left[row] -= value * d[column];
-            scale[row] += (value * d[column]).abs();
-        }
-        let share = |i: usize| {
-            let of_terms = UNACCOUNTED * change[i].abs().max(scale[i]);
-            left[i].abs() / of_terms.max(ROUNDING * probe.rounding[i])
-        };
-        let mut rows: Vec<usize> = (0..n).filter(|&i| !cleared[i] && share(i) > 1.0).collect();
-        rows.sort_by(|&i, &k| share(k).total_cmp(&share(i)));
-        rows.truncate(ROWS);
-        for row in rows {
+        let (d, rows) = probe.unexplained_rows(trial, matrix.pattern, matrix.values, &cleared)?;
+        for (row, _) in rows {
             let all: Vec<usize> = (0..n).collect();
-            let mut columns = &all[..];
-            while columns.len() > 1 {
-                let halves: [&[usize]; 2] = columns.split_at(columns.len() / 2).into();
-                let mut unaccounted = |half: &[usize]| -> Result<f64, StepError> {
-                    let change = probe.change_along(half.iter().copied(), &d)?;
-                    Ok((change[row] - matrix.product(row, half, &d)).abs())
-                };
-                let sizes = [unaccounted(halves[0])?, unaccounted(halves[1])?];
-                columns = halves[usize::from(sizes[1] > sizes[0])];
-            }
-            let column = columns[0];
+            let column = bisect(&all, |half| {
+                let change = probe.change_along(half.iter().copied(), &d)?;
+                Ok((change[row] - matrix.product(row, half, &d)).abs())
+            })?;
             if let Some(quotient) = confirmed(&mut probe, (row, column), matrix, &d)? {
                 return Ok(Some((row, column, quotient)));
             }
