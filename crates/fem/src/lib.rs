@@ -43,7 +43,7 @@ pub use element::{Barycentric, Shape, quadrature};
 pub use error::{FemError, MshProblem};
 pub use material::Law;
 pub use material::fibers::Fibers;
-pub use mesh::{Group, Mesh, generate};
+pub use mesh::{Group, Mesh, bounds, generate};
 pub use operators::added::{AddedMotion, AddedStress, AddedTangents};
 pub use operators::relaxation::{Overstress, RelaxationRegion};
 pub use solid::assembler::{ParallelAssembler, Pass};

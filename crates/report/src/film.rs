@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use myovib_fem::bounds;
 use myovib_model::Quantity;
 use myovib_scene::InputError;
 use myovib_scene::vtu::{self, StoredField, StoredMesh};
@@ -199,10 +200,8 @@ fn vibration(
     let (mesh, fields) = read(&folder.join(vtu::SHAPES))?;
     let shape = found(&fields, &format!("mode_{}", nearest + 1))?;
     let largest = shape.values.chunks(3).map(magnitude).fold(0.0, f64::max);
-    let coordinates = |axis: usize| mesh.points.iter().map(move |point| point[axis]);
-    let extent = (0..3).map(|axis| {
-        coordinates(axis).fold(f64::MIN, f64::max) - coordinates(axis).fold(f64::MAX, f64::min)
-    });
+    let [low, high] = bounds(mesh.points.as_flattened(), 3);
+    let extent = (0..3).map(|axis| high[axis] - low[axis]);
     let size = MODE_SIZE * extent.fold(0.0, f64::max) / largest;
     let shots = (0..PER_CYCLE).map(|k| {
         let phase = k as f64 / PER_CYCLE as f64;

@@ -1,6 +1,6 @@
 //! Eigenfrequencies and modes of bodies: table and drawings.
 
-use myovib_model::Muscle;
+use myovib_model::{Muscle, support};
 use myovib_scene::modes::{BodyModes, Mode, Modes};
 
 use crate::outline::outline;
@@ -103,19 +103,11 @@ pub fn figure(muscle: &Muscle, body: &BodyModes) -> Figure {
 
 /// Returns the displacement of all nodes in a mode, scaled so that the largest is a fraction of the body's length.
 pub(crate) fn shape(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
-    let space = muscle.solid.space();
-    let dimension = space.dimension();
+    let dimension = muscle.solid.space().dimension();
     let mut shape = mode.shape.clone();
     let length = |u: &[f64]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
     let largest = shape.chunks(dimension).map(length).fold(0.0, f64::max);
-    let across = |axis: usize| {
-        let x = space.coordinates().iter().skip(axis).step_by(dimension);
-        let (low, high) = x.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
-            (f64::min(low, x), f64::max(high, x))
-        });
-        high - low
-    };
-    let scale = DRAWN * (0..dimension).map(across).fold(0.0, f64::max) / largest;
+    let scale = DRAWN * support::extent(muscle) / largest;
     shape.iter_mut().for_each(|u| *u *= scale);
     shape
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use myovib_fem::{Barycentric, ElementPoint, Group, Space};
+use myovib_fem::{Barycentric, ElementPoint, Group, Space, bounds};
 
 use crate::plot::mesh_plot::QUARTERS;
 use crate::plot::surface_plot::{Face, Paint, faces_the_eye};
@@ -174,14 +174,11 @@ const NAMES: [&str; 3] = ["*x*", "*y*", "*z*"];
 
 /// Returns the plane through the middle of the shortest extent: its axis and coordinate.
 fn plane(space: &Space) -> (usize, f64) {
-    let limits = [0, 1, 2].map(|axis| {
-        let along = space.node_points::<3>().iter().map(|point| point[axis]);
-        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
-    });
-    let extents = limits.map(|[low, high]| high - low);
+    let [low, high] = bounds(space.coordinates(), 3);
+    let extents = [0, 1, 2].map(|axis| high[axis] - low[axis]);
     let shortest = extents.iter().copied().fold(f64::INFINITY, f64::min);
     let axis = extents.iter().position(|extent| *extent <= (1.0 + ALIKE) * shortest).unwrap_or(0);
-    (axis, 0.5 * (limits[axis][0] + limits[axis][1]))
+    (axis, 0.5 * (low[axis] + high[axis]))
 }
 
 /// Returns the section of a tetrahedron with the zero plane of a linear function, as one or two triangles in

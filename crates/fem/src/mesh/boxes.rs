@@ -5,6 +5,16 @@ use super::simplices::Point;
 /// Number of items in a leaf.
 const LEAF: usize = 8;
 
+/// Returns the smallest and the largest coordinates of points in `dimension` dimensions.
+pub fn bounds(coordinates: &[f64], dimension: usize) -> [Vec<f64>; 2] {
+    let (mut low, mut high) = (vec![f64::INFINITY; dimension], vec![f64::NEG_INFINITY; dimension]);
+    for (i, &x) in coordinates.iter().enumerate() {
+        let axis = i % dimension;
+        (low[axis], high[axis]) = (low[axis].min(x), high[axis].max(x));
+    }
+    [low, high]
+}
+
 /// Axis-aligned bounding box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extent {

@@ -29,6 +29,7 @@ use crate::element::{Shape, inverse_map};
 use crate::error::FemError;
 
 pub use attributes::NodalField;
+pub use boxes::bounds;
 pub use defect::{DefectKind, ElementName, MeshDefect};
 pub use note::MeshNote;
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use myovib_fem::Space;
+use myovib_fem::{Space, bounds};
 use myovib_structure::{MovingBody, RigidBodies};
 
 use crate::analysis::free_parts::{FreePart, FreeParts};
@@ -127,17 +127,13 @@ pub(crate) fn expect_held(muscle: &Muscle) -> Result<(), ModelError> {
 }
 
 /// Returns the largest extent of a body along an axis, m.
-pub(crate) fn extent(muscle: &Muscle) -> f64 {
+pub fn extent(muscle: &Muscle) -> f64 {
     extents(muscle).into_iter().fold(0.0, f64::max)
 }
 
 /// Returns the extents of a body along the axes, m.
 pub(crate) fn extents(muscle: &Muscle) -> Vec<f64> {
     let space = muscle.solid.space();
-    let side = |axis: usize| {
-        let along = space.coordinates().iter().skip(axis).step_by(space.dimension());
-        let along = along.copied();
-        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
-    };
-    (0..space.dimension()).map(side).collect()
+    let [low, high] = bounds(space.coordinates(), space.dimension());
+    low.iter().zip(&high).map(|(low, high)| high - low).collect()
 }

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use myovib_fem::Space;
 use myovib_fem::material::unit_vector;
+use myovib_fem::{Space, bounds};
 use myovib_scene::Scene;
 use myovib_scene::scene_file::contact::Obstacle;
 
@@ -17,12 +17,7 @@ const SIDES: usize = 256;
 pub(super) fn outlines(scene: &Scene, space: &Space) -> Vec<Vec<Place>> {
     let mesh = space.mesh();
     let in_space = mesh.dimension() == 3;
-    let mut points = mesh.coordinates().chunks(mesh.dimension()).map(place);
-    let first = points.next().unwrap_or_default();
-    let [low, high] = points.fold([first; 2], |[low, high], x| {
-        let axes = [0, 1, 2];
-        [axes.map(|i| low[i].min(x[i])), axes.map(|i| high[i].max(x[i]))]
-    });
+    let [low, high] = bounds(mesh.coordinates(), mesh.dimension()).map(|corner| place(&corner));
     let center = [0, 1, 2].map(|i| 0.5 * (low[i] + high[i]));
     let size = length(minus(high, low));
     let contacts = scene.file.contact.iter();

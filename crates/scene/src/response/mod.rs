@@ -18,7 +18,6 @@ use serde::Serialize;
 
 use crate::modes::{BodyModes, instability, one_sided};
 use crate::probe::{ColumnKind, HarmonicMotion, Reading};
-use crate::scene::unusual;
 use crate::scene_file::response::{Adaptive, Grid};
 use crate::watch::{Watcher, search};
 use crate::{Body, Error, InputError, Scene, vtu};
@@ -381,7 +380,7 @@ fn of_body(
     found.notes.extend(at.instabilities.and_then(instability));
     found.notes.extend(one_sided(muscle, &at));
     found.notes.extend(notes::undamped(muscle));
-    found.notes.extend(largest.note(unusual::length(body)));
+    found.notes.extend(largest.note(support::extent(&body.muscle)));
     // Bodies under follower pressures without an energy have no modes here; their peaks are still valid.
     if first < last
         && !found.is_interrupted

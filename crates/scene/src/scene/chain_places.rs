@@ -1,6 +1,6 @@
 //! Positions of the chains of a body and directions of their forcing.
 
-use myovib_fem::{Barycentric, ElementPoint, Group, Mesh, Space};
+use myovib_fem::{Barycentric, ElementPoint, Group, Mesh, Space, bounds};
 use myovib_model::{ModelError, Probe};
 
 use super::Body;
@@ -179,7 +179,7 @@ impl Builder<'_> {
             }
         }
         if found.is_empty() {
-            let [low, high] = extent(space);
+            let [low, high] = bounds(space.coordinates(), space.dimension());
             let error = InputError::new("no point of the grid is in the body")
                 .found(format!("{n} points from {from:?} to {to:?}"))
                 .allowed(format!("points of the body, which extends from {low:?} to {high:?} m"));
@@ -256,15 +256,4 @@ fn vertices_of(mesh: &Mesh, group: &Group) -> Vec<usize> {
     vertices.sort_unstable();
     vertices.dedup();
     vertices
-}
-
-/// Returns the smallest and the largest coordinates of a body.
-fn extent(space: &Space) -> [Vec<f64>; 2] {
-    let dimension = space.dimension();
-    let (mut low, mut high) = (vec![f64::INFINITY; dimension], vec![f64::NEG_INFINITY; dimension]);
-    for (i, &x) in space.coordinates().iter().enumerate() {
-        let axis = i % dimension;
-        (low[axis], high[axis]) = (low[axis].min(x), high[axis].max(x));
-    }
-    [low, high]
 }

@@ -45,7 +45,7 @@ impl Builder<'_> {
                     error.found("other groups with all members of the first")
                 }
                 _ => {
-                    let (min, max) = extent(mesh);
+                    let [min, max] = fem::bounds(mesh.coordinates(), mesh.dimension());
                     error.found(format!("the mesh extends from {min:?} to {max:?} m")).next(
                         "move or enlarge the region of the group: it must contain all vertices of a member",
                     )
@@ -62,7 +62,7 @@ impl Builder<'_> {
         let dimension = mesh.dimension();
         let vector = |key, values| self.coordinates(values, dimension, &format!("{path}.{key}"));
         let direction = |key, values| self.unit_vector(values, dimension, &format!("{path}.{key}"));
-        let (lowest, highest) = extent(mesh);
+        let [lowest, highest] = fem::bounds(mesh.coordinates(), mesh.dimension());
         let sizes = lowest.iter().zip(&highest).map(|(a, b)| b - a);
         let tolerance = TOLERANCE * sizes.fold(0.0, f64::max);
         let is_inside: Condition<'_> = match &group.place {
@@ -184,13 +184,4 @@ fn set_of(group: &fem::Group, dimension: usize, of_mesh: usize) -> Option<Member
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Returns the smallest and largest coordinates of the vertices.
-fn extent(mesh: &Mesh) -> (Vec<f64>, Vec<f64>) {
-    let along = |axis: usize| mesh.coordinates().iter().skip(axis).step_by(mesh.dimension());
-    let axes = 0..mesh.dimension();
-    let min = axes.clone().map(|axis| along(axis).copied().fold(f64::INFINITY, f64::min));
-    let max = axes.map(|axis| along(axis).copied().fold(f64::NEG_INFINITY, f64::max));
-    (min.collect(), max.collect())
 }

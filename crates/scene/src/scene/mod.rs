@@ -29,7 +29,7 @@ mod settings;
 mod start;
 mod supports;
 mod unused;
-pub(crate) mod unusual;
+mod unusual;
 
 use std::fs::{self, File};
 use std::io::{self, Read};

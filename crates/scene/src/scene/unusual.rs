@@ -10,6 +10,7 @@ use std::ops::RangeInclusive;
 
 use myovib_model::advice::{Finding, Remedy};
 use myovib_model::check::readable;
+use myovib_model::support::extent;
 
 use self::materials::{CHECKS, Part};
 use super::Body;
@@ -64,21 +65,10 @@ fn mean_factor(body: &Body, material: usize) -> f64 {
     if n == 0.0 { 1.0 } else { sum / n }
 }
 
-/// Returns the length of the body along the axis in which it is longest, m.
-pub(crate) fn length(body: &Body) -> f64 {
-    let space = body.muscle.solid.space();
-    let (coordinates, dimension) = (space.coordinates(), space.dimension());
-    let extent = |axis: usize| {
-        let along = coordinates.iter().skip(axis).step_by(dimension).copied();
-        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
-    };
-    (0..dimension).map(extent).fold(0.0, f64::max)
-}
-
 /// Checks length and mass of the body.
 fn size(body: &Body, parts: &[Part]) -> Option<Unusual> {
     let space = body.muscle.solid.space();
-    let (length, dimension) = (length(body), space.dimension());
+    let (length, dimension) = (extent(&body.muscle), space.dimension());
     let measure =
         |(element, region): (usize, &usize)| parts[*region].density * space.measure_of(element);
     let mass: f64 = body.regions.iter().enumerate().map(measure).sum();

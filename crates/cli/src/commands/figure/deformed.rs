@@ -1,6 +1,6 @@
 //! Pictures of a deformed body; all pictures of a motion have the same scale.
 
-use myovib_fem::Space;
+use myovib_fem::{Space, bounds};
 
 use myovib_report::outline::outline;
 use myovib_report::plot::{Axis, EdgeGroup, Field, MeshPlot};
@@ -46,12 +46,11 @@ impl<'a> Drawing<'a> {
     /// Draws the body at time `t`, colored by a field.
     pub(in crate::commands) fn panel(&self, t: f64, u: &[[f64; 2]], field: Field) -> MeshPlot {
         let reach = self.scale * self.largest + MARGIN * height(self.space);
-        let bottom = extent(self.space, 1, f64::min) - reach;
-        let top = extent(self.space, 1, f64::max) + reach;
+        let [bottom, top] = bounds(self.space.coordinates(), 2).map(|corner| corner[1]);
         let outline = outline(self.space);
         MeshPlot {
             title: format!("*t* = {t:.4} s"),
-            y: outline.y.clone().between(bottom, top),
+            y: outline.y.clone().between(bottom - reach, top + reach),
             groups: self.groups.clone(),
             displacement: u.to_vec(),
             scale: self.scale,
@@ -73,13 +72,9 @@ fn norm(u: &[f64; 2]) -> f64 {
     u[0].hypot(u[1])
 }
 
-fn extent(space: &Space, c: usize, pick: fn(f64, f64) -> f64) -> f64 {
-    let coordinates = space.node_points::<2>().iter().map(|point| point[c]);
-    coordinates.reduce(pick).unwrap_or(0.0)
-}
-
 fn height(space: &Space) -> f64 {
-    extent(space, 1, f64::max) - extent(space, 1, f64::min)
+    let [bottom, top] = bounds(space.coordinates(), 2).map(|corner| corner[1]);
+    top - bottom
 }
 
 /// Rounds down to a number of the form 1, 2 or 5 times a power of ten.

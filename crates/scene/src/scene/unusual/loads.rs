@@ -2,9 +2,10 @@
 
 use myovib_model::Signal;
 use myovib_model::check::readable;
+use myovib_model::support::extent;
 
+use super::Unusual;
 use super::materials::Part;
-use super::{Unusual, length};
 use crate::scene::Body;
 use crate::scene_file::{Analysis, SceneFile};
 
@@ -52,7 +53,7 @@ pub(super) fn large_displacement(file: &SceneFile, body: &Body, t_end: f64) -> O
     if file.prescribed_displacement.iter().any(|own| own.rotation.is_some()) {
         return None;
     }
-    let length = length(body);
+    let length = extent(&body.muscle);
     let times = times(file, t_end);
     let distances = body.muscle.prescribed.iter().flat_map(|moved| {
         let at = |t: &f64| moved.signal.at(*t).value.abs();
