@@ -6,6 +6,7 @@ use myovib_sparse::resources;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::options::RunResult;
 use super::outputs::Outputs;
 use crate::Error;
 use crate::json;
@@ -177,9 +178,17 @@ pub(super) fn mesh(muscle: &Muscle) -> Value {
     })
 }
 
-/// Adds the notes on the scene and on its run to the document.
-pub(super) fn add_notes(document: &mut Value, scene: &Scene, of_run: &[String]) {
-    document["notes"] = json!([scene.notes(), of_run.to_vec()].concat());
+/// Adds the notes on the scene and on its run to the document, writes it, and returns a result without tables.
+pub(super) fn finish(
+    folder: &ResultFolder,
+    scene: &Scene,
+    mut document: Value,
+    outcome: Outcome,
+    notes: Vec<String>,
+) -> Result<RunResult, Error> {
+    document["notes"] = json!([&scene.notes()[..], &notes].concat());
+    write(folder, &document)?;
+    Ok(RunResult { document, outcome, notes, modes: None, response: None, periodic: None })
 }
 
 /// Writes `run.json`.

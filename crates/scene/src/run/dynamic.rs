@@ -220,26 +220,27 @@ impl Driver for Motion<'_> {
         if !driving.is_empty() {
             document["driving_error"] = serde_json::to_value(&driving)?;
         }
-        let mut outcome = statistics.outcome;
         let body = scene.body.as_ref();
         let mut notes = Vec::new();
         // The message of a run that ended at an inversion describes it.
-        if let Some(body) = body.filter(|_| outcome.reason() != Some(EndReason::Inverted)) {
+        if let Some(body) =
+            body.filter(|_| statistics.outcome.reason() != Some(EndReason::Inverted))
+        {
             notes.extend(outputs.volumes.note(&body.muscle, true));
         }
         notes.extend(outputs.volumes.penetration_note());
         notes.extend(outputs.not_finite().map(|seen| seen.note()));
         notes.extend(driving.iter().filter_map(|error| error.note(scene)));
-        document::add_notes(&mut document, scene, &notes);
-        document::write(&folder, &document)?;
-        if ended && !self.verify(&folder, &mut document)? {
+        let outcome = statistics.outcome;
+        let mut result = document::finish(&folder, scene, document, outcome, notes)?;
+        if ended && !self.verify(&folder, &mut result.document)? {
             let message = "--verify was interrupted and measured no error; use --resume --verify to measure it";
-            notes.push(message.to_owned());
-            outcome = Outcome::ended(EndReason::Interrupted, message.to_owned());
+            result.notes.push(message.to_owned());
+            result.outcome = Outcome::ended(EndReason::Interrupted, message.to_owned());
         }
         // Not in the document: after a resumption it equals the document of an uninterrupted run.
-        notes.splice(0..0, of_resumption);
-        Ok(RunResult { document, outcome, notes, modes: None, response: None, periodic: None })
+        result.notes.splice(0..0, of_resumption);
+        Ok(result)
     }
 }
 

@@ -46,18 +46,9 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
     document::extend(&mut document, serde_json::to_value(&found)?);
-    let notes = found.muscles.iter().flat_map(|body| body.notes.clone());
-    let notes: Vec<String> = notes.collect();
-    document::add_notes(&mut document, scene, &notes);
-    document::write(&folder, &document)?;
-    Ok(RunResult {
-        document,
-        outcome: Outcome::Finished,
-        notes,
-        modes: Some(found),
-        response: None,
-        periodic: None,
-    })
+    let notes = found.muscles.iter().flat_map(|body| body.notes.clone()).collect();
+    let result = document::finish(&folder, scene, document, Outcome::Finished, notes)?;
+    Ok(RunResult { modes: Some(found), ..result })
 }
 
 /// Returns the table with one row per mode. Frequencies of unstable modes are NaN.

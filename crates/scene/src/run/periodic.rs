@@ -390,17 +390,9 @@ impl Task for Write<'_> {
             document::extend(&mut document, of_mesh);
         }
         document::extend(&mut document, serde_json::to_value(&found)?);
-        let notes: Vec<String> = note.into_iter().collect();
-        document::add_notes(&mut document, scene, &notes);
-        document::write(&folder, &document)?;
-        Ok(RunResult {
-            document,
-            outcome,
-            notes,
-            modes: None,
-            response: None,
-            periodic: Some(found),
-        })
+        let notes = note.into_iter().collect();
+        let result = document::finish(&folder, scene, document, outcome, notes)?;
+        Ok(RunResult { periodic: Some(found), ..result })
     }
 }
 

@@ -54,16 +54,8 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         document::extend(&mut document, of_mesh);
     }
     document::extend(&mut document, serde_json::to_value(&found)?);
-    document::add_notes(&mut document, scene, &found.notes);
-    document::write(&folder, &document)?;
-    Ok(RunResult {
-        document,
-        outcome,
-        notes: found.notes.clone(),
-        modes: None,
-        response: Some(found),
-        periodic: None,
-    })
+    let result = document::finish(&folder, scene, document, outcome, found.notes.clone())?;
+    Ok(RunResult { response: Some(found), ..result })
 }
 
 /// Returns the table of a probe with one row per frequency.

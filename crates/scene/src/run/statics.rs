@@ -102,9 +102,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         .chain(volumes.penetration_note())
         .chain(recording.not_finite().map(|seen| seen.note()))
         .collect();
-    document::add_notes(&mut document, scene, &notes);
-    document::write(folder, &document)?;
-    Ok(RunResult { document, outcome, notes, modes: None, response: None, periodic: None })
+    document::finish(folder, scene, document, outcome, notes)
 }
 
 /// Outputs of the states of a path.
