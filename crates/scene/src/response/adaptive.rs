@@ -96,6 +96,9 @@ impl Samples {
 impl Adaptive {
     /// Computes the responses. `kinds` has a number for each curve; curves of one kind have the same unit. `compute` returns
     /// the amplitudes at ascending frequencies, or fewer if it was interrupted.
+    ///
+    /// Each round predicts its responses by `earlier`, the function fitted to the previous rounds, and then fits
+    /// `fitted` to all responses. Their difference determines the frequencies of the next round.
     pub(super) fn resolve<E>(
         &self,
         kinds: &[usize],

@@ -60,6 +60,8 @@ pub(super) struct Outputs<'a> {
 }
 
 impl Outputs<'_> {
+    /// Writes the outputs of a step. The order matters: a condition may shorten the step, rows and fields belong to the
+    /// shortened step, and a checkpoint counts all of them.
     fn observe<P: System>(
         &mut self,
         step: &mut AcceptedStep<'_, P>,

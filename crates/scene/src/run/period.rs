@@ -37,7 +37,8 @@ pub(super) struct Period {
     pub(super) rtol: f64,
 }
 
-/// Computation for the system of a scene.
+/// Computation for the system of a scene. Its method is generic because the type of the system depends on the scene: a
+/// body, a rod or chains.
 pub(super) trait Task {
     type Out;
 

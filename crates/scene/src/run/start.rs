@@ -1,4 +1,14 @@
 //! Integrators for the systems of a scene, from the start or from a checkpoint.
+//!
+//! | Scene | Function | System |
+//! |---|---|---|
+//! | body | `muscle` | `MuscleDae` |
+//! | body and chains that act on it | `muscle_with_feedback` | `FeedbackDae` |
+//! | body and chains with separate steps | `muscle_beside_chains` | `Multirate<MuscleDae>` |
+//! | body and chains with the same steps | `muscle_and_chains` | `CoupledDae<MuscleDae>` |
+//! | rod and chains with separate steps | `rod_beside_chains` | `Multirate<CoupledDae<RodDae>>` |
+//! | rod, with or without chains | `rod_and_chains` | `CoupledDae<RodDae>` |
+//! | chains | `chains` | `CoupledDae<NoBody>` |
 
 mod checks;
 mod initial;

@@ -44,6 +44,7 @@ pub(super) struct Component<'f> {
 /// Requirements of groups for the components (node, axis): displacements with their factors, or an empty list if the
 /// group is fixed. The name of a fixed group is not stored.
 type Requirements<'f> = BTreeMap<(usize, usize), Vec<(Option<&'f str>, Terms)>>;
+/// Displacements, by their index in the list of [`Move`]s, each with its factor. Their sum is the required motion.
 type Terms = Vec<(usize, f64)>;
 
 /// Component of a displacement.
