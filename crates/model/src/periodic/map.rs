@@ -17,6 +17,17 @@ pub struct Interval {
     pub fixed_step: Option<f64>,
 }
 
+/// Function that starts an integrator over an interval from consistent y and ẏ.
+pub trait StartInterval<P>:
+    FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>
+{
+}
+
+impl<P, S> StartInterval<P> for S where
+    S: FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>
+{
+}
+
 /// Integrates a system over one period from consistent values.
 ///
 /// The unknowns of the map are the differential variables. Before each integration they are projected onto the
@@ -32,13 +43,8 @@ pub struct PeriodMap<P, S> {
     counts: Counts,
 }
 
-impl<P, S> PeriodMap<P, S>
-where
-    P: Consistent + Clone,
-    S: FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
-{
-    /// Creates the map from the first to the second of the `times`, s. `start` starts an integrator over the
-    /// times from consistent y and ẏ; `y` is any state.
+impl<P: Consistent + Clone, S: StartInterval<P>> PeriodMap<P, S> {
+    /// Creates the map from the first to the second of the `times`, s. `y` is any state.
     ///
     /// # Errors
     /// Errors of the problem.

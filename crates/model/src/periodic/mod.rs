@@ -16,5 +16,5 @@ mod shooting;
 
 pub use balance::balance;
 pub use continuation::{Continuation, Point, follow};
-pub use map::{Interval, PeriodMap};
+pub use map::{Interval, PeriodMap, StartInterval};
 pub use shooting::{Multipliers, PeriodicState, Shooting, multipliers, shoot};

@@ -4,9 +4,9 @@ use std::cell::Cell;
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
-use myovib_model::periodic::{self, Interval, PeriodMap, Shooting, multipliers};
+use myovib_model::periodic::{self, PeriodMap, Shooting, StartInterval, multipliers};
 use myovib_model::start::Consistent;
-use myovib_model::{EndReason, Integrator, Limits, ModelError, Outcome};
+use myovib_model::{EndReason, Limits, ModelError, Outcome};
 use serde_json::Value;
 
 use super::options::RunOptions;
@@ -203,7 +203,7 @@ impl Task for End<'_> {
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
-        start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        start: impl StartInterval<P>,
         y: Vec<f64>,
         _: Vec<Range<usize>>,
     ) -> Result<Self::Out, Error> {
@@ -230,7 +230,7 @@ impl Task for Read<'_> {
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
-        start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        start: impl StartInterval<P>,
         y: Vec<f64>,
         _: Vec<Range<usize>>,
     ) -> Result<Self::Out, Error> {

@@ -8,12 +8,12 @@ use myovib_model::coupling::{
     CoupledDae, CoupledOptions, ErrorTest, NoBody, Oscillators, Recording, Source,
     start_coupled_from,
 };
-use myovib_model::periodic::{Interval, balance};
+use myovib_model::periodic::{Interval, StartInterval, balance};
 use myovib_model::radau::{matrices, options};
 use myovib_model::start::Consistent;
 use myovib_model::{
-    AcceptedStep, Formulation, Integrator, ModelError, MuscleDae, Observer, Outcome, Settings,
-    TypicalStart, start_from,
+    AcceptedStep, Formulation, ModelError, MuscleDae, Observer, Outcome, Settings, TypicalStart,
+    start_from,
 };
 
 use super::start::{driven_by, driven_by_rod, initial_state, options as chain_options, tolerances};
@@ -47,7 +47,7 @@ pub(super) trait Task {
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
-        start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        start: impl StartInterval<P>,
         y: Vec<f64>,
         blocks: Vec<Range<usize>>,
     ) -> Result<Self::Out, Error>;

@@ -6,11 +6,11 @@ use std::time::Instant;
 
 use myovib_model::coupling::{Oscillators, Recorder, Recording, Source};
 use myovib_model::periodic::{
-    Interval, Multipliers, PeriodMap, PeriodicState, Shooting, multipliers, shoot,
+    Multipliers, PeriodMap, PeriodicState, Shooting, StartInterval, multipliers, shoot,
 };
 use myovib_model::radau::FIXED_STEP_ERROR;
 use myovib_model::start::Consistent;
-use myovib_model::{CpuClock, EndReason, Integrator, Limits, ModelError, Observer, Outcome};
+use myovib_model::{CpuClock, EndReason, Limits, ModelError, Observer, Outcome};
 use serde_json::json;
 
 use super::continuation::{self, Branch};
@@ -83,17 +83,13 @@ impl Search<'_> {
     }
 
     /// Integrates `periods` periods from `state`, which becomes the state at their end, and finds the periodic state near it.
-    fn find<P, S>(
+    fn find<P: System + Consistent + Clone, S: StartInterval<P>>(
         &self,
         map: &mut PeriodMap<P, S>,
         state: &mut Vec<f64>,
         periods: usize,
         blocks: &[Range<usize>],
-    ) -> Result<Found, ModelError>
-    where
-        P: System + Consistent + Clone,
-        S: FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
-    {
+    ) -> Result<Found, ModelError> {
         let interrupt = self.options.interrupt;
         let (mut sizes, mut end, mut n_steps) = (Vec::new(), Vec::new(), 0);
         for k in 0..=periods {
@@ -123,17 +119,13 @@ impl Search<'_> {
 
     /// Finds the periodic state near `found`, which becomes `end` after a period of `n_steps` adaptive steps. Steps are fixed
     /// for the search, and adaptive for its test.
-    fn refine<P, S>(
+    fn refine<P: System + Consistent + Clone, S: StartInterval<P>>(
         &self,
         map: &mut PeriodMap<P, S>,
         found: &[f64],
         end: &[f64],
         (mut n_steps, shooting): (u64, Shooting),
-    ) -> Result<Found, ModelError>
-    where
-        P: System + Consistent + Clone,
-        S: FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
-    {
+    ) -> Result<Found, ModelError> {
         let interrupt = self.options.interrupt;
         let with_fixed_steps = Shooting {
             map_error: FIXED_STEP_ERROR * self.period.rtol,
@@ -187,16 +179,12 @@ impl Search<'_> {
     }
 
     /// Finds the periodic state to which the motion from `state` settles, or an unstable state with a note.
-    fn find_settled<P, S>(
+    fn find_settled<P: System + Consistent + Clone, S: StartInterval<P>>(
         &self,
         map: &mut PeriodMap<P, S>,
         mut state: Vec<f64>,
         blocks: &[Range<usize>],
-    ) -> Result<(Found, Option<String>), ModelError>
-    where
-        P: System + Consistent + Clone,
-        S: FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
-    {
+    ) -> Result<(Found, Option<String>), ModelError> {
         let near_balanced = self.balanced.map(|balanced| {
             let mut near = map.restrict(balanced);
             self.find(map, &mut near, 0, blocks)
@@ -278,7 +266,7 @@ impl Task for Find<'_> {
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
-        start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        start: impl StartInterval<P>,
         y: Vec<f64>,
         blocks: Vec<Range<usize>>,
     ) -> Result<Settled, Error> {
@@ -325,7 +313,7 @@ impl Task for Write<'_> {
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
-        mut start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        mut start: impl StartInterval<P>,
         y: Vec<f64>,
         blocks: Vec<Range<usize>>,
     ) -> Result<RunResult, Error> {

@@ -3,7 +3,7 @@
 use std::ops::{ControlFlow, Range};
 use std::time::Duration;
 
-use myovib_model::periodic::{Interval, PeriodMap};
+use myovib_model::periodic::{PeriodMap, StartInterval};
 use myovib_model::start::Consistent;
 use myovib_model::{
     AcceptedStep, Advance, CpuClock, EndReason, Integrator, ModelError, Observer, Outcome,
@@ -134,7 +134,7 @@ impl Task for TryOut {
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
-        start: impl FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        start: impl StartInterval<P>,
         y: Vec<f64>,
         _: Vec<Range<usize>>,
     ) -> Result<PeriodTrial, Error> {
