@@ -157,23 +157,8 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
 
 fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     let parameters = &body.muscle.parameters;
-    let mut table = Table::new(&[
-        ("unknowns", Align::Left),
-        ("number", Align::Right),
-        ("index", Align::Right),
-        ("error test", Align::Left),
-    ]);
     let to_exclude = report.advice.to_exclude();
-    let mut total = 0;
-    let mut row = |name: String, number: usize, index: u8, tested: &str| {
-        total += number;
-        table.row([
-            name.into(),
-            number.to_string().into(),
-            index.to_string().into(),
-            tested.to_owned().into(),
-        ]);
-    };
+    let mut rows = Vec::new();
     for (field, number) in &report.unknowns {
         let tested = match body.settings.suppressed.contains(field) {
             true => "excluded",
@@ -181,7 +166,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
             false => "in",
         };
         let index = body.formulation.variable_index(*field, parameters);
-        row(in_words(*field).to_owned(), *number, index, tested);
+        rows.push((in_words(*field).to_owned(), *number, index, tested));
     }
     for chain in &scene.chains {
         let tested = match scene.file.integrator.oscillators.in_error_test {
@@ -189,8 +174,9 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
             false => "excluded",
         };
         let name = format!("chain {}", chain.name);
-        row(plain(&name), chain.n_unknowns(), 0, tested);
+        rows.push((plain(&name), chain.n_unknowns(), 0, tested));
     }
+    let total: usize = rows.iter().map(|row| row.1).sum();
     let mut text = format!(
         "`{}`, κ {} {}, β {} {}: {total} unknowns\n\n{}\n",
         body.formulation,
@@ -198,7 +184,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
         kappa(parameters.kappa()),
         bound(body, |ratios| ratios.beta),
         exponent(parameters.beta),
-        table.render(colored_stdout())
+        table(rows)
     );
     for line in [size_of(scene, body)]
         .into_iter()
@@ -214,6 +200,20 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     text.push('\n');
     text.push_str(&warnings(&report.findings));
     text
+}
+
+/// Formats the blocks of unknowns: name, number, index and role in the error test.
+fn table(rows: impl IntoIterator<Item = (String, usize, u8, &'static str)>) -> String {
+    let mut table = Table::new(&[
+        ("unknowns", Align::Left),
+        ("number", Align::Right),
+        ("index", Align::Right),
+        ("error test", Align::Left),
+    ]);
+    for (name, number, index, tested) in rows {
+        table.row([name, number.to_string(), index.to_string(), tested.to_owned()].map(Into::into));
+    }
+    table.render(colored_stdout())
 }
 
 /// Describes the effect of a preload; the listed modes are those at rest.

@@ -2,34 +2,23 @@
 
 use myovib_model::Field;
 use myovib_model::check::QuasiStaticReport;
-use myovib_report::table::{Align, Table, colored_stdout, kappa};
+use myovib_report::table::kappa;
 use myovib_scene::{Body, Scene};
 use serde_json::{Value, json};
 
 use super::cost::Cost;
 use super::document::{self, block, factors};
-use super::{added, bound, held, in_words, memory, size_of, warnings, writes};
+use super::{added, bound, held, in_words, memory, size_of, table, warnings, writes};
 
 /// Formats the findings as text.
 pub(super) fn text(scene: &Scene, body: &Body, report: &QuasiStaticReport, cost: &Cost) -> String {
-    let mut table = Table::new(&[
-        ("unknowns", Align::Left),
-        ("number", Align::Right),
-        ("index", Align::Right),
-        ("error test", Align::Left),
-    ]);
-    for (field, number, index) in &report.unknowns {
+    let rows = report.unknowns.iter().map(|(field, number, index)| {
         let tested = match body.settings.suppressed.contains(field) {
             true => "excluded",
             false => "in",
         };
-        table.row([
-            in_words(*field).into(),
-            number.to_string().into(),
-            index.to_string().into(),
-            tested.into(),
-        ]);
-    }
+        (in_words(*field).to_owned(), *number, *index, tested)
+    });
     let has_pressure = body.formulation.has(Field::Pressure);
     let lines = [size_of(scene, body)]
         .into_iter()
@@ -44,7 +33,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &QuasiStaticReport, cost:
         bound(body, |ratios| ratios.kappa),
         kappa(body.muscle.parameters.kappa()),
         total(report),
-        table.render(colored_stdout()),
+        table(rows),
         lines.collect::<Vec<_>>().join("\n"),
         warnings(&report.findings)
     )
