@@ -98,20 +98,25 @@ impl Builder<'_> {
         let table = Table::parse(&text)
             .map_err(|error| self.wrong(&place, InputError::new(format!("{name}: {error}"))))?;
         let position = |wanted: &str, key: &str| {
-            let found = table.names.iter().position(|known| known == wanted);
-            found.ok_or_else(|| {
-                let error = InputError::new(format!("{name} has no column `{wanted}`"))
-                    .allowed(table.names.join(", "));
-                self.wrong(&format!("{path}.{key}"), error)
-            })
+            let mut found = (0..table.names.len()).filter(|&j| table.names[j] == wanted);
+            let problem = match (found.next(), found.next()) {
+                (Some(only), None) => return Ok(only),
+                (None, _) => format!("{name} has no column `{wanted}`"),
+                _ => format!("{name} has several columns `{wanted}`"),
+            };
+            let error = InputError::new(problem).allowed(table.names.join(", "));
+            Err(self.wrong(&format!("{path}.{key}"), error))
         };
         let columns = [position(time, "time")?, position(column, "column")?];
         let (mut times, mut values) = (Vec::<f64>::new(), Vec::new());
-        for (i, row) in table.rows.iter().enumerate() {
+        for (row, line) in table.rows.iter().zip(&table.lines) {
             let wrong = |problem: &str| {
-                let message = format!("row {} after the header {problem}", i + 1);
+                let message = format!("{name}, line {line}: the row {problem}");
                 self.wrong(&place, InputError::new(message).found(row.join(",")))
             };
+            if row.len() > table.names.len() {
+                return Err(wrong("has more values than the header has names"));
+            }
             let number = |j: usize| {
                 let number = row.get(j)?.parse::<f64>();
                 number.ok().filter(|x| x.is_finite())

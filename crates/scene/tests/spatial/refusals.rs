@@ -107,19 +107,25 @@ fn a_volume_in_separate_pieces_is_refused() {
     assert!(found.contains("line 25"), "{found}");
 }
 
+/// Regression: a value beyond the header, such as the decimals after a comma, and a second column of the same name were
+/// ignored.
 #[test]
-fn a_table_is_refused_with_the_number_of_its_row() {
+fn a_table_is_refused_with_its_line_or_column() {
     let folder = tempfile::tempdir().unwrap();
     let load = "z = { type = \"table\", file = \"load.csv\", column = \"force\" }";
     let text = BLOCK.replace("z = 100.0", load);
-    for (rows, message) in [
-        ("0,1\n0.5,nan\n1,2\n", "row 2 after the header needs a finite time and a finite value"),
-        ("0,1\n0.5,2\n0.5,3\n", "row 3 after the header is not later than the previous row"),
+    for (table, place) in [
+        ("t,force\n0,1\n0.5,nan\n1,2\n", "line 3"),
+        ("t,force\n\n0,1\n0.5,2\n0.5,3\n", "line 5"),
+        ("t,force\n0,1\n0.5,1,5\n1,2\n", "line 3"),
+        ("t,force,force\n0,1,2\n1,2,3\n", "`force`"),
     ] {
-        std::fs::write(folder.path().join("load.csv"), format!("t,force\n{rows}")).unwrap();
+        std::fs::write(folder.path().join("load.csv"), table).unwrap();
         let found = refusal_of(&text, folder.path());
-        assert!(found.starts_with(message), "{found}");
+        assert!(found.contains("load.csv") && found.contains(place), "{found}");
     }
+    std::fs::write(folder.path().join("load.csv"), "t,force\n0,1\n1,2\n").unwrap();
+    assert_eq!(refusal_of(&text, folder.path()), "accepted");
 }
 
 #[test]
