@@ -9,6 +9,7 @@ use myovib_model::start::Consistent;
 use myovib_model::{EndReason, Limits, ModelError, Outcome};
 use serde_json::Value;
 
+use super::folder::table_of;
 use super::options::RunOptions;
 use super::period::{Period, Samples, Task};
 use crate::csv;
@@ -38,6 +39,13 @@ impl Branch {
         let Some(wanted) = periodic.and_then(|periodic| periodic.continuation.clone()) else {
             return Ok(None);
         };
+        let probes = scene.file.probe.iter();
+        if let Some(probe) = probes.map(|probe| &probe.name).find(|name| table_of(name) == NAME) {
+            let error =
+                InputError::new("the table of this probe would replace the table of the curve");
+            let error = error.found(format!("a probe \"{probe}\"")).next("rename the probe");
+            return Err(scene.wrong("periodic.continuation", error).into());
+        }
         let key = &wanted.parameter;
         if ["mesh", "group"].iter().any(|table| key.trim_start().starts_with(table)) {
             let error =

@@ -93,6 +93,20 @@ fn invalid_curves_are_refused_at_their_key() {
     }
 }
 
+/// Regression: the table of the curve replaced the table of the probe.
+#[test]
+fn no_probe_has_the_name_of_the_curve() {
+    let set = [
+        "periodic.continuation.parameter=\"traction[0].y.frequency\"",
+        "periodic.continuation.to=30.0",
+        "probe[0].name=\"continuation\"",
+    ];
+    let out = tempfile::tempdir().unwrap();
+    let error = compute(&built(&set).unwrap(), &RunOptions::into_folder(&out.path().join("out")));
+    assert!(matches!(error.unwrap_err(), myovib_scene::Error::Input(_)));
+    assert!(!out.path().join("out").exists());
+}
+
 /// The state and the points so far are kept.
 #[test]
 fn a_curve_with_too_many_points_stops() {
