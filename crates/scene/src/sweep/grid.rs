@@ -98,6 +98,18 @@ pub(super) fn axes(vary: &[String]) -> Result<Vec<Axis>, InputError> {
     }
 }
 
+/// Rejects overrides of varied keys, which would have no effect.
+pub(super) fn expect_free(axes: &[Axis], set: &[String]) -> Result<(), InputError> {
+    let key_of = |text: &str| text.split_once('=').map(|(key, _)| key.trim().to_owned());
+    let varied = |key: &String| axes.iter().any(|axis| axis.key == *key);
+    match set.iter().find(|text| key_of(text).as_ref().is_some_and(varied)) {
+        None => Ok(()),
+        Some(text) => Err(InputError::new("this key is varied, so the value has no effect")
+            .at(format!("--set {text}"))
+            .next("remove --set, or --vary of this key")),
+    }
+}
+
 /// Returns all combinations. The last axis changes fastest.
 pub(super) fn cases(axes: &[Axis]) -> Result<Vec<Case>, InputError> {
     let lengths = axes.iter().map(|axis| axis.values.len());

@@ -27,11 +27,11 @@ use crate::run::{self, RunOptions, RunResult};
 use crate::scene::runs_at_once;
 use crate::watch::ProgressSink;
 use crate::{Error, Input, InputError, Scene, parallel};
-use grid::{Case, axes, case_numbers, cases};
-use record::Record;
+use grid::{Case, axes, case_numbers, cases, expect_free};
+use record::{Record, table_sizes};
 use refusal::{caught, expect_right, read, scene_of};
 use results::{ResultColumn, columns};
-use table::{numbered, stopped, table};
+use table::{is_complete, numbered, stopped, table};
 
 /// Scene, varied keys and output folder of a sweep.
 pub struct SweepOptions<'a> {
@@ -97,6 +97,8 @@ pub struct SweepResult {
     pub results: Vec<String>,
     /// Reasons why requested or collected cases did not finish.
     pub stopped: Vec<String>,
+    /// Cases that did not start from their neighbors, and requested columns without values.
+    pub notes: Vec<String>,
     /// Whether results of a case could not be written, for example on a full disk.
     pub failed_to_write: bool,
 }
@@ -108,6 +110,7 @@ pub struct SweepResult {
 /// fails during its run becomes a row of the table.
 pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     let axes = axes(&options.vary)?;
+    expect_free(&axes, &options.set)?;
     let all = cases(&axes)?;
     let wanted = match &options.cases {
         Cases::All => &all[..],
@@ -152,6 +155,19 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     let rows: Vec<Value> = all.iter().map(|case| sweep.row(&axes, case)).collect();
     let csv = table(&axes, &sweep.results, &rows);
     let stopped = requested.iter().filter_map(|case| stopped(&rows[case.number])).collect();
+    let restarted = requested.iter().filter_map(|case| sweep.restart_note(case));
+    let without_values = sweep.results.iter().filter_map(|column| {
+        let rows = requested.iter().map(|case| &rows[case.number]);
+        let count = rows.filter(|row| is_complete(row) && row[&column.name].is_null()).count();
+        (count > 0).then(|| {
+            format!(
+                "--result {}: {count} finished cases have no finite value: its expression is undefined there, or the \
+                 probe has no rows from the given time",
+                column.name
+            )
+        })
+    });
+    let notes = restarted.chain(without_values).collect();
     let rows: Vec<Value> = rows.into_iter().map(|row| numbered(&axes, row)).collect();
     let document = json!({ "rows": rows });
     for (name, text) in
@@ -166,6 +182,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         keys: axes.iter().map(|axis| axis.key.clone()).collect(),
         results: results.collect(),
         stopped,
+        notes,
         failed_to_write: sweep.failed_to_write.into_inner(),
     })
 }
@@ -263,6 +280,19 @@ impl Sweep<'_> {
         (!is_first).then(|| &self.cases[case.number - 1])
     }
 
+    /// Returns a note if a case that has a neighbor started from the unloaded body.
+    fn restart_note(&self, case: &Case) -> Option<String> {
+        self.neighbor(case)?;
+        let is_continued = self.record(case)?.result["is_continued"] == true;
+        (!is_continued).then(|| {
+            format!(
+                "case {}: the search started from the unloaded body and may have left the branch of the case before; \
+                 choose closer values of the last key",
+                case.number + 1
+            )
+        })
+    }
+
     /// Rejects invalid scenes among the cases to compute.
     fn expect_right(&self, cases: &[Case]) -> Result<(), Error> {
         let Self { options, n_threads, .. } = self;
@@ -342,6 +372,7 @@ impl Sweep<'_> {
             set: case.set.clone(),
             inputs,
             done,
+            tables: table_sizes(&self.folder(case)),
             result,
         };
         folder.write(&record_of(case), serde_json::to_string(&record)?)

@@ -1,5 +1,7 @@
 //! Records of finished cases, which a repeated sweep does not compute again.
 
+use std::collections::BTreeMap;
+use std::fs;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -19,21 +21,26 @@ pub(super) struct Record {
     pub(super) inputs: Vec<Input>,
     /// Whether the case ended reproducibly: a repeated run would end in the same way.
     pub(super) done: bool,
+    /// Sizes of the tables in the folder of the case, in bytes.
+    pub(super) tables: BTreeMap<String, u64>,
     pub(super) result: Value,
 }
 
+/// Returns the sizes of the tables in a folder, in bytes.
+pub(super) fn table_sizes(folder: &Path) -> BTreeMap<String, u64> {
+    let files = fs::read_dir(folder).into_iter().flatten().flatten();
+    let sizes = files.filter_map(|file| {
+        let name = file.file_name().into_string().ok().filter(|name| name.ends_with(".csv"))?;
+        Some((name, file.metadata().ok()?.len()))
+    });
+    sizes.collect()
+}
+
 impl Sweep<'_> {
-    /// Returns whether a case has its result and its tables.
+    /// Returns whether a case has its result and its unchanged tables.
     pub(super) fn is_done(&self, case: &Case) -> bool {
-        let folder = self.folder(case);
         let record = self.record(case).filter(|record| record.done);
-        record.is_some_and(|record| {
-            let result = &record.result;
-            let probes = result["scene"]["probe"].as_array().into_iter().flatten();
-            let names = probes.filter_map(|probe| probe["name"].as_str());
-            result["analysis"] == "modes"
-                || names.map(|name| folder.join(format!("{name}.csv"))).all(|table| table.is_file())
-        })
+        record.is_some_and(|record| record.tables == table_sizes(&self.folder(case)))
     }
 
     /// Returns the record of a case if its scene, overrides, files and program are the same.

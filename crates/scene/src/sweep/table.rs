@@ -46,7 +46,7 @@ impl Sweep<'_> {
 }
 
 /// Returns whether a run reached its end or a stop condition of the scene.
-fn is_complete(result: &Value) -> bool {
+pub(super) fn is_complete(result: &Value) -> bool {
     result["outcome"] == "finished" || result["reason"] == EndReason::Event.name()
 }
 

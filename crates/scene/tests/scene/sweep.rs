@@ -324,3 +324,43 @@ fn scenes_of_several_states_do_not_start_from_a_neighbor() {
     }
     assert!(!folder.path().join("out").exists());
 }
+
+/// Regression: cases that left their branch, and columns that have no value, were not reported; an override of a varied key
+/// was ignored; a shortened table was read as the result of its case.
+#[test]
+fn a_sweep_reports_what_its_table_does_not_show() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, COLUMN.replace("y = 0.0", "y = 20.0")).unwrap();
+    let out = folder.path().join("out");
+    let sweep = |set: &[&str]| {
+        compute(&SweepOptions {
+            scene: scene.clone(),
+            vary: vec!["mesh.cells=[10,2],[12,2]".to_owned()],
+            results: ["tip=last(tip.u_y)", "late=last(tip.u_y, 9)", "root=sqrt(0-last(tip.u_y))"]
+                .map(str::to_owned)
+                .to_vec(),
+            set: set.iter().map(|&set| set.to_owned()).collect(),
+            out: out.clone(),
+            cases: Cases::All,
+            overwrite: false,
+            from_neighbor: true,
+            n_threads: NonZeroUsize::MIN,
+            interrupt: None,
+            progress: &(),
+            finished: &|_: &Path, _: &Scene, _: &RunResult| Ok(()),
+        })
+    };
+    let varied = sweep(&["mesh.cells=[4,2]"]).unwrap_err().to_string();
+    assert!(varied.contains("mesh.cells=[4,2]"), "{varied}");
+    assert!(!out.exists());
+    let first = sweep(&[]).unwrap();
+    let has_note = |of: &str| first.notes.iter().any(|note| note.contains(of));
+    assert!(has_note("case 2") && has_note("late") && has_note("root"), "{:?}", first.notes);
+    assert_eq!(first.notes.len(), 3);
+    let tip = out.join("case-0002/tip.csv");
+    let whole = fs::read_to_string(&tip).unwrap();
+    fs::write(&tip, "t,u_x,u_y\n0,0,0\n").unwrap();
+    assert_eq!(sweep(&[]).unwrap().csv.lines().count(), first.csv.lines().count());
+    assert_eq!(fs::read_to_string(&tip).unwrap(), whole);
+}

@@ -117,7 +117,8 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     })?;
     drop(progress);
     sweep::write(&args.out, &result)?;
-    warn_stopped(&result.stopped);
+    print_notes(&result.stopped);
+    print_notes(&result.notes);
     args.common.print_or_write("sweep", &plain(&result.csv), &result.document)?;
     Ok(if interrupt::is_interrupted() {
         Exit::Interrupted
@@ -131,13 +132,13 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
 /// Maximum number of reported cases.
 const MAX_LISTED: usize = 10;
 
-/// Prints the reasons why cases stopped before their end time.
-fn warn_stopped(cases: &[String]) {
+/// Prints notes on cases.
+fn print_notes(cases: &[String]) {
     for case in cases.iter().take(MAX_LISTED) {
         output::note(case);
     }
     if cases.len() > MAX_LISTED {
         let more = cases.len() - MAX_LISTED;
-        output::note(&format!("{more} more; `message` in sweep.json gives the reason"));
+        output::note(&format!("{more} more; run.json of each case has its notes"));
     }
 }
