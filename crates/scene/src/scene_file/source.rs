@@ -82,11 +82,11 @@ impl Source {
 
     /// Applies an override `key=value`: `solid.bulk_modulus=inf`, `material.0.c10=2e4`.
     ///
-    /// The value is TOML. Invalid TOML is used as a text, so that names need no quotes. Without a
-    /// value, the key is removed and its default applies.
+    /// The value is TOML. Invalid TOML is used as a text, so that names need no quotes, unless it begins as a list, a
+    /// table or a quoted text. Without a value, the key is removed and its default applies.
     ///
     /// # Errors
-    /// [`InputError`] without `=`, or for a path through a value other than a table or list.
+    /// [`InputError`] without `=`, for an invalid list or table, or for a path through a value other than a table or list.
     pub fn assign(&mut self, assignment: &str) -> Result<(), InputError> {
         let place = format!("--set {assignment}");
         let parts = assignment.split_once('=');
@@ -98,6 +98,10 @@ impl Source {
         let value = match (text.trim(), DeValue::parse(text.trim())) {
             ("", _) => Value::Null,
             (_, Ok(value)) => self.convert(value.get_ref(), &|| place.clone())?,
+            (text, Err(error)) if text.starts_with(['[', '{', '"']) => {
+                let error = InputError::new(format!("the value is not TOML: {}", error.message()));
+                return Err(error.at(&place));
+            }
             (text, Err(_)) => Value::String(text.to_owned()),
         };
         let mut target = &mut self.value;

@@ -144,6 +144,18 @@ fn wrong_overrides_are_explained() {
     }
 }
 
+/// Regression: an incomplete table or list was used as a text, and refused as a value of the wrong kind.
+#[test]
+fn overrides_that_are_no_toml_show_the_error_of_the_parser() {
+    for value in ["[1, 2", "{ type = \"sine\" amplitude = 1 }", "{ value = 1, value = 2 }", "\"a"] {
+        let set = format!("traction[0].y={value}");
+        let error = read("scene.toml", MINIMAL, std::slice::from_ref(&set)).expect_err(value);
+        let parser = toml::de::DeValue::parse(value).unwrap_err();
+        assert!(error.to_string().contains(parser.message()), "{error}");
+        assert!(error.to_string().contains(&set), "{error}");
+    }
+}
+
 /// Regression: errors about wrong brackets did not show the correct header.
 #[test]
 fn headers_with_wrong_brackets_say_which_are_right() {
