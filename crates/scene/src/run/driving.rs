@@ -51,7 +51,9 @@ impl DrivingError {
     /// accurate than the body. A rod and its chains have equal tolerances, so it never has a note.
     pub(super) fn note(&self, scene: &Scene) -> Option<String> {
         let body = scene.body.as_ref()?;
-        (self.relative > 10.0 * body.settings.relative_tolerance).then(|| {
+        let is_inaccurate = self.relative > 10.0 * body.settings.relative_tolerance;
+        // A chain at a fixed place has no position to compare with.
+        (self.relative.is_finite() && is_inaccurate).then(|| {
             format!(
                 "chain `{}`: the error of the driving displacement, about {:.1e} m, changes the oscillators by at most \
                  {:.1e} of their largest position; decrease integrator.rtol, or use integrator.chains = \"together\"",
