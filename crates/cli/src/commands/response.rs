@@ -27,7 +27,7 @@ pub struct ResponseArgs {
     pub scene: PathBuf,
 
     /// Frequencies in Hz: LOW..HIGH:N, LOW..HIGH:N:log, LOW..HIGH:adaptive, or a list A,B,C [default: from the scene].
-    #[arg(long, value_name = "LIST")]
+    #[arg(long, allow_hyphen_values = true, value_name = "LIST")]
     pub frequencies: Option<String>,
 
     /// Change a value of the scene; may be repeated.

@@ -50,7 +50,7 @@ pub struct MovieArgs {
 
     /// Frequency of a response or mode whose cycle is shown, Hz: the nearest one in response.fields or among the modes
     /// [default: the lowest].
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, allow_negative_numbers = true, value_name = "HZ")]
     pub frequency: Option<f64>,
 
     /// Output file [default: the name of the folder or movie, with .gif].
@@ -62,12 +62,12 @@ pub struct MovieArgs {
     pub width_pixels: u16,
 
     /// Start time of the movie of a run or of the chain, s [default: 0 (run), 8 (chain)].
-    #[arg(long, value_name = "T")]
+    #[arg(long, allow_negative_numbers = true, value_name = "T")]
     pub from: Option<f64>,
 
     /// End time of the movie, s [default: the last (run), 14 (chain), 3 (muscle and hardening, which
     /// show the last cycle of the load), 2 (muscle3d)].
-    #[arg(long, value_name = "T")]
+    #[arg(long, allow_negative_numbers = true, value_name = "T")]
     pub to: Option<f64>,
 
     /// Mesh of the muscle (Gmsh) with the groups `fixed` and `load` [default: the
@@ -206,9 +206,10 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     };
     let (from, to) = (args.from.unwrap_or(first), args.to.unwrap_or(last));
     if !(0.0 <= from && from < to && to.is_finite()) {
+        let end = args.to.map_or("the end of the run".to_owned(), |to| format!("{to} s"));
         return Err(InputError::new("the movie has no duration")
             .at("--from, --to")
-            .found(format!("{from} to {to} s"))
+            .found(format!("{from} s to {end}"))
             .allowed("0 ≤ from < to")
             .into());
     }
