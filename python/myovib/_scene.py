@@ -255,7 +255,8 @@ class Scene:
             For each mode ``frequency`` (Hz), ``omega_squared``, ``damping_ratio``, ``participation``,
             ``effective_mass`` and ``residual``; and the shapes.
         """
-        text, arrays = _native.modes(self._source, self._assignments(), count)
+        scene = self if count is None else self.copy().set("modes.count", count)
+        text, arrays = _native.modes(self._source, scene._assignments())
         return Modes(json.loads(text), arrays)
 
     def response(

@@ -117,11 +117,10 @@ pub(crate) fn modes(
     py: Python<'_>,
     scene: PathBuf,
     set: Vec<String>,
-    count: Option<usize>,
 ) -> PyResult<(String, Vec<u8>)> {
     let name = scene.display().to_string();
     let found = abandonable(py, move || -> anyhow::Result<_> {
-        commands::modes::document(&name, Scene::load(&scene, &set)?, count)
+        commands::modes::document(&name, Scene::load(&scene, &set)?)
     })?;
     let (document, shapes) = found.map_err(of_command)?;
     Ok((document, shapes.into_iter().flat_map(f64::to_ne_bytes).collect()))

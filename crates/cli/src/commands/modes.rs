@@ -120,12 +120,8 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
 ///
 /// # Errors
 /// Returns an error if the scene has no body or its modes cannot be computed.
-pub fn document(
-    name: &str,
-    scene: Scene,
-    count: Option<usize>,
-) -> anyhow::Result<(String, Vec<f64>)> {
-    let findings = of_scene(name.to_owned(), scene, count, Watcher::NOBODY)?;
+pub fn document(name: &str, scene: Scene) -> anyhow::Result<(String, Vec<f64>)> {
+    let findings = of_scene(name.to_owned(), scene, None, Watcher::NOBODY)?;
     let points = findings.muscles.iter().map(|muscle| muscle.solid.space().coordinates());
     let modes = findings.modes.muscles.iter().flat_map(|body| &body.modes);
     let arrays: Vec<&[f64]> = points.chain(modes.map(|mode| &mode.shape[..])).collect();
