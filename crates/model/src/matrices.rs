@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use myovib_fem::{AddedMotion, AddedTangents, Overstress, Solid, Tangents};
+use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::matrix::{Matrix, Pattern, Properties, Source};
@@ -33,7 +34,7 @@ pub(crate) struct Matrices {
     /// symmetric part is used.
     mirrored: Vec<u32>,
     /// Workspace: a nodal force, and one tension per element.
-    tension_room: [Vec<f64>; 2],
+    tension_workspace: [Vec<f64>; 2],
 }
 
 /// Tangents of viscoelastic stress and the displacement (all nodes) at which they were evaluated.
@@ -50,7 +51,7 @@ impl Matrices {
     pub(crate) fn new(muscle: &Muscle, used: impl IntoIterator<Item = Matrix>) -> Self {
         let solid = &muscle.solid;
         let whole = solid.displacement_pattern();
-        let (mass, mass_values) = without_zeros(whole, &solid.mass_values());
+        let (mass, mass_values) = without_zeros(whole, solid.mass_values());
         let [stiffness, damping] =
             [RobinSupport::stiffness, RobinSupport::damping].map(|constant| {
                 let mut values = vec![0.0; whole.nnz()];
@@ -58,7 +59,7 @@ impl Matrices {
                     let operator = foundation.operator();
                     operator.add_values(constant(foundation), solid, &mut values);
                 }
-                without_zeros(whole, &values)
+                without_zeros(whole, values)
             });
         let tensions = tension_pattern(muscle);
         let [n_free, n_vertices, n_tensions] =
@@ -83,7 +84,7 @@ impl Matrices {
             relaxing: None,
             coherence: None,
             mirrored: Vec::new(),
-            tension_room: match n_tensions {
+            tension_workspace: match n_tensions {
                 0 => Default::default(),
                 _ => [solid.space().n_components(), solid.n_tensions()].map(|n| vec![0.0; n]),
             },
@@ -103,10 +104,10 @@ impl Matrices {
                 return;
             }
             Source::Relaxation if self.relaxing.is_none() => {
-                let room = vec![0.0; solid.displacement_pattern().nnz()];
+                let zeros = vec![0.0; solid.displacement_pattern().nnz()];
                 self.relaxing = Some(ViscoelasticMatrices {
-                    material: vec![room.clone(); solid.relaxation_regions().len()],
-                    geometric: room,
+                    material: vec![zeros.clone(); solid.relaxation_regions().len()],
+                    geometric: zeros,
                     at: vec![0.0; solid.dofs().n_full()],
                 });
                 return;
@@ -239,14 +240,14 @@ impl Matrices {
     }
 
     /// Returns the tangents of added stresses, to be filled by the solid.
-    pub(crate) fn wanted_added(&mut self) -> AddedTangents<'_> {
-        let wanted = [&Matrix::AddedStiffness, &Matrix::AddedDamping];
-        let [by_displacement, by_velocity] = self.wanted_of(wanted);
+    pub(crate) fn requested_added(&mut self) -> AddedTangents<'_> {
+        let requested = [&Matrix::AddedStiffness, &Matrix::AddedDamping];
+        let [by_displacement, by_velocity] = self.requested_of(requested);
         AddedTangents { by_displacement, by_velocity }
     }
 
-    fn wanted_of<const N: usize>(&mut self, wanted: [&Matrix; N]) -> [Option<&mut [f64]>; N] {
-        let stored = self.values.get_disjoint_mut(wanted);
+    fn requested_of<const N: usize>(&mut self, requested: [&Matrix; N]) -> [Option<&mut [f64]>; N] {
+        let stored = self.values.get_disjoint_mut(requested);
         stored.map(|values| values.map(|values| &mut values[..]))
     }
 
@@ -254,7 +255,7 @@ impl Matrices {
     /// nodes.
     pub(crate) fn update_tensions(&mut self, muscle: &Muscle, t: f64, u: &[f64], v: &[f64]) {
         let Muscle { solid, .. } = muscle;
-        let [force, tensions] = &mut self.tension_room;
+        let [force, tensions] = &mut self.tension_workspace;
         let stored = [&Matrix::TensionForce, &Matrix::TensionDecay];
         let [Some(by_tension), Some(decay)] = self.values.get_disjoint_mut(stored) else {
             return;
@@ -276,8 +277,8 @@ impl Matrices {
     }
 
     /// Returns the state-dependent matrices, to be filled by the solid.
-    pub(crate) fn wanted(&mut self) -> Tangents<'_> {
-        Tangents::from(self.wanted_of([
+    pub(crate) fn requested(&mut self) -> Tangents<'_> {
+        Tangents::from(self.requested_of([
             &Matrix::Stiffness,
             &Matrix::DampedStiffness,
             &Matrix::RateStiffness,
@@ -336,21 +337,10 @@ fn on_pattern(solid: &Solid, part: &SparsityPattern, values: &[f64]) -> Vec<f64>
 }
 
 /// Removes the zero entries of a constant matrix.
-fn without_zeros(pattern: &SparsityPattern, values: &[f64]) -> (SparsityPattern, Vec<f64>) {
-    let (mut offsets, mut rows, mut kept) = (vec![0], Vec::new(), Vec::new());
-    for column in pattern.major_offsets().windows(2) {
-        let own = column[0]..column[1];
-        let entries = pattern.minor_indices()[own.clone()].iter().zip(&values[own]);
-        for (&row, &value) in entries.filter(|(_, value)| **value != 0.0) {
-            rows.push(row);
-            kept.push(value);
-        }
-        offsets.push(rows.len());
-    }
-    let (n_columns, n_rows) = (pattern.major_dim(), pattern.minor_dim());
-    let pattern = SparsityPattern::try_from_offsets_and_indices(n_columns, n_rows, offsets, rows)
-        .expect("a subset of a valid pattern is valid");
-    (pattern, kept)
+fn without_zeros(pattern: &SparsityPattern, values: Vec<f64>) -> (SparsityPattern, Vec<f64>) {
+    let matrix = CscMatrix::try_from_pattern_and_values(pattern.clone(), values);
+    let matrix = matrix.expect("one value for each entry");
+    matrix.filter(|_, _, value| *value != 0.0).into_pattern_and_values()
 }
 
 fn diagonal(n: usize) -> SparsityPattern {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use myovib_dae::Problem;
 use myovib_fem::{DofMap, Mesh, Solid, Space, generate};
+use myovib_model::coupling::ErrorTest;
 use myovib_model::{
     Advance, Formulation, IdaIntegrator, Integrator, IntegratorKind, Load, Muscle, MuscleDae,
     Parameters, RadauIntegrator, Settings, Signal, paper, radau,
@@ -75,10 +76,10 @@ fn steps_of_radau_allocate_nothing() {
             max_step: Some(4e-3),
             ..radau::options(&dae, &settings)
         };
-        let matrices = radau::matrices(&dae, &options, settings.linear_solver).unwrap();
         let zero = vec![0.0; dae.n_unknowns()];
+        let (test, solver, times) = (None::<ErrorTest>, settings.linear_solver, [0.0, 1.0]);
         let mut integrator =
-            RadauIntegrator::new(dae, matrices, options, (0.0, 1.0), &zero, &zero).unwrap();
+            RadauIntegrator::coupled_at(dae, test, options, solver, times, &zero, &zero).unwrap();
         // The load must have set in, because at rest one iteration is sufficient and no new Jacobian is required.
         while integrator.time() < 0.7 {
             integrator.advance().unwrap();

@@ -4,10 +4,10 @@
 //! its neighbors and the component of the forcing that acts on it. It has no geometry (note
 //! [0001](crate::notes::one_network)).
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 
 use nalgebra_sparse::pattern::SparsityPattern;
+use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use crate::error::Error;
 
@@ -324,37 +324,25 @@ fn slot(pattern: &SparsityPattern, row: usize, column: usize) -> usize {
 
 /// Column m of the stiffness contains oscillator m and its neighbors.
 fn stiffness_pattern(nodes: &[Node]) -> SparsityPattern {
-    let mut columns: Vec<BTreeSet<usize>> = (0..nodes.len()).map(|k| BTreeSet::from([k])).collect();
-    for (on, node) in nodes.iter().enumerate() {
-        for &by in &node.neighbors {
-            columns[by].insert(on);
-        }
-    }
-    compressed(columns.len(), columns)
+    let entries = nodes
+        .iter()
+        .enumerate()
+        .flat_map(|(on, node)| node.neighbors.iter().map(move |&by| (on, by)).chain([(on, on)]));
+    pattern(nodes.len(), entries)
 }
 
 /// Column y_m contains its kinematic row and the momentum rows of column m of the `stiffness`; column w_m contains its
 /// two rows.
 fn jacobian_pattern(stiffness: &SparsityPattern) -> SparsityPattern {
     let n = stiffness.major_dim();
-    let by_position = (0..n).map(|m| {
-        let momentum = stiffness.lane(m).iter().map(|row| n + row);
-        std::iter::once(m).chain(momentum).collect()
-    });
-    let by_velocity = (0..n).map(|m| vec![m, n + m]);
-    compressed(2 * n, by_position.chain(by_velocity))
+    let own = (0..n).flat_map(|m| [(m, m), (m, n + m), (n + m, n + m)]);
+    let by_position = stiffness.entries().map(|(m, row)| (n + row, m));
+    pattern(2 * n, own.chain(by_position))
 }
 
-/// Builds the pattern of a square matrix from the ascending rows of its columns.
-fn compressed<C: IntoIterator<Item = usize>>(
-    n: usize,
-    columns: impl IntoIterator<Item = C>,
-) -> SparsityPattern {
-    let (mut offsets, mut rows) = (vec![0], Vec::new());
-    for column in columns {
-        rows.extend(column);
-        offsets.push(rows.len());
-    }
-    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
-        .expect("ascending rows below n form a pattern")
+/// Returns the pattern of a square matrix from the rows and columns of its entries.
+fn pattern(n: usize, entries: impl Iterator<Item = (usize, usize)>) -> SparsityPattern {
+    let mut matrix = CooMatrix::<f64>::new(n, n);
+    entries.for_each(|(row, column)| matrix.push(row, column, 0.0));
+    CscMatrix::from(&matrix).pattern().clone()
 }

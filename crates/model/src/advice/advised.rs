@@ -6,7 +6,7 @@ use super::{Advice, listed};
 use crate::counters::WorkCounters;
 use crate::coupling::{CoupledDae, FeedbackDae};
 use crate::error::ModelError;
-use crate::integration::integrator::{Advance, Continuation, Integrator, left_to_inner};
+use crate::integration::integrator::{Advance, Continuation, Integrator, forward_to_inner};
 use crate::integration::statistics::EndReason;
 use crate::muscle_dae::MuscleDae;
 
@@ -97,7 +97,7 @@ impl<P: WithMuscle> Advised<P> {
 }
 
 impl<P: WithMuscle> Integrator<P> for Advised<P> {
-    left_to_inner!(P);
+    forward_to_inner!(P);
 
     fn advance(&mut self) -> Result<Advance, ModelError> {
         let inversions = self.inner.problem().work().inversions;

@@ -32,7 +32,7 @@ use crate::start::{BlockResidual, residuals};
 use crate::statics::Prospect;
 
 /// Number of pressures above which the inf–sup constant would dominate the cost of the check.
-const MOST_PRESSURES: usize = 2000;
+const MAX_PRESSURES: usize = 2000;
 /// Operations of a matrix setup above which it takes seconds; trial steps are then skipped.
 const LARGE: f64 = 1e10;
 /// Operations of one real factorization above which modes are not computed.
@@ -368,7 +368,7 @@ fn undeformed(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, Mo
 
 /// Computes the inf–sup constant unless the mesh is too fine.
 fn held(muscle: &Muscle) -> Result<Option<Held>, ModelError> {
-    if muscle.solid.space().n_pressures() > MOST_PRESSURES {
+    if muscle.solid.space().n_pressures() > MAX_PRESSURES {
         return Ok(None);
     }
     let found = inf_sup::constants(&muscle.solid)?;

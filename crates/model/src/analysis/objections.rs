@@ -29,7 +29,7 @@ const FAR_BELOW_MODES: f64 = 1e-5;
 const ABOVE_SLOWEST: f64 = 100.0;
 /// Number of load periods above which a run is assumed to be a typing error. It would take days
 /// even at 1 ms per period, which is less than a period costs.
-const MOST_PERIODS: f64 = 1e8;
+const MAX_PERIODS: f64 = 1e8;
 /// Ratio of the linear displacement to the length of the body above which load and moduli are
 /// assumed to be in different units, such as kPa and Pa.
 const FAR: f64 = 100.0;
@@ -104,8 +104,8 @@ fn has_no_level(muscle: &Muscle) -> bool {
             .iter()
             .fold((0.0, 0.0_f64), |(sum, largest), b| (sum + b, largest.max(b.abs())))
     });
-    let (net, largest) = columns.fold((0.0_f64, 0.0_f64), |(net, most), (sum, largest)| {
-        (net.max(sum.abs()), most.max(largest))
+    let (net, largest) = columns.fold((0.0_f64, 0.0_f64), |(net, max), (sum, largest)| {
+        (net.max(sum.abs()), max.max(largest))
     });
     net <= INCONSISTENT * largest
 }
@@ -222,7 +222,7 @@ pub fn readable(value: f64) -> String {
 
 pub(super) fn endless(drive: Option<f64>, t_end: f64) -> Option<Finding> {
     let periods = drive? * t_end;
-    (periods > MOST_PERIODS).then(|| Finding {
+    (periods > MAX_PERIODS).then(|| Finding {
         fields: Vec::new(),
         problem: format!(
             "the run covers {periods:.0e} periods of the load with several steps each"

@@ -16,7 +16,7 @@ use crate::start::saddle::Saddle;
 use crate::statics::Equilibrium;
 
 /// Maximum number of Lanczos steps for the fastest mode.
-const MOST_STEPS: usize = 60;
+const MAX_STEPS: usize = 60;
 /// Relative change of ω² per Lanczos step at which the iteration ends. The frequency, which
 /// increases from step to step, then has two digits.
 const SETTLED: f64 = 2e-3;
@@ -243,8 +243,8 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     let start = DVector::from_fn(mass.nrows(), |i, _| ((i * i + 1) as f64).sin());
     let mut next = image(&start)?;
     let mut last = DVector::zeros(mass.nrows());
-    let (mut diagonal, mut beside, mut omega_squared) = (Vec::new(), Vec::new(), 0.0);
-    for _ in 0..MOST_STEPS {
+    let (mut diagonal, mut off_diagonal, mut omega_squared) = (Vec::new(), Vec::new(), 0.0);
+    for _ in 0..MAX_STEPS {
         let size = next.dot(&(&mass * &next)).sqrt();
         if size == 0.0 {
             break;
@@ -254,13 +254,13 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
         next = image(&u)?;
         if !diagonal.is_empty() {
             next -= &last * size;
-            beside.push(size);
+            off_diagonal.push(size);
         }
         let own = weighed.dot(&next);
         next -= &u * own;
         diagonal.push(own);
         last = u;
-        let before = std::mem::replace(&mut omega_squared, largest_of(&diagonal, &beside));
+        let before = std::mem::replace(&mut omega_squared, largest_of(&diagonal, &off_diagonal));
         if omega_squared - before <= SETTLED * omega_squared {
             break;
         }
@@ -268,12 +268,12 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     Ok(f64::max(omega_squared, 0.0).sqrt())
 }
 
-/// Returns the largest eigenvalue of a symmetric tridiagonal matrix with the entries `beside` the diagonal.
-fn largest_of(diagonal: &[f64], beside: &[f64]) -> f64 {
+/// Returns the largest eigenvalue of a symmetric tridiagonal matrix.
+fn largest_of(diagonal: &[f64], off_diagonal: &[f64]) -> f64 {
     let n = diagonal.len();
     let matrix = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
         0 => diagonal[i],
-        1 => beside[i.min(j)],
+        1 => off_diagonal[i.min(j)],
         _ => 0.0,
     });
     matrix.symmetric_eigenvalues().max()

@@ -11,7 +11,7 @@ use crate::muscle::Muscle;
 
 /// Number of parts connected at single nodes up to which they are treated separately. Above it, the
 /// mesh counts as one body, and hinges in it are not detected.
-const MOST_PARTS: usize = 100;
+const MAX_PARTS: usize = 100;
 
 /// Returns the parts of the body that can move rigidly, if there are any: compares the rank of the
 /// conditions of supports and joints with the rigid motions of each part.
@@ -21,7 +21,7 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
     let dimension = space.dimension();
     let mut part_of = space.mesh().parts();
     let n_parts = |parts: &[usize]| parts.iter().max().map_or(0, |last| last + 1);
-    if n_parts(&part_of) > MOST_PARTS {
+    if n_parts(&part_of) > MAX_PARTS {
         part_of.fill(0);
     }
 

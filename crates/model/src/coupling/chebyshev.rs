@@ -5,17 +5,23 @@ use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 /// Largest number of points.
-const MOST: usize = 9;
+const MAX_POINTS: usize = 9;
 
 /// Returns the `n` points, at most nine, from 0 to 1.
 pub(super) fn points(n: usize) -> &'static [f64] {
-    static POINTS: LazyLock<[Vec<f64>; MOST + 1]> = LazyLock::new(|| {
+    static POINTS: LazyLock<[Vec<f64>; MAX_POINTS + 1]> = LazyLock::new(|| {
         array::from_fn(|n| {
             let angle = |k: usize| PI * k as f64 / (n - 1) as f64;
             (0..n).map(|k| (1.0 - angle(k).cos()) / 2.0).collect()
         })
     });
     &POINTS[n]
+}
+
+/// Returns the times of the `n` points over the step `[from, to]`.
+pub(super) fn times(n: usize, [from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
+    let inner = points(n)[..n - 1].iter().map(move |point| from + point * (to - from));
+    inner.chain([to])
 }
 
 /// Calls `add(k, w)` for each point k with its weight w: the interpolating polynomial has the value
@@ -25,7 +31,7 @@ pub(super) fn weights(x: f64, n: usize, mut add: impl FnMut(usize, f64)) {
     if let Some(k) = points.iter().position(|point| *point == x) {
         return add(k, 1.0);
     }
-    let mut barycentric = [0.0; MOST];
+    let mut barycentric = [0.0; MAX_POINTS];
     for (k, (weight, point)) in barycentric.iter_mut().zip(points).enumerate() {
         let half = if k == 0 || k == n - 1 { 0.5 } else { 1.0 };
         let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };

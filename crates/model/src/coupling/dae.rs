@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use myovib_dae::{Problem, StepError, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
+use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use super::oscillators::{Oscillators, Source};
 use crate::blocks::{Block, Blocks};
@@ -41,31 +42,16 @@ struct Coupling {
 impl Coupling {
     fn new(oscillators: &Oscillators, n_body: usize) -> Self {
         let network = oscillators.network();
-        let mut columns: Vec<Vec<(usize, f64)>> = vec![Vec::new(); n_body];
+        let mut entries = CooMatrix::new(network.n_states(), n_body);
         for (channel, source) in oscillators.sources().iter().enumerate() {
             for &(column, weight) in source.unknowns() {
                 // ∂c/∂y_i = γ w_i, and c has a positive sign in its rows.
                 let slope = oscillators.drive().forcing(weight);
                 let rows = network.forced_rows(channel);
-                columns[column].extend(rows.map(|row| (row, slope)));
+                rows.for_each(|row| entries.push(row, column, slope));
             }
         }
-        let (mut offsets, mut minor, mut values) = (vec![0], Vec::new(), Vec::new());
-        for mut column in columns {
-            column.sort_unstable_by_key(|(row, _)| *row);
-            for (row, slope) in column {
-                minor.push(row);
-                values.push(slope);
-            }
-            offsets.push(minor.len());
-        }
-        let pattern = SparsityPattern::try_from_offsets_and_indices(
-            n_body,
-            network.n_states(),
-            offsets,
-            minor,
-        )
-        .expect("forced rows are distinct, ascending and within the network");
+        let (pattern, values) = CscMatrix::from(&entries).into_pattern_and_values();
         Self { pattern, values }
     }
 }

@@ -1,8 +1,8 @@
-//! IDAS for coupled systems.
+//! IDAS for a body or a coupled system.
 
-use myovib_dae::{Problem, Suppressed};
+use myovib_dae::Suppressed;
 
-use sundials_wrap::{IdaBuilder, IdaOptions};
+use sundials_wrap::IdaOptions;
 
 use super::body::Body;
 use super::error_test::ErrorTest;
@@ -11,15 +11,17 @@ use crate::integration::ida::{IdaIntegrator, builder};
 use crate::integration::settings::LinearSolverKind;
 
 impl<P: Body> IdaIntegrator<P> {
-    /// Starts a coupled system from a state with consistent derivatives over the time interval
-    /// `[start, end]`. Factorizes the full Newton matrix if the body has no condensed solver.
+    /// Starts a system from a state with consistent derivatives over the time interval `[start, end]`. Factorizes the
+    /// full Newton matrix if the body has no condensed solver.
+    ///
+    /// `error_test` replaces the tolerances and the excluded components of the options.
     ///
     /// # Errors
     /// [`ModelError::Integrator`] for invalid IDAS options.
     pub fn coupled_at(
         mut system: P,
-        error_test: ErrorTest,
-        options: IdaOptions,
+        error_test: impl Into<Option<ErrorTest>>,
+        mut options: IdaOptions,
         linear_solver: LinearSolverKind,
         [t, t_end]: [f64; 2],
         y: &[f64],
@@ -30,31 +32,24 @@ impl<P: Body> IdaIntegrator<P> {
             LinearSolverKind::Full => None,
         };
         let schedule = system.schedule();
-        let step_size = error_test.step_size();
-        let mut builder = tested(system, error_test, options, t_end);
+        let test = error_test.into();
+        let step_size = test.as_ref().and_then(ErrorTest::step_size);
+        if let Some(test) = &test {
+            // Replaced by the weights below: tolerances of the body alone would have the wrong length.
+            options.tolerances = IdaOptions::default().tolerances;
+            options.suppressed = Suppressed::Components(test.excluded().to_vec());
+        }
+        let mut builder = builder(system, options, t_end);
+        if let Some(test) = test {
+            builder = builder.error_weights(move |_, y, weights| {
+                test.weights(y, weights);
+                Ok(())
+            });
+        }
         if let Some(solver) = condensed {
             builder = builder.linear_solver(solver);
         }
         let solver = builder.build(t, y, y_dot)?;
         Ok(Self::of(solver, t_end, schedule, step_size))
     }
-}
-
-/// Builds the integrator with component-wise error weights.
-fn tested<P: Problem>(
-    problem: P,
-    error_test: ErrorTest,
-    options: IdaOptions,
-    t_end: f64,
-) -> IdaBuilder<P> {
-    let options = IdaOptions {
-        // Replaced by the weights below: tolerances of the body alone would have the wrong length.
-        tolerances: IdaOptions::default().tolerances,
-        suppressed: Suppressed::Components(error_test.excluded().to_vec()),
-        ..options
-    };
-    builder(problem, options, t_end).error_weights(move |_, y, weights| {
-        error_test.weights(y, weights);
-        Ok(())
-    })
 }

@@ -53,7 +53,7 @@ pub use locking::{LockCriterion, Synchrony};
 pub use multirate::{ChainIntegrator, Driven, Driving, Multirate};
 pub use no_body::NoBody;
 pub use oscillators::{Oscillators, Source};
-pub(crate) use radau::tested;
+pub use radau::matrices;
 pub use recording::{Recorder, Recording};
 pub use solver::CoupledSolver;
 pub use start::{CoupledOptions, start_coupled, start_coupled_from, start_with_feedback};

@@ -99,7 +99,7 @@ struct Interpolated {
 
 impl Driven {
     /// Updates the largest positions with the `states` of `chains`.
-    fn see(&mut self, states: &[f64], chains: &CoupledDae<NoBody>) {
+    fn record(&mut self, states: &[f64], chains: &CoupledDae<NoBody>) {
         for (k, largest) in self.positions.iter_mut().enumerate() {
             let n = chains.oscillators(k).network().n_oscillators();
             let positions = &states[chains.range(k)][..n];
@@ -118,13 +118,9 @@ impl Steps {
         let step = &mut self.list[self.n];
         (step.from, step.to) = (from, to);
         step.states.resize(n_points * n_states, 0.0);
-        for k in 0..n_points {
-            let t = if k == n_points - 1 {
-                to
-            } else {
-                from + chebyshev::points(n_points)[k] * (to - from)
-            };
-            chains.dense_output(t, 0, &mut step.states[k * n_states..(k + 1) * n_states])?;
+        let states = step.states.chunks_exact_mut(n_states);
+        for (t, states) in chebyshev::times(n_points, [from, to]).zip(states) {
+            chains.dense_output(t, 0, states)?;
         }
         self.n += 1;
         Ok(())
@@ -308,7 +304,7 @@ impl<B> Multirate<B> {
                 }));
             }
             self.steps.add(&mut self.chains, from)?;
-            self.driven.see(self.steps.last_states(), self.chains.problem());
+            self.driven.record(self.steps.last_states(), self.chains.problem());
             if self.chains.local_error(&mut local)? {
                 let error = self.error.get_or_insert_with(|| vec![0.0; local.len()]);
                 for (error, local) in error.iter_mut().zip(&local) {
@@ -335,7 +331,7 @@ impl<B> Integrator<Multirate<B>> for Multirate<B> {
         let to = self.body.time();
         let seen = &mut self.driven.places;
         let body = &mut *self.body;
-        self.motion.follow(body, [from, to], &self.places, &mut self.y, |i, u| {
+        self.motion.record(body, [from, to], &self.places, &mut self.y, |i, u| {
             seen[i][0] = seen[i][0].max(u);
         })?;
         if let Some(stopped) = self.advance_chains(to)? {

@@ -1,7 +1,8 @@
-//! Radau IIA for coupled systems.
+//! Radau IIA for a body or a coupled system.
 
 use myovib_dae::{Problem, Suppressed, Tolerances};
 use myovib_radau::{RadauOptions, SparseDirectSolver};
+use myovib_sparse::SparseOptions;
 
 use super::body::{Body, SystemMatrices};
 use super::error_test::ErrorTest;
@@ -10,39 +11,53 @@ use crate::integration::radau::RadauIntegrator;
 use crate::integration::settings::LinearSolverKind;
 
 impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
-    /// Starts a coupled system from a state with consistent derivatives over the time interval
-    /// `[start, end]`.
+    /// Starts a system from a state with consistent derivatives over the time interval `[start, end]`.
     ///
-    /// `error_test` defines the tolerances and the components excluded from the error test.
+    /// `error_test` replaces the tolerances and the excluded components of the options.
     ///
     /// # Errors
     /// [`ModelError::Radau`] for invalid Radau IIA options.
     pub fn coupled_at(
         mut system: P,
-        error_test: ErrorTest,
+        error_test: impl Into<Option<ErrorTest>>,
         options: RadauOptions,
         linear_solver: LinearSolverKind,
         [t, t_end]: [f64; 2],
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
-        let condensed = match linear_solver {
-            LinearSolverKind::Condensed => system.condensed_solver(options.sparse)?,
-            LinearSolverKind::Full => None,
-        };
-        let matrices = match condensed {
-            Some(solver) => solver,
-            None => Box::new(SparseDirectSolver::new(&system.jacobian_pattern(), options.sparse)?),
-        };
+        let matrices = matrices(&mut system, options.sparse, linear_solver)?;
         let schedule = system.schedule();
-        let (times, state) = ((t, t_end), (y, y_dot));
-        let integrator = tested(system, matrices, error_test, options, times, state)?;
+        let times = (t, t_end);
+        let integrator = match error_test.into() {
+            None => Self::new(system, matrices, options, times, y, y_dot)?,
+            Some(test) => tested(system, matrices, test, options, times, (y, y_dot))?,
+        };
         Ok(integrator.with_schedule(schedule))
     }
 }
 
+/// Returns the Newton matrices of a system: condensed if the linear solver and the system allow it.
+///
+/// # Errors
+/// [`ModelError::Radau`] for a pattern that cannot be analyzed.
+pub fn matrices<P: Body>(
+    system: &mut P,
+    options: SparseOptions,
+    linear_solver: LinearSolverKind,
+) -> Result<SystemMatrices<P>, ModelError> {
+    let condensed = match linear_solver {
+        LinearSolverKind::Condensed => system.condensed_solver(options)?,
+        LinearSolverKind::Full => None,
+    };
+    Ok(match condensed {
+        Some(solver) => solver,
+        None => Box::new(SparseDirectSolver::new(&system.jacobian_pattern(), options)?),
+    })
+}
+
 /// Builds the integrator with component-wise error weights.
-pub(crate) fn tested<P: Problem, M: myovib_dae::LinearSolver<P>>(
+fn tested<P: Problem, M: myovib_dae::LinearSolver<P>>(
     problem: P,
     matrices: M,
     error_test: ErrorTest,

@@ -36,33 +36,28 @@ impl StepMotion {
     }
 
     /// Reads the displacements of the `places` over the last step `[from, to]` of `body`; `y` is a workspace for its
-    /// unknowns. Calls `see` with the index of each place and its largest displacement.
-    pub(super) fn follow<B>(
+    /// unknowns. Calls `on_largest` with the index of each place and its largest displacement.
+    pub(super) fn record<B>(
         &self,
         body: &mut dyn Integrator<B>,
         [from, to]: [f64; 2],
         places: &[Displacement],
         y: &mut [f64],
-        mut see: impl FnMut(usize, f64),
+        mut on_largest: impl FnMut(usize, f64),
     ) -> Result<(), ModelError> {
         let mut own = self.0.write().unwrap_or_else(PoisonError::into_inner);
         (own.from, own.to) = (from, to);
         if places.is_empty() {
             return Ok(());
         }
-        for k in 0..POINTS {
-            let t = if k == POINTS - 1 {
-                to
-            } else {
-                from + chebyshev::points(POINTS)[k] * (to - from)
-            };
+        for (k, t) in chebyshev::times(POINTS, [from, to]).enumerate() {
             body.dense_output(t, 0, y)?;
             for (values, place) in own.values.iter_mut().zip(places) {
                 values[k] = place.of(y);
             }
         }
         for (i, values) in own.values.iter().enumerate() {
-            see(i, values.iter().fold(0.0, |max, u| u.abs().max(max)));
+            on_largest(i, values.iter().fold(0.0, |max, u| u.abs().max(max)));
         }
         Ok(())
     }

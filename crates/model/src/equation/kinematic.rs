@@ -1,30 +1,15 @@
 //! Definitions of the velocity and of the pressure rate.
 
+use super::rate_residual;
 use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::state::{Integrals, State};
-
-fn difference(rate: &[f64], value: &[f64], rows: &mut [f64]) {
-    for ((row, rate), value) in rows.iter_mut().zip(rate).zip(value) {
-        *row = rate - value;
-    }
-}
-
-/// Computes q̇ - v.
-pub(super) fn residual(state: &State<'_>, rows: &mut [f64]) {
-    difference(state.rate(Field::Displacement), state.value(Field::Velocity), rows);
-}
 
 pub(super) fn terms() -> Vec<Term> {
     vec![
         Term::rate(Field::Displacement, Matrix::DisplacementIdentity, 1.0),
         Term::value(Field::Velocity, Matrix::DisplacementIdentity, -1.0),
     ]
-}
-
-/// Computes λ̇ - μ.
-pub(super) fn pressure_residual(state: &State<'_>, rows: &mut [f64]) {
-    difference(state.rate(Field::Pressure), state.value(Field::PressureRate), rows);
 }
 
 pub(super) fn pressure_terms() -> Vec<Term> {
@@ -40,7 +25,7 @@ pub(super) fn stabilized_residual(
     integrals: &mut Integrals<'_>,
     rows: &mut [f64],
 ) {
-    difference(state.rate(Field::Displacement), state.value(Field::Velocity), rows);
+    rate_residual(Field::Displacement, state.value(Field::Velocity), state, rows);
     integrals.apply_free_mass(rows);
     integrals.add_multiplier_force(rows);
 }

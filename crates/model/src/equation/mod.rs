@@ -175,9 +175,13 @@ impl Equation {
         rows: &mut [f64],
     ) {
         match self {
-            Self::Kinematic => kinematic::residual(state, rows),
+            Self::Kinematic => {
+                rate_residual(Field::Displacement, state.value(Field::Velocity), state, rows);
+            }
             Self::StabilizedKinematic => kinematic::stabilized_residual(state, integrals, rows),
-            Self::PressureKinematic => kinematic::pressure_residual(state, rows),
+            Self::PressureKinematic => {
+                rate_residual(Field::Pressure, state.value(Field::PressureRate), state, rows);
+            }
             Self::Momentum => momentum::residual(context, integrals, rows),
             Self::Constraint => constraint::residual(context, state, integrals, rows),
             Self::ConstraintRate => constraint::rate_residual(context, state, integrals, rows),
@@ -206,10 +210,10 @@ impl Equation {
     }
 }
 
-/// Writes the rates of `field` minus the rates prescribed by the `model`.
-fn rate_residual(field: Field, model: &[f64], state: &State<'_>, rows: &mut [f64]) {
+/// Writes the rates of `field` minus their given values.
+fn rate_residual(field: Field, values: &[f64], state: &State<'_>, rows: &mut [f64]) {
     let rates = state.rate(field).iter();
-    for ((row, rate), model) in rows.iter_mut().zip(rates).zip(model) {
-        *row = rate - model;
+    for ((row, rate), value) in rows.iter_mut().zip(rates).zip(values) {
+        *row = rate - value;
     }
 }

@@ -276,7 +276,7 @@ impl HarmonicResponse {
             resources::expect_memory(needed, 0)?;
         }
         let fitting = resources::available().map_or(usize::MAX, |free| free / needed.max(1));
-        let most = frequencies.len().min(kept.saturating_add(fitting).max(1));
+        let max_tasks = frequencies.len().min(kept.saturating_add(fitting).max(1));
         let next = AtomicUsize::new(0);
         let results = Mutex::new(Vec::new());
         let work = || {
@@ -302,7 +302,7 @@ impl HarmonicResponse {
         match resources::threads() {
             None => work(),
             Some(pool) => pool.scope(|scope| {
-                for _ in 0..pool.current_num_threads().min(most) {
+                for _ in 0..pool.current_num_threads().min(max_tasks) {
                     scope.spawn(|_| work());
                 }
             }),

@@ -8,6 +8,7 @@ use super::{DynamicStiffness, Part};
 use crate::error::ModelError;
 use crate::operators;
 use crate::reading::snapshot::Snapshot;
+use crate::start::dynamics::moved;
 
 /// Displacement gradient of the perturbations for differences: their truncation and rounding errors are below 1e-9 of
 /// the derivative.
@@ -229,10 +230,4 @@ impl DynamicStiffness {
             },
         })
     }
-}
-
-/// Returns `from` + `step` · `along`.
-fn moved(from: &[f64], step: f64, along: &[f64]) -> Vec<f64> {
-    let pairs = from.iter().zip(along);
-    pairs.map(|(from, along)| from + step * along).collect()
 }

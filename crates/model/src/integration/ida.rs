@@ -9,10 +9,9 @@ use crate::error::ModelError;
 use crate::field::Field;
 use crate::integration::integrator::{Advance, Integrator};
 use crate::integration::pace::{Bounds, Pace};
-use crate::integration::settings::{LinearSolverKind, MultiplierWeights, Settings};
+use crate::integration::settings::{MultiplierWeights, Settings};
 use crate::integration::statistics::Counts;
 use crate::integration::step_weights::SharedStepSize;
-use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::signal::schedule::Schedule;
 use crate::start::Consistent;
@@ -49,32 +48,12 @@ impl IdaIntegrator<MuscleDae> {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
-        let options = options(&dae, settings);
-        let condensed = match settings.linear_solver {
-            LinearSolverKind::Condensed => Some(CondensedSolver::new(&dae, options.sparse)?),
-            LinearSolverKind::Full => None,
-        };
-        let schedule = dae.muscle().schedule();
         let scaled = settings.multiplier_weights == MultiplierWeights::StepScaled;
         let relaxes = dae.layout().range(Field::InternalStress).is_some();
         let test = (scaled || relaxes).then(|| ErrorTest::of_muscle(&dae, settings));
-        let step_size = test.as_ref().and_then(ErrorTest::step_size);
-        let mut builder = builder(dae, options, settings.t_end);
-        if let Some(solver) = condensed {
-            builder = builder.linear_solver(solver);
-        }
-        if let Some(test) = test {
-            builder = builder.error_weights(move |_, y, out| {
-                test.weights(y, out);
-                Ok(())
-            });
-        }
-        Ok(Self {
-            solver: builder.build(t, y, y_dot)?,
-            pace: Pace::new(schedule, settings.t_end),
-            before: Counts::default(),
-            step_size: step_size.unwrap_or_default(),
-        })
+        let options = options(&dae, settings);
+        let times = [t, settings.t_end];
+        Self::coupled_at(dae, test, options, settings.linear_solver, times, y, y_dot)
     }
 }
 
@@ -171,7 +150,7 @@ impl<P: Consistent> IdaIntegrator<P> {
     ///
     /// # Errors
     /// Returns an error if no consistent state is found.
-    pub(crate) fn start_again(&mut self, t: f64) -> Result<(), ModelError> {
+    pub(crate) fn restart(&mut self, t: f64) -> Result<(), ModelError> {
         let y = self.solver.y().to_vec();
         let [y, y_dot] = self.solver.problem_mut().consistent(t, &y)?;
         self.before = self.counts();
@@ -182,7 +161,7 @@ impl<P: Consistent> IdaIntegrator<P> {
 impl<P: Consistent> Integrator<P> for IdaIntegrator<P> {
     fn pass_jump(&mut self) -> Result<(), ModelError> {
         match self.pace.after_jump(self.solver.t()) {
-            Some(after) => self.start_again(after),
+            Some(after) => self.restart(after),
             None => Ok(()),
         }
     }

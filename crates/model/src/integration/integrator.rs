@@ -126,7 +126,7 @@ pub trait Integrator<P> {
 }
 
 /// Forwards methods of an [`Integrator`] to the wrapped integrator `inner`.
-macro_rules! left_to_inner {
+macro_rules! forward_to_inner {
     ($problem:ty) => {
         fn pass_jump(&mut self) -> Result<(), $crate::error::ModelError> {
             self.inner.pass_jump()
@@ -162,7 +162,7 @@ macro_rules! left_to_inner {
         }
     };
 }
-pub(crate) use left_to_inner;
+pub(crate) use forward_to_inner;
 
 impl Advance {
     /// Converts the outcome of a solver that integrates to `t_end`.

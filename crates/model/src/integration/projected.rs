@@ -11,7 +11,7 @@
 
 use crate::error::ModelError;
 use crate::integration::ida::IdaIntegrator;
-use crate::integration::integrator::{Advance, Integrator, left_to_inner};
+use crate::integration::integrator::{Advance, Integrator, forward_to_inner};
 use crate::start::Consistent;
 
 /// IDAS with a projection after the first step at or beyond each multiple of a time interval.
@@ -47,11 +47,11 @@ fn first_after(t: f64, next: f64, every: f64) -> f64 {
 }
 
 impl<P: Consistent> Integrator<P> for Projected<P> {
-    left_to_inner!(P);
+    forward_to_inner!(P);
 
     fn advance(&mut self) -> Result<Advance, ModelError> {
         if self.inner.time() >= self.next {
-            self.inner.start_again(self.inner.time())?;
+            self.inner.restart(self.inner.time())?;
             self.next = first_after(self.inner.time(), self.next, self.every);
         }
         self.inner.advance()

@@ -6,15 +6,14 @@ use myovib_radau::{
     SparseDirectSolver, StepSize,
 };
 
-use crate::coupling::{ErrorTest, tested};
+use crate::coupling::{ErrorTest, SystemMatrices};
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::integration::integrator::{Advance, Continuation, Integrator};
 use crate::integration::pace::{Bounds, Pace};
-use crate::integration::settings::{LinearSolverKind, Settings};
+use crate::integration::settings::Settings;
 use crate::integration::statistics::Counts;
 use crate::integration::typical::transit_time;
-use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::signal::schedule::Schedule;
 use crate::start::Consistent;
@@ -27,21 +26,7 @@ pub struct RadauIntegrator<P: Problem, M = SparseDirectSolver> {
     before: Counts,
 }
 
-/// Matrices chosen at run time: condensed or full.
-pub type MuscleMatrices = Box<dyn myovib_dae::LinearSolver<MuscleDae>>;
-
-impl RadauIntegrator<MuscleDae, MuscleMatrices> {
-    /// Starts a muscle at rest at t = 0 like
-    /// [`IdaIntegrator::from_rest`](crate::IdaIntegrator::from_rest).
-    ///
-    /// # Errors
-    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for invalid settings of Radau
-    /// IIA.
-    pub fn from_rest(dae: MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
-        let zero = vec![0.0; dae.n_unknowns()];
-        Self::starting_at(dae, settings, 0.0, &zero, &zero)
-    }
-
+impl RadauIntegrator<MuscleDae, SystemMatrices<MuscleDae>> {
     /// Starts a muscle at time `t` from a state with consistent derivatives.
     ///
     /// # Errors
@@ -55,18 +40,11 @@ impl RadauIntegrator<MuscleDae, MuscleMatrices> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         settings.expect_no_bdf_settings()?;
+        let relaxes = dae.layout().range(Field::InternalStress).is_some();
+        let test = relaxes.then(|| ErrorTest::of_muscle(&dae, settings));
         let options = options(&dae, settings);
-        let matrices = matrices(&dae, &options, settings.linear_solver)?;
-        let schedule = dae.muscle().schedule();
-        let times = (t, settings.t_end);
-        let integrator = match dae.layout().range(Field::InternalStress) {
-            None => Self::new(dae, matrices, options, times, y, y_dot)?,
-            Some(_) => {
-                let test = ErrorTest::of_muscle(&dae, settings);
-                tested(dae, matrices, test, options, times, (y, y_dot))?
-            }
-        };
-        Ok(integrator.with_schedule(schedule))
+        let times = [t, settings.t_end];
+        Self::coupled_at(dae, test, options, settings.linear_solver, times, y, y_dot)
     }
 }
 
@@ -175,24 +153,6 @@ fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBu
         // Runs read samples from dense output, but their steps are not limited by its error yet.
         dense_output: false,
         ..options
-    })
-}
-
-/// Returns the Newton matrices of a muscle: condensed if the settings allow it.
-///
-/// # Errors
-/// [`ModelError::Radau`] for an unsupported number of stages or a pattern that cannot be
-/// analyzed.
-pub fn matrices(
-    dae: &MuscleDae,
-    options: &RadauOptions,
-    linear_solver: LinearSolverKind,
-) -> Result<MuscleMatrices, ModelError> {
-    Ok(match linear_solver {
-        LinearSolverKind::Condensed => Box::new(CondensedSolver::new(dae, options.sparse)?),
-        LinearSolverKind::Full => {
-            Box::new(SparseDirectSolver::new(&dae.jacobian_pattern(), options.sparse)?)
-        }
     })
 }
 

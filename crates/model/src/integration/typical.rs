@@ -173,7 +173,7 @@ fn tension(muscle: &Muscle, size: impl Fn(&Signal) -> f64) -> f64 {
         Activation::Coherence { unsynchronized } => *unsynchronized,
         Activation::Line { tension, .. } => *tension,
     });
-    tensions.fold(0.0, |most, tension| most.max(tension.abs()))
+    tensions.fold(0.0, |max, tension| max.max(tension.abs()))
 }
 
 /// Returns the largest distance of a function from `origin` between 0 and `t_end`, at samples and around its breaks.
@@ -183,7 +183,7 @@ fn largest(signal: &Signal, t_end: f64, origin: f64) -> f64 {
     breaks.extend(signal.breaks(0.0, t_end).take(BREAKS).map(|at| at.t));
     let between = breaks.windows(2).map(|two| 0.5 * (two[0] + two[1]));
     let times = uniform.chain(between).chain(breaks.iter().copied());
-    times.fold(0.0, |most, t| most.max((signal.at(t).value - origin).abs()))
+    times.fold(0.0, |max, t| max.max((signal.at(t).value - origin).abs()))
 }
 
 #[cfg(test)]

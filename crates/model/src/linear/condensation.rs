@@ -167,10 +167,11 @@ impl Arrangement {
             };
             places.recovered.push((k.eliminated, block));
         }
-        let beside = [Field::Tension, Field::InternalStress];
-        let beside = beside.map(|field| dae.layout().range(field).map_or(0, |r| r.len()));
+        let other_unknowns = [Field::Tension, Field::InternalStress];
+        let other_unknowns =
+            other_unknowns.map(|field| dae.layout().range(field).map_or(0, |r| r.len()));
         assert_eq!(
-            places.n_condensed + places.n_eliminated + beside.iter().sum::<usize>(),
+            places.n_condensed + places.n_eliminated + other_unknowns.iter().sum::<usize>(),
             dae.n_unknowns(),
             "each unknown of the body is retained or eliminated"
         );

@@ -103,10 +103,10 @@ impl<T: Scalar> Condensed<T> {
     ) -> Result<(), SparseError> {
         let plan = &self.plan;
         let side_by_side = |rows: &Range<usize>| rows.start * n_columns..rows.end * n_columns;
-        let room = |rows: usize| rows * n_columns;
+        let size = |rows: usize| rows * n_columns;
         let (n, n_kinematic) = (plan.n_condensed(), plan.coupling.pattern().major_dim());
-        self.unknowns.resize(room(n), T::zero());
-        self.kinematic.resize(room(n_kinematic), T::zero());
+        self.unknowns.resize(size(n), T::zero());
+        self.kinematic.resize(size(n_kinematic), T::zero());
         for block in &plan.recovered {
             self.kinematic[side_by_side(&block.position)]
                 .copy_from_slice(&rhs[side_by_side(&block.rows)]);

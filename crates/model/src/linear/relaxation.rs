@@ -110,13 +110,12 @@ impl Relaxation {
     }
 
     /// Allocates `count` vectors at the quadrature points and as many zero vectors at the nodes.
-    fn room(&mut self, dae: &MuscleDae, count: usize) -> [&mut [Vec<f64>]; 2] {
+    fn workspace(&mut self, dae: &MuscleDae, count: usize) -> [&mut [Vec<f64>]; 2] {
         let solid = &dae.muscle().solid;
         for (vectors, length) in
             [(&mut self.slots, solid.n_slots()), (&mut self.nodal, solid.dofs().n_full())]
         {
-            let most = count.max(vectors.len());
-            vectors.resize_with(most, || vec![0.0; length]);
+            vectors.resize_with(count.max(vectors.len()), || vec![0.0; length]);
         }
         let [slots, nodal] = [&mut self.slots[..count], &mut self.nodal[..count]];
         nodal.iter_mut().for_each(|nodal| nodal.fill(0.0));
@@ -134,7 +133,7 @@ impl Relaxation {
     ) {
         dae.counters_mut().relaxing_solve_passes += 1;
         let [internal, momentum] = [&self.internal, &self.momentum].map(|rows| rows.start);
-        let [slots, nodal] = self.room(dae, n_columns * T::COUNT);
+        let [slots, nodal] = self.workspace(dae, n_columns * T::COUNT);
         let solid = &dae.muscle().solid;
         let own = &rhs[internal * n_columns..];
         slots.iter_mut().for_each(|slots| slots.fill(0.0));
@@ -177,7 +176,7 @@ impl Relaxation {
     ) {
         dae.counters_mut().relaxing_solve_passes += 1;
         let [internal, displacement] = [&self.internal, &self.displacement].map(|rows| rows.start);
-        let [slots, nodal] = self.room(dae, n_columns * T::COUNT);
+        let [slots, nodal] = self.workspace(dae, n_columns * T::COUNT);
         let solid = &dae.muscle().solid;
         let (before, own) = rhs.split_at_mut(internal * n_columns);
         let moved = before[displacement * n_columns..].chunks(n_columns);

@@ -24,7 +24,7 @@ pub struct CondensedSolver {
     /// Obstacles that follow a force, for the real and the complex matrices.
     driven: (DrivenObstacles<f64>, Vec<DrivenObstacles<Complex64>>),
     /// Whether the matrices are known to fit into memory.
-    has_room: bool,
+    is_allocated: bool,
     /// The values of c.
     shifts: (f64, Vec<Complex64>),
 }
@@ -38,7 +38,7 @@ impl CondensedSolver {
             complex: Vec::new(),
             relaxation: Relaxation::new(dae),
             driven: Default::default(),
-            has_room: false,
+            is_allocated: false,
             shifts: (0.0, Vec::new()),
             reduction,
         })
@@ -56,15 +56,15 @@ impl CondensedSolver {
     }
 
     /// Allocates a real and `n_complex` complex matrices after checking the available memory.
-    fn make_room(&mut self, n_complex: usize) -> Result<(), SparseError> {
-        if !self.has_room || self.complex.len() != n_complex {
+    fn allocate(&mut self, n_complex: usize) -> Result<(), SparseError> {
+        if !self.is_allocated || self.complex.len() != n_complex {
             if let Some(needs) = self.reduction.needs(n_complex) {
                 resources::expect_memory(needs.bytes, n_complex)?;
             }
-            let fresh = || self.reduction.matrix();
-            self.complex.resize_with(n_complex, fresh);
+            let new = || self.reduction.matrix();
+            self.complex.resize_with(n_complex, new);
             self.driven.1.resize_with(n_complex, Default::default);
-            self.has_room = true;
+            self.is_allocated = true;
         }
         Ok(())
     }
@@ -78,7 +78,7 @@ impl CondensedSolver {
         complex: &[Complex64],
         prepare: impl Fn(usize, &mut MuscleDae),
     ) -> Result<(), StepError> {
-        self.make_room(complex.len())?;
+        self.allocate(complex.len())?;
         self.shifts.0 = real;
         self.shifts.1.clear();
         self.shifts.1.extend(complex);
@@ -157,7 +157,7 @@ impl<P: AsMut<MuscleDae>> LinearSolver<P> for CondensedSolver {
 
     fn set_history(&mut self, history: &[bool]) -> Result<(), StepError> {
         let (flags, _) = history.as_chunks::<3>();
-        self.make_room((flags.len() / self.real.systems().len()).saturating_sub(1))?;
+        self.allocate((flags.len() / self.real.systems().len()).saturating_sub(1))?;
         let mut flags = flags.iter();
         for (system, &flags) in self.real.systems_mut().into_iter().zip(&mut flags) {
             system.set_history(flags)?;

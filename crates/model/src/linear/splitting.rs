@@ -118,7 +118,7 @@ impl Splitting {
     pub fn new(dae: &MuscleDae) -> Option<Self> {
         let rows = dae.formulation().rows();
         let stabilized = rows.contains(&(Field::Displacement, Equation::StabilizedKinematic));
-        if !stabilized || dae.is_damped_beside_mass() {
+        if !stabilized || dae.has_damping_besides_mass() {
             return None;
         }
         let ranges = Ranges::of(dae.layout());

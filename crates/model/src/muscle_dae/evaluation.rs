@@ -117,7 +117,7 @@ impl MuscleDae {
         let parameters = &self.muscle.parameters;
         let factors = self.factors.as_deref();
         let fields = fields(parameters, &self.context, &state, motion, factors);
-        let mut tangents: Tangents<'_> = self.matrices.wanted();
+        let mut tangents: Tangents<'_> = self.matrices.requested();
         self.counters.tangent_passes += 1;
         self.counters.rate_tangent_passes += u64::from(tangents.rate_stiffness.is_some());
         let pass = self.muscle.solid.tangents(&fields, &mut tangents);
@@ -145,11 +145,11 @@ impl MuscleDae {
             let tensions = &work.tensions;
             muscle
                 .solid
-                .added_tangents(&AddedMotion { u, v, tensions }, self.matrices.wanted_added());
+                .added_tangents(&AddedMotion { u, v, tensions }, self.matrices.requested_added());
         }
         if added.friction
             && let AddedTangents { by_displacement: Some(by_u), by_velocity: Some(by_v) } =
-                self.matrices.wanted_added()
+                self.matrices.requested_added()
         {
             if !added.stress[0] {
                 by_u.fill(0.0);
@@ -173,7 +173,7 @@ impl MuscleDae {
     ///
     /// # Errors
     /// Errors of the residual, which is evaluated if `other` lacks an integral.
-    pub(crate) fn residual_beside(
+    pub(crate) fn residual_with_integrals_of(
         &mut self,
         other: &Self,
         (t, y, y_dot): (f64, &[f64], &[f64]),

@@ -272,7 +272,7 @@ impl MuscleDae {
 
     /// Returns whether the momentum balance without β has damping other than α times the mass
     /// matrix.
-    pub(crate) fn is_damped_beside_mass(&self) -> bool {
+    pub(crate) fn has_damping_besides_mass(&self) -> bool {
         let added = self.context.added;
         added.is_damped() || added.friction || self.context.graded || self.context.coherence
     }

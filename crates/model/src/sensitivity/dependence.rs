@@ -1,5 +1,7 @@
 //! ∂F/∂p from residuals of muscles with perturbed parameters.
 
+use std::cell::OnceCell;
+
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepError};
 
 use super::chain::ChainDependence;
@@ -25,7 +27,7 @@ pub struct Dependence {
     start: Vec<f64>,
 }
 
-/// Part of the model on which a parameter scope.
+/// Part of the model that a parameter affects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Scope {
     /// Unknown: treated as global.
@@ -161,19 +163,11 @@ pub struct Dependences {
     /// A copy of the muscle, so that the matrices of the integrator's muscle remain valid for its
     /// next factorization.
     copy: Option<Box<MuscleDae>>,
-    tangents: TangentStorage,
+    /// Set at the first step; `None` if they cannot be stored.
+    tangents: OnceCell<Option<Box<Tangents>>>,
     /// The muscle's residual at the last state, which all parameters share.
     evaluation: Evaluation,
     residual: Vec<f64>,
-}
-
-/// Tangents, once it is known whether they can be stored.
-#[derive(Debug, Default)]
-enum TangentStorage {
-    #[default]
-    Unknown,
-    Unavailable,
-    Stored(Box<Tangents>),
 }
 
 /// Results at the state at which the copy's element integrals were computed.
@@ -221,12 +215,12 @@ impl Dependences {
     }
 
     /// Computes the element integrals at a state unless they are available, and the residual if it
-    /// is `wanted` and not available.
-    fn know(
+    /// is needed and not available.
+    fn ensure_evaluated(
         &mut self,
         dae: &MuscleDae,
         (t, y, y_dot): (f64, &[f64], &[f64]),
-        wanted: bool,
+        needs_residual: bool,
     ) -> Result<(), StepError> {
         let evaluation = &mut self.evaluation;
         let copy = copy_of(&mut self.copy, dae);
@@ -240,7 +234,7 @@ impl Dependences {
             evaluation.y_dot.clear();
             evaluation.y_dot.extend_from_slice(y_dot);
         }
-        if wanted && evaluation.residual.is_none() {
+        if needs_residual && evaluation.residual.is_none() {
             let mut residual = vec![0.0; y.len()];
             copy.sum_rows(t, y, y_dot, &mut residual);
             evaluation.residual = Some(residual);
@@ -249,8 +243,8 @@ impl Dependences {
     }
 }
 
-/// Returns a copy of the muscle, which is created once.
-fn copy_of<'a>(slot: &'a mut Option<Box<MuscleDae>>, dae: &MuscleDae) -> &'a mut MuscleDae {
+/// Returns a copy of the system, which is created once.
+pub(super) fn copy_of<'a, P: Clone>(slot: &'a mut Option<Box<P>>, dae: &P) -> &'a mut P {
     slot.get_or_insert_with(|| Box::new(dae.clone()))
 }
 
@@ -271,13 +265,8 @@ impl Parameters<MuscleDae> for Dependences {
         place: usize,
         at: &Linearization<'_>,
     ) -> Result<bool, StepError> {
-        if matches!(self.tangents, TangentStorage::Unknown) {
-            self.tangents = match Tangents::new(problem) {
-                Some(tangents) => TangentStorage::Stored(Box::new(tangents)),
-                None => TangentStorage::Unavailable,
-            };
-        }
-        let TangentStorage::Stored(tangents) = &mut self.tangents else {
+        self.tangents.get_or_init(|| Tangents::new(problem).map(Box::new));
+        let Some(Some(tangents)) = self.tangents.get_mut() else {
             return Ok(false);
         };
         tangents.keep(problem, place, (at.t, at.y, at.y_dot))?;
@@ -291,8 +280,8 @@ impl Parameters<MuscleDae> for Dependences {
         out: &mut [f64],
         n_columns: usize,
     ) -> Result<(), StepError> {
-        match &mut self.tangents {
-            TangentStorage::Stored(tangents) => tangents.subtract(place, at, out, n_columns),
+        match self.tangents.get_mut() {
+            Some(Some(tangents)) => tangents.subtract(place, at, out, n_columns),
             _ => Ok(()),
         }
     }
@@ -327,14 +316,14 @@ impl Parameters<MuscleDae> for Dependences {
             }
             let own_weight = *own_weight;
             if own_weight != 0.0 {
-                self.know(problem, (t, y, y_dot), false)?;
+                self.ensure_evaluated(problem, (t, y, y_dot), false)?;
                 copy_of(&mut self.copy, problem).add_forces(own_weight, out);
             }
             return Ok(());
         }
-        let wanted = *own_weight != 0.0;
-        if wanted || *scope == Scope::OutsideElements {
-            self.know(problem, (t, y, y_dot), wanted)?;
+        let needs_residual = *own_weight != 0.0;
+        if needs_residual || *scope == Scope::OutsideElements {
+            self.ensure_evaluated(problem, (t, y, y_dot), needs_residual)?;
         }
         let Self { all, copy, evaluation, residual, .. } = self;
         let Dependence { own_weight, perturbed, scope, .. } = &mut all[j];
@@ -348,7 +337,11 @@ impl Parameters<MuscleDae> for Dependences {
         residual.resize(out.len(), 0.0);
         for (weight, model) in perturbed {
             match *scope == Scope::OutsideElements {
-                true => model.residual_beside(copy_of(copy, problem), (t, y, y_dot), residual)?,
+                true => model.residual_with_integrals_of(
+                    copy_of(copy, problem),
+                    (t, y, y_dot),
+                    residual,
+                )?,
                 false => model.residual(t, y, y_dot, residual)?,
             }
             let residual = residual.iter();

@@ -4,7 +4,7 @@ use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepEr
 use myovib_sparse::Product;
 
 use super::chain::ChainDependence;
-use super::dependence::Dependences;
+use super::dependence::{Dependences, copy_of};
 use super::perturbed::PerturbedSystems;
 use crate::coupling::{CoupledDae, Oscillators};
 use crate::error::ModelError;
@@ -55,11 +55,6 @@ impl DrivenDependences {
     fn chain(&self, j: usize) -> Option<&ChainDependence> {
         self.all.chains.get(j)?.as_ref()
     }
-}
-
-/// Returns a copy of the system, which is created once.
-fn copy_of<'a>(slot: &'a mut Option<Box<Driving>>, dae: &Driving) -> &'a mut Driving {
-    slot.get_or_insert_with(|| Box::new(dae.clone()))
 }
 
 /// Restricts a linearization of the coupled system to the muscle.
@@ -120,9 +115,9 @@ impl Parameters<Driving> for DrivenDependences {
             self.products = self.networks.iter().map(pattern).collect();
         }
         if self.places.len() <= place {
-            let room = |own: &Oscillators| vec![0.0; own.network().jacobian_pattern().nnz()];
-            let rooms = self.networks.iter().map(room).collect();
-            self.places.resize(place + 1, rooms);
+            let zeros = |own: &Oscillators| vec![0.0; own.network().jacobian_pattern().nnz()];
+            let values = self.networks.iter().map(zeros).collect();
+            self.places.resize(place + 1, values);
         }
         for (k, values) in self.places[place].iter_mut().enumerate() {
             let states = &at.y[problem.range(k)];

@@ -91,7 +91,7 @@ impl ElementProduct {
     ) -> Result<(), StepError> {
         let solid = &dae.muscle().solid;
         let (nodal, vertex) = (solid.dofs().n_full(), solid.space().n_pressures());
-        let room = || Column {
+        let new_column = || Column {
             u: vec![0.0; nodal],
             v: vec![0.0; nodal],
             p: vec![0.0; vertex],
@@ -99,7 +99,7 @@ impl ElementProduct {
             force: vec![0.0; nodal],
             volume_residual: vec![0.0; vertex],
         };
-        self.columns.resize_with(n_columns, room);
+        self.columns.resize_with(n_columns, new_column);
         let free = solid.dofs().free_to_full();
         let df_dyp = match self.rate_is_derivative {
             true => (self.pressure.as_ref(), x_dot),

@@ -8,8 +8,8 @@ use super::driven::DrivenDependences;
 use super::perturbed::PerturbedSystems;
 use crate::coupling::{Body, CoupledDae, CoupledOptions, ErrorTest, SystemMatrices};
 use crate::error::ModelError;
-use crate::integration::integrator::{Advance, Integrator, left_to_inner};
-use crate::integration::radau::{MuscleMatrices, RadauIntegrator};
+use crate::integration::integrator::{Advance, Integrator, forward_to_inner};
+use crate::integration::radau::RadauIntegrator;
 use crate::integration::settings::Settings;
 use crate::muscle_dae::MuscleDae;
 use crate::start::Consistent;
@@ -19,7 +19,11 @@ pub type OutputFunction<'a, P> =
     dyn FnMut(&mut P, f64, &[f64], &[f64]) -> Result<Vec<f64>, ModelError> + 'a;
 
 /// A muscle, with or without chains, integrated by Radau IIA from t = 0 together with ∂y/∂p.
-pub struct SensitiveIntegrator<P: Problem = MuscleDae, M = MuscleMatrices, Q = Dependences> {
+pub struct SensitiveIntegrator<
+    P: Problem = MuscleDae,
+    M = SystemMatrices<MuscleDae>,
+    Q = Dependences,
+> {
     inner: RadauIntegrator<P, M>,
     sensitivities: ForwardSensitivities<Q>,
 }
@@ -221,7 +225,7 @@ where
     M: LinearSolver<P>,
     Q: PerturbedSystems<P>,
 {
-    left_to_inner!(P);
+    forward_to_inner!(P);
 
     fn advance(&mut self) -> Result<Advance, ModelError> {
         self.inner.pass_jump()?;

@@ -4,16 +4,17 @@ use myovib_radau::{Adjoint, AdjointWork, RadauError, Recording};
 
 use super::integrator::expect_no_jump;
 use super::stiffness::ElementStiffness;
+use crate::coupling::SystemMatrices;
 use crate::error::ModelError;
-use crate::integration::integrator::{Advance, Integrator, left_to_inner};
-use crate::integration::radau::{MuscleMatrices, RadauIntegrator};
+use crate::integration::integrator::{Advance, Integrator, forward_to_inner};
+use crate::integration::radau::RadauIntegrator;
 use crate::integration::settings::Settings;
 use crate::muscle_dae::MuscleDae;
 
 /// A muscle integrated by Radau IIA from t = 0 with checkpoints, from which the discrete adjoint
 /// replays its steps backward.
 pub struct RecordedIntegrator {
-    inner: RadauIntegrator<MuscleDae, MuscleMatrices>,
+    inner: RadauIntegrator<MuscleDae, SystemMatrices<MuscleDae>>,
     recording: Recording,
 }
 
@@ -84,7 +85,7 @@ impl RecordedIntegrator {
 }
 
 impl Integrator<MuscleDae> for RecordedIntegrator {
-    left_to_inner!(MuscleDae);
+    forward_to_inner!(MuscleDae);
 
     fn advance(&mut self) -> Result<Advance, ModelError> {
         let advance = self.inner.advance()?;

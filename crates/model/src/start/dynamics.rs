@@ -265,6 +265,6 @@ fn sum(x: &[f64], y: &[f64]) -> Vec<f64> {
 }
 
 /// Returns x + s y.
-fn moved(x: &[f64], s: f64, y: &[f64]) -> Vec<f64> {
+pub(crate) fn moved(x: &[f64], s: f64, y: &[f64]) -> Vec<f64> {
     x.iter().zip(y).map(|(x, y)| x + s * y).collect()
 }

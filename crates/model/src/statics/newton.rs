@@ -257,7 +257,7 @@ impl<'a> Newton<'a> {
         self.place(&x[..self.muscle.solid.dofs().n_free()], factor);
         let contacts = self.contacts.iter();
         let sums = contacts.map(|contact| contact.sums(self.t, factor, &self.displacement));
-        sums.fold(0.0, |most, sums| most.max(sums.penetration))
+        sums.fold(0.0, |max, sums| max.max(sums.penetration))
     }
 
     /// Returns whether an obstacle passes the body at the displacement of the last residual, so that no displacement

@@ -145,7 +145,7 @@ fn cost(terms: &[(f64, f64)]) -> [f64; 2] {
     let (counts, n) = (integrator.counts(), integrator.problem().n_unknowns());
     let Counts { newton_iterations, linear_setups, .. } = counts;
     println!(
-        "{} terms, {n} unknowns: {least:?} s; {newton_iterations} iterations, {linear_setups} set-ups",
+        "{} terms, {n} unknowns: {least:?} s; {newton_iterations} iterations, {linear_setups} setups",
         terms.len(),
     );
     least

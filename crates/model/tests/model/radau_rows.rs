@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
+use myovib_model::coupling::ErrorTest;
 use myovib_model::{
     AcceptedStep, Formulation, Integrator, IntegratorKind, ModelError, MuscleDae, Observer,
     Outcome, Probe, RadauIntegrator, SampleTimes, Sampler, Settings, paper, radau, run,
@@ -165,10 +166,10 @@ fn in_index_3_the_pressure_errs_by_the_cube_of_the_step() {
         let settings = settings(INDEX_3, kind, 1e-9, t_end);
         let options =
             RadauOptions { step_size: StepSize::Fixed(h), ..radau::options(&dae, &settings) };
-        let matrices = radau::matrices(&dae, &options, settings.linear_solver).unwrap();
         let zero = vec![0.0; dae.n_unknowns()];
+        let (test, solver, times) = (None::<ErrorTest>, settings.linear_solver, [0.0, t_end]);
         let mut integrator =
-            RadauIntegrator::new(dae, matrices, options, (0.0, t_end), &zero, &zero).unwrap();
+            RadauIntegrator::coupled_at(dae, test, options, solver, times, &zero, &zero).unwrap();
         samples(&mut integrator, t_end)
     };
     // Reference with seven stages and the second smallest of these steps: the order of p is 7, so its error is far

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use myovib_dae::Problem;
 use myovib_model::coupling::{
-    CoupledDae, CoupledOptions, ErrorTest, NoBody, Oscillators, Recording, Source,
+    CoupledDae, CoupledOptions, ErrorTest, NoBody, Oscillators, Recording, Source, matrices,
     start_coupled_from,
 };
 use myovib_model::periodic::{Interval, StartInterval, balance};
-use myovib_model::radau::{matrices, options};
+use myovib_model::radau::options;
 use myovib_model::start::Consistent;
 use myovib_model::{
     AcceptedStep, Formulation, ModelError, MuscleDae, Observer, Outcome, Settings, TypicalStart,
@@ -105,7 +105,8 @@ impl Period {
             Some([y, _]) => convert(y, &own, &dae),
             None => vec![0.0; dae.n_unknowns()],
         };
-        let mut matrices = matrices(&dae, &options(&dae, &settings), settings.linear_solver)?;
+        let sparse = options(&dae, &settings).sparse;
+        let mut matrices = matrices(&mut dae, sparse, settings.linear_solver)?;
         let blocks = dae.layout().blocks().iter().map(|(_, range)| range.clone());
         let blocks: Vec<Range<usize>> = blocks.collect();
         let interrupt = watcher.interrupt;

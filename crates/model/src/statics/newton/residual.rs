@@ -114,7 +114,7 @@ impl Newton<'_> {
         let pressure = self.layout.range(Field::Pressure).map(|range| &x[range]);
         let pressure = self.muscle.parameters.pressure(pressure);
         let fields = Fields::new(&self.displacement, pressure);
-        solid.tangents(&fields, &mut self.matrices.wanted())?;
+        solid.tangents(&fields, &mut self.matrices.requested())?;
         let (u, of_contacts) = (&self.displacement, self.contact_factor(factor));
         let forces = boundary_forces(&muscle.surface_loads, &self.contacts);
         self.matrices.update_boundary_forces(forces, (self.t, of_contacts), u);
@@ -123,7 +123,7 @@ impl Newton<'_> {
         if !self.tensions.is_empty() {
             let motion =
                 AddedMotion { u, v: &self.velocity, tensions: &scaled(&self.tensions, factor) };
-            solid.added_tangents(&motion, self.matrices.wanted_added());
+            solid.added_tangents(&motion, self.matrices.requested_added());
         }
         let matrices = &self.matrices;
         self.assembly.combine(
