@@ -36,7 +36,7 @@ impl Operation {
         match self {
             Self::Residual => "residual",
             Self::Jacobian => "Jacobian",
-            Self::LinearSetUp => "linear set-up",
+            Self::LinearSetUp => "linear setup",
             Self::LinearSolve => "linear solve",
             Self::RootFunction => "root function",
             Self::ErrorWeights => "error weight function",

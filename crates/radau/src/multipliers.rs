@@ -116,16 +116,16 @@ impl Multipliers {
         };
         let of_higher_index = (0..n).filter(|&i| indices[i] > 1);
         let list: Vec<_> = of_higher_index.map(multiplier).collect();
-        let room = vec![0.0; if list.is_empty() { 0 } else { n }];
+        let zeros = vec![0.0; if list.is_empty() { 0 } else { n }];
         Self {
             free: (0..n).filter(|&i| !algebraic(i) && indices[i] <= 1).collect(),
             list,
             indices: indices.to_vec(),
             removed: Vec::new(),
-            y: room.clone(),
-            y_dot: room.clone(),
-            plain: room.clone(),
-            residual: room,
+            y: zeros.clone(),
+            y_dot: zeros.clone(),
+            plain: zeros.clone(),
+            residual: zeros,
             between: Vec::new(),
         }
     }
@@ -301,7 +301,7 @@ impl Multipliers {
 
     /// Returns the variables of index 2 with their remaining errors at the end of the step that
     /// follows `before`.
-    pub(crate) fn left<'a>(
+    pub(crate) fn remaining_errors<'a>(
         &'a self,
         step: &'a Step<'_>,
         before: &'a Collocation,
@@ -310,7 +310,7 @@ impl Multipliers {
         let of_index_2 = self.list.iter().filter(|multiplier| multiplier.index == 2);
         of_index_2.map(move |multiplier| {
             let [of_missed, _] = profile(step.method, multiplier.index, 1.0);
-            let (margin, error) = multiplier.left(step.method.stages(), growth);
+            let (margin, error) = multiplier.remaining_error(step.method.stages(), growth);
             (multiplier.variable, margin * (of_missed * error).abs())
         })
     }
@@ -331,7 +331,7 @@ impl Multipliers {
         let left = self.list.iter().map(|multiplier| {
             let (i, index) = (multiplier.variable, multiplier.index);
             let growth = before.map_or(0.0, |before| step.h / before.h);
-            let (margin, error) = multiplier.left(stages, growth);
+            let (margin, error) = multiplier.remaining_error(stages, growth);
             let beyond = error.abs() - rounding(i);
             if multiplier.known.noisy || beyond < 0.0 {
                 let order = multiplier.power(stages) + i32::from(multiplier.removable);
@@ -375,7 +375,7 @@ impl Multipliers {
 
     /// Undoes the removal in the `increments` of the last step, with `n` unknowns, so that they solve the stage
     /// equations again.
-    pub(crate) fn put_back(&self, n: usize, increments: &mut [f64]) {
+    pub(crate) fn undo_removal(&self, n: usize, increments: &mut [f64]) {
         let removable = self.list.iter().filter(|multiplier| multiplier.removable);
         let stages = increments.len() / n;
         for (multiplier, removed) in removable.zip(self.removed.chunks(stages)) {
@@ -400,7 +400,7 @@ impl Multiplier {
     }
 
     /// Returns the margin and the remaining part of e(ε) in a step that is `growth` times as long as the last step.
-    fn left(&self, stages: usize, growth: f64) -> (f64, f64) {
+    fn remaining_error(&self, stages: usize, growth: f64) -> (f64, f64) {
         match self.removable {
             true => {
                 let last = self.known.last * growth.powi(self.power(stages));

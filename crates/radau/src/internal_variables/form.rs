@@ -7,12 +7,12 @@ use crate::method::Method;
 use super::RelaxationTerm;
 
 /// Maximum number of stages of a method.
-const MOST_STAGES: usize = 7;
+const MAX_STAGES: usize = 7;
 
 /// Index of the driving quantity at the start of the step; the indices of the stages follow.
 pub(super) const BEGIN: usize = 0;
 /// Index of the change of the driving quantity for a change of y by its estimated error.
-pub(super) const CHANGE: usize = MOST_STAGES + 1;
+pub(super) const CHANGE: usize = MAX_STAGES + 1;
 /// Indices used if the estimate is repeated at y minus its first estimated error: the driving quantity there, and its
 /// change if y changes by the second estimated error.
 pub(super) const SHIFTED: usize = CHANGE + 1;

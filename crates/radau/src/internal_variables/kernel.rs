@@ -52,10 +52,10 @@ impl Driven<'_> {
 
     /// Returns Σ (x/(`relative` |q| + `absolute`))², where x are the values of `forms`.
     pub(super) fn square(self, forms: &[Form], relative: f64, absolute: f64) -> f64 {
-        let (mut sum, mut room) = (0.0, [0.0; AT_A_TIME]);
+        let (mut sum, mut buffer) = (0.0, [0.0; AT_A_TIME]);
         self.in_pieces(|piece, place| {
             for (k, form) in forms.iter().enumerate() {
-                let errors = &mut room[..piece.len()];
+                let errors = &mut buffer[..piece.len()];
                 errors.fill(0.0);
                 self.add_form(form, k, (&piece, &place), errors);
                 for (error, q) in errors.iter().zip(self.state(k, &piece)) {

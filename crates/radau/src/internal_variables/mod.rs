@@ -114,9 +114,9 @@ impl<P: Problem> EliminatedVariables<P> {
         let n_states = variables.parts.iter().map(of_part).sum();
         expect_length(START, n_states, variables.start.len())?;
         expect_finite(START, &variables.start)?;
-        let (room, stages) = (vec![0.0; n_slots], method.stages());
+        let (zeros, stages) = (vec![0.0; n_slots], method.stages());
         let is_used = |m: usize| m <= stages || m >= CHANGE;
-        let driving = |m| if is_used(m) { room.clone() } else { Vec::new() };
+        let driving = |m| if is_used(m) { zeros.clone() } else { Vec::new() };
         let driving: Vec<_> = (0..N_DRIVING).map(driving).collect();
         Ok(Self {
             functions: Functions {
@@ -126,8 +126,8 @@ impl<P: Problem> EliminatedVariables<P> {
             },
             parts: variables.parts,
             tolerances: (factor * relative, factor * variables.absolute),
-            constants: vec![room.clone(); stages],
-            present: room,
+            constants: vec![zeros.clone(); stages],
+            present: zeros,
             last: LastStep { states: variables.start.clone(), driving: driving.clone() },
             driving,
             states: variables.start,

@@ -28,7 +28,7 @@ struct Direction {
 }
 
 /// Maximum number of directions per solve.
-const MOST: usize = 60;
+const MAX_DIRECTIONS: usize = 60;
 
 /// Smallest contraction assumed for the next solve if Newton's method needed one correction, since
 /// the contraction may have changed.
@@ -68,7 +68,7 @@ impl Block {
                 self.contraction = measured.or(trusted);
                 return Ok(());
             }
-            if used == MOST || !worst.is_finite() {
+            if used == MAX_DIRECTIONS || !worst.is_finite() {
                 return Err(Stalled { norm: worst, column }.into());
             }
             if used == self.directions.len() {
@@ -143,8 +143,8 @@ impl Columns<'_> {
 
     /// Returns the means of w² (a + b)², w² b² and w² a b over each column.
     fn sums(&self, a: &[f64], b: &[f64]) -> Vec<[f64; 3]> {
-        let room = vec![0.0; ROWS * self.n_columns];
-        let mut lanes = [room.clone(), room.clone(), room];
+        let zeros = vec![0.0; ROWS * self.n_columns];
+        let mut lanes = [zeros.clone(), zeros.clone(), zeros];
         add_squares(&mut lanes, self.weights, a, b);
         let of = |j: usize| {
             let column = (j, self.n_columns);

@@ -27,9 +27,9 @@ use crate::method::Method;
 #[derive(Debug)]
 pub(super) struct History {
     /// Maximum number of stored steps.
-    most: usize,
+    max_steps: usize,
     steps: VecDeque<Past>,
-    room: Workspace,
+    workspace: Workspace,
 }
 
 /// A step: the polynomials of all columns and the state at its start.
@@ -73,17 +73,17 @@ const FEWEST: usize = 3;
 const LONGER: f64 = 1.25;
 
 /// Maximum number of stored values (8 bytes each).
-const MOST_NUMBERS: usize = 1 << 26;
+const MAX_VALUES: usize = 1 << 26;
 
 impl History {
     /// Creates the history for steps with `stages` stages and `n_columns` columns of `n` unknowns.
     pub(super) fn new(n: usize, n_columns: usize, stages: usize) -> Self {
         let numbers = n * (n_columns * (stages + 2) + 2);
-        let most = (MOST_NUMBERS / numbers.max(1)).min(STEPS);
+        let max_steps = (MAX_VALUES / numbers.max(1)).min(STEPS);
         Self {
-            most: if most < FEWEST { 0 } else { most },
+            max_steps: if max_steps < FEWEST { 0 } else { max_steps },
             steps: VecDeque::new(),
-            room: Workspace::default(),
+            workspace: Workspace::default(),
         }
     }
 
@@ -95,7 +95,7 @@ impl History {
 
     /// Adds a step of the columns and of the state.
     pub(super) fn push(&mut self, curves: &Collocation, state: &Collocation) {
-        if self.steps.len() < self.most {
+        if self.steps.len() < self.max_steps {
             return self.steps.push_back(Past {
                 curves: curves.clone(),
                 state: [state.y0.clone(), state.y_dot0.clone()],
@@ -121,51 +121,51 @@ impl History {
         if count < FEWEST {
             return false;
         }
-        let mut room = std::mem::take(&mut self.room);
-        let is_known = self.combine(now, count, &mut room);
+        let mut workspace = std::mem::take(&mut self.workspace);
+        let is_known = self.combine(now, count, &mut workspace);
         if is_known {
             z.fill(0.0);
             for (k, past) in self.usable(now.h).enumerate() {
-                room.shares.clear();
+                workspace.shares.clear();
                 for _ in 0..ROWS {
-                    let of_step = room.coefficients.iter().map(|a| a[k]);
-                    room.shares.extend(of_step);
+                    let of_step = workspace.coefficients.iter().map(|a| a[k]);
+                    workspace.shares.extend(of_step);
                 }
                 // The polynomials evaluated over a step of the current length; for equal step sizes, these are their
                 // stages.
-                method.write_bases(now.h / past.curves.h, &mut room.basis);
+                method.write_bases(now.h / past.curves.h, &mut workspace.basis);
                 let numbers = now.columns.weights.len();
                 let increments = &past.curves.increments;
-                add_polynomials(z, numbers, &room.shares, increments, &room.basis);
+                add_polynomials(z, numbers, &workspace.shares, increments, &workspace.basis);
             }
         }
-        self.room = room;
+        self.workspace = workspace;
         is_known
     }
 
     /// Computes the coefficients of each column for the `count` usable steps.
-    fn combine(&self, now: &Beginning<'_>, count: usize, room: &mut Workspace) -> bool {
+    fn combine(&self, now: &Beginning<'_>, count: usize, workspace: &mut Workspace) -> bool {
         let Beginning { h, columns, state, .. } = now;
         let mut places = [columns.values; PLACES];
         for (place, past) in places.iter_mut().zip(self.usable(*h)) {
             *place = [&past.curves.y0, &past.curves.y_dot0];
         }
         let n_columns = columns.weights.len() / state.weights.len();
-        let mut of_columns = std::mem::take(&mut room.of_columns);
-        room.sums.of(&places[..=count], *h, (columns.weights, n_columns), &mut of_columns);
+        let mut of_columns = std::mem::take(&mut workspace.of_columns);
+        workspace.sums.of(&places[..=count], *h, (columns.weights, n_columns), &mut of_columns);
         let mut places = [state.values; PLACES];
         for (place, past) in places.iter_mut().zip(self.usable(*h)) {
             *place = past.state.each_ref().map(|values| &values[..]);
         }
-        let mut of_state = std::mem::take(&mut room.of_state);
-        room.sums.of(&places[..=count], *h, (state.weights, 1), &mut of_state);
+        let mut of_state = std::mem::take(&mut workspace.of_state);
+        workspace.sums.of(&places[..=count], *h, (state.weights, 1), &mut of_state);
         let largest = of_columns.iter().map(|products| products[(count, count)]);
         let is_known = DIGITS * largest.fold(0.0, f64::max) < now.tolerance.powi(2);
-        room.coefficients.clear();
-        room.coefficients.extend(
+        workspace.coefficients.clear();
+        workspace.coefficients.extend(
             of_columns.iter().map(|column| combination(column, &of_state[0], count, now.tolerance)),
         );
-        (room.of_columns, room.of_state) = (of_columns, of_state);
+        (workspace.of_columns, workspace.of_state) = (of_columns, of_state);
         is_known
     }
 }
@@ -323,11 +323,11 @@ mod tests {
     #[test]
     fn stored_history_is_limited() {
         // For each unknown, 7 values of a column and 2 of the state.
-        for (steps, most) in [(2, 0), (4, 4), (100, STEPS)] {
-            let n = MOST_NUMBERS / 9 / steps;
-            assert_eq!(History::new(n, 1, 5).most, most);
+        for (steps, max_steps) in [(2, 0), (4, 4), (100, STEPS)] {
+            let n = MAX_VALUES / 9 / steps;
+            assert_eq!(History::new(n, 1, 5).max_steps, max_steps);
         }
-        let mut history = History::new(MOST_NUMBERS, 1, 3);
+        let mut history = History::new(MAX_VALUES, 1, 3);
         let own = step(&Method::radau_iia(3).expect("there is one"), 0..1, 0.0, 1.0);
         (0..5).for_each(|_| history.push(&own, &own));
         assert!(history.steps.is_empty());

@@ -21,7 +21,7 @@ struct Direction {
 }
 
 /// Maximum number of directions for one K.
-const MOST: usize = 60;
+const MAX_DIRECTIONS: usize = 60;
 
 /// Reason why a solve failed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -78,7 +78,7 @@ impl Krylov {
                 add_scaled(x, 1.0, r);
                 return Ok(());
             }
-            if *used == MOST || !size.is_finite() {
+            if *used == MAX_DIRECTIONS || !size.is_finite() {
                 return Err(Stalled::at(size).into());
             }
             if *used == directions.len() {

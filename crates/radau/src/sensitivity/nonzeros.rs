@@ -1,6 +1,7 @@
 //! Products with the nonzero entries of a matrix.
 
 use myovib_sparse::Product;
+use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 /// Entries of a pattern that have been nonzero so far.
@@ -67,16 +68,9 @@ impl Nonzeros {
 
 /// Returns the product restricted to these entries.
 fn product(pattern: &SparsityPattern, is_kept: &[bool]) -> Product {
-    let (mut offsets, mut rows) = (vec![0], Vec::new());
-    for column in pattern.major_offsets().windows(2) {
-        let entries = column[0]..column[1];
-        rows.extend(entries.filter(|&k| is_kept[k]).map(|k| pattern.minor_indices()[k]));
-        offsets.push(rows.len());
-    }
-    let (columns, n) = (pattern.major_dim(), pattern.minor_dim());
-    let kept = SparsityPattern::try_from_offsets_and_indices(columns, n, offsets, rows)
-        .expect("a subset of a pattern is a valid pattern");
-    Product::new(&kept)
+    let kept = CscMatrix::try_from_pattern_and_values(pattern.clone(), is_kept.to_vec());
+    let kept = kept.expect("one value for each entry").filter(|_, _, is_kept| *is_kept);
+    Product::new(kept.pattern())
 }
 
 #[cfg(test)]

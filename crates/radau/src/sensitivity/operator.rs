@@ -116,8 +116,8 @@ impl StageOperator {
                 continue;
             }
             if self.parts.is_empty() {
-                let room = vec![0.0; self.jacobian.pattern().nnz()];
-                self.parts = vec![[room.clone(), room]; self.stages_and_start];
+                let zeros = vec![0.0; self.jacobian.pattern().nnz()];
+                self.parts = vec![[zeros.clone(), zeros]; self.stages_and_start];
             }
             let [df_dy, df_dyp] = &mut self.parts[i];
             let jacobian = &mut self.jacobian;

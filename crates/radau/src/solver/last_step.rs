@@ -33,7 +33,7 @@ impl<P, M> RadauSolver<P, M> {
     /// Returns the last accepted step. Its matrices remain valid until the next attempt at a step.
     pub(crate) fn accepted(&mut self) -> AcceptedStep<'_, P, M> {
         let mut collocation = self.collocation.clone();
-        self.multipliers.put_back(self.y.len(), &mut collocation.increments);
+        self.multipliers.undo_removal(self.y.len(), &mut collocation.increments);
         let number = self.counters.statistics.steps;
         self.at_step(collocation, number)
     }

@@ -77,7 +77,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         rounding: impl Fn(usize) -> f64,
     ) -> f64 {
         let (step, mask) = (step_of!(self, h), self.error_test.mask());
-        let at_end = self.multipliers.left(&step, &self.collocation);
+        let at_end = self.multipliers.remaining_errors(&step, &self.collocation);
         let errors = at_end.map(|(i, at_end)| {
             let beyond = (self.interpolation.of(i) - rounding(i)).max(0.0);
             mask[i] * beyond / (self.weights.solution_tolerance(i) + at_end)

@@ -9,7 +9,7 @@ use crate::failure::{Failure, Failures, Rejection};
 use crate::options::StepSize;
 
 /// Maximum number of times that a first step is halved or its start is corrected.
-const MOST_REPETITIONS: usize = 20;
+const MAX_REPETITIONS: usize = 20;
 
 /// Unexplained error of a multiplier of index 2, in units of its tolerance, above which a jump is assumed. A multiplier
 /// may have two digits less than the tolerance, and for a smooth solution the step size control keeps this error below
@@ -50,7 +50,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         self.move_onto_constraints(0.5 * *h)?;
         let mut last = f64::INFINITY;
-        for _ in 0..MOST_REPETITIONS {
+        for _ in 0..MAX_REPETITIONS {
             self.attempt_once(0.5 * *h, failures)?;
             let in_half = self.error_test.at_start().map(<[f64]>::to_vec);
             let middle = self.newton.z[self.newton.z.len() - self.y.len()..].to_vec();

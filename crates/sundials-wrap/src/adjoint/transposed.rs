@@ -1,5 +1,6 @@
 //! The adjoint of a problem with constant ∂F/∂ẏ.
 
+use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::{BackwardProblem, ForwardState};
@@ -45,26 +46,17 @@ impl<P: Problem> AdjointProblem<P> {
     ) -> Self {
         let jacobian = Jacobian::of(problem);
         let pattern = jacobian.pattern();
-        let mut entries: Vec<(usize, usize, usize)> = pattern
-            .entries()
-            .enumerate()
-            .map(|(place, (column, row))| (row, column, place))
-            .collect();
-        entries.sort_unstable();
-        let n = problem.n_unknowns();
-        let offsets = (0..=n).map(|row| entries.partition_point(|entry| entry.0 < row));
-        let columns = entries.iter().map(|entry| entry.1).collect();
-        let transposed =
-            SparsityPattern::try_from_offsets_and_indices(n, n, offsets.collect(), columns)
-                .expect("entries sorted by rows and columns");
-        let nnz = entries.len();
+        let (n, nnz) = (problem.n_unknowns(), pattern.nnz());
+        let places = CscMatrix::try_from_pattern_and_values(pattern.clone(), (0..nnz).collect());
+        let places = places.expect("one position for each entry").transpose();
+        let (transposed, places) = places.into_pattern_and_values();
         Self {
             gradient: Box::new(gradient),
             parameters: None,
             parts: [vec![0.0; nnz], vec![0.0; nnz]],
             at: None,
             transposed,
-            places: entries.into_iter().map(|entry| entry.2).collect(),
+            places,
             gradients: [vec![0.0; n], Vec::new()],
             column: vec![0.0; n],
             jacobian,

@@ -190,7 +190,7 @@ impl FailureLog {
     pub(super) fn culprit(&self) -> Option<StopReason> {
         match self.function.filter(|_| self.recoverable.is_some())? {
             "Jacobian" => Some(StopReason::JacobianFailed),
-            "linear set-up" => Some(StopReason::LinearSetupFailed),
+            "linear setup" => Some(StopReason::LinearSetupFailed),
             "linear solve" => Some(StopReason::LinearSolveFailed),
             _ => None,
         }
@@ -262,7 +262,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
             return evaluated;
         }
         let result = self.linear.set_up(&mut self.problem, c_j);
-        self.failures.answer("linear set-up", t, result, &[])
+        self.failures.answer("linear setup", t, result, &[])
     }
 
     fn linear_solve(&mut self, rhs: &mut [f64]) -> Answer {

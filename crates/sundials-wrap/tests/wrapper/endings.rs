@@ -62,7 +62,7 @@ impl LinearSolver<Decay> for ScalarSolver {
     }
 
     fn set_up(&mut self, _: &mut Decay, c_j: f64, _: &[Complex64]) -> Result<(), StepError> {
-        self.matrix = self.plan.value("linear set-up", 1.0 + c_j)?;
+        self.matrix = self.plan.value("linear setup", 1.0 + c_j)?;
         Ok(())
     }
 
@@ -115,7 +115,7 @@ const FUNCTIONS: [(&str, StopReason); 7] = [
     ("root function", StopReason::RootFunctionFailed),
     ("quadrature", StopReason::QuadratureFailed),
     // A setup with a NaN is detected in the solve.
-    ("linear set-up", StopReason::LinearSolveFailed),
+    ("linear setup", StopReason::LinearSolveFailed),
     ("linear solve", StopReason::LinearSolveFailed),
 ];
 
@@ -170,14 +170,14 @@ fn non_finite_values_stop_and_name_the_function() {
     for (function, reason) in FUNCTIONS {
         for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             // The matrix of a user's linear solver is not checked, but its solution is; and b / ∞ is a finite number.
-            if function == "linear set-up" && value.is_infinite() {
+            if function == "linear setup" && value.is_infinite() {
                 continue;
             }
             let mut solver = solver(&Plan::new(function, Fault::Write(value)));
             let outcome = solver.integrate_to(1.0).unwrap();
             let Outcome::Stopped(stop) = outcome else { panic!("{function} {value}: {outcome:?}") };
             let named = match function {
-                "linear set-up" => "linear solve[0]",
+                "linear setup" => "linear solve[0]",
                 "error weight function" => "error weight[0]",
                 other => &format!("{other}[0]"),
             };

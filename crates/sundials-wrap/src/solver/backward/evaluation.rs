@@ -68,7 +68,7 @@ impl<P: Problem> BackwardCallbacks for UserFunctions<P> {
             failed => return failed,
         }
         let result = registered.lu.factorize();
-        self.failures.answer("linear set-up", forward.t, result, &[])
+        self.failures.answer("linear setup", forward.t, result, &[])
     }
 
     fn backward_solve(&mut self, which: usize, rhs: &mut [f64]) -> Answer {
