@@ -19,6 +19,22 @@
 // Loops over the indices of tensors, several at a time, read like their formulas.
 #![allow(clippy::needless_range_loop)]
 
+/// Calls a function that is generic over the dimension.
+macro_rules! in_dimension {
+    ($dimension:expr, $function:ident($($argument:expr),*)) => {
+        match $dimension {
+            2 => $function::<2>($($argument),*),
+            _ => $function::<3>($($argument),*),
+        }
+    };
+    ($dimension:expr, $object:ident $separator:tt $function:ident($($argument:expr),*)) => {
+        match $dimension {
+            2 => $object $separator $function::<2>($($argument),*),
+            _ => $object $separator $function::<3>($($argument),*),
+        }
+    };
+}
+
 mod boundary;
 pub mod element;
 mod error;

@@ -200,10 +200,7 @@ impl Solid {
 
     /// Returns the range of J over the given points of all elements.
     fn volume_ratios_at(&self, u: &[f64], points: &[Barycentric]) -> VolumeRatios {
-        match self.space().dimension() {
-            2 => self.volume_ratios_in::<2>(u, points),
-            _ => self.volume_ratios_in::<3>(u, points),
-        }
+        in_dimension!(self.space().dimension(), self.volume_ratios_in(u, points))
     }
 
     /// Returns the range of J over the given points of all elements. Runs call this often: shape

@@ -115,10 +115,7 @@ impl RigidContact {
     ) -> Result<Self, FemError> {
         let space = solid.space();
         let boundary = DeformedFacets::new(space, &outward_facets(space, group)?);
-        let weights = match boundary.dimension {
-            2 => weights::<2>(&boundary),
-            _ => weights::<3>(&boundary),
-        };
+        let weights = in_dimension!(boundary.dimension, weights(&boundary));
         let area: f64 = weights.iter().flatten().sum();
         let mean = area / weights.len().max(1) as f64;
         let size = if boundary.dimension == 2 { mean } else { mean.sqrt() };
@@ -165,10 +162,7 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn update_multipliers(&mut self, offset: &[f64], u: &[f64]) -> bool {
-        match self.boundary.dimension {
-            2 => self.update_multipliers_in::<2>(offset, u),
-            _ => self.update_multipliers_in::<3>(offset, u),
-        }
+        in_dimension!(self.boundary.dimension, self.update_multipliers_in(offset, u))
     }
 
     fn update_multipliers_in<const D: usize>(&mut self, offset: &[f64], u: &[f64]) -> bool {
@@ -199,10 +193,7 @@ impl RigidContact {
 
     /// Returns the unit vector from the obstacle to the nearest point of the undeformed group; in 2D with a third component of zero.
     pub fn toward_body(&self) -> [f64; 3] {
-        match self.boundary.dimension {
-            2 => self.toward_body_in::<2>(),
-            _ => self.toward_body_in::<3>(),
-        }
+        in_dimension!(self.boundary.dimension, self.toward_body_in())
     }
 
     fn toward_body_in<const D: usize>(&self) -> [f64; 3] {
@@ -228,10 +219,7 @@ impl RigidContact {
     /// # Panics
     /// Panics if the `offset` of the obstacle is too short.
     pub fn faces_away(&self, offset: &[f64]) -> bool {
-        match self.boundary.dimension {
-            2 => self.faces_away_in::<2>(offset),
-            _ => self.faces_away_in::<3>(offset),
-        }
+        in_dimension!(self.boundary.dimension, self.faces_away_in(offset))
     }
 
     fn faces_away_in<const D: usize>(&self, offset: &[f64]) -> bool {
@@ -251,10 +239,7 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn add_force_rate(&self, obstacle: [&[f64]; 2], body: [&[f64]; 2], total: &mut [f64]) {
-        match self.boundary.dimension {
-            2 => self.add_force_rate_in::<2>(obstacle, body, total),
-            _ => self.add_force_rate_in::<3>(obstacle, body, total),
-        }
+        in_dimension!(self.boundary.dimension, self.add_force_rate_in(obstacle, body, total))
     }
 
     fn add_force_rate_in<const D: usize>(
@@ -328,10 +313,7 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn add_force(&self, offset: &[f64], sign: f64, u: &[f64], total: &mut [f64]) {
-        match self.boundary.dimension {
-            2 => self.add_force_in::<2>(offset, sign, u, total),
-            _ => self.add_force_in::<3>(offset, sign, u, total),
-        }
+        in_dimension!(self.boundary.dimension, self.add_force_in(offset, sign, u, total))
     }
 
     fn add_force_in<const D: usize>(
@@ -360,10 +342,7 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn add_stiffness(&self, offset: &[f64], u: &[f64], values: &mut [f64]) {
-        match self.boundary.dimension {
-            2 => self.add_stiffness_in::<2>(offset, u, values),
-            _ => self.add_stiffness_in::<3>(offset, u, values),
-        }
+        in_dimension!(self.boundary.dimension, self.add_stiffness_in(offset, u, values))
     }
 
     fn add_stiffness_in<const D: usize>(&self, offset: &[f64], u: &[f64], values: &mut [f64]) {
@@ -400,10 +379,7 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn sums(&self, offset: &[f64], u: &[f64]) -> ContactSums {
-        match self.boundary.dimension {
-            2 => self.sums_in::<2>(offset, u),
-            _ => self.sums_in::<3>(offset, u),
-        }
+        in_dimension!(self.boundary.dimension, self.sums_in(offset, u))
     }
 
     fn sums_in<const D: usize>(&self, offset: &[f64], u: &[f64]) -> ContactSums {

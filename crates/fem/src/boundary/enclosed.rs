@@ -190,10 +190,7 @@ impl EnclosedVolume {
     /// # Panics
     /// Panics if `u` is too short.
     pub fn at(&self, u: &[f64]) -> f64 {
-        match self.walls.dimension {
-            2 => self.at_in::<2>(u),
-            _ => self.at_in::<3>(u),
-        }
+        in_dimension!(self.walls.dimension, self.at_in(u))
     }
 
     fn at_in<const D: usize>(&self, u: &[f64]) -> f64 {

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use crate::element::quadrature::{Rule, edge_degree5};
 use crate::element::{Barycentric, Shape, TRIANGLE};
 use crate::error::FemError;
+use crate::mesh::simplices::cross;
 use crate::mesh::{Group, Mesh, distance};
 use crate::space::{Degree, ElementPoint, Space};
 
@@ -201,11 +202,6 @@ pub(crate) fn area_vector<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] 
     normal
 }
 
-/// Returns a × b.
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
 /// Member of a boundary group as a side of an element.
 #[derive(Debug, Clone)]
 pub(crate) struct Side {
@@ -306,10 +302,7 @@ impl Space {
             let vertices: Vec<usize> = side.corners.iter().map(|&i| element[i]).collect();
             let nodes = self.facet_nodes(&vertices);
             for q in &rule {
-                let measure = match shape.dimension {
-                    2 => measure_at::<2>(self, &nodes, q),
-                    _ => measure_at::<3>(self, &nodes, q),
-                };
+                let measure = in_dimension!(shape.dimension, measure_at(self, &nodes, q));
                 let mut lambda = vec![0.0; shape.n_vertices()];
                 for (&corner, l) in side.corners.iter().zip(&q.barycentric) {
                     lambda[corner] = *l;

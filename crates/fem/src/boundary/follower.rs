@@ -82,16 +82,10 @@ impl FollowerPressure {
 
 impl SurfaceOperator for FollowerPressure {
     fn add_force(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
-        match self.boundary.dimension {
-            2 => self.add_force_in::<2>(pressure, u, total),
-            _ => self.add_force_in::<3>(pressure, u, total),
-        }
+        in_dimension!(self.boundary.dimension, self.add_force_in(pressure, u, total))
     }
 
     fn add_stiffness(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
-        match self.boundary.dimension {
-            2 => self.add_stiffness_in::<2>(pressure, u, values),
-            _ => self.add_stiffness_in::<3>(pressure, u, values),
-        }
+        in_dimension!(self.boundary.dimension, self.add_stiffness_in(pressure, u, values))
     }
 }

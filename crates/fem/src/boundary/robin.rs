@@ -38,10 +38,7 @@ impl RobinMatrix {
     /// # Errors
     /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] for other groups.
     pub fn new(space: &Space, group: &str, direction: SupportDirection) -> Result<Self, FemError> {
-        match space.dimension() {
-            2 => Self::new_in::<2>(space, group, direction),
-            _ => Self::new_in::<3>(space, group, direction),
-        }
+        in_dimension!(space.dimension(), Self::new_in(space, group, direction))
     }
 
     fn new_in<const D: usize>(

@@ -2,6 +2,7 @@
 
 use super::three::Axes;
 use crate::error::FemError;
+use crate::mesh::simplices::dot;
 
 /// Length of a vector interpolated between unit vectors below which the vertex vectors are treated as opposed.
 const OPPOSED: f64 = 1e-6;
@@ -108,10 +109,6 @@ fn any_across(unit: [f64; 3]) -> [f64; 3] {
     let across = less_along(coordinate, unit);
     let length = dot(across, across).sqrt();
     across.map(|x| x / length)
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]

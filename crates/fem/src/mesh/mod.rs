@@ -21,7 +21,7 @@ pub(crate) mod note;
 mod parts;
 mod refine;
 mod select;
-mod simplices;
+pub(crate) mod simplices;
 
 use std::collections::{BTreeMap, BTreeSet};
 

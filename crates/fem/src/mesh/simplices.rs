@@ -1,7 +1,7 @@
 //! Flat tables of triangles or tetrahedra, so that one check can be used for both.
 
 /// Point; in 2D the third coordinate is 0.
-pub(super) type Point = [f64; 3];
+pub(crate) type Point = [f64; 3];
 
 /// Points and elements of a mesh; an element has d + 1 vertices in d dimensions.
 #[derive(Debug, Clone, Copy)]
@@ -53,11 +53,11 @@ pub(super) fn minus(a: Point, b: Point) -> Point {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-pub(super) fn dot(a: Point, b: Point) -> f64 {
+pub(crate) fn dot(a: Point, b: Point) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(super) fn cross(a: Point, b: Point) -> Point {
+pub(crate) fn cross(a: Point, b: Point) -> Point {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

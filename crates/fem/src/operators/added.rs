@@ -11,8 +11,9 @@
 use pulp::{Simd, WithSimd};
 
 use crate::material::{ActiveFiber, ActiveStress, Real, Viscous};
+use crate::operators::fields::slots;
 use crate::operators::residual::accumulate;
-use crate::operators::tangent::{Matrix, add_entry, zero_if};
+use crate::operators::tangent::{Matrix, scatter, zero_if};
 use crate::simd::batch::{Batch, BatchRange, Part, Point, add_scaled};
 use crate::simd::lanes::{Lanes, outlined};
 use crate::space::sparsity::ScatterMap;
@@ -60,23 +61,7 @@ pub struct AddedTangents<'a> {
     pub by_velocity: Option<&'a mut [f64]>,
 }
 
-impl AddedTangents<'_> {
-    /// Returns which tangents are requested, in the order of their declaration.
-    pub(crate) fn requested(&self) -> [bool; 2] {
-        [&self.by_displacement, &self.by_velocity].map(|values| values.is_some())
-    }
-
-    /// Borrows all buffers, in the order of their declaration.
-    pub(crate) fn slots(&mut self) -> [Option<&mut [f64]>; 2] {
-        [&mut self.by_displacement, &mut self.by_velocity].map(|values| values.as_deref_mut())
-    }
-}
-
-impl<'a> From<[Option<&'a mut [f64]>; 2]> for AddedTangents<'a> {
-    fn from([by_displacement, by_velocity]: [Option<&'a mut [f64]>; 2]) -> Self {
-        Self { by_displacement, by_velocity }
-    }
-}
+slots!(AddedTangents, 2, by_displacement, by_velocity);
 
 /// Added stress at a point with the motion ∇u, ∇v.
 pub(crate) struct AtPoint<R, const D: usize> {
@@ -258,7 +243,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for ForceTangents<
                     [(&by_u, &mut out.by_displacement), (&by_v, &mut out.by_velocity)]
                 {
                     if let (Some(local), Some(global)) = (local, global) {
-                        scatter(part, &maps[batch_index], local, global);
+                        scatter::<S, D, N, P, false>(part, &maps[batch_index], local, global);
                     }
                 }
             }
@@ -319,27 +304,6 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd for Add<'
                 for (row, a) in matrix.iter_mut().zip(&products) {
                     for (entries, b) in row.iter_mut().zip(&products) {
                         add_scaled(entries, weights, &tangents.by_velocity(a, b));
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Adds full (unsymmetric) element matrices to the global matrix.
-#[inline(always)]
-fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
-    part: &Part<'_, S, D, N, P>,
-    map: &ScatterMap<D, N, P>,
-    local: &Matrix<S, D, N>,
-    values: &mut [f64],
-) {
-    for (lane, l) in part.occupied().enumerate() {
-        for (b, map) in map.displacement.iter().enumerate() {
-            for (k, map) in map.iter().enumerate() {
-                for (a, map) in map.iter().enumerate() {
-                    for (i, indices) in map.iter().enumerate() {
-                        add_entry(indices[l], local[a][b][i][k].as_slice()[lane], values);
                     }
                 }
             }

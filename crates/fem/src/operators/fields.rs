@@ -71,6 +71,7 @@ macro_rules! slots {
         }
     };
 }
+pub(crate) use slots;
 
 /// Vectors requested from [`Solid::evaluate`](crate::solid::Solid::evaluate); each given buffer is
 /// overwritten.

@@ -30,10 +30,7 @@ impl SymmetricMatrix {
 
     /// Returns ∫ ∇φ_a · ∇φ_b over all displacement nodes. The integrand has degree at most 2.
     pub(crate) fn node_gradients(space: &Space) -> Self {
-        match space.dimension() {
-            2 => Self::node_gradients_in::<2>(space),
-            _ => Self::node_gradients_in::<3>(space),
-        }
+        in_dimension!(space.dimension(), Self::node_gradients_in(space))
     }
 
     fn node_gradients_in<const D: usize>(space: &Space) -> Self {
@@ -121,10 +118,7 @@ impl SymmetricMatrix {
 
     /// Writes the product with each component of an interleaved vector to `out`.
     pub(crate) fn apply_interleaved(&self, dimension: usize, x: &[f64], out: &mut [f64]) {
-        match dimension {
-            2 => self.apply_to_components::<2>(x, out),
-            _ => self.apply_to_components::<3>(x, out),
-        }
+        in_dimension!(dimension, self.apply_to_components(x, out))
     }
 
     fn apply_to_components<const D: usize>(&self, x: &[f64], out: &mut [f64]) {

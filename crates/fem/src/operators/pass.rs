@@ -3,7 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::operators::constitutive::{
-    Constitutive, with_plane_law, with_sheet_law, with_spatial_law,
+    Constitutive, with_embedded_law, with_plane_law, with_spatial_law,
 };
 use crate::operators::fields::Inverted;
 use crate::simd::batch::{BatchRange, Part, Point};
@@ -120,7 +120,7 @@ macro_rules! pass {
     };
 }
 
-pass!(2, 3, 3, with_sheet_law);
+pass!(2, 3, 3, with_embedded_law);
 pass!(2, 6, 3, with_plane_law);
 pass!(3, 4, 4, with_spatial_law);
 pass!(3, 10, 4, with_spatial_law);

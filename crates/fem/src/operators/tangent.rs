@@ -144,9 +144,15 @@ fn accumulate_divergence<S: Simd, const D: usize, const N: usize, const P: usize
     }
 }
 
-/// Adds symmetric element matrices to the global matrix, element by element.
+/// Adds element matrices to the global matrix, element by element. Only the upper blocks of symmetric matrices are read.
 #[inline(always)]
-pub(crate) fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
+pub(crate) fn scatter<
+    S: Simd,
+    const D: usize,
+    const N: usize,
+    const P: usize,
+    const SYMMETRIC: bool,
+>(
     part: &Part<'_, S, D, N, P>,
     map: &ScatterMap<D, N, P>,
     local: &Matrix<S, D, N>,
@@ -157,7 +163,9 @@ pub(crate) fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
             for (k, map) in map.iter().enumerate() {
                 for (a, map) in map.iter().enumerate() {
                     for (i, indices) in map.iter().enumerate() {
-                        let entries = if a <= b { &local[a][b][i][k] } else { &local[b][a][k][i] };
+                        let is_stored = !SYMMETRIC || a <= b;
+                        let entries =
+                            if is_stored { &local[a][b][i][k] } else { &local[b][a][k][i] };
                         add_entry(indices[l], entries.as_slice()[lane], values);
                     }
                 }
@@ -284,7 +292,7 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P>
         let beta = part.scale().beta;
         scale(&mut rate_stiffness, beta);
         if let (Some(local), Some(global)) = (&stiffness, &mut out.stiffness) {
-            scatter(part, map, local, global);
+            scatter::<S, D, N, P, true>(part, map, local, global);
         }
         if out.damped_stiffness.is_some() {
             scale(&mut stiffness, beta);
@@ -295,7 +303,7 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P>
             (&multiplier_stiffness, &mut out.multiplier_stiffness),
         ] {
             if let (Some(local), Some(global)) = (local, global) {
-                scatter(part, map, local, global);
+                scatter::<S, D, N, P, true>(part, map, local, global);
             }
         }
         for (local, global) in

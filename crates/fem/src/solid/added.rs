@@ -158,7 +158,7 @@ impl Solid {
                 Ok(())
             },
         )));
-        self.end_infallible(out.slots().into_iter().flatten());
+        self.end_infallible(out.all_mut());
     }
 
     fn check_motion(&self, motion: &AddedMotion<'_>) {

@@ -26,10 +26,7 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn displacement_under(&self, force: f64, direction: &[f64], u: &[f64]) -> f64 {
-        match self.boundary.dimension {
-            2 => self.displacement_under_in::<2>(force, direction, u),
-            _ => self.displacement_under_in::<3>(force, direction, u),
-        }
+        in_dimension!(self.boundary.dimension, self.displacement_under_in(force, direction, u))
     }
 
     fn displacement_under_in<const D: usize>(
@@ -109,10 +106,7 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn driven_slope(&self, direction: &[f64], s: f64, u: &[f64]) -> DrivenSlope {
-        match self.boundary.dimension {
-            2 => self.driven_slope_in::<2>(direction, s, u),
-            _ => self.driven_slope_in::<3>(direction, s, u),
-        }
+        in_dimension!(self.boundary.dimension, self.driven_slope_in(direction, s, u))
     }
 
     fn driven_slope_in<const D: usize>(&self, direction: &[f64], s: f64, u: &[f64]) -> DrivenSlope {

@@ -76,10 +76,7 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn add_friction(&self, friction: &Friction, sliding: &Sliding<'_>, total: &mut [f64]) {
-        match self.boundary.dimension {
-            2 => self.add_friction_in::<2>(friction, sliding, total),
-            _ => self.add_friction_in::<3>(friction, sliding, total),
-        }
+        in_dimension!(self.boundary.dimension, self.add_friction_in(friction, sliding, total))
     }
 
     fn add_friction_in<const D: usize>(
@@ -113,10 +110,10 @@ impl RigidContact {
         sliding: &Sliding<'_>,
         values: [&mut [f64]; 2],
     ) {
-        match self.boundary.dimension {
-            2 => self.add_friction_slopes_in::<2>(friction, sliding, values),
-            _ => self.add_friction_slopes_in::<3>(friction, sliding, values),
-        }
+        in_dimension!(
+            self.boundary.dimension,
+            self.add_friction_slopes_in(friction, sliding, values)
+        )
     }
 
     fn add_friction_slopes_in<const D: usize>(
@@ -137,10 +134,7 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn friction_sums(&self, friction: &Friction, sliding: &Sliding<'_>) -> FrictionSums {
-        match self.boundary.dimension {
-            2 => self.friction_sums_in::<2>(friction, sliding),
-            _ => self.friction_sums_in::<3>(friction, sliding),
-        }
+        in_dimension!(self.boundary.dimension, self.friction_sums_in(friction, sliding))
     }
 
     fn friction_sums_in<const D: usize>(

@@ -1,12 +1,12 @@
 //! Interface between element passes and material laws in 2D and 3D.
 
+mod embedded;
 mod plane;
 mod point;
-mod sheet;
 mod spatial;
 
+pub(crate) use embedded::{EmbeddedPlane, with_embedded_law};
 pub(crate) use plane::{Plane, with_plane_law};
-pub(crate) use sheet::{Sheet, with_sheet_law};
 pub(crate) use spatial::{Spatial, with_spatial_law};
 
 use pulp::Simd;

@@ -18,14 +18,14 @@ macro_rules! with_plane_law {
     ($material:expr, $law:ident => $body:expr) => {
         match $material {
             material if material.volume_function != Default::default() => {
-                let $law = $crate::operators::constitutive::Sheet::of(material);
+                let $law = $crate::operators::constitutive::EmbeddedPlane::of(material);
                 $body
             }
             material => $crate::material::with_potential!(material.law, w => {
                 let $law = $crate::operators::constitutive::Plane(w);
                 $body
             }, else => {
-                let $law = $crate::operators::constitutive::Sheet::of(material);
+                let $law = $crate::operators::constitutive::EmbeddedPlane::of(material);
                 $body
             }),
         }

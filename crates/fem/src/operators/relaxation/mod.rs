@@ -125,7 +125,7 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'
                 Requested::ForceOf { .. } => {}
                 Requested::Vectors { internal, force, rates } => {
                     let mut over = scaled(&at.stress, series.prony.instantaneous() - 1.0);
-                    let across = at.stress_across(full_law);
+                    let out_of_plane = at.stress_out_of_plane(full_law);
                     for (k, term) in series.prony.terms().iter().enumerate() {
                         let term_stresses = &internal[states(k)..];
                         let mut q = slots.load(term_stresses);
@@ -133,35 +133,35 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'
                         for (q, s) in q.iter_mut().flatten().zip(at.stress.iter().flatten()) {
                             *q = term.rate(*s, *q);
                         }
-                        let q_across = match across {
+                        let q_out_of_plane = match out_of_plane {
                             Some(s) => {
                                 let component = Slots::<S, D, N, P>::OUT_OF_PLANE;
                                 Some(term.rate(s, slots.load_one(component, term_stresses)))
                             }
                             None => None,
                         };
-                        slots.store((&q, q_across), &mut rates[states(k)..]);
+                        slots.store((&q, q_out_of_plane), &mut rates[states(k)..]);
                     }
                     if force.is_some() {
                         accumulate(&mut local_force, part, point, &times_deformation(&at.h, &over));
                     }
                 }
                 Requested::Stresses { out } => {
-                    slots.store((&at.stress, at.stress_across(full_law)), out);
+                    slots.store((&at.stress, at.stress_out_of_plane(full_law)), out);
                 }
                 Requested::StressRates { out, .. } => {
-                    let across = at.across(full_law);
+                    let out_of_plane = at.out_of_plane(full_law);
                     // For many velocities the moduli are evaluated once and contracted with each
                     // velocity.
                     let moduli = match columns.len() > UnitStrains::<D>::COUNT {
-                        true => Some(at.moduli(law, across.as_ref())),
+                        true => Some(at.moduli(law, out_of_plane.as_ref())),
                         false => None,
                     };
                     for (out, v) in out.iter_mut().zip(columns.iter()) {
                         let v = part.gradient(v, point);
                         let rate = match &moduli {
                             Some(moduli) => at.contracted(moduli, &v),
-                            None => at.stress_rate(law, across.as_ref(), &v),
+                            None => at.stress_rate(law, out_of_plane.as_ref(), &v),
                         };
                         slots.store((&rate.0, rate.1), out);
                     }
@@ -208,8 +208,8 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'
             Requested::Stresses { .. } | Requested::StressRates { .. } => {}
             Requested::Tangents { geometric, material, .. } => {
                 if let Some([local_material, local_geometric]) = &matrices {
-                    scatter(part, map, local_material, &mut material[region]);
-                    scatter(part, map, local_geometric, geometric);
+                    scatter::<S, D, N, P, true>(part, map, local_material, &mut material[region]);
+                    scatter::<S, D, N, P, true>(part, map, local_geometric, geometric);
                 }
             }
         }

@@ -49,7 +49,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
 
     /// Returns the 3D state of a plane body for out-of-plane components.
     #[inline(always)]
-    pub(super) fn across(&self, law: Law) -> Option<OutOfPlane<S>> {
+    pub(super) fn out_of_plane(&self, law: Law) -> Option<OutOfPlane<S>> {
         if D != 2 {
             return None;
         }
@@ -60,9 +60,9 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
 
     /// Returns the out-of-plane component of S of a plane body.
     #[inline(always)]
-    pub(super) fn stress_across(&self, law: Law) -> Option<Lanes<S>> {
-        let across = self.across(law)?;
-        Some(across.stress::<D>(None))
+    pub(super) fn stress_out_of_plane(&self, law: Law) -> Option<Lanes<S>> {
+        let out_of_plane = self.out_of_plane(law)?;
+        Some(out_of_plane.stress::<D>(None))
     }
 
     /// Returns F⁻¹ T = Nᵀ T/J with N = cof F.
@@ -86,7 +86,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
     pub(super) fn stress_rate(
         &self,
         law: &C,
-        across: Option<&OutOfPlane<S>>,
+        out_of_plane: Option<&OutOfPlane<S>>,
         v: &Tensor<Lanes<S>, D>,
     ) -> Rate<S, D> {
         let zero = self.inverse_jacobian.like(0.0);
@@ -98,17 +98,17 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
                 }
             }
         }
-        let across = match across {
-            Some(across) => Some(across.stress(Some(v))),
+        let out_of_plane = match out_of_plane {
+            Some(out_of_plane) => Some(out_of_plane.stress(Some(v))),
             None => None,
         };
-        (self.pulled_back(&rate), across)
+        (self.pulled_back(&rate), out_of_plane)
     }
 
     /// Returns ∂S/∂E of a law that depends only on FᵀF = I + 2 E. It consists of Ṡ along V = F⁻ᵀ e for each [unit
     /// strain](UnitStrains) e.
     #[inline(always)]
-    pub(super) fn moduli(&self, law: &C, across: Option<&OutOfPlane<S>>) -> [Rate<S, D>; 6] {
+    pub(super) fn moduli(&self, law: &C, out_of_plane: Option<&OutOfPlane<S>>) -> [Rate<S, D>; 6] {
         let zero = self.inverse_jacobian.like(0.0);
         let mut moduli = [([[zero; D]; D], None); 6];
         for (moduli, &[k, l]) in moduli.iter_mut().zip(UnitStrains::<D>::INDICES) {
@@ -117,7 +117,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
                 v[k] = cofactor[l] * self.inverse_jacobian;
                 v[l] = cofactor[k] * self.inverse_jacobian;
             }
-            *moduli = self.stress_rate(law, across, &v);
+            *moduli = self.stress_rate(law, out_of_plane, &v);
         }
         moduli
     }
@@ -269,7 +269,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D
     #[inline(always)]
     pub(super) fn store(
         &self,
-        (tensor, across): (&Tensor<Lanes<S>, D>, Option<Lanes<S>>),
+        (tensor, out_of_plane): (&Tensor<Lanes<S>, D>, Option<Lanes<S>>),
         values: &mut [f64],
     ) {
         let mut component = 0;
@@ -279,8 +279,8 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D
                 component += 1;
             }
         }
-        if let Some(across) = across {
-            self.store_one(Self::OUT_OF_PLANE, across, values);
+        if let Some(out_of_plane) = out_of_plane {
+            self.store_one(Self::OUT_OF_PLANE, out_of_plane, values);
         }
     }
 }

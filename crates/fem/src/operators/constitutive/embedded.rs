@@ -11,7 +11,7 @@ use crate::solid::element_material::ElementMaterial;
 
 /// Law in plane strain, given by the in-plane components of the 3D law. Fibers are in the plane.
 #[derive(Clone, Copy)]
-pub(crate) struct Sheet(Spatial);
+pub(crate) struct EmbeddedPlane(Spatial);
 
 /// Embeds a 2D gradient in 3D.
 #[inline(always)]
@@ -52,15 +52,15 @@ fn in_plane_tangent<R: Real>(a: &Tangent<R, 3>) -> Tangent<R, 2> {
 
 /// Evaluates an expression with `$law` bound to a law of linear triangles. These elements only
 /// serve as a counterexample for inf–sup constants, so one loop handles all laws.
-macro_rules! with_sheet_law {
+macro_rules! with_embedded_law {
     ($material:expr, $law:ident => $body:expr) => {{
-        let $law = $crate::operators::constitutive::Sheet::of($material);
+        let $law = $crate::operators::constitutive::EmbeddedPlane::of($material);
         $body
     }};
 }
-pub(crate) use with_sheet_law;
+pub(crate) use with_embedded_law;
 
-impl Sheet {
+impl EmbeddedPlane {
     #[inline(always)]
     pub(crate) fn of(material: &ElementMaterial) -> Self {
         Self(Spatial::of(material))
@@ -72,7 +72,7 @@ impl Sheet {
     }
 }
 
-impl Constitutive<2> for Sheet {
+impl Constitutive<2> for EmbeddedPlane {
     #[inline(always)]
     fn has_fibers(&self) -> bool {
         self.spatial().has_fibers()
