@@ -1,4 +1,4 @@
-//! `myovib-bench`: measurements for maintainers. Measures the cost of features and of large bodies (`bench`) and fills
+//! `myovib-bench`: measurements for maintainers. Measures the cost of solvers and of large bodies (`bench`) and fills
 //! the tables of the guide (`pages`).
 #![forbid(unsafe_code)]
 #![allow(missing_docs, reason = "not published as a library")]
@@ -24,7 +24,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Measure the cost of features, linear solvers and large bodies.
+    /// Measure the cost of linear solvers, default settings, responses and large bodies.
     Bench(BenchArgs),
     Pages(PagesArgs),
 }

@@ -1,7 +1,5 @@
 //! Default settings compared with their alternatives: separate steps of chains, and factors in single precision.
 
-use std::fmt::Write as _;
-
 use anyhow::Context;
 use myovib_cli::exit::Exit;
 use myovib_cli::machine::Machine;
@@ -99,7 +97,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
         chains,
         factors,
     };
-    give(args, &text(&document)?, &document)
+    give(args, &document)
 }
 
 /// Returns a built-in scene without probes and fields.
@@ -168,40 +166,6 @@ fn in_both<T: Scalar>(
         solve: ratio(2),
         memory: ratio(3),
     })
-}
-
-fn text(document: &Document) -> anyhow::Result<String> {
-    let mut text = String::new();
-    for Comparison { scene, runs } in &document.chains {
-        for run in runs {
-            let of_chains = run.chain_steps.map_or(String::new(), |n| format!(" and {n}"));
-            writeln!(
-                text,
-                "{scene}, {}: {} unknowns, {}{of_chains} steps, {:.2} CPU s, ratio {:.2}",
-                run.variant,
-                run.unknowns,
-                run.steps,
-                run.cpu_seconds,
-                run.cpu_seconds / runs[0].cpu_seconds
-            )?;
-        }
-    }
-    for of in &document.factors {
-        writeln!(
-            text,
-            "{} unknowns, {}, single / double precision: factorization {:.2} ({:.0} and {:.0} ms), \
-             first solve {:.2}, other solves {:.2}, memory {:.2}",
-            of.unknowns,
-            of.matrix,
-            of.factor,
-            of.milliseconds[1],
-            of.milliseconds[0],
-            of.checked_solve,
-            of.solve,
-            of.memory
-        )?;
-    }
-    Ok(text)
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! Large bodies: CPU time of the parts of twenty steps, memory, and growth of the costs with the number of unknowns.
 
-use std::fmt::Write as _;
 use std::fs;
 
 use anyhow::{Context, ensure};
@@ -127,7 +126,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
         runs,
         levels,
     };
-    give(args, &text(&document)?, &document)
+    give(args, &document)
 }
 
 pub(super) fn body(scene: &str, set: &[String]) -> anyhow::Result<Body> {
@@ -343,41 +342,4 @@ fn exponents(levels: &[Level]) -> Vec<(&'static str, f64)> {
         of("operations", |l| l.flops),
         of("memory", |l| l.factors_mib),
     ]
-}
-
-fn text(document: &Document) -> anyhow::Result<String> {
-    let mut text = String::new();
-    for run in &document.runs {
-        let MemoryUse { predicted, peak, .. } = run.memory;
-        writeln!(
-            text,
-            "{} by {}: {} unknowns, {STEPS} steps to t = {:.4} s in {:.1} CPU s, {peak:.0} MiB (predicted {predicted:.0})",
-            run.body, run.method, run.unknowns_paper, run.t[1], run.cpu_seconds
-        )?;
-        for part in run.parts.iter().filter(|part| part.number > 0) {
-            let (number, share) = (part.number, 100.0 * part.share);
-            writeln!(
-                text,
-                "{share:5.1} % {:15} {number:5} × {:.1} ms",
-                part.what, part.milliseconds
-            )?;
-        }
-    }
-    for level in &document.levels {
-        writeln!(
-            text,
-            "{} unknowns: residual {:.1} ms, tangents {:.1} ms, analysis {:.0} ms, factor {:.0} ms, solve {:.1} ms, {:.0} MiB",
-            level.unknowns_paper,
-            level.residual_ms,
-            level.tangents_ms,
-            level.analysis_ms,
-            level.factor_ms,
-            level.solve_ms,
-            level.factors_mib,
-        )?;
-    }
-    for (what, exponent) in &document.exponents {
-        writeln!(text, "{what} ∝ unknowns^{exponent:.2}")?;
-    }
-    Ok(text)
 }

@@ -1,10 +1,10 @@
-//! `myovib-bench bench`: the cost of linear solvers, features and large bodies.
+//! `myovib-bench bench`: the cost of linear solvers, default settings, responses and large bodies.
 
 mod defaults;
-mod features;
 mod large;
 mod response;
 mod rows;
+mod text;
 
 use std::sync::atomic::Ordering;
 
@@ -17,7 +17,6 @@ use myovib_cli::exit::Exit;
 use myovib_cli::interrupt;
 use myovib_cli::values;
 use myovib_scene::InputError;
-use myovib_scene::mesh_file;
 
 /// Options of `myovib-bench bench`.
 #[derive(Debug, Args)]
@@ -25,7 +24,6 @@ use myovib_scene::mesh_file;
     allow_negative_numbers = true,
     after_help = "Examples:\n  \
     myovib-bench bench rows --repeats 3 --json=rows.json\n  \
-    myovib-bench bench features\n  \
     myovib-bench bench large --cases spindle-bdf,growth\n\n\
     CPU times are those of one thread; compare them only within one call. After Ctrl-C, the current run finishes, and \
     the results so far are printed."
@@ -39,7 +37,7 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub cases: Vec<String>,
 
-    /// End time of `rows` and `features` in s
+    /// End time of `rows` in s
     #[arg(long, value_name = "T", value_parser = values::positive)]
     pub t_end: Option<f64>,
 
@@ -56,8 +54,6 @@ pub(crate) struct BenchArgs {
 pub(crate) enum What {
     /// Rows of Table 2 with the condensed, the full and SUNDIALS' default linear solver
     Rows,
-    /// Time of a residual and of a run while features are enabled step by step
-    Features,
     /// Harmonic responses compared with motions and with factorizations, adaptive frequencies with equidistant ones, and a
     /// periodic state with its motion
     Response,
@@ -70,13 +66,11 @@ pub(crate) enum What {
 impl BenchArgs {
     /// Rejects options that do not apply to the measurement.
     fn check(&self) -> Result<(), InputError> {
-        let is_large = self.what == What::Large;
-        let has_end = matches!(self.what, What::Rows | What::Features);
         let options = [
-            ("--cases", !self.cases.is_empty(), is_large, "bench large"),
-            ("--t-end", self.t_end.is_some(), has_end, "bench rows, bench features"),
+            ("--cases", !self.cases.is_empty(), What::Large, "bench large"),
+            ("--t-end", self.t_end.is_some(), What::Rows, "bench rows"),
         ];
-        match options.into_iter().find(|(_, given, has, _)| *given && !has) {
+        match options.into_iter().find(|(_, given, what, _)| *given && self.what != *what) {
             Some((option, .., allowed)) => {
                 Err(InputError::new("the option does not apply to this measurement")
                     .at(option)
@@ -123,14 +117,14 @@ fn fastest_call<E>(repeats: u32, mut call: impl FnMut() -> Result<(), E>) -> Res
 }
 
 /// Prints or writes the results, which are incomplete after Ctrl-C.
-fn give(args: &BenchArgs, text: &str, document: &impl Serialize) -> anyhow::Result<Exit> {
-    if goes_on() {
-        args.common.print_or_write("bench", text, document)?;
-        return Ok(Exit::Done);
+fn give(args: &BenchArgs, document: &impl Serialize) -> anyhow::Result<Exit> {
+    let is_complete = goes_on();
+    let mut text = text::text(&serde_json::to_value(document)?);
+    if !is_complete {
+        text += "\nInterrupted: the results are incomplete.\n";
     }
-    let text = format!("{text}\nInterrupted: the results are incomplete.\n");
     args.common.print_or_write("bench", &text, document)?;
-    Ok(Exit::Interrupted)
+    Ok(if is_complete { Exit::Done } else { Exit::Interrupted })
 }
 
 /// Runs the benchmark.
@@ -144,7 +138,6 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     interrupt::flag();
     match args.what {
         What::Rows => rows::run(args),
-        What::Features => features::run(args, &mesh_file::load(None)?.0),
         What::Response => response::run(args),
         What::Defaults => defaults::run(args),
         What::Large => large::run(args),

@@ -2,7 +2,6 @@
 //! periodic state.
 
 use std::f64::consts::TAU;
-use std::fmt::Write as _;
 use std::sync::Arc;
 
 use anyhow::Context;
@@ -90,7 +89,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
         periodic_states: &periodic_states,
         interpolation: &interpolation,
     };
-    give(args, &text(&document)?, &document)
+    give(args, &document)
 }
 
 /// Returns a built-in scene with a response of its load.
@@ -262,38 +261,4 @@ impl Line {
         }
         largest
     }
-}
-
-fn text(document: &Document<'_>) -> anyhow::Result<String> {
-    let mut text = String::new();
-    for row in document.responses {
-        writeln!(
-            text,
-            "{}: {} unknowns, {} frequencies in {:.3} CPU s; {}: {:.3} CPU s; ratio {:.3}",
-            row.scene,
-            row.unknowns,
-            row.frequencies,
-            row.cpu_seconds,
-            row.compared_with,
-            row.compared_cpu_seconds,
-            row.ratio
-        )?;
-    }
-    for own in document.periodic_states {
-        writeln!(
-            text,
-            "{}: periodic state by {} integrations over a period in {:.3} CPU s; {} s of motion: {:.3} CPU s; ratio {:.3}",
-            own.scene,
-            own.integrations,
-            own.cpu_seconds,
-            own.t_end,
-            own.motion_cpu_seconds,
-            own.ratio
-        )?;
-    }
-    for row in document.interpolation {
-        let (grid, n, error) = (&row.grid, row.frequencies, row.error);
-        writeln!(text, "init, {n} {grid} frequencies: error {error:.1e}")?;
-    }
-    Ok(text)
 }

@@ -13,7 +13,6 @@ use super::{BenchArgs, fastest, give, goes_on};
 use myovib_cli::exit::Exit;
 use myovib_cli::machine::Machine;
 use myovib_cli::progress::Progress;
-use myovib_report::table::{Align, Cell, Table, colored_stdout};
 use myovib_scene::{Body, Scene};
 
 /// Rows that finish, with multipliers excluded from the error test.
@@ -125,7 +124,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
         runs: &runs,
         sums: Solver::ALL.map(sum).into(),
     };
-    give(args, &text(&runs, &document.sums), &document)
+    give(args, &document)
 }
 
 /// Runs a row `repeats` times and returns the fastest run.
@@ -138,42 +137,4 @@ fn measure(body: &Body, solver: Solver, repeats: u32) -> anyhow::Result<(Statist
         Ok((statistics, integrator.problem().counters().linear))
     };
     fastest(repeats, once, |(statistics, _)| statistics.cpu_seconds)
-}
-
-fn text(runs: &[RunJson], sums: &[(&str, f64)]) -> String {
-    use Align::{Left, Right};
-    let mut table = Table::new(&[
-        ("row", Left),
-        ("linear solver", Left),
-        ("CPU s", Right),
-        ("ratio", Right),
-        ("steps", Right),
-        ("more", Right),
-        ("residuals", Right),
-        ("setups", Right),
-        ("refined", Right),
-        ("backward error", Right),
-    ]);
-    for run in runs {
-        let work = run.linear_work.as_ref();
-        let cells = [
-            run.row.to_owned(),
-            run.linear_solver.to_owned(),
-            format!("{:.2}", run.cpu_seconds),
-            format!("{:.1}", run.ratio),
-            run.steps.to_string(),
-            format!("{:+.1} %", 100.0 * run.more_steps),
-            run.residual_evaluations.to_string(),
-            run.linear_setups.to_string(),
-            work.map_or(String::new(), |work| work.refinements.to_string()),
-            work.map_or(String::new(), |work| format!("{:.0e}", work.largest_backward_error)),
-        ];
-        table.row(cells.map(Cell::from));
-    }
-    let mut text = table.render(colored_stdout());
-    text.push('\n');
-    for (name, sum) in sums {
-        text.push_str(&format!("{name}: {sum:.2} s in total\n"));
-    }
-    text
 }

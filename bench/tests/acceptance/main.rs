@@ -38,29 +38,12 @@ fn all_linear_solvers_take_similar_steps() {
 }
 
 #[test]
-fn disabled_features_are_not_computed() {
-    let document = bench(&["bench", "features", "--t-end", "0.5", "--quiet", "--json"]);
-    let rows = document["features"].as_array().unwrap();
-    let count = |row: &Value, name: &str| row[name].as_u64().unwrap();
-    for row in rows {
-        let is_damped = row["feature"].as_str().unwrap().contains('β');
-        let passes = count(row, "residual_passes");
-        assert_eq!(count(row, "force_rate_passes"), if is_damped { passes } else { 0 }, "{row}");
-        let tangents = count(row, "tangent_passes");
-        let damped_tangents = if is_damped { tangents } else { 0 };
-        assert_eq!(count(row, "rate_tangent_passes"), damped_tangents, "{row}");
-    }
-    // A linear law has constant matrices.
-    assert!(rows.iter().take(3).all(|row| count(row, "tangent_passes") == 1));
-}
-
-#[test]
 fn options_of_other_measurements_are_rejected() {
     for (arguments, option) in [
         (&["large", "--t-end", "1"][..], "--t-end"),
         (&["rows", "--cases", "growth"], "--cases"),
         (&["rows", "--t-end", "-1"], "--t-end"),
-        (&["features", "--repeats", "0"], "--repeats"),
+        (&["rows", "--repeats", "0"], "--repeats"),
     ] {
         let run = myovib(&[&["bench"][..], arguments].concat());
         assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments:?}");

@@ -25,3 +25,4 @@ mod spectrum;
 mod start;
 mod support;
 mod table1;
+mod work;

@@ -1,0 +1,40 @@
+//! Work of a run: element passes of disabled features.
+
+use myovib_fem::{Law, Mesh};
+use myovib_model::{
+    Formulation, MuscleDae, Settings, Signal, WorkCounters, paper, run, start_at_rest,
+};
+
+/// Runs the paper's muscle for 0.5 s and returns its element passes.
+fn passes(formulation: Formulation, law: Law, kappa: f64, beta: f64) -> WorkCounters {
+    let mesh = Mesh::parse_msh(include_str!("../../../../data/meshes/muscle.msh"), "muscle.msh");
+    let load = Signal::paper(paper::LOAD_AMPLITUDE);
+    let muscle = paper::muscle_with_load(&mesh.unwrap(), law, kappa, beta, load).unwrap();
+    let settings = Settings { t_end: 0.5, ..Settings::paper(formulation) };
+    let dae = MuscleDae::new(muscle, formulation).unwrap();
+    let mut integrator = start_at_rest(dae, &settings).unwrap();
+    run(integrator.as_mut(), &mut []).unwrap();
+    *integrator.problem().counters()
+}
+
+#[test]
+fn disabled_features_are_not_computed() {
+    use Formulation::{Displacement, ImplicitRate, Position, Rate};
+    use paper::{BETA, KAPPA, LAW, SMALL_STRAIN};
+    for (formulation, law, kappa, beta) in [
+        (Displacement, SMALL_STRAIN, KAPPA, 0.0),
+        (Position, SMALL_STRAIN, f64::INFINITY, 0.0),
+        (Position, SMALL_STRAIN, KAPPA, 0.0),
+        (Position, LAW, KAPPA, 0.0),
+        (ImplicitRate, LAW, KAPPA, BETA),
+        (Rate, LAW, KAPPA, BETA),
+    ] {
+        let done = passes(formulation, law, kappa, beta);
+        let damped = |passes| if beta > 0.0 { passes } else { 0 };
+        assert!(done.residual_passes > 0, "{done:?}");
+        assert_eq!(done.force_rate_passes, damped(done.residual_passes), "{done:?}");
+        assert_eq!(done.rate_tangent_passes, damped(done.tangent_passes), "{done:?}");
+        // A linear law has constant matrices.
+        assert_eq!(done.tangent_passes == 1, law == SMALL_STRAIN, "{done:?}");
+    }
+}
