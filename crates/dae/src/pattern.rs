@@ -144,7 +144,8 @@ fn find<P: Problem + ?Sized>(
     let mut probe = Probe::new(problem, *at, is_rate_matrix)?;
     let mut cleared = vec![false; at.y.len()];
     for trial in 0..DIRECTIONS {
-        let (d, rows) = probe.unexplained_rows(trial, pattern, &values, &cleared)?;
+        let Unexplained { direction: d, rows } =
+            probe.unexplained_rows(trial, pattern, &values, &cleared)?;
         for (row, bound) in rows {
             if let Some(column) = probe.outside(pattern, row, &d, bound)? {
                 return Ok(Some((row, column)));
@@ -153,6 +154,13 @@ fn find<P: Problem + ?Sized>(
         }
     }
     Ok(None)
+}
+
+/// A direction, and the rows whose change along it is not that of given values of the pattern.
+pub(crate) struct Unexplained {
+    pub(crate) direction: Vec<f64>,
+    /// Rows with the bounds that they exceed, those with the largest ratio first.
+    pub(crate) rows: Vec<(usize, f64)>,
 }
 
 /// Changes of a residual near a state.
@@ -227,15 +235,15 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok((away, change))
     }
 
-    /// Returns a direction d and the rows, except those `cleared`, whose change along d differs from that of the given
-    /// `values` of the pattern, each with the bound that it exceeds; the largest ratio comes first.
+    /// Returns a direction and the rows, except those `cleared`, whose change along it differs from that of the given
+    /// `values` of the pattern.
     pub(crate) fn unexplained_rows(
         &mut self,
         trial: u64,
         pattern: &SparsityPattern,
         values: &[f64],
         cleared: &[bool],
-    ) -> Result<(Vec<f64>, Vec<(usize, f64)>), StepError> {
+    ) -> Result<Unexplained, StepError> {
         let (d, change) = self.in_a_direction(trial)?;
         let (mut difference, mut scale) = (change.clone(), vec![0.0; d.len()]);
         for ((column, row), value) in pattern.entries().zip(values) {
@@ -252,7 +260,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         rows.sort_by(|&i, &k| ratio(k).total_cmp(&ratio(i)));
         rows.truncate(ROWS);
         let rows = rows.into_iter().map(|i| (i, bound(i))).collect();
-        Ok((d, rows))
+        Ok(Unexplained { direction: d, rows })
     }
 
     /// Returns a variable that changes the row but is not in its pattern, if all variables outside the pattern together

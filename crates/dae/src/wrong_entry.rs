@@ -3,7 +3,7 @@
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::linearization::Linearization;
-use crate::pattern::{DIRECTIONS, Probe, ROUNDING, bisect};
+use crate::pattern::{DIRECTIONS, Probe, ROUNDING, Unexplained, bisect};
 use crate::problem::{Problem, StepError};
 
 /// An entry of the Jacobian provided by a problem that differs from difference quotients of the residual.
@@ -111,7 +111,8 @@ fn find<P: Problem + ?Sized>(
     let mut probe = Probe::new(problem, *at, is_rate_matrix)?;
     let mut cleared = vec![false; n];
     for trial in 0..DIRECTIONS {
-        let (d, rows) = probe.unexplained_rows(trial, matrix.pattern, matrix.values, &cleared)?;
+        let Unexplained { direction: d, rows } =
+            probe.unexplained_rows(trial, matrix.pattern, matrix.values, &cleared)?;
         for (row, _) in rows {
             let all: Vec<usize> = (0..n).collect();
             let column = bisect(&all, |half| {
