@@ -102,7 +102,7 @@ fn no_probe_has_the_name_of_the_curve() {
         "probe[0].name=\"continuation\"",
     ];
     let out = tempfile::tempdir().unwrap();
-    let error = compute(&built(&set).unwrap(), &RunOptions::into_folder(&out.path().join("out")));
+    let error = compute(&built(&set).unwrap(), &RunOptions::into_folder(out.path().join("out")));
     assert!(matches!(error.unwrap_err(), myovib_scene::Error::Input(_)));
     assert!(!out.path().join("out").exists());
 }
