@@ -7,7 +7,7 @@
 //! and Differential-Algebraic Equations*, SIAM 1998, section 9.2 (hidden constraints).
 
 mod creep;
-mod dynamics;
+pub(crate) mod dynamics;
 pub(crate) mod motion;
 mod projection;
 mod residual;
