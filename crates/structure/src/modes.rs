@@ -1,7 +1,8 @@
 //! The lowest eigenfrequencies and modes, by shift and invert.
 //!
 //! With the shift σ, the map w ↦ u defined by (K − σM) u − Bᵀp = M w, B u + C p = 0 is symmetric in the inner product
-//! of M, preserves the constraint, and has the eigenvalues θ = 1/(ω² − σ). The requested modes have the largest |θ|.
+//! of M, preserves the constraint, and has the eigenvalues θ = 1/(ω² − σ). The lowest modes have the negative θ and the
+//! largest positive θ, which are at the ends of its spectrum.
 //! The method builds a block Krylov space with full orthogonalization in the inner product of M and solves the
 //! projected dense problem (Rayleigh–Ritz). Blocks find multiple eigenvalues, with certainty up to the multiplicity
 //! [`BLOCK`]. The images of all blocks except the last lie in the space, so the residual of a pair follows from the
@@ -21,6 +22,8 @@ const BLOCK: usize = 4;
 const CONVERGED: f64 = 1e-10;
 /// A new direction shorter than this after orthogonalization consists of rounding errors: the space is exhausted.
 const EXHAUSTED: f64 = 1e-12;
+/// Negative θ above this fraction of the largest |θ| consist of rounding errors.
+const NEGATIVE: f64 = 1e-10;
 /// Maximum number of basis vectors per requested mode, plus a constant. About three per mode are sufficient; a larger
 /// space without convergence indicates inaccurate factors.
 const VECTORS_PER_MODE: usize = 10;
@@ -51,21 +54,21 @@ impl Mode {
     }
 }
 
-/// Computes the `count` modes with ω² closest to `shift`, in ascending order of ω²; returns fewer if the system has
-/// fewer.
-///
-/// If `shift` is at most the lowest ω² (0 for a stable equilibrium of a supported body), these are the lowest modes.
+/// Computes the `count` lowest modes in ascending order of ω²; returns fewer if the system has fewer. Modes converge fast
+/// if their ω² are near `shift`.
 ///
 /// # Errors
 /// [`StructureError::Factorize`] if K − σM with the constraint is singular: the shift is an eigenvalue (0 for an
 /// unsupported body), or the constraint has dependent rows; [`StructureError::NotConverged`] if it is nearly singular.
 pub fn modes(vibration: &Vibration, count: usize, shift: f64) -> Result<Vec<Mode>, StructureError> {
     let mut space = KrylovSpace::new(vibration, shift)?;
+    let n_below = space.shifted.n_below();
     let most = VECTORS_PER_MODE * count + FURTHER_VECTORS;
     loop {
         let grew = space.grow()?;
         let finite = space.is_finite();
-        let pairs = if finite { space.ritz_pairs(count) } else { Vec::new() };
+        let pairs =
+            if finite { space.ritz_pairs(count, n_below.filter(|_| grew)) } else { Vec::new() };
         let converged = pairs.iter().filter(|p| p.residual < CONVERGED).count();
         if finite && (!grew || converged == count) {
             let mut modes =
@@ -198,27 +201,37 @@ impl<'a> KrylovSpace<'a> {
         self.basis.push(w / remaining);
     }
 
-    /// Returns the pairs of the projected problem with the largest |θ|.
-    fn ritz_pairs(&self, count: usize) -> Vec<RitzPair> {
+    /// Returns the `count` pairs of the projected problem with the lowest ω², or none if fewer than `n_below` have a
+    /// negative θ.
+    fn ritz_pairs(&self, count: usize, n_below: Option<usize>) -> Vec<RitzPair> {
         let m = self.basis.len();
+        let projected = nalgebra_eigen::DMatrix::from_column_slice(m, m, self.projected.as_slice());
         if m == 0 {
             // nalgebra does not accept an empty matrix here.
             return Vec::new();
         }
-        let eigen = self.projected.clone().symmetric_eigen();
+        let eigen = projected.symmetric_eigen();
+        let theta = &eigen.eigenvalues;
         let mut order: Vec<usize> = (0..m).collect();
-        order.sort_by(|&i, &j| {
-            let size = |k: usize| eigen.eigenvalues[k].abs();
-            size(j).total_cmp(&size(i))
-        });
+        order.sort_by(|&i, &j| theta[i].total_cmp(&theta[j]));
+        // The space has at most as many negative θ as the map.
+        let is_negative = |i: &&usize| theta[**i] < -NEGATIVE * theta.amax();
+        let n_negative = order.iter().take(n_below.unwrap_or(m)).take_while(is_negative).count();
+        if n_below.is_some_and(|n_below| n_negative < n_below) {
+            return Vec::new();
+        }
+        let mut positive = order.split_off(n_negative);
+        order.reverse();
+        positive.reverse();
+        order.append(&mut positive);
         order.truncate(count);
         let n_last = self.beyond.len();
         let beyond = self.beyond.iter();
         let mass_times: Vec<_> = beyond.map(|(w, _)| self.vibration.mass_times(w)).collect();
         let gram = DMatrix::from_fn(n_last, n_last, |i, j| self.beyond[i].0.dot(&mass_times[j]));
         let pair = |&i: &usize| {
-            let theta = eigen.eigenvalues[i];
-            let weights = eigen.eigenvectors.column(i).into_owned();
+            let theta = theta[i];
+            let weights = DVector::from_column_slice(eigen.eigenvectors.column(i).as_slice());
             let last = weights.rows(m - n_last, n_last);
             let residual = last.dot(&(&gram * last)).max(0.0).sqrt();
             RitzPair { theta, weights, residual: residual / theta.abs() }

@@ -162,6 +162,14 @@ pub(crate) struct Shifted {
 }
 
 impl Shifted {
+    /// Returns the number of ω² below the shift: the number of negative pivots beyond one for each multiplier
+    /// (Sylvester's law). Returns `None` if rows were exchanged.
+    pub(crate) fn n_below(&self) -> Option<usize> {
+        let pivots = self.factors.pivots()?;
+        let negative = pivots.iter().filter(|pivot| **pivot < 0.0).count();
+        Some(negative.saturating_sub(pivots.len() - self.n))
+    }
+
     /// Solves (K − σ M) u − Bᵀ p = f, B u + C p = 0 for (u, p).
     pub(crate) fn solve(
         &mut self,

@@ -60,6 +60,40 @@ fn chain_of_masses() {
     }
 }
 
+/// Springs to the ground with negative stiffness lower all ω² by the same value, so the chain is unstable.
+///
+/// Regression: the eigenvectors of indefinite projected problems were wrong, and the modes nearest to 0 were returned
+/// instead of the lowest.
+#[test]
+fn the_lowest_modes_of_an_unstable_chain() {
+    let (n, k, m) = (60, 1.1e4, 2e-3);
+    let exact = |j| chain_omega_squared(j, n, k, m);
+    for n_unstable in [1, 2, 3, 7] {
+        let lowered = 0.9 * exact(n_unstable + 1) + 0.1 * exact(n_unstable);
+        let stiffness = 2.0 * k - m * lowered;
+        let stiffness = tridiagonal(n, stiffness, -k, stiffness);
+        let body = Vibration::new(tridiagonal(n, m, 0.0, m), stiffness, None).unwrap();
+        for count in [1, 2, 3, 5, 10, 20] {
+            let found = modes(&body, count, 0.0).unwrap();
+            assert_eq!(found.len(), count);
+            for (j, mode) in (1..).zip(&found) {
+                // Rounding errors are relative to the eigenvalues without the negative springs.
+                let error = (mode.omega_squared - (exact(j) - lowered)).abs();
+                assert!(
+                    error < 1e-11 * (exact(j) + lowered),
+                    "{n_unstable} {count} {j}: {error:e}"
+                );
+                assert!(mode.residual < 1e-7, "{n_unstable} {count} {j}: {:e}", mode.residual);
+                let sine = |i: usize| ((i + 1) as f64 * j as f64 * PI / (n + 1) as f64).sin();
+                let product: f64 = (0..n).map(|i| sine(i) * mode.shape[i]).sum();
+                let size = (m * (0..n).map(|i| sine(i).powi(2)).sum::<f64>()).sqrt();
+                // The angle is at most the residual of θ, 1e-10, over the relative gap, at least 0.01.
+                assert!((product.abs() * m / size - 1.0).abs() < 1e-8);
+            }
+        }
+    }
+}
+
 /// All modes of a small chain: the Krylov space is exhausted.
 #[test]
 fn a_small_chain_has_no_additional_modes() {

@@ -94,9 +94,8 @@ fn following(muscle: &Muscle, t: f64, u: &[f64]) -> Result<CscMatrix<f64>, Model
     Ok(stiffness)
 }
 
-/// Computes the `count` modes about an equilibrium with ω² nearest to 0, in ascending order of ω².
-/// For a stable equilibrium these are the lowest modes. Rigid motions of an unsupported body
-/// ([`free_parts`]) have ω² = 0 at rest.
+/// Computes the `count` lowest modes about an equilibrium, in ascending order of ω². Rigid motions of
+/// an unsupported body ([`free_parts`]) have ω² = 0 at rest.
 ///
 /// # Errors
 /// Errors of [`vibration`]; [`ModelError::Structure`] for pressures that no displacement
