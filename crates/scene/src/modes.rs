@@ -82,15 +82,17 @@ impl BodyModes {
                 shape,
             })
         });
+        let modes: Vec<Mode> = modes.collect::<Result<_, ModelError>>()?;
         Ok(Self {
             kappa: muscle.parameters.kappa(),
             mass: spectrum::mass(muscle),
-            modes: modes.collect::<Result<_, ModelError>>()?,
             notes: not_held(muscle)
                 .into_iter()
                 .chain(at.instabilities.and_then(instability))
                 .chain(one_sided(muscle, at))
+                .chain(negative_damping(&modes))
                 .collect(),
+            modes,
         })
     }
 }
@@ -176,6 +178,22 @@ pub(crate) fn one_sided(muscle: &Muscle, at: &Equilibrium) -> Option<String> {
              some are slack in a motion, so frequencies are too high; stretch the fibers by a preload \
              (`preload_time`), or compute the motion (`myovib run`)",
             law.description().name
+        )
+    })
+}
+
+/// How damping can increase the energy.
+pub(crate) const ENERGY_GAIN: &str = "`rayleigh_stiffness` multiplies the rate of all stresses, which is no friction in a \
+    stressed body; use `viscosity` instead";
+
+/// Returns a note if damping makes some of the modes grow.
+pub(crate) fn negative_damping(modes: &[Mode]) -> Option<String> {
+    let ratios = modes.iter().map(|mode| mode.damping_ratio.unwrap_or(0.0));
+    let (k, ratio) = ratios.enumerate().min_by(|(_, left), (_, right)| left.total_cmp(right))?;
+    (ratio < 0.0).then(|| {
+        format!(
+            "mode {} has the damping ratio {ratio:.3}: its vibrations grow; {ENERGY_GAIN}",
+            k + 1
         )
     })
 }

@@ -16,7 +16,7 @@ use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, s
 use num_complex::Complex64;
 use serde::Serialize;
 
-use crate::modes::{BodyModes, instability, one_sided};
+use crate::modes::{BodyModes, instability, negative_damping, one_sided};
 use crate::probe::{ColumnKind, HarmonicMotion, Reading};
 use crate::scene_file::response::{Adaptive, Grid};
 use crate::watch::{Watcher, search};
@@ -390,6 +390,7 @@ fn of_body(
         let rigid = support::free_parts(muscle).map_or(0, |free| free.count);
         let elastic = of_body.modes.get(rigid..).unwrap_or_default();
         found.notes.extend(notes::modes_below(elastic, first));
+        found.notes.extend(negative_damping(elastic));
         for peak in &mut found.peaks {
             peak.nearest_mode = NearestMode::to(peak.frequency, &of_body.modes);
         }

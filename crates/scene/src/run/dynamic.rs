@@ -23,6 +23,7 @@ use super::recorder::Recorder;
 use super::start::{Driver, start};
 use super::stop::Condition;
 use super::volume::Volumes;
+use crate::modes::ENERGY_GAIN;
 use crate::probe::Reading;
 use crate::result_folder::Existing;
 use crate::result_folder::{FolderRequest, ResultFolder};
@@ -229,6 +230,7 @@ impl Driver for Motion<'_> {
             notes.extend(outputs.volumes.note(&body.muscle, true));
         }
         notes.extend(outputs.volumes.penetration_note());
+        notes.extend(outputs.energy().and_then(gained_energy));
         notes.extend(outputs.not_finite().map(|seen| seen.note()));
         notes.extend(driving.iter().filter_map(|error| error.note(scene)));
         let outcome = statistics.outcome;
@@ -372,5 +374,30 @@ impl<P> Observer<P> for StepLimit {
             }
             _ => ControlFlow::Continue(()),
         })
+    }
+}
+
+/// Smallest part of the largest energy that counts as gained by damping: errors in time are below it.
+const GAINED: f64 = 0.1;
+
+/// Returns a note if damping has increased the energy: kinetic, elastic, work, dissipated, imbalance.
+fn gained_energy([kinetic, elastic, work, dissipated, _]: [f64; 5]) -> Option<String> {
+    let largest = work.abs().max(kinetic + elastic);
+    (dissipated < -GAINED * largest).then(|| {
+        format!("damping has added energy, `dissipated` = {dissipated:.2e}; {ENERGY_GAIN}")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::gained_energy;
+
+    #[test]
+    fn energy_from_damping_is_noted_above_errors_in_time() {
+        assert!(gained_energy([1.0, 2.0, 0.5, -0.5, 0.0]).is_some());
+        // Radau IIA with its default tolerance is 1e-3 off.
+        assert!(gained_energy([1.0, 2.0, 3.0, -1e-2, 0.0]).is_none());
+        assert!(gained_energy([0.0, 0.0, 3.0, 3.0, 0.0]).is_none());
+        assert!(gained_energy([0.0; 5]).is_none());
     }
 }

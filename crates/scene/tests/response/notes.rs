@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use myovib_scene::Scene;
+use myovib_scene::modes::Modes;
 use myovib_scene::response::Response;
 use myovib_scene::watch::{ProgressSink, Watcher};
 
@@ -95,5 +96,32 @@ fn a_body_without_damping_is_noted() {
         let found = notes("0..20:41", set);
         let noted = found.iter().filter(|note| note.contains("no damping")).count();
         assert_eq!(noted, expected, "{set}: {found:?}");
+    }
+}
+
+/// A uniform pressure around an incompressible body changes its internal pressure only. The damping of its vibrations
+/// would not change if it were friction.
+///
+/// Regression: vibrations that grow had no note, and positive damping ratios in the response.
+#[test]
+fn vibrations_that_damping_increases_are_noted() {
+    const STRIP: &str = "analysis = \"response\"\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.02\n\
+         cells = [4, 1]\n[solid]\nbulk_modulus = inf\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\n\
+         shear_modulus = 1e4\n[[fixed]]\ngroup = \"left\"\n[[traction]]\ngroup = \"right\"\nresponse = { y = 1.0 }\n\
+         [[pressure]]\ngroup = \"right\"\nvalue = 5e3\n[[pressure]]\ngroup = \"top\"\nvalue = 5e3\n[[pressure]]\n\
+         group = \"bottom\"\nvalue = 5e3\n[response]\nfrequencies = \"1..10:10\"\npreload_time = 0.0\n[[probe]]\n\
+         name = \"tip\"\ntype = \"point\"\nat = [0.1, 0.0]\nquantities = [\"u\"]\n[modes]\npreload_time = 0.0\n";
+    for (damping, grows) in
+        [("solid.rayleigh_stiffness=1e-3", true), ("material[0].viscosity=10.0", false)]
+    {
+        let scene =
+            Scene::build("scene.toml", STRIP, &[damping.to_owned()], Path::new("")).unwrap();
+        let modes = Modes::of_scene(&scene, Some(2), Watcher::NOBODY).unwrap();
+        let body = &modes.muscles[0];
+        assert_eq!(body.modes[0].damping_ratio.unwrap() < 0.0, grows);
+        let response = Response::of_scene(&scene, Watcher::NOBODY).unwrap();
+        for notes in [&body.notes, &response.notes] {
+            assert_eq!(notes.iter().any(|note| note.contains("rayleigh_stiffness")), grows);
+        }
     }
 }
