@@ -22,7 +22,7 @@ FIRST_STAGES = {"radau5": 0.155, "radau9": 0.0571, "radau13": 0.0293}
 # Ratio of the distance of a multiplier from its extrapolation to the change by the last order that indicates a wrong start.
 JUMP = 20.0
 
-# Factors of the first step when it is repeated: one for another rounding, and one for a fast motion within the step.
+# Factors of the first step when it is repeated: for other rounding errors, and for a fast motion within the step.
 HALF, SHORT = 0.5, 1e-3
 
 

@@ -156,7 +156,7 @@ fn find<P: Problem + ?Sized>(
     Ok(None)
 }
 
-/// A direction, and the rows whose change along it is not that of given values of the pattern.
+/// A direction, and the rows with a change along it that given values of the pattern do not explain.
 pub(crate) struct Unexplained {
     pub(crate) direction: Vec<f64>,
     /// Rows with the bounds that they exceed, those with the largest ratio first.
@@ -235,8 +235,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok((away, change))
     }
 
-    /// Returns a direction and the rows, except those `cleared`, whose change along it differs from that of the given
-    /// `values` of the pattern.
+    /// Returns a direction and the rows, except those `cleared`, with a change along it that the `values` of the pattern do
+    /// not explain.
     pub(crate) fn unexplained_rows(
         &mut self,
         trial: u64,

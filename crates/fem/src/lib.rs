@@ -19,7 +19,7 @@
 // Loops over the indices of tensors, several at a time, read like their formulas.
 #![allow(clippy::needless_range_loop)]
 
-/// Calls a function that is generic over the dimension.
+/// Calls a function generic over the dimension.
 macro_rules! in_dimension {
     ($dimension:expr, $function:ident($($argument:expr),*)) => {
         match $dimension {

@@ -201,7 +201,7 @@ impl<'a> KrylovSpace<'a> {
         self.basis.push(w / remaining);
     }
 
-    /// Returns the `count` pairs of the projected problem with the lowest ω², or none if fewer than `n_below` have a
+    /// Returns the `count` pairs of the projected problem with the lowest ω²; empty if fewer than `n_below` have a
     /// negative θ.
     fn ritz_pairs(&self, count: usize, n_below: Option<usize>) -> Vec<RitzPair> {
         let m = self.basis.len();

@@ -162,7 +162,7 @@ pub(crate) struct Shifted {
 }
 
 impl Shifted {
-    /// Returns the number of ω² below the shift: the number of negative pivots beyond one for each multiplier
+    /// Returns the number of ω² below the shift: the number of negative pivots minus the number of multipliers
     /// (Sylvester's law). Returns `None` if rows were exchanged.
     pub(crate) fn n_below(&self) -> Option<usize> {
         let pivots = self.factors.pivots()?;

@@ -59,7 +59,7 @@ pub struct IdaSolver<P: Problem> {
     t: f64,
     n: usize,
     min_step: f64,
-    /// Settings for the estimate of the first step, if it is not that of IDAS.
+    /// Settings for the estimate of the first step, if IDAS does not choose it.
     first_step_of: Option<IdaOptions>,
     max_steps: Option<usize>,
     /// Number of steps and time at the last check at which t had increased.

@@ -45,7 +45,7 @@ fn roots_are_found_in_the_requested_direction() {
     assert_eq!(solver.integrate_to(10.0).unwrap(), Outcome::Reached { t: 10.0 });
 }
 
-/// Checks a root function that is zero at the start and changes by rounding just after it. IDAS evaluates it there first,
+/// Checks a root function with a zero at the start and changes by rounding just after it. IDAS evaluates it there first,
 /// and then at earlier times.
 #[test]
 fn rounding_of_a_root_function_after_a_zero_at_the_start_does_not_stop_the_integration() {

@@ -2,7 +2,7 @@
 
 use super::super::surface_load::SurfaceLoads;
 
-/// Returns the examples in the order of a scene file. Each key of the root belongs to one of them.
+/// Returns the examples in the order of a scene file. Each key of the root belongs to one example.
 pub(super) fn sections() -> impl Iterator<Item = &'static str> {
     let loads = SurfaceLoads::SECTIONS.iter();
     UP_TO_TRACTIONS.iter().chain(loads).chain(FROM_CONTACTS).copied()

@@ -72,7 +72,7 @@ impl Drop for IdaMemory {
 pub(crate) struct Ida<C: Callbacks> {
     memory: IdaMemory,
     linear_solver: LinearSolver,
-    /// Newton's method, if it is not that of IDAS.
+    /// Newton's method, if it replaces IDAS' own.
     nonlinear_solver: Option<NonlinearSolver>,
     sensitivity_solver: Option<NonlinearSolver>,
     _matrix: Matrix,
