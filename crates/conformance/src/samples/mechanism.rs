@@ -4,7 +4,6 @@ use super::dual::{Differentiable, Dual};
 use super::equations::Equations;
 use super::{MechanicalForm, Start};
 use myovib_dae::VariableKind;
-use nalgebra::{DMatrix, DVector};
 
 /// Mechanical system M(q) q̈ = f(q, q̇) − G(q)ᵀ λ with the constraints g(q) = 0, where G = ∂g/∂q.
 pub trait Mechanism {
@@ -100,16 +99,18 @@ impl<M: Mechanism> Constrained<M> {
             self.constraint_acceleration(q, v, a, g);
             out
         };
-        let constant = DVector::from_vec(residual(&vec![0.0; n + m]));
-        let mut matrix = DMatrix::zeros(n + m, n + m);
+        let constant = residual(&vec![0.0; n + m]);
+        let mut matrix = vec![vec![0.0; n + m]; n + m];
         for j in 0..n + m {
             let mut unit = vec![0.0; n + m];
             unit[j] = 1.0;
-            matrix.set_column(j, &(DVector::from_vec(residual(&unit)) - &constant));
+            for (i, value) in residual(&unit).into_iter().enumerate() {
+                matrix[i][j] = value - constant[i];
+            }
         }
-        let solution = matrix.lu().solve(&-constant).expect("the constraints are independent");
-        let (a, lambda) = solution.as_slice().split_at(n);
-        (a.to_vec(), lambda.to_vec())
+        let mut solution = eliminate(matrix, constant.iter().map(|c| -c).collect());
+        let lambda = solution.split_off(n);
+        (solution, lambda)
     }
 
     /// Evaluates M a − f + Gᵀ λ.
@@ -178,4 +179,28 @@ impl<M: Mechanism> Equations for Constrained<M> {
         y_dot.resize(self.n_unknowns(), 0.0);
         Start { t: 0.0, y, y_dot }
     }
+}
+
+/// Solves a linear system by elimination with row pivots.
+fn eliminate(mut matrix: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Vec<f64> {
+    let n = rhs.len();
+    for k in 0..n {
+        let largest = |&i: &usize, &j: &usize| matrix[i][k].abs().total_cmp(&matrix[j][k].abs());
+        let pivot = (k..n).max_by(largest).unwrap_or(k);
+        matrix.swap(k, pivot);
+        rhs.swap(k, pivot);
+        let (above, below) = matrix.split_at_mut(k + 1);
+        for (i, row) in below.iter_mut().enumerate() {
+            let factor = row[k] / above[k][k];
+            for (entry, pivot) in row.iter_mut().zip(&above[k]) {
+                *entry -= factor * pivot;
+            }
+            rhs[k + 1 + i] -= factor * rhs[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let known: f64 = (k + 1..n).map(|j| matrix[k][j] * rhs[j]).sum();
+        rhs[k] = (rhs[k] - known) / matrix[k][k];
+    }
+    rhs
 }
