@@ -24,6 +24,7 @@
 #![forbid(unsafe_code)]
 
 mod deflation;
+mod eigen;
 mod error;
 mod harmonic;
 mod inf_sup;

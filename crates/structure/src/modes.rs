@@ -12,6 +12,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::eigen::symmetric_eigen;
 use crate::error::StructureError;
 use crate::vibration::{Shifted, Vibration};
 
@@ -205,17 +206,16 @@ impl<'a> KrylovSpace<'a> {
     /// negative θ.
     fn ritz_pairs(&self, count: usize, n_below: Option<usize>) -> Vec<RitzPair> {
         let m = self.basis.len();
-        let projected = nalgebra_eigen::DMatrix::from_column_slice(m, m, self.projected.as_slice());
         if m == 0 {
             // nalgebra does not accept an empty matrix here.
             return Vec::new();
         }
-        let eigen = projected.symmetric_eigen();
-        let theta = &eigen.eigenvalues;
+        let (theta, vectors) = symmetric_eigen(&self.projected);
         let mut order: Vec<usize> = (0..m).collect();
         order.sort_by(|&i, &j| theta[i].total_cmp(&theta[j]));
         // The space has at most as many negative θ as the map.
-        let is_negative = |i: &&usize| theta[**i] < -NEGATIVE * theta.amax();
+        let rounding = NEGATIVE * theta.amax();
+        let is_negative = |i: &&usize| theta[**i] < -rounding;
         let n_negative = order.iter().take(n_below.unwrap_or(m)).take_while(is_negative).count();
         if n_below.is_some_and(|n_below| n_negative < n_below) {
             return Vec::new();
@@ -231,7 +231,7 @@ impl<'a> KrylovSpace<'a> {
         let gram = DMatrix::from_fn(n_last, n_last, |i, j| self.beyond[i].0.dot(&mass_times[j]));
         let pair = |&i: &usize| {
             let theta = theta[i];
-            let weights = DVector::from_column_slice(eigen.eigenvectors.column(i).as_slice());
+            let weights = vectors.column(i).into_owned();
             let last = weights.rows(m - n_last, n_last);
             let residual = last.dot(&(&gram * last)).max(0.0).sqrt();
             RitzPair { theta, weights, residual: residual / theta.abs() }

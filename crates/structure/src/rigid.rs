@@ -4,6 +4,8 @@ use std::fmt;
 
 use nalgebra::{DMatrix, RowDVector, Vector3};
 
+use crate::eigen::symmetric_eigen;
+
 /// Singular values below this fraction of the largest indicate a free motion. Lengths are relative to the size of the
 /// bodies, so a value is small only if supports nearly coincide or are nearly parallel.
 const FREE: f64 = 1e-9;
@@ -126,11 +128,11 @@ impl RigidBodies {
         let n_slides = self.dimension;
         let (shifts, spins) = (columns.rows(0, n_slides), columns.rows_range(n_slides..));
         // Slides have no rotation; turns are orthogonal to them.
-        let split = spins.tr_mul(&spins).symmetric_eigen();
+        let (squares, vectors) = symmetric_eigen(&spins.tr_mul(&spins));
         let mut turns = Vec::new();
         let mut slides = Vec::new();
-        for (k, &square) in split.eigenvalues.iter().enumerate() {
-            let weights = split.eigenvectors.column(k);
+        for (k, &square) in squares.iter().enumerate() {
+            let weights = vectors.column(k);
             let shift = in_space((shifts * weights).as_slice());
             if square > NAMED * NAMED {
                 let spin = match self.dimension {

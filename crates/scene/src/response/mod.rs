@@ -390,7 +390,7 @@ fn of_body(
         let rigid = support::free_parts(muscle).map_or(0, |free| free.count);
         let elastic = of_body.modes.get(rigid..).unwrap_or_default();
         found.notes.extend(notes::modes_below(elastic, first));
-        found.notes.extend(negative_damping(elastic));
+        found.notes.extend(negative_damping(&of_body.modes));
         for peak in &mut found.peaks {
             peak.nearest_mode = NearestMode::to(peak.frequency, &of_body.modes);
         }
