@@ -201,24 +201,31 @@ impl<P: Problem> IdaSolver<P> {
     /// Sets the start of the next step for the search within it. With several steps in one call, only the first start
     /// is known, and steps are not searched.
     fn set_start_within(&mut self, task: Task) -> Result<(), Error> {
-        if self.functions().within.is_none() {
+        let Some(mut within) = self.functions_mut().within.take() else {
             return Ok(());
-        }
-        let (mut t, [mut y, mut y_dot]) = (self.t0, self.start.clone());
-        if self.ida.counter(Counter::Steps) > 0 {
-            t = self.ida.internal_time();
-            for (k, out) in [(0, &mut y), (1, &mut y_dot)] {
-                let written = self.ida.derivative(t, k).map(|values| out.copy_from_slice(values));
-                self.refused(written)?;
+        };
+        let found = match task {
+            Task::Normal => {
+                within.forget_start();
+                Ok(())
             }
-        }
-        if let Some(within) = &mut self.functions_mut().within {
-            match task {
-                Task::OneStep => within.start_at(t, &y, &y_dot),
-                Task::Normal => within.forget_start(),
+            Task::OneStep if self.ida.counter(Counter::Steps) == 0 => {
+                let [y, y_dot] = &self.start;
+                within.start_at(self.t0, y, y_dot);
+                Ok(())
             }
-        }
-        Ok(())
+            Task::OneStep => {
+                let t = self.ida.internal_time();
+                within.write_start(t, |k, out| {
+                    let values = self.ida.derivative(t, k)?;
+                    out.clear();
+                    out.extend_from_slice(values);
+                    Ok(())
+                })
+            }
+        };
+        self.functions_mut().within = Some(within);
+        self.refused(found)
     }
 
     /// Returns whether t does not advance, apart from rounding. IDAS would continue forever.

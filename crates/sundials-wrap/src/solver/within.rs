@@ -56,6 +56,17 @@ impl WithinStep {
         self.start.set(t, y, y_dot);
     }
 
+    /// Sets the start of the next step; `write(k, out)` writes the k-th derivative of y there.
+    pub(super) fn write_start<E>(
+        &mut self,
+        t: f64,
+        mut write: impl FnMut(i32, &mut Vec<f64>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.start.t = t;
+        write(0, &mut self.start.y)?;
+        write(1, &mut self.start.y_dot)
+    }
+
     /// Sets the values at the end of the step at which F is evaluated.
     pub(super) fn end_at(&mut self, t: f64, y: &[f64], y_dot: &[f64]) {
         self.end.set(t, y, y_dot);
