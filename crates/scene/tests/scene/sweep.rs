@@ -10,6 +10,24 @@ use myovib_scene::sweep::{Cases, SweepOptions, compute};
 use myovib_scene::{Error, Scene};
 use serde_json::Value;
 
+/// Returns options of a sweep with one case at a time.
+fn options(scene: impl AsRef<Path>, vary: &[&str], out: &Path) -> SweepOptions<'static> {
+    SweepOptions {
+        scene: scene.as_ref().to_owned(),
+        vary: vary.iter().map(|&vary| vary.to_owned()).collect(),
+        results: Vec::new(),
+        set: Vec::new(),
+        out: out.to_owned(),
+        cases: Cases::All,
+        overwrite: false,
+        from_neighbor: false,
+        n_threads: NonZeroUsize::MIN,
+        interrupt: None,
+        progress: &(),
+        finished: &|_: &Path, _: &Scene, _: &RunResult| Ok(()),
+    }
+}
+
 /// Regression: a panic in one case ended the sweep.
 #[test]
 fn a_panic_in_one_case_is_a_row_and_tried_again() {
@@ -17,18 +35,10 @@ fn a_panic_in_one_case_is_a_row_and_tried_again() {
     let finished = AtomicUsize::new(0);
     let sweep = |after_case: &(dyn Fn(&Path, &Scene, &RunResult) -> Result<(), Error> + Sync)| {
         let result = compute(&SweepOptions {
-            scene: "cook-static".into(),
-            vary: vec!["solid.bulk_modulus=1e5,2e5,4e5".to_owned()],
-            results: Vec::new(),
             set: vec!["mesh.cells=[2,2]".to_owned()],
-            out: folder.path().to_owned(),
-            cases: Cases::All,
-            overwrite: false,
-            from_neighbor: false,
             n_threads: NonZeroUsize::new(2).unwrap(),
-            interrupt: None,
-            progress: &(),
             finished: after_case,
+            ..options("cook-static", &["solid.bulk_modulus=1e5,2e5,4e5"], folder.path())
         });
         let document = result.unwrap().document;
         [0, 1, 2].map(|case| {
@@ -58,20 +68,8 @@ fn a_panic_in_one_case_is_a_row_and_tried_again() {
 
 /// Returns the error of a rejected sweep of `scene`.
 fn refusal(out: &Path, scene: &str, vary: &[&str], set: &str, cases: Cases) -> Option<String> {
-    let result = compute(&SweepOptions {
-        scene: scene.into(),
-        vary: vary.iter().map(|&vary| vary.to_owned()).collect(),
-        results: Vec::new(),
-        set: vec![set.to_owned()],
-        out: out.to_owned(),
-        cases,
-        overwrite: false,
-        from_neighbor: false,
-        n_threads: NonZeroUsize::MIN,
-        interrupt: None,
-        progress: &(),
-        finished: &|_: &Path, _: &Scene, _: &RunResult| Ok(()),
-    });
+    let result =
+        compute(&SweepOptions { set: vec![set.to_owned()], cases, ..options(scene, vary, out) });
     result.err().map(|error| error.to_string())
 }
 
@@ -156,18 +154,9 @@ fn a_case_is_computed_and_recorded_by_one_process() {
     type Finished<'a> = &'a (dyn Fn(&Path, &Scene, &RunResult) -> Result<(), Error> + Sync);
     let sweep = |finished: Finished<'_>| {
         let result = compute(&SweepOptions {
-            scene: "cook-static".into(),
-            vary: vec!["solid.bulk_modulus=1e5".to_owned()],
-            results: Vec::new(),
             set: vec!["mesh.cells=[2,2]".to_owned()],
-            out: folder.path().to_owned(),
-            cases: Cases::All,
-            overwrite: false,
-            from_neighbor: false,
-            n_threads: NonZeroUsize::MIN,
-            interrupt: None,
-            progress: &(),
             finished,
+            ..options("cook-static", &["solid.bulk_modulus=1e5"], folder.path())
         });
         assert_eq!(result.unwrap().document["rows"][0]["outcome"], "finished");
     };
@@ -220,18 +209,10 @@ fn deflections(text: &str, vary: &[&str], from_neighbor: bool) -> Vec<(f64, f64,
     fs::write(&scene, text).unwrap();
     let out = folder.path().join("out");
     let result = compute(&SweepOptions {
-        scene,
-        vary: vary.iter().map(|&vary| vary.to_owned()).collect(),
         results: vec!["tip=last(tip.u_y)".to_owned()],
-        set: Vec::new(),
-        out: out.clone(),
-        cases: Cases::All,
-        overwrite: false,
         from_neighbor,
         n_threads: NonZeroUsize::new(2).unwrap(),
-        interrupt: None,
-        progress: &(),
-        finished: &|_: &Path, _: &Scene, _: &RunResult| Ok(()),
+        ..options(scene, vary, &out)
     });
     let document = result.unwrap().document;
     let rows = document["rows"].as_array().unwrap().iter();
@@ -301,18 +282,8 @@ fn scenes_of_several_states_do_not_start_from_a_neighbor() {
     let refused = |text: &str| {
         fs::write(&scene, text).unwrap();
         let result = compute(&SweepOptions {
-            scene: scene.clone(),
-            vary: vec!["traction[0].y=1.0,2.0".to_owned()],
-            results: Vec::new(),
-            set: Vec::new(),
-            out: folder.path().join("out"),
-            cases: Cases::All,
-            overwrite: false,
             from_neighbor: true,
-            n_threads: NonZeroUsize::MIN,
-            interrupt: None,
-            progress: &(),
-            finished: &|_: &Path, _: &Scene, _: &RunResult| Ok(()),
+            ..options(&scene, &["traction[0].y=1.0,2.0"], &folder.path().join("out"))
         });
         result.unwrap_err().to_string()
     };
@@ -335,20 +306,12 @@ fn a_sweep_reports_what_its_table_does_not_show() {
     let out = folder.path().join("out");
     let sweep = |set: &[&str]| {
         compute(&SweepOptions {
-            scene: scene.clone(),
-            vary: vec!["mesh.cells=[10,2],[12,2]".to_owned()],
             results: ["tip=last(tip.u_y)", "late=last(tip.u_y, 9)", "root=sqrt(0-last(tip.u_y))"]
                 .map(str::to_owned)
                 .to_vec(),
             set: set.iter().map(|&set| set.to_owned()).collect(),
-            out: out.clone(),
-            cases: Cases::All,
-            overwrite: false,
             from_neighbor: true,
-            n_threads: NonZeroUsize::MIN,
-            interrupt: None,
-            progress: &(),
-            finished: &|_: &Path, _: &Scene, _: &RunResult| Ok(()),
+            ..options(&scene, &["mesh.cells=[10,2],[12,2]"], &out)
         })
     };
     let varied = sweep(&["mesh.cells=[4,2]"]).unwrap_err().to_string();
