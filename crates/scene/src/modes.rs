@@ -183,16 +183,19 @@ pub(crate) fn one_sided(muscle: &Muscle, at: &Equilibrium) -> Option<String> {
 }
 
 /// How damping can increase the energy.
-pub(crate) const ENERGY_GAIN: &str = "`rayleigh_stiffness` multiplies the rate of all stresses, which is no friction in a \
-    stressed body; use `viscosity` instead";
+pub(crate) const ENERGY_GAIN: &str = "`rayleigh_stiffness` multiplies the rate of all stresses, which does not always dissipate \
+    energy in a stressed body; use `viscosity` instead";
+
+/// Negative damping ratios above this value consist of rounding errors.
+const NEGATIVE: f64 = -1e-9;
 
 /// Returns a note if damping makes some of the modes grow.
 pub(crate) fn negative_damping(modes: &[Mode]) -> Option<String> {
     let ratios = modes.iter().map(|mode| mode.damping_ratio.unwrap_or(0.0));
     let (k, ratio) = ratios.enumerate().min_by(|(_, left), (_, right)| left.total_cmp(right))?;
-    (ratio < 0.0).then(|| {
+    (ratio < NEGATIVE).then(|| {
         format!(
-            "mode {} has the damping ratio {ratio:.3}: its vibrations grow; {ENERGY_GAIN}",
+            "mode {} has the damping ratio {ratio:.1e}: its vibrations grow; {ENERGY_GAIN}",
             k + 1
         )
     })

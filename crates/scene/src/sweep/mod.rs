@@ -161,7 +161,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         let count = rows.filter(|row| is_complete(row) && row[&column.name].is_null()).count();
         (count > 0).then(|| {
             format!(
-                "--result {}: {count} finished cases have no finite value: its expression is undefined there, or the \
+                "--result {}: finished cases without a finite value: {count}; the expression is undefined there, or the \
                  probe has no rows from the given time",
                 column.name
             )
