@@ -213,8 +213,8 @@ macro_rules! integrator_by_own_methods {
 }
 
 /// Implements methods of a trait by the methods of the same names of the `owner`: `Self` for the type's own methods, or
-/// the type to which it dereferences. Methods with `&mut self` come first. Default methods that are not listed are not
-/// forwarded.
+/// the type to which it dereferences. Methods with `&mut self` come first. Default methods keep their
+/// defaults unless they are listed.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! forward {

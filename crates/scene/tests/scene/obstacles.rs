@@ -275,7 +275,7 @@ fn a_disk_that_moves_away_is_refused() {
     assert!(error.contains("direction = [0.0, 1.0]"), "{error}");
 }
 
-/// Checks that a contact that is incompatible with the mesh gives one error, with its key.
+/// Checks that a contact incompatible with the mesh gives one error, with its key.
 #[test]
 fn obstacles_that_do_not_fit_are_rejected() {
     let text = pressed("[time]\nend = 1.0\n", "");

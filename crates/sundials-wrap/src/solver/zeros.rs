@@ -7,7 +7,7 @@ const KEPT: usize = 512;
 ///
 /// IDAS stops permanently if a function stays at zero after a root. Here a zero has the sign opposite to the last
 /// nonzero value. Therefore a function has a crossing when it reaches zero, but not while it stays at zero or when it
-/// leaves zero. A function that is zero from the start on has the sign of its first nonzero value.
+/// leaves zero. A function with a zero at the start has the sign of its first nonzero value.
 #[derive(Debug, Default)]
 pub(super) struct ZeroSides {
     /// Sign of the direction of integration.
