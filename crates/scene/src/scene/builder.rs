@@ -14,7 +14,7 @@ use crate::scene_file::check::{Problem, nearest, suggest};
 
 /// Builder of the parts of a scene. Its errors carry the location in the scene.
 pub(super) struct Builder<'a> {
-    source: &'a Source,
+    pub(super) source: &'a Source,
     /// Files named in the scene.
     pub(super) inputs: &'a Inputs<'a>,
     pub(super) t_end: f64,

@@ -25,6 +25,7 @@ mod periodic;
 mod places;
 mod quasi_static;
 mod response;
+mod restart;
 mod settings;
 mod start;
 mod supports;

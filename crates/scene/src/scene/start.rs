@@ -85,19 +85,20 @@ impl Builder<'_> {
                 };
                 Ok(Start::State(State::moving(space, &nodes, value)))
             }
-            InitialState::Restart { folder } => Ok(Start::State(self.ended(folder, muscle)?)),
+            InitialState::Restart { folder } => Ok(Start::State(self.ended(file, folder, muscle)?)),
         }
     }
 
     /// Returns the final state of the run in `folder`.
-    fn ended(&self, folder: &Path, muscle: &Muscle) -> Result<State, InputError> {
+    fn ended(&self, file: &SceneFile, folder: &Path, muscle: &Muscle) -> Result<State, InputError> {
         let place = "initial_state.folder";
         let (text, name) = self.read_text(&folder.join(State::NAME), place)?;
         let state = State::decode(&text).map_err(|reason| {
             let error = InputError::new(format!("{name} cannot be used: {reason}"));
             self.wrong(place, error.next("`myovib run` writes it to its folder"))
         })?;
-        if let Some(end) = self.end_of_run(folder)
+        let run = self.document_of_run(folder).unwrap_or_default();
+        if let Some(end) = run["t_reached"].as_f64()
             && end != state.t
         {
             let error = InputError::new(format!("{name} belongs to another run"))
@@ -110,12 +111,15 @@ impl Builder<'_> {
                 .next("start from a run with the mesh of this scene and the same refinement");
             return Err(self.wrong(place, error));
         }
+        if run["scene"].is_object() {
+            self.note_differences(file, &run["scene"], &state);
+        }
         Ok(state)
     }
 
-    /// Returns the time at which the run in `folder` ended, if it was a motion and its statistics exist.
-    fn end_of_run(&self, folder: &Path) -> Option<f64> {
+    /// Returns the statistics of the run in `folder`, if they exist.
+    fn document_of_run(&self, folder: &Path) -> Option<Value> {
         let text = inputs::content(&self.inputs.resolve(folder).join(DOCUMENT)).ok()?;
-        serde_json::from_slice::<Value>(&text).ok()?["t_reached"].as_f64()
+        serde_json::from_slice(&text).ok()
     }
 }

@@ -198,6 +198,57 @@ fn internal_stresses_go_on() {
     }
 }
 
+/// Checks which differences from the scene of the earlier run are reported. Regression: an equilibrium started in a scene
+/// with another bulk modulus without a note, and the body moved by 26 %.
+#[test]
+fn differences_from_the_run_that_a_scene_starts_from_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let from = "initial_state={ type = \"restart\", folder = \"then\" }";
+    let late = "{ type = \"step\", value = 2.0, start = 0.03, rise = 0.02 }";
+    let released = format!("body_force[0].y={{ type = \"sum\", of = [-9.81, {late}] }}");
+    let pulled = "traction=[{ group = \"right\", y = -10.0 }]";
+    let pulled_late = format!("traction=[{{ group = \"right\", y = {late} }}]");
+    for (then, now, expected) in [
+        (&[][..], &[][..], &[][..]),
+        (&[], &["solid.rayleigh_stiffness=1e-3"], &[]),
+        (&["solid.bulk_modulus=2e4"], &["solid.bulk_modulus=inf"], &["solid.bulk_modulus"]),
+        (
+            &[],
+            &["material[0].c10=2e4", "body_force[0].y=-9.0"],
+            &["material[0].c10", "body_force[0].y"],
+        ),
+        (
+            &[],
+            &[
+                "material[0].law=neo-hooke",
+                "material[0].c10=",
+                "material[0].c01=",
+                "material[0].shear_modulus=1e4",
+            ],
+            &["material[0].law"],
+        ),
+        (&[], &["fixed[0].group=top"], &["fixed[0].group"]),
+        // Loads are compared by their values at the end of the run and at t = 0.
+        (&[], &[&released], &[]),
+        (&[&released], &[&released], &["body_force[0].y"]),
+        (&[], &[pulled], &["traction[0].y"]),
+        (&[pulled], &[], &["traction[0].y"]),
+        (&[], &[&pulled_late], &[]),
+    ] {
+        run(BLOCK, &[then, &["analysis=static", "probe=[]"]].concat(), &folder.path().join("then"));
+        let scene = build(BLOCK, &[now, &[from]].concat(), folder.path()).unwrap();
+        let notes = scene.notes();
+        let note = notes.iter().find(|note| note.starts_with("initial_state.folder"));
+        let mut keys: Vec<&str> =
+            note.map_or("", |note| note).split('`').skip(1).step_by(2).collect();
+        keys.sort_unstable();
+        let mut expected = expected.to_vec();
+        expected.sort_unstable();
+        assert_eq!(keys, expected, "{then:?} {now:?} {notes:?}");
+        std::fs::remove_dir_all(folder.path().join("then")).unwrap();
+    }
+}
+
 /// Checks that a measured motion is rejected unless it is at rest at t = 0, and accepted with a
 /// smooth step at its start.
 #[test]
