@@ -73,6 +73,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         (Outcome::Finished, None) if recording.stopped.is_some() => {
             Outcome::ended(EndReason::Event, recording.stopped.clone().unwrap_or_default())
         }
+        (Outcome::Finished, None) => unfinished(&control, &end).unwrap_or(Outcome::Finished),
         (outcome, _) => outcome,
     };
     folder.write(State::NAME, last.state.encode()?)?;
@@ -92,11 +93,9 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             .to_owned()
     });
     let critical = is_path.then(|| note_of(&end.critical_points)).flatten();
-    let unfinished = unfinished(&control, &end, recording.stopped.is_some());
     let notes: Vec<String> = critical
         .into_iter()
         .chain(from_rest)
-        .chain(unfinished)
         .chain(last.instabilities.and_then(instability))
         .chain(volume_note)
         .chain(volumes.penetration_note())
@@ -330,14 +329,15 @@ fn note_of(points: &[CriticalPoint]) -> Option<String> {
     (!words.is_empty()).then(|| format!("critical points of the path: {}", words.join("; ")))
 }
 
-/// Returns a note if a path by arc length reached its maximum number of steps.
-fn unfinished(control: &Control, end: &PathEnd, stopped: bool) -> Option<String> {
+/// Returns the outcome of a path by arc length that reached its maximum number of steps.
+fn unfinished(control: &Control, end: &PathEnd) -> Option<Outcome> {
     let is_short = matches!(control, Control::ArcLength { .. }) && end.reached.abs() < 1.0;
-    (is_short && !stopped && end.shortfall.is_none()).then(|| {
-        format!(
+    is_short.then(|| {
+        let message = format!(
             "the path ends at the load factor {:.6} after {} steps: increase `static.steps`",
             end.reached, end.load_steps
-        )
+        );
+        Outcome::ended(EndReason::MaxSteps, message)
     })
 }
 

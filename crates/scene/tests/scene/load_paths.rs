@@ -129,6 +129,18 @@ fn a_shallow_arch_snaps_through_under_its_load() {
     }
 }
 
+/// Regression: a path by arc length that ended early counted as finished.
+#[test]
+fn a_path_by_arc_length_with_too_few_steps_is_not_finished() {
+    let load = "[[traction]]\ngroup = \"crown\"\ny = -2e3\n";
+    let average = "type = \"average\"\nquantities = [\"u\"]\n";
+    let (found, curve) = loaded_arch("method = \"arc-length\"\nsteps = 3", load, average);
+    assert_eq!(found.outcome.reason(), Some(EndReason::MaxSteps));
+    let last = curve["load"].last().unwrap();
+    assert!(*last < 1.0);
+    assert_eq!(found.document["load_reached"], *last);
+}
+
 /// Number of cells along an edge of the octant.
 const SIDE: usize = 3;
 
