@@ -268,7 +268,8 @@ impl Scene {
     /// without effect, and unclear fiber directions.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = self.reading_notes.clone();
-        notes.extend(settings::without_effect(&self.file, self.source.value()));
+        let body = self.body.as_ref();
+        notes.extend(settings::without_effect(&self.file, self.source.value(), body));
         let Some(body) = &self.body else {
             return notes;
         };

@@ -10,8 +10,8 @@ use myovib_sparse::{Ordering, Precision};
 
 use serde_json::Value;
 
-use super::Start;
 use super::builder::Builder;
+use super::{Body, Start};
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::integrator::{
@@ -148,25 +148,47 @@ pub(crate) fn absolute_tolerances(
     }
 }
 
-/// Keys of `[integrator]` without effect on a rod or on chains alone.
-const ONLY_FOR_BODIES: [&str; 5] = ["atol", "error_test", "precision", "ordering", "btf"];
+/// Keys of `[integrator]` without effect on a rod or on chains alone, in addition to [`OF_FULL_MATRIX`].
+const ONLY_FOR_BODIES: [&str; 3] = ["atol", "error_test", "precision"];
+/// Keys of `[integrator]` that are settings of KLU, which factorizes full matrices only.
+const OF_FULL_MATRIX: [&str; 2] = ["ordering", "btf"];
+/// Keys of `[[chain]]` that describe how the body drives a chain.
+const OF_DRIVEN_CHAINS: [&str; 3] = ["gain", "component", "driven"];
 
-/// Reports settings without effect: limits of a motion in a scene without motion, and settings of a body in a scene
-/// without body. They are accepted because parts of a scene may be reused in another scene.
-pub(super) fn without_effect(file: &SceneFile, source: &Value) -> Vec<String> {
-    let is_given = |key: &&&str| source["integrator"].get(key).is_some();
-    let note = |applies: bool, keys: &[&str], part: &str| {
-        let keys: Vec<&str> = keys.iter().filter(is_given).copied().collect();
-        let has_note = !applies && !keys.is_empty();
-        has_note.then(|| {
-            let keys = keys.join(", ");
-            format!("[integrator] {keys}: no effect in a scene without {part}")
-        })
+/// Reports settings without effect, such as limits of a motion in a scene without motion. They are accepted because parts
+/// of a scene may be reused in another scene.
+pub(super) fn without_effect(file: &SceneFile, source: &Value, body: Option<&Body>) -> Vec<String> {
+    let given = |table: &Value, keys: &[&str]| {
+        let keys = keys.iter().filter(|key| table.get(key).is_some()).copied();
+        keys.collect::<Vec<_>>().join(", ")
     };
-    let is_in_time = file.analysis.is_in_time();
-    let limits = note(is_in_time, &["max_cpu", "max_steps"], "motion");
-    let of_body = note(file.solid.is_some(), &ONLY_FOR_BODIES, "body");
-    limits.into_iter().chain(of_body).collect()
+    let is_full = |body: &Body| body.settings.linear_solver == LinearSolverKind::Full;
+    let has_chains = !file.chain.is_empty();
+    let settings = [
+        (file.analysis.is_in_time(), &["max_cpu", "max_steps"][..], "motion"),
+        (body.is_some(), &ONLY_FOR_BODIES, "body"),
+        (
+            body.is_some_and(is_full),
+            &OF_FULL_MATRIX,
+            "feedback on elements other than those of its chain",
+        ),
+        (has_chains, &["chains"], "chains"),
+        (has_chains || file.rod.is_some(), &["oscillators"], "chains or a rod"),
+    ];
+    let unused = settings.into_iter().filter(|(applies, ..)| !applies);
+    let mut notes: Vec<String> = unused
+        .map(|(_, keys, part)| (given(&source["integrator"], keys), part))
+        .filter(|(keys, _)| !keys.is_empty())
+        .map(|(keys, part)| format!("[integrator] {keys}: no effect in a scene without {part}"))
+        .collect();
+    for (i, chain) in source["chain"].as_array().into_iter().flatten().enumerate() {
+        let keys = given(chain, &OF_DRIVEN_CHAINS);
+        if !keys.is_empty() && file.chain[i].at.is_none() {
+            notes
+                .push(format!("chain[{i}] {keys}: no effect without `at`, which drives the chain"));
+        }
+    }
+    notes
 }
 
 /// Returns a note for each block that the scene excludes from the error test but that does not exist in the
@@ -225,6 +247,42 @@ mod tests {
         assert_eq!(printed.len(), 1);
         assert!(printed[0].contains("p_rate"), "{printed:?}");
         assert!(missing(&wanted, Formulation::Rate).is_empty());
+    }
+
+    /// Regression: settings of full matrices, of chains and of driven chains were ignored silently.
+    #[test]
+    fn settings_of_a_body_and_its_chains_without_effect_are_reported() {
+        const BODY: &str = "[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [1, 1]\n\
+             [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
+             [[fixed]]\ngroup = \"left\"\n";
+        const CHAIN: &str = "chain=[{ name = \"a\", oscillators = 2 }]";
+        const CONTACT: &str = "contact=[{ group = \"top\", type = \"plane\", point = [0.0, 1.0], normal = [0.0, -1.0] }]";
+        const DRIVEN: &str = "chain[0].at=[0.5, 0.5]";
+        const STATIC: &str = "analysis=static";
+        const MODES: &str = "analysis=modes";
+        for (set, expected) in [
+            (&["integrator.ordering=amd"][..], "ordering"),
+            (&["integrator.btf=true"], "btf"),
+            (&["integrator.chains=together"], "chains"),
+            (&["integrator.oscillators.rtol=1e-6"], "oscillators"),
+            (&[CHAIN, "integrator.chains=together", "integrator.oscillators.rtol=1e-6"], ""),
+            (&[CHAIN, "chain[0].gain=2.0"], "chain[0] gain"),
+            (&[CHAIN, "chain[0].component=x", "chain[0].driven=boundary"], "component, driven"),
+            (&[CHAIN, DRIVEN, "chain[0].gain=2.0"], ""),
+            (&[MODES, CHAIN], "[[chain]]"),
+            (&[STATIC, CHAIN], "[[chain]]"),
+            (&[MODES, "fields.interval=0.1"], ""),
+            (&["fields.interval=0.1"], ""),
+            (&[MODES, CONTACT], "[[contact]]"),
+        ] {
+            let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
+            let scene = Scene::build("scene.toml", BODY, &set, Path::new("")).expect("a scene");
+            let notes = scene.notes();
+            match expected {
+                "" => assert_eq!(notes, Vec::<String>::new(), "{set:?}"),
+                key => assert!(notes.len() == 1 && notes[0].contains(key), "{set:?}: {notes:?}"),
+            }
+        }
     }
 
     /// Regression: time limits of an equilibrium, and settings of a body in a scene of chains, were ignored silently.
