@@ -145,12 +145,48 @@ impl Command {
 
 #[cfg(test)]
 mod tests {
+    use clap::Arg;
+    use clap::error::ErrorKind;
+
     use super::*;
     use crate::json::JsonTarget;
 
     #[test]
     fn clap_finds_no_contradiction() {
         Cli::command().debug_assert();
+    }
+
+    /// Regression: `movie --from nan` and other options accepted NaN, and -1 was an unknown argument.
+    #[test]
+    fn options_for_numbers_reject_other_values() {
+        let mut n_numbers = 0;
+        for command in Cli::command().get_subcommands() {
+            let valued = |arg: &&Arg| arg.get_long().is_some() && arg.get_action().takes_values();
+            for arg in command.get_arguments().filter(valued) {
+                let option = arg.get_long().unwrap();
+                let is_accepted = |value: &str| {
+                    let typed = ["myovib", command.get_name(), &format!("--{option}={value}")];
+                    let error = Cli::command().try_get_matches_from(typed).err();
+                    // Other errors follow later, such as missing arguments.
+                    let kind = error.map(|error| error.kind());
+                    !matches!(kind, Some(ErrorKind::ValueValidation | ErrorKind::InvalidValue))
+                };
+                // Options that accept a number but no word.
+                let is_number = ["1", "0.5", "1GiB"].iter().any(|&value| is_accepted(value));
+                if !is_number || is_accepted("word") {
+                    continue;
+                }
+                n_numbers += 1;
+                let typed = ["myovib", command.get_name(), &format!("--{option}"), "-1"];
+                let error = Cli::command().try_get_matches_from(typed).err();
+                let is_unknown = error.is_some_and(|e| e.kind() == ErrorKind::UnknownArgument);
+                assert!(!is_unknown, "{} --{option} -1", command.get_name());
+                for value in ["", " ", "nan", "NaN", "-nan", "inf", "-inf", "1e999", "0x1"] {
+                    assert!(!is_accepted(value), "{} --{option}={value}", command.get_name());
+                }
+            }
+        }
+        assert!(n_numbers > 30, "{n_numbers}");
     }
 
     #[test]

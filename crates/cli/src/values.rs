@@ -91,6 +91,15 @@ pub fn up_to<const MAX: usize>(text: &str) -> Result<NonZeroUsize, String> {
     number.ok_or_else(|| format!("not a whole number from 1 to {MAX}"))
 }
 
+/// Parses a finite number.
+///
+/// # Errors
+/// Returns an error for other numbers and other texts.
+pub fn finite(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|value: &f64| value.is_finite());
+    number.ok_or_else(|| "not a finite number".to_owned())
+}
+
 /// Parses a finite positive number.
 ///
 /// # Errors

@@ -75,8 +75,8 @@ pub struct FitArgs {
     pub tolerance: f64,
 
     /// Maximum iterations per phase, per starting point, and per profile point.
-    #[arg(long, value_name = "N", default_value = "50")]
-    pub max_iterations: usize,
+    #[arg(long, value_name = "N", default_value = "50", value_parser = values::up_to::<1_000_000>)]
+    pub max_iterations: NonZeroUsize,
 
     /// Options of every command.
     #[command(flatten)]
@@ -138,7 +138,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
         out: args.out.clone(),
         existing: Existing::of(args.resume, args.overwrite),
         tolerance: args.tolerance,
-        max_iterations: args.max_iterations,
+        max_iterations: args.max_iterations.get(),
         starts: args.starts.get(),
         seed: args.seed,
         loss: args.loss.into(),

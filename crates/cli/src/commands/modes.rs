@@ -11,26 +11,24 @@ use myovib_scene::modes::{BodyModes, Modes};
 use myovib_scene::scene_file::DEFAULT_MODES;
 use myovib_scene::vtu::{self, Grid};
 use myovib_scene::watch::Watcher;
-use myovib_scene::{Error, InputError, Scene, mesh_file};
+use myovib_scene::{Error, Scene, mesh_file};
 use serde::Serialize;
 
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::output;
+use crate::overrides;
 use crate::progress::Progress;
 use crate::values;
 
 /// Options of `myovib modes`.
 #[derive(Debug, Args)]
-#[command(
-    allow_negative_numbers = true,
-    after_help = "Examples:\n  \
+#[command(after_help = "Examples:\n  \
     myovib modes\n  \
     myovib modes --count 6 --svg modes.svg\n  \
     myovib modes --kappa 1e6 --load 100 --json\n  \
     myovib modes cantilever --count 4\n  \
-    myovib modes cook-static --set modes.preload_time=0"
-)]
+    myovib modes cook-static --set modes.preload_time=0")]
 pub struct ModesArgs {
     /// Scene (TOML file or built-in name) whose body is analyzed about rest or, with `--set
     /// modes.preload_time=T`, about the equilibrium under its loads at time T [default: the paper's
@@ -51,16 +49,16 @@ pub struct ModesArgs {
     pub mesh: Option<PathBuf>,
 
     /// Bulk modulus of the compressible muscle in Pa.
-    #[arg(long, value_name = "X", default_value_t = paper::KAPPA)]
+    #[arg(long, value_name = "X", default_value_t = paper::KAPPA, value_parser = values::positive)]
     pub kappa: f64,
 
     /// Linearize about the equilibrium under this constant traction (Pa, upward on `load`) instead
     /// of about rest.
-    #[arg(long, value_name = "X", default_value_t = 0.0)]
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = values::finite)]
     pub load: f64,
 
     /// Stiffness-proportional damping β in s, for the damping ratios.
-    #[arg(long, value_name = "X", default_value_t = paper::BETA)]
+    #[arg(long, value_name = "X", default_value_t = paper::BETA, value_parser = values::finite)]
     pub beta: f64,
 
     /// Draw the modes of the incompressible muscle as SVG.
@@ -84,6 +82,13 @@ pub struct ModesArgs {
 pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     let findings = match &args.scene {
         Some(scene) => {
+            let count =
+                args.count.map(|count| (overrides::change("modes.count", count), "--count"));
+            let analysis = ("analysis=modes".to_owned(), "this command");
+            overrides::expect_free(
+                &args.set,
+                &count.into_iter().chain([analysis]).collect::<Vec<_>>(),
+            )?;
             let loaded = Scene::load(scene, &args.set)?;
             for note in loaded.notes() {
                 output::note(&note);
@@ -152,10 +157,6 @@ fn of_scene(
 
 /// Computes the modes of the paper's muscle under a constant load, compressible and incompressible.
 fn of_the_paper(args: &ModesArgs) -> anyhow::Result<Findings> {
-    if !args.load.is_finite() {
-        let error = InputError::new("value out of range").at("--load");
-        return Err(error.found(args.load).allowed("a finite number").into());
-    }
     let (mesh, mesh_name) = mesh_file::load_plane(args.mesh.as_deref())?;
     let found = |kappa: f64| find(&mesh, kappa, args).with_context(|| format!("κ = {kappa}"));
     let found = [found(args.kappa)?, found(f64::INFINITY)?];

@@ -8,6 +8,7 @@ use myovib_scene::run::Existing;
 use crate::args::CommonArgs;
 use crate::commands::run::{self, Request};
 use crate::exit::Exit;
+use crate::overrides;
 use crate::values;
 
 /// Options of `myovib periodic`.
@@ -56,12 +57,17 @@ pub struct PeriodicArgs {
 /// found, or if an output cannot be written.
 pub fn run(args: &PeriodicArgs) -> anyhow::Result<Exit> {
     let mut set = args.set.clone();
+    let mut own = vec![("analysis=periodic".to_owned(), "this command")];
     if let Some((key, [from, to])) = &args.continued {
-        set.push(format!("{key}={from:?}"));
-        set.push(format!("periodic.continuation.parameter={key:?}"));
-        set.push(format!("periodic.continuation.to={to:?}"));
+        let changes = [
+            format!("{key}={from:?}"),
+            format!("periodic.continuation.parameter={key:?}"),
+            format!("periodic.continuation.to={to:?}"),
+        ];
+        own.extend(changes.map(|change| (change, "--continue")));
     }
-    set.push("analysis=periodic".to_owned());
+    overrides::expect_free(&set, &own)?;
+    set.extend(own.into_iter().map(|(change, _)| change));
     let scene = run::load(&args.scene, &set)?;
     let request = Request {
         command: "periodic",

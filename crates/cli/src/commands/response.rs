@@ -8,6 +8,7 @@ use myovib_scene::run::Existing;
 use crate::args::CommonArgs;
 use crate::commands::run::{self, Request};
 use crate::exit::Exit;
+use crate::overrides;
 use crate::values;
 
 /// Options of `myovib response`.
@@ -55,8 +56,12 @@ pub struct ResponseArgs {
 pub fn run(args: &ResponseArgs) -> anyhow::Result<Exit> {
     let mut set = args.set.clone();
     let frequencies = args.frequencies.iter();
-    set.extend(frequencies.map(|list| format!("response.frequencies=\"{list}\"")));
-    set.push("analysis=response".to_owned());
+    let frequencies =
+        frequencies.map(|list| (format!("response.frequencies=\"{list}\""), "--frequencies"));
+    let own: Vec<_> =
+        frequencies.chain([("analysis=response".to_owned(), "this command")]).collect();
+    overrides::expect_free(&set, &own)?;
+    set.extend(own.into_iter().map(|(change, _)| change));
     let scene = run::load(&args.scene, &set)?;
     let request = Request {
         command: "response",

@@ -24,16 +24,13 @@ use crate::values;
 
 /// Options of `myovib table2`.
 #[derive(Debug, Args)]
-#[command(
-    allow_negative_numbers = true,
-    after_help = "Examples:\n  \
+#[command(after_help = "Examples:\n  \
     myovib table2\n  \
     myovib table2 --rows 1,2m,3m,31 --json=t2.json\n  \
     myovib table2 --rows 4 --max-order 2\n  \
     myovib table2 --integrator radau9 --rtol 1e-6\n  \
     myovib table2 --rows 1 --probe origin --every 0.01 --csv origin.csv\n\n\
-    The exit code is 1 if a run ends differently from the paper's."
-)]
+    The exit code is 1 if a run ends differently from the paper's.")]
 pub struct Table2Args {
     /// Keys of the rows to run: 1, 2, 2m, 3, 3m, 4, 4-order2, 4-suppressed, 31. With Radau IIA 1,
     /// 2, 3, 4, 31, because the other rows differ in settings of BDF only [default: all].

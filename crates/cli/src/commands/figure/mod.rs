@@ -84,7 +84,7 @@ pub struct Options {
     pub mesh: Option<PathBuf>,
 
     /// End time in s [default: 200 with the rod, 50 with the muscle].
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = values::positive)]
     pub t_end: Option<f64>,
 
     /// Integrator: `bdf`, or Radau IIA of order 5, 9 or 13: `radau5`, `radau9`, `radau13`
@@ -211,7 +211,7 @@ struct Entry<'a> {
 }
 
 fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> anyhow::Result<Exit> {
-    if let Some(t_end) = options.t_end.filter(|t| !(*t >= 1.0 && t.is_finite())) {
+    if let Some(t_end) = options.t_end.filter(|t| *t < 1.0) {
         // Before the load has risen, the deformation is invisible.
         return Err(InputError::new("value out of range")
             .at("--t-end")

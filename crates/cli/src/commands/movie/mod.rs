@@ -45,12 +45,12 @@ pub struct MovieArgs {
     pub field: Option<String>,
 
     /// Magnification of the displacements of a run [default: 1].
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", value_parser = values::positive)]
     pub factor: Option<f64>,
 
     /// Frequency of a response or mode whose cycle is shown, Hz: the nearest one in response.fields or among the modes
     /// [default: the lowest].
-    #[arg(long, allow_negative_numbers = true, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = values::finite)]
     pub frequency: Option<f64>,
 
     /// Output file [default: the name of the folder or movie, with .gif].
@@ -62,12 +62,12 @@ pub struct MovieArgs {
     pub width_pixels: u16,
 
     /// Start time of the movie of a run or of the chain, s [default: 0 (run), 8 (chain)].
-    #[arg(long, allow_negative_numbers = true, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = values::finite)]
     pub from: Option<f64>,
 
     /// End time of the movie, s [default: the last (run), 14 (chain), 3 (muscle and hardening, which
     /// show the last cycle of the load), 2 (muscle3d)].
-    #[arg(long, allow_negative_numbers = true, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = values::finite)]
     pub to: Option<f64>,
 
     /// Mesh of the muscle (Gmsh) with the groups `fixed` and `load` [default: the
@@ -205,7 +205,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
         Subject::Film(_) => (0.0, 3.0),
     };
     let (from, to) = (args.from.unwrap_or(first), args.to.unwrap_or(last));
-    if !(0.0 <= from && from < to && to.is_finite()) {
+    if !(0.0..to).contains(&from) {
         let end = args.to.map_or("the end of the run".to_owned(), |to| format!("{to} s"));
         return Err(InputError::new("the movie has no duration")
             .at("--from, --to")
@@ -260,12 +260,6 @@ struct Movie {
 /// Shows the stored fields of a run.
 fn stored(args: &MovieArgs, folder: &Path, between: [f64; 2]) -> anyhow::Result<Movie> {
     let factor = args.factor.unwrap_or(1.0);
-    for (option, value) in [("--factor", Some(factor)), ("--frequency", args.frequency)] {
-        if let Some(value) = value.filter(|value| !value.is_finite()) {
-            let error = InputError::new("the value is not a finite number");
-            return Err(error.at(option).found(value).into());
-        }
-    }
     let (field, frequency) = (args.field.as_deref(), args.frequency);
     let request = film::Request { field, factor, between, frequency };
     Ok(Movie { frames: film::frames(folder, request)?, exit: Exit::Done })

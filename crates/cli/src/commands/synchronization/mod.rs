@@ -26,9 +26,7 @@ use crate::values;
 
 /// Options of `myovib synchronization`.
 #[derive(Debug, Args)]
-#[command(
-    allow_negative_numbers = true,
-    after_help = "Examples:\n  \
+#[command(after_help = "Examples:\n  \
     myovib synchronization\n  \
     myovib synchronization --gamma 1,6000 --t-end 60\n  \
     myovib synchronization --gamma 1000,4000,6000 --frequency-spread 0.008,0.08 --coupling 1,3\n  \
@@ -37,8 +35,7 @@ use crate::values;
     Rod and chain are those of the built-in scene `figure3`, muscle and chain those of `figure7`.\n\
     The body is integrated once per frequency, and its motion replayed to each chain.\n\
     Locked: over the trailing window the centroid's mean frequency differs from the drive's by\n\
-    less than `--slip` turns per window, and |χ| never falls below `--coherence`."
-)]
+    less than `--slip` turns per window, and |χ| never falls below `--coherence`.")]
 pub struct SynchronizationArgs {
     /// Body that drives the chain.
     #[arg(long, value_enum, default_value_t = BodyName::Rod)]
@@ -54,17 +51,18 @@ pub struct SynchronizationArgs {
         long,
         value_name = "G,…",
         value_delimiter = ',',
-        default_values_t = [1.0, 10.0, 100.0, 300.0, 1000.0, 2000.0, 3000.0, 3500.0, 4000.0, 6000.0, 10000.0]
+        default_values_t = [1.0, 10.0, 100.0, 300.0, 1000.0, 2000.0, 3000.0, 3500.0, 4000.0, 6000.0, 10000.0],
+        value_parser = values::finite
     )]
     pub gamma: Vec<f64>,
 
     /// Half widths of the interval of natural frequencies, Hz [default: the scene's, 0.008 on the
     /// rod, 0.08 on the muscle].
-    #[arg(long, value_name = "S,…", value_delimiter = ',')]
+    #[arg(long, value_name = "S,…", value_delimiter = ',', value_parser = values::finite)]
     pub frequency_spread: Vec<f64>,
 
     /// Coupling constants D between neighbors [default: the scene's: 3].
-    #[arg(long, value_name = "D,…", value_delimiter = ',')]
+    #[arg(long, value_name = "D,…", value_delimiter = ',', value_parser = values::finite)]
     pub coupling: Vec<f64>,
 
     /// Frequencies of the drive, Hz.
@@ -74,7 +72,7 @@ pub struct SynchronizationArgs {
 
     /// End time of each run, s. Near the onset of entrainment, transients last 150 s [default: 200
     /// with the rod, 50 with the muscle].
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = values::positive)]
     pub t_end: Option<f64>,
 
     /// Integrator of body and chains: `bdf`, or Radau IIA of order 5, 9 or 13: `radau5`,
@@ -168,7 +166,7 @@ impl SynchronizationArgs {
     fn check(&self) -> Result<(), InputError> {
         // Half of the run needs two samples to determine a frequency.
         let shortest = 4.0 * EVERY;
-        let too_short = |t_end: &f64| !(*t_end >= shortest && t_end.is_finite());
+        let too_short = |t_end: &f64| *t_end < shortest;
         if let Some(t_end) = self.t_end.filter(too_short) {
             let error = InputError::new("value out of range").at("--t-end");
             let allowed = format!("a finite number of at least {shortest} s");
