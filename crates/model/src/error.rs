@@ -133,7 +133,8 @@ pub enum ModelError {
     /// Newton's method found no periodic state.
     #[error(
         "no periodic state: the ends of the period differ by {residual:.1e} of the size of the state, and Newton's \
-         method does not reduce this to {tolerance:.1e}"
+         method does not reduce this to {tolerance:.1e}; start nearer to it: use more `periodic.settling_periods`, or \
+         [initial_state] with type = \"equilibrium\" if a part of the loads is constant"
     )]
     NoPeriodicState {
         /// Remaining relative difference of the states at the ends of the period.

@@ -10,7 +10,7 @@ use myovib_model::periodic::{
 };
 use myovib_model::radau::FIXED_STEP_ERROR;
 use myovib_model::start::Consistent;
-use myovib_model::{CpuClock, EndReason, Limits, ModelError, Observer, Outcome};
+use myovib_model::{CpuClock, EndReason, Limits, ModelError, Observer, Outcome, support};
 use serde_json::json;
 
 use super::continuation::{self, Branch};
@@ -36,7 +36,19 @@ const SETTLING_PERIODS: usize = 3;
 const DOUBLINGS: usize = 6;
 
 /// Computes the periodic state of a scene.
+///
+/// # Errors
+/// Errors of the search, or the free motions of a body without a periodic state.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
+    search(scene, options).map_err(|error| {
+        let is_missing = matches!(error, Error::Model(ModelError::NoPeriodicState { .. }));
+        let body = scene.body.as_ref().filter(|_| is_missing);
+        let free = body.and_then(|body| support::free_parts(&body.muscle));
+        free.map_or(error, |free| ModelError::NotHeld(free).into())
+    })
+}
+
+fn search(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let clocks = (Instant::now(), CpuClock::start());
     let period = Period::of(scene)?;
     let branch = Branch::of(scene)?;

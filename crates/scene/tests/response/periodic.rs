@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use myovib_scene::Scene;
+use myovib_model::ModelError;
 use myovib_scene::csv::Table;
 use myovib_scene::periodic::{Column, Periodic};
 use myovib_scene::run::{RunOptions, compute};
+use myovib_scene::{Error, Scene};
 use num_complex::Complex64;
 
 use crate::{column, error, response};
@@ -241,4 +242,15 @@ fn an_unlocked_chain_has_only_an_unstable_state() {
         // The amplitude of the limit cycle is 2.
         assert_eq!(radius > 1.0, is_stable, "{radius}");
     }
+}
+
+/// Regression: the error did not name the free motion of a body that a constant force moves without end.
+#[test]
+fn the_free_motion_of_a_body_without_a_periodic_state_is_reported() {
+    let text = body("bulk_modulus = 1e5", "", 2.0);
+    let out = tempfile::tempdir().unwrap();
+    let set = ["analysis=periodic", "body_force=[{ y = -3.0 }]", "fixed[0].components=[\"x\"]"];
+    let error = compute(&built(&text, &set).unwrap(), &RunOptions::into_folder(out.path()));
+    let error = error.map(|found| found.outcome).unwrap_err();
+    assert!(matches!(error, Error::Model(ModelError::NotHeld(_))), "{error:?}");
 }
