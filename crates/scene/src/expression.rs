@@ -37,7 +37,7 @@ pub(crate) enum ExpressionError {
     /// Unexpected text at this position.
     #[error("`{0}` is not expected here")]
     Unexpected(String),
-    #[error("`{0}` is not a function")]
+    #[error("`{0}` is not a function; functions: {known}", known = functions().join(", "))]
     UnknownFunction(String),
     /// Expression above the limits of length or nesting.
     #[error("it is too long or nested too deeply: at most {LENGTH} characters, {DEPTH} levels")]
@@ -202,11 +202,39 @@ fn is_function(name: &str) -> bool {
     known.iter().any(|operator| operator.repr() == name)
 }
 
+/// Returns the names of all functions.
+fn functions() -> Vec<&'static str> {
+    let all = FloatOpsFactory::<f64>::make().into_iter();
+    let named =
+        all.filter(|one| one.constant().is_none() && one.repr().starts_with(char::is_alphabetic));
+    named.map(|one| one.repr()).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+
+    /// Regression: the reference did not list the functions.
+    #[test]
+    fn the_reference_lists_the_functions() {
+        let text = crate::scene_file::reference();
+        let (_, section) = text.split_once("\n## Spatial factors").unwrap();
+        let (section, _) = section.split_once("\n## ").unwrap();
+        let words: Vec<&str> = section.split(|c: char| !c.is_alphanumeric()).collect();
+        assert!(functions().len() > 20);
+        for name in functions() {
+            assert!(words.contains(&name), "{name}");
+        }
+        for (text, expected) in
+            [("max(x, 2)", 3.0), ("min(x, 2)", 2.0), ("atan2(x, -x)", 0.75 * PI)]
+        {
+            let found = parse(text).unwrap().eval(&[3.0]).unwrap();
+            // Rounding error of the last operation.
+            assert!((found - expected).abs() < 1e-15, "{text}: {found}");
+        }
+    }
 
     /// Regression: -x^2 was evaluated as (-x)^2, and 2^3^2 as 64.
     #[test]

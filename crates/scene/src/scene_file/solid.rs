@@ -167,7 +167,10 @@ pub struct PointForce {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum SpatialFactor {
-    /// Expression of the undeformed coordinates, m, such as `"1 - (y/0.02)^2"`.
+    /// Expression of the undeformed coordinates `x`, `y`, `z`, m, such as `"1 - (y/0.02)^2"`. Besides `+ - * / ^` and
+    /// parentheses it may use the constants `pi` and `e`, the functions `abs`, `signum`, `sqrt`, `cbrt`, `exp`, `ln` (or
+    /// `log`), `log2`, `log10`, `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `sinh`, `cosh`, `tanh`, `asinh`, `acosh`,
+    /// `atanh`, `floor`, `round`, `ceil`, `trunc` and `fract`, and `min(a, b)`, `max(a, b)` and `atan2(a, b)`.
     Expression(String),
     /// Nodal data.
     Nodal(NodalFactor),
