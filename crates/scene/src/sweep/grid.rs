@@ -58,6 +58,9 @@ impl Axis {
                 values.into_iter().map(written).collect()
             }
         };
+        if values.iter().any(String::is_empty) {
+            return Err(wrong("a value is missing"));
+        }
         Ok(Self { key: key.trim().to_owned(), values })
     }
 }
@@ -206,6 +209,10 @@ mod tests {
             "a=1..inf:2",
             "a=nan..1:2",
             "=1,2",
+            // Regression: missing values counted as the default, which the table did not show.
+            "a=",
+            "a=1,,2",
+            "a=1, ",
         ] {
             assert!(Axis::parse(text).is_err(), "{text}");
         }
