@@ -116,7 +116,16 @@ class Fields:
         return f"Fields({len(self)} times from {self.times[0]:g} to {self.times[-1]:g} s)"
 
     def field(self, name: str, t: float | None = None) -> NDArray[Any]:
-        """Return a field with one row per point at the stored time nearest to `t`, by default the last."""
+        """Return a field with one row per point at the stored time nearest to `t`, by default the last.
+
+        Raises
+        ------
+        KeyError
+            For an unknown field.
+        ValueError
+            For a time before the first or after the last stored time by more than the largest interval
+            between them.
+        """
         arrays = self[self._nearest(t)]
         if name not in arrays:
             raise KeyError(f"{name!r}: the fields are {', '.join(sorted(arrays))}")
@@ -135,7 +144,14 @@ class Fields:
         return pyvista.read(self.files[self._nearest(t)])
 
     def _nearest(self, t: float | None) -> int:
-        return -1 if t is None else int(np.abs(self.times - t).argmin())
+        if t is None:
+            return -1
+        first, last = self.times[0], self.times[-1]
+        # At least the rounding error of the times in the file.
+        margin = np.diff(self.times).max(initial=1e-9 * abs(last))
+        if not first - margin <= t <= last + margin:
+            raise ValueError(f"t = {t}: the stored times are from {first} to {last}")
+        return int(np.abs(self.times - t).argmin())
 
     def __getitem__(self, k: int) -> dict[str, NDArray[Any]]:
         """Return the fields at time number `k`.

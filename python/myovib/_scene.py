@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import operator
 import sys
 import tempfile
 import warnings
@@ -232,7 +233,7 @@ class Scene:
                 out,
                 overwrite,
                 from_neighbor,
-                threads,
+                None if threads is None else _whole("threads", threads, 1),
                 show,
             )
         return SweepResult._of(out, list(vary), temporary)
@@ -261,7 +262,7 @@ class Scene:
 
     def response(
         self,
-        frequencies: Iterable[float] | str | None = None,
+        frequencies: float | Iterable[float] | str | None = None,
         out: str | PathLike[str] | None = None,
         *,
         progress: Progress = False,
@@ -274,7 +275,7 @@ class Scene:
 
         Parameters
         ----------
-        frequencies : iterable of float or str, optional
+        frequencies : float, iterable of float or str, optional
             Frequencies in Hz, or a range as text: ``"1..60:120"`` or ``"1..60:120:log"``. By default
             those of the scene.
         out : path-like, optional
@@ -293,8 +294,7 @@ class Scene:
         """
         scene = self.copy().set("analysis", "response")
         if frequencies is not None:
-            given = frequencies if isinstance(frequencies, str) else [float(f) for f in frequencies]
-            scene.set("response.frequencies", given)
+            scene.set("response.frequencies", _frequencies(frequencies))
         return scene.run(out, progress=progress, existing=existing)
 
     def periodic(
@@ -481,9 +481,9 @@ class Scene:
                 out,
                 profile,
                 tolerance,
-                max_iterations,
-                starts,
-                seed,
+                _whole("max_iterations", max_iterations, 1),
+                _whole("starts", starts, 1),
+                _whole("seed", seed, 0),
                 existing,
                 show,
             )
@@ -511,9 +511,29 @@ Temporary = tempfile.TemporaryDirectory[str]
 def _folder(out: str | PathLike[str] | None) -> tuple[Path, Temporary | None]:
     """Return the folder for results, and the temporary folder that contains it, if any."""
     if out is not None:
+        if out == "":
+            raise ValueError("out is empty: name a folder; '.' is the current folder")
         return Path(out), None
     temporary = tempfile.TemporaryDirectory(prefix="myovib-")
     return Path(temporary.name) / "out", temporary
+
+
+def _whole(name: str, value: int, least: int) -> int:
+    """Return a whole number, at least `least`."""
+    value = operator.index(value)
+    if value < least:
+        raise ValueError(f"{name} = {value}: must be {least} or more")
+    return value
+
+
+def _frequencies(frequencies: float | Iterable[float] | str) -> str | list[float]:
+    if isinstance(frequencies, str):
+        return frequencies
+    if isinstance(frequencies, (bytes, bytearray)):
+        raise TypeError("frequencies must be numbers or a str, not bytes")
+    if isinstance(frequencies, Iterable):
+        return [float(f) for f in frequencies]
+    return [float(frequencies)]
 
 
 def _toml(value: Any) -> str:

@@ -92,8 +92,14 @@ def test_a_field_is_that_of_the_nearest_time(result):
     fields = result.fields
     assert (fields.field("u", 0.12) == fields[1]["u"]).all()
     assert (fields.field("u") == fields[3]["u"]).all()
+    # The times in the file have thirteen digits.
+    assert (fields.field("u", 0.3 * (1 + 1e-12)) == fields[3]["u"]).all()
     with pytest.raises(KeyError, match="von_mises"):
         fields.field("stress")
+    # Regression: the last field was returned, and the first for NaN.
+    for t in (99.0, -1.0, np.nan, np.inf):
+        with pytest.raises(ValueError):
+            fields.field("u", t)
 
 
 def test_a_mesh_of_pyvista_has_the_fields(result):
@@ -186,6 +192,36 @@ def test_response_at_zero_is_the_equilibrium():
     # Linear up to terms of the size of the strain, 1e-5.
     assert amplitude[0].real == pytest.approx(100 * still.probes["origin"]["u_y"][0], rel=1e-4)
     assert amplitude[0].imag == 0.0
+
+
+def test_arguments_out_of_range_are_rejected(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = Scene.builtin("init").set("time.end", 0.01)
+    key, data = "material[0].c10", {"t": [0.0], "origin.u_y": [0.0]}
+    for call, error in [
+        (lambda: scene.run(""), ValueError),  # wrote into the current folder
+        (lambda: scene.response(b"1"), TypeError),  # computed 49 Hz
+        (lambda: scene.sweep({"integrator.rtol": []}), myovib.SceneError),  # computed the default
+        (lambda: scene.sweep({"integrator.rtol": [1e-4, None]}), myovib.SceneError),
+        (lambda: scene.sweep({key: [1e4]}, threads=0), ValueError),
+        (lambda: scene.sweep({key: [1e4]}, threads=-1), ValueError),
+        (lambda: scene.fit(data, starts=0), ValueError),  # fitted from one start
+        (lambda: scene.fit(data, starts=1.5), TypeError),
+        (lambda: scene.fit(data, max_iterations=0), ValueError),
+        (lambda: scene.fit(data, seed=-1), ValueError),
+    ]:
+        with pytest.raises(error):
+            call()
+    for name, value in [("tolerance", np.nan), ("tolerance", 1.0), ("starts", 10**6)]:
+        with pytest.raises(myovib.SceneError, match=name):
+            scene.fit(data, **{name: value})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_one_frequency_may_be_a_number():
+    scene = Scene.builtin("init").set("traction[0].response", {"y": 100.0})
+    assert list(scene.response(5.0).probes["origin"]["f"]) == [5.0]
+    assert list(scene.response(f for f in (4, 5)).probes["origin"]["f"]) == [4.0, 5.0]
 
 
 def test_a_sweep_has_a_row_for_each_case():

@@ -13,6 +13,7 @@ mod profiles;
 mod progress;
 mod report;
 
+use std::fmt;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -67,6 +68,26 @@ pub struct FitOptions<'a> {
     /// A flag that interrupts the fit; its results are kept.
     pub interrupt: Option<&'static AtomicBool>,
     pub progress: &'a dyn ProgressSink,
+}
+
+impl FitOptions<'_> {
+    /// Rejects numbers out of range.
+    fn check(&self) -> Result<(), InputError> {
+        let wrong = |place: &str, found: &dyn fmt::Display, allowed: &str| {
+            let error = InputError::new("value out of range");
+            Err(error.at(place).found(found).allowed(allowed))
+        };
+        if !(1..=MAX_STARTS).contains(&self.starts) {
+            return wrong("starts", &self.starts, &format!("1 to {MAX_STARTS}"));
+        }
+        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
+            return wrong("tolerance", &self.tolerance, "a number above 0 and below 1");
+        }
+        if self.max_iterations == 0 {
+            return wrong("max_iterations", &self.max_iterations, "1 or more");
+        }
+        Ok(())
+    }
 }
 
 /// How a fit ended.
@@ -156,11 +177,7 @@ pub struct Point {
 /// Invalid scenes and measurements; a start at which the scene cannot be computed; files that cannot be written. Check
 /// [`FitResult::outcome`] for convergence.
 pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
-    if options.starts > MAX_STARTS {
-        let error = InputError::new("too many starting points").at("--starts");
-        let error = error.found(options.starts).allowed(format!("1 to {MAX_STARTS}"));
-        return Err(error.into());
-    }
+    options.check()?;
     let reads: Vec<PathBuf> = options.experiments.iter().map(|(file, _)| file.clone()).collect();
     request(options, &reads, Value::Null).check()?;
     let scene = Parameterized::load(&options.scene, &options.set)?;
