@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use cpu_time::ProcessTime;
-use myovib_sparse::{Kind, Scalar};
+use myovib_sparse::{Kind, Precision, Scalar};
 use serde::Serialize;
 
 #[cfg(feature = "mumps")]
@@ -16,7 +16,8 @@ use crate::solver::{Ours, Solver};
 #[cfg(not(feature = "mumps"))]
 use myovib_sparse::Scalar as Rival;
 
-/// Number of solves per factorization, typical for a step of Radau IIA.
+/// Number of solves per factorization, typical for a step of Radau IIA. Our solver checks the first one, and refines it if
+/// the factors are in single precision.
 const SOLVES: usize = 5;
 
 /// A matrix to be factorized.
@@ -35,17 +36,23 @@ pub struct Outcome {
     matrix: &'static str,
     ours: Cost,
     ours_in_two_threads: Cost,
+    /// With factors in single precision.
+    ours_mixed: Cost,
     /// Ratio of the wall-clock times of one and two threads.
     speed_up: f64,
     mumps: Option<Cost>,
-    /// Our cost relative to MUMPS.
+    /// Our cost relative to MUMPS, in double and in mixed precision.
     ratio: Option<Ratio>,
+    mixed_ratio: Option<Ratio>,
 }
 
 /// Cost of one solver; times are the minimum of several runs, in s.
 #[derive(Serialize)]
 struct Cost {
     factor: Time,
+    /// The first solve after a factorization.
+    first_solve: Time,
+    /// The other solves.
     solve: Time,
     /// Peak memory of the process from before the analysis to after a solve, without the given matrix, in bytes.
     peak_bytes: usize,
@@ -60,8 +67,21 @@ struct Cost {
 #[derive(Serialize)]
 struct Ratio {
     factor: f64,
+    first_solve: f64,
     solve: f64,
     memory: f64,
+}
+
+impl Cost {
+    /// Returns this cost relative to another.
+    fn relative_to(&self, other: &Self) -> Ratio {
+        Ratio {
+            factor: self.factor.cpu / other.factor.cpu,
+            first_solve: self.first_solve.cpu / other.first_solve.cpu,
+            solve: self.solve.cpu / other.solve.cpu,
+            memory: self.peak_bytes as f64 / other.peak_bytes as f64,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Serialize)]
@@ -105,6 +125,7 @@ impl<'a, T: Scalar> Entrant<'a, T> {
         let peak_bytes = count.peak()?;
         let cost = Cost {
             factor: Time::NONE,
+            first_solve: Time::NONE,
             solve: Time::NONE,
             peak_bytes,
             peak_megabytes: peak_bytes as f64 / 1e6,
@@ -120,9 +141,11 @@ impl<'a, T: Scalar> Entrant<'a, T> {
         self.cost.factor.least(|| self.solver.factor())
     }
 
-    fn solve(&mut self, solid: &Solid) -> Result<()> {
+    /// Solves for the `k`th time after a factorization.
+    fn solve(&mut self, solid: &Solid, k: usize) -> Result<()> {
         let mut x = rhs::<T>(solid);
-        self.cost.solve.least(|| self.solver.solve(&mut x))
+        let time = if k == 0 { &mut self.cost.first_solve } else { &mut self.cost.solve };
+        time.least(|| self.solver.solve(&mut x))
     }
 }
 
@@ -131,9 +154,14 @@ impl Contest<'_> {
     pub fn run<T: Rival>(&self, c: T) -> Result<Outcome> {
         let Self { solid, kind, .. } = *self;
         let values = &solid.values(c)[..];
-        let ours = |threads| move || Ours::new(solid, values, kind, threads);
-        let mut entrants =
-            vec![Entrant::new(solid, values, ours(1))?, Entrant::new(solid, values, ours(2))?];
+        let ours = |precision, threads| {
+            Entrant::new(solid, values, || Ours::new(solid, values, kind, (precision, threads)))
+        };
+        let mut entrants = vec![
+            ours(Precision::Double, 1)?,
+            ours(Precision::Double, 2)?,
+            ours(Precision::Mixed, 1)?,
+        ];
         #[cfg(feature = "mumps")]
         entrants
             .push(Entrant::new(solid, values, || Ok(Mumps::new(&solid.pattern, values, kind)))?);
@@ -141,22 +169,19 @@ impl Contest<'_> {
             for entrant in &mut entrants {
                 entrant.factor()?;
             }
-            for _ in 0..SOLVES {
+            for k in 0..SOLVES {
                 for entrant in &mut entrants {
-                    entrant.solve(solid)?;
+                    entrant.solve(solid, k)?;
                 }
             }
         }
         let mut costs = entrants.into_iter().map(|entrant| entrant.cost);
         let mut next = || costs.next();
-        let (Some(ours), Some(ours_in_two_threads), mumps) = (next(), next(), next()) else {
-            unreachable!("two entrants are ours");
+        let (Some(ours), Some(ours_in_two_threads), Some(ours_mixed), mumps) =
+            (next(), next(), next(), next())
+        else {
+            unreachable!("three entrants are ours");
         };
-        let ratio = mumps.as_ref().map(|mumps| Ratio {
-            factor: ours.factor.cpu / mumps.factor.cpu,
-            solve: ours.solve.cpu / mumps.solve.cpu,
-            memory: ours.peak_bytes as f64 / mumps.peak_bytes as f64,
-        });
         Ok(Outcome {
             case: self.name,
             unknowns: solid.pattern.major_dim(),
@@ -167,10 +192,12 @@ impl Contest<'_> {
                 (Kind::General, false) => "complex",
             },
             speed_up: ours.factor.wall / ours_in_two_threads.factor.wall,
+            ratio: mumps.as_ref().map(|mumps| ours.relative_to(mumps)),
+            mixed_ratio: mumps.as_ref().map(|mumps| ours_mixed.relative_to(mumps)),
             ours,
             ours_in_two_threads,
+            ours_mixed,
             mumps,
-            ratio,
         })
     }
 }
@@ -194,24 +221,26 @@ fn backward_error<T: Scalar>(solid: &Solid, values: &[T], b: &[T], x: &[T]) -> f
 }
 
 /// Heading of the printed results.
-pub const HEAD: &str = "case  matrix              who      factor CPU s   wall s  solve CPU s   peak MB    own MB  10⁶ entries  backward error";
+pub const HEAD: &str = "case  matrix              who      factor CPU s   wall s  first solve  solve CPU s   peak MB    own MB  10⁶ entries  backward error";
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let all = [
             ("ours", Some(&self.ours)),
             ("ours x 2", Some(&self.ours_in_two_threads)),
+            ("mixed", Some(&self.ours_mixed)),
             ("MUMPS", self.mumps.as_ref()),
         ];
         for (who, cost) in all {
             let Some(cost) = cost else { continue };
             writeln!(
                 f,
-                "{:5} {:19} {who:8} {:12.3} {:8.3} {:12.4} {:9.0} {:9.0} {:12.2} {:15.1e}",
+                "{:5} {:19} {who:8} {:12.3} {:8.3} {:12.4} {:12.4} {:9.0} {:9.0} {:12.2} {:15.1e}",
                 self.case,
                 self.matrix,
                 cost.factor.cpu,
                 cost.factor.wall,
+                cost.first_solve.cpu,
                 cost.solve.cpu,
                 cost.peak_megabytes,
                 cost.own_bytes as f64 / 1e6,
@@ -220,13 +249,14 @@ impl fmt::Display for Outcome {
             )?;
         }
         write!(f, "      in two threads {:.2} times as fast", self.speed_up)?;
-        match &self.ratio {
-            Some(ratio) => write!(
+        for (precision, ratio) in [("double", &self.ratio), ("mixed", &self.mixed_ratio)] {
+            let Some(ratio) = ratio else { continue };
+            write!(
                 f,
-                "; ours by MUMPS': factor {:.2}, solve {:.2}, memory {:.2}",
-                ratio.factor, ratio.solve, ratio.memory
-            ),
-            None => Ok(()),
+                "; {precision} by MUMPS': factor {:.2}, first solve {:.2}, solve {:.2}, memory {:.2}",
+                ratio.factor, ratio.first_solve, ratio.solve, ratio.memory
+            )?;
         }
+        Ok(())
     }
 }

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use anyhow::Result;
-use myovib_sparse::SparseOptions;
-use myovib_sparse::{Elimination, Kind, LinearWork, Scalar, SparseSystem, Structure};
+use myovib_sparse::{
+    Elimination, Kind, LinearWork, Precision, Scalar, SparseOptions, SparseSystem, Structure,
+};
 
 use crate::solid::Solid;
 
@@ -27,9 +28,15 @@ pub struct Ours<T: Scalar> {
 
 impl<T: Scalar> Ours<T> {
     /// Analyzes the pattern; factors are computed by `threads` threads.
-    pub fn new(solid: &Solid, values: &[T], kind: Kind, threads: usize) -> Result<Self> {
+    pub fn new(
+        solid: &Solid,
+        values: &[T],
+        kind: Kind,
+        (precision, threads): (Precision, usize),
+    ) -> Result<Self> {
         let structure = Structure { kind, ..Structure::default() };
-        let elimination = Elimination::new(&solid.pattern, structure, SparseOptions::default())?;
+        let options = SparseOptions { precision, ..SparseOptions::default() };
+        let elimination = Elimination::new(&solid.pattern, structure, options)?;
         let elimination = Arc::new(elimination.in_threads(threads)?);
         let prediction = elimination.prediction::<T>();
         let mut system = SparseSystem::new(elimination);
