@@ -1,18 +1,12 @@
-//! Default settings compared with their alternatives: separate steps of chains, and factors in single precision.
+//! Motions without chains, with separate steps of chains, and with body and chains as one system.
 
 use anyhow::Context;
 use myovib_cli::exit::Exit;
 use myovib_cli::machine::Machine;
-use myovib_dae::Problem;
-use myovib_model::MuscleDae;
-use myovib_model::linear::{Reduction, Scalar};
 use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::{InputError, Scene};
-use myovib_sparse::{Precision, Prediction, SparseOptions};
-use num_complex::Complex64;
 use serde::Serialize;
 
-use super::large::{C, Linear, body};
 use super::{BenchArgs, fastest, give, goes_on};
 
 /// Title, scene, overrides, and variants of the chains with their overrides.
@@ -24,20 +18,19 @@ const WITHOUT: Variant = ("without chains", &["chain=", "integrator.chains="]);
 const SEPARATE: Variant = ("separate steps", &["integrator.chains=separate"]);
 const TOGETHER: Variant = ("one system", &["integrator.chains=together"]);
 const ALL: &[Variant] = &[WITHOUT, SEPARATE, TOGETHER];
-const CASES: [Case; 4] = [
+const CASES: [Case; 5] = [
     ("init to 10 s, 1000 oscillators", "init", &["time.end=10", CHAIN], ALL),
-    ("figure7 to 10 s, 5 oscillators", "figure7", &["time.end=10"], ALL),
-    ("muscle3d to 0.5 s, 1000 oscillators", "muscle3d", &["time.end=0.5"], ALL),
+    ("figure7 to 50 s, 5 oscillators", "figure7", &[], ALL),
+    // As one system, the chain's tolerance requires a higher order.
+    ("figure7, BDF of order 2", "figure7", &["integrator.max_order=2"], &[WITHOUT, SEPARATE]),
+    ("muscle3d to 2 s, 1000 oscillators", "muscle3d", &[], ALL),
     (
-        "muscle3d to 0.5 s, 100 000 oscillators",
+        "muscle3d to 2 s, 100 000 oscillators",
         "muscle3d",
-        &["time.end=0.5", "chain[0].oscillators=100000"],
+        &["chain[0].oscillators=100000"],
         &[WITHOUT, SEPARATE],
     ),
 ];
-
-/// Cells along and across the spindles whose matrices are factorized.
-const CELLS: [[usize; 2]; 2] = [[30, 6], [40, 10]];
 
 /// The variants of a case.
 #[derive(Serialize)]
@@ -56,46 +49,26 @@ struct Run {
     cpu_seconds: f64,
 }
 
-/// Factors of one matrix in single precision, relative to double precision.
-#[derive(Serialize)]
-struct Factors {
-    unknowns: usize,
-    matrix: &'static str,
-    /// Milliseconds of a factorization in double and in single precision.
-    milliseconds: [f64; 2],
-    factor: f64,
-    /// The first solve after a factorization, which is checked and refined, and a later one.
-    checked_solve: f64,
-    solve: f64,
-    /// Memory of the matrix, its analysis and its factors.
-    memory: f64,
-}
-
 #[derive(Serialize)]
 struct Document {
     machine: Machine,
     profile: &'static str,
     repeats: u32,
     chains: Vec<Comparison>,
-    factors: Vec<Factors>,
 }
 
 pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
-    let (mut chains, mut factors) = (Vec::new(), Vec::new());
+    let mut chains = Vec::new();
     for (title, scene, set, variants) in CASES {
         let variants = variants.iter().take_while(|_| goes_on());
         let runs = variants.map(|(variant, own)| measured(variant, scene, &[set, own], args));
         chains.push(Comparison { scene: title, runs: runs.collect::<anyhow::Result<_>>()? });
-    }
-    for cells in CELLS.into_iter().take_while(|_| goes_on()) {
-        factors.extend(compared(cells, args.repeats)?);
     }
     let document = Document {
         machine: Machine::found(),
         profile: if cfg!(debug_assertions) { "dev" } else { "release" },
         repeats: args.repeats,
         chains,
-        factors,
     };
     give(args, &document)
 }
@@ -128,43 +101,6 @@ fn measured(
         steps: count("steps")?,
         chain_steps: document["chains"]["steps"].as_u64(),
         cpu_seconds,
-    })
-}
-
-/// Compares the factors of a real and of a complex matrix of a spindle.
-fn compared([along, across]: [usize; 2], repeats: u32) -> anyhow::Result<[Factors; 2]> {
-    let body = body("muscle3d", &[format!("mesh.cells=[{along}, {across}, {across}]")])?;
-    let mut dae = MuscleDae::new(body.muscle, body.formulation)?;
-    let n = dae.n_unknowns();
-    dae.update_matrices(0.5, &vec![1e-7; n], &vec![1e-6; n])?;
-    let real = in_both(&dae, ("real", C), repeats, Reduction::prediction::<f64>)?;
-    let c = Complex64::new(C, 0.7 * C);
-    Ok([real, in_both(&dae, ("complex", c), repeats, Reduction::prediction::<Complex64>)?])
-}
-
-fn in_both<T: Scalar>(
-    dae: &MuscleDae,
-    (matrix, c): (&'static str, T),
-    repeats: u32,
-    prediction: fn(&Reduction) -> Option<Prediction>,
-) -> anyhow::Result<Factors> {
-    let one = |precision| -> anyhow::Result<_> {
-        let reduction = Reduction::new(dae, SparseOptions { precision, ..Default::default() })?;
-        let bytes = prediction(&reduction).context("no engine is installed")?.bytes;
-        let Linear { factor, checked_solve, solve, .. } =
-            Linear::measure(dae, &reduction, c, repeats)?;
-        Ok([factor, checked_solve, solve, bytes as f64])
-    };
-    let [double, single] = [one(Precision::Double)?, one(Precision::Mixed)?];
-    let ratio = |k: usize| single[k] / double[k];
-    Ok(Factors {
-        unknowns: dae.muscle().n_unknowns_paper(),
-        matrix,
-        milliseconds: [1e3 * double[0], 1e3 * single[0]],
-        factor: ratio(0),
-        checked_solve: ratio(1),
-        solve: ratio(2),
-        memory: ratio(3),
     })
 }
 

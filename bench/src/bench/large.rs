@@ -22,7 +22,7 @@ const STEPS: usize = 20;
 /// Calls of a kernel; the fastest is reported.
 const REPEATS: u32 = 2;
 /// Factor of ∂F/∂ẏ in 1/s for steps of about one millisecond: 1.5/ms.
-pub(super) const C: f64 = 1.5e3;
+const C: f64 = 1.5e3;
 
 /// A body in motion: name, method, scene, its settings, and the time in s after which steps are measured.
 type Motion = (&'static str, &'static str, &'static str, &'static [&'static str], f64);
@@ -129,7 +129,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     give(args, &document)
 }
 
-pub(super) fn body(scene: &str, set: &[String]) -> anyhow::Result<Body> {
+fn body(scene: &str, set: &[String]) -> anyhow::Result<Body> {
     let scene = Scene::built_in(scene, set)?;
     scene.body.context("the scene has a body")
 }
@@ -245,11 +245,9 @@ struct One {
 }
 
 #[derive(Default)]
-pub(super) struct Linear {
-    pub(super) factor: f64,
-    /// The first solve after a factorization, which is checked.
-    pub(super) checked_solve: f64,
-    pub(super) solve: f64,
+struct Linear {
+    factor: f64,
+    solve: f64,
     entries: u64,
 }
 
@@ -266,36 +264,27 @@ impl One {
         let tangents = fastest_call(REPEATS, || dae.update_matrices(t, y, y_dot))?;
         let reduction = Reduction::new(dae, SparseOptions::default())?;
         let complex = match has_complex {
-            true => Linear::measure(dae, &reduction, Complex64::new(C, 0.7 * C), REPEATS)?,
+            true => Linear::measure(dae, &reduction, Complex64::new(C, 0.7 * C))?,
             false => Linear::default(),
         };
-        Ok(Self {
-            residual,
-            tangents,
-            real: Linear::measure(dae, &reduction, C, REPEATS)?,
-            complex,
-        })
+        Ok(Self { residual, tangents, real: Linear::measure(dae, &reduction, C)?, complex })
     }
 }
 
 impl Linear {
-    pub(super) fn measure<T: Scalar>(
-        dae: &MuscleDae,
-        reduction: &Reduction,
-        c: T,
-        repeats: u32,
-    ) -> anyhow::Result<Self> {
+    fn measure<T: Scalar>(dae: &MuscleDae, reduction: &Reduction, c: T) -> anyhow::Result<Self> {
         let mut matrix = reduction.matrix::<T>();
         let mut work = LinearWork::default();
         let factor =
-            fastest_call(repeats, || matrix.set_up(c, |m| dae.matrix_values(m), &mut work))?;
+            fastest_call(REPEATS, || matrix.set_up(c, |m| dae.matrix_values(m), &mut work))?;
         let mut x = vec![T::one(); dae.n_unknowns()];
-        let checked_solve = fastest_call(1, || matrix.solve(&mut x, &mut work))?;
-        let solve = fastest_call(repeats, || {
+        // The first solution after a factorization is checked.
+        matrix.solve(&mut x, &mut work)?;
+        let solve = fastest_call(REPEATS, || {
             x.fill(T::one());
             matrix.solve(&mut x, &mut work)
         })?;
-        Ok(Self { factor, checked_solve, solve, entries: work.factor_entries })
+        Ok(Self { factor, solve, entries: work.factor_entries })
     }
 }
 

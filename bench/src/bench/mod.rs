@@ -1,6 +1,6 @@
-//! `myovib-bench bench`: the cost of linear solvers, default settings, responses and large bodies.
+//! `myovib-bench bench`: the cost of linear solvers, chains, responses and large bodies.
 
-mod defaults;
+mod chains;
 mod large;
 mod response;
 mod rows;
@@ -54,8 +54,8 @@ pub(crate) enum What {
     /// Harmonic responses compared with motions and with factorizations, adaptive frequencies with equidistant ones, and a
     /// periodic state with its motion
     Response,
-    /// Runs without chains, with separate steps of chains and with one system, and factors in both precisions
-    Defaults,
+    /// Runs without chains, with separate steps of chains and with one system
+    Chains,
     /// Twenty steps of bodies with 100 000 unknowns, and costs from 10 000 to 200 000
     Large,
 }
@@ -136,7 +136,7 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     match args.what {
         What::Rows => rows::run(args),
         What::Response => response::run(args),
-        What::Defaults => defaults::run(args),
+        What::Chains => chains::run(args),
         What::Large => large::run(args),
     }
 }
