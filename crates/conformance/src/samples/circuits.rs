@@ -154,6 +154,95 @@ impl Equations for Amplifier {
     }
 }
 
+/// The transistor amplifier of the Test Set for IVP Solvers: two stages, five coupling and bypass capacitors.
+///
+/// ```text
+/// (V − u1)/R0 − C1 (u̇1 − u̇2) = 0
+/// C1 (u̇1 − u̇2) + (U_b − 2 u2)/R − (1 − α) i(u2 − u3) = 0
+/// i(u2 − u3) − u3/R − C2 u̇3 = 0
+/// (U_b − u4)/R − α i(u2 − u3) − C3 (u̇4 − u̇5) = 0
+/// C3 (u̇4 − u̇5) + (U_b − 2 u5)/R − (1 − α) i(u5 − u6) = 0
+/// i(u5 − u6) − u6/R − C4 u̇6 = 0
+/// (U_b − u7)/R − α i(u5 − u6) − C5 (u̇7 − u̇8) = 0
+/// C5 (u̇7 − u̇8) − u8/R = 0
+/// i(u) = I_s (exp(u/U_T) − 1),  V = 0.1 sin(200π t)
+/// ```
+///
+/// The index is 1; three algebraic equations are hidden, since they are linear combinations of the rows.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct TwoStageAmplifier;
+
+impl TwoStageAmplifier {
+    /// U_b, V.
+    const SUPPLY: f64 = 6.0;
+    /// R0 and R, Ω.
+    const RESISTORS: [f64; 2] = [1e3, 9e3];
+    /// C1 to C5, F.
+    const CAPACITORS: [f64; 5] = [1e-6, 2e-6, 3e-6, 4e-6, 5e-6];
+    /// I_s in A, U_T in V and α.
+    const TRANSISTOR: [f64; 3] = [1e-6, 0.026, 0.99];
+
+    fn emitter<S: Differentiable>(u: S) -> S {
+        let [saturation, thermal, _] = Self::TRANSISTOR;
+        (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
+    }
+}
+
+impl Equations for TwoStageAmplifier {
+    fn n_unknowns(&self) -> usize {
+        8
+    }
+
+    fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+        let (supply, [r0, r]) = (S::from(Self::SUPPLY), Self::RESISTORS);
+        let [c1, c2, c3, c4, c5] = Self::CAPACITORS;
+        let [.., alpha] = Self::TRANSISTOR;
+        let driving = 0.1 * (200.0 * std::f64::consts::PI * t).sin();
+        let charging = |c: f64, i: usize| (y_dot[i] - y_dot[i + 1]).times(c);
+        let [input, middle, output] = [charging(c1, 0), charging(c3, 3), charging(c5, 6)];
+        let [first, second] = [Self::emitter(y[1] - y[2]), Self::emitter(y[4] - y[5])];
+        residual[0] = (S::from(driving) - y[0]).times(1.0 / r0) - input;
+        residual[1] = input + (supply - y[1].times(2.0)).times(1.0 / r) - first.times(1.0 - alpha);
+        residual[2] = first - y[2].times(1.0 / r) - y_dot[2].times(c2);
+        residual[3] = (supply - y[3]).times(1.0 / r) - first.times(alpha) - middle;
+        residual[4] =
+            middle + (supply - y[4].times(2.0)).times(1.0 / r) - second.times(1.0 - alpha);
+        residual[5] = second - y[5].times(1.0 / r) - y_dot[5].times(c4);
+        residual[6] = (supply - y[6]).times(1.0 / r) - second.times(alpha) - output;
+        residual[7] = output - y[7].times(1.0 / r);
+    }
+
+    fn kinds(&self) -> Vec<VariableKind> {
+        vec![VariableKind::Differential; 8]
+    }
+
+    fn indices(&self) -> Vec<u8> {
+        vec![1; 8]
+    }
+
+    /// No current flows through the transistors and the coupling capacitors. The derivatives of the three hidden equations
+    /// determine the other values.
+    fn start(&self) -> Start {
+        let (supply, [r0, r]) = (Self::SUPPLY, Self::RESISTORS);
+        let [_, c2, _, c4, _] = Self::CAPACITORS;
+        let [saturation, thermal, alpha] = Self::TRANSISTOR;
+        let slope = saturation / thermal;
+        let base_slope = (1.0 - alpha) * slope;
+        let half = supply / 2.0;
+        let [u3_dot, u6_dot] = [-half / (c2 * r), -half / (c4 * r)];
+        let driving = 0.1 * 200.0 * std::f64::consts::PI;
+        let u2_dot = (driving / r0 + base_slope * u3_dot) / (1.0 / r0 + 2.0 / r + base_slope);
+        let load = alpha * slope * (u2_dot - u3_dot);
+        let u5_dot = (base_slope * u6_dot - load) / (3.0 / r + base_slope);
+        let u8_dot = -alpha * slope * (u5_dot - u6_dot) * r / 2.0;
+        Start {
+            t: 0.0,
+            y: vec![0.0, half, half, supply, half, half, supply, 0.0],
+            y_dot: vec![u2_dot, u2_dot, u3_dot, u5_dot, u5_dot, u6_dot, u8_dot, u8_dot],
+        }
+    }
+}
+
 /// A loop of a voltage source, linear capacitors and a nonlinear capacitor at 1 MHz; the index is 2.
 ///
 /// ```text

@@ -37,7 +37,7 @@ mod van_der_pol;
 
 pub use akzo::Akzo;
 pub use car_axis::CarAxis;
-pub use circuits::{Amplifier, CapacitorLoop, Doubler};
+pub use circuits::{Amplifier, CapacitorLoop, Doubler, TwoStageAmplifier};
 pub use driven::{Pulses, TimeScales};
 pub use dual::{Differentiable, Dual};
 pub use equations::{Differentiated, Equations};

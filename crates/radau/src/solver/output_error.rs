@@ -6,10 +6,20 @@ use super::state::{RadauSolver, step_of};
 use crate::failure::{Failure, Rejection};
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step for this error. The
-    /// step is accepted in any case if multipliers would not be resolved in a shorter step.
+    /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step for this error.
+    /// Rounding is sampled only if the error exceeds the tolerances. The step is accepted in any case if multipliers would
+    /// not be resolved in a shorter step.
     pub(super) fn test_dense_output(&mut self, h: f64, iterations: usize) -> Result<f64, Failure> {
-        let error = self.dense_output_error(h);
+        if self.interpolation.active && !self.fresh {
+            let (step, last) = (step_of!(self, h), &self.collocation);
+            let at_start = (&self.y_dot[..], &self.algebraic[..]);
+            self.interpolation.measure(&step, &self.newton.z, at_start, last);
+        }
+        let mut error = self.dense_output_error(|_| 0.0);
+        if error >= 1.0 {
+            self.sample_rounding(h, Some(self.collocation.h))?;
+            error = self.dense_output_error(|i| self.rounding.of(i));
+        }
         let proposal = self.control.propose(h, error, iterations);
         if error >= 1.0 && self.resolves_multipliers(h)? {
             return Err(Failure::Rejected(Rejection {
@@ -23,20 +33,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(proposal)
     }
 
-    /// Returns the largest estimated error of dense output in variables of index 0 and 1, in units of
+    /// Returns the largest estimated error of dense output beyond `rounding` in variables of index 0 and 1, in units of
     /// the tolerances for the solution; 0 if dense output is not used, and in a first step.
-    fn dense_output_error(&mut self, h: f64) -> f64 {
+    fn dense_output_error(&self, rounding: impl Fn(usize) -> f64) -> f64 {
         if !self.interpolation.active || self.fresh {
             return 0.0;
         }
-        let step = step_of!(self, h);
-        let (z, last) = (&self.newton.z, &self.collocation);
-        let at_start = (&self.y_dot[..], &self.algebraic[..]);
-        self.interpolation.measure(&step, z, at_start, last);
         let mask = self.error_test.mask();
         let variables = (0..mask.len()).filter(|&i| self.multipliers.index(i) < 2);
-        let errors = variables
-            .map(|i| mask[i] * self.interpolation.of(i) / self.weights.solution_tolerance(i));
+        let beyond = |i| (self.interpolation.of(i) - rounding(i)).max(0.0);
+        let errors = variables.map(|i| mask[i] * beyond(i) / self.weights.solution_tolerance(i));
         errors.fold(0.0, f64::max)
     }
 

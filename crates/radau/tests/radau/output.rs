@@ -1,6 +1,6 @@
 //! Output between the ends of steps, for inputs and characteristics with kinks.
 
-use myovib_conformance::samples::{Differentiated, Pump, Sample, VanDerPol};
+use myovib_conformance::samples::{Differentiated, Pump, Sample, TwoStageAmplifier, VanDerPol};
 use myovib_dae::{Outcome, Problem, StepError, StopReason};
 use myovib_radau::{RadauOptions, RadauSolver};
 
@@ -70,6 +70,25 @@ fn output_does_not_prevent_success() {
     }
     // Dense output requires a shorter step at each kink.
     assert!(attempts[1] < 2 * attempts[0], "{attempts:?}");
+}
+
+/// Regression: at a tolerance near the rounding of y, rounding of the output between the ends of steps exceeded the
+/// tolerance in steps of any size, and these runs stopped.
+#[test]
+fn rounding_between_steps_does_not_prevent_output() {
+    for stages in [5, 7] {
+        let amplifier = || Differentiated::new(TwoStageAmplifier);
+        let start = amplifier().start();
+        let end =
+            |output| run(amplifier(), [&start.y, &start.y_dot], 0.03, (stages, 1e-12), output);
+        let [without, with] = [false, true].map(|output| end(output).map(|(_, y)| y));
+        let without = without.unwrap();
+        let with = with.unwrap_or_else(|| panic!("{stages} stages: no success with output"));
+        for (i, (with, without)) in with.iter().zip(&without).enumerate() {
+            let error = (with - without).abs() / (1e-12 * (1.0 + without.abs()));
+            assert!(error < PROMISED, "{stages} stages, component {i}: {error:.1e}");
+        }
+    }
 }
 
 /// Regression: dense output in the first step after a restart used the multipliers and slopes from before the restart.
