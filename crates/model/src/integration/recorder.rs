@@ -7,6 +7,7 @@ use myovib_dae::Problem;
 use crate::error::ModelError;
 use crate::integration::run::{AcceptedStep, Observer};
 use crate::integration::statistics::Outcome;
+use crate::signal::timing::just_after;
 
 /// Equidistant times `0, every, 2 every, …` up to and including the end time.
 #[derive(Debug, Clone)]
@@ -31,14 +32,14 @@ impl SampleTimes {
         Self { next: n, ..self }
     }
 
-    /// Returns the next time not later than `t`, if there is one.
+    /// Returns the next time that is not later than `t`, except for rounding, if there is one.
     pub fn due(&mut self, t: f64) -> Option<f64> {
         // A multiple that differs from the end time only by rounding is the end time.
         let mut time = self.every * self.next as f64;
         if (time - self.end).abs() < 1e-9 * self.every {
             time = self.end;
         }
-        (time <= t && time <= self.end).then(|| {
+        (time < just_after(t) && time <= self.end).then(|| {
             self.next += 1;
             time
         })
@@ -71,7 +72,7 @@ where
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         while let Some(t) = self.times.due(step.to) {
             // Times between a jump and the next step are assigned to the start of that step.
-            step.integrator.dense_output(t.max(step.from), 0, &mut self.y)?;
+            step.integrator.dense_output(t.clamp(step.from, step.to), 0, &mut self.y)?;
             (self.sink)(step.integrator.problem_mut(), t, &self.y)?;
         }
         Ok(ControlFlow::Continue(()))

@@ -44,7 +44,8 @@ use timing::{Break, FRACTION, TimeScales};
 /// assert_eq!(load.at(0.0).d1, -6.0);
 /// ```
 pub trait TimeFunction: Debug + Send + Sync {
-    /// Returns value, first and second derivative at time `t`.
+    /// Returns value, first and second derivative at time `t`. At a break and up to 16 ε t after it, these are the values
+    /// before the break.
     fn at(&self, t: f64) -> Jet;
 
     /// Returns the shortest time scale of changes between two times, such as a rise time or a period;

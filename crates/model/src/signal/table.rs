@@ -6,7 +6,7 @@
 
 use super::TimeFunction;
 use super::jet::Jet;
-use super::timing::{Break, shortest};
+use super::timing::{Break, just_after, shortest};
 use crate::error::ModelError;
 
 /// Points of a function of time: ascending times (s), and a finite value at each.
@@ -87,7 +87,8 @@ pub struct Polyline(pub Points);
 impl TimeFunction for Polyline {
     fn at(&self, t: f64) -> Jet {
         let i = self.0.interval(t);
-        let slope = self.0.slope(i);
+        let is_at_kink = i > 0 && t < just_after(self.0.times[i]);
+        let slope = self.0.slope(if is_at_kink { i - 1 } else { i });
         Jet { value: self.0.values[i] + slope * (t - self.0.times[i]), d1: slope, d2: 0.0 }
     }
 
@@ -256,6 +257,9 @@ mod tests {
         let breaks: Vec<_> = lines.breaks(-1.0, 20.0).map(|b| (b.t, b.order)).collect();
         assert_eq!(breaks, [(1.0, 1), (1.5, 1), (3.0, 1)]);
         assert_eq!(lines.lowest_jump(), 1);
+        for (t, slopes) in [(1.0, [1000.0, 0.0]), (1.5, [0.0, -800.0]), (3.0, [-800.0, 0.0])] {
+            assert_eq!([t, just_after(t)].map(|t| lines.at(t).d1), slopes);
+        }
         assert_eq!(lines.constant_over(1.0, 1.5), Some(1000.0));
         assert_eq!(lines.constant_over(3.0, 9.0), Some(-200.0));
         assert_eq!(lines.constant_over(0.5, 1.2), None);

@@ -27,8 +27,8 @@ const PASSED: f64 = 16.0 * f64::EPSILON;
 /// Replacement for a time scale of zero, s.
 const LEAST_TIME: f64 = 1e-290;
 
-/// Returns the first time after a jump at `t`: a function with a jump has its left value before
-/// this time, and its right value from this time on.
+/// Returns the first time after a jump or kink at `t`: a function has its left value and slope before
+/// this time, and its right value and slope from this time on.
 pub(crate) fn just_after(t: f64) -> f64 {
     t + PASSED * t.abs().max(LEAST_TIME)
 }
@@ -116,6 +116,9 @@ mod tests {
             // slope is below 1e-9.
             let kinked = (before.d1 - after.d1).abs() > 1.0;
             assert_eq!(kinked, order == 1, "{t}");
+            // Steps end at t and continue just after it; the step is steeper by 2e-11/s after 1e-12 s.
+            let slopes = [both.at(t).d1 - before.d1, both.at(just_after(t)).d1 - after.d1];
+            assert!(slopes.iter().all(|change| change.abs() < 1e-9), "{t}: {slopes:?}");
         }
     }
 

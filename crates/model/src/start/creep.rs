@@ -14,14 +14,13 @@ use crate::operators;
 /// velocity. It determines the velocity of parts without viscosity.
 const ELASTIC_TIME: f64 = 1e-7;
 
-/// Replaces the velocity and, for κ = ∞, the pressure in `y`: `(D + h K) v − Bᵀπ = −f` and `B v = −g` with the
-/// damping D, the stiffness K, the unbalanced force f and the rate of volume change g at v = 0.
+/// Corrects the velocity and, for κ = ∞, the pressure in `y` by v and π: `(D + h K) v − Bᵀπ = −f` and `B v = −g` with
+/// the damping D, the stiffness K, the unbalanced force f and the rate of volume change g.
 pub(super) fn balance(dae: &mut MuscleDae, t: f64, y: &mut [f64]) -> Result<(), ModelError> {
     let range = |field| dae.layout().range(field);
     let velocity = range(Field::Velocity).expect("all formulations have v");
     let displacement = range(Field::Displacement).expect("all formulations have q");
     let pressure = range(Field::Pressure).filter(|_| dae.muscle().parameters.is_incompressible());
-    y[velocity.clone()].fill(0.0);
     let rates = vec![0.0; y.len()];
     let force = momentum(dae, t, &[y], &[&rates])?;
     dae.update_matrices(t, y, &rates)?;
@@ -30,15 +29,17 @@ pub(super) fn balance(dae: &mut MuscleDae, t: f64, y: &mut [f64]) -> Result<(), 
     let time = ELASTIC_TIME * largest(damping.values()) / largest(stiffness.values());
     let matrix = damping + stiffness * time;
     let negative = |x: &[f64]| -> Vec<f64> { x.iter().map(|x| -x).collect() };
-    let rest = vec![0.0; velocity.len()];
-    let motion = Motion::new(dae.muscle(), t, &y[displacement], &rest, &rest);
+    let motion =
+        Motion::new(dae.muscle(), t, &y[displacement], &y[velocity.clone()], &y[velocity.clone()]);
     let (b, flux) = match pressure {
         Some(_) => (motion.divergence()?, motion.volume_residual_rate()?),
-        None => (CscMatrix::zeros(0, rest.len()), Vec::new()),
+        None => (CscMatrix::zeros(0, velocity.len()), Vec::new()),
     };
     let mut saddle = Saddle::factor(&matrix, &b)?;
     let (v, pi) = saddle.solve(&negative(&force), &negative(&flux))?;
-    y[velocity].copy_from_slice(&v);
+    for (sum, v) in y[velocity].iter_mut().zip(&v) {
+        *sum += v;
+    }
     for (p, pi) in y[pressure.unwrap_or_default()].iter_mut().zip(&pi) {
         *p += pi;
     }

@@ -57,8 +57,9 @@ pub trait Consistent: Problem {
 impl Consistent for MuscleDae {
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
         if !self.muscle().solid.has_inertia() {
-            // Loads of a quasi-static motion do not jump, so that its state is continuous.
-            return Ok([y.to_vec(), rates_without_inertia(self, t, y)]);
+            // Displacements are continuous; velocities and pressures follow kinks of support motions.
+            let start = InitialValues::without_inertia(self, t, y.to_vec())?;
+            return Ok([start.y, start.y_dot]);
         }
         // λ + β λ̇ balances the momentum; λ is unchanged.
         let parameters = &self.muscle().parameters;

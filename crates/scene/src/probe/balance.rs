@@ -66,28 +66,20 @@ impl EnergyBalance {
         from: f64,
         t: f64,
     ) -> Result<(), ModelError> {
-        let start = match self.last {
-            // Powers may jump at a jump of a load.
-            Some(_) if self.t < from => self.energies_at(integrator, from)?,
-            Some(energies) => energies,
-            None => {
-                let start = self.energies_at(integrator, self.t.max(from))?;
-                self.initial = start.kinetic + start.elastic;
-                start
-            }
-        };
         self.t = self.t.max(from);
-        self.last = Some(start);
+        if self.last.is_none() {
+            let start = self.energies_at(integrator, self.t)?;
+            self.initial = start.kinetic + start.elastic;
+            self.last = Some(start);
+        }
         let h = t - self.t;
         if h > 0.0 {
-            let [mut a, mut b, mut c] = [start; 3];
-            for (inner, place) in [&mut a, &mut b, &mut c].into_iter().zip(Exchanged::PLACES) {
+            let mut at = [Energies::default(); 4];
+            for (inner, place) in at.iter_mut().zip(Exchanged::PLACES) {
                 *inner = self.energies_at(integrator, (self.t + place * h).max(from))?;
             }
-            let end = self.energies_at(integrator, t)?;
-            let at = [&start, &a, &b, &c, &end];
-            self.exchanged.add(h, Exchanged::WEIGHTS, at);
-            (self.t, self.last) = (t, Some(end));
+            self.exchanged.add(h, &at);
+            (self.t, self.last) = (t, Some(self.energies_at(integrator, t)?));
         }
         Ok(())
     }

@@ -79,15 +79,16 @@ impl Outputs<'_> {
         self.write_fields(integrator, from, to)?;
         let mut looked_at = None;
         while let Some(t) = self.drift_times.due(to) {
-            integrator.dense_output(t.max(from), 0, &mut self.y)?;
+            let inside = t.clamp(from, to);
+            integrator.dense_output(inside, 0, &mut self.y)?;
             let Some((dae, range)) = integrator.problem_mut().muscle_at(&self.y) else {
                 continue;
             };
-            let drift = dae.constraint_drift(t, &self.y[range])?;
+            let drift = dae.constraint_drift(inside, &self.y[range])?;
             if drift >= self.drift.0 {
                 self.drift = (drift, t);
             }
-            looked_at = Some(t);
+            looked_at = Some(inside);
         }
         if let Some(t) = looked_at {
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
@@ -122,7 +123,7 @@ impl Outputs<'_> {
     ) -> Result<(), ModelError> {
         while let Some(t) = self.recorders[k].times.due(to) {
             let recorder = &mut self.recorders[k];
-            let inside = t.max(from);
+            let inside = t.clamp(from, to);
             if let Some(balance) = recorder.what.balance_mut() {
                 balance.advance(integrator, from, inside)?;
             }
@@ -131,7 +132,7 @@ impl Outputs<'_> {
                 integrator.dense_output(inside, 1, &mut self.y_dot)?;
             }
             let system = integrator.problem_mut();
-            let at = StateAt { t, y: &self.y, y_dot: &self.y_dot };
+            let at = StateAt { t: inside, y: &self.y, y_dot: &self.y_dot };
             let values = recorder.what.values(system, at)?;
             recorder.write(t, &values)?;
             self.work.probe_rows += 1;
@@ -154,14 +155,14 @@ impl Outputs<'_> {
             return Ok(());
         };
         while let Some(t) = times.due(to) {
-            let inside = t.max(from);
+            let inside = t.clamp(from, to);
             integrator.dense_output(inside, 0, &mut self.y)?;
             if need_rates(series.quantities(), integrator.problem_mut(), &self.y) {
                 integrator.dense_output(inside, 1, &mut self.y_dot)?;
             }
             let measured = oscillations.measure(integrator.problem(), &self.y)?;
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
-            let snapshot = dae.snapshot(t, &self.y[range.clone()], &self.y_dot[range]);
+            let snapshot = dae.snapshot(inside, &self.y[range.clone()], &self.y_dot[range]);
             self.volumes.see(t, &snapshot);
             for name in series.next_files().into_iter().chain(oscillations.next_files()) {
                 self.folder.claim(&name).map_err(failed_output)?;

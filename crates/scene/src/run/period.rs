@@ -307,7 +307,7 @@ impl<P: System> Observer<P> for Samples<'_> {
             integrator.dense_output(inside, 1, &mut self.y_dot)?;
             for (reading, rows) in self.readings.iter().zip(&mut self.rows) {
                 let system = integrator.problem_mut();
-                let at = StateAt { t, y: &self.y, y_dot: &self.y_dot };
+                let at = StateAt { t: inside, y: &self.y, y_dot: &self.y_dot };
                 let values = reading.values(system, at)?;
                 rows.push(std::iter::once(t).chain(values).collect());
             }

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Constants, Role};
-use crate::signal::timing::{Break, between, first, shortest};
+use crate::signal::timing::{Break, between, first, just_after, shortest};
 use crate::signal::{Jet, Objection, TimeFunction};
 
 /// Linear from 0 at `start` to `value` at `end`; for displacements only in static and quasi-static analyses, because its slope jumps.
@@ -28,7 +28,7 @@ impl Constants for Ramp {
 impl TimeFunction for Ramp {
     fn at(&self, t: f64) -> Jet {
         let s = (Jet::variable(t) + (-self.start)) * (1.0 / (self.end - self.start));
-        let inside = (0.0..1.0).contains(&s.value);
+        let inside = (just_after(self.start)..just_after(self.end)).contains(&t);
         s.compose(s.value.clamp(0.0, 1.0), f64::from(u8::from(inside)), 0.0) * self.value
     }
 
