@@ -15,7 +15,8 @@ use crate::operators;
 const ELASTIC_TIME: f64 = 1e-7;
 
 /// Corrects the velocity and, for κ = ∞, the pressure in `y` by v and π: `(D + h K) v − Bᵀπ = −f` and `B v = −g` with
-/// the damping D, the stiffness K, the unbalanced force f and the rate of volume change g.
+/// the damping D, the stiffness K, the unbalanced force f and the rate of volume change g. Without damping, as from
+/// an active stress of zero, `y` does not change.
 pub(super) fn balance(dae: &mut MuscleDae, t: f64, y: &mut [f64]) -> Result<(), ModelError> {
     let range = |field| dae.layout().range(field);
     let velocity = range(Field::Velocity).expect("all formulations have v");
@@ -25,6 +26,9 @@ pub(super) fn balance(dae: &mut MuscleDae, t: f64, y: &mut [f64]) -> Result<(), 
     let force = momentum(dae, t, &[y], &[&rates])?;
     dae.update_matrices(t, y, &rates)?;
     let damping = derivative(dae, Field::Velocity);
+    if largest(damping.values()) == 0.0 {
+        return Ok(());
+    }
     let stiffness = derivative(dae, Field::Displacement);
     let time = ELASTIC_TIME * largest(damping.values()) / largest(stiffness.values());
     let matrix = damping + stiffness * time;

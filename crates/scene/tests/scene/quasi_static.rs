@@ -197,6 +197,27 @@ fn forces_and_work_are_exact_at_kinks_of_a_support_motion() {
     }
 }
 
+/// Checks that a muscle without tension at the start contracts to the length that its tension determines. Regression: the
+/// matrix of the start was singular, because the active stress resists motion only in proportion to the tension.
+#[test]
+fn a_muscle_with_force_velocity_relation_contracts_from_no_tension() {
+    let last = |relation: &str, rise: &str| {
+        let active = format!(
+            "fiber = [1.0, 0.0]\nactive = {{ type = \"given\", tension = {rise}{relation} }}"
+        );
+        curve(&strip(QUASI_STATIC, &active, "inf", ""), "end", "u_x").last().unwrap()[1]
+    };
+    for rise in [
+        "{ type = \"step\", value = 6e3, rise = 0.1 }",
+        "{ type = \"ramp\", value = 6e3, start = 0.3, end = 0.4 }",
+    ] {
+        let (slow, free) = (last(", force_velocity = { v_max = 4.0 }", rise), last("", rise));
+        assert!(free < -0.005, "{free}");
+        // Three times the default relative tolerance.
+        assert!((slow / free - 1.0).abs() < 3e-4, "{rise}: {slow} {free}");
+    }
+}
+
 /// Checks a sudden load. Viscosity balances it if the whole body is viscous; if only one half is viscous, the other
 /// half cannot balance it.
 #[test]
