@@ -18,6 +18,9 @@ use obstacle::{Gap, dot};
 const DEFAULT_STIFFNESS: f64 = 100.0;
 /// Penetration at which the full stiffness is reached, as a fraction of the facet size.
 const SMOOTHING: f64 = 1e-3;
+/// Depth, relative to w, from which a point counts as in contact. It exceeds rounding, and its pressure is 1e-12 of the
+/// pressure at w.
+const TOUCHING: f64 = 1e-6;
 /// Mean distance from the obstacle that remains with augmented Lagrange multipliers, as a fraction of the facet size.
 /// At a contact pressure of one shear modulus, the default penalty penetrates a hundred times deeper.
 const AUGMENTED: f64 = 1e-4;
@@ -392,7 +395,9 @@ impl RigidContact {
                 *force += touch.weight * touch.potential[1] * normal;
             }
             sums.energy += touch.weight * touch.potential[0];
-            sums.area += touch.weight;
+            if touch.depth > TOUCHING * self.smoothing {
+                sums.area += touch.weight;
+            }
             sums.penetration = sums.penetration.max(-touch.gap.distance);
         });
         sums

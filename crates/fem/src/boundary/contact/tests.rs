@@ -276,3 +276,26 @@ fn the_slopes_of_friction_are_its_derivatives() {
         }
     }
 }
+
+/// A body that touches an obstacle has no contact area, although rounding moves points into the obstacle.
+#[test]
+fn an_obstacle_that_only_touches_has_no_contact_area() {
+    for dimension in [2, 3] {
+        let solid = block(dimension);
+        let obstacle = match dimension {
+            2 => Obstacle::Plane { point: [0.0, 0.1, 0.0], normal: [0.0, -1.0, 0.0] },
+            _ => Obstacle::Plane { point: [0.0, 0.0, 0.1], normal: [0.0, 0.0, -1.0] },
+        };
+        let contact = RigidContact::new(&solid, "top", obstacle, None).unwrap();
+        let mut u = vec![0.0; solid.dofs().n_full()];
+        let mut area = |lift: f64| {
+            u.iter_mut().skip(dimension - 1).step_by(dimension).for_each(|u| *u = lift);
+            contact.sums(&[0.0; 3], &u).area
+        };
+        assert_eq!([area(0.0), area(1e-17)], [0.0; 2]);
+        // At a penetration of 1e-6 of the facets, the whole group of side 0.1 m is in contact; the sum of 16 weights has
+        // a rounding error below 16 ε.
+        let whole = 0.1_f64.powi(dimension as i32 - 1);
+        assert!((area(5e-8) / whole - 1.0).abs() < 16.0 * f64::EPSILON, "{}", area(5e-8));
+    }
+}
