@@ -91,6 +91,20 @@ fn a_plate_compresses_a_block_by_the_exact_force() {
     }
 }
 
+/// Regression: the indentation example with a finer mesh stopped, because the equilibrium after an update of the multipliers
+/// was too far from the one before.
+#[test]
+fn multipliers_approach_an_equilibrium_in_shorter_updates() {
+    let text = include_str!("../../../../examples/indentation.toml");
+    let augmented = "contact[0].method=augmented-lagrange";
+    let set =
+        [augmented, "mesh.refine=1", "static.steps=1", "contact[0].y=-0.0005"].map(str::to_owned);
+    let scene = Scene::build("scene.toml", text, &set, Path::new("")).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    let run = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+    assert_eq!(run.document["outcome"], "finished", "{}", run.document["message"]);
+}
+
 /// Regression: after multipliers had not converged, or were interrupted, the output had a contact force of later multipliers. Then
 /// the block was not in equilibrium.
 #[test]

@@ -9,12 +9,15 @@ use crate::muscle::load::set_multipliers;
 /// Maximum number of updates of multipliers. If the contact is stiffer than the body, each update divides the penetration
 /// by about the ratio of both stiffnesses.
 const MAX_AUGMENTATIONS: usize = 50;
+/// Maximum number of halvings of an update after which the equilibrium is not found.
+const HALVINGS: usize = 6;
 /// Smallest penetration of an unloaded body, as a fraction of the size of facets, that can prevent convergence.
 const OVERLAP: f64 = 0.01;
 
 impl Newton<'_> {
     /// Updates the multipliers of contacts and solves for the equilibrium `x` again, in turn, until no contact penetrates
-    /// (method of Uzawa). Returns whether this converges; if not, `x` and the multipliers are those of the last equilibrium.
+    /// (method of Uzawa). Updates after which the equilibrium is not found are halved. Returns whether this converges; if
+    /// not, `x` and the multipliers are those of the last equilibrium.
     pub(in crate::statics) fn augment(
         &mut self,
         x: &mut Vec<f64>,
@@ -22,7 +25,7 @@ impl Newton<'_> {
         watch: &mut dyn FnMut([usize; 2]) -> ControlFlow<()>,
     ) -> Result<bool, ModelError> {
         let rest = vec![0.0; x.len()];
-        for _ in 0..MAX_AUGMENTATIONS {
+        'updates: for _ in 0..MAX_AUGMENTATIONS {
             self.place(&x[..self.n_free()], factor);
             let (t, u) = (self.t, &self.displacement);
             let last = self.multipliers();
@@ -34,13 +37,19 @@ impl Newton<'_> {
             if !is_changed {
                 return Ok(true);
             }
-            match self.solve(&rest, x, factor, false, &mut *watch)? {
-                Some(next) => *x = next,
-                None => {
-                    set_multipliers(self.contacts.to_mut(), last);
-                    break;
+            for _ in 0..=HALVINGS {
+                if let Some(next) = self.solve(&rest, x, factor, false, &mut *watch)? {
+                    *x = next;
+                    continue 'updates;
                 }
+                let mut halved = self.multipliers();
+                for (depth, last) in halved.iter_mut().flatten().zip(last.iter().flatten()) {
+                    *depth = 0.5 * (*depth + last);
+                }
+                set_multipliers(self.contacts.to_mut(), halved);
             }
+            set_multipliers(self.contacts.to_mut(), last);
+            break;
         }
         Ok(false)
     }
