@@ -134,13 +134,16 @@ pub enum ModelError {
     #[error(
         "no periodic state: the ends of the period differ by {residual:.1e} of the size of the state, and Newton's \
          method does not reduce this to {tolerance:.1e}; start nearer to it: use more `periodic.settling_periods`, or \
-         [initial_state] with type = \"equilibrium\" if a part of the loads is constant"
+         [initial_state] with type = \"equilibrium\" if a part of the loads is constant; or use a smaller `rtol` of \
+         [integrator], such as {map_error:.0e}"
     )]
     NoPeriodicState {
         /// Remaining relative difference of the states at the ends of the period.
         residual: f64,
         /// Requested tolerance.
         tolerance: f64,
+        /// Relative error of the integration over a period.
+        map_error: f64,
     },
     /// A curve of periodic states does not end within its number of points.
     #[error("it has max_points = {max_points} points")]

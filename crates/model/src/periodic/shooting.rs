@@ -133,7 +133,8 @@ impl Shooting {
     }
 
     fn failure(&self, left: &[f64]) -> ModelError {
-        ModelError::NoPeriodicState { residual: largest(left), tolerance: self.tolerance }
+        let (tolerance, map_error) = (self.tolerance, self.map_error);
+        ModelError::NoPeriodicState { residual: largest(left), tolerance, map_error }
     }
 }
 

@@ -176,7 +176,8 @@ impl Search<'_> {
             }
             if !is_met(residual) {
                 if doublings == DOUBLINGS {
-                    return Err(ModelError::NoPeriodicState { residual, tolerance });
+                    let map_error = with_fixed_steps.map_error;
+                    return Err(ModelError::NoPeriodicState { residual, tolerance, map_error });
                 }
                 (doublings, n_steps) = (doublings + 1, 2 * n_steps);
             }
