@@ -13,7 +13,7 @@ use crate::values;
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
-// Negative numbers reach the parsers of values, which report what is allowed.
+// Negative numbers reach the parsers of values, which report the allowed values.
 #[command(allow_negative_numbers = true)]
 pub struct CommonArgs {
     /// Print the results as JSON instead of text; with `=FILE`, write them to FILE. Only a file that this program wrote

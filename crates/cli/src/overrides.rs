@@ -11,7 +11,7 @@ pub(crate) fn change(key: &str, value: impl std::fmt::Display) -> String {
 }
 
 /// Rejects values in `set` of keys that the command or an option sets to another value: they would have no effect. Each
-/// entry of `own` is such a change, and what makes it.
+/// entry of `own` is a change by the command, with the name of its option.
 pub(crate) fn expect_free(set: &[String], own: &[(String, &str)]) -> Result<(), InputError> {
     let split = |text: &str| {
         let (key, value) = text.split_once('=')?;

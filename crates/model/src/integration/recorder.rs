@@ -32,7 +32,7 @@ impl SampleTimes {
         Self { next: n, ..self }
     }
 
-    /// Returns the next time that is not later than `t`, except for rounding, if there is one.
+    /// Returns the next time up to `t`, except for rounding, if there is one.
     pub fn due(&mut self, t: f64) -> Option<f64> {
         // A multiple that differs from the end time only by rounding is the end time.
         let mut time = self.every * self.next as f64;

@@ -1,4 +1,4 @@
-//! Values of a scene that differ from those of the run whose final state it starts from.
+//! Differences between a scene and the run in whose final state it starts.
 
 use std::fmt::Write as _;
 use std::path::Path;

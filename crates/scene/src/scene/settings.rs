@@ -150,7 +150,7 @@ pub(crate) fn absolute_tolerances(
 
 /// Keys of `[integrator]` without effect on a rod or on chains alone, in addition to [`OF_FULL_MATRIX`].
 const ONLY_FOR_BODIES: [&str; 3] = ["atol", "error_test", "precision"];
-/// Keys of `[integrator]` that are settings of KLU, which factorizes full matrices only.
+/// Keys of `[integrator]` for KLU, which factorizes full matrices only.
 const OF_FULL_MATRIX: [&str; 2] = ["ordering", "btf"];
 /// Keys of `[[chain]]` that describe how the body drives a chain.
 const OF_DRIVEN_CHAINS: [&str; 3] = ["gain", "component", "driven"];
