@@ -91,7 +91,7 @@ fn a_sweep_of_a_scene_that_has_changed_is_computed_again() {
             "solid.bulk_modulus=1_000.0e2",
             "--vary",
             // The second case can slide along the wall: it is not sufficiently supported.
-            "fixed[0].components=,[\"x\"]",
+            "fixed[0].components=[\"x\", \"y\"],[\"x\"]",
         ];
         let run = myovib_in(folder.path(), &arguments);
         assert_eq!(run.code, 0, "{}", run.stderr);
