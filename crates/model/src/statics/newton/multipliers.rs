@@ -17,7 +17,7 @@ const OVERLAP: f64 = 0.01;
 impl Newton<'_> {
     /// Updates the multipliers of contacts and solves for the equilibrium `x` again, in turn, until no contact penetrates
     /// (method of Uzawa). Updates after which the equilibrium is not found are halved. Returns whether this converges; if
-    /// not, `x` and the multipliers are those of the last equilibrium.
+    /// not, `x` and the multipliers belong to the last equilibrium.
     pub(in crate::statics) fn augment(
         &mut self,
         x: &mut Vec<f64>,
