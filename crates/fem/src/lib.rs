@@ -51,7 +51,9 @@ pub use boundary::SurfaceOperator;
 pub use boundary::contact::{
     ContactSums, DrivenSlope, Friction, FrictionSums, Obstacle, RigidContact, Sliding,
 };
+pub use boundary::deformed::DeformedFacets;
 pub use boundary::enclosed::EnclosedVolume;
+pub use boundary::facet::{FacetPoint, area_vector};
 pub use boundary::follower::FollowerPressure;
 pub use boundary::load;
 pub use boundary::robin::{RobinMatrix, SupportDirection};

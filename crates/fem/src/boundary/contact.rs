@@ -5,7 +5,7 @@ mod friction;
 mod obstacle;
 
 use crate::boundary::deformed::DeformedFacets;
-use crate::boundary::facet::{area_vector, outward_facets, owners};
+use crate::boundary::facet::{area_vector, owners};
 use crate::error::FemError;
 use crate::solid::Solid;
 pub use driven::DrivenSlope;
@@ -117,7 +117,7 @@ impl RigidContact {
         stiffness: Option<f64>,
     ) -> Result<Self, FemError> {
         let space = solid.space();
-        let boundary = DeformedFacets::new(space, &outward_facets(space, group)?);
+        let boundary = DeformedFacets::of_group(space, group)?;
         let weights = in_dimension!(boundary.dimension, weights(&boundary));
         let area: f64 = weights.iter().flatten().sum();
         let mean = area / weights.len().max(1) as f64;

@@ -1,8 +1,8 @@
 //! Boundary facets in the deformed configuration.
 
-pub(crate) use crate::boundary::facet::area_vector;
-use crate::boundary::facet::{FacetPoint, facet_points};
+use crate::boundary::facet::{FacetPoint, facet_points, outward_facets};
 use crate::element::Shape;
+use crate::error::FemError;
 use crate::solid::Solid;
 use crate::space::Space;
 use crate::space::dofs::CONSTRAINED;
@@ -14,17 +14,27 @@ use crate::space::sparsity::entry_index;
 /// ds is the tangent x' ds rotated by −90°. In 3D it is a surface x(s, t), and the outward normal
 /// times the area element is x_s × x_t ds dt.
 #[derive(Debug, Clone)]
-pub(crate) struct DeformedFacets {
-    pub(crate) dimension: usize,
+pub struct DeformedFacets {
+    /// Dimension of the space.
+    pub dimension: usize,
     /// Quadrature points of the reference facet; weights include its measure.
-    pub(crate) points: Vec<FacetPoint>,
+    pub points: Vec<FacetPoint>,
     /// Nodes of each facet.
-    pub(crate) facets: Vec<Vec<usize>>,
+    pub facets: Vec<Vec<usize>>,
     /// Reference positions of all nodes.
-    pub(crate) coordinates: Vec<f64>,
+    pub coordinates: Vec<f64>,
 }
 
 impl DeformedFacets {
+    /// Creates the facets of a boundary group: edges of triangles or faces of tetrahedra.
+    ///
+    /// # Errors
+    /// [`FemError::UnknownGroup`]; [`FemError::WrongGroup`] if the group has other members;
+    /// [`FemError::InteriorFacet`] for a member with elements on both sides.
+    pub fn of_group(space: &Space, group: &str) -> Result<Self, FemError> {
+        Ok(Self::new(space, &outward_facets(space, group)?))
+    }
+
     /// Creates the facets from their vertices, ordered so that the normals point outward.
     pub(crate) fn new(space: &Space, outward: &[Vec<usize>]) -> Self {
         let shape: &Shape = space.mesh().shape();
@@ -43,7 +53,7 @@ impl DeformedFacets {
 
     /// Returns the entry indices of each facet in the displacement pattern, by row (node, component) and
     /// column; `None` for constrained components.
-    pub(crate) fn matrix_indices(&self, solid: &Solid) -> Vec<Vec<Option<u32>>> {
+    pub fn matrix_indices(&self, solid: &Solid) -> Vec<Vec<Option<u32>>> {
         let dimension = self.dimension;
         let free = solid.dofs().full_to_free();
         let pattern = solid.displacement_pattern();
@@ -98,9 +108,12 @@ impl DeformedFacets {
         tangents
     }
 
-    /// Calls `kernel` at each quadrature point with the index of the facet, the point and the
-    /// [`tangents`](Self::tangents) at displacement `u`.
-    pub(crate) fn for_each_point<const D: usize>(
+    /// Calls `kernel` at each quadrature point with the index of the facet, the point and the derivatives of the position
+    /// with respect to the facet parameters at displacement `u`; in 2D only the first is nonzero.
+    ///
+    /// # Panics
+    /// Panics if `u` is too short, or unless `D` is the dimension.
+    pub fn for_each_point<const D: usize>(
         &self,
         u: &[f64],
         mut kernel: impl FnMut(usize, &FacetPoint, [[f64; D]; 2]),

@@ -3,8 +3,8 @@
 
 use std::collections::HashSet;
 
-use crate::boundary::deformed::{DeformedFacets, area_vector};
-use crate::boundary::facet::{facet_points, outward_facets};
+use crate::boundary::deformed::DeformedFacets;
+use crate::boundary::facet::{area_vector, facet_points, outward_facets};
 use crate::element::TRIANGLE;
 use crate::error::FemError;
 use crate::mesh::Group;

@@ -11,16 +11,16 @@ use crate::space::{Degree, ElementPoint, Space};
 
 /// Quadrature point of the reference facet.
 #[derive(Debug, Clone)]
-pub(crate) struct FacetPoint {
+pub struct FacetPoint {
     /// Weight as a fraction of the facet measure.
-    pub(crate) weight: f64,
+    pub weight: f64,
     /// Barycentric coordinates.
-    pub(crate) barycentric: Vec<f64>,
+    pub barycentric: Vec<f64>,
     /// Values of the shape functions of the facet nodes.
-    pub(crate) values: Vec<f64>,
+    pub values: Vec<f64>,
     /// Derivatives of the shape functions along the first edges from the first vertex. An edge has
     /// a single derivative, a face has two.
-    pub(crate) slopes: Vec<Vec<f64>>,
+    pub slopes: Vec<Vec<f64>>,
 }
 
 impl FacetPoint {
@@ -193,7 +193,7 @@ fn facet_measure<const D: usize>(corners: &[[f64; D]]) -> f64 {
 
 /// Returns the area vector: in 2D the first tangent rotated by −90°, in 3D the cross product of
 /// both.
-pub(crate) fn area_vector<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] {
+pub fn area_vector<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] {
     let mut normal = [0.0; D];
     match D {
         2 => normal.copy_from_slice(&[s[1], -s[0]]),

@@ -2,7 +2,7 @@
 
 use crate::boundary::SurfaceOperator;
 use crate::boundary::deformed::DeformedFacets;
-use crate::boundary::facet::{area_vector, outward_facets};
+use crate::boundary::facet::area_vector;
 use crate::error::FemError;
 use crate::solid::Solid;
 
@@ -30,8 +30,7 @@ impl FollowerPressure {
     /// [`FemError::UnknownGroup`]; [`FemError::WrongGroup`] if the group has other members;
     /// [`FemError::InteriorFacet`] for a member with elements on both sides.
     pub fn new(solid: &Solid, group: &str) -> Result<Self, FemError> {
-        let space = solid.space();
-        let boundary = DeformedFacets::new(space, &outward_facets(space, group)?);
+        let boundary = DeformedFacets::of_group(solid.space(), group)?;
         Ok(Self { indices: boundary.matrix_indices(solid), boundary })
     }
 

@@ -1,8 +1,8 @@
-//! Loads on the deformed boundary. Each load is a type with an operator, and a line in the table of [`SurfaceLoads`].
+//! Loads on the deformed boundary, one per file. Each file defines the keys of the load in a scene and its operator.
 
 use std::sync::Arc;
 
-use myovib_fem::{FemError, FollowerPressure, Solid, SurfaceOperator};
+use myovib_fem::{FemError, Solid, SurfaceOperator};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -31,13 +31,16 @@ pub(crate) trait SurfaceLoadKind {
     fn operator(&self, solid: &Solid) -> Result<Arc<dyn SurfaceOperator>, FemError>;
 }
 
+/// Defines [`SurfaceLoads`] from a list of files, which are also the keys, their types, and the descriptions of the keys.
 macro_rules! surface_loads {
-    ($($(#[doc = $doc:literal])+ $key:ident: $kind:ty, $example:literal;)+) => {
+    ($($key:ident $kind:ident $about:literal)+) => {
+        $(mod $key; pub use $key::$kind;)+
+
         /// Loads on the deformed boundary.
         #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(default)]
         pub struct SurfaceLoads {
-            $($(#[doc = $doc])+
+            $(#[doc = $about]
             #[serde(skip_serializing_if = "Vec::is_empty")]
             pub $key: Vec<$kind>,)+
         }
@@ -47,8 +50,7 @@ macro_rules! surface_loads {
             pub(crate) const KEYS: &[&str] = &[$(stringify!($key)),+];
 
             /// Sections of the scene reference, by their examples.
-            pub(super) const SECTIONS: &[&str] =
-                &[$(concat!("[[", stringify!($key), "]]\n", $example)),+];
+            pub(super) const SECTIONS: &[&str] = &[$($kind::EXAMPLE),+];
 
             /// Returns all loads with their paths in the scene.
             pub fn all(&self) -> Vec<(String, SurfaceLoad<'_>)> {
@@ -69,23 +71,5 @@ macro_rules! surface_loads {
 }
 
 surface_loads! {
-    /// Pressures normal to the deformed boundary.
-    pressure: Pressure, "group = \"load\"\nvalue = { type = \"step\", value = 200.0, rise = 0.2 }";
-}
-
-/// Pressure on the deformed boundary (follower load).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Pressure {
-    /// Group of edges or faces.
-    pub group: String,
-    /// Pressure, Pa; positive pushes against the body.
-    pub value: Function,
-    /// Harmonic part in a response, Pa.
-    pub response: Option<Amplitude>,
-}
-
-impl SurfaceLoadKind for Pressure {
-    fn operator(&self, solid: &Solid) -> Result<Arc<dyn SurfaceOperator>, FemError> {
-        Ok(Arc::new(FollowerPressure::new(solid, &self.group)?))
-    }
+    pressure Pressure "Pressures normal to the deformed boundary."
 }
