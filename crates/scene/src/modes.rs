@@ -98,6 +98,11 @@ impl BodyModes {
 }
 
 impl Modes {
+    /// Returns the modes of all bodies.
+    pub fn all(&self) -> impl Iterator<Item = &Mode> {
+        self.muscles.iter().flat_map(|body| &body.modes)
+    }
+
     /// Computes the modes of the scene's body: `count` of them, or as many as the scene requests,
     /// about rest or about the equilibrium given in the scene. `watcher` observes the search for
     /// the equilibrium.

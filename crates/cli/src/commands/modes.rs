@@ -128,8 +128,8 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
 pub fn document(name: &str, scene: Scene) -> anyhow::Result<(String, Vec<f64>)> {
     let findings = of_scene(name.to_owned(), scene, None, Watcher::NOBODY)?;
     let points = findings.muscles.iter().map(|muscle| muscle.solid.space().coordinates());
-    let modes = findings.modes.muscles.iter().flat_map(|body| &body.modes);
-    let arrays: Vec<&[f64]> = points.chain(modes.map(|mode| &mode.shape[..])).collect();
+    let shapes = findings.modes.all().map(|mode| &mode.shape[..]);
+    let arrays: Vec<&[f64]> = points.chain(shapes).collect();
     Ok((serde_json::to_string(&findings)?, arrays.concat()))
 }
 

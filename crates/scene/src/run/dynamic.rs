@@ -51,7 +51,7 @@ pub(super) fn compute(
     // Checks the outputs before the folder is changed.
     let readings = scene.readings()?;
     let conditions = conditions(scene)?;
-    let mut request = request(scene, options)?;
+    let mut request = request(scene, options, &[])?;
     request.check()?;
     let is_resumed = options.existing == Existing::Resume;
     if is_resumed {

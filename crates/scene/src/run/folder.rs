@@ -9,7 +9,7 @@ use super::options::RunOptions;
 use crate::result_folder::{DOCUMENT, FolderRequest, PAGE};
 use crate::scene_file::{Analysis, SceneFile};
 use crate::state::State;
-use crate::{Error, InputError, Scene, vtu};
+use crate::{Error, InputError, Scene};
 
 /// Name of the checkpoint file.
 pub(super) const CHECKPOINT: &str = "checkpoint.json";
@@ -17,19 +17,17 @@ pub(super) const CHECKPOINT: &str = "checkpoint.json";
 /// Names of files written at the end of a run.
 pub(super) const AT_THE_END: [&str; 3] = [DOCUMENT, State::NAME, PAGE];
 
-/// Returns the folder request of a run.
+/// Returns the folder request of a run. Besides the tables of probes and ratios, the analysis writes the files `own`.
 pub(super) fn request<'a>(
     scene: &'a Scene,
     options: &'a RunOptions<'_>,
+    own: &[&str],
 ) -> Result<FolderRequest<'a>, Error> {
     let is_motion = scene.file.analysis.is_in_time();
     let mut files: Vec<String> = tables_of(&scene.file).map(table_of).collect();
-    files.extend(AT_THE_END.map(str::to_owned));
+    files.extend(AT_THE_END.iter().chain(own).map(|&name| name.to_owned()));
     if is_motion {
         files.push(CHECKPOINT.to_owned());
-    }
-    if scene.file.analysis == Analysis::Modes {
-        files.push(vtu::SHAPES.to_owned());
     }
     let request = FolderRequest::of_scene(&options.out, "run", options.existing, scene, files)?;
     Ok(FolderRequest { can_resume: is_motion, ..request })
@@ -84,19 +82,15 @@ pub(super) fn parameter(file: &SceneFile) -> &'static str {
     }
 }
 
-/// Name of the table of modes, which replaces the name of a probe.
-pub(super) const MODES: &str = "modes";
-
-/// Returns the names of the tables that a run of the scene writes: one per probe, one per ratio of a response, or only
-/// the table of modes for a modal analysis.
+/// Returns the names of the tables that a run of the scene writes: one per probe, and one per ratio of a response. A
+/// modal analysis has none.
 fn tables_of(file: &SceneFile) -> impl Iterator<Item = &str> {
-    let of_modes = file.analysis == Analysis::Modes;
-    let probes = file.probe.iter().map(|probe| probe.name.as_str());
-    let modes = of_modes.then_some(MODES).into_iter();
+    let is_modal = file.analysis == Analysis::Modes;
+    let probes = file.probe.iter().filter(move |_| !is_modal).map(|probe| probe.name.as_str());
     let response = file.response.iter();
     let ratios = response.filter(|_| file.analysis == Analysis::Response);
     let ratios = ratios.flat_map(|own| own.ratio.iter().map(|ratio| ratio.name.as_str()));
-    modes.chain(probes.filter(move |_| !of_modes)).chain(ratios)
+    probes.chain(ratios)
 }
 
 /// Returns the file name of a table.

@@ -49,7 +49,7 @@ pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Err
     if let Err(Error::Model(error)) = &computed
         && error.is_search_without_result()
     {
-        folder::request(scene, options)?.discard()?;
+        folder::request(scene, options, &[])?.discard()?;
     }
     computed
 }
@@ -108,7 +108,7 @@ pub fn rehearse(scene: &Scene) -> Result<(), Error> {
 pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, InputError> {
     if scene.file.analysis == Analysis::Modes {
         let dimension = crate::modes::body_of(scene)?.muscle.solid.space().dimension();
-        return Ok(vec![(folder::MODES.to_owned(), modes::columns(dimension))]);
+        return Ok(vec![(modes::TABLE.to_owned(), modes::columns(dimension))]);
     }
     if scene.file.analysis == Analysis::Response {
         let tables = Values::of_scene(scene)?.tables().into_iter();

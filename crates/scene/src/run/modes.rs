@@ -6,13 +6,20 @@ use myovib_model::{CpuClock, Outcome};
 use serde_json::json;
 
 use super::document;
-use super::folder::{MODES, request, table_of};
+use super::folder::request;
 use super::options::{RunOptions, RunResult};
 use crate::csv;
 use crate::modes::{self, Modes};
-use crate::scene::NAMES;
+use crate::scene::{Body, NAMES};
 use crate::vtu::{self, Grid};
 use crate::{Error, Scene};
+
+/// Name of the table of modes.
+pub(super) const TABLE: &str = "modes";
+
+/// Files of the analysis with their contents.
+const FILES: &[(&str, fn(&Body, &Modes) -> String)] =
+    &[("modes.csv", table), (vtu::SHAPES, shapes)];
 
 /// Returns the columns of the table of modes of a body in `dimension` dimensions.
 pub(super) fn columns(dimension: usize) -> Vec<String> {
@@ -26,15 +33,16 @@ pub(super) fn columns(dimension: usize) -> Vec<String> {
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let (started, cpu) = (Instant::now(), CpuClock::start());
     let body = modes::body_of(scene)?;
-    let (muscle, space) = (&body.muscle, body.muscle.solid.space());
-    let request = request(scene, options)?;
+    let muscle = &body.muscle;
+    let names: Vec<&str> = FILES.iter().map(|(name, _)| *name).collect();
+    let request = request(scene, options, &names)?;
     request.check()?;
     let found =
         Modes::of_scene(scene, None, options.watcher()).map_err(Error::before_any_output)?;
     let folder = request.open().map_err(Error::before_any_output)?;
-    folder.write(&table_of(MODES), table(&found, space.dimension()))?;
-    let shapes = found.muscles.iter().flat_map(|of_body| &of_body.modes);
-    folder.write(vtu::SHAPES, vtu::of_modes(space, &Grid::of_body(body), shapes))?;
+    for (name, contents) in FILES {
+        folder.write(name, contents(body, &found))?;
+    }
     let mut document = json!({
         "scene": scene.file,
         "analysis": "modes",
@@ -52,13 +60,17 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
 }
 
 /// Returns the table with one row per mode. Frequencies of unstable modes are NaN.
-fn table(found: &Modes, dimension: usize) -> String {
-    let modes = found.muscles.iter().flat_map(|body| &body.modes);
-    let rows = modes.enumerate().map(|(n, mode)| {
+fn table(body: &Body, found: &Modes) -> String {
+    let rows = found.all().enumerate().map(|(n, mode)| {
         let or_none = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let [frequency, ratio] = [mode.frequency, mode.damping_ratio].map(or_none);
         let own = [(n + 1) as f64, mode.omega_squared, frequency, ratio];
         [&own, &mode.participation[..], &mode.effective_mass].concat()
     });
-    csv::table(&columns(dimension), rows)
+    csv::table(&columns(body.muscle.solid.space().dimension()), rows)
+}
+
+/// Returns the shapes of the modes as vector fields.
+fn shapes(body: &Body, found: &Modes) -> String {
+    vtu::of_modes(body.muscle.solid.space(), &Grid::of_body(body), found.all())
 }

@@ -21,6 +21,7 @@ use super::period::{Extent, Period, Samples, Task};
 use crate::csv;
 use crate::periodic::{Column, Harmonics, Periodic};
 use crate::probe::Reading;
+use crate::result_folder::FolderRequest;
 use crate::scene_file::periodic::Periodic as PeriodicSettings;
 use crate::state::State;
 use crate::system::System;
@@ -52,6 +53,9 @@ fn search(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let clocks = (Instant::now(), CpuClock::start());
     let period = Period::of(scene)?;
     let branch = Branch::of(scene)?;
+    let table = branch.as_ref().map(|_| continuation::NAME);
+    let request = request(scene, options, table.as_slice())?;
+    request.check()?;
     let settling_periods = scene.file.periodic.as_ref().and_then(|own| own.settling_periods);
     let balanced = match settling_periods {
         None => period.balanced(options.watcher())?,
@@ -68,7 +72,7 @@ fn search(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
         let chains = period.of_chains(&driven, body.motions.clone(), find)?;
         parts = Some([body, chains]);
     }
-    let write = Write { search, branch: branch.as_ref(), parts, clocks };
+    let write = Write { search, request, branch: branch.as_ref(), parts, clocks };
     period.run(Some(options.watcher()), write)
 }
 
@@ -312,6 +316,7 @@ impl Task for Find<'_> {
 /// Output of a periodic state.
 struct Write<'a> {
     search: Search<'a>,
+    request: FolderRequest<'a>,
     branch: Option<&'a Branch>,
     /// The body and its chains, unless they are found together.
     parts: Option<[Settled; 2]>,
@@ -330,11 +335,9 @@ impl Task for Write<'_> {
         y: Vec<f64>,
         blocks: Vec<Range<usize>>,
     ) -> Result<RunResult, Error> {
-        let Self { search, branch, parts, clocks: (started, cpu) } = self;
+        let Self { search, request, branch, parts, clocks: (started, cpu) } = self;
         let Search { scene, options, period, .. } = search;
         let readings = scene.readings()?;
-        let request = request(scene, options)?;
-        request.check()?;
         let settings = search.settings();
         let Settled { found, note, y, integrations, steps, .. } = match parts {
             Some([body, chains]) => body.with_chains(chains, settings.multipliers),

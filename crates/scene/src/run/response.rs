@@ -16,7 +16,9 @@ use crate::{Error, Scene};
 /// Computes the harmonic response of a scene.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let (started, cpu) = (Instant::now(), CpuClock::start());
-    let request = request(scene, options)?;
+    let has_fields = scene.file.response.as_ref().is_some_and(|own| !own.fields.is_empty());
+    let list = has_fields.then_some(AMPLITUDES_LIST);
+    let request = request(scene, options, list.as_slice())?;
     request.check()?;
     let found = Response::of_scene(scene, options.watcher()).map_err(Error::before_any_output)?;
     let folder = request.open().map_err(Error::before_any_output)?;

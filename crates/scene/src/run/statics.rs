@@ -33,7 +33,8 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let Some(body) = &scene.body else {
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
-    let request = request(scene, options)?;
+    let list = scene.file.fields.as_ref().map(|_| vtu::LIST);
+    let request = request(scene, options, list.as_slice())?;
     request.check()?;
     let control = match options.neighbor.as_deref().and_then(|folder| neighbor(body, folder)) {
         Some(displacement) => Control::Neighbor(displacement),

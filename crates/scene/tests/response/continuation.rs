@@ -10,6 +10,8 @@ use myovib_scene::periodic::Periodic;
 use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::watch::ProgressSink;
 
+use crate::fields::expect_kept;
+
 /// A strip between two clamps, which becomes stiffer when it is deflected.
 const STRIP: &str = "analysis = \"periodic\"\n[mesh]\ntype = \"rectangle\"\nwidth = 0.05\nheight = 0.002\ncells = [2, 1]\n\
      [solid]\nbulk_modulus = 1e5\nformulation = \"displacement\"\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\n\
@@ -105,6 +107,16 @@ fn no_probe_has_the_name_of_the_curve() {
     let error = compute(&built(&set).unwrap(), &RunOptions::into_folder(out.path().join("out")));
     assert!(matches!(error.unwrap_err(), myovib_scene::Error::Input(_)));
     assert!(!out.path().join("out").exists());
+}
+
+/// Regression: a file of the user was found only after the computation, and tables had already been written.
+#[test]
+fn a_table_of_the_user_is_found_before_anything_is_written() {
+    let set = [
+        "periodic.continuation.parameter=\"traction[0].y.frequency\"",
+        "periodic.continuation.to=29.1",
+    ];
+    expect_kept(&built(&set).unwrap(), "continuation.csv");
 }
 
 /// The state and the points so far are kept.

@@ -35,3 +35,20 @@ fn fields_have_the_amplitudes_of_probes() {
         assert_eq!(field("p_im").len(), mesh.points.len());
     }
 }
+
+/// Regression: lists of fields of the user were found only after the computation, and tables had already been written.
+#[test]
+fn a_list_of_the_user_is_found_before_anything_is_written() {
+    let set = vec!["response.fields=[40.0]".to_owned()];
+    let scene = Scene::build("scene.toml", &slab(2), &set, Path::new("")).unwrap();
+    expect_kept(&scene, vtu::AMPLITUDES_LIST);
+}
+
+/// Checks that a run fails and writes nothing if its folder contains the file `name` of the user.
+pub(crate) fn expect_kept(scene: &Scene, name: &str) {
+    let out = tempfile::tempdir().unwrap();
+    std::fs::write(out.path().join(name), "mine").unwrap();
+    assert!(compute(scene, &RunOptions::into_folder(out.path())).is_err());
+    let files = std::fs::read_dir(out.path()).unwrap().map(|entry| entry.unwrap().file_name());
+    assert_eq!(files.collect::<Vec<_>>(), [name]);
+}
