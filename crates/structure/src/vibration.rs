@@ -183,3 +183,38 @@ impl Shifted {
         Ok((DVectorView::from_slice(u, u.len()), DVectorView::from_slice(p, p.len())))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Six unit masses on springs of stiffness 1 to 6. A multiplier couples the first two: rigidly they have ω² = 3/2,
+    /// with the compliance 1/2 they have ω² = 7/2 ± √17/2. The pivots of multipliers are negative but do not count.
+    #[test]
+    fn the_number_of_modes_below_a_shift_excludes_multipliers() {
+        let diagonal = |values: &[f64]| {
+            let mut matrix = CooMatrix::new(values.len(), values.len());
+            values.iter().enumerate().for_each(|(i, value)| matrix.push(i, i, *value));
+            CscMatrix::from(&matrix)
+        };
+        let mut operator = CooMatrix::new(1, 6);
+        operator.push(0, 0, 1.0);
+        operator.push(0, 1, -1.0);
+        let operator = CscMatrix::from(&operator);
+        let root = 17.0_f64.sqrt();
+        for (compliance, coupled) in [
+            (CscMatrix::zeros(1, 1), vec![1.5]),
+            (diagonal(&[0.5]), vec![3.5 - root / 2.0, 3.5 + root / 2.0]),
+        ] {
+            let constraint = Constraint { operator: operator.clone(), compliance };
+            let stiffness = diagonal(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+            let vibration = Vibration::new(diagonal(&[1.0; 6]), stiffness, Some(constraint));
+            let omega_squared = [&coupled[..], &[3.0, 4.0, 5.0, 6.0]].concat();
+            for shift in [0.0, 1.45, 2.9, 5.8, 7.0] {
+                let below = omega_squared.iter().filter(|value| **value < shift).count();
+                let found = vibration.as_ref().unwrap().shifted(shift).unwrap().n_below();
+                assert_eq!(found, Some(below), "{omega_squared:?} {shift}");
+            }
+        }
+    }
+}
