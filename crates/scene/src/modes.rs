@@ -91,6 +91,7 @@ impl BodyModes {
                 .chain(at.instabilities.and_then(instability))
                 .chain(one_sided(muscle, at))
                 .chain(negative_damping(&modes))
+                .chain(inaccurate(&modes))
                 .collect(),
             modes,
         })
@@ -206,6 +207,23 @@ pub(crate) fn negative_damping(modes: &[Mode]) -> Option<String> {
     })
 }
 
+/// Maximum residual without a note. Modes of the built-in scenes have residuals up to 2e-8; this value is the last
+/// digit of a frequency with five digits.
+const MOST_RESIDUAL: f64 = 1e-5;
+
+/// Returns a note if a mode satisfies its equation inaccurately.
+fn inaccurate(modes: &[Mode]) -> Option<String> {
+    let residuals = modes.iter().map(|mode| mode.residual).enumerate();
+    let (k, residual) = residuals.max_by(|(_, left), (_, right)| left.total_cmp(right))?;
+    (residual.is_nan() || residual > MOST_RESIDUAL).then(|| {
+        format!(
+            "mode {} has the relative residual {residual:.1e}: its frequency may be inaccurate; check units and mesh for \
+             very different stiffnesses or very small elements",
+            k + 1
+        )
+    })
+}
+
 /// Returns a note if the equilibrium is unstable in some directions. Newton's method finds such states, for example a
 /// straight column beyond its buckling load.
 pub(crate) fn instability(directions: usize) -> Option<String> {
@@ -217,4 +235,28 @@ pub(crate) fn instability(directions: usize) -> Option<String> {
     Some(format!(
         "the equilibrium is not stable: {motions}; compute a damped motion to reach a stable one"
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MOST_RESIDUAL, Mode, inaccurate};
+
+    #[test]
+    fn a_mode_with_a_large_residual_is_noted() {
+        let mode = |residual: f64| Mode {
+            omega_squared: 1.0,
+            frequency: None,
+            damping_ratio: None,
+            residual,
+            participation: Vec::new(),
+            effective_mass: Vec::new(),
+            shape: Vec::new(),
+        };
+        for (residual, is_noted) in
+            [(0.5 * MOST_RESIDUAL, false), (2.0 * MOST_RESIDUAL, true), (f64::NAN, true)]
+        {
+            let note = inaccurate(&[mode(1e-9), mode(residual), mode(1e-8)]);
+            assert_eq!(note.is_some(), is_noted, "{residual:e}");
+        }
+    }
 }
