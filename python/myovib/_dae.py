@@ -771,7 +771,9 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             f"the variables {np.flatnonzero(rtol * np.abs(y) < atol).tolist()} (counted from 0) start at or near 0: "
             "if they grow far beyond `atol` in the first step, raise their `atol` or give their `yp0`"
         )
-    elif not (solution.success or has_jacobian) and "converge" in solution.message:
+    elif not (solution.success or has_jacobian) and (
+        "converge" in solution.message or FREQUENT * solution.ncfn > solution.nsteps > 0
+    ):
         is_guess = True
         other = " or tighter tolerances" if rtol >= LOOSE else ""
         other = " or a `first_step`" if "after 0 steps" in solution.message else other

@@ -378,6 +378,29 @@ def test_quotients_at_kinks_and_rounding_do_not_refute_a_jacobian():
     assert structure.differential.tolist() == [True, False]
 
 
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4])
+def test_both_remedies_for_inaccurate_quotients_work(rtol):
+    # BDF displaces y' by the tolerance of y divided by the step, over which the cube of y' is not linear. Newton's method
+    # then fails in every second step.
+    def coupled(t, y, yp):
+        a, b, da, db = np.sin(t), np.cos(2 * t), np.cos(t), -2 * np.sin(2 * t)
+        first = yp[0] + 0.2 * yp[1] ** 3 - da - 0.2 * db**3 + 0.5 * (y[1] - b)
+        return [first, yp[1] - 0.1 * yp[0] ** 2 * yp[1] - db + 0.1 * da**2 * db + y[0] * y[1] - a * b]
+
+    def jacobian(t, y, yp):
+        return [[0, 0.5], [y[1], y[0]]], [[1, 0.6 * yp[1] ** 2], [-0.2 * yp[0] * yp[1], 1 - 0.1 * yp[0] ** 2]]
+
+    def run(**options):
+        return solve_dae(coupled, (0, 6), [0, 1], [1, 0], "bdf", max_steps=2000, atol=1e-8, **options)
+
+    s = run(rtol=rtol)
+    assert s.status < 0 and "jacobian" in s.message and "tolerances" in s.message
+    for options in ({"rtol": rtol, "jacobian": jacobian}, {"rtol": 1e-6}):
+        s = run(**options)
+        # The documentation promises at most 1000 tolerances for BDF.
+        assert s.success and abs(s.y[0, -1] - np.sin(6)) < 1000 * options["rtol"], s.message
+
+
 @pytest.mark.parametrize("method", RADAU)
 def test_a_variable_whose_derivative_occurs_is_not_algebraic(method):
     with pytest.raises(ValueError, match=r"variables \[0\]"):
