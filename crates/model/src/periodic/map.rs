@@ -15,6 +15,8 @@ pub struct Interval {
     pub times: [f64; 2],
     /// Constant step, or `None` for adaptive steps.
     pub fixed_step: Option<f64>,
+    /// Factor of the tolerances.
+    pub tolerance_factor: f64,
 }
 
 /// Function that starts an integrator over an interval from consistent y and ẏ.
@@ -57,7 +59,7 @@ impl<P: Consistent + Clone, S: StartInterval<P>> PeriodMap<P, S> {
             n_unknowns: y.len(),
             dae,
             start,
-            interval: Interval { times, fixed_step: None },
+            interval: Interval { times, fixed_step: None, tolerance_factor: 1.0 },
             evaluations: 0,
             counts: Counts::default(),
         })
@@ -88,6 +90,16 @@ impl<P: Consistent + Clone, S: StartInterval<P>> PeriodMap<P, S> {
     pub fn set_steps(&mut self, n_steps: Option<u64>) {
         let [from, to] = self.interval.times;
         self.interval.fixed_step = n_steps.map(|n| (to - from) / n as f64);
+    }
+
+    /// Multiplies the tolerances of the integrator by this factor from now on.
+    pub fn set_tolerance_factor(&mut self, factor: f64) {
+        self.interval.tolerance_factor = factor;
+    }
+
+    /// Returns the factor of the tolerances of the integrator.
+    pub fn tolerance_factor(&self) -> f64 {
+        self.interval.tolerance_factor
     }
 
     /// Returns the number of integrations.

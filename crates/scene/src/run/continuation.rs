@@ -83,7 +83,7 @@ impl Branch {
         &self,
         scene: &Scene,
         options: &RunOptions<'_>,
-        shooting: &Shooting,
+        (shooting, tolerance_factor): (&Shooting, f64),
         state: &[f64],
     ) -> Result<(Curve, Outcome), Error> {
         let Self { wanted, from } = self;
@@ -120,14 +120,14 @@ impl Branch {
                     message: error.to_string(),
                 })?;
                 let period = Period::of(&scene)?;
-                let end = End { times: period.times, state, interrupt };
+                let end = End { times: period.times, state, tolerance_factor, interrupt };
                 period.run(None, end)
             };
             end().map_err(of_model)
         };
         let mut points = Vec::new();
         let mut visit = |point: periodic::Point| {
-            let found = self.read(scene, &point, shooting, interrupt);
+            let found = self.read(scene, &point, (shooting, tolerance_factor), interrupt);
             points.push(found.map_err(of_model)?);
             Ok(())
         };
@@ -149,7 +149,7 @@ impl Branch {
         &self,
         scene: &Scene,
         point: &periodic::Point,
-        shooting: &Shooting,
+        (shooting, tolerance_factor): (&Shooting, f64),
         interrupt: Option<&'static AtomicBool>,
     ) -> Result<CurvePoint, Error> {
         let scene = self.at(scene, point.parameter)?;
@@ -160,6 +160,7 @@ impl Branch {
             samples: scene.file.periodic.clone().unwrap_or_default().samples,
             state: &point.state,
             shooting,
+            tolerance_factor,
             interrupt,
         };
         let (amplitudes, spectral_radius, is_stable) = period.run(None, reading)?;
@@ -202,6 +203,7 @@ fn names(scene: &Scene, readings: &[Box<dyn Reading>]) -> Vec<String> {
 struct End<'a> {
     times: [f64; 2],
     state: &'a [f64],
+    tolerance_factor: f64,
     interrupt: Option<&'static AtomicBool>,
 }
 
@@ -216,6 +218,7 @@ impl Task for End<'_> {
         _: Vec<Range<usize>>,
     ) -> Result<Self::Out, Error> {
         let mut map = PeriodMap::new(dae, start, self.times, &y)?;
+        map.set_tolerance_factor(self.tolerance_factor);
         let mut limits = Limits::new(f64::INFINITY, self.interrupt);
         Ok(map.observed(self.state, &mut [&mut limits])?)
     }
@@ -228,6 +231,7 @@ struct Read<'a> {
     samples: usize,
     state: &'a [f64],
     shooting: &'a Shooting,
+    tolerance_factor: f64,
     interrupt: Option<&'static AtomicBool>,
 }
 
@@ -244,6 +248,7 @@ impl Task for Read<'_> {
     ) -> Result<Self::Out, Error> {
         let times = self.period.times;
         let mut map = PeriodMap::new(dae, start, times, &y)?;
+        map.set_tolerance_factor(self.tolerance_factor);
         let mut samples = Samples::new(self.readings, times, self.samples, y.len());
         map.observed(self.state, &mut [&mut samples])?;
         let mut amplitudes = Vec::new();

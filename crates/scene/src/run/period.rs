@@ -175,8 +175,10 @@ impl Period {
                 if scene.chains.is_empty() {
                     let start =
                         move |dae: MuscleDae, interval: Interval, y: &[f64], y_dot: &[f64]| {
-                            let Interval { times, fixed_step } = interval;
-                            let settings = Settings { fixed_step, ..settings.clone() };
+                            let Interval { times, fixed_step, tolerance_factor } = interval;
+                            let rtol = tolerance_factor * settings.relative_tolerance;
+                            let settings = settings.clone().with_relative_tolerance(rtol);
+                            let settings = Settings { fixed_step, ..settings };
                             start_from(dae, &settings, times[0], y, y_dot)
                         };
                     return task.of_system(dae, start, y, blocks);
@@ -219,7 +221,8 @@ impl Period {
         let y = initial_state(&self.scene, &dae, &y);
         let start = move |dae: CoupledDae<B>, interval: Interval, y: &[f64], y_dot: &[f64]| {
             let options = options.clone().with_fixed_step(interval.fixed_step);
-            start_coupled_from(dae, test.clone(), options, interval.times, y, y_dot)
+            let test = test.clone().scaled(|_| interval.tolerance_factor);
+            start_coupled_from(dae, test, options, interval.times, y, y_dot)
         };
         task.of_system(dae, start, y, blocks)
     }

@@ -35,6 +35,11 @@ const MOST_PERIODS: f64 = 500.0;
 const SETTLING_PERIODS: usize = 3;
 /// Maximum number of doublings of the fixed steps.
 const DOUBLINGS: usize = 6;
+/// Factor of tolerances that are too loose for the motion: absolute tolerances for a small vibration about a large preload, and
+/// relative ones for laws with kinks.
+const TIGHTER: f64 = 0.1;
+/// Smallest relative tolerance.
+const SMALLEST_RTOL: f64 = 1e-14;
 
 /// Computes the periodic state of a scene.
 ///
@@ -172,6 +177,11 @@ impl Search<'_> {
             match own {
                 Ok(own) => {
                     iterations += own.iterations;
+                    // If the state also repeats in twice as many steps, the adaptive steps have the error.
+                    if own.iterations == 0 && doublings > 0 {
+                        let factor = TIGHTER * map.tolerance_factor();
+                        map.set_tolerance_factor(factor.max(SMALLEST_RTOL / self.period.rtol));
+                    }
                     residual = shooting.residual(&own.state, &evaluate(map, &own.state)?);
                     found = own.state;
                 }
@@ -186,11 +196,24 @@ impl Search<'_> {
                 (doublings, n_steps) = (doublings + 1, 2 * n_steps);
             }
         }
-        map.set_steps(Some(n_steps));
-        let mut with_steps = |state: &[f64]| evaluate(map, state);
         let count = self.settings().multipliers;
-        let leading = multipliers(&mut with_steps, &found, &with_fixed_steps, count)?;
-        map.set_steps(None);
+        // Deviations from the state may need shorter steps, and at kinks adaptive steps.
+        let leading = loop {
+            let (steps, shooting) = match doublings <= DOUBLINGS {
+                true => (Some(n_steps), &with_fixed_steps),
+                false => (None, &shooting),
+            };
+            map.set_steps(steps);
+            let mut with_steps = |state: &[f64]| evaluate(map, state);
+            let leading = multipliers(&mut with_steps, &found, shooting, count);
+            map.set_steps(None);
+            match leading {
+                Err(ModelError::PeriodStopped { .. }) if doublings <= DOUBLINGS => {
+                    (doublings, n_steps) = (doublings + 1, 2 * n_steps);
+                }
+                leading => break leading?,
+            }
+        };
         let periodic = PeriodicState { state: found, residual, iterations };
         Ok(Found { shooting, periodic, leading })
     }
@@ -245,6 +268,8 @@ struct Settled {
     motions: Vec<Recording>,
     integrations: u64,
     steps: u64,
+    /// Factor of the tolerances of the integrator.
+    tolerance_factor: f64,
 }
 
 impl Settled {
@@ -266,6 +291,7 @@ impl Settled {
             motions: Vec::new(),
             integrations: self.integrations + chains.integrations,
             steps: self.steps + chains.steps,
+            tolerance_factor: self.tolerance_factor.min(chains.tolerance_factor),
         }
     }
 }
@@ -309,6 +335,7 @@ impl Task for Find<'_> {
             motions: recorders.into_iter().map(Recorder::finish).collect(),
             integrations: map.evaluations(),
             steps: map.counts().steps,
+            tolerance_factor: map.tolerance_factor(),
         })
     }
 }
@@ -339,17 +366,19 @@ impl Task for Write<'_> {
         let Search { scene, options, period, .. } = search;
         let readings = scene.readings()?;
         let settings = search.settings();
-        let Settled { found, note, y, integrations, steps, .. } = match parts {
+        let Settled { found, note, y, integrations, steps, tolerance_factor, .. } = match parts {
             Some([body, chains]) => body.with_chains(chains, settings.multipliers),
             None => Find { search, driven: &[] }.of_system(dae.clone(), &mut start, y, blocks)?,
         };
         let mut map = PeriodMap::new(dae, start, period.times, &y)?;
+        map.set_tolerance_factor(tolerance_factor);
         let n = settings.samples;
         let mut samples = Samples::new(&readings, period.times, n, y.len());
         map.observed(&found.periodic.state, &mut [&mut samples])?;
         let rows = samples.rows;
-        let curve = branch
-            .map(|branch| branch.follow(scene, options, &found.shooting, &found.periodic.state));
+        let shooting = (&found.shooting, tolerance_factor);
+        let curve =
+            branch.map(|branch| branch.follow(scene, options, shooting, &found.periodic.state));
         let (curve, outcome) = curve.transpose()?.unzip();
         let outcome = outcome.unwrap_or(Outcome::Finished);
         let found = Periodic {
@@ -385,7 +414,7 @@ impl Task for Write<'_> {
             "reason": outcome.reason().map(EndReason::name),
             "message": outcome.message(),
             "unknowns": y.len(),
-            "rtol": period.rtol,
+            "rtol": tolerance_factor * period.rtol,
             "cpu_seconds": cpu.elapsed().as_secs_f64(),
             "wall_seconds": started.elapsed().as_secs_f64(),
         });

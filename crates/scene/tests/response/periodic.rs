@@ -9,7 +9,7 @@ use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::{Error, Scene};
 use num_complex::Complex64;
 
-use crate::{column, error, response};
+use crate::{column, error, response, response_of};
 
 const FREQUENCY: f64 = 20.0;
 
@@ -255,26 +255,60 @@ fn the_free_motion_of_a_body_without_a_periodic_state_is_reported() {
     assert!(matches!(error, Error::Model(ModelError::NotHeld(_))), "{error:?}");
 }
 
-/// Checks that a failed search suggests a tolerance of the integrator that leads to the periodic state, after one
-/// repetition at most. The force–velocity relation has a kink at rest, so that errors of the integrator exceed its
-/// tolerance.
+/// A strip of contracting fibers, whose force–velocity relation has a kink at rest.
+const CONTRACTED: &str = "[mesh]\ntype = \"rectangle\"\nwidth = 0.04\nheight = 0.01\ncells = [4, 1]\n\
+    [solid]\nbulk_modulus = 5e4\nrayleigh_mass = 1.0\n[[material]]\nlaw = \"mooney-rivlin\"\nc10 = 4e3\nc01 = 1e3\n\
+    density = 1e3\nfiber = [1.0, 0.2]\nviscosity = 3.0\n\
+    active = { type = \"given\", tension = 3e3, force_velocity = { v_max = 6.0 } }\n[[fixed]]\ngroup = \"left\"\n\
+    [[traction]]\ngroup = \"top\"\ny = { type = \"sine\", amplitude = 1.0, frequency = 7.0 }\n\
+    [[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.04, 0.005]\n";
+
+/// Checks that the tolerances of the integrator are tightened: at the kink, its errors exceed them.
+///
+/// Regression: the search failed.
 #[test]
-fn a_failed_search_suggests_a_tolerance_that_helps() {
-    let text = "[mesh]\ntype = \"beam\"\nlength = 0.04\nheight = 0.01\ncells = [4, 1]\n\
-        [solid]\nbulk_modulus = 5e4\nrayleigh_mass = 1.0\n[[material]]\nlaw = \"mooney-rivlin\"\nc10 = 4e3\nc01 = 1e3\n\
-        density = 1e3\nfiber = [1.0, 0.2]\nviscosity = 3.0\n\
-        active = { type = \"given\", tension = 3e3, force_velocity = { v_max = 6.0 } }\n[[fixed]]\ngroup = \"fixed\"\n\
-        [[body_force]]\ny = { type = \"sine\", amplitude = 0.1, frequency = 7.0 }\n\
-        [[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.04, 0.0]\n";
-    let found = |rtol: f64| {
-        let out = tempfile::tempdir().unwrap();
-        let scene = built(text, &["analysis=periodic", &format!("integrator.rtol={rtol:e}")]);
-        match compute(&scene.unwrap(), &RunOptions::into_folder(out.path())) {
-            Ok(_) => None,
-            Err(Error::Model(ModelError::NoPeriodicState { map_error, .. })) => Some(map_error),
-            Err(error) => panic!("{error}"),
-        }
-    };
-    let suggested = found(1e-4).unwrap();
-    assert!(found(suggested).and_then(found).is_none());
+fn tolerances_are_tightened_at_kinks() {
+    let [own, expected] =
+        ["1e-4", "1e-12"].map(|rtol| periodic(CONTRACTED, &[&format!("integrator.rtol={rtol}")]).0);
+    let [own, expected] = [&own, &expected].map(|found| of(found, "u_y").amplitudes[0]);
+    // The tolerance of both states is 1e-6.
+    assert!((own / expected - 1.0).abs() < 1e-5, "{own} {expected}");
+}
+
+/// Checks multipliers whose deviations lead away from the kinks: their fixed steps are shorter than the steps of the state, or
+/// adaptive.
+///
+/// Regression: Newton's method failed in the first step.
+#[test]
+fn multipliers_have_shorter_steps_than_the_state() {
+    let pressure = "pressure=[{ group = \"top\", value = 300.0 }]";
+    let stretched = "prescribed_displacement=[{ group = \"right\", x = 0.004 }]";
+    for set in [&[pressure, stretched][..], &[pressure]] {
+        let set = [set, &["material[0].viscosity=1.0", "periodic.multipliers=1"]].concat();
+        assert_eq!(periodic(CONTRACTED, &set).0.is_stable, Some(true));
+    }
+}
+
+/// Checks a small vibration of a stretched body whose end is shaken.
+///
+/// Regression: it had to be at rest at t = 0.
+#[test]
+fn a_shaken_end_of_a_stretched_body_has_the_harmonic_response() {
+    let text = body("bulk_modulus = inf", "", 0.0);
+    let set = [
+        "traction=[{ group = \"right\", x = 2000.0 }]",
+        "prescribed_displacement=[{ group = \"right\", y = { type = \"sine\", amplitude = 1e-5, frequency = 20.0 }, \
+         response = { y = 1e-5 } }]",
+        "probe[0].at=[0.025, 0.02]",
+        "initial_state.type=equilibrium",
+    ];
+    // Relative to the stretch, which is 200 times the vibration.
+    let (found, _) = periodic(&text, &[&set[..], &["periodic.tolerance=1e-9"]].concat());
+    let u = of(&found, "u_y");
+    let own = Complex64::from_polar(u.amplitudes[0], u.phases[0].to_radians());
+    let as_response = ["analysis=response", "response.preload_time=0.0"];
+    let response = response_of(&built(&text, &[&set[..], &as_response].concat()).unwrap());
+    let expected = -Complex64::I * column(&response, "tip", "u_y")[0];
+    // A strain of 5e-4 changes the amplitude by terms of the order of its square.
+    assert!(error(own, expected) < 1e-6, "{own} {expected}");
 }

@@ -2,7 +2,7 @@
 
 use myovib_model::{InitialValues, MuscleDae};
 
-use super::checks::{expect_start, expect_supports, expect_supports_at_rest};
+use super::checks::expect_start;
 use crate::Error;
 use crate::scene::{Body, Start};
 use crate::watch::{Watcher, search};
@@ -17,10 +17,10 @@ pub fn initial(
     dae: &mut MuscleDae,
     watcher: Watcher<'_>,
 ) -> Result<[Vec<f64>; 2], Error> {
+    expect_start(body, dae)?;
     if let Some(start) = body.initial_values(dae, watcher)? {
         return Ok(start);
     }
-    expect_start(body, dae)?;
     let start = InitialValues::at_rest(dae)?;
     Ok([start.y, start.y_dot])
 }
@@ -30,7 +30,7 @@ impl Body {
     /// to this body. The `watcher` receives the progress of the search for an equilibrium.
     ///
     /// # Errors
-    /// No equilibrium; supports that do not match the initial state.
+    /// No equilibrium.
     pub fn initial_values(
         &self,
         dae: &mut MuscleDae,
@@ -38,13 +38,9 @@ impl Body {
     ) -> Result<Option<[Vec<f64>; 2]>, Error> {
         let start = match &self.start {
             Start::Rest => return Ok(None),
-            Start::Equilibrium => {
-                expect_supports_at_rest(self, self.settings.t_end, true)?;
-                InitialValues::equilibrium(dae, 0.0, &mut search(watcher))?
-            }
+            Start::Equilibrium => InitialValues::equilibrium(dae, 0.0, &mut search(watcher))?,
             Start::State(state) => {
                 let y = state.unknowns(dae);
-                expect_supports(state, dae, &y)?;
                 InitialValues::of(dae, 0.0, &y)?
             }
         };
