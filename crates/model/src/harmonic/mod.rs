@@ -257,7 +257,10 @@ impl HarmonicResponse {
     }
 
     /// Solves like [`map`](Self::map), and also for the derivatives of the amplitudes with respect to parameters. Each
-    /// derivative costs one additional solve with the same factors.
+    /// derivative costs one additional solve with the same factors, and a product with the matrix of each neighbor.
+    ///
+    /// An adjoint solve for each output could replace the solves, but not the products, which cost about four times as much: with 20
+    /// parameters and one output, it would save 17 % of the time (21 000 unknowns in space, 15 000 in the plane).
     ///
     /// # Errors
     /// As for [`map`](Self::map).
