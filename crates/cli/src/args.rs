@@ -43,9 +43,6 @@ impl CommonArgs {
 
     /// Sets the memory and thread limits of the process. If `side_by_side`, the command runs several computations in
     /// parallel, and each of them uses one thread.
-    ///
-    /// # Errors
-    /// Returns an error if the system cannot start the threads.
     pub fn grant_resources(&self, side_by_side: bool) -> anyhow::Result<()> {
         if !side_by_side {
             resources::use_threads(self.n_threads().get())?;
@@ -56,9 +53,6 @@ impl CommonArgs {
 
     /// Writes the results: the text to standard output, or the document of `command` if `--json` is
     /// set (both if `--json` names a file).
-    ///
-    /// # Errors
-    /// Returns an error if standard output or the file cannot be written.
     pub fn print_or_write(
         &self,
         command: &str,

@@ -110,9 +110,6 @@ impl Command {
     }
 
     /// Runs the command.
-    ///
-    /// # Errors
-    /// Returns an error if the input is invalid or an output cannot be written.
     pub fn run(&self) -> anyhow::Result<Exit> {
         if let Some(common) = self.common() {
             common.grant_resources(self.runs_side_by_side())?;

@@ -30,9 +30,6 @@ impl FromStr for JsonTarget {
 }
 
 /// Writes the document of `command` to standard output or atomically to a file.
-///
-/// # Errors
-/// Returns an error if `body` cannot be serialized or the target cannot be written.
 pub fn write(target: &JsonTarget, command: &str, body: &impl Serialize) -> anyhow::Result<()> {
     let text = document(command, body)?;
     match target {

@@ -47,9 +47,6 @@ pub fn warn(text: &str) {
 }
 
 /// Writes a file named by an option, atomically.
-///
-/// # Errors
-/// Returns an error if another program wrote the existing file, or if the file system fails.
 pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     if let Some(reason) = not_replaceable(path) {
         return Err(InputError::new(reason).at(path.display()).into());

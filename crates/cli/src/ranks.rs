@@ -76,9 +76,6 @@ mod together {
 
     /// Distributes the elements of the scene's body among the processes, if the scene has a body and there are several
     /// processes. From then on, matrices are factorized by MUMPS.
-    ///
-    /// # Errors
-    /// Returns an error if a process cannot read the scene, or reads a different scene.
     pub fn share(scene: &mut Scene) -> anyhow::Result<()> {
         let (Some(sharing), Some(body)) = (SHARING.get(), &mut scene.body) else {
             return Ok(());

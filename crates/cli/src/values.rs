@@ -10,9 +10,6 @@ use crate::output::not_replaceable;
 
 /// Parses the path of an output file. A path that cannot be written is rejected before a long
 /// computation instead of after it.
-///
-/// # Errors
-/// Returns an error if the folder does not exist or the path must not be replaced.
 pub fn output_file(path: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(path);
     if path.is_empty() {
@@ -44,9 +41,6 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
 }
 
 /// Parses the path of a result folder, which may be created later.
-///
-/// # Errors
-/// Returns an error if the path is empty, is a file, or is below a file.
 pub fn output_folder(path: &str) -> Result<PathBuf, String> {
     let folder = PathBuf::from(path);
     if path.is_empty() {
@@ -59,9 +53,6 @@ pub fn output_folder(path: &str) -> Result<PathBuf, String> {
 }
 
 /// Parses a memory size in bytes.
-///
-/// # Errors
-/// Returns an error unless the text is a positive number with a unit.
 pub fn memory(text: &str) -> Result<usize, String> {
     let units = [("GiB", 30), ("MiB", 20), ("G", 30), ("M", 20)];
     let size = units.iter().find_map(|(unit, power)| {
@@ -75,35 +66,23 @@ pub fn memory(text: &str) -> Result<usize, String> {
 }
 
 /// Parses a number of threads.
-///
-/// # Errors
-/// Returns an error unless the number is between 1 and 1024.
 pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
     up_to::<1024>(text)
 }
 
 /// Parses a count from 1 to `MAX`.
-///
-/// # Errors
-/// Returns an error if the number is out of range.
 pub fn up_to<const MAX: usize>(text: &str) -> Result<NonZeroUsize, String> {
     let number = text.parse().ok().filter(|n: &NonZeroUsize| n.get() <= MAX);
     number.ok_or_else(|| format!("not a whole number from 1 to {MAX}"))
 }
 
 /// Parses a finite number.
-///
-/// # Errors
-/// Returns an error for other numbers and other texts.
 pub fn finite(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|value: &f64| value.is_finite());
     number.ok_or_else(|| "not a finite number".to_owned())
 }
 
 /// Parses a finite positive number.
-///
-/// # Errors
-/// Returns an error for other numbers and other texts.
 pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
@@ -112,9 +91,6 @@ pub fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// Parses `KEY=FROM..TO` with two different finite numbers.
-///
-/// # Errors
-/// Returns the reason as text.
 pub fn key_and_range(text: &str) -> Result<(String, [f64; 2]), String> {
     let wrong = || "expected KEY=FROM..TO, such as traction[0].y.frequency=5..15".to_owned();
     let (key, range) = text.split_once('=').ok_or_else(wrong)?;
@@ -128,9 +104,6 @@ pub fn key_and_range(text: &str) -> Result<(String, [f64; 2]), String> {
 }
 
 /// Parses a relative tolerance.
-///
-/// # Errors
-/// Returns an error for NaN, for values out of range, and for other texts.
 pub fn relative_tolerance(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
@@ -139,18 +112,12 @@ pub fn relative_tolerance(text: &str) -> Result<f64, String> {
 }
 
 /// Parses the name of an integrator.
-///
-/// # Errors
-/// Returns the valid names.
 pub fn integrator(name: &str) -> Result<IntegratorKind, String> {
     by_name(&IntegratorKind::ALL, IntegratorKind::name, name)
         .map_err(|names| format!("`{name}` is not an integrator: {names}"))
 }
 
 /// Returns the entry of `all` with this name.
-///
-/// # Errors
-/// Returns the valid names.
 pub fn by_name<T: Copy>(
     all: &[T],
     name_of: fn(T) -> &'static str,

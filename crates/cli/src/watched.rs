@@ -7,9 +7,6 @@ use crate::progress::Progress;
 use myovib_scene::watch::Watch;
 
 /// Runs to `t_end` (s), to a stop condition, or until Ctrl-C is pressed. Shows progress under this `name`.
-///
-/// # Errors
-/// Returns the errors of [`run`](fn@run).
 pub(crate) fn run_watched<P>(
     integrator: &mut dyn Integrator<P>,
     observer: &mut dyn Observer<P>,

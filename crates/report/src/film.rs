@@ -68,10 +68,6 @@ impl Shot {
 
 /// Returns a picture for each stored time of the run in a folder, or for the phases of a cycle of a response or mode, all
 /// with the same scale and colors.
-///
-/// # Errors
-/// Returns an error for a folder without fields, without the requested field, or without a stored time in the range,
-/// and for files that cannot be read.
 pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>> {
     let listed =
         |list: &str| vtu::listed(folder, list).context(format!("cannot read {}", folder.display()));

@@ -16,9 +16,6 @@ pub fn names(name: &str, png: bool) -> Vec<String> {
 }
 
 /// Writes `name.svg`, `name.csv` and, if requested, `name.png`; returns their paths.
-///
-/// # Errors
-/// Returns an error if a file cannot be written.
 pub fn write(
     folder: &ResultFolder,
     name: &str,

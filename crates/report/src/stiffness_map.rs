@@ -46,9 +46,6 @@ pub const FILES: [&str; 3] = ["stiffness.vtu", "stiffness.svg", "stiffness.json"
 
 /// Writes `stiffness.vtu`, `stiffness.json` and, unless all maps are zero, `stiffness.svg`. Returns the paths of the
 /// files except the JSON file, and the content of the JSON file.
-///
-/// # Errors
-/// Returns an error if a file cannot be written.
 pub fn write(folder: &ResultFolder, map: &StiffnessMap) -> anyhow::Result<(Vec<String>, Value)> {
     let body = map.scene.body.as_ref().context("the scene has no body")?;
     let space = body.muscle.solid.space();

@@ -19,9 +19,6 @@ const MOST_CURVES: usize = 24;
 const MOST_CHARTS: usize = 12;
 
 /// Writes the report of a sweep into its folder.
-///
-/// # Errors
-/// Returns an error if a table of a case cannot be read or the report cannot be written.
 pub fn write(folder: &Path, result: &SweepResult) -> Result<(), Error> {
     let rows = result.document["rows"].as_array();
     let rows = rows.map_or(&[][..], Vec::as_slice);

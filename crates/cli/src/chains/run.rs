@@ -88,9 +88,6 @@ fn observe<B: Body>(
 }
 
 /// Records the motion of the point that drives the chain of a scene. The chain itself is not integrated.
-///
-/// # Errors
-/// Returns an error if the run does not reach its end time.
 pub fn record(scene: &Scene, progress: &Progress) -> anyhow::Result<Arc<Recording>> {
     let mut alone = scene.clone();
     alone.chains.clear();

@@ -16,7 +16,6 @@ use sundials_wrap::Versions;
 #[command(after_help = "Examples:\n  myovib doctor\n  myovib doctor --json=doctor.json\n\n\
                         The exit code is 1 if something is missing.")]
 pub struct DoctorArgs {
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }

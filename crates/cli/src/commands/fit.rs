@@ -78,7 +78,6 @@ pub struct FitArgs {
     #[arg(long, value_name = "N", default_value = "50", value_parser = values::up_to::<1_000_000>)]
     pub max_iterations: NonZeroUsize,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -125,10 +124,6 @@ fn experiment(text: &str) -> (PathBuf, Vec<String>) {
 }
 
 /// Fits the parameters.
-///
-/// # Errors
-/// Returns an error if the scene or the measurements are invalid, or if the scene cannot be
-/// computed at the starting point.
 pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
     let progress = Progress::new(args.common.quiet);
     let result = compute(&FitOptions {

@@ -48,7 +48,6 @@ pub struct InfsupArgs {
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub plot: Option<PathBuf>,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -60,9 +59,6 @@ struct Family {
 }
 
 /// Computes the constants and prints them.
-///
-/// # Errors
-/// Returns an error if the mesh or a group is invalid, or if an output cannot be written.
 pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
     let subject = Subject::of(args)?;
     let families = Pair::ALL

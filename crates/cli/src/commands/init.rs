@@ -34,10 +34,6 @@ pub struct InitArgs {
 }
 
 /// Writes the scene.
-///
-/// # Errors
-/// Returns an error if the scene is unknown, has no mesh file, or a file exists or cannot be
-/// written.
 pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
     let name = args.from.as_deref().unwrap_or("init");
     let scene = builtin::find(name)?;
@@ -74,9 +70,6 @@ pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
 }
 
 /// Writes a new file.
-///
-/// # Errors
-/// Returns an error if the file exists or cannot be written.
 fn create(path: &Path, text: &str) -> anyhow::Result<()> {
     let name = path.display();
     let mut file = OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| {

@@ -15,9 +15,6 @@ pub struct ManArgs {
 }
 
 /// Prints the page of `program` or of a command.
-///
-/// # Errors
-/// Returns an error for an unknown command, or if standard output cannot be written.
 pub fn run(args: &ManArgs, program: clap::Command) -> anyhow::Result<Exit> {
     let command = match &args.command {
         None => program,

@@ -69,16 +69,11 @@ pub struct ModesArgs {
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub vtu: Option<PathBuf>,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
 
 /// Computes, prints and draws the modes.
-///
-/// # Errors
-/// Returns an error if options, mesh or scene are invalid, if no equilibrium is found, or if an
-/// output cannot be written.
 pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     let findings = match &args.scene {
         Some(scene) => {
@@ -122,9 +117,6 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
 
 /// Returns the modes of the body of the `scene` called `name`, as the body of the JSON document, and the coordinates of
 /// the nodes followed by the shapes.
-///
-/// # Errors
-/// Returns an error if the scene has no body or its modes cannot be computed.
 pub fn document(name: &str, scene: Scene) -> anyhow::Result<(String, Vec<f64>)> {
     let findings = of_scene(name.to_owned(), scene, None, Watcher::NOBODY)?;
     let points = findings.muscles.iter().map(|muscle| muscle.solid.space().coordinates());

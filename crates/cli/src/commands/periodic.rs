@@ -45,16 +45,11 @@ pub struct PeriodicArgs {
     #[arg(long)]
     pub overwrite: bool,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
 
 /// Computes the periodic state.
-///
-/// # Errors
-/// Returns an error if the scene is invalid (before any file is written), if no periodic state is
-/// found, or if an output cannot be written.
 pub fn run(args: &PeriodicArgs) -> anyhow::Result<Exit> {
     let mut set = args.set.clone();
     let mut own = vec![("analysis=periodic".to_owned(), "this command")];

@@ -43,16 +43,11 @@ pub struct ResponseArgs {
     #[arg(long)]
     pub overwrite: bool,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
 
 /// Computes the response.
-///
-/// # Errors
-/// Returns an error if the scene is invalid (before any file is written), if no equilibrium is
-/// found, or if an output cannot be written.
 pub fn run(args: &ResponseArgs) -> anyhow::Result<Exit> {
     let mut set = args.set.clone();
     let frequencies = args.frequencies.iter();

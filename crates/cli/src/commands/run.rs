@@ -63,16 +63,11 @@ pub struct RunArgs {
     #[arg(long)]
     pub verify: bool,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
 
 /// Computes the scene.
-///
-/// # Errors
-/// Returns an error if the scene is invalid (before any file is written), or if an output cannot be
-/// written.
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     let mut scene = load(&args.scene, &args.set)?;
     let file = &scene.file;

@@ -59,16 +59,11 @@ pub struct SensitivityArgs {
     #[arg(long)]
     pub overwrite: bool,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
 
 /// Computes the sensitivities.
-///
-/// # Errors
-/// Returns an error if the scene is invalid (before any file is written), if the run stops, or if
-/// an output cannot be written.
 pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
     let progress = Progress::new(args.common.quiet);
     let watcher = Watcher { interrupt: Some(interrupt::flag()), progress: &progress };

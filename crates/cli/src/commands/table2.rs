@@ -95,7 +95,6 @@ pub struct Table2Args {
     #[arg(long, value_name = "DIR", value_parser = values::output_folder)]
     pub out: Option<PathBuf>,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }

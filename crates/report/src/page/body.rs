@@ -84,9 +84,6 @@ fn levels(values: &[f64], [low, high]: [f64; 2]) -> String {
 }
 
 /// Returns the body of a run with the fields in its folder.
-///
-/// # Errors
-/// Returns an error if a file of the fields cannot be read.
 pub(super) fn of_run(folder: &Path, scene: &Scene, body: &Body) -> Result<BodyData, Error> {
     let space = body.muscle.solid.space();
     let grid = Grid::of_body(body);

@@ -33,17 +33,11 @@ use frame::framed;
 pub const NAME: &str = "report.html";
 
 /// Writes the report of a run into its folder.
-///
-/// # Errors
-/// Returns an error if a table of the folder cannot be read or the report cannot be written.
 pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Error> {
     save(folder, scene, result, PageData::default())
 }
 
 /// Writes the report of a case of a sweep into its folder. Its curves are pictures: the report of the sweep has the charts.
-///
-/// # Errors
-/// Errors of [`write()`].
 pub fn write_case(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Error> {
     save(folder, scene, result, PageData::with_pictures_only())
 }

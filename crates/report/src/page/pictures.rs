@@ -17,9 +17,6 @@ use crate::spatial;
 
 /// Returns the view of the body and pictures of its materials and of the last fields in the folder; empty for a scene
 /// without a body. Without JavaScript, the picture of the deformed body is shown instead of the interactive view.
-///
-/// # Errors
-/// Returns an error if the fields cannot be read.
 pub(super) fn body(
     folder: &Path,
     scene: &Scene,

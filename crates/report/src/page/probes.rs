@@ -164,9 +164,6 @@ const ANALYSIS: &str = "<details hidden><summary>Spectrum and damping of a curve
      <div data-analysis></div></details>\n";
 
 /// Returns the extrema of all probes and their curves; empty without probes.
-///
-/// # Errors
-/// Returns an error if a table cannot be read.
 pub(super) fn section(
     folder: &Path,
     scene: &Scene,

@@ -23,9 +23,6 @@ pub fn is_own_gif(start: &[u8]) -> bool {
 /// Writes figures of equal size as an endless animation, `width` pixels wide, each shown for `hundredths` of a second.
 ///
 /// The iterator is evaluated one figure at a time.
-///
-/// # Errors
-/// Returns an error if a figure cannot be drawn or differs in size from the first one, or the sink cannot be written.
 pub fn write<W: Write>(
     sink: W,
     figures: impl IntoIterator<Item = anyhow::Result<Figure>>,

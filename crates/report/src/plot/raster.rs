@@ -6,9 +6,6 @@ use resvg::usvg::{Options, Tree};
 
 /// Renders an SVG document `width` pixels wide. Text is not rendered: see
 /// [`Figure::outlined`](super::Figure::outlined).
-///
-/// # Errors
-/// Returns an error if the document is invalid or too large.
 pub fn pixels(svg: &str, width: u32) -> anyhow::Result<Pixmap> {
     let tree = Tree::from_str(svg, &Options::default()).context("the figure is not valid SVG")?;
     let scale = width as f32 / tree.size().width();
@@ -21,9 +18,6 @@ pub fn pixels(svg: &str, width: u32) -> anyhow::Result<Pixmap> {
 }
 
 /// Renders an SVG document as a PNG file, `width` pixels wide.
-///
-/// # Errors
-/// Returns an error if the document is invalid or too large.
 pub fn png(svg: &str, width: u32) -> anyhow::Result<Vec<u8>> {
     pixels(svg, width)?.encode_png().context("the figure cannot be encoded as PNG")
 }

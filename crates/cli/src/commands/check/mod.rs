@@ -55,15 +55,11 @@ pub struct CheckArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
 
 /// Inspects the scene and prints the findings.
-///
-/// # Errors
-/// Returns an error if the scene is invalid or an output cannot be written.
 pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
     let scene = Scene::load(&args.scene, &args.set)?;
     for note in scene.notes() {
@@ -75,9 +71,6 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
 }
 
 /// Inspects the scene called `name`. Returns a text and the body of the JSON document.
-///
-/// # Errors
-/// Returns an error if the model does not support the scene.
 pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serialize + use<>)> {
     SceneParameter::all(scene)?;
     rehearse(scene)?;

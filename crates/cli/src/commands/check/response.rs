@@ -34,9 +34,6 @@ pub(super) struct ResponseJson {
 
 /// Solves for one frequency about rest, which costs as much as each frequency about a preload, and
 /// returns text and JSON.
-///
-/// # Errors
-/// Returns an error if the matrices cannot be evaluated.
 pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, ResponseJson)> {
     let Some(wanted) = &scene.file.response else {
         return Err(InputError::new("the scene has no table [response]").into());

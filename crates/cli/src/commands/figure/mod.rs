@@ -96,7 +96,6 @@ pub struct Options {
     #[arg(long)]
     pub png: bool,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -108,9 +107,6 @@ pub fn run(args: &FigureArgs) -> anyhow::Result<Exit> {
 }
 
 /// Draws all figures.
-///
-/// # Errors
-/// See [`run`].
 pub fn run_all(args: &FiguresArgs) -> anyhow::Result<Exit> {
     draw(&[2, 3, 4, 5, 6, 7], &[], &args.options, "figures")
 }

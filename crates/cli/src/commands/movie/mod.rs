@@ -84,7 +84,6 @@ pub struct MovieArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }

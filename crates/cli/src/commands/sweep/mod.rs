@@ -80,16 +80,11 @@ pub struct SweepArgs {
     #[arg(long, value_name = "N", default_value = "1", requires = "slurm", value_parser = values::up_to::<100_000>)]
     pub per_task: NonZeroUsize,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
 
-/// Runs the cases.
-///
-/// # Errors
-/// Returns an error if options or values are invalid, or if the folder cannot be written. A case
-/// that fails at run time becomes a row of the table.
+/// Runs the cases. A case that fails at run time becomes a row of the table.
 pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     if let Some(file) = &args.slurm {
         let jobs = slurm::write(args, file)?;

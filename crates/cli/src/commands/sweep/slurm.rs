@@ -25,10 +25,6 @@ impl Jobs {
 }
 
 /// Writes the script to `file` and returns its description.
-///
-/// # Errors
-/// Returns an error if values of keys cannot be parsed, if the scene of a case is invalid, or if
-/// the file cannot be written.
 pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
     // An invalid scene is reported here instead of by the task that would run it.
     let n = rehearse(&args.scene, &args.set, &args.vary, args.common.n_threads())?;

@@ -103,7 +103,6 @@ pub struct SynchronizationArgs {
     #[arg(long)]
     pub png: bool,
 
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -213,9 +212,6 @@ impl SynchronizationArgs {
 }
 
 /// Runs the sweep.
-///
-/// # Errors
-/// Returns an error if options are invalid, or if an output cannot be written.
 pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
     args.check()?;
     let (drives, cases) = (args.drives()?, args.cases()?);

@@ -23,7 +23,6 @@ pub(super) use document::report_json;
     Every index is computed from the matrices alone, on two meshes and at two random, consistent \
     states of large strain. The exit code is 1 if an index differs from the paper's or is undecided.")]
 pub struct Table1Args {
-    /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -75,9 +74,6 @@ fn block(report: &IndexReport, name: &str) -> Option<String> {
 }
 
 /// Computes and prints the table.
-///
-/// # Errors
-/// Returns an error if an index cannot be computed, or if an output cannot be written.
 pub fn run(args: &Table1Args) -> anyhow::Result<Exit> {
     let rows = table1::cases()
         .into_iter()
