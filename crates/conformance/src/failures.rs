@@ -1,4 +1,4 @@
-//! Failures: they must be reported with their cause, and without unnecessary cost.
+//! Failures are reported with their cause and without unnecessary work.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

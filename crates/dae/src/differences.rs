@@ -246,7 +246,7 @@ pub(crate) enum Perturbation {
     Usual,
     /// By −δ_j.
     Back,
-    /// Away from zero by a smaller distance: δ_j with √ε/w_j instead of 1/w_j. A positive variable remains positive even
+    /// Away from zero by δ_j with √ε/w_j instead of 1/w_j, which is smaller. A positive variable remains positive even
     /// close to zero.
     SlightlyAway,
     /// Toward zero, by the same distance.

@@ -8,7 +8,7 @@ use crate::error::Error;
 /// Relative rounding of coordinates; a place exactly at the radius is included.
 const SLACK: f64 = 1e-9;
 
-/// Places, each with all places within a radius of it.
+/// The neighborhood of each place: all places within a radius.
 ///
 /// The coherence of the neighborhood of place i is `|1/n Σ χ_j|` over the n places j within the radius, including i
 /// itself, with equal weights. If all places have the same number of oscillators, it is |χ| of all oscillators at these

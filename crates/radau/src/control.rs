@@ -133,8 +133,8 @@ impl Control {
         h * factor.clamp(FACTORS.0, FACTORS.1)
     }
 
-    /// Returns the largest next step for the error of multipliers that is `left` after the removal of their leading
-    /// error. This error is proportional to h^`order`.
+    /// Returns the largest next step that the error of the multipliers permits. `left` is their error after the removal of
+    /// the leading error. It is proportional to h^`order`.
     ///
     /// The current step does not depend on this error, so the error never causes a repetition.
     pub(crate) fn propose_for_multipliers(&self, h: f64, left: f64, order: i32) -> f64 {

@@ -53,7 +53,7 @@ pub struct FactorizationCost {
     /// Number of matrices stored at the same time: one for BDF and for an equilibrium, one real and
     /// several complex matrices for Radau IIA.
     pub matrices: usize,
-    /// Entries of the factors, operations of one setup, and total memory.
+    /// Number of entries of the factors, operations per factorization, and total memory.
     pub needs: Prediction,
     /// Memory in use before factorization, B, if the system reports it.
     pub in_use: Option<usize>,

@@ -93,7 +93,7 @@ impl Parts {
     }
 }
 
-/// Holds the parts by the foundations with stiffness.
+/// Adds the conditions of elastic foundations with a stiffness to the parts that they hold.
 fn hold_by_foundations(bodies: &mut RigidBodies, muscle: &Muscle, parts_at: &[Vec<usize>]) {
     let space = muscle.solid.space();
     let dimension = space.dimension();

@@ -138,8 +138,8 @@ impl TermStep<'_> {
         self.response_of(driving, state) + self.slope_residual(driving, state) * lag
     }
 
-    /// Returns the estimated error of the internal variable, where `change` is the form of the change of the driving
-    /// quantity by the error of y.
+    /// Returns the estimated error of the internal variable. `change` is the change of the driving quantity due to the
+    /// estimated error of y.
     pub(super) fn error(self, driving: Form, state: Form, change: Form) -> Form {
         let driven =
             change * self.term.weight - self.slope_residual(driving, state) * self.term.time;

@@ -145,10 +145,10 @@ impl<Q> ForwardSensitivities<Q> {
         solver.restarts() != self.restarts
     }
 
-    /// Sets the tolerance of the linear systems as a fraction of the integration's tolerance. The
-    /// default corresponds to a third of the solution's tolerance. It equals Newton's tolerance,
-    /// which is a tenth of this, for order 5, with hidden constraints, if the sensitivities control
-    /// the steps, and if [`newton_tolerance`](field@crate::RadauOptions::newton_tolerance) is set.
+    /// Sets the tolerance of the linear systems as a fraction of the integration's tolerance. The default corresponds to a
+    /// third of the solution's tolerance. In four cases, it equals Newton's tolerance, a tenth of this value: at order 5,
+    /// with hidden constraints, if the sensitivities control the steps, and if
+    /// [`newton_tolerance`](field@crate::RadauOptions::newton_tolerance) is set.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance: Some(tolerance), ..self }

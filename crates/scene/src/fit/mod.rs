@@ -57,7 +57,7 @@ pub struct FitOptions<'a> {
     /// Maximum number of iterations per phase, start and profile point; each takes one run with sensitivities and one or
     /// more plain runs.
     pub max_iterations: usize,
-    /// Number of starting points: the scene's, and random ones.
+    /// Number of starting points: the starting values of the scene and random points.
     pub starts: usize,
     /// Seed of the random starting points.
     pub seed: u64,

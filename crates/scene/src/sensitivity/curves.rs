@@ -46,7 +46,7 @@ impl Output {
         }
     }
 
-    /// Returns the sampling interval of its probe, s.
+    /// Returns the sampling interval of the output's probe, s.
     pub(super) fn every(&self, scene: &Scene) -> f64 {
         scene.file.probe[self.probe].interval
     }

@@ -64,7 +64,7 @@ pub struct IdaSolver<P: Problem> {
     max_steps: Option<usize>,
     /// Number of steps and time at the last check at which t had increased.
     mark: (u64, f64),
-    /// Last recoverable failure of a user function since then, including failures in earlier calls.
+    /// Last recoverable failure of a user function since the time in `mark`, including failures in earlier calls.
     refusal: Option<String>,
     /// Time at which a step must end; `None` after it is reached.
     stop_time: Option<f64>,
