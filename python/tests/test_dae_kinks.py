@@ -78,6 +78,43 @@ def test_rates_of_convergence_before_a_kink_are_not_used_after_it(conductance, r
     assert abs(s.y[0, -1] - exact.y[0, -1]) < LIMIT * rtol * 5
 
 
+@pytest.mark.parametrize("method", ["radau5", "radau9", "radau13"])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-5])
+def test_remedies_at_kinks_work(method, rtol):
+    # With outputs, an exact Jacobian of one side of the kink stops Radau IIA where difference quotients succeed.
+    g = 10.0
+    outputs = np.linspace(0, 10, 11)
+
+    def run(residual, **options):
+        start = [0, 5 / (1 + g), 5 * g / (1 + g)]
+        return solve_dae(
+            residual, (0, 10), [0, 0, 0], start, method, rtol=rtol, atol=0.01 * rtol, t_eval=outputs, **options
+        )
+
+    s = run(diode(g), jacobian=jacobian_of_diode(g))
+    assert s.success or "`jacobian`" in s.message
+
+    width = 10 * rtol
+
+    def smooth(t, y, yp):
+        voltage = y[1] - y[0]
+        return [*diode(g)(t, y, yp)[:2], y[2] - g * (voltage + np.hypot(voltage, width) - width) / 2]
+
+    def jacobian(t, y, yp):
+        voltage = y[1] - y[0]
+        slope = g * (1 + voltage / np.hypot(voltage, width)) / 2
+        return [[0.2, 0, -1], [0, 1, 1], [slope, -slope, 1]], [[1, 0, 0], [0, 0, 0], [0, 0, 0]]
+
+    inner = g / (1 + g)
+    exact = solve_dae(
+        lambda t, y, yp: yp - inner * np.maximum(5 * np.sin(t) - y, 0) + 0.2 * y, (0, 10), [0], [0], "radau5",
+        rtol=1e-10, atol=1e-12, max_step=0.05,
+    ).y[0, -1]  # fmt: skip
+    for remedy in (run(diode(g)), run(smooth), run(smooth, jacobian=jacobian)):
+        # The smooth function differs by at most half of its width.
+        assert remedy.success and abs(remedy.y[0, -1] - exact) < LIMIT * rtol * 5 + width / 2, remedy.message
+
+
 def test_quadratic_equations_keep_their_branch():
     # Regression: BDF continued with y' < 0 in 6 of these runs, and errors were up to 5900 tolerances.
     omega, rtol = 30.0, 1e-4
