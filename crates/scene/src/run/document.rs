@@ -1,7 +1,9 @@
 //! Contents of `run.json`: input, program, settings and statistics of a run.
 
+use std::time::Instant;
+
 use myovib_model::advice::Advice;
-use myovib_model::{Formulation, Integrator, Muscle, Outcome, Statistics};
+use myovib_model::{CpuClock, EndReason, Formulation, Integrator, Muscle, Outcome, Statistics};
 use myovib_sparse::resources;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -22,6 +24,32 @@ pub(super) struct Timing {
     pub(super) setup: f64,
     pub(super) integration: f64,
     pub(super) output: f64,
+}
+
+/// Clocks of an analysis that writes its results at its end.
+pub(super) struct Clocks {
+    wall: Instant,
+    cpu: CpuClock,
+}
+
+impl Clocks {
+    pub(super) fn start() -> Self {
+        Self { wall: Instant::now(), cpu: CpuClock::start() }
+    }
+
+    /// Returns the document of the analysis with scene, outcome, mesh and times.
+    pub(super) fn document(&self, scene: &Scene, outcome: &Outcome) -> Value {
+        json!({
+            "scene": scene.file,
+            "analysis": scene.file.analysis,
+            "outcome": outcome.name(),
+            "reason": outcome.reason().map(EndReason::name),
+            "message": outcome.message(),
+            "mesh": scene.body.as_ref().map(|body| mesh(&body.muscle)),
+            "cpu_seconds": self.cpu.elapsed().as_secs_f64(),
+            "wall_seconds": self.wall.elapsed().as_secs_f64(),
+        })
+    }
 }
 
 /// Returns the document of a dynamic run.
@@ -166,7 +194,7 @@ pub(super) fn extend(document: &mut Value, more: Value) {
 }
 
 /// Returns the size of the mesh.
-pub(super) fn mesh(muscle: &Muscle) -> Value {
+fn mesh(muscle: &Muscle) -> Value {
     let space = muscle.solid.space();
     json!({
         "dimension": space.dimension(),

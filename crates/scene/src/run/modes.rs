@@ -1,11 +1,9 @@
 //! Modal analysis: lowest eigenfrequencies and modes.
 
-use std::time::Instant;
-
-use myovib_model::{CpuClock, Outcome};
+use myovib_model::Outcome;
 use serde_json::json;
 
-use super::document;
+use super::document::{self, Clocks};
 use super::folder::request;
 use super::options::{RunOptions, RunResult};
 use crate::csv;
@@ -31,7 +29,7 @@ pub(super) fn columns(dimension: usize) -> Vec<String> {
 
 /// Computes the modes of a scene's body.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
-    let (started, cpu) = (Instant::now(), CpuClock::start());
+    let clocks = Clocks::start();
     let body = modes::body_of(scene)?;
     let muscle = &body.muscle;
     let names: Vec<&str> = FILES.iter().map(|(name, _)| *name).collect();
@@ -43,16 +41,9 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     for (name, contents) in FILES {
         folder.write(name, contents(body, &found))?;
     }
-    let mut document = json!({
-        "scene": scene.file,
-        "analysis": "modes",
-        "outcome": "finished",
-        "unknowns": muscle.solid.dofs().n_free() + muscle.solid.space().n_pressures(),
-        "unknowns_paper": muscle.n_unknowns_paper(),
-        "mesh": document::mesh(muscle),
-        "cpu_seconds": cpu.elapsed().as_secs_f64(),
-        "wall_seconds": started.elapsed().as_secs_f64(),
-    });
+    let mut document = clocks.document(scene, &Outcome::Finished);
+    document["unknowns"] = json!(muscle.solid.dofs().n_free() + muscle.solid.space().n_pressures());
+    document["unknowns_paper"] = json!(muscle.n_unknowns_paper());
     document::extend(&mut document, serde_json::to_value(&found)?);
     let notes = found.muscles.iter().flat_map(|body| body.notes.clone()).collect();
     let result = document::finish(&folder, scene, document, Outcome::Finished, notes)?;

@@ -2,7 +2,6 @@
 
 use std::cell::Cell;
 use std::ops::Range;
-use std::time::Instant;
 
 use myovib_model::coupling::{Oscillators, Recorder, Recording, Source};
 use myovib_model::periodic::{
@@ -10,11 +9,11 @@ use myovib_model::periodic::{
 };
 use myovib_model::radau::FIXED_STEP_ERROR;
 use myovib_model::start::Consistent;
-use myovib_model::{CpuClock, EndReason, Limits, ModelError, Observer, Outcome, support};
+use myovib_model::{Limits, ModelError, Observer, Outcome, support};
 use serde_json::json;
 
 use super::continuation::{self, Branch};
-use super::document;
+use super::document::{self, Clocks};
 use super::folder::{request, table_of};
 use super::options::{RunOptions, RunResult};
 use super::period::{Extent, Period, Samples, Task};
@@ -55,7 +54,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
 }
 
 fn search(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
-    let clocks = (Instant::now(), CpuClock::start());
+    let clocks = Clocks::start();
     let period = Period::of(scene)?;
     let branch = Branch::of(scene)?;
     let table = branch.as_ref().map(|_| continuation::NAME);
@@ -348,7 +347,7 @@ struct Write<'a> {
     /// The body and its chains, unless they are found together.
     parts: Option<[Settled; 2]>,
     /// Start of the search.
-    clocks: (Instant, CpuClock),
+    clocks: Clocks,
 }
 
 impl Task for Write<'_> {
@@ -362,7 +361,7 @@ impl Task for Write<'_> {
         y: Vec<f64>,
         blocks: Vec<Range<usize>>,
     ) -> Result<RunResult, Error> {
-        let Self { search, request, branch, parts, clocks: (started, cpu) } = self;
+        let Self { search, request, branch, parts, clocks } = self;
         let Search { scene, options, period, .. } = search;
         let readings = scene.readings()?;
         let settings = search.settings();
@@ -407,21 +406,9 @@ impl Task for Write<'_> {
             let state = State::of(dae, period.times[0], &y[range]);
             folder.write(State::NAME, state.encode()?)?;
         }
-        let mut document = json!({
-            "scene": scene.file,
-            "analysis": "periodic",
-            "outcome": outcome.name(),
-            "reason": outcome.reason().map(EndReason::name),
-            "message": outcome.message(),
-            "unknowns": y.len(),
-            "rtol": tolerance_factor * period.rtol,
-            "cpu_seconds": cpu.elapsed().as_secs_f64(),
-            "wall_seconds": started.elapsed().as_secs_f64(),
-        });
-        if let Some(body) = &scene.body {
-            let of_mesh = json!({ "mesh": document::mesh(&body.muscle) });
-            document::extend(&mut document, of_mesh);
-        }
+        let mut document = clocks.document(scene, &outcome);
+        document["unknowns"] = json!(y.len());
+        document["rtol"] = json!(tolerance_factor * period.rtol);
         document::extend(&mut document, serde_json::to_value(&found)?);
         let notes = note.into_iter().collect();
         let result = document::finish(&folder, scene, document, outcome, notes)?;

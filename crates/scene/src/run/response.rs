@@ -1,11 +1,8 @@
 //! Harmonic response: one table per probe.
 
-use std::time::Instant;
+use myovib_model::{EndReason, Outcome};
 
-use myovib_model::{CpuClock, EndReason, Outcome};
-use serde_json::json;
-
-use super::document;
+use super::document::{self, Clocks};
 use super::folder::{request, table_of};
 use super::options::{RunOptions, RunResult};
 use crate::csv;
@@ -15,7 +12,7 @@ use crate::{Error, Scene};
 
 /// Computes the harmonic response of a scene.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
-    let (started, cpu) = (Instant::now(), CpuClock::start());
+    let clocks = Clocks::start();
     let has_fields = scene.file.response.as_ref().is_some_and(|own| !own.fields.is_empty());
     let list = has_fields.then_some(AMPLITUDES_LIST);
     let request = request(scene, options, list.as_slice())?;
@@ -43,18 +40,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             format!("interrupted after {} frequencies", found.frequencies.len()),
         ),
     };
-    let mut document = json!({
-        "scene": scene.file,
-        "analysis": "response",
-        "outcome": outcome.name(),
-        "reason": outcome.reason().map(EndReason::name),
-        "cpu_seconds": cpu.elapsed().as_secs_f64(),
-        "wall_seconds": started.elapsed().as_secs_f64(),
-    });
-    if let Some(body) = &scene.body {
-        let of_mesh = json!({ "mesh": document::mesh(&body.muscle) });
-        document::extend(&mut document, of_mesh);
-    }
+    let mut document = clocks.document(scene, &outcome);
     document::extend(&mut document, serde_json::to_value(&found)?);
     let result = document::finish(&folder, scene, document, outcome, found.notes.clone())?;
     Ok(RunResult { response: Some(found), ..result })

@@ -2,16 +2,13 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::time::Instant;
 
 use myovib_dae::Problem;
 use myovib_model::statics::{self, Control, CriticalKind, CriticalPoint, PathEnd, PathState};
-use myovib_model::{
-    CpuClock, EndReason, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters,
-};
+use myovib_model::{EndReason, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters};
 use serde_json::{Map, Value, json};
 
-use super::document;
+use super::document::{self, Clocks};
 use super::dynamic::conditions;
 use super::folder::{parameter, request};
 use super::options::{RunOptions, RunResult};
@@ -29,7 +26,7 @@ use crate::{Error, InputError, inputs};
 
 /// Computes the equilibrium of a scene under its loads at the end time, or the path to it.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
-    let (started, cpu) = (Instant::now(), CpuClock::start());
+    let clocks = Clocks::start();
     let Some(body) = &scene.body else {
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
@@ -78,12 +75,11 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         (outcome, _) => outcome,
     };
     folder.write(State::NAME, last.state.encode()?)?;
-    let mut document = recording.document(&end, last, &outcome);
+    let mut document = clocks.document(scene, &outcome);
+    document::extend(&mut document, recording.document(&end, last));
     if options.neighbor.is_some() {
         document["is_continued"] = json!(end.is_continued);
     }
-    document["cpu_seconds"] = json!(cpu.elapsed().as_secs_f64());
-    document["wall_seconds"] = json!(started.elapsed().as_secs_f64());
     let volume_note = match outcome.reason() {
         Some(EndReason::Inverted) => None, // its message says so
         _ => volumes.note(&body.muscle, false),
@@ -258,19 +254,13 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// Returns the document of the run without its times.
-    fn document(&self, end: &PathEnd, last: &Last, outcome: &Outcome) -> Value {
+    /// Returns the part of the document that describes the states.
+    fn document(&self, end: &PathEnd, last: &Last) -> Value {
         let critical: Vec<Value> = end.critical_points.iter().map(described).collect();
         let mut document = json!({
-            "scene": self.scene.file,
-            "analysis": "static",
-            "outcome": outcome.name(),
-            "reason": outcome.reason().map(EndReason::name),
-            "message": outcome.message(),
             "load_reached": last.load,
             "unknowns": last.unknowns,
             "unknowns_paper": self.body.muscle.n_unknowns_paper(),
-            "mesh": document::mesh(&self.body.muscle),
             "opposed_fibers": self.body.opposed_fibers,
             "newton_iterations": end.newton_iterations,
             "load_steps": end.load_steps,
