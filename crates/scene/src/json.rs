@@ -2,6 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
+use crate::scene_file::number::Number;
 use crate::text::plain_json;
 use crate::versions::Versions;
 
@@ -28,11 +29,7 @@ pub fn document(command: &str, body: &impl Serialize) -> serde_json::Result<Stri
 /// Serializes a bulk modulus: a number, or `"inf"` for an incompressible muscle (JSON has no
 /// infinity). For `#[serde(serialize_with = "json::kappa")]`.
 pub fn kappa<S: Serializer>(kappa: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    if kappa.is_infinite() {
-        serializer.serialize_str("inf")
-    } else {
-        serializer.serialize_f64(*kappa)
-    }
+    Number(*kappa).serialize(serializer)
 }
 
 #[cfg(test)]

@@ -55,27 +55,18 @@ pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Err
 }
 
 fn compute_analysis(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
+    if !scene.file.analysis.is_in_time() {
+        without_motion(options)?;
+    }
     match scene.file.analysis {
         Analysis::Dynamic | Analysis::QuasiStatic => {
             let verify: dynamic::Verify = verify::error_estimate;
             dynamic::compute(scene, options, options.verify.then_some(verify))
         }
-        Analysis::Static => {
-            without_motion(options)?;
-            statics::compute(scene, options)
-        }
-        Analysis::Modes => {
-            without_motion(options)?;
-            modes::compute(scene, options)
-        }
-        Analysis::Response => {
-            without_motion(options)?;
-            response::compute(scene, options)
-        }
-        Analysis::Periodic => {
-            without_motion(options)?;
-            periodic::compute(scene, options)
-        }
+        Analysis::Static => statics::compute(scene, options),
+        Analysis::Modes => modes::compute(scene, options),
+        Analysis::Response => response::compute(scene, options),
+        Analysis::Periodic => periodic::compute(scene, options),
     }
 }
 

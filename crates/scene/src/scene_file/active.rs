@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::feedback::rest_amplitude;
 use super::function::Function;
+use super::number::one;
 
 /// Adds `S = T g(λ) h(λ̇) f0⊗f0` to the stress of the law, with tension T and fiber stretch λ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -136,10 +137,6 @@ pub enum ForceLength {
         #[schemars(extend("exclusiveMinimum" = 0))]
         width: f64,
     },
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 impl From<&ForceLength> for material::ForceLength {

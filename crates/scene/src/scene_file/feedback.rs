@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::number::one;
+
 /// Multiplies all moduli except κ by a factor that changes linearly with S = |χ|² of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Feedback {
@@ -21,10 +23,6 @@ pub struct Feedback {
     #[serde(default = "rest_amplitude")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rest_amplitude: f64,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 /// A tenth of the limit cycle of a van der Pol oscillator, whose radius is 2.

@@ -13,7 +13,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 use super::active::Active;
-use super::number::Number;
+use super::number::{Number, one};
 use super::solid::{BulkModulus, SpatialFactor};
 
 /// Another name of `mooney-rivlin`, with c10 = ζ/2 and c01 = 0.
@@ -59,10 +59,6 @@ pub struct Material {
     /// The material law.
     #[serde(flatten)]
     pub law: LawConstants,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 impl Material {

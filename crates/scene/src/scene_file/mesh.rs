@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::number::one;
+
 /// Mesh of the body: triangles for plane strain, tetrahedra for space.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Mesh {
@@ -104,10 +106,6 @@ pub enum Resolution {
     Coarse,
     /// 4576 vertices, 17 700 tetrahedra.
     Fine,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 fn spindle_cells() -> [usize; 2] {

@@ -28,7 +28,7 @@ pub mod surface_load;
 
 mod brackets;
 pub(crate) mod check;
-mod number;
+pub(crate) mod number;
 mod reference;
 mod renamed;
 mod schema;

@@ -3,9 +3,14 @@
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+/// Returns the default of factors.
+pub(super) fn one() -> f64 {
+    1.0
+}
+
 /// Number or `inf`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Number(pub(super) f64);
+pub(crate) struct Number(pub(crate) f64);
 
 impl Serialize for Number {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
