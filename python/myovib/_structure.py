@@ -157,7 +157,9 @@ class Structure:
     def of_higher_index(self) -> list[int]:
         """Return the algebraic variables that F = 0 does not determine, whose index is above 1."""
         columns = np.where(self.algebraic, self.df_dy, self.df_dyp)
-        return [int(j) for j in np.flatnonzero(_null(columns) & self.algebraic)]
+        # Rounding of quotients is small in the given units, and small entries of null vectors count in balanced ones.
+        is_free = _null(columns) | _null(_balanced(columns))
+        return np.flatnonzero(is_free & self.algebraic).tolist()
 
 
 def _inverse(matrix: Array) -> Array | None:
@@ -181,6 +183,21 @@ def _inverse(matrix: Array) -> Array | None:
     if not (errors.max(axis=1) < CONDITION * sizes.max(axis=1)).all():
         return None
     return columns[:, None] * inverse * rows.T
+
+
+def _balanced(matrix: Array) -> Array:
+    """Return the matrix with rows and columns scaled so that its nonzero entries are as close to 1 as possible.
+
+    The sum of squares of their logarithms is minimal (Curtis, Reid 1972), so that the result is independent of units.
+    """
+    is_nonzero = matrix != 0.0
+    logarithms = np.log(np.abs(matrix), out=np.zeros_like(matrix), where=is_nonzero)
+    counts = [np.diag(is_nonzero.sum(axis=axis)) for axis in (1, 0)]
+    sums = [logarithms.sum(axis=axis) for axis in (1, 0)]
+    normal = np.block([[counts[0], is_nonzero], [is_nonzero.T, counts[1]]]).astype(float)
+    rows, columns = np.split(np.linalg.lstsq(normal, -np.concatenate(sums), rcond=None)[0], [len(matrix)])
+    scaled = np.where(is_nonzero, logarithms + rows[:, None] + columns, 0.0)
+    return np.asarray(np.sign(matrix) * np.exp(scaled))
 
 
 def _null(matrix: Array) -> NDArray[np.bool_]:

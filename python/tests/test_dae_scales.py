@@ -186,3 +186,36 @@ def test_an_index_above_3_is_reported_in_any_units(factor):
         with pytest.warns(UserWarning, match=f"the index {len(index)}"):
             s = solve_dae(residual, (0, 0.1), *start, "radau9", index=index, rtol=1e-5, atol=1e-6)
         assert s.status == -1 and f"the index {len(index)}" in s.message
+
+
+def source_at_capacitors(resistance, capacity, rows, unknowns):
+    """Return two capacitors in series at a source, with a third beside the source: index 2 without a resistance."""
+
+    def residual(t, y, yp):
+        first, second, current = y / unknowns
+        of_first, of_second, _ = yp / unknowns
+        into_second = capacity * (of_first - of_second)
+        return rows * [
+            2 * capacity * of_first + into_second - current,
+            3 * capacity * of_second - into_second + 100 * capacity * second,
+            first + resistance / capacity * current - np.sin(10 * t),
+        ]
+
+    of_first, of_second = (10, 2.5) if resistance == 0 else (0, 0)
+    current = capacity * (3 * of_first - of_second)
+    y0, yp0 = unknowns * [0, 0, current], unknowns * [of_first, of_second, 0]
+    return residual, (0, 0.1), y0, yp0, unknowns * [1e-6, 1e-6, 1e-6 * capacity]
+
+
+@pytest.mark.parametrize("method", ["radau5", "bdf"])
+@pytest.mark.parametrize("resistance", [0, 0.01])
+def test_an_index_above_1_is_reported_in_any_units(resistance, method):
+    generator = np.random.default_rng(1)
+    for capacity in (1e-12, 1e-6, 1.0, 1e12):
+        for rows, unknowns in [np.ones((2, 3)), *10.0 ** generator.integers(-12, 13, (2, 2, 3))]:
+            *problem, atol = source_at_capacitors(resistance, capacity, rows, unknowns)
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                solve_dae(*problem, method, atol=atol, max_steps=3)
+            named = any("[2]" in str(warning.message) for warning in caught)
+            assert named == (resistance == 0), (capacity, rows, unknowns)
