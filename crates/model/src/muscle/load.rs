@@ -16,19 +16,21 @@ const TANGENTIAL: f64 = 1e-12;
 /// A force on the nodes: a constant vector times a function of time.
 #[derive(Debug, Clone)]
 pub struct Load {
+    /// Number of nodal components of the body.
+    length: usize,
     entries: Vec<(usize, f64)>,
     signal: Signal,
 }
 
 impl Load {
-    /// Creates a load `vector · signal(t)`.
+    /// Creates a load `vector · signal(t)`, in N, or in N per m of thickness in the plane.
     ///
     /// # Shapes
-    /// `vector`: all nodal components.
+    /// `vector`: all nodal components of the body. Analyses of a body with another number of components panic.
     pub fn new(vector: &[f64], signal: Signal) -> Self {
         let entries =
             vector.iter().copied().enumerate().filter(|(_, value)| *value != 0.0).collect();
-        Self { entries, signal }
+        Self { length: vector.len(), entries, signal }
     }
 
     /// Returns the function of time.
@@ -39,7 +41,7 @@ impl Load {
     /// Returns the load scaled by `part`.
     #[must_use]
     pub fn scaled(&self, part: f64) -> Self {
-        Self { entries: self.entries.clone(), signal: self.signal.scaled(part) }
+        Self { signal: self.signal.scaled(part), ..self.clone() }
     }
 
     /// Returns the sum of the magnitudes of the nodal forces for a function of time equal to 1, N.
@@ -48,7 +50,11 @@ impl Load {
     }
 
     /// Adds the load at time `t` to `total`.
+    ///
+    /// # Panics
+    /// If `total` has not as many components as the load.
     pub fn add_at(&self, t: f64, total: &mut [f64]) {
+        assert_eq!(self.length, total.len(), "components of a load and of its body");
         let factor = self.signal.at(t).value;
         for &(i, value) in &self.entries {
             total[i] += factor * value;

@@ -42,7 +42,17 @@ impl Domain {
             Self::Load { .. } => &["load"],
         }
     }
+
+    fn limits(self) -> (f64, f64) {
+        match self {
+            Self::Time { end } => (0.0, end),
+            Self::Frequency { low, high } | Self::Load { low, high } => (low, high),
+        }
+    }
 }
+
+/// Relative distance from the domain that rounding in other programs explains.
+const ROUNDING: f64 = 1e-12;
 
 /// Suffix of columns of standard deviations in plain tables.
 const NOISE: &str = ".noise";
@@ -230,24 +240,24 @@ impl<'a> Reader<'a> {
     fn time(&self, table: &Table, row: usize, column: usize) -> Result<f64, DataError> {
         let error = |problem| self.error_at(problem, table, row, Some(column));
         let t = self.number(table, row, column)?.ok_or_else(|| error(DataProblem::MissingTime))?;
-        match self.domain {
-            Domain::Time { end } if !(0.0..=end).contains(&t) => {
-                Err(error(DataProblem::OutsideRun)
-                    .found(format!("t = {t} s"))
-                    .allowed(format!("0 to {end} s, the scene's time.end")))
-            }
-            Domain::Frequency { low, high } if !(low..=high).contains(&t) => {
-                Err(error(DataProblem::OutsideFrequencies).found(format!("f = {t} Hz")).allowed(
-                    format!("{low} to {high} Hz, the range of the scene's response.frequencies"),
-                ))
-            }
-            Domain::Load { low, high } if !(low..=high).contains(&t) => {
-                Err(error(DataProblem::OutsideLoads)
-                    .found(format!("load = {t}"))
-                    .allowed(format!("{low} to {high}, the range of the scene's load factors")))
-            }
-            _ => Ok(t),
+        let (low, high) = self.domain.limits();
+        let nearest = t.clamp(low, high);
+        if (t - nearest).abs() <= ROUNDING * nearest.abs() {
+            return Ok(nearest);
         }
+        Err(match self.domain {
+            Domain::Time { end } => error(DataProblem::OutsideRun)
+                .found(format!("t = {t} s"))
+                .allowed(format!("0 to {end} s, the scene's time.end")),
+            Domain::Frequency { .. } => {
+                error(DataProblem::OutsideFrequencies).found(format!("f = {t} Hz")).allowed(
+                    format!("{low} to {high} Hz, the range of the scene's response.frequencies"),
+                )
+            }
+            Domain::Load { .. } => error(DataProblem::OutsideLoads)
+                .found(format!("load = {t}"))
+                .allowed(format!("{low} to {high}, the range of the scene's load factors")),
+        })
     }
 
     /// Returns the measurement of an output in a cell, or nothing if the cell is empty.

@@ -228,8 +228,7 @@ impl<'a> FolderRequest<'a> {
                     true => ", or --resume to continue",
                     false => "",
                 };
-                let command = self.command;
-                let error = self.wrong(format!("already contains results of `myovib {command}`"));
+                let error = self.wrong("already contains results".to_owned());
                 return Err(error.next(format!("choose another folder, or --overwrite{resume}")));
             }
             // A program that was killed before it wrote the manifest leaves its lock.

@@ -77,13 +77,15 @@ impl Builder<'_> {
     /// Adds the differences between the values of both scenes at `path`, the earlier scene first. Keys that only one
     /// scene has belong to another type or version, which differs, too.
     fn compare(&self, path: &str, values: [&Value; 2], end: End, found: &mut Vec<String>) {
-        let mut differ = |then: String, now: String| {
-            found.push(format!("`{path}` is {now} (there {then})"));
-        };
         if let [Some(then), Some(now)] = values.map(|value| self.signal_of(value, path, end)) {
             let [then, now] = [then.at(end.t).value, now.at(0.0).value];
             if (then - now).abs() > EQUAL * then.abs().max(now.abs()) {
-                differ(readable(then), readable(now));
+                let [then, now] = [then, now].map(readable);
+                let [at, of] = match values.iter().any(|value| value.is_object()) {
+                    true => [" at t = 0", "at the end of"],
+                    false => ["", "in"],
+                };
+                found.push(format!("`{path}` is {now}{at} ({then} {of} that run)"));
             }
             return;
         }
@@ -109,7 +111,10 @@ impl Builder<'_> {
                     self.compare(&format!("{path}.{key}"), values, end, found);
                 }
             }
-            [then, now] if then != now => differ(described(then), described(now)),
+            [then, now] if then != now => {
+                let [then, now] = [then, now].map(described);
+                found.push(format!("`{path}` is {now} ({then} in that run)"));
+            }
             _ => {}
         }
     }

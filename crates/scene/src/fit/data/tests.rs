@@ -97,6 +97,13 @@ fn frequencies_are_within_the_response() {
     }
 }
 
+/// Regression: the last time of `numpy.arange(0.1, 2.001, 0.05)` is larger than 2 by rounding.
+#[test]
+fn rounded_times_are_within_the_run() {
+    let data = read(Path::new("m.csv"), "t,tip\n2.0000000000000004,1\n", &outputs(), RUN).unwrap();
+    assert_eq!(data[0].t, 2.0);
+}
+
 /// Checks load factors of a path from −0.5 to 1.
 #[test]
 fn load_factors_are_within_the_path() {
