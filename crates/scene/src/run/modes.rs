@@ -15,9 +15,11 @@ use crate::{Error, Scene};
 /// Name of the table of modes.
 pub(super) const TABLE: &str = "modes";
 
+/// Returns the contents of a file.
+type Contents = fn(&Body, &Modes) -> String;
+
 /// Files of the analysis with their contents.
-const FILES: &[(&str, fn(&Body, &Modes) -> String)] =
-    &[("modes.csv", table), (vtu::SHAPES, shapes)];
+const FILES: &[(&str, Contents)] = &[("modes.csv", table), (vtu::SHAPES, shapes)];
 
 /// Returns the columns of the table of modes of a body in `dimension` dimensions.
 pub(super) fn columns(dimension: usize) -> Vec<String> {
