@@ -186,6 +186,24 @@ fn check_reports_the_cost_of_a_period() {
     assert!(text.contains(&format!("unknowns        {}", found["unknowns"])), "{text}");
 }
 
+/// For a harmonic response, `check` lists the harmonic loads and the cost of all frequencies.
+#[test]
+fn check_reports_the_cost_of_a_response() {
+    let set = ["--set", "traction[0].response={ y = 1.0 }", "--set", "response.frequencies=[1, 2]"];
+    let wanted = [&["check", "init", "--json", "--set", "analysis=response"], &set[..]].concat();
+    let run = myovib(&wanted);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let found = &document(&run.stdout, "check")["response"];
+    let folder = tempfile::tempdir().expect("a folder");
+    let wanted = [&["response", "init", "--json", "--out", "out"], &set[..]].concat();
+    let computed = document(&myovib_in(folder.path(), &wanted).stdout, "response");
+    assert_eq!(found["unknowns"], computed["unknowns"], "{computed}");
+    assert_eq!(found["harmonic"], serde_json::json!(["traction[0]"]));
+    let [all, each] =
+        ["seconds", "seconds_per_frequency"].map(|key| found[key].as_f64().expect("a time"));
+    assert!(each > 0.0 && all == 2.0 * each, "{found}");
+}
+
 /// For an equilibrium, `check` reports size, memory and output files, in agreement with the run.
 #[test]
 fn check_reports_the_cost_of_an_equilibrium() {
