@@ -124,6 +124,29 @@ def test_many_failed_error_tests_by_an_algebraic_variable_are_explained():
         solve_dae(rectifier, (0, 0.1), [0, 0], [0, 0], rtol=1e-8, atol=1e-8)
 
 
+def test_many_failed_error_tests_at_coupling_capacitors_are_explained():
+    """The amplifier with transistors of Hairer and Wanner (1996)."""
+    mass = 1e-6 * np.array([1, 1, 2, 3, 3, 4, 5, 5])
+
+    def residual(t, y, yp):
+        diodes = 1e-6 * np.expm1((y[[1, 4]] - y[[2, 5]]) / 0.026)
+        pairs = [0, 3, 6]
+        charging = mass * yp
+        charging[pairs] -= mass[pairs] * yp[[1, 4, 7]]
+        charging[[1, 4, 7]] = -charging[pairs]
+        driven = 0.4 * np.sin(200 * np.pi * t)
+        currents = [(driven - y[0]) / 1e3, (6 - 2 * y[1]) / 9e3 - 0.01 * diodes[0], diodes[0] - y[2] / 9e3]
+        currents += [(6 - y[3]) / 9e3 - 0.99 * diodes[0], (6 - 2 * y[4]) / 9e3 - 0.01 * diodes[1]]
+        currents += [diodes[1] - y[5] / 9e3, (6 - y[6]) / 9e3 - 0.99 * diodes[1], -y[7] / 9e3]
+        return charging - currents
+
+    start = np.array([0, 3, 3, 6, 3, 3, 6, 0.0])
+    of_second = -3 / 9e3 / 2e-6, -3 / 9e3 / 4e-6
+    of_start = np.array([0, 0, of_second[0], 0, 0, of_second[1], 0, 0])
+    with pytest.warns(UserWarning, match="failed .* error tests .*`atol`"):
+        solve_dae(residual, (0, 0.1), start, of_start, rtol=1e-5, atol=1e-7)
+
+
 def test_a_solution_is_not_extrapolated():
     s = solve_dae(lambda t, y, yp: yp + y, (0, 2), [1], [-1], dense_output=True)
     assert s.sol([0, 2]).shape == (1, 2)
