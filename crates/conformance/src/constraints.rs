@@ -163,7 +163,7 @@ impl Problem for FastComponent {
     }
 }
 
-/// Checks that a component excluded from the error test, by itself or by its index, does not limit the steps.
+/// Checks that a component excluded from the error test, by its number or by its index, does not limit the steps.
 pub fn excludes_components_from_the_error_test<M: Method>(method: &M) {
     let steps = |suppressed| {
         let request = Request {

@@ -34,8 +34,8 @@ const MOST_PERIODS: f64 = 500.0;
 const SETTLING_PERIODS: usize = 3;
 /// Maximum number of doublings of the fixed steps.
 const DOUBLINGS: usize = 6;
-/// Factor of tolerances that are too loose for the motion: absolute tolerances for a small vibration about a large preload, and
-/// relative ones for laws with kinks.
+/// Factor by which tolerances are tightened if they are too loose for the motion: absolute tolerances for a small vibration about a
+/// large preload, relative tolerances for laws with kinks.
 const TIGHTER: f64 = 0.1;
 /// Smallest relative tolerance.
 const SMALLEST_RTOL: f64 = 1e-14;
