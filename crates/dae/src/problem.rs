@@ -115,6 +115,10 @@ pub trait Problem {
 
     /// Returns the perturbation index of each variable: 0 for variables of an ODE, 1 to 3 in
     /// constrained mechanics; `None` (the default) if it is unknown.
+    ///
+    /// For integrators, 0 and 1 are equal, unless [`Suppressed`](crate::Suppressed) names the index 1.
+    /// Mechanics with constraints on positions: 1 for positions, 2 for velocities, 3 for multipliers. In the form of
+    /// Gear, Gupta and Leimkuhler: 1 for positions and velocities, 2 for the multipliers of both constraints.
     fn indices(&self) -> Option<Vec<u8>> {
         None
     }
