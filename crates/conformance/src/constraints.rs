@@ -78,6 +78,23 @@ pub fn projects_initial_values_onto_stated_constraints<M: Method>(method: &M) {
     }
 }
 
+/// Checks that a search for algebraic components and derivatives is rejected at an index above 1, where these values are
+/// not determined.
+pub fn rejects_a_search_for_index_1_at_a_higher_index<M: Method>(method: &M) {
+    let mode = ConsistencyMode::AlgebraicAndDerivatives;
+    for form in [MechanicalForm::Index3, MechanicalForm::Index2] {
+        let start = [1.0, 0.0, 0.0, 1.0, 0.0];
+        let mut solver = method.build(Request {
+            suppressed: Suppressed::ExcludeFromIndex(2),
+            ..Request::new(Pendulum::new(form), 0.0, &start, &[0.0; 5])
+        });
+        let printed = solver.correct_initial_values(mode, 1.0).unwrap_err().to_string();
+        assert!(printed.contains("ConsistencyMode::Constraints"), "{printed}");
+        assert_eq!(solver.y(), start);
+        solver.correct_initial_values(ConsistencyMode::Constraints, 1.0).unwrap();
+    }
+}
+
 /// Checks that missing or wrong constraints are rejected.
 pub fn rejects_missing_or_wrong_constraints<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();

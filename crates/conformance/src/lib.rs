@@ -134,6 +134,7 @@ macro_rules! conformance_tests {
             integrates_quadratures_with_the_solution,
             stops_if_a_quadrature_fails,
             projects_initial_values_onto_stated_constraints,
+            rejects_a_search_for_index_1_at_a_higher_index,
             rejects_missing_or_wrong_constraints,
             excludes_components_by_their_index,
             excludes_components_from_the_error_test,

@@ -55,6 +55,7 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
         let times = (t, t_first);
         return project_onto_constraints(problem, kinds, times, y, y_dot, weights, distance);
     }
+    expect_index(problem, mode)?;
     let given = (y.to_vec(), y_dot.to_vec());
     let motion = norm(y_dot, weights);
     let time = (t_first - t).abs();
@@ -90,6 +91,21 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
         }
     }
     Err(last)
+}
+
+/// Expects an index of at most 1 of all components, where the problem states indices, if algebraic components and
+/// derivatives are corrected.
+///
+/// # Errors
+/// [`Inconsistent::IndexTooHigh`].
+pub fn expect_index<P: Problem>(problem: &P, mode: ConsistencyMode) -> Result<(), Inconsistent> {
+    let indices = problem.indices().unwrap_or_default();
+    match indices.iter().enumerate().max_by_key(|(_, index)| **index) {
+        Some((i, &index)) if index > 1 && mode == ConsistencyMode::AlgebraicAndDerivatives => {
+            Err(Inconsistent::IndexTooHigh { component: problem.component_name(i), index })
+        }
+        _ => Ok(()),
+    }
 }
 
 #[allow(clippy::too_many_arguments)]

@@ -21,6 +21,17 @@ pub enum Inconsistent {
          Problem::constraints, including hidden constraints"
     )]
     NoConstraints,
+    /// The requested values do not determine a consistent state, because the problem states an index above 1.
+    #[error(
+        "{component} has the index {index}, but ConsistencyMode::AlgebraicAndDerivatives requires at most 1: use \
+         ConsistencyMode::Constraints"
+    )]
+    IndexTooHigh {
+        /// Name of a component with the highest index.
+        component: String,
+        /// Its index.
+        index: u8,
+    },
     /// No values satisfy both F and the stated constraints.
     #[error(
         "the constraints are incompatible with the equations: residual {residual:.2e} in equation \

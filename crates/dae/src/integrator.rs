@@ -11,7 +11,7 @@ use crate::statistics::Statistics;
 #[non_exhaustive]
 pub enum ConsistencyMode {
     /// The algebraic components of y and the derivatives of the differential components, for
-    /// semi-explicit systems of index 1.
+    /// semi-explicit systems of index 1; rejected if [`Problem::indices`] states a higher index.
     AlgebraicAndDerivatives,
     /// All of y, for a given ẏ, for instance zero for a steady state.
     States,

@@ -41,7 +41,7 @@ mod tolerances;
 mod wrong_entry;
 
 pub use between::{Unsatisfied, check_between};
-pub use consistent::correct_initial_values;
+pub use consistent::{correct_initial_values, expect_index};
 pub use direction::Direction;
 pub use inconsistent::Inconsistent;
 pub use integrator::{ConsistencyMode, Integrator, covers};

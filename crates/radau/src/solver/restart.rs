@@ -139,7 +139,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// time scale.
     ///
     /// # Errors
-    /// [`IntegratorError::Inconsistent`] if consistent values were not found,
+    /// [`IntegratorError::Inconsistent`] if consistent values were not found or an index is too high for the mode,
     /// [`IntegratorError::AfterTheStart`], [`RadauError::Fatal`] for a fatal error of the problem.
     pub fn correct_initial_values(
         &mut self,

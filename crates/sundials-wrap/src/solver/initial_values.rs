@@ -2,7 +2,8 @@
 
 use myovib_dae::checks::{expect, expect_finite_value};
 use myovib_dae::{
-    ConsistencyMode, Inconsistent, IntegratorError, Problem, StepError, project_onto_constraints,
+    ConsistencyMode, Inconsistent, IntegratorError, Problem, StepError, expect_index,
+    project_onto_constraints,
 };
 use sundials_sys as sys;
 
@@ -36,6 +37,9 @@ impl<P: Problem> IdaSolver<P> {
         if self.ida.counter(Counter::Steps) > 0 {
             return Err(IntegratorError::AfterTheStart { t: self.t }.into());
         }
+        let t = self.t0;
+        expect_index(&self.functions().problem, mode)
+            .map_err(|source| IntegratorError::Inconsistent { t, source })?;
         let unknowns = match mode {
             ConsistencyMode::AlgebraicAndDerivatives => InitialUnknowns::AlgebraicAndDerivatives,
             ConsistencyMode::States => InitialUnknowns::States,
