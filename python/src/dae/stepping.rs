@@ -279,7 +279,8 @@ fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) ->
         message += ": the last half of them covers less than a tenth of the time of the first. F may \
                     switch back and forth at every step (chattering), for instance as dry friction or a \
                     relay without hysteresis does: make the switch smooth, or end at an event and start \
-                    again behind it";
+                    again behind it. An input with kinks, or inaccurate by rounding near them, has \
+                    the same effect: list their times in `breaks`, and compute it without cancellation";
     }
     message
 }
