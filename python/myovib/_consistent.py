@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._dae import _vector
+from ._arguments import _vector
 
 __all__ = ["consistent_start"]
 

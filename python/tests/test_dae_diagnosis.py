@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from myovib import StepFailure, solve_dae
-from myovib._dae import WIDTH, _jumping, _kinked
+from myovib._advice import WIDTH, _jumping, _kinked
 from myovib._structure import Structure
 
 G = 9.81

@@ -1,0 +1,422 @@
+"""Reasons and remedies for integrations that fail or need many steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress as ignoring
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._arguments import LARGE
+from ._index import index_note, listed
+from ._parts import _is_counted_from_start
+from ._solution import Array, DaeSolution, Function
+from ._structure import Structure
+
+# Remedy for initial values that violate constraints.
+START = (
+    "positions and velocities must satisfy the constraints and their derivatives: `consistent_start` computes "
+    "them for position constraints"
+)
+
+# Part of the entries of a full matrix below which `sparsity` is recommended, and number of compared columns.
+SPARSE = 0.1
+SAMPLED = 8
+
+
+def _share_of_entries(residual: Function, t: float, y: Array, yp: Array) -> float | None:
+    """Return the part of nonzero entries of the Jacobian in some columns, if it is small and the matrix large."""
+    n = len(y)
+    if n <= LARGE:
+        return None
+    try:
+        base = np.array(residual(t, y, yp), dtype=float)
+        count: Any = 0
+        for j in range(n // (2 * SAMPLED), n, n // SAMPLED):
+            moved = [values + 1e-3 * (1.0 + np.abs(values)) * (np.arange(n) == j) for values in (y, yp)]
+            count += np.count_nonzero(np.asarray(residual(t, *moved)) != base)
+    except Exception:  # outside of the domain of F
+        return None
+    share = count / n / len(range(n // (2 * SAMPLED), n, n // SAMPLED))
+    return share if share < SPARSE else None
+
+
+class _Facts(NamedTuple):
+    """Context of an integration, from which reasons of failures are derived."""
+
+    # Variables excluded from the error test.
+    suppress: list[bool] | None
+    # Whether an index is above 1.
+    is_hidden: bool
+    # Whether the velocities at the start violate constraints.
+    has_wrong_velocities: bool
+    has_jacobian: bool
+    # Description of missing, wrong or too high indices; may be empty.
+    index_note: str
+    span: float
+    # Whether `t_eval` replaces the steps in the results.
+    has_outputs: bool
+
+
+# Part of the span, in 100 steps, below which steps are too short from the start on.
+SLOW = 1e-3
+
+# Part of failed error tests from which BDF warns. It is 0.14 at most in runs of stiff and oscillating standard problems,
+# and 0.2 to 0.5 of the steps of a transistor amplifier with coupling capacitors.
+FAILED = 1.0 / 6.0
+
+
+def _is_slow_from_the_start(solution: DaeSolution, span: float) -> bool:
+    return len(solution.t) > 1000 and abs(solution.t[100] - solution.t[0]) < SLOW * span
+
+
+def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array, known: _Facts) -> str | None:
+    """Return advice if the integrator gave up, failed many error tests or lacks digits, for a reason that has a remedy.
+
+    The message of a solution that ends early then contains it instead of the library's remedies, unless it is a guess.
+    """
+    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs = known
+    is_bdf = solution.method == "bdf"
+    many = is_bdf and solution.nsteps > 1000 and solution.netf > FAILED * solution.nsteps
+    if not solution.t.size:
+        return None
+    # An integration that counts times from its start does not fail because of their rounding.
+    has_rounded_times = solution.success or not _is_counted_from_start(solution.method, float(solution.t[0]), span)
+    is_late = has_rounded_times and _is_late(solution, rtol, atol)
+    if not (many or is_late or solution.status < 0):
+        return None
+    y, yp = solution.y[:, -1], solution.yp[:, -1]
+    structure = Structure.at(residual, solution.t[-1], y, yp, rtol * np.abs(y) + atol)
+    singular = _singular(structure)
+    hidden = structure.of_higher_index if structure and is_bdf else []
+    tested = [j for j in hidden if suppress is None or not suppress[j]]
+    is_guess = False
+    if note and not solution.success:
+        advice = note
+    elif singular and not solution.success:
+        advice = singular
+    elif has_wrong_velocities and not solution.success and "after 0 steps" in solution.message:
+        advice = START
+    elif structure and tested:
+        advice = index_note(structure, "bdf", None, suppress)[0]
+    elif hidden and not solution.success:
+        described = f"the variables {listed(hidden)} (counted from 0) have an index above 1"
+        advice = f"{described}: use a Radau method with `index`"
+    elif is_hidden and solution.nsteps and "after 0 steps" in solution.message:
+        advice = (
+            "a constraint or its derivative jumps at the break: end there, and start again with consistent values"
+        )
+    elif not solution.success and (jumping := _jumping(residual, solution, rtol, atol)):
+        equations, variable = jumping
+        advice = f"the equations {equations} (counted from 0) jump "
+        if variable is None:
+            advice += "at this time: give the times at which inputs jump in `breaks`"
+        else:
+            advice += (
+                f"near this value of variable {variable}, and F may switch at every step (chattering), as dry friction and "
+                f"relays do: replace the jump by a smooth function, such as tanh, over {WIDTH:.0f} tolerances of this "
+                "variable, or use the equations of one side until an event, and then the equations of the next state"
+            )
+    elif not solution.success and any(value in solution.message for value in ("= NaN", "= inf", "= -inf")):
+        advice = (
+            "the domain of F may end near this state; otherwise limit the arguments of exponentials, or use tighter "
+            "tolerances"
+        )
+    elif is_hidden and not (solution.success or has_outputs) and _is_slow_from_the_start(solution, span):
+        exact = "" if has_jacobian else "the exact `jacobian`, tighter tolerances or "
+        advice = (
+            f"steps are very short from the start on: give {exact}a `first_step` of about 1/1000 of the time within which "
+            "the solution changes"
+        )
+    elif (
+        not solution.success
+        and _fails_to_converge(solution.message)
+        and (kinked := _kinked(residual, solution, rtol, atol))
+    ):
+        other = "call without `jacobian`" if has_jacobian else "give the exact `jacobian`"
+        advice = (
+            f"the equations {kinked} (counted from 0) have a kink near this time, as `max` and `abs` do: replace it by a "
+            f"smooth function over {SMOOTH}, or {other}"
+        )
+    elif not (solution.success or is_hidden) and (steep := _growing(solution)):
+        advice = (
+            f"the derivatives of the variables {steep} (counted from 0) grow without bound near this time: "
+            "the solution may have a pole, a square root or the end of the domain of F there"
+        )
+    elif is_late:
+        advice = (
+            f"t_span: times near {solution.t[-1]:.3g} are rounded to {np.spacing(abs(solution.t[-1])):.1e}, within which "
+            "the solution changes by more than the tolerances: measure time from a closer origin"
+        )
+    elif many:
+        # For example, a variable amplifies the errors of others. BDF's estimate is small while steps are
+        # constant, and then each longer step fails and the order remains 1.
+        excluded = np.array(suppress or np.zeros(len(y), bool))
+        algebraic = np.flatnonzero(structure.algebraic & ~excluded).tolist() if structure else []
+        other = f"excluding the algebraic variables {algebraic} (counted from 0) by `suppress` or " if algebraic else ""
+        advice = (
+            f"BDF failed {solution.netf} error tests in {solution.nsteps} steps: {other}a Radau method may "
+            "need far fewer steps"
+        )
+        if structure and structure.undetermined():
+            advice += (
+                ", and so may a larger `atol` or new variables for the combinations of derivatives in F, as of voltages "
+                "at coupling capacitors"
+            )
+    elif "after 0 steps" in solution.message and "error_test_failures" in solution.message and (rtol * np.abs(y) < atol).any():
+        is_guess = True
+        advice = (
+            f"the variables {np.flatnonzero(rtol * np.abs(y) < atol).tolist()} (counted from 0) start at or near 0: "
+            "if they grow far beyond `atol` in the first step, raise their `atol` or give their `yp0`"
+        )
+    elif not (solution.success or has_jacobian) and (
+        _fails_to_converge(solution.message) or "max_steps" in solution.message and FREQUENT * solution.ncfn > solution.nsteps
+    ):
+        is_guess = True
+        other = " or tighter tolerances" if rtol >= LOOSE else ""
+        other = " or a `first_step`" if "after 0 steps" in solution.message else other
+        advice = f"difference quotients may be inaccurate: give the exact `jacobian`{other}"
+        advice += f"; replace a kink of F, as of `max`, by a smooth function over {SMOOTH}"
+    elif not (solution.success or is_hidden) and _fails_to_converge(solution.message):
+        # With `t_eval`, the last state may be far from the kink.
+        is_guess = True
+        advice = (
+            f"F may have a kink near this time, as `max` and `abs` do: replace it by a smooth function over {SMOOTH}, or "
+            "call without `jacobian`"
+        )
+    else:
+        return None
+    if not solution.success:
+        reason, remedies, others = solution.message.partition(": the last half")[0].partition("; suggested remed")
+        solution.message = f"{reason}; {advice}" + (remedies + others if is_guess else "")
+    return advice
+
+
+def _wrong_entry(
+    solution: DaeSolution,
+    residual: Function,
+    jacobian: Function | None,
+    limits: tuple[float, float],
+    rtol: float,
+    atol: Array,
+) -> str | None:
+    """Return a note on an entry of the Jacobian that differs from difference quotients, if Newton's method fails often."""
+    is_slow = not solution.success or solution.nsteps > 10
+    if jacobian is None or not is_slow or not FREQUENT * solution.ncfn > solution.nsteps:
+        return None
+    within = np.flatnonzero((solution.t >= min(limits)) & (solution.t <= max(limits)))
+    counts: dict[tuple[str, int, int], int] = {}
+    examined: Any = np.unique(within[np.linspace(0, len(within) - 1, 9).astype(int)]) if len(within) else []
+    for i in examined:
+        t, y, yp = solution.t[i], solution.y[:, i].copy(), solution.yp[:, i].copy()
+        # Functions may bend within a tolerance.
+        structure = Structure.at(residual, t, y, yp, 1e-3 * (rtol * np.abs(y) + atol))
+        if structure is None:
+            continue
+        try:
+            given = [m.toarray() if hasattr(m, "toarray") else np.array(m, float) for m in jacobian(t, y.copy(), yp.copy())]
+            wrong = structure.wrong_entries(*given)
+        except Exception:
+            continue
+        for entry in wrong:
+            counts[entry] = counts.get(entry, 0) + 1
+    # A difference at a single state may come from a kink.
+    if not counts or max(counts.values()) < min(2, len(examined)):
+        return None
+    matrix, row, column = max(counts, key=lambda entry: counts[entry])
+    return (
+        f"Newton's iteration failed {solution.ncfn} times in {solution.nsteps} steps, and in row {row}, column {column} "
+        f"(counted from 0) the `jacobian` differs from {matrix} by difference quotients: the results may be wrong. "
+        "Correct it, or call without `jacobian`"
+    )
+
+
+def _missing_entry(
+    solution: DaeSolution, residual: Function, pattern: tuple[NDArray[np.int64], NDArray[np.int64]], rtol: float, atol: Array
+) -> str | None:
+    """Return a note on an entry of the Jacobian at the last state that the pattern lacks."""
+    if not solution.t.size:
+        return None
+    y, yp = solution.y[:, -1], solution.yp[:, -1]
+    structure = Structure.at(residual, solution.t[-1], y, yp, rtol * np.abs(y) + atol)
+    if structure is None:
+        return None
+    offsets, rows = pattern
+    is_missing = np.ones((len(y), len(y)), dtype=bool)
+    is_missing[rows, np.repeat(np.arange(len(y)), np.diff(offsets))] = False
+    sizes = [np.abs(structure.df_dy), np.abs(structure.df_dyp)]
+    rounding = 100.0 * structure.rounding(*sizes)[:, None]
+    is_missing &= np.any([part * moved > rounding for part, moved in zip(sizes, structure.sizes, strict=True)], axis=0)
+    for row, column in np.argwhere(is_missing):
+        return f"equation {row} changes with variable {column} (counted from 0): add this entry to `sparsity`"
+    return None
+
+
+def _is_late(solution: DaeSolution, rtol: float, atol: Array) -> bool:
+    """Return whether a variable usually changes by more than its tolerance within the rounding of t."""
+    changes = np.spacing(np.abs(solution.t)) * np.abs(solution.yp)
+    tolerances = rtol * np.abs(solution.y) + atol[:, None]
+    return bool((np.median(changes - tolerances, axis=1) > 0.0).any())
+
+
+# Number of steps per failure of Newton's iteration below which an exact Jacobian is compared with differences.
+FREQUENT = 5
+
+# Relative tolerance from which on tighter tolerances improve difference quotients.
+LOOSE = 1e-5
+
+# Growth of a derivative that indicates a singularity of the solution.
+GROWTH = 1e4
+
+
+def _growing(solution: DaeSolution) -> list[int]:
+    """Return the variables whose derivatives at the end are much larger than before."""
+    sizes = np.abs(solution.yp)
+    if sizes.shape[1] < 10:
+        return []
+    before = np.median(sizes[:, : -len(solution.t) // 2], axis=1)
+    # Derivatives of variables at rest have no size.
+    return np.flatnonzero((before > 0) & (sizes[:, -1] > GROWTH * before)).tolist()
+
+
+# Displacements, in tolerances, within which kinks of F are searched, and the relative change of slope of a kink.
+DISTANCES = (0.01, 0.1, 1.0, 10.0, 100.0)
+BEND = 0.1
+
+
+def _fails_to_converge(message: str) -> bool:
+    """Return whether Newton's method has failed, or found derivatives far from those before."""
+    return "converge" in message or "abruptly" in message
+
+
+def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array) -> list[int]:
+    """Return the equations with a kink near the last state."""
+    t, y, yp = solution.t[-1], solution.y[:, -1], solution.yp[:, -1]
+    if len(y) > LARGE:
+        return []
+    tolerances = rtol * np.abs(y) + atol
+    found = np.zeros(len(y), dtype=bool)
+    try:
+        base = np.array(residual(t, y, yp), dtype=float)
+        for j in range(len(y)):
+            was_bent = np.zeros(len(y), dtype=bool)
+            for distance in DISTANCES:
+                unit = distance * tolerances[j] * (np.arange(len(y)) == j)
+                moved = [np.array(residual(t, y + c * unit, yp), dtype=float) for c in (1, -1, 0.25, -0.25)]
+                changes = np.array(moved) - base
+                bend, near = np.abs(changes[0] + changes[1]), np.abs(changes[2] + changes[3])
+                # At a quarter of the distance, the bend of a smooth function is 1/16 and the bend of a kink 1/4 as large.
+                is_bent = bend > BEND * (np.abs(changes[0]) + np.abs(changes[1]))
+                is_bent &= (near > 0.2 * bend) & (near < 0.3 * bend)
+                # Bends by rounding differ between distances.
+                found |= is_bent & was_bent
+                was_bent = is_bent
+    except Exception:  # outside of the domain of F
+        return []
+    return np.flatnonzero(found).tolist()
+
+
+# Width, in tolerances, of smooth functions instead of jumps: all methods integrate them.
+WIDTH = 100.0
+
+# Recommended width of smooth functions instead of kinks. Over 1 tolerance, 9 of 36 runs of a rectifier stopped; over 10 and
+# 100 tolerances, one.
+SMOOTH = "10 to 100 tolerances"
+
+# Distances of jumps from the last time, in roundings of it, bisections that locate a jump, and its smallest size,
+# relative to changes of F within the tolerances.
+INSTANTS = (1e3, 1e4, 1e5, 1e6)
+BISECTIONS = 20
+VISIBLE = 1e-3
+
+
+def _jumping(residual: Function, solution: DaeSolution, rtol: float, atol: Array) -> tuple[list[int], int | None] | None:
+    """Return the equations that jump near the last state, and the variable with which they jump; None for the time."""
+    t, y, yp = solution.t[-1], solution.y[:, -1], solution.yp[:, -1]
+    n = len(y)
+    if n > LARGE:
+        return None
+    state = np.r_[y, yp]
+
+    def along(j: int) -> Callable[[float], Array]:
+        unit = np.arange(2 * n) == j
+        unit = (rtol * np.abs(state) + np.resize(atol, 2 * n)) * unit
+        return lambda x: np.array(residual(t, *np.split(state + x * unit, 2)), dtype=float)
+
+    rounding = np.spacing(np.abs(solution.t).max())
+    searches: list[tuple[int | None, Callable[[float], Array]]] = [(j % n, along(j)) for j in range(2 * n)]
+    searches.append((None, lambda x: np.array(residual(t + x * rounding, y, yp), dtype=float)))
+    smallest = np.zeros(n)
+    with np.errstate(all="ignore"):
+        for _, function in searches[:-1]:
+            with ignoring(Exception):  # outside of the domain of F
+                smallest = np.fmax(smallest, VISIBLE * np.abs(function(1.0) - function(-1.0)))
+        for variable, function in searches:
+            was_found = np.zeros(n, dtype=bool)
+            for distance in INSTANTS if variable is None else DISTANCES:
+                try:
+                    is_found = _jumps(function, distance) > smallest
+                except Exception:
+                    break
+                # Rounding changes F once within a short distance, but more often within a longer one.
+                if (was_found & is_found).any():
+                    return np.flatnonzero(was_found & is_found).tolist(), variable
+                was_found = is_found
+    return None
+
+
+def _jumps(function: Callable[[float], Array], distance: float) -> Array:
+    """Return the jump of each component within this distance of 0, or 0 if the rest of the interval changes it as much."""
+    a, b, left, right = -distance, distance, function(-distance), function(distance)
+    total, rest = np.abs(right - left), np.zeros(len(left))
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (a + b)
+        value = function(middle)
+        first, second = np.abs(value - left), np.abs(right - value)
+        # Take the half in which almost the whole change of a component occurs.
+        if ((first > 0.5 * total) & (rest + second < 0.5 * first)).any():
+            b, right, rest = middle, value, rest + second
+        elif ((second > 0.5 * total) & (rest + first < 0.5 * second)).any():
+            a, left, rest = middle, value, rest + first
+        else:
+            return np.zeros(len(left))
+    change = np.abs(right - left)
+    return np.where((change > 0.5 * total) & (rest < 0.5 * change), change, 0.0)
+
+
+def _singular(structure: Structure | None) -> str:
+    """Describe equations that do not determine all variables, or return an empty string."""
+    variables, equations = structure.singular if structure and not structure.is_huge() else ([], [])
+    if not variables:
+        return ""
+    return (
+        f"the equations do not determine the variables {listed(variables)}: the equations {listed(equations)} "
+        "(counted from 0) depend on each other or contain no variable. Replace a dependent equation by the missing equation; "
+        "fix one value of a pressure of which only differences occur"
+    )
+
+
+def _explain(initial: str, residual: Function, t: float, y: Array, yp: Array, tolerance: Array) -> str:
+    """Explain why no consistent initial values are found; may be empty."""
+    structure = Structure.at(residual, t, y, yp, tolerance)
+    if structure is None:
+        return ""
+    singular = _singular(structure)
+    if singular:
+        return f"; {singular}"
+    equations = structure.contradictory(initial)
+    if equations:
+        return (
+            f"; the corrected values do not occur in a combination of the equations {equations} (counted from "
+            '0), so that y0 must satisfy it; for index 2 and 3 use initial="given" and consistent values'
+        )
+    left = np.asarray(residual(t, y, yp), dtype=float)
+    violated = np.flatnonzero(np.abs(left) > structure.effect(tolerance)).tolist()
+    if not violated:
+        return ""
+    return (
+        f"; y0 and yp0 violate the equations {violated} (counted from 0): check that they have a solution, and "
+        "start nearer to it"
+    )
