@@ -209,7 +209,7 @@ impl NewtonSolver {
                 let left = (self.limit - iteration) as i32;
                 let at_limit = error_factor * norm * contraction.powi(left);
                 // After a long correction across a kink of F, the matrices of the other branch may make the next one small.
-                if self.strict && last_norm > LONG && norm > ROUNDING * of_y {
+                if self.strict && last_norm > LONG {
                     error_factor = error_factor.max(LEAST_AFTER_LONG);
                 }
                 if iteration == 2 {
