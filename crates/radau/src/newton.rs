@@ -99,12 +99,6 @@ const TRIED: f64 = 0.1;
 /// Largest last correction after the first iteration, as a fraction of the solution; one tolerance is allowed, too.
 const SMALL: f64 = 0.01;
 
-/// Norm of a correction after which the measured contraction is not trusted, in tolerances.
-const LONG: f64 = 30.0;
-
-/// Lower bound of θ/(1 − θ) after a [long](LONG) correction.
-const LEAST_AFTER_LONG: f64 = 10.0;
-
 /// Relative rounding of y, below which corrections of its increments are not resolved.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
@@ -206,15 +200,11 @@ impl NewtonSolver {
                 }
                 let contraction = self.contraction.min(DIVERGENT);
                 error_factor = contraction / (1.0 - contraction);
-                let left = (self.limit - iteration) as i32;
-                let at_limit = error_factor * norm * contraction.powi(left);
-                // After a long correction across a kink of F, the matrices of the other branch may make the next one small.
-                if self.strict && last_norm > LONG {
-                    error_factor = error_factor.max(LEAST_AFTER_LONG);
-                }
                 if iteration == 2 {
                     self.first_factor = error_factor;
                 }
+                let left = (self.limit - iteration) as i32;
+                let at_limit = error_factor * norm * contraction.powi(left);
                 // Step size for which the remaining iterations would suffice, by the rule of RADAU5.
                 if iteration > 2 && at_limit > tolerance {
                     let excess = (at_limit / tolerance).min(20.0);

@@ -15,7 +15,6 @@ mod forms;
 mod generated;
 mod implicit;
 mod internal_variables;
-mod kinks;
 mod limits;
 mod misuse;
 mod orders;
