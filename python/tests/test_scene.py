@@ -147,7 +147,7 @@ def test_what_is_wrong_is_told_with_its_place(tmp_path):
         Scene.read(tmp_path / "none.toml")
     scene = Scene.builtin("init").set("time.end", 0.02)
     scene.run(tmp_path / "out")
-    with pytest.raises(myovib.SceneError, match="results of"):
+    with pytest.raises(myovib.SceneError, match="already contains results"):
         scene.run(tmp_path / "out")
     assert scene.run(tmp_path / "out", existing="overwrite").success
 
