@@ -190,18 +190,20 @@ fn periodic_state(name: &'static str, repeats: u32) -> anyhow::Result<PeriodicSt
     })
 }
 
-/// Returns the interpolation errors of adaptive frequencies and of fixed grids.
+/// Returns the errors of the rational function of adaptive frequencies and of cubic interpolation in fixed grids, at the
+/// frequencies of the drawn curves.
 fn interpolation() -> anyhow::Result<Vec<Interpolation>> {
     let computed = |frequencies: &str| -> anyhow::Result<Response> {
         let scene = scene("init", frequencies, "y = 100.0", &[])?;
         Ok(timed(&scene)?.0)
     };
-    let fine = Line::of(&computed("1..60:3541")?);
     let adaptive = computed("1..60:adaptive")?;
     let drawn = adaptive.drawn.as_ref().context("an adaptive response has curves")?;
+    let list: Vec<String> = drawn.0.iter().map(f64::to_string).collect();
+    let exact = Line::of(&computed(&list.join(","))?);
     let mut rows = Vec::new();
     let mut add = |grid: &str, frequencies, line: &Line| {
-        rows.push(Interpolation { grid: grid.to_owned(), frequencies, error: fine.distance(line) });
+        rows.push(Interpolation { grid: grid.to_owned(), frequencies, error: exact.distance(line) });
     };
     let n = adaptive.frequencies.len();
     let curves = drawn.1.iter().map(|curves| &curves.amplitudes);
