@@ -294,18 +294,14 @@ def solve_dae(
     notes: list[str] = []
     if initial != "given":
         _expect_finite(_in_bytes(residual, n), first_limits[0], start, rates)
-    if marks is not None and any(marks):
-        at_start = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
-        if at_start and (occurring := np.flatnonzero(np.array(marks) & at_start.differential).tolist()):
-            raise ValueError(
-                f"algebraic: the derivatives of the variables {listed(occurring)} (counted from 0) occur in F, so "
-                "these variables are not algebraic: set False for them"
-            )
-    structure = None
+    structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
+    if structure and marks is not None and (occurring := np.flatnonzero(np.array(marks) & structure.differential).tolist()):
+        raise ValueError(
+            f"algebraic: the derivatives of the variables {listed(occurring)} (counted from 0) occur in F, so "
+            "these variables are not algebraic: set False for them"
+        )
     # The indices of all variables are known, or the variables of index 2 are excluded from the error test.
     is_index_known = excluded is not None if family == "bdf" else indices is not None
-    if initial == "algebraic" or not is_index_known or family != "bdf":
-        structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
     constraints = None
     if indices is not None and highest == 3 and initial == "given":
         weights = (rtol * np.abs(start) + tolerances, rtol * np.abs(rates) + tolerances)

@@ -50,9 +50,13 @@ def index_note(
     tested = [j for j in hidden if suppress is None or not suppress[j]]
     described = f"the variables {listed(tested)} (counted from 0) have an index above 1"
     if method == "bdf":
-        remedy = "use a Radau method with `index`"
-        if index < HIGHEST:
-            remedy = f"exclude them from the error test by `suppress`, or {remedy}"
+        if index == HIGHEST:
+            # Also if all of them are excluded from the error test.
+            return (
+                f"the variables {listed(hidden)} (counted from 0) have an index above 1, and the equations have the index 3, "
+                "at which BDF is inaccurate or stops: use a Radau method with `index`, or the GGL form, of index 2"
+            ), False
+        remedy = "exclude them from the error test by `suppress`, or use a Radau method with `index`"
         return (f"{described}: {remedy}" if tested else ""), False
     if indices is None:
         described = f"the variables {listed(hidden)} (counted from 0) have an index above 1"

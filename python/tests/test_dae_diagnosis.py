@@ -178,6 +178,22 @@ def test_bdf_at_index_3_does_not_recommend_suppress():
     assert not any("`suppress`" in text for text in [s.message, *texts])
 
 
+@pytest.mark.parametrize("t_eval", [None, [1, 2]])
+def test_bdf_at_index_3_warns_if_velocities_and_multiplier_are_excluded(t_eval):
+    """The error of the positions is 16 times the tolerances. The GGL form has index 2 and no warning."""
+    arguments = {"rtol": 1e-4, "atol": 1e-4, "t_eval": t_eval}
+    s, texts = solved(pendulum, (0, 2), *PENDULUM, suppress=[0, 0, 1, 1, 1], **arguments)
+    assert s.success and len(texts) == 1 and "[4]" in texts[0] and "index 3" in texts[0]
+
+    def stabilized(t, y, yp):
+        p, v = y[:2], y[2:4]
+        return np.r_[pendulum(t, y[:5], yp[:5]) + y[5] * np.r_[p, 0, 0, 0], p @ v]
+
+    start = [np.append(values, 0) for values in PENDULUM]
+    s, texts = solved(stabilized, (0, 2), *start, suppress=[0, 0, 0, 0, 1, 1], **arguments)
+    assert s.success and not texts
+
+
 # The last run reaches the end of the span.
 @pytest.mark.parametrize(
     "arguments", [{"method": "bdf"}, {"method": "radau5"}, {"method": "radau9", "index": [2, 3, 1, 2, 3]}]
