@@ -375,9 +375,9 @@ def solve_dae(
     # The differences of a higher index look like an input that acts between the stages.
     notes += [] if is_of_index_4 and not solution.success else [text for _, text in of_functions]
     jumping = []
-    if is_hidden and family != "bdf" and indices is not None and outputs is None and not has_wrong_velocities:
+    if is_hidden and family != "bdf" and indices is not None and not has_wrong_velocities:
 
-        def repeated(h: float) -> DaeSolution | None:
+        def repeated(h: float | None) -> DaeSolution | None:
             """Return the solution in the first steps, if the first one has the size h."""
             few = {**request, "first_step": h, "max_steps": 6, "dense": False}
             try:
@@ -387,11 +387,14 @@ def solve_dae(
             first.pop("warnings")
             return _solution(first, n, 0, family)
 
-        jumping = jumping_multipliers(solution, family, indices, (rtol, tolerances), structure, repeated)
+        # Output times replace the steps in the result.
+        first_steps = solution if outputs is None else repeated(request["first_step"])
+        if first_steps:
+            jumping = jumping_multipliers(first_steps, family, indices, (rtol, tolerances), structure, repeated)
     if jumping:
         notes.append(
-            f"the variables {listed(jumping)} (counted from 0) jump in the first step: their y0 is not consistent, "
-            f"and the first column of `y` {'and `sol` within the first step are' if highest == 3 else 'is'} wrong"
+            f"the variables {listed(jumping)} (counted from 0) jump in the first step: their y0 is not consistent, and their "
+            f"values {'within the first step' if highest == 3 else 'at the start'} are wrong"
         )
     for warning in dict.fromkeys(notes):
         warnings.warn(warning, stacklevel=2)

@@ -1,5 +1,6 @@
 """Reasons of failures and remedies of `solve_dae`."""
 
+import itertools
 import re
 import warnings
 from types import SimpleNamespace
@@ -231,10 +232,11 @@ def test_multipliers_with_wrong_initial_values_are_named(method, index, rtol):
     v[2] = gradient(q)[1] @ v
     force = np.linalg.solve(gradient(q) @ gradient(q).T, bend(q, v))
     indices = [1, 1, 1, 2, 2, 2, 3, 3] if index == 3 else [1] * 6 + [2, 2]
-    for factor in (1, 0):
+    outputs = [{}, {"t_eval": [0.1, 0.3]}, {"t_eval": [0.0, 0.3], "dense_output": True}]
+    for factor, output in itertools.product((1, 0), outputs):
         s, texts = solved(
             residual, (0, 0.3), np.r_[q, v, factor * force], [*v, *(-gradient(q).T @ force), 0, 0], method,
-            index=indices, rtol=rtol, atol=0.1 * rtol,
+            index=indices, rtol=rtol, atol=0.1 * rtol, **output,
         )  # fmt: skip
         assert s.success
         assert ["jump in the first step" in text for text in texts] == ([] if factor else [True])
@@ -248,11 +250,11 @@ def test_consistent_multipliers_are_not_reported(method, angle, rtol, first_step
     """Check a pendulum of unit length that starts at rest."""
     p = np.array([np.cos(angle), -np.sin(angle)])
     tension = -9.81 * p[1]
-    for error in (0.0, 0.1):
+    for error, t_eval in itertools.product((0.0, 0.1), (None, [1.0])):
         _, texts = solved(
             lambda t, y, yp: np.r_[yp[:2] - y[2:4], yp[2:4] + y[4] * y[:2] + [0.0, 9.81], y[:2] @ y[:2] - 1.0],
             (0, 1), [*p, 0, 0, tension + error], [0, 0, *(-tension * p - [0.0, 9.81]), 0], method, index=[1, 1, 2, 2, 3],
-            rtol=rtol, atol=0.01 * rtol, first_step=first_step,
+            rtol=rtol, atol=0.01 * rtol, first_step=first_step, t_eval=t_eval,
         )  # fmt: skip
         assert ["jump in the first step" in text for text in texts] == ([True] if error else [])
 
