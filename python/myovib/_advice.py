@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from contextlib import suppress as ignoring
 from typing import Any, NamedTuple
@@ -58,7 +59,11 @@ class _Facts(NamedTuple):
     span: float
     # Whether `t_eval` replaces the steps in the results.
     has_outputs: bool
+    initial: str
 
+
+# Message of IDAS if all attempts of the first step fail its error test, with the size of the last one.
+FAILED_AT_START = re.compile("after 0 steps .*error_test_failures.* h = -?([^,]+),")
 
 # Part of the span, in 100 steps, below which steps are too short from the start on.
 SLOW = 1e-3
@@ -77,7 +82,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
 
     The message of a solution that ends early then contains it instead of the library's remedies, unless it is a guess.
     """
-    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs = known
+    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs, initial = known
     is_bdf = solution.method == "bdf"
     many = is_bdf and solution.nsteps > 1000 and solution.netf > FAILED * solution.nsteps
     if not solution.t.size:
@@ -101,6 +106,16 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         advice = START
     elif structure and tested:
         advice = index_note(structure, "bdf", None, suppress)[0]
+    elif failed := FAILED_AT_START.search(solution.message):
+        # IDAS reduces the size by 4^10 before it stops.
+        is_guess = initial == "given"
+        advice = (
+            f"the error test fails in a first step of {failed[1]}: give `first_step={failed[1]}`, or `yp0` with the derivatives "
+            "of all variables, algebraic ones included"
+        )
+        small = np.flatnonzero(rtol * np.abs(y) < atol)
+        if 0 < len(small) < len(y):
+            advice += f"; the variables {listed(small.tolist())} (counted from 0) start at or near 0: a larger `atol` may suit them"
     elif hidden and not solution.success:
         described = f"the variables {listed(hidden)} (counted from 0) have an index above 1"
         advice = f"{described}: use a Radau method with `index`"
@@ -165,12 +180,6 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
                 ", and so may a larger `atol` or new variables for the combinations of derivatives in F, as of voltages "
                 "at coupling capacitors"
             )
-    elif "after 0 steps" in solution.message and "error_test_failures" in solution.message and (rtol * np.abs(y) < atol).any():
-        is_guess = True
-        advice = (
-            f"the variables {np.flatnonzero(rtol * np.abs(y) < atol).tolist()} (counted from 0) start at or near 0: "
-            "if they grow far beyond `atol` in the first step, raise their `atol` or give their `yp0`"
-        )
     elif not (solution.success or has_jacobian) and (
         _fails_to_converge(solution.message) or "max_steps" in solution.message and FREQUENT * solution.ncfn > solution.nsteps
     ):

@@ -119,6 +119,32 @@ def test_small_tolerances_of_variables_that_start_at_zero_are_named():
     assert solve_dae(driven, (0, 5), [1e9, 0], [-1e9, 0], atol=[1e-8, 1.0]).success
 
 
+@pytest.mark.parametrize("index", [1, 2])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8])
+def test_the_first_step_that_a_message_names_passes_the_error_test(index, rtol):
+    """A source and two coils charge a capacitor through a diode. The voltage between the coils has the index 2."""
+    arguments = {"rtol": rtol, "atol": 1e-3 * rtol}
+
+    def charged(t, y, yp):
+        source, between, anode, voltage, current, second = y
+        of_diode = 1e-12 * np.expm1((anode - voltage) / 0.026) + 1e-6 * (anode - voltage)
+        joined = between - source + 1e-3 * current if index == 1 else current - second
+        of_coils = [1e-3 * yp[4] - (between - anode if index == 1 else source - between), 1e-3 * yp[5] - (between - anode)]
+        return [source - 5 * np.sin(314 * t), joined, second - of_diode, 1e-3 * yp[3] + voltage / 50 - of_diode, *of_coils]
+
+    if index == 1:
+        arguments["initial"] = "algebraic"
+    else:
+        arguments["suppress"] = [0, 1, 0, 0, 0, 0]
+    start = (charged, (0, 0.06), np.zeros(6), np.zeros(6))
+    with pytest.warns(UserWarning, match="`first_step=") as caught:
+        s = solve_dae(*start, **arguments)
+    assert s.nsteps == 0 and len(caught) == 1
+    # The other remedies do not repeat what the call contains.
+    assert ("initial=" in s.message) == (index == 2)
+    assert solve_dae(*start, **arguments, first_step=float(s.message.split("`first_step=")[1].split("`")[0])).success
+
+
 def test_many_failed_error_tests_by_an_algebraic_variable_are_explained():
     with pytest.warns(UserWarning, match=r"algebraic variables \[1\] .*`suppress`"):
         solve_dae(rectifier, (0, 0.1), [0, 0], [0, 0], rtol=1e-8, atol=1e-8)
