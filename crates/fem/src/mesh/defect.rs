@@ -73,8 +73,8 @@ impl MeshDefect {
                 format!("lie on the same side of the {facet} they share: the last element is inverted")
             }
             DefectKind::Crack => format!(
-                "touch at {a_facet} without sharing it (a crack): merge the duplicate nodes \
-                 (Gmsh: Coherence Mesh), or leave a gap"
+                "touch at {a_facet} without sharing it (a crack): merge the duplicate nodes (Gmsh: Coherence Mesh; \
+                 BooleanFragments before meshing if other {facet}s differ), or leave a gap"
             ),
             DefectKind::HangingNode => format!(
                 "touch along part of {a_facet}, at a hanging node: make neighbors share \

@@ -94,8 +94,9 @@ fn remedies_of_separate_volumes_join_them() {
         FemError::Defect(defect) => defect.kind,
         error => panic!("{error}"),
     };
+    // Gmsh 4.15 meshes some faces alike, Gmsh 4.8 none. The named remedy is the same.
     let halves = mesh(folder.path(), HALVES);
-    assert_eq!(defect(&halves), DefectKind::HangingNode);
+    assert!(matches!(defect(&halves), DefectKind::HangingNode | DefectKind::Crack));
     let joined = HALVES.to_owned() + "BooleanFragments{ Volume{1, 2}; Delete; }{}\n";
     assert!((tip(&mesh(folder.path(), &joined)) / exact - 1.0).abs() < COARSE);
     let alike = mesh(folder.path(), &(HALVES.to_owned() + GRID));
