@@ -212,6 +212,11 @@ pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressure
 const LIMIT_LOAD: &str =
     "at a limit load, use `method = \"arc-length\"` of [static], or a damped motion";
 
+/// Remedy for contacts with augmented Lagrange multipliers. Without penetration, equilibria jump where another facet of a coarse
+/// mesh meets the obstacle; loading paths by arc length have no multipliers.
+const MULTIPLIERS: &str =
+    "use `method = \"penalty\"` of [[contact]], refine the mesh there, or use a damped motion";
+
 fn not_converged(newton: &Newton<'_>) -> Shortfall {
     Shortfall::NotConverged { inverted: newton.inverted, remedy: remedy(newton) }
 }
@@ -224,6 +229,9 @@ fn remedy(newton: &Newton<'_>) -> String {
         return format!(
             "the obstacle at `{group}` enters the unloaded body by {depth:.2e} m: start it outside the body, and move it by x, y, z"
         );
+    }
+    if newton.has_multipliers() {
+        return MULTIPLIERS.to_owned();
     }
     let remedy = match is_mixed && laws.iter().any(is_guccione) {
         true if laws.iter().all(is_guccione) => COLLAPSE.to_owned(),

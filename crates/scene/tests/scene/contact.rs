@@ -140,6 +140,30 @@ fn multipliers_that_do_not_converge_leave_an_equilibrium() {
     assert_eq!(reasons[reasons.len() - 1], "no_equilibrium");
 }
 
+/// Checks the remedy for a disk that presses on the edge of a coarse block: without penetration, the equilibrium jumps where the
+/// next facet meets the disk. Regression: the message named arc length, which has no multipliers, and a smaller stiffness, which
+/// did not help.
+#[test]
+fn the_remedy_for_multipliers_at_a_jump_works() {
+    let run = |method: &str| {
+        let text = format!(
+            "analysis = \"static\"\n[static]\nsteps = 10\n[mesh]\ntype = \"rectangle\"\nwidth = 0.0461661\n\
+             height = 0.0395475\ncells = [10, 8]\n[solid]\nbulk_modulus = inf\n[[material]]\nlaw = \"mooney-rivlin\"\n\
+             c10 = 2.6879e5\nc01 = 67197\ndensity = 1e3\n[[fixed]]\ngroup = \"bottom\"\n[[contact]]\ngroup = \"top\"\n\
+             type = \"sphere\"\ncenter = [0.0, 0.047919167883840395]\nradius = 0.00837166\ny = -0.00861223\n\
+             method = \"{method}\"\n"
+        );
+        let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        compute(&scene, &RunOptions::into_folder(out.path())).unwrap()
+    };
+    let stopped = run("augmented-lagrange");
+    let message = stopped.document["message"].as_str().unwrap();
+    assert_eq!(stopped.document["reason"], "no_equilibrium");
+    assert!(message.contains("\"penalty\"") && !message.contains("arc-length"), "{message}");
+    assert_eq!(run("penalty").document["outcome"], "finished");
+}
+
 /// Number of cells across the ball.
 const ACROSS: usize = 6;
 
