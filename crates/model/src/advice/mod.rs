@@ -52,6 +52,8 @@ pub struct Advice {
     drive: Option<f64>,
     /// Whether its elements [collapse](statics::collapses) because of their law.
     collapses: bool,
+    /// Whether a contact has friction.
+    has_friction: bool,
 }
 
 impl Advice {
@@ -63,6 +65,7 @@ impl Advice {
             settings: settings.clone(),
             drive: muscle.forcing_frequency(),
             collapses: statics::collapses(muscle, formulation),
+            has_friction: muscle.contacts.iter().any(|contact| contact.friction().is_some()),
         }
     }
 
@@ -279,7 +282,7 @@ impl Advice {
     /// sufficient on their own.
     pub fn causes(&self) -> Vec<Finding> {
         let settings = self.error_test().or_else(|| self.order());
-        let mut causes: Vec<Finding> = settings.into_iter().collect();
+        let mut causes: Vec<Finding> = settings.into_iter().chain(self.slip()).collect();
         let index = self.index();
         if index < 2 {
             return causes;
@@ -310,6 +313,18 @@ impl Advice {
             causes.push(finding(self.magnified(), Remedy::Scene(change)));
         }
         causes
+    }
+
+    /// Returns a finding if a contact has friction.
+    fn slip(&self) -> Option<Finding> {
+        self.has_friction.then(|| Finding {
+            fields: Vec::new(),
+            problem: "friction below the slip velocity is steep, so that slip begins suddenly"
+                .to_owned(),
+            remedies: vec![Remedy::Scene(
+                "use a larger `slip_velocity` of [[contact]], such as ten times the value",
+            )],
+        })
     }
 
     /// Returns a finding if `ratio`, the smallest det F of the state at a stop, is small. It occurs

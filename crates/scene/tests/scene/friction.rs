@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use myovib_scene::Scene;
+use myovib_scene::run::{RunOptions, compute};
 
 use crate::contact::{column, last, tables_in};
 
@@ -181,4 +182,31 @@ fn invalid_friction_is_rejected() {
         let error = build(head, contact).unwrap_err().to_string();
         assert!(error.contains(&format!(" | {line}")), "{head} {contact}: {error}");
     }
+}
+
+/// Regression: the message of a run that stopped when a block began to slip named no remedy.
+#[test]
+fn the_remedy_for_a_sudden_slip_works() {
+    let run = |slip: f64| {
+        let contact = format!(
+            "y = {{ type = \"step\", value = -1e-3, rise = 0.2 }}\n\
+             x = {{ type = \"step\", start = 0.2, value = 0.02, rise = 0.8 }}\nfriction = 0.2\nslip_velocity = {slip:e}"
+        );
+        let head =
+            "analysis = \"quasi-static\"\n[time]\nend = 1.0\n[[fixed]]\ngroup = \"bottom\"\n";
+        let text = block(2, head, &contact, 1e-4)
+            .replace("[0.0, 0.01]", "[0.0, 0.02]")
+            .replace(
+                "width = 0.02\nheight = 0.01\ncells = [4, 2]",
+                "width = 0.04\nheight = 0.02\ncells = [8, 4]",
+            )
+            .replace("bulk_modulus = 1e6", "bulk_modulus = 1e5");
+        let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        compute(&scene, &RunOptions::into_folder(out.path())).unwrap()
+    };
+    let stopped = run(SLIP);
+    let message = stopped.document["message"].as_str().unwrap();
+    assert!(stopped.outcome.reason().is_some() && message.contains("`slip_velocity`"), "{message}");
+    assert!(run(10.0 * SLIP).outcome.reason().is_none());
 }
