@@ -12,9 +12,9 @@ use crate::scene_file::function::Function;
 use crate::scene_file::loading::PathMethod;
 use crate::scene_file::{self, Analysis, SceneFile};
 
-/// Distance, relative to the coordinates, at which an obstacle counts as touching the body. It allows for rounding
-/// errors.
-const ROUNDING: f64 = 1e-9;
+/// Distance, relative to the coordinates, at which an obstacle counts as touching the body. Coordinates with six digits
+/// reproduce positions within this distance.
+const ROUNDING: f64 = 1e-6;
 /// Number of intervals at which a force is sampled. It is prime, because a force with a round number of periods could
 /// vanish at all sample times of a round number of samples.
 const FORCE_TIMES: u32 = 97;
