@@ -104,7 +104,9 @@ impl Builder<'_> {
                 (None, _) => format!("{name} has no column `{wanted}`"),
                 _ => format!("{name} has several columns `{wanted}`"),
             };
-            let error = InputError::new(problem).allowed(table.names.join(", "));
+            let error = InputError::new(problem)
+                .allowed(table.names.join(", "))
+                .next("the first line of the file names the columns, separated by commas or tabs");
             Err(self.wrong(&format!("{path}.{key}"), error))
         };
         let columns = [position(time, "time")?, position(column, "column")?];
