@@ -203,7 +203,11 @@ fn interpolation() -> anyhow::Result<Vec<Interpolation>> {
     let exact = Line::of(&computed(&list.join(","))?);
     let mut rows = Vec::new();
     let mut add = |grid: &str, frequencies, line: &Line| {
-        rows.push(Interpolation { grid: grid.to_owned(), frequencies, error: exact.distance(line) });
+        rows.push(Interpolation {
+            grid: grid.to_owned(),
+            frequencies,
+            error: exact.distance(line),
+        });
     };
     let n = adaptive.frequencies.len();
     let curves = drawn.1.iter().map(|curves| &curves.amplitudes);
