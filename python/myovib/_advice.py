@@ -106,7 +106,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         advice = START
     elif structure and tested:
         advice = index_note(structure, "bdf", None, suppress)[0]
-    elif failed := FAILED_AT_START.search(solution.message):
+    elif not solution.nsteps and (failed := FAILED_AT_START.search(solution.message)):
         # IDAS reduces the size by 4^10 before it stops.
         is_guess = initial == "given"
         advice = (
