@@ -93,11 +93,19 @@ def _output_times(t_eval: ArrayLike | None, t0: float, t_end: float) -> list[flo
     return times.tolist()
 
 
+def _number(name: str, value: Any) -> float:
+    """Return a real number."""
+    if np.ndim(value) != 0:
+        raise ValueError(f"{name} = {value}: must be a number")
+    return float(_real(name, value))
+
+
 def _count(name: str, value: Any) -> int | None:
     """Return a positive integer, or None for infinity."""
-    if value == np.inf:
+    number = _number(name, value)
+    if number == np.inf:
         return None
-    if not (np.ndim(value) == 0 and value >= 1 and value == int(value)):
+    if not (number >= 1 and number.is_integer()):
         raise ValueError(f"{name} = {value}: must be a whole number of at least 1, or inf")
     return int(value)
 
@@ -204,7 +212,7 @@ class _Events:
         given = [events] if callable(events) else list(events)
         self.functions = [_with(f, args, "event") for f in given]
         self.directions = [int(np.sign(getattr(f, "direction", 0))) for f in given]
-        self.terminal = [int(getattr(f, "terminal", 0) or 0) for f in given]
+        self.terminal = [_terminal(k, getattr(f, "terminal", None)) for k, f in enumerate(given)]
 
     def terminal_after(self, crossings: list[Any]) -> list[int]:
         """Return for each event how many more occurrences end the integration."""
@@ -212,13 +220,22 @@ class _Events:
         return [count and count - done for count, done in zip(self.terminal, past)]
 
     def values(self, t: float, y: Array, yp: Array) -> list[float]:
-        values = [_number(k, function(t, y, yp)) for k, function in enumerate(self.functions)]
+        values = [_event_value(k, function(t, y, yp)) for k, function in enumerate(self.functions)]
         if np.isnan(values).any():
             raise ValueError(f"events: event {np.argmax(np.isnan(values))} (counted from 0) is nan at t = {t}")
         return values
 
 
-def _number(k: int, value: Any) -> float:
+def _terminal(k: int, value: Any) -> int:
+    """Return the number of the occurrence of event k that ends the integration, or 0."""
+    value = 0 if value is None else value
+    if not (isinstance(value, (bool, int, float, np.bool_, np.integer, np.floating)) and value >= 0 and value % 1 == 0):
+        wanted = "must be a bool or a whole number of at least 0"
+        raise ValueError(f"events: event {k} (counted from 0) has terminal = {value!r}: {wanted}")
+    return int(value)
+
+
+def _event_value(k: int, value: Any) -> float:
     """Return the value of event k: 1 or -1 for a bool."""
     if isinstance(value, (bool, np.bool_)):
         return 1.0 if value else -1.0

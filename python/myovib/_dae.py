@@ -18,6 +18,7 @@ from ._arguments import (
     _count,
     _in_bytes,
     _marks,
+    _number,
     _output_times,
     _pattern,
     _pattern_of_jacobian,
@@ -48,6 +49,9 @@ METHODS = ("bdf", "ida", "radau5", "radau9", "radau13")
 # Default step limit: more steps than a typical integration needs; they take about a minute.
 MAX_STEPS = 200_000
 
+# Smallest relative tolerance, the value to which SciPy raises smaller ones.
+SMALLEST_RTOL = float(100 * np.finfo(float).eps)
+
 # SciPy's names of these methods.
 SCIPY_METHODS = {"Radau": "radau5", "BDF": "bdf"}
 
@@ -68,6 +72,10 @@ OTHER_NAMES = {
     "calc_initcond": 'it is `initial` here: "algebraic" for "yp0", "states" for "y0"',
     "eventsfn": "it is `events` here, a function or a list of functions that return a number",
     "user_data": "it is `args` here, a tuple",
+    **dict.fromkeys(
+        ("constraints", "constraints_idx", "constraints_type", "nonnegative", "non_negative"),
+        "signs cannot be prescribed here: the `residual` may raise `myovib.StepFailure` at values for which F is undefined",
+    ),
     "sensitivities": "sensitivities are not computed here: add the equations of dy/dp to the `residual`, or use "
     "differences of runs with tight tolerances",
 }
@@ -212,8 +220,8 @@ def solve_dae(
     if np.ndim(rtol) != 0:
         raise ValueError(f"rtol = {rtol}: must be a number (only `atol` may be a vector)")
     _real("rtol", rtol)
-    if not 0 < rtol < 1:
-        raise ValueError(f"rtol = {rtol}: must be above 0 and below 1")
+    if not SMALLEST_RTOL <= rtol < 1:
+        raise ValueError(f"rtol = {rtol}: must be at least {SMALLEST_RTOL:.2e}, 100 rounding errors, and below 1")
     start = _vector("y0", y0)
     n = len(start)
     rates = _vector("yp0", yp0, n)
@@ -230,7 +238,7 @@ def solve_dae(
     if t_end < t0 and family != "bdf":
         raise ValueError(f't_span = ({t0}, {t_end}): only "bdf" goes backward')
     for name, step in (("first_step", first_step), ("max_step", max_step)):
-        if step is not None and not step > 0:
+        if step is not None and not _number(name, step) > 0:
             raise ValueError(f"{name} = {step}: must be above 0")
     limit = _count("max_steps", MAX_STEPS if max_steps is None else max_steps)
     marks = _marks("algebraic", algebraic, n)

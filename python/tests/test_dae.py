@@ -723,7 +723,7 @@ def test_results_are_pickled_whole():
         (dict(y0=[1, 2]), "shape"),
         (dict(y0=[np.nan]), "non-finite"),
         (dict(atol=[1, 2, 3]), "must be 1 or 1"),
-        (dict(rtol=-1), "rtol = -1: must be above 0"),
+        (dict(rtol=-1), "rtol = -1: must be at least"),
         (dict(rtol=[1e-4, 1e-4]), "rtol = .* must be a number"),
         (dict(atol=-1), "atol = -1: must be at least 0"),
         (dict(t_eval=[1, 0.5]), "sorted"),
@@ -738,7 +738,7 @@ def test_results_are_pickled_whole():
         (dict(residual=lambda t, y, yp: yp[0]), r"the shape \(\): must be 1"),
         (dict(residual=lambda t, y, yp: [[1]]), r"the shape \(1, 1\): must be 1"),
         (dict(method="Radau"), "SciPy's 'Radau' is 'radau5'"),
-        (dict(rtol=0), "rtol = 0: must be above 0"),
+        (dict(rtol=0), "rtol = 0: must be at least"),
         (dict(first_step=-1), "first_step = -1: must be above 0"),
         (dict(first_step=0), "first_step = 0: must be above 0"),
         (dict(max_step=0), "max_step = 0: must be above 0"),
@@ -756,6 +756,9 @@ def test_results_are_pickled_whole():
         (dict(rtol="a"), "rtol: must be real"),
         (dict(sparsity=(np.eye(1), np.eye(1))), "sparsity has the shape"),
         (dict(events=lambda t, y, yp: np.nan), "event 0 .* is nan"),
+        (dict(max_steps="a"), "max_steps: must be real"),
+        (dict(max_step=[1, 2]), r"max_step = \[1, 2\]: must be a number"),
+        (dict(rtol=1e-17), "rtol = 1e-17: must be at least 2.22e-14"),
         (dict(args=2.0), r"must be a tuple, as in args=\(2.0,\)"),
     ],
 )
@@ -763,6 +766,16 @@ def test_arguments_that_make_no_sense_are_named(arguments, words):
     good = dict(residual=lambda t, y, yp: yp + y, t_span=(0, 1), y0=[1], yp0=[-1])
     with pytest.raises(ValueError, match=words):
         solve_dae(**(good | arguments))
+
+
+@pytest.mark.parametrize("terminal", [-1, 1.5, "a", np.nan, np.inf])
+def test_numbers_of_terminal_events_are_checked(terminal):
+    def zero(t, y, yp):
+        return y[0] - 0.5
+
+    zero.terminal = terminal
+    with pytest.raises(ValueError, match="event 0 .* has terminal = "):
+        solve_dae(lambda t, y, yp: yp + y, (0, 1), [1], [-1], events=zero)
 
 
 @pytest.mark.parametrize(
@@ -838,7 +851,7 @@ def test_a_correction_from_undefined_values_names_the_equation(method, initial):
     "name",
     [
         "jac", "jac_sparsity", "fun", "reltol", "mass", "differential_vars", "sensitivities",
-        "algebraic_idx", "calc_initcond", "eventsfn", "user_data",
+        "algebraic_idx", "calc_initcond", "eventsfn", "user_data", "constraints", "constraints_type", "nonnegative",
     ],
 )
 def test_names_of_other_solvers_are_answered(name):

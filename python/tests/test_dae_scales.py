@@ -179,6 +179,9 @@ def test_a_solution_is_not_extrapolated():
     for t in (2.5, -1e-9, [1, np.nan]):
         with pytest.raises(ValueError, match="known from 0.0 to 2.0"):
             s.sol(t)
+    for t in ([[1, 2]], [[0.5]]):
+        with pytest.raises(ValueError, match="t has the shape"):
+            s.sol(t)
 
 
 def test_an_event_that_is_not_a_number_is_named():
