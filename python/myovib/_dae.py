@@ -340,6 +340,17 @@ def solve_dae(
             f"about {share:.1%} of the entries of the Jacobian are nonzero, and full matrices with {n} differences each "
             "are computed: `sparsity` makes them much cheaper"
         )
+    shown: set[str] = set()
+
+    def warn(text: str, stacklevel: int) -> None:
+        if text not in shown:
+            shown.add(text)
+            warnings.warn(text, stacklevel=stacklevel + 1)
+
+    # Before an integration that may last long.
+    for text in notes:
+        warn(text, 2)
+    notes.clear()
     may_have_higher_index = family != "bdf" and not is_index_known
     if may_have_higher_index and structure:
         may_have_higher_index = any(structure.singular) or bool(structure.of_higher_index)
@@ -406,8 +417,8 @@ def solve_dae(
             f"the variables {listed(jumping)} (counted from 0) jump in the first step: their y0 is not consistent, and their "
             f"values {'within the first step' if highest == 3 else 'at the start'} are wrong"
         )
-    for warning in dict.fromkeys(notes):
-        warnings.warn(warning, stacklevel=2)
+    for text in notes:
+        warn(text, 2)
     return solution
 
 

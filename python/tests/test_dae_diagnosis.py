@@ -195,6 +195,20 @@ def test_bdf_at_index_3_warns_if_velocities_and_multiplier_are_excluded(t_eval):
     assert s.success and not texts
 
 
+def test_an_index_above_1_is_reported_before_the_integration():
+    times = set()
+
+    def residual(t, y, yp):
+        times.add(t)
+        return pendulum(t, y, yp)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(UserWarning, match="index above 1"):
+            solve_dae(residual, (0, 2), *PENDULUM, rtol=1e-4, atol=1e-4, suppress=[0, 0, 1, 1, 1])
+    assert times == {0}
+
+
 # The last run reaches the end of the span.
 @pytest.mark.parametrize(
     "arguments", [{"method": "bdf"}, {"method": "radau5"}, {"method": "radau9", "index": [2, 3, 1, 2, 3]}]
