@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -351,6 +352,7 @@ def solve_dae(
     for text in notes:
         warn(text, 2)
     notes.clear()
+    request["on_warning"] = partial(warn, stacklevel=3)
     may_have_higher_index = family != "bdf" and not is_index_known
     if may_have_higher_index and structure:
         may_have_higher_index = any(structure.singular) or bool(structure.of_higher_index)

@@ -66,6 +66,8 @@ pub(crate) struct Request {
     may_have_higher_index: bool,
     /// Whether to store the polynomials of the steps.
     dense: bool,
+    /// Function that receives a warning before the first step.
+    on_warning: Py<PyAny>,
 }
 
 /// Reason why an integration has no result.
@@ -96,6 +98,9 @@ fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize),
         expect_room(problem.n, &request.method)?;
     }
     let warning = check_matrices(&mut problem, request, &tolerances)?;
+    if let Some(text) = &warning {
+        Python::attach(|py| request.on_warning.call1(py, (text,))).map_err(Failure::Raised)?;
+    }
     let (mut record, degree) =
         solve_with(request, problem, tolerances).map_err(|failure| match (failure, &warning) {
             (Failure::Integrator(message), Some(warning)) => {

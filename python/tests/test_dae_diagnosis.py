@@ -195,7 +195,11 @@ def test_bdf_at_index_3_warns_if_velocities_and_multiplier_are_excluded(t_eval):
     assert s.success and not texts
 
 
-def test_an_index_above_1_is_reported_before_the_integration():
+@pytest.mark.parametrize(("match", "arguments"), [
+    ("index above 1", {"suppress": [0, 0, 1, 1, 1]}),
+    ("Jacobian looks wrong", {"method": "radau5", "index": [1, 1, 2, 2, 3], "jacobian": lambda t, y, yp: [np.eye(5)] * 2}),
+])  # fmt: skip
+def test_warnings_of_the_start_come_before_the_integration(match, arguments):
     times = set()
 
     def residual(t, y, yp):
@@ -204,9 +208,14 @@ def test_an_index_above_1_is_reported_before_the_integration():
 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        with pytest.raises(UserWarning, match="index above 1"):
-            solve_dae(residual, (0, 2), *PENDULUM, rtol=1e-4, atol=1e-4, suppress=[0, 0, 1, 1, 1])
-    assert times == {0}
+        with pytest.raises(UserWarning, match=match):
+            solve_dae(residual, (0, 2), *PENDULUM, rtol=1e-4, atol=1e-4, **arguments)
+    # Constraints on positions are checked before, over 3e-4 of the span.
+    assert max(times) < 1e-3
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        solve_dae(residual, (0, 0.01), *PENDULUM, rtol=1e-4, atol=1e-4, max_steps=100, **arguments)
+    assert [warning.filename for warning in caught if re.search(match, str(warning.message))] == [__file__]
 
 
 # The last run reaches the end of the span.
