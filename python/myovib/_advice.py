@@ -60,10 +60,14 @@ class _Facts(NamedTuple):
     # Whether `t_eval` replaces the steps in the results.
     has_outputs: bool
     initial: str
+    t_end: float
 
 
 # Message of IDAS if all attempts of the first step fail its error test, with the size of the last one.
 FAILED_AT_START = re.compile("after 0 steps .*error_test_failures.* h = -?([^,]+),")
+
+# Beginning of messages with the time of the last step, which may be after the last output time.
+STOPPED = re.compile(r"(?:stopped|the limit .* was reached) at t = ([-+.\de]+)")
 
 # Part of the span, in 100 steps, below which steps are too short from the start on.
 SLOW = 1e-3
@@ -82,7 +86,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
 
     The message of a solution that ends early then contains it instead of the library's remedies, unless it is a guess.
     """
-    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs, initial = known
+    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs, initial, t_end = known
     is_bdf = solution.method == "bdf"
     many = is_bdf and solution.nsteps > 1000 and solution.netf > FAILED * solution.nsteps
     if not solution.t.size:
@@ -97,6 +101,8 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     singular = _singular(structure)
     hidden = structure.of_higher_index if structure and is_bdf else []
     tested = [j for j in hidden if suppress is None or not suppress[j]]
+    stopped = STOPPED.match(solution.message)
+    stop = float(stopped[1] if stopped else solution.t[-1])
     is_guess = False
     if note and not solution.success:
         advice = note
@@ -123,10 +129,12 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         advice = (
             "a constraint or its derivative jumps at the break: end there, and start again with consistent values"
         )
-    elif not solution.success and (jumping := _jumping(residual, solution, rtol, atol)):
+    elif not solution.success and (jumping := _jumping(residual, solution, rtol, atol, stop)):
         equations, variable = jumping
         advice = f"the equations {equations} (counted from 0) jump "
-        if variable is None:
+        if variable is None and abs(t_end - stop) < INSTANTS[-1] * np.spacing(max(abs(t_end), span)):
+            advice += f"at the end of the span: give also {t_end} in `breaks`"
+        elif variable is None:
             advice += "at this time: give the times at which inputs jump in `breaks`"
         else:
             advice += (
@@ -341,8 +349,13 @@ BISECTIONS = 20
 VISIBLE = 1e-3
 
 
-def _jumping(residual: Function, solution: DaeSolution, rtol: float, atol: Array) -> tuple[list[int], int | None] | None:
-    """Return the equations that jump near the last state, and the variable with which they jump; None for the time."""
+def _jumping(
+    residual: Function, solution: DaeSolution, rtol: float, atol: Array, stop: float
+) -> tuple[list[int], int | None] | None:
+    """Return the equations that jump near the last state or the last time, and the variable with which they jump.
+
+    The variable is None for the time.
+    """
     t, y, yp = solution.t[-1], solution.y[:, -1], solution.yp[:, -1]
     n = len(y)
     if n > LARGE:
@@ -354,9 +367,9 @@ def _jumping(residual: Function, solution: DaeSolution, rtol: float, atol: Array
         unit = (rtol * np.abs(state) + np.resize(atol, 2 * n)) * unit
         return lambda x: np.array(residual(t, *np.split(state + x * unit, 2)), dtype=float)
 
-    rounding = np.spacing(np.abs(solution.t).max())
+    rounding = np.spacing(max(np.abs(solution.t).max(), abs(stop)))
     searches: list[tuple[int | None, Callable[[float], Array]]] = [(j % n, along(j)) for j in range(2 * n)]
-    searches.append((None, lambda x: np.array(residual(t + x * rounding, y, yp), dtype=float)))
+    searches.append((None, lambda x: np.array(residual(stop + x * rounding, y, yp), dtype=float)))
     smallest = np.zeros(n)
     with np.errstate(all="ignore"):
         for _, function in searches[:-1]:

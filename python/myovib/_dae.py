@@ -372,7 +372,7 @@ def solve_dae(
     solution = _solution(found, n, len(watched.functions), family)
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
     known = _Facts(
-        excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), outputs is not None, initial
+        excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), outputs is not None, initial, t_end
     )
     wrong = next((text for subject, text in of_functions if subject == "jacobian"), None)
     if pattern is not None and jacobian is None and not solution.success:

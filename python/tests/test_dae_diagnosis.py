@@ -109,7 +109,7 @@ def test_remedies_for_jumps_that_hold_the_solution_work(equations, end, start, v
     arguments = {"method": method, "rtol": rtol, "atol": rtol, "max_steps": 5000}
     s, _ = solved(equations(np.sign), (0, end), *start, **arguments)
     assert not s.success
-    assert _jumping(equations(np.sign), s, rtol, np.array([rtol]))[1] == variable
+    assert _jumping(equations(np.sign), s, rtol, np.array([rtol]), s.t[-1])[1] == variable
     # No argument of `solve_dae` helps.
     assert not re.findall("`|=|tolerances;", s.message.partition("; the equations")[2])
     width = WIDTH * rtol
@@ -134,10 +134,23 @@ def test_jumps_of_inputs_name_breaks_first(method, rtol):
     arguments = {"method": method, "rtol": rtol, "atol": 0.01 * rtol}
     s, _ = solved(battery, (0, 3), [0, 0, 0], [0, 0, 0], **arguments)
     assert not s.success and re.findall("`([a-z_]+)`", s.message) == ["breaks"]
-    assert _jumping(battery, s, rtol, np.array([0.01 * rtol])) == ([2], None)
+    assert _jumping(battery, s, rtol, np.array([0.01 * rtol]), s.t[-1]) == ([2], None)
     s, _ = solved(battery, (0, 3), [0, 0, 0], [0, 0, 0], breaks=[1.3], **arguments)
     # The charge is linear in time.
     assert s.success and s.y[0, -1] == pytest.approx(1.7, rel=rtol)
+
+
+@pytest.mark.parametrize("method", RADAU)
+@pytest.mark.parametrize("jump", [0.55, 1.0])
+def test_jumps_of_inputs_after_the_last_output_and_at_the_end_are_named(method, jump):
+    def charged(t, y, yp):
+        return [yp[0] - y[1], y[0] + 10 * y[1] - (1.0 if t < jump else -1.0)]
+
+    arguments = {"rtol": 1e-6, "t_eval": [0.5, 1.0]}
+    s, _ = solved(charged, (0, 1), [0, 0.1], [0.1, 0], method, **arguments)
+    assert not s.success and re.findall("`([a-z_]+)`", s.message) == ["breaks"]
+    assert (" 1.0 in `breaks`" in s.message) == (jump == 1.0)
+    assert solved(charged, (0, 1), [0, 0.1], [0.1, 0], method, breaks=[jump], **arguments)[0].success
 
 
 @pytest.mark.parametrize("size", [1.0, 1e6])
@@ -150,7 +163,7 @@ def test_steep_functions_and_rounding_are_no_jumps(size, rtol, start):
         return [terms, abs(y[0] - start) / rtol, np.sqrt(y[1])]
 
     state = SimpleNamespace(t=np.ones(1), y=np.array([[start], [0.0], [0.0]]), yp=np.zeros((3, 1)))
-    assert _jumping(smooth, state, rtol, np.array([0.01 * rtol])) is None
+    assert _jumping(smooth, state, rtol, np.array([0.01 * rtol]), 1.0) is None
 
 
 def test_looser_tolerances_are_suggested_for_tight_tolerances_only():
