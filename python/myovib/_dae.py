@@ -137,12 +137,14 @@ def solve_dae(
         nonzero at any time, including the diagonal if equation i contains y_i or
         y'_i. By default the pattern of a sparse `jacobian` with more than 200 rows at
         the start, otherwise full. Without `jacobian`, the pattern is compared with the
-        residual at the start, and a `ValueError` names a missing entry.
+        residual at the start only, and a `ValueError` names an entry that is missing and
+        nonzero there. Later ones are searched if the integration fails.
     index : sequence of int, optional
         Index of each variable, 0 to 3. Radau's error test needs it for systems of
         index 2 and 3: in mechanics, 1 (or 0) for positions, 2 for velocities, 3 for
-        multipliers of the position constraint. "bdf" does not use it: exclude
-        components of index 2 by `suppress`. For index 3 use Radau.
+        multipliers of the position constraint. In the GGL form, 1 for positions and
+        velocities, 2 for all multipliers. "bdf" does not use it: exclude components of
+        index 2 by `suppress`. For index 3 use Radau.
     algebraic : array_like of bool, optional
         True if y'_i does not occur in F. By default determined from the Jacobian
         at the start.
