@@ -121,7 +121,8 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         )
         small = np.flatnonzero(rtol * np.abs(y) < atol)
         if 0 < len(small) < len(y):
-            advice += f"; the variables {listed(small.tolist())} (counted from 0) start at or near 0: a larger `atol` may suit them"
+            near = f"the variables {listed(small.tolist())} (counted from 0) start at or near 0"
+            advice += f"; {near}: a larger `atol` may suit them"
     elif hidden and not solution.success:
         described = f"the variables {listed(hidden)} (counted from 0) have an index above 1"
         advice = f"{described}: use a Radau method with `index`"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
@@ -372,9 +373,14 @@ def solve_dae(
         raise RuntimeError(f"{failed}{explained}") from None
     of_functions = found.pop("warnings")
     solution = _solution(found, n, len(watched.functions), family)
+    # Before the first output time, the state of the start is known.
+    last = solution
+    if not (solution.t.size or solution.success):
+        last = replace(solution, t=np.array([t0]), y=start[:, None], yp=rates[:, None])
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
+    has_outputs = outputs is not None
     known = _Facts(
-        excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), outputs is not None, initial, t_end
+        excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), has_outputs, initial, t_end
     )
     wrong = next((text for subject, text in of_functions if subject == "jacobian"), None)
     if pattern is not None and jacobian is None and not solution.success:
@@ -383,8 +389,9 @@ def solve_dae(
         notes.append(wrong)
         if not solution.success:
             solution.message = f"{solution.message.partition('; suggested remed')[0]}; {wrong}"
-    elif advice := _advice(solution, _within(residual, last_limits), rtol, tolerances, known):
+    elif advice := _advice(last, _within(residual, last_limits), rtol, tolerances, known):
         notes.append(advice)
+        solution.message = last.message
     elif solution.success and solution.t.size and is_index_known and structure and _singular(structure):
         # Constraints may also depend on each other at the start alone.
         end = (solution.t[-1], solution.y[:, -1], solution.yp[:, -1])

@@ -121,7 +121,8 @@ def test_small_tolerances_of_variables_that_start_at_zero_are_named():
 
 @pytest.mark.parametrize("index", [1, 2])
 @pytest.mark.parametrize("rtol", [1e-6, 1e-8])
-def test_the_first_step_that_a_message_names_passes_the_error_test(index, rtol):
+@pytest.mark.parametrize("t_eval", [None, [0.06]])
+def test_the_first_step_that_a_message_names_passes_the_error_test(index, rtol, t_eval):
     """A source and two coils charge a capacitor through a diode. The voltage between the coils has the index 2."""
     arguments = {"rtol": rtol, "atol": 1e-3 * rtol}
 
@@ -138,7 +139,7 @@ def test_the_first_step_that_a_message_names_passes_the_error_test(index, rtol):
         arguments["suppress"] = [0, 1, 0, 0, 0, 0]
     start = (charged, (0, 0.06), np.zeros(6), np.zeros(6))
     with pytest.warns(UserWarning, match="`first_step=") as caught:
-        s = solve_dae(*start, **arguments)
+        s = solve_dae(*start, **arguments, t_eval=t_eval)
     assert s.nsteps == 0 and len(caught) == 1
     # The other remedies do not repeat what the call contains.
     assert ("initial=" in s.message) == (index == 2)
