@@ -57,7 +57,9 @@ pub mod start;
 pub mod statics;
 
 pub use analysis::free_parts::{FreePart, FreeParts};
-pub use analysis::{check, counterexample, index, inf_sup, spectrum, support, table1};
+pub use analysis::{
+    check, counterexample, dependent_pressures, index, inf_sup, spectrum, support, table1,
+};
 pub use integration::{ida, radau, step_weights};
 
 pub use assembly::{Assembly, Entry};

@@ -19,7 +19,7 @@ impl Space {
     /// For κ = ∞, such a pressure occurs in no equation. It is set equal to another pressure of its element, whose
     /// equation then constrains the volume of both.
     #[must_use]
-    pub fn with_held_pressures_tied(mut self, dofs: &DofMap) -> (Self, HeldPressures) {
+    pub fn with_held_pressures_tied(self, dofs: &DofMap) -> (Self, HeldPressures) {
         let (n, dimension) = (self.n_pressures(), self.dimension());
         let is_free = |node: usize| {
             let mut components = dimension * node..dimension * (node + 1);
@@ -57,21 +57,42 @@ impl Space {
             tied: vertices(&|p| equal_to[p].is_some_and(|other| other != p)),
             undetermined: vertices(&|p| equal_to[p].is_none()),
         };
-        if held.tied.is_empty() {
-            return (self, held);
+        let equal_to: Vec<usize> =
+            equal_to.iter().enumerate().map(|(p, other)| other.unwrap_or(p)).collect();
+        (self.with_equal_pressures(&equal_to), held)
+    }
+
+    /// Returns the space with one unknown fewer for each of the `dependent` pressures with an independent one in an
+    /// element, which it equals.
+    #[must_use]
+    pub fn with_pressures_tied(self, dependent: &[usize]) -> Self {
+        let mut equal_to: Vec<usize> = (0..self.n_pressures()).collect();
+        for element in 0..self.n_elements() {
+            let own = self.element_pressures(element);
+            if let Some(&other) = own.iter().find(|pressure| !dependent.contains(pressure)) {
+                for &pressure in own.iter().filter(|pressure| dependent.contains(pressure)) {
+                    equal_to[pressure] = other;
+                }
+            }
         }
-        let remains = |pressure: usize| equal_to[pressure].is_none_or(|other| other == pressure);
-        let mut numbers = vec![0; n];
+        self.with_equal_pressures(&equal_to)
+    }
+
+    /// Returns the space in which each pressure equals the pressure with the given number.
+    fn with_equal_pressures(mut self, equal_to: &[usize]) -> Self {
+        let mut numbers = vec![0; equal_to.len()];
         let mut vertices = Vec::new();
-        for pressure in (0..n).filter(|&pressure| remains(pressure)) {
+        for (pressure, _) in
+            equal_to.iter().enumerate().filter(|(pressure, other)| pressure == *other)
+        {
             numbers[pressure] = vertices.len();
             vertices.push(self.pressure_vertices[pressure]);
         }
         for pressure in &mut self.element_pressures {
-            *pressure = numbers[equal_to[*pressure].unwrap_or(*pressure)];
+            *pressure = numbers[equal_to[*pressure]];
         }
         self.pressure_vertices = vertices;
-        (self, held)
+        self
     }
 }
 
@@ -116,5 +137,13 @@ mod tests {
         let dofs = DofMap::clamped(&space, &[]).unwrap();
         let (_, held) = space.with_held_pressures_tied(&dofs);
         assert_eq!(held, HeldPressures::default());
+    }
+    #[test]
+    fn a_dependent_pressure_equals_an_independent_one_of_its_element() {
+        let tied = Space::taylor_hood(&cube()).with_pressures_tied(&[0, 7]);
+        assert_eq!(tied.pressure_vertices(), [1, 2, 3, 4, 5, 6]);
+        // The first element is [0, 1, 2, 4], the last one [1, 2, 4, 7].
+        assert_eq!(tied.element_pressures(0), [0, 0, 1, 3]);
+        assert_eq!(tied.element_pressures(4), [0, 1, 3, 0]);
     }
 }

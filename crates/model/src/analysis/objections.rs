@@ -1,6 +1,7 @@
 //! Likely mistakes in a scene, each with a suggested change.
 
 use crate::advice::{Advice, Finding, Remedy};
+use crate::analysis::dependent::has_no_level;
 use crate::analysis::free_parts::FreeParts;
 use crate::analysis::spectrum;
 use crate::analysis::support::{extent, free_parts};
@@ -62,7 +63,8 @@ pub(super) fn unheld(nullity: Option<usize>, muscle: &Muscle) -> Vec<Finding> {
     if !muscle.parameters.is_incompressible() {
         return Vec::new();
     }
-    let level = has_no_level(muscle);
+    let solid = &muscle.solid;
+    let level = divergence(solid, &rest(solid)).is_ok_and(|b| has_no_level(&b));
     let others = nullity.unwrap_or(0).saturating_sub(usize::from(level));
     let finding = |problem, remedy| Finding {
         fields: vec![Field::Pressure],
@@ -89,25 +91,6 @@ pub(super) fn unheld(nullity: Option<usize>, muscle: &Muscle) -> Vec<Finding> {
         )
     });
     of_level.into_iter().chain(of_others).collect()
-}
-
-/// Returns whether a constant pressure does no work on any free displacement: ∫ div φ = 0.
-fn has_no_level(muscle: &Muscle) -> bool {
-    let solid = &muscle.solid;
-    let Ok(divergence) = divergence(solid, &rest(solid)) else {
-        return false;
-    };
-    let columns = divergence.col_iter();
-    let columns = columns.map(|column| {
-        column
-            .values()
-            .iter()
-            .fold((0.0, 0.0_f64), |(sum, largest), b| (sum + b, largest.max(b.abs())))
-    });
-    let (net, largest) = columns.fold((0.0_f64, 0.0_f64), |(net, max), (sum, largest)| {
-        (net.max(sum.abs()), max.max(largest))
-    });
-    net <= INCONSISTENT * largest
 }
 
 pub(super) fn inconsistent(residuals: &[BlockResidual]) -> Option<Finding> {

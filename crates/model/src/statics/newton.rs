@@ -334,7 +334,9 @@ impl<'a> Newton<'a> {
                 ratio <= RELATIVE_INCREMENT
             };
             if is_balanced || is_solved {
-                return Ok(self.residual(&x, factor, &mut r).is_ok().then_some(x));
+                let is_valid = self.residual(&x, factor, &mut r).is_ok();
+                r.iter_mut().zip(&self.offset).for_each(|(r, offset)| *r -= offset);
+                return Ok((is_valid && self.has_balanced_volumes(&r)).then_some(x));
             }
             last = moved;
         }
@@ -377,6 +379,12 @@ impl<'a> Newton<'a> {
             }
         });
         ratios.fold(0.0, f64::max)
+    }
+
+    /// Returns whether the volume residuals have converged, which increments of a singular matrix do not show.
+    fn has_balanced_volumes(&self, r: &[f64]) -> bool {
+        let constraint = &r[self.muscle.solid.dofs().n_free()..];
+        square(constraint).sqrt() <= RELATIVE_INCREMENT_ON_PATH * self.muscle.solid.volume()
     }
 
     /// Returns the size of the residual: forces relative to the initial forces, volume residuals

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use myovib_fem::material::VolumeFunction;
 use myovib_fem::{AddedStress, DofMap, FemError, Law, Mesh, Solid, Space};
 use myovib_model::harmonic::Excitation;
-use myovib_model::{Field, Formulation, LinearSolverKind, Muscle, Parameters, Prescribed};
+use myovib_model::{
+    Field, Formulation, LinearSolverKind, Muscle, Parameters, Prescribed, dependent_pressures,
+};
 use num_complex::Complex64;
 
 use super::Body;
@@ -17,6 +19,9 @@ use super::supports::Supports;
 use crate::InputError;
 use crate::scene_file::solid::{self, VolumetricEnergy};
 use crate::scene_file::{Analysis, SceneFile, mesh};
+
+/// Maximum number of times that undetermined pressures are tied.
+const MAX_TIES: usize = 5;
 
 impl Builder<'_> {
     /// Creates the body of a scene, if it has one. Rejects a scene without anything to compute, or with a body and a rod.
@@ -172,7 +177,8 @@ impl Builder<'_> {
             return Err(self.wrong("fixed", error));
         }
         let space = self.with_pressures_held(file, space, &dofs)?;
-        Ok((Arc::new(space), supports, dofs))
+        let space = self.with_independent_pressures(space, &dofs)?;
+        Ok((space, supports, dofs))
     }
 
     /// Creates the elements with the stresses of their materials. Returns the number of quadrature points at which
@@ -235,6 +241,38 @@ impl Builder<'_> {
             ));
         }
         Ok(space)
+    }
+
+    /// Ties pressures whose volume conditions follow from those of other pressures to their neighbors and adds a note.
+    fn with_independent_pressures(
+        &self,
+        space: Space,
+        dofs: &DofMap,
+    ) -> Result<Arc<Space>, InputError> {
+        let mut space = Arc::new(space);
+        // A pressure may depend on those of another element, too, so that ties to neighbors do not suffice at once.
+        for _ in 0..MAX_TIES {
+            let dependent = self.at("mesh", dependent_pressures(&space, dofs))?;
+            let Some(&first) = dependent.first() else {
+                return Ok(space);
+            };
+            let vertex = space.pressure_vertices()[first];
+            let more = match dependent.len() {
+                1 => String::new(),
+                n => format!(", and at {} more vertices", n - 1),
+            };
+            self.notes.borrow_mut().push(format!(
+                "too few nodes are free to determine the pressure at the vertex {vertex} at ({}){more}: for bulk_modulus = inf it equals the pressure at another vertex of the element",
+                written(space.node_point(vertex))
+            ));
+            space = Arc::new(space.as_ref().clone().with_pressures_tied(&dependent));
+        }
+        let error = InputError::new(
+            "bulk_modulus = inf, but too few nodes are free to determine the pressures",
+        )
+        .next("fix or move fewer nodes, or refine the mesh")
+        .next("or use a finite bulk_modulus");
+        Err(self.wrong("solid.bulk_modulus", error))
     }
 
     fn volume_function(

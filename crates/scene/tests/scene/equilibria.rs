@@ -56,6 +56,35 @@ fn displacements_and_pressures_that_are_zero_are_found() {
     }
 }
 
+/// Regression: the force normal to the plane of shear was up to 110 times the shear force, and motions stopped, because two
+/// combinations of pressures did no work on the free nodes.
+#[test]
+fn pressures_that_too_few_nodes_determine_are_tied() {
+    const SHEAR: f64 = 0.1;
+    let sides: String = ["left", "right", "front", "back"]
+        .iter()
+        .map(|group| format!("[[fixed]]\ngroup = \"{group}\"\ncomponents = [\"y\", \"z\"]\n"))
+        .collect();
+    for (analysis, moved) in
+        [("static", "0.1"), ("dynamic", "{ type = \"step\", value = 0.1, rise = 0.05 }")]
+    {
+        let held = format!(
+            "[time]\nend = 0.1\n{sides}[[fixed]]\ngroup = \"bottom\"\n[[prescribed_displacement]]\ngroup = \"top\"\n\
+             x = {moved}\ny = 0.0\nz = 0.0\n[[probe]]\nname = \"face\"\ntype = \"reaction\"\ngroup = \"top\"\n"
+        );
+        let box_ = "type = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [1, 1, 1]";
+        let text = neo_hooke(box_, &held).replace("\"static\"", &format!("\"{analysis}\""));
+        let found = run(&text, Path::new(""));
+        if analysis == "static" {
+            // Simple shear: P = G (F - F⁻ᵀ) for p = 0, on 1 m². The state is homogeneous; Newton's method ends at rounding.
+            let [shear, normal] = ["R_x", "R_z"].map(|column| result(&found, "face", column));
+            assert!((shear - 1e4 * SHEAR).abs() < 1e-9 * 1e4, "{shear}");
+            assert!(normal.abs() < 1e-9 * 1e4, "{normal}");
+        }
+        assert_eq!(found.document["outcome"], "finished");
+    }
+}
+
 /// Returns an incompressible body of modulus 1e4 Pa with probes of mean values.
 fn neo_hooke(mesh: &str, rest: &str) -> String {
     format!(
