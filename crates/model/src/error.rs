@@ -135,7 +135,7 @@ pub enum ModelError {
         "no periodic state: the ends of the period differ by {residual:.1e} of the size of the state, and Newton's \
          method does not reduce this to {tolerance:.1e}; start nearer to it: use more `periodic.settling_periods`, or \
          [initial_state] with type = \"equilibrium\" if a part of the loads is constant; or use a smaller `rtol` of \
-         [integrator], such as {map_error:.0e}"
+         [integrator], such as {map_error:.0e}, or a larger `periodic.tolerance`"
     )]
     NoPeriodicState {
         /// Remaining relative difference of the states at the ends of the period.

@@ -30,8 +30,8 @@ use crate::{Error, Scene};
 const DEPARTURE: f64 = 1e6;
 /// Maximum number of periods until then.
 const MOST_PERIODS: f64 = 500.0;
-/// Number of periods integrated before the search if harmonic balance finds no start.
-const SETTLING_PERIODS: usize = 3;
+/// Numbers of further periods integrated before each search if harmonic balance finds no start.
+const SETTLING_PERIODS: [usize; 3] = [3, 9, 36];
 /// Maximum number of doublings of the fixed steps.
 const DOUBLINGS: usize = 6;
 /// Factor by which tolerances are tightened if they are too loose for the motion: absolute tolerances for a small vibration about a
@@ -217,6 +217,27 @@ impl Search<'_> {
         Ok(Found { shooting, periodic, leading })
     }
 
+    /// Finds a periodic state near the motion from `state` after the requested number of periods, or after more periods until it
+    /// is found.
+    fn find_after_settling<P: System + Consistent + Clone, S: StartInterval<P>>(
+        &self,
+        map: &mut PeriodMap<P, S>,
+        state: &mut Vec<f64>,
+        blocks: &[Range<usize>],
+    ) -> Result<Found, ModelError> {
+        let requested = self.settings().settling_periods;
+        let [first, later @ ..] = SETTLING_PERIODS;
+        let later = if requested.is_none() { &later[..] } else { &[] };
+        let mut found = self.find(map, state, requested.unwrap_or(first), blocks);
+        for &periods in later {
+            if !matches!(found, Err(ModelError::NoPeriodicState { .. })) {
+                break;
+            }
+            found = self.find(map, state, periods, blocks);
+        }
+        found
+    }
+
     /// Finds the periodic state to which the motion from `state` settles, or an unstable state with a note.
     fn find_settled<P: System + Consistent + Clone, S: StartInterval<P>>(
         &self,
@@ -232,8 +253,7 @@ impl Search<'_> {
             // The motion may settle although the balanced state leads to no periodic state.
             None
             | Some(Err(ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. })) => {
-                let periods = self.settings().settling_periods.unwrap_or(SETTLING_PERIODS);
-                self.find(map, &mut state, periods, blocks)?
+                self.find_after_settling(map, &mut state, blocks)?
             }
             Some(found) => found?,
         };

@@ -13,7 +13,8 @@ pub struct Periodic {
     /// Time, s, from which the loads repeat [default: after a number of periods].
     #[schemars(range(min = 0))]
     pub start_time: Option<f64>,
-    /// Number of periods integrated before the search [default: none if harmonic balance finds a start, else 3].
+    /// Number of periods integrated before the search [default: none if harmonic balance finds a start, else 3, then 12 and 48
+    /// if the search fails].
     #[schemars(range(max = 100_000))]
     pub settling_periods: Option<usize>,
     /// Maximum difference of the states at the ends of the period, relative to the size of the motion.

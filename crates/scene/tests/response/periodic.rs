@@ -289,6 +289,19 @@ fn multipliers_have_shorter_steps_than_the_state() {
     }
 }
 
+/// Checks a state near a fold, which the motion of three periods does not approach.
+///
+/// Regression: the search failed.
+#[test]
+fn the_motion_settles_until_the_search_succeeds() {
+    let text = include_str!("../../../../examples/periodic.toml");
+    let set = ["body_force[0].y.frequency=18.0", "periodic.continuation="].map(str::to_owned);
+    let out = tempfile::tempdir().unwrap();
+    let scene = Scene::build("scene.toml", text, &set, Path::new("")).unwrap();
+    let found = compute(&scene, &RunOptions::into_folder(out.path())).unwrap().periodic.unwrap();
+    assert_eq!(found.is_stable, Some(true));
+}
+
 /// Checks a small vibration of a stretched body whose end is shaken.
 ///
 /// Regression: it had to be at rest at t = 0.
