@@ -2,9 +2,11 @@
 
 use myovib_model::statics::Equilibrium;
 use myovib_model::{Contact, Formulation, ModelError, Muscle, spectrum, support};
+use num_complex::Complex64;
 use serde::Serialize;
 
 use crate::response::equilibrium;
+use crate::response::notes::displacement_and_strain;
 use crate::scene_file::{Analysis, DEFAULT_MODES};
 use crate::watch::Watcher;
 use crate::{Body, InputError, Scene, json};
@@ -135,6 +137,7 @@ impl Modes {
         let count = count.or(requested.map(|modes| modes.count));
         let count = count.unwrap_or(DEFAULT_MODES);
         let mut modes = BodyModes::about(muscle, &at, count)?;
+        modes.notes.extend(oscillating_preload(muscle, preload_time));
         let is_active = scene.file.material.iter().any(|own| own.active.is_some());
         if preload_time.is_none() && is_active && muscle.models().next().is_none() {
             let note = "the modes are those of the body at rest, without its active tension; \
@@ -175,17 +178,32 @@ fn not_held(muscle: &Muscle) -> Option<String> {
     Some(format!("{} rigid motion{s} at 0 Hz: {free}", free.count))
 }
 
-/// Returns a note if the body is at rest and its tangent there is one-sided.
+/// Returns a note if the body is at rest, or strained less than by a vibration, and its tangent there is one-sided.
 pub(crate) fn one_sided(muscle: &Muscle, at: &Equilibrium) -> Option<String> {
     let law = muscle.solid.laws().iter().find(|law| law.is_one_sided_at_rest())?;
-    at.preload_time.is_none().then(|| {
+    let mut u = vec![0.0; muscle.solid.dofs().n_full()];
+    muscle.solid.dofs().expand(&at.displacement, &mut u);
+    let u: Vec<Complex64> = u.into_iter().map(Complex64::from).collect();
+    let [_, strain] = displacement_and_strain(muscle.solid.space(), &u);
+    (strain < VIBRATION).then(|| {
         format!(
-            "the fibers of `{}` resist tension only: at rest all of them have the stiffness in tension here, although \
-             some are slack in a motion, so frequencies are too high; stretch the fibers by a preload \
+            "the fibers of `{}` resist tension only: near rest each of them has one stiffness here, although \
+             it is slack in a part of a motion, so frequencies differ; stretch the fibers by a preload \
              (`preload_time`), or compute the motion (`myovib run`)",
             law.description().name
         )
     })
+}
+
+/// Strain below which a body counts as being at rest, because practical vibrations have larger strains.
+const VIBRATION: f64 = 1e-4;
+
+/// Returns a note if a load of the preload oscillates.
+pub(crate) fn oscillating_preload(muscle: &Muscle, preload_time: Option<f64>) -> Option<String> {
+    let (t, frequency) = (preload_time?, muscle.forcing_frequency()?);
+    Some(format!(
+        "the preload includes the values at t = {t} s of loads that oscillate, such as at {frequency} Hz"
+    ))
 }
 
 /// How damping can increase the energy.

@@ -1,7 +1,7 @@
 //! Harmonic response of scenes.
 
 mod adaptive;
-mod notes;
+pub(crate) mod notes;
 mod part;
 mod peaks;
 mod rational;
@@ -16,7 +16,7 @@ use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, s
 use num_complex::Complex64;
 use serde::Serialize;
 
-use crate::modes::{BodyModes, instability, negative_damping, one_sided};
+use crate::modes::{BodyModes, instability, negative_damping, one_sided, oscillating_preload};
 use crate::probe::{ColumnKind, HarmonicMotion, Reading};
 use crate::scene_file::response::{Adaptive, Grid};
 use crate::watch::{Watcher, search};
@@ -379,6 +379,7 @@ fn of_body(
     drop(response);
     found.notes.extend(at.instabilities.and_then(instability));
     found.notes.extend(one_sided(muscle, &at));
+    found.notes.extend(oscillating_preload(muscle, preload_time));
     found.notes.extend(notes::undamped(muscle));
     found.notes.extend(largest.note(support::extent(&body.muscle)));
     // Bodies under follower pressures without an energy have no modes here; their peaks are still valid.

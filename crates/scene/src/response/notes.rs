@@ -49,7 +49,7 @@ impl Largest {
 }
 
 /// Returns the largest displacement component, m, and the largest strain along an edge.
-pub(super) fn displacement_and_strain(space: &Space, u: &[Complex64]) -> [f64; 2] {
+pub(crate) fn displacement_and_strain(space: &Space, u: &[Complex64]) -> [f64; 2] {
     let dimension = space.dimension();
     let largest = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
     let mut strain = 0.0_f64;

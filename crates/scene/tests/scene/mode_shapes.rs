@@ -103,7 +103,8 @@ fn shapes_of_the_user_are_found_before_anything_is_written() {
     assert_eq!(std::fs::read_to_string(out.path().join("modes.vtu")).unwrap(), "mine");
 }
 
-/// Fibers that resist tension only have no linear vibration at rest; a preload that stretches them has one.
+/// Fibers that resist tension only have no linear vibration at rest; a preload that stretches them has one, unless its strain
+/// is below that of a vibration.
 #[test]
 fn one_sided_fibers_at_rest_are_noted() {
     let laws = [
@@ -123,11 +124,32 @@ fn one_sided_fibers_at_rest_are_noted() {
              density = 1e3\nfiber = [1, 0]\n[[fixed]]\ngroup = \"left\"\n\
              [[traction]]\ngroup = \"right\"\nx = {{ type = \"step\", value = 100, rise = 0.1 }}\n"
         );
-        for (preload, is_noted) in [("", is_one_sided), ("[modes]\npreload_time = 1\n", false)] {
+        for (preload, traction, is_noted) in [
+            ("", 100.0, is_one_sided),
+            ("[modes]\npreload_time = 1\n", 100.0, false),
+            ("[modes]\npreload_time = 1\n", 1e-9, is_one_sided),
+        ] {
             let text = format!("{text}{preload}");
-            let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+            let set = format!("traction[0].x.value={traction:?}");
+            let scene = Scene::build("scene.toml", &text, &[set], Path::new("")).unwrap();
             let found = Modes::of_scene(&scene, Some(1), Watcher::NOBODY).unwrap();
             assert_eq!(!found.muscles[0].notes.is_empty(), is_noted, "{law} {preload}");
         }
     }
+}
+
+/// A load that oscillates adds its value at the time of the preload.
+#[test]
+fn an_oscillating_preload_is_noted() {
+    let notes = |load: &str| {
+        let text = format!(
+            "analysis = \"modes\"\n[mesh]\n{BLOCK}\n[solid]\nbulk_modulus = 1e6\n[[material]]\nlaw = \"neo-hooke\"\n\
+             density = 1e3\nshear_modulus = 1e4\n[[fixed]]\ngroup = \"left\"\n[modes]\npreload_time = 1.01\n\
+             [[traction]]\ngroup = \"right\"\nx = {{ {load} }}\n"
+        );
+        let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        Modes::of_scene(&scene, Some(1), Watcher::NOBODY).unwrap().muscles[0].notes.len()
+    };
+    assert_eq!(notes("type = \"sine\", amplitude = 10.0, frequency = 25.0"), 1);
+    assert_eq!(notes("type = \"step\", value = 10.0, rise = 0.1"), 0);
 }
