@@ -146,6 +146,13 @@ fn findings(result: &FitResult) -> Vec<String> {
             ));
         }
     }
+    for (j, name) in result.fit.names.iter().enumerate() {
+        lines.extend(result.shear_viscosity(j).map(|usual| {
+            format!(
+                "{name}: η of the stress η Ė; the usual shear viscosity η/2 is {usual:.6e} Pa·s"
+            )
+        }));
+    }
     lines.extend(idle(result));
     lines.extend(passing(result));
     for (name, profile) in result.fit.names.iter().zip(&result.profiles) {

@@ -133,6 +133,13 @@ impl FitResult {
         all.into_iter().filter(is_used).collect()
     }
 
+    /// Returns the usual shear viscosity of small strain, η/2, Pa·s, if parameter `j` is the viscosity η of a material.
+    pub fn shear_viscosity(&self, j: usize) -> Option<f64> {
+        let key = &self.known[j].key;
+        let is_viscosity = key.starts_with("material[") && key.ends_with("].viscosity");
+        is_viscosity.then(|| self.fit.values[j] / 2.0)
+    }
+
     /// Returns the body of `fit.json`.
     pub fn document(&self) -> Value {
         let intervals = self.uncertainty.intervals(LEVEL);
@@ -141,6 +148,7 @@ impl FitResult {
                 "key": self.known[j].key,
                 "name": self.fit.names[j],
                 "value": self.fit.values[j],
+                "shear_viscosity": self.shear_viscosity(j),
                 "set": self.known[j].assignment(self.fit.values[j]),
                 "standard_error": finite(self.uncertainty.standard_errors[j]),
                 "interval": intervals[j].map(finite),

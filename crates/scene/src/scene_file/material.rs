@@ -41,7 +41,8 @@ pub struct Material {
     pub sheet: Option<Direction>,
     /// Active tension along the fibers.
     pub active: Option<Active>,
-    /// Kelvin–Voigt viscosity η, Pa·s: second Piola–Kirchhoff stress `η Ė`.
+    /// Kelvin–Voigt viscosity η, Pa·s: second Piola–Kirchhoff stress `η Ė`. The usual shear viscosity of small
+    /// strain is η/2.
     #[schemars(range(min = 0))]
     pub viscosity: Option<f64>,
     /// Prony series of stress relaxation.

@@ -407,4 +407,7 @@ fn motions_and_responses_are_fitted_together() {
         // Ten times the tolerance of the fit.
         assert!((value / exact - 1.0).abs() < 1e-4, "{value} {exact}");
     }
+    // Twice the shear viscosity of small strain.
+    let shear_viscosities = [0, 1].map(|j| found.shear_viscosity(j));
+    assert_eq!(shear_viscosities, [None, Some(found.fit.values[1] / 2.0)]);
 }
