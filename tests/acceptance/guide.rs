@@ -335,6 +335,26 @@ fn the_shaken_muscle_has_the_resonance_of_the_gallery() {
     assert!((light - 16.953).abs() < 2e-3, "{light}");
 }
 
+/// The folds of the curve; curves with steps of half the size have them within 1e-6.
+#[test]
+fn the_hardening_strip_jumps_where_the_gallery_says() {
+    let folder = tempfile::tempdir().expect("a folder");
+    copy_examples(folder.path());
+    let run = myovib_in(folder.path(), &["run", "periodic.toml", "--quiet"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let text = fs::read_to_string(folder.path().join("out/continuation.csv")).expect("a table");
+    let rows = text.lines().skip(1).map(|line| -> Vec<f64> {
+        line.split(',').map(|cell| cell.parse().expect("a number")).collect()
+    });
+    let (folds, others): (Vec<_>, Vec<_>) = rows.partition(|row| row[2] == 1.0);
+    assert_eq!(folds.len(), 2);
+    // The printed digits.
+    for (fold, frequency) in folds.iter().zip([19.17, 18.59]) {
+        assert!((fold[0] - frequency).abs() < 5e-3, "{fold:?}");
+    }
+    assert!(others.iter().any(|row| row[4] == 0.0), "no unstable state");
+}
+
 /// The moduli were computed from these constants and rounded to 0.1 Pa, 1e-4 of their value.
 #[test]
 fn the_springpot_of_the_gallery_is_the_published_one() {
