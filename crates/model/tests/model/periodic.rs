@@ -6,24 +6,26 @@ use std::sync::atomic::AtomicBool;
 
 use myovib_dae::{Problem, StepError, Tolerances, VariableKind};
 use myovib_model::periodic::{
-    Continuation, Interval, PeriodMap, PeriodicState, Point, Shooting, balance, follow,
-    multipliers, shoot,
+    Continuation, Interval, Multipliers, PeriodMap, PeriodicState, Point, Shooting, balance,
+    follow, multipliers, shoot,
 };
 use myovib_model::start::Consistent;
-use myovib_model::{Integrator, ModelError, RadauIntegrator};
+use myovib_model::{Integrator, ModelError, RadauIntegrator, run};
 use myovib_radau::{RadauOptions, SparseDirectSolver, StepSize};
 use myovib_sparse::SparseOptions;
 use num_complex::Complex64;
+use serde_json::Value;
 
 /// Relative tolerance of the integrator. The errors of the map are then about 1e-11, and the errors of differences 1e-7.
 const RTOL: f64 = 1e-13;
 /// Six digits of values of order 1.
 const SIX_DIGITS: f64 = 1e-6;
 
-/// The oscillator ẍ + d(x) ẋ + x + b x³ = F cos Ωt.
+/// The oscillator ẍ + (δ − μ (1 − x²)) ẋ + x + b x³ = F cos Ωt.
 #[derive(Clone, Copy)]
 struct Oscillator {
-    damping: fn(f64) -> f64,
+    damping: f64,
+    van_der_pol: f64,
     cubic: f64,
     force: f64,
     omega: f64,
@@ -39,12 +41,13 @@ enum Form {
 }
 
 fn duffing(form: Form) -> Oscillator {
-    Oscillator { damping: |_| 0.1, cubic: 1.0, force: 0.2, omega: 0.0, form }
+    Oscillator { damping: 0.1, van_der_pol: 0.0, cubic: 1.0, force: 0.2, omega: 0.0, form }
 }
 
 fn van_der_pol(force: f64) -> Oscillator {
     Oscillator {
-        damping: |x| -0.2 * (1.0 - x * x),
+        damping: 0.0,
+        van_der_pol: 0.2,
         cubic: 0.0,
         force,
         omega: 0.0,
@@ -58,7 +61,7 @@ impl Oscillator {
     }
 
     fn resistance(&self, x: f64, v: f64) -> f64 {
-        (self.damping)(x) * v + x + self.cubic * x.powi(3)
+        (self.damping - self.van_der_pol * (1.0 - x * x)) * v + x + self.cubic * x.powi(3)
     }
 }
 
@@ -166,12 +169,12 @@ fn guess(dae: Oscillator, [x, v]: [f64; 2]) -> Vec<f64> {
     }
 }
 
-fn found(dae: Oscillator, omega: f64, near: [f64; 2]) -> (PeriodicState, Vec<Complex64>) {
+fn found(dae: Oscillator, omega: f64, near: [f64; 2]) -> (PeriodicState, Multipliers) {
     let shooting = shooting(dae);
     let mut map = |state: &[f64]| map(dae, state, omega);
     let found = shoot(&mut map, &guess(dae, near), &shooting).unwrap();
     let leading = multipliers(&mut map, &found.state, &shooting, 2).unwrap();
-    (found, leading.values)
+    (found, leading)
 }
 
 /// Returns the points of a curve and the reason why it ends inside the range.
@@ -205,33 +208,106 @@ fn assert_close(found: f64, expected: f64) {
     assert!((found - expected).abs() < SIX_DIGITS, "{found} {expected}");
 }
 
-/// Ω, (x(0), x'(0)), leading multiplier, guess.
-type Row = (f64, [f64; 2], (f64, f64), [f64; 2]);
+/// Returns the rows of a table of the references.
+fn rows(table: &str) -> Vec<Value> {
+    let text = include_str!("../../../../data/references/s13_10_periodic_orbits.json");
+    let case: Value = serde_json::from_str(text).unwrap();
+    case.pointer(table).unwrap().as_array().unwrap().clone()
+}
 
-/// At Ω = 1.4 three states exist.
-const DUFFING: [Row; 4] = [
-    (0.9, [0.49750720810, 0.11313328180], (-0.1757413745, 0.6831024156), [0.0, 0.0]),
-    (1.4, [0.63621448140, 1.37947090874], (0.6396284447, 0.4788213523), [0.6, 1.4]),
-    (1.4, [-0.69532311105, 1.11253193477], (1.5567839668, 0.0), [-0.7, 1.1]),
-    (1.4, [-0.21134045523, 0.04500057368], (-0.0617441858, 0.7966066094), [0.0, 0.0]),
-];
+fn number(row: &Value, key: &str) -> f64 {
+    row[key].as_f64().unwrap()
+}
 
+/// Finds a state near the first two digits of a row, and checks it with its multipliers and stability. Returns Ω and the state.
+fn expect_row(dae: Oscillator, row: &Value) -> (f64, Vec<f64>) {
+    let omega = number(row, "Omega");
+    let expected = ["x0", "v0"].map(|key| number(row, key));
+    let (state, leading) = found(dae, omega, expected.map(|value| (100.0 * value).round() / 100.0));
+    let own = xv(dae, &state.state);
+    (0..2).for_each(|i| assert_close(own[i], expected[i]));
+    for value in row["multipliers"].as_array().unwrap() {
+        let expected = Complex64::new(value[0].as_f64().unwrap(), value[1].as_f64().unwrap());
+        let is_found = leading.values.iter().any(|own| (own - expected).norm() < SIX_DIGITS);
+        assert!(is_found, "{omega}: {expected} {leading:?}");
+    }
+    // Limits of stability are neither stable nor unstable.
+    assert_eq!(leading.is_stable(), row["stable"].as_bool(), "{omega}: {leading:?}");
+    (omega, state.state)
+}
+
+/// Returns λ at the end of a period of the oscillator of index 3.
+fn multiplier_at_end(mut dae: Oscillator, omega: f64, state: &[f64]) -> f64 {
+    dae.omega = omega;
+    let end = TAU / omega;
+    let [mut y, y_dot] = dae.consistent(0.0, state).unwrap();
+    let interval = Interval { times: [0.0, end], fixed_step: None, tolerance_factor: 1.0 };
+    let mut integrator = start(dae, interval, &y, &y_dot).unwrap();
+    run(&mut *integrator, &mut []).unwrap();
+    integrator.dense_output(end, 0, &mut y).unwrap();
+    y[4]
+}
+
+/// Between the folds, three states exist.
 #[test]
 fn states_of_a_duffing_oscillator_of_index_0_and_3_have_their_multipliers() {
     for form in [Form::Explicit, Form::Constrained] {
         let dae = duffing(form);
-        for (omega, expected, (re, im), near) in DUFFING {
-            let (state, multipliers) = found(dae, omega, near);
-            let own = xv(dae, &state.state);
-            (0..2).for_each(|i| assert_close(own[i], expected[i]));
-            assert_close(multipliers[0].re, re);
-            assert_close(multipliers[0].im, im);
-            // The determinant of the monodromy matrix of the free coordinates.
-            let determinant = (multipliers[0] * multipliers[1]).re;
-            assert_close(determinant, (-0.1 * TAU / omega).exp());
+        for row in rows("/A_duffing/rows") {
+            let (omega, state) = expect_row(dae, &row);
+            if let Form::Constrained = form {
+                assert_close(multiplier_at_end(dae, omega, &state), number(&row, "dae_lambda_0"));
+            }
         }
     }
 }
+
+/// Checks the locked states of weak forcing, the small unstable states that no continuation of locked states meets, and the states
+/// of strong forcing, with the two where a pair of multipliers is on the unit circle: beyond them, motions are quasi-periodic.
+#[test]
+fn states_of_a_forced_van_der_pol_oscillator_have_their_multipliers() {
+    for (force, table) in [
+        (0.15, "/C_van_der_pol_forced_weak/rows"),
+        (0.15, "/C_van_der_pol_forced_weak/rows_of_the_other_branch"),
+        (0.8, "/D_van_der_pol_forced_strong/rows"),
+        (0.8, "/D_van_der_pol_forced_strong/torus_points"),
+    ] {
+        for row in rows(table) {
+            expect_row(van_der_pol(force), &row);
+        }
+    }
+}
+
+/// Checks limit cycles without a load. Their period T is an unknown: the state (x, v, T) repeats if x and v do, and v = 0, at
+/// the maximum of x. One multiplier is 1.
+#[test]
+fn free_van_der_pol_oscillators_have_their_periods() {
+    for row in rows("/B_van_der_pol_free") {
+        let [mu, cubic, period, largest] =
+            ["mu", "a", "period", "max_abs_x"].map(|key| number(&row, key));
+        let dae = Oscillator { van_der_pol: mu, cubic, ..van_der_pol(0.0) };
+        let mut repeated = |y: &[f64]| {
+            let end = map(dae, &y[..2], TAU / y[2])?;
+            Ok(vec![end[0], end[1], y[2] + y[1]])
+        };
+        let shooting = Shooting { scales: vec![1.0; 3], ..shooting(dae) };
+        let near = [2.0, 0.0, (10.0 * period).round() / 10.0];
+        let found = shoot(&mut repeated, &near, &shooting).unwrap().state;
+        assert_close(found[0], largest);
+        assert_close(found[2], period);
+        let shooting = Shooting { scales: vec![1.0; 2], ..shooting };
+        let mut map = |state: &[f64]| map(dae, state, TAU / found[2]);
+        let leading = multipliers(&mut map, &found[..2], &shooting, 2).unwrap();
+        for (own, expected) in leading.values.iter().zip(row["multipliers"].as_array().unwrap()) {
+            assert_close(own.re, expected.as_f64().unwrap());
+            assert_eq!(own.im, 0.0);
+        }
+        assert_eq!(leading.is_stable(), None);
+    }
+}
+
+/// Ω and (x(0), x'(0)) of a state of small amplitude, a row of the references.
+const SMALL: (f64, [f64; 2]) = (1.4, [-0.21134045523, 0.04500057368]);
 
 /// Checks the state of small amplitude at Ω = 1.4, where the linear oscillator is a good approximation, and the resonance at
 /// Ω = 0.9, where the balance fails.
@@ -245,10 +321,10 @@ fn harmonic_balance_finds_motions_that_are_nearly_linear() {
         balance(&mut dae, &mut matrices, times, &[0.0; 2], &[0..1, 1..2], 1e-9, Some(&flag))
     };
     let at = |omega: f64| balanced(Oscillator { omega, ..duffing(Form::Explicit) }, false).unwrap();
-    let (omega, expected, ..) = DUFFING[3];
+    let (omega, expected) = SMALL;
     let found = at(omega).unwrap();
     (0..2).for_each(|i| assert_close(found[i], expected[i]));
-    assert_eq!(at(DUFFING[0].0), None);
+    assert_eq!(at(0.9), None);
     // Regression: NaN counted as converged.
     let undefined = Oscillator { omega, cubic: f64::NAN, ..duffing(Form::Explicit) };
     assert!(!matches!(balanced(undefined, false), Ok(Some(_))));
@@ -271,7 +347,7 @@ fn a_state_that_becomes_nan_is_not_periodic() {
 fn a_deviation_costs_no_more_fixed_steps() {
     let dae = Oscillator { omega: 1.4, ..duffing(Form::Constrained) };
     let mut map = PeriodMap::new(dae, start, [0.0, TAU / 1.4], &[0.0; 5]).unwrap();
-    let small = guess(dae, DUFFING[3].1);
+    let small = guess(dae, SMALL.1);
     let expected = map.map(&small).unwrap();
     let adaptive = map.counts().steps;
     map.set_steps(Some(2 * adaptive));
@@ -327,19 +403,5 @@ fn locking_of_a_van_der_pol_oscillator_ends_at_its_folds() {
         assert!(matches!(failure, Some(ModelError::CurveTooLong { .. })));
         let own = curve.iter().find(|point| point.is_fold).unwrap();
         expect_folds(dae, &[own], &[fold]);
-    }
-}
-
-/// Beyond the torus bifurcation at Ω = 1.245 the state is unstable.
-#[test]
-fn a_strongly_forced_van_der_pol_oscillator_loses_stability_on_a_torus() {
-    let dae = van_der_pol(0.8);
-    for (omega, near, (re, im)) in [
-        (1.2, [-1.8, -0.1], (0.4058682321, 0.6016159585)),
-        (1.3, [-1.1, -0.3], (0.1484911577, 1.1869529648)),
-    ] {
-        let (_, multipliers) = found(dae, omega, near);
-        assert_close(multipliers[0].re, re);
-        assert_close(multipliers[0].im, im);
     }
 }
