@@ -41,7 +41,7 @@ fn description(found: &Periodic) -> String {
         match found.is_stable {
             Some(true) => "stable",
             Some(false) => "unstable",
-            None => "neither stable nor unstable",
+            None => "of unresolved stability",
         },
         found.spectral_radius,
         multipliers.join(", "),

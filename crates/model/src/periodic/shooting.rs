@@ -197,11 +197,16 @@ impl Multipliers {
         self.values.first().map_or(0.0, |value| value.norm())
     }
 
-    /// Returns whether all multipliers are inside the unit circle; `None` if the largest is on it to the
-    /// [`resolution`](Self::resolution), as without damping.
+    /// Returns the error of the largest magnitude.
+    pub fn error(&self) -> f64 {
+        self.residuals.first().map_or(self.resolution, |left| left.max(self.resolution))
+    }
+
+    /// Returns whether all multipliers are inside the unit circle; `None` if the largest is on it to its
+    /// [`error`](Self::error), as without damping.
     pub fn is_stable(&self) -> Option<bool> {
         let distance = self.spectral_radius() - 1.0;
-        (distance.abs() > self.resolution).then_some(distance < 0.0)
+        (distance.abs() > self.error()).then_some(distance < 0.0)
     }
 }
 

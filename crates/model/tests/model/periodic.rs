@@ -405,3 +405,14 @@ fn locking_of_a_van_der_pol_oscillator_ends_at_its_folds() {
         expect_folds(dae, &[own], &[fold]);
     }
 }
+
+/// Regression: the errors of multipliers that Arnoldi's method had not resolved were ignored.
+#[test]
+fn stability_is_unknown_within_the_error_of_the_multiplier() {
+    let of = |radius: f64, left: f64| {
+        let values = vec![Complex64::new(radius, 0.0)];
+        Multipliers { values, residuals: vec![left], resolution: 1e-6 }.is_stable()
+    };
+    let found = [of(0.9, 0.01), of(1.1, 0.01), of(0.999, 0.01), of(1.001, 0.01), of(1.001, 0.0)];
+    assert_eq!(found, [Some(true), Some(false), None, None, Some(false)]);
+}

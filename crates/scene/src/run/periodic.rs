@@ -395,6 +395,7 @@ impl Task for Write<'_> {
         let mut samples = Samples::new(&readings, period.times, n, y.len());
         map.observed(&found.periodic.state, &mut [&mut samples])?;
         let rows = samples.rows;
+        let note = note.or_else(|| unresolved(&found.leading));
         let shooting = (&found.shooting, tolerance_factor);
         let curve =
             branch.map(|branch| branch.follow(scene, options, shooting, &found.periodic.state));
@@ -434,6 +435,18 @@ impl Task for Write<'_> {
         let result = document::finish(&folder, scene, document, outcome, notes)?;
         Ok(RunResult { periodic: Some(found), ..result })
     }
+}
+
+/// Returns a note if the stability is not resolved.
+fn unresolved(leading: &Multipliers) -> Option<String> {
+    leading.is_stable().is_none().then(|| {
+        format!(
+            "the stability of the periodic state is not resolved: the largest |multiplier| is {:.6} with an error of {:.1e}; without \
+             damping it is 1, so add damping, or decrease `periodic.tolerance` to reduce the error",
+            leading.spectral_radius(),
+            leading.error(),
+        )
+    })
 }
 
 /// Returns the harmonics of all probes; the last row is the end of the period.

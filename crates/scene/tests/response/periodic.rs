@@ -244,6 +244,19 @@ fn an_unlocked_chain_has_only_an_unstable_state() {
     }
 }
 
+/// Checks a body without damping, whose multipliers are on the unit circle.
+///
+/// Regression: the reason why the stability is unknown was not reported.
+#[test]
+fn stability_without_damping_is_reported_as_unresolved() {
+    let text = body("bulk_modulus = 1e6\nformulation = \"displacement\"", "", 2.0);
+    let out = tempfile::tempdir().unwrap();
+    let scene = built(&text, &["analysis=periodic", "solid.rayleigh_mass=0.0"]).unwrap();
+    let result = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+    assert_eq!(result.periodic.unwrap().is_stable, None);
+    assert_eq!(result.notes.len(), 1, "{:?}", result.notes);
+}
+
 /// Regression: the error did not name the free motion of a body that a constant force moves without end.
 #[test]
 fn the_free_motion_of_a_body_without_a_periodic_state_is_reported() {
