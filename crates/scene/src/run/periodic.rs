@@ -1,6 +1,5 @@
 //! Periodic state: one table per probe with the values over a period.
 
-use std::cell::Cell;
 use std::ops::Range;
 
 use myovib_model::coupling::{Oscillators, Recorder, Recording, Source};
@@ -24,6 +23,7 @@ use crate::result_folder::FolderRequest;
 use crate::scene_file::periodic::Periodic as PeriodicSettings;
 use crate::state::State;
 use crate::system::System;
+use crate::watch::Watcher;
 use crate::{Error, Scene};
 
 /// Factor by which a deviation from an unstable state grows before the motion counts as having left the state.
@@ -134,87 +134,22 @@ impl Search<'_> {
             map_error: self.period.rtol,
             ..Shooting::new(map.differential().iter().map(scale).collect())
         };
-        self.refine(map, state, &end, (n_steps, shooting))
-    }
-
-    /// Finds the periodic state near `found`, which becomes `end` after a period of `n_steps` adaptive steps. Steps are fixed
-    /// for the search, and adaptive for its test.
-    fn refine<P: System + Consistent + Clone, S: StartInterval<P>>(
-        &self,
-        map: &mut PeriodMap<P, S>,
-        found: &[f64],
-        end: &[f64],
-        (mut n_steps, shooting): (u64, Shooting),
-    ) -> Result<Found, ModelError> {
-        let interrupt = self.options.interrupt;
-        let with_fixed_steps = Shooting {
-            map_error: FIXED_STEP_ERROR * self.period.rtol,
-            is_one_sided: true,
-            ..shooting.clone()
+        let mut refinement = Refinement {
+            fixed: Shooting {
+                map_error: FIXED_STEP_ERROR * self.period.rtol,
+                is_one_sided: true,
+                ..shooting.clone()
+            },
+            smallest: shooting.residual(state, &end),
+            adaptive: shooting,
+            search: *self,
+            map,
+            n_steps,
+            doublings: 0,
         };
-        let mut residual = shooting.residual(found, end);
-        let (smallest, tolerance) = (Cell::new(residual), shooting.tolerance);
-        let watcher = self.options.watcher();
-        let evaluate = |map: &mut PeriodMap<P, S>, state: &[f64]| {
-            let (n, steps, residual) = (map.evaluations(), map.counts().steps, smallest.get());
-            watcher.progress.on_progress(&|| {
-                format!(
-                    "periodic: {n} periods integrated in {steps} steps, the ends differ by {residual:.1e} (tolerance {tolerance:.1e})"
-                )
-            });
-            let mut limits = Limits::new(f64::INFINITY, interrupt);
-            let end = map.observed(state, &mut [&mut limits])?;
-            smallest.set(residual.min(shooting.residual(state, &end)));
-            Ok(end)
-        };
-        let (mut found, mut iterations, mut doublings) = (found.to_vec(), 0, 0);
-        let is_met = |residual: f64| residual <= shooting.tolerance; // false for NaN
-        while !is_met(residual) {
-            map.set_steps(Some(n_steps));
-            let own = shoot(&mut |state| evaluate(map, state), &found, &with_fixed_steps);
-            map.set_steps(None);
-            match own {
-                Ok(own) => {
-                    iterations += own.iterations;
-                    // If the state also repeats in twice as many steps, the adaptive steps have the error.
-                    if own.iterations == 0 && doublings > 0 {
-                        let factor = TIGHTER * map.tolerance_factor();
-                        map.set_tolerance_factor(factor.max(SMALLEST_RTOL / self.period.rtol));
-                    }
-                    residual = shooting.residual(&own.state, &evaluate(map, &own.state)?);
-                    found = own.state;
-                }
-                Err(ModelError::PeriodStopped { .. }) if doublings < DOUBLINGS => {}
-                Err(error) => return Err(error),
-            }
-            if !is_met(residual) {
-                if doublings == DOUBLINGS {
-                    let map_error = with_fixed_steps.map_error;
-                    return Err(ModelError::NoPeriodicState { residual, tolerance, map_error });
-                }
-                (doublings, n_steps) = (doublings + 1, 2 * n_steps);
-            }
-        }
-        let count = self.settings().multipliers;
-        // Deviations from the state may need shorter steps, and at kinks adaptive steps.
-        let leading = loop {
-            let (steps, shooting) = match doublings <= DOUBLINGS {
-                true => (Some(n_steps), &with_fixed_steps),
-                false => (None, &shooting),
-            };
-            map.set_steps(steps);
-            let mut with_steps = |state: &[f64]| evaluate(map, state);
-            let leading = multipliers(&mut with_steps, &found, shooting, count);
-            map.set_steps(None);
-            match leading {
-                Err(ModelError::PeriodStopped { .. }) if doublings <= DOUBLINGS => {
-                    (doublings, n_steps) = (doublings + 1, 2 * n_steps);
-                }
-                leading => break leading?,
-            }
-        };
-        let periodic = PeriodicState { state: found, residual, iterations };
-        Ok(Found { shooting, periodic, leading })
+        let periodic = refinement.state(state, &end)?;
+        let leading = refinement.multipliers(&periodic.state)?;
+        Ok(Found { shooting: refinement.adaptive, periodic, leading })
     }
 
     /// Finds a periodic state near the motion from `state` after the requested number of periods, or after more periods until it
@@ -274,6 +209,108 @@ impl Search<'_> {
             }
             Err(error) => Err(error),
         }
+    }
+}
+
+/// Refinement of a state to a periodic state. Steps are fixed for its search, and adaptive for its test.
+struct Refinement<'a, 'm, P, S> {
+    search: Search<'a>,
+    map: &'m mut PeriodMap<P, S>,
+    /// Options for adaptive and for fixed steps.
+    adaptive: Shooting,
+    fixed: Shooting,
+    /// Number of fixed steps of a period, and how often it has been doubled.
+    n_steps: u64,
+    doublings: usize,
+    /// Smallest residual of all states.
+    smallest: f64,
+}
+
+impl<P: System + Consistent + Clone, S: StartInterval<P>> Refinement<'_, '_, P, S> {
+    /// Finds the periodic state near `found`, which becomes `end` after a period of adaptive steps.
+    fn state(&mut self, found: &[f64], end: &[f64]) -> Result<PeriodicState, ModelError> {
+        let tolerance = self.adaptive.tolerance;
+        let is_met = |residual: f64| residual <= tolerance; // false for NaN
+        let residual = self.adaptive.residual(found, end);
+        let mut found = PeriodicState { state: found.to_vec(), residual, iterations: 0 };
+        while !is_met(found.residual) {
+            match self.with_fixed_steps(&found.state) {
+                Ok(next) => {
+                    // If the state also repeats in twice as many steps, the adaptive steps have the error.
+                    if next.iterations == 0 && self.doublings > 0 {
+                        self.tighten();
+                    }
+                    let end = self.end(&next.state)?;
+                    let residual = self.adaptive.residual(&next.state, &end);
+                    let iterations = found.iterations + next.iterations;
+                    found = PeriodicState { state: next.state, residual, iterations };
+                }
+                Err(ModelError::PeriodStopped { .. }) if self.doublings < DOUBLINGS => {}
+                Err(error) => return Err(error),
+            }
+            if !is_met(found.residual) {
+                if self.doublings == DOUBLINGS {
+                    let (residual, map_error) = (found.residual, self.fixed.map_error);
+                    return Err(ModelError::NoPeriodicState { residual, tolerance, map_error });
+                }
+                self.double();
+            }
+        }
+        Ok(found)
+    }
+
+    /// Finds the state that repeats with fixed steps.
+    fn with_fixed_steps(&mut self, near: &[f64]) -> Result<PeriodicState, ModelError> {
+        let fixed = self.fixed.clone();
+        self.map.set_steps(Some(self.n_steps));
+        let found = shoot(&mut |state| self.end(state), near, &fixed);
+        self.map.set_steps(None);
+        found
+    }
+
+    /// Returns the leading multipliers. Deviations from the state may need shorter steps, and at kinks adaptive steps.
+    fn multipliers(&mut self, state: &[f64]) -> Result<Multipliers, ModelError> {
+        let count = self.search.settings().multipliers;
+        loop {
+            let is_fixed = self.doublings <= DOUBLINGS;
+            let shooting = match is_fixed {
+                true => self.fixed.clone(),
+                false => self.adaptive.clone(),
+            };
+            self.map.set_steps(is_fixed.then_some(self.n_steps));
+            let leading = multipliers(&mut |state| self.end(state), state, &shooting, count);
+            self.map.set_steps(None);
+            match leading {
+                Err(ModelError::PeriodStopped { .. }) if is_fixed => self.double(),
+                leading => return leading,
+            }
+        }
+    }
+
+    /// Integrates a period from a state and reports the progress.
+    fn end(&mut self, state: &[f64]) -> Result<Vec<f64>, ModelError> {
+        let (n, steps) = (self.map.evaluations(), self.map.counts().steps);
+        let (smallest, tolerance) = (self.smallest, self.adaptive.tolerance);
+        let Watcher { progress, interrupt } = self.search.options.watcher();
+        progress.on_progress(&|| {
+            format!(
+                "periodic: {n} periods integrated in {steps} steps, the ends differ by {smallest:.1e} (tolerance {tolerance:.1e})"
+            )
+        });
+        let mut limits = Limits::new(f64::INFINITY, interrupt);
+        let end = self.map.observed(state, &mut [&mut limits])?;
+        self.smallest = smallest.min(self.adaptive.residual(state, &end));
+        Ok(end)
+    }
+
+    fn double(&mut self) {
+        (self.doublings, self.n_steps) = (self.doublings + 1, 2 * self.n_steps);
+    }
+
+    fn tighten(&mut self) {
+        let factor = TIGHTER * self.map.tolerance_factor();
+        let smallest = SMALLEST_RTOL / self.search.period.rtol;
+        self.map.set_tolerance_factor(factor.max(smallest));
     }
 }
 
