@@ -67,11 +67,12 @@ impl Period {
             None => own.oscillators.rtol,
         };
         let needed = INTEGRATOR * wanted.tolerance;
+        let factors = [own.rtol, own.oscillators.rtol].map(|rtol| f64::min(1.0, needed / rtol));
         let Some([frequency, start]) = scene.repetition else {
             return Err(InputError::new("the scene has no periodic state").into());
         };
         Ok(Self {
-            scene: scene.with_scaled_tolerances(f64::min(1.0, needed / rtol)),
+            scene: scene.with_scaled_tolerances(factors),
             times: [start, start + 1.0 / frequency],
             frequency,
             rtol: rtol.min(needed),

@@ -221,12 +221,12 @@ impl Scene {
     pub fn with_looser_tolerances(&self) -> Self {
         let integrator = &self.file.integrator;
         let largest = integrator.rtol.max(integrator.oscillators.rtol);
-        self.with_scaled_tolerances(loosening(integrator.method, largest))
+        self.with_scaled_tolerances([loosening(integrator.method, largest); 2])
     }
 
-    /// Returns the scene with all tolerances multiplied by a factor.
+    /// Returns the scene with the tolerances of the body, and of rod and oscillators, multiplied by these factors.
     #[must_use]
-    pub(crate) fn with_scaled_tolerances(&self, factor: f64) -> Self {
+    pub(crate) fn with_scaled_tolerances(&self, [factor, of_oscillators]: [f64; 2]) -> Self {
         let mut scene = self.clone();
         let integrator = &mut scene.file.integrator;
         integrator.rtol *= factor;
@@ -234,8 +234,8 @@ impl Scene {
         for block in [&mut atol.u, &mut atol.v, &mut atol.p, &mut atol.p_rate] {
             *block = block.map(|atol| factor * atol);
         }
-        integrator.oscillators.rtol *= factor;
-        integrator.oscillators.atol *= factor;
+        integrator.oscillators.rtol *= of_oscillators;
+        integrator.oscillators.atol *= of_oscillators;
         if let Some(body) = &mut scene.body {
             let settings = body.settings.clone();
             body.settings = settings.with_relative_tolerance(integrator.rtol);

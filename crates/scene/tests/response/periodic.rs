@@ -9,7 +9,7 @@ use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::{Error, Scene};
 use num_complex::Complex64;
 
-use crate::{column, error, response, response_of};
+use crate::{column, error, number, reference, response, response_of};
 
 const FREQUENCY: f64 = 20.0;
 
@@ -242,6 +242,84 @@ fn an_unlocked_chain_has_only_an_unstable_state() {
         // The amplitude of the limit cycle is 2.
         assert_eq!(radius > 1.0, is_stable, "{radius}");
     }
+}
+
+/// Returns a built-in scene with probes of the driven point and of the chain, sampled at 32 times of a period of 8 Hz.
+fn figure(name: &str, set: &[&str]) -> Scene {
+    let (kind, at) = match name {
+        "figure3" => ("rod", "0.05"),
+        _ => ("point", "[0.0, 0.0]"),
+    };
+    let probes = format!(
+        "probe=[{{ name = \"point\", type = \"{kind}\", at = {at}, interval = 0.00390625 }}, \
+         {{ name = \"chain\", type = \"coherence\", chain = \"chain\", interval = 0.00390625 }}]"
+    );
+    let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).chain([probes]).collect();
+    Scene::built_in(name, &set).unwrap()
+}
+
+/// Returns the rows of both probes over the last period, sampled at 33 times.
+fn last_period(name: &str, set: &[&str]) -> (Option<Periodic>, [Vec<Vec<f64>>; 2]) {
+    let out = tempfile::tempdir().unwrap();
+    let result = compute(&figure(name, set), &RunOptions::into_folder(out.path())).unwrap();
+    let tables = ["point", "chain"].map(|name| {
+        let text = std::fs::read_to_string(out.path().join(format!("{name}.csv"))).unwrap();
+        let table = Table::parse(&text).unwrap();
+        let rows = table.rows.iter().map(|row| table.numbers(row).unwrap());
+        let rows: Vec<Vec<f64>> = rows.collect();
+        rows[rows.len() - 33..].to_vec()
+    });
+    (result.periodic, tables)
+}
+
+/// Checks the rod of Figure 3 against the closed form of its elements, and rod and chain against the end of the motion, with a gain at
+/// which the chain follows. The deviation decays by 0.67 in each of 160 periods.
+#[test]
+fn figure_3_has_the_periodic_state_to_which_it_settles() {
+    let set =
+        ["analysis=periodic", "periodic.samples=32", "periodic.multipliers=1", "chain[0].gain=3e4"];
+    let (found, own) = last_period("figure3", &set);
+    let found = found.unwrap();
+    assert_eq!(found.is_stable, Some(true));
+    let (_, settled) = last_period("figure3", &["time.end=20.0", "chain[0].gain=3e4"]);
+    for (own, settled) in own.iter().zip(&settled) {
+        for k in 1..own[0].len() {
+            let size = settled.iter().fold(0.0, |size: f64, row| size.max(row[k].abs()));
+            for (own, settled) in own.iter().zip(settled) {
+                // The tolerance of the periodic state, divided by 1 − 0.67.
+                let error = (own[k] - settled[k]).abs();
+                assert!(error < 3e-6 * size, "column {k}: {} {}", own[k], settled[k]);
+            }
+        }
+    }
+    let case = reference("s13_02_rod.json");
+    let row = case["rows"].as_array().unwrap().iter().find(|row| row["f_hz"] == 8).unwrap();
+    let exact = &row["strain_form"]["x=0.05"]["ten_linear_elements"];
+    let exact = number(&exact["re"]).hypot(number(&exact["im"]));
+    // The load rises to 1 − 1/(1 + e^8). The integrator has a relative tolerance of 1e-8.
+    let height = 1.0 - 1.0 / (1.0 + 8.0_f64.exp());
+    let found = of(&found, "u").amplitudes[0];
+    assert!((found / (height * exact) - 1.0).abs() < 1e-8, "{found} {exact}");
+}
+
+/// Checks the muscle of Figure 7 against the response by an independent finite element program, with a gain at which its chain follows.
+///
+/// Regression: the tolerances of the chain were below the rounding errors of the load, so that the steps of muscle and chain
+/// stayed at 3e-9 s.
+#[test]
+fn figure_7_has_the_response_of_its_muscle() {
+    let set = ["analysis=periodic", "periodic.samples=32", "periodic.multipliers=1"];
+    let (found, _) = last_period("figure7", &[&set[..], &["chain[0].gain=7e5"]].concat());
+    let found = found.unwrap();
+    assert_eq!(found.is_stable, Some(true));
+    let case = reference("s13_07_muscle_frf.json");
+    let all = case["results"].as_array().unwrap();
+    let own = all.iter().find(|own| own["kappa"] == 1e5 && own["damping"] == "beta1e-4").unwrap();
+    let row = own["rows"].as_array().unwrap().iter().find(|row| row[0] == 8).unwrap();
+    let expected = number(&row[1]).hypot(number(&row[2]));
+    let found = of(&found, "u_y").amplitudes[0];
+    // Strains of 1 % change the amplitude by terms of the order of their square, and the load rises to 1 − 1/(1 + e^8).
+    assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
 }
 
 /// Checks a body without damping, whose multipliers are on the unit circle.
