@@ -240,13 +240,21 @@ pub(crate) fn attempt(
     path: &Path,
     experiments: Vec<(PathBuf, Vec<String>)>,
 ) -> Result<FitResult, Error> {
+    attempt_to(1e-5, path, experiments)
+}
+
+pub(crate) fn attempt_to(
+    tolerance: f64,
+    path: &Path,
+    experiments: Vec<(PathBuf, Vec<String>)>,
+) -> Result<FitResult, Error> {
     compute(&FitOptions {
         scene: path.to_owned(),
         set: Vec::new(),
         experiments,
         out: path.with_file_name("fit"),
         existing: Existing::Overwrite,
-        tolerance: 1e-5,
+        tolerance,
         max_iterations: 30,
         starts: 1,
         seed: 0,

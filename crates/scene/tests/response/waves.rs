@@ -4,8 +4,10 @@ use std::fmt::Write;
 use std::path::Path;
 
 use myovib_scene::fit::Outcome;
+use serde_json::Value;
 
-use crate::fits::{CONSTANTS, RHEOMETER, TRUE, attempt, fit, written};
+use crate::fits::{CONSTANTS, RHEOMETER, TRUE, attempt, attempt_to, fit, written};
+use crate::{number, reference};
 
 /// Returns the rheometer with a wave of this density as its outputs.
 fn elastography(density: f64) -> String {
@@ -47,6 +49,112 @@ fn speeds_and_attenuations_of_waves_give_their_springpot() {
     for (value, exact) in found.fit.values.iter().zip(TRUE) {
         // Ten times the tolerance of the fit.
         assert!((value / exact - 1.0).abs() < 1e-4, "{value} {exact}");
+    }
+}
+
+/// Writes the table of a model of the references, with these relative standard deviations if any.
+fn table(model: &Value, noise: Option<f64>, file: &Path) {
+    let mut text = String::from("f,speed,attenuation,speed.noise,attenuation.noise\n");
+    for row in model["rows"].as_array().unwrap() {
+        let [f, speed, attenuation] =
+            ["f_hz", "speed_m_s", "attenuation_1_m"].map(|key| number(&row[key]));
+        let noise = [speed, attenuation]
+            .map(|x| noise.map_or(String::new(), |noise| (noise * x).to_string()));
+        writeln!(text, "{f:e},{speed:e},{attenuation:e},{},{}", noise[0], noise[1]).unwrap();
+    }
+    std::fs::write(file, text).unwrap();
+}
+
+/// Returns the scene of a material without inertia, to ten digits at 1 kHz.
+fn of_material(lines: &str) -> String {
+    let text = elastography(1100.0)
+        .replace("density = 1e-9", "density = 1e-20")
+        .replace("1..100:", "10..1000:");
+    let own = text.find("shear_modulus").unwrap();
+    let end = text.find("[[fixed]]").unwrap();
+    format!("{}{lines}\n{}", &text[..own], &text[end..])
+}
+
+/// Checks that fits of exact tables of plane waves at 10 to 1000 Hz return the constants, from twice their values.
+#[test]
+fn exact_tables_of_waves_give_the_constants_of_their_models() {
+    let case = reference("s13_03_plane_wave.json");
+    let folder = tempfile::tempdir().unwrap();
+    let spring = |shear: f64, modulus: f64, viscosity: f64, exponent: f64| {
+        format!(
+            "shear_modulus = {shear:e}\nspringpot = {{ modulus = {modulus:e}, viscosity = {viscosity:e}, exponent = {exponent:e} }}"
+        )
+    };
+    let branches = "shear_modulus = 12000.0\nprony = [{ relative_modulus = 1.2, relaxation_time = 0.02 }, \
+                    { relative_modulus = 0.8, relaxation_time = 0.002 }]";
+    let [shear, viscosity] = ["material[0].shear_modulus", "material[0].viscosity"];
+    let [modulus, exponent] = ["material[0].springpot.modulus", "material[0].springpot.exponent"];
+    let prony = [
+        shear,
+        "material[0].prony[0].relative_modulus",
+        "material[0].prony[0].relaxation_time",
+        "material[0].prony[1].relative_modulus",
+        "material[0].prony[1].relaxation_time",
+    ];
+    for (name, lines, keys, exact) in [
+        (
+            "springpot_relaxed",
+            spring(1e-13, 5360.0, 1.0, 0.506),
+            &[modulus, exponent][..],
+            &[2680.0, 0.253][..],
+        ),
+        (
+            "springpot_contracted",
+            spring(1e-13, 7740.0, 1.0, 0.54),
+            &[modulus, exponent][..],
+            &[3870.0, 0.27][..],
+        ),
+        (
+            "fractional_kelvin_voigt",
+            spring(1e4, 6000.0, 3.7, 0.6),
+            &[shear, modulus, exponent][..],
+            &[5000.0, 3000.0, 0.3][..],
+        ),
+        (
+            "kelvin_voigt",
+            "shear_modulus = 12000.0\nviscosity = 16.0".to_owned(),
+            &[shear, viscosity][..],
+            &[6000.0, 8.0][..],
+        ),
+        ("prony2", branches.to_owned(), &prony[..], &[6000.0, 0.6, 0.01, 0.4, 0.001][..]),
+    ] {
+        let path = written(folder.path(), &of_material(&lines), keys);
+        let data = folder.path().join("measured.csv");
+        table(&case["at_rest"]["models"][name], None, &data);
+        let found = attempt_to(1e-12, &path, vec![(data, Vec::new())]).unwrap();
+        assert_eq!(found.outcome(), Outcome::Converged, "{name}");
+        for (value, exact) in found.fit.values.iter().zip(exact) {
+            // Ten digits: rounding errors of 1e-15 of the table, amplified by the condition of the fit.
+            assert!((value / exact - 1.0).abs() < 1e-10, "{name}: {value} {exact}");
+        }
+    }
+}
+
+/// Only μ^(1−a) η^a and a of a plain springpot have an effect: along (a, −(1−a), 0), relative changes of μ, η and a cancel.
+#[test]
+fn waves_do_not_determine_modulus_and_viscosity_of_a_springpot() {
+    let case = reference("s13_03_plane_wave.json");
+    let folder = tempfile::tempdir().unwrap();
+    let keys =
+        ["modulus", "viscosity", "exponent"].map(|key| format!("material[0].springpot.{key}"));
+    let lines = "shear_modulus = 1e-13\nspringpot = { modulus = 2680.0, viscosity = 1.0, exponent = 0.253 }";
+    let path = written(folder.path(), &of_material(lines), &keys.each_ref().map(String::as_str));
+    let data = folder.path().join("measured.csv");
+    table(&case["at_rest"]["models"]["springpot_relaxed"], Some(0.01), &data);
+    let found = attempt(&path, vec![(data, Vec::new())]).unwrap();
+    let unknown = found.unknown();
+    assert_eq!(unknown.len(), 1, "{:?}", found.identifiability);
+    let a: f64 = 0.253;
+    let expected = [a, a - 1.0, 0.0].map(|share| share / a.hypot(1.0 - a));
+    let sign = expected[0].signum() * unknown[0].shares[0].signum();
+    for (own, expected) in unknown[0].shares.iter().zip(expected) {
+        // Rounding errors relative to the sensitivities of the other directions.
+        assert!((sign * own - expected).abs() < 1e-6, "{:?}", unknown[0]);
     }
 }
 
