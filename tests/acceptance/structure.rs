@@ -186,7 +186,7 @@ fn check_reports_the_cost_of_a_period() {
     assert!(text.contains(&format!("unknowns        {}", found["unknowns"])), "{text}");
 }
 
-/// For a harmonic response, `check` lists the harmonic loads and the cost of all frequencies.
+/// For a harmonic response, `check` lists the harmonic loads, the loads of the preload, and the cost of all frequencies.
 #[test]
 fn check_reports_the_cost_of_a_response() {
     let set = ["--set", "traction[0].response={ y = 1.0 }", "--set", "response.frequencies=[1, 2]"];
@@ -199,6 +199,14 @@ fn check_reports_the_cost_of_a_response() {
     let computed = document(&myovib_in(folder.path(), &wanted).stdout, "response");
     assert_eq!(found["unknowns"], computed["unknowns"], "{computed}");
     assert_eq!(found["harmonic"], serde_json::json!(["traction[0]"]));
+    assert_eq!(found["preload"], serde_json::json!([]), "about rest");
+    let preload = ["--set", "response.preload_time=0.0", "--set", "body_force=[{ y = -9.81 }]"];
+    let run = myovib(
+        &[&["check", "init", "--json", "--set", "analysis=response"], &set[..], &preload].concat(),
+    );
+    let about = &document(&run.stdout, "check")["response"];
+    assert_eq!(about["harmonic"], found["harmonic"]);
+    assert_eq!(about["preload"], serde_json::json!(["traction[0]", "body_force[0]"]));
     let [all, each] =
         ["seconds", "seconds_per_frequency"].map(|key| found[key].as_f64().expect("a time"));
     assert!(each > 0.0 && all == 2.0 * each, "{found}");

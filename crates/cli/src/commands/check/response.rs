@@ -1,4 +1,4 @@
-//! Cost of a harmonic response before it is computed.
+//! Loads and cost of a harmonic response before it is computed.
 
 use std::time::Instant;
 
@@ -28,9 +28,17 @@ pub(super) struct ResponseJson {
     seconds: f64,
     /// Loads and displacements with a harmonic part.
     harmonic: Vec<String>,
-    /// Time at which the loads of the preload are evaluated, s; null for a response about rest.
+    /// Loads, displacements and tensions with a static part, in the preload; empty for a response about rest.
+    preload: Vec<String>,
+    /// Time at which the preload is evaluated, s; null for a response about rest.
     preload_time: Option<f64>,
 }
+
+/// Tables of loads and displacements.
+const LOADS: [&str; 5] =
+    ["prescribed_displacement", "traction", "pressure", "body_force", "point_force"];
+/// Keys of their static parts, which may depend on time.
+const STATIC: [&str; 5] = ["x", "y", "z", "rotation", "value"];
 
 /// Solves for one frequency about rest, which costs as much as each frequency about a preload, and
 /// returns text and JSON.
@@ -55,16 +63,21 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
         unknowns: response.n_unknowns(),
         seconds_per_frequency: seconds,
         seconds: seconds * frequencies.unwrap_or(MAX_FREQUENCIES) as f64,
-        harmonic: harmonic(&scene.file)?,
+        harmonic: with_keys(&scene.file, &LOADS, &["response"])?,
+        preload: match wanted.preload_time {
+            None => Vec::new(),
+            Some(_) => preload(&scene.file)?,
+        },
         preload_time: wanted.preload_time,
     };
     let mut lines = vec![
         format!("harmonic        {}", found.harmonic.join(", ")),
         match found.preload_time {
             None => "preload         none: the body vibrates about rest".to_owned(),
-            Some(t) => {
-                format!("preload         all loads, displacements and tensions at t = {t} s")
+            Some(t) if found.preload.is_empty() => {
+                format!("preload         none at t = {t} s: no load has a static part")
             }
+            Some(t) => format!("preload         {} at t = {t} s", found.preload.join(", ")),
         },
     ];
     lines.extend(response.prediction().map(|needs| {
@@ -85,14 +98,20 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
     Ok((text, found))
 }
 
-/// Lists the loads and displacements with a harmonic part.
-fn harmonic(file: &SceneFile) -> anyhow::Result<Vec<String>> {
+/// Lists the loads, displacements and tensions with a static part.
+fn preload(file: &SceneFile) -> anyhow::Result<Vec<String>> {
+    let tensions = with_keys(file, &["material"], &["active"])?;
+    let tensions = tensions.into_iter().map(|material| format!("{material}.active"));
+    Ok(with_keys(file, &LOADS, &STATIC)?.into_iter().chain(tensions).collect())
+}
+
+/// Lists the entries of these tables that have one of these keys.
+fn with_keys(file: &SceneFile, tables: &[&str], keys: &[&str]) -> anyhow::Result<Vec<String>> {
     let file = serde_json::to_value(file)?;
-    let tables = file.as_object().into_iter().flatten();
-    let harmonic = tables.flat_map(|(key, entries)| {
-        let entries = entries.as_array().into_iter().flatten().enumerate();
-        let harmonic = entries.filter(|(_, entry)| !entry["response"].is_null());
-        harmonic.map(move |(i, _)| format!("{key}[{i}]"))
+    let found = tables.iter().flat_map(|table| {
+        let entries = file[*table].as_array().into_iter().flatten().enumerate();
+        let found = entries.filter(|(_, entry)| keys.iter().any(|key| !entry[*key].is_null()));
+        found.map(move |(i, _)| format!("{table}[{i}]"))
     });
-    Ok(harmonic.collect())
+    Ok(found.collect())
 }
