@@ -34,7 +34,9 @@ mod renamed;
 mod schema;
 mod source;
 
-use schemars::JsonSchema;
+use std::sync::LazyLock;
+
+use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
 pub use reference::reference;
@@ -233,12 +235,14 @@ pub struct Read {
 /// # Errors
 /// [`InputError`] with file, line, column, a snippet, and the expected value.
 pub fn read(name: &str, text: &str, overrides: &[String]) -> Result<Read, InputError> {
+    // Sweeps and curves of periodic states read their scene for each value.
+    static SCHEMA: LazyLock<Schema> = LazyLock::new(schema);
     let mut source = Source::parse(name, text)?;
     for assignment in overrides {
         source.assign(assignment)?;
     }
     renamed::check(&source)?;
-    check::check(source.value(), schema().as_value()).map_err(|problem| source.report(problem))?;
+    check::check(source.value(), SCHEMA.as_value()).map_err(|problem| source.report(problem))?;
     let scene = SceneFile::deserialize(source.value())
         .map_err(|e| InputError::new(e).at(name).next("see `myovib schema`"))?;
     Ok(Read { scene, source })
