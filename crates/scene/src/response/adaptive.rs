@@ -232,12 +232,13 @@ fn peaks(computed: &[f64], fitted: &Rational, sizes: &[f64]) -> Vec<(usize, Maxi
     let rows: Vec<Vec<Complex64>> = fine.iter().map(|f| fitted.at(*f, sizes.len())).collect();
     let mut peaks = Vec::new();
     for (curve, size) in sizes.iter().enumerate().filter(|(_, size)| **size > 0.0) {
-        let value = |f: f64| fitted.at(f, sizes.len())[curve];
-        let exact = |f: f64| value(f).norm();
         let amplitude = |k: usize| rows[k][curve].norm();
         if is_constant((0..fine.len()).map(amplitude)) {
             continue;
         }
+        let own = fitted.of_curve(curve);
+        let value = |f: f64| own.at(f, 1)[0];
+        let exact = |f: f64| value(f).norm();
         for k in 1..fine.len().saturating_sub(1) {
             let here = amplitude(k);
             if here <= SMALL * size || amplitude(k - 1) >= here || here < amplitude(k + 1) {

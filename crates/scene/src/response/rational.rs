@@ -84,6 +84,12 @@ impl Rational {
         last.unwrap_or_else(|| vec![Complex64::ONE; n])
     }
 
+    /// Returns the function of one curve.
+    pub(super) fn of_curve(&self, curve: usize) -> Self {
+        let values = self.values.iter().map(|values| vec![values[curve]]).collect();
+        Self { support: self.support.clone(), weights: self.weights.clone(), values }
+    }
+
     /// Returns the values of all curves; zeros without support points.
     pub(super) fn at(&self, f: f64, n_curves: usize) -> Vec<Complex64> {
         let mut above = vec![Complex64::ZERO; n_curves];
