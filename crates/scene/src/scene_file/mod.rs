@@ -243,9 +243,23 @@ pub fn read(name: &str, text: &str, overrides: &[String]) -> Result<Read, InputE
     }
     renamed::check(&source)?;
     check::check(source.value(), SCHEMA.as_value()).map_err(|problem| source.report(problem))?;
-    let scene = SceneFile::deserialize(source.value())
-        .map_err(|e| InputError::new(e).at(name).next("see `myovib schema`"))?;
+    let scene = SceneFile::deserialize(source.value()).map_err(|error| {
+        let other = || InputError::new(error).at(name).next("see `myovib schema`");
+        invalid_law(&source).unwrap_or_else(other)
+    })?;
     Ok(Read { scene, source })
+}
+
+/// Returns the error of the first material whose constants do not fit together, with the location of the constant that the
+/// error names.
+fn invalid_law(source: &Source) -> Option<InputError> {
+    let materials = source.value().get("material")?.as_array()?;
+    materials.iter().enumerate().find_map(|(i, own)| {
+        let error = material::Material::deserialize(own).err()?.to_string();
+        let constant = error.split_once(" = ").map_or("", |(name, _)| name);
+        let path = format!("material[{i}].{constant}");
+        Some(source.report(check::Problem::new(&path, InputError::new(error))))
+    })
 }
 
 #[cfg(test)]

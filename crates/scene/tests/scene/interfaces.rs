@@ -181,3 +181,20 @@ fn a_material_without_group_covers_the_rest() {
     let error = build(&overlapping).unwrap_err().to_string();
     assert!(error.contains("line 21"), "{error}");
 }
+
+/// Regression: errors of constants that do not fit together had no line.
+#[test]
+fn constants_of_laws_that_do_not_fit_together_are_located() {
+    let weights = |i| format!("b_{i} = {}.0\n", if i == 5 { 9 } else { 1 });
+    let weights: String = (1..=9).map(weights).collect();
+    for (constants, line) in [
+        ("law = \"mooney-rivlin\"\nc10 = 1e3\nc01 = -1100.0\n", "c01 = -1100.0"),
+        ("law = \"ogden\"\nmu_1 = 1e3\nalpha_1 = 0.0\n", "alpha_1 = 0.0"),
+        ("law = \"ogden\"\nalpha_1 = 2.0\nmu_1 = -1e3\n", "mu_1 = -1e3"),
+        (&format!("law = \"fung\"\nc = 1e3\n{weights}"), "b_5 = 9.0"),
+    ] {
+        let text = format!("[[material]]\ndensity = 1e3\n{constants}");
+        let error = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap_err().to_string();
+        assert!(error.contains(&format!(" | {line}")), "{error}");
+    }
+}

@@ -141,6 +141,52 @@ fn a_path_by_arc_length_with_too_few_steps_is_not_finished() {
     assert_eq!(found.document["load_reached"], *last);
 }
 
+/// Stretch at which a block of neo-Hooke's law between smooth plates buckles in plane strain. `a` is π/2 times its thickness over
+/// its length. The condition is that of Biot (Mechanics of Incremental Deformations, 1965).
+fn buckling_stretch(a: f64) -> f64 {
+    let is_stable = |square: f64| {
+        (1.0 + square * square).powi(2) * (a / square).tanh() > 4.0 * square * a.tanh()
+    };
+    let (mut low, mut high) = (0.3, 1.0 - 1e-3);
+    assert!(is_stable(high) != is_stable(low));
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        match is_stable(middle) == is_stable(low) {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    low.sqrt()
+}
+
+/// The path of homogeneous states meets the branch of bent states. The load of the bifurcation is exact within the error of the mesh,
+/// below 0.2 %.
+#[test]
+fn a_block_between_plates_buckles_at_the_published_stretch() {
+    for thickness in [0.02, 0.04] {
+        let stretch = buckling_stretch(std::f64::consts::FRAC_PI_2 * thickness / 0.1);
+        let text = format!(
+            "analysis = \"static\"\n[static]\nloads = [0.5, 0.998, 1.002, 1.01]\n[mesh]\ntype = \"rectangle\"\nwidth = {thickness}\n\
+             height = 0.1\ncells = [4, 16]\n[solid]\nbulk_modulus = inf\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\n\
+             shear_modulus = 1e4\n[[group]]\nname = \"corner\"\nmembers = \"points\"\ntype = \"sphere\"\ncenter = [0.0, 0.0]\n\
+             radius = 1e-9\n[[fixed]]\ngroup = \"corner\"\ncomponents = [\"x\"]\n[[fixed]]\ngroup = \"bottom\"\ncomponents = [\"y\"]\n\
+             [[prescribed_displacement]]\ngroup = \"top\"\ny = {}\n[[probe]]\nname = \"force\"\ntype = \"reaction\"\ngroup = \"top\"\n",
+            0.1 * (stretch - 1.0)
+        );
+        let (found, curve) = run(&text, Path::new(""), "force");
+        let points = found.document["critical_points"].as_array().unwrap();
+        assert_eq!(points.len(), 1, "{points:?}");
+        assert_eq!(points[0]["type"], "bifurcation");
+        assert_eq!(points[0]["loads"], serde_json::json!([0.998, 1.002]));
+        for (load, force) in curve["load"].iter().zip(&curve["R_y"]) {
+            let length = 1.0 + load * (stretch - 1.0);
+            let exact = 1e4 * thickness * (length - length.powi(-3));
+            // Newton's method converges to rounding.
+            assert!((force - exact).abs() < 1e-10, "{load}: {force} {exact}");
+        }
+    }
+}
+
 /// Number of cells along an edge of the octant.
 const SIDE: usize = 3;
 
