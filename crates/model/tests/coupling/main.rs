@@ -5,7 +5,6 @@ mod common;
 mod condensed;
 mod elsewhere;
 mod jacobian;
-mod limit_cycle;
 mod muscle_chain;
 mod places;
 mod replay;
