@@ -20,6 +20,7 @@ mod outputs;
 mod period;
 mod periodic;
 mod recorder;
+mod refinement;
 mod rehearsal;
 mod response;
 pub(crate) mod start;
