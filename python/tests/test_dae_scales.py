@@ -141,7 +141,7 @@ def test_the_first_step_that_a_message_names_passes_the_error_test(index, rtol, 
     with pytest.warns(UserWarning, match="`first_step=") as caught:
         s = solve_dae(*start, **arguments, t_eval=t_eval)
     assert s.nsteps == 0 and len(caught) == 1
-    # The other remedies do not repeat what the call contains.
+    # The other remedies are not in the call already.
     assert ("initial=" in s.message) == (index == 2)
     assert solve_dae(*start, **arguments, first_step=float(s.message.split("`first_step=")[1].split("`")[0])).success
 

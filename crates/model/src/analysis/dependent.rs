@@ -1,4 +1,4 @@
-//! Pressures of an incompressible body whose volume conditions follow from those of other pressures.
+//! Pressures of an incompressible body whose volume conditions follow from other conditions.
 
 use std::sync::Arc;
 

@@ -243,14 +243,14 @@ impl Builder<'_> {
         Ok(space)
     }
 
-    /// Ties pressures whose volume conditions follow from those of other pressures to their neighbors and adds a note.
+    /// Ties pressures whose volume conditions follow from other conditions to their neighbors and adds a note.
     fn with_independent_pressures(
         &self,
         space: Space,
         dofs: &DofMap,
     ) -> Result<Arc<Space>, InputError> {
         let mut space = Arc::new(space);
-        // A pressure may depend on those of another element, too, so that ties to neighbors do not suffice at once.
+        // Conditions of several elements may depend on each other, so that one pass does not suffice.
         for _ in 0..MAX_TIES {
             let dependent = self.at("mesh", dependent_pressures(&space, dofs))?;
             let Some(&first) = dependent.first() else {

@@ -142,7 +142,7 @@ fn a_path_by_arc_length_with_too_few_steps_is_not_finished() {
 }
 
 /// Stretch at which a block of neo-Hooke's law between smooth plates buckles in plane strain. `a` is π/2 times its thickness over
-/// its length. The condition is that of Biot (Mechanics of Incremental Deformations, 1965).
+/// its length. The condition is due to Biot (Mechanics of Incremental Deformations, 1965).
 fn buckling_stretch(a: f64) -> f64 {
     let is_stable = |square: f64| {
         (1.0 + square * square).powi(2) * (a / square).tanh() > 4.0 * square * a.tanh()

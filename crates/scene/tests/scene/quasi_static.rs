@@ -371,7 +371,7 @@ fn a_ligament_under_cyclic_strain_takes_a_few_steps_per_ramp() {
 }
 
 /// Returns the force on an incompressible ligament every 2.5 s: the stress of the law relaxes in the five Prony terms, exactly for
-/// stresses that are linear in each of the short steps.
+/// stresses linear in each of the short steps.
 fn ligament(strain: impl Fn(f64) -> f64) -> Vec<f64> {
     const PER_SECOND: u32 = 2000;
     let stress = |l: f64| {

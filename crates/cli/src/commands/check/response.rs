@@ -105,7 +105,7 @@ fn preload(file: &SceneFile) -> anyhow::Result<Vec<String>> {
     Ok(with_keys(file, &LOADS, &STATIC)?.into_iter().chain(tensions).collect())
 }
 
-/// Lists the entries of these tables that have one of these keys.
+/// Lists the entries of these tables with any of these keys.
 fn with_keys(file: &SceneFile, tables: &[&str], keys: &[&str]) -> anyhow::Result<Vec<String>> {
     let file = serde_json::to_value(file)?;
     let found = tables.iter().flat_map(|table| {
