@@ -66,11 +66,15 @@ impl Space {
     /// element, which it equals.
     #[must_use]
     pub fn with_pressures_tied(self, dependent: &[usize]) -> Self {
+        let mut is_dependent = vec![false; self.n_pressures()];
+        for &pressure in dependent {
+            is_dependent[pressure] = true;
+        }
         let mut equal_to: Vec<usize> = (0..self.n_pressures()).collect();
         for element in 0..self.n_elements() {
             let own = self.element_pressures(element);
-            if let Some(&other) = own.iter().find(|pressure| !dependent.contains(pressure)) {
-                for &pressure in own.iter().filter(|pressure| dependent.contains(pressure)) {
+            if let Some(&other) = own.iter().find(|&&pressure| !is_dependent[pressure]) {
+                for &pressure in own.iter().filter(|&&pressure| is_dependent[pressure]) {
                     equal_to[pressure] = other;
                 }
             }
@@ -138,6 +142,7 @@ mod tests {
         let (_, held) = space.with_held_pressures_tied(&dofs);
         assert_eq!(held, HeldPressures::default());
     }
+
     #[test]
     fn a_dependent_pressure_equals_an_independent_one_of_its_element() {
         let tied = Space::taylor_hood(&cube()).with_pressures_tied(&[0, 7]);

@@ -23,6 +23,14 @@ use crate::scene_file::{Analysis, SceneFile, mesh};
 /// Maximum number of times that undetermined pressures are tied.
 const MAX_TIES: usize = 5;
 
+/// Returns the end of a list of `n` vertices of which the first is named.
+fn and_more(n: usize) -> String {
+    match n {
+        1 => String::new(),
+        n => format!(", and at {} more vertices", n - 1),
+    }
+}
+
 impl Builder<'_> {
     /// Creates the body of a scene, if it has one. Rejects a scene without anything to compute, or with a body and a rod.
     pub(super) fn body_of(&self, file: &SceneFile) -> Result<Option<Body>, InputError> {
@@ -231,10 +239,7 @@ impl Builder<'_> {
             return Err(self.wrong(&support_of(file, &space, vertex), error));
         }
         if let Some(&vertex) = held.tied.first() {
-            let more = match held.tied.len() {
-                1 => String::new(),
-                n => format!(", and at {} more vertices", n - 1),
-            };
+            let more = and_more(held.tied.len());
             self.notes.borrow_mut().push(format!(
                 "all nodes of the elements at the vertex {vertex} at ({}){more} are fixed: for bulk_modulus = inf the pressure there equals the pressure at another vertex of the element",
                 place(vertex)
@@ -257,10 +262,7 @@ impl Builder<'_> {
                 return Ok(space);
             };
             let vertex = space.pressure_vertices()[first];
-            let more = match dependent.len() {
-                1 => String::new(),
-                n => format!(", and at {} more vertices", n - 1),
-            };
+            let more = and_more(dependent.len());
             self.notes.borrow_mut().push(format!(
                 "too few nodes are free to determine the pressure at the vertex {vertex} at ({}){more}: for bulk_modulus = inf it equals the pressure at another vertex of the element",
                 written(space.node_point(vertex))
