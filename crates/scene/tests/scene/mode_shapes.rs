@@ -104,7 +104,7 @@ fn shapes_of_the_user_are_found_before_anything_is_written() {
 }
 
 /// Fibers that resist tension only have no linear vibration at rest; a preload that stretches them has one, unless its strain
-/// is below that of a vibration.
+/// is smaller than in a vibration.
 #[test]
 fn one_sided_fibers_at_rest_are_noted() {
     let laws = [
