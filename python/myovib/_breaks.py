@@ -23,23 +23,28 @@ CONVERGED = 0.0033
 ROOT = float(np.sqrt(np.finfo(float).eps))
 # Number of trial changes of a state.
 TRIALS = 4
+# Largest increments of differences in time, relative to the length of a part and to the size of a variable, and the
+# smallest one in roundings of the time.
+SHORT = 1e-5
+MOTION = 1e-3
+ROUNDINGS = 1e4
 
 
 def values_after(
     residual: Callable[[float, Array, Array], Any],
-    times: tuple[float, float],
+    times: tuple[float, float, float],
     state: State,
     tolerances: tuple[float, Array],
     span: float,
 ) -> State | None:
-    """Return y and y' at the second of two times, which are separated by a break only.
+    """Return y and y' at the second time. Only a break is between the first two times, and none until the third.
 
     The state from before the break is kept if F does not jump there by more than changes of y and y' within
     the tolerances. Otherwise y changes within the null space of dF/dy' and y' in its complement: the
-    combinations of which F contains the derivatives are continuous. Returns None without a solution, for example if the
-    index is above 1.
+    combinations of which F contains the derivatives are continuous. The derivatives of algebraic variables satisfy the
+    derivative of F = 0. Returns None without a solution, for example if the index is above 1.
     """
-    (before, after), (y, yp), (rtol, atol) = times, state, tolerances
+    (before, after, _), (y, yp), (rtol, atol) = times, state, tolerances
 
     def evaluate(t: float, y: Array, yp: Array) -> Array:
         with np.errstate(all="ignore"):
@@ -52,11 +57,52 @@ def values_after(
         for signs in np.random.default_rng(0).choice([-1.0, 1.0], (TRIALS, len(y))):
             moved = evaluate(after, y + signs * tolerance, yp + signs * tolerance / span)
             effect = np.maximum(effect, np.abs(moved - left))
-        if (np.abs(left - evaluate(before, y, yp)) <= effect).all():
-            return y, yp
-        return _solve(lambda y, yp: evaluate(after, y, yp), state, tolerances, (span, effect))
+        found: State | None = state
+        if (np.abs(left - evaluate(before, y, yp)) > effect).any():
+            found = _solve(lambda y, yp: evaluate(after, y, yp), state, tolerances, (span, effect))
     except Exception:  # outside of the domain of F
         return None
+    return found and (found[0], _with_free_rates(evaluate, times[1:], found, tolerances))
+
+
+def _with_free_rates(
+    residual: Callable[[float, Array, Array], Array],
+    times: tuple[float, float],
+    state: State,
+    tolerances: tuple[float, Array],
+) -> Array:
+    """Return y' with the part that F does not contain, from the derivative of F = 0 at the first time.
+
+    BDF predicts the first step by these derivatives, and fails its error test if they are wrong. Returns y' itself if F = 0
+    does not determine this part.
+    """
+    (t, _), (y, yp), (rtol, atol) = times, state, tolerances
+    structure = Structure.at(residual, t, y, yp, rtol * np.abs(y) + atol)
+    if structure is None:
+        return yp
+    try:
+        change = _derivative(residual, times, state, tolerances)
+    except Exception:  # outside of the domain of F
+        return yp
+    # F_t + F_y y' + F_y' y'' = 0
+    correction = _correction(structure, change)
+    return yp if correction is None else yp - correction[0]
+
+
+def _derivative(
+    residual: Callable[[float, Array, Array], Array],
+    times: tuple[float, float],
+    state: State,
+    tolerances: tuple[float, Array],
+) -> Array:
+    """Return the derivative of F at the first time along the direction (1, y', 0), from differences forward."""
+    (t, end), (y, yp), (rtol, atol) = times, state, tolerances
+    size = np.abs(y) + atol / rtol
+    motion = MOTION * np.divide(size, np.abs(yp), out=np.full(len(y), np.inf), where=yp != 0.0).min()
+    step = max(min(SHORT * abs(end - t), motion), ROUNDINGS * np.spacing(abs(t)))
+    step = min(step, 0.25 * abs(end - t)) * np.sign(end - t)
+    at = [residual(t + k * step, y + k * step * yp, yp) for k in range(4)]
+    return (-11.0 * at[0] + 18.0 * at[1] - 9.0 * at[2] + 2.0 * at[3]) / (6.0 * step)
 
 
 def _solve(

@@ -183,9 +183,12 @@ def solve_dae(
         and starts again. The functions are not called within a few rounding errors of these
         times, so that each step sees one side of the jump. At index 0 and 1, `y` and `yp`
         are kept if F does not jump there by more than the tolerances allow; otherwise
-        algebraic variables and derivatives are computed again. A break occurs twice
-        in `t` if `t_eval` is not given. Times outside `t_span` are ignored; times that differ by less than
-        1e-12 of the largest time are one break.
+        algebraic variables and derivatives are computed again. The derivatives of up to
+        200 algebraic variables are always computed again. If `t_eval` is not given, a break
+        occurs twice in `t`, with the values before and after it, but once, with the values
+        before it, for Radau methods with an `index` above 1. Times outside
+        `t_span` are ignored; times that differ by less than 1e-12 of the largest time
+        are one break.
     initial : {"given", "algebraic", "states"}
         Values to correct at the start so that F = 0: none; the algebraic
         components and the derivatives of the others (index 1); all of y.
@@ -485,7 +488,7 @@ def _integrate_parts(
         initial = request["initial"] if is_first else "given"
         if not (is_first or is_hidden):
             tolerances = (request["rtol"], np.array(request["atol"]))
-            times = (end_from.before, end_from.after)
+            times = (end_from.before, *part_limits)
             after = values_after(residual, times, (y, yp), tolerances, request["time_scale"])
             y, yp = after or (y, yp)
             initial = "given" if after else "algebraic"

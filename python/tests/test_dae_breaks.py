@@ -246,3 +246,24 @@ def test_rates_without_a_solution_are_not_invented():
             lambda t, y, yp: [np.arctan(yp[0]) - (2.0 if t > 1 else 0.1)], (0, 2), [0], [np.tan(0.1)], breaks=[1.0]
         )
     assert not s.success and s.t[-1] < 1.01
+
+
+@pytest.mark.parametrize("rate", [1.0, 1e-1, 1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-7, 1e-8])
+@pytest.mark.parametrize("varies", [False, True])
+def test_derivatives_of_algebraic_variables_jump_at_kinks_of_an_input(rate, rtol, varies):
+    """Check a charge behind a resistance that may depend on the charge; the current is algebraic."""
+    times, levels = [0.0, 0.1, 0.15, 0.4, 1.0], [0.0, 1.0, 1.0, -2.0, 0.5]
+
+    def residual(t, y, yp):
+        resistance = 1.0 + varies * y[0] ** 2
+        return [rate * yp[0] - y[1], resistance * y[1] - (np.interp(t, times, levels) - y[0])]
+
+    s = solve_dae(residual, (0, 1), [0, 0], [0, 10], rtol=rtol, atol=0.01 * rtol, breaks=times)
+    assert s.success, s.message
+    # The derivative of the second equation, with dy0/dt = y1 / rate.
+    for time, slope in zip(times[1:-1], np.diff(levels)[1:] / np.diff(times)[1:], strict=True):
+        y, yp = (values[:, np.flatnonzero(s.t == time)[-1]] for values in (s.y, s.yp))
+        resistance, of_charge = 1.0 + varies * y[0] ** 2, 1.0 + varies * 2.0 * y[0] * y[1]
+        # Increments of 1e-5 of a part; rounding of F, 2e-16, divided by them.
+        assert yp[1] == pytest.approx((slope - of_charge * yp[0]) / resistance, rel=1e-6, abs=1e-8)
