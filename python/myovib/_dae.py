@@ -317,7 +317,7 @@ def solve_dae(
         )
     # The indices of all variables are known, or the variables of index 2 are excluded from the error test.
     is_index_known = excluded is not None if family == "bdf" else indices is not None
-    constraints = None
+    constraints, positions = None, None
     if indices is not None and highest == 3 and initial == "given":
         weights = (rtol * np.abs(start) + tolerances, rtol * np.abs(rates) + tolerances)
         positions = np.array(indices) <= 1
@@ -365,7 +365,7 @@ def solve_dae(
     request["may_have_higher_index"] = may_have_higher_index
     try:
         found, last_limits = _integrate_parts(
-            request, ends, (residual, matrices, watched), (start, rates), outputs
+            request, ends, (residual, matrices, watched), (start, rates), outputs, positions
         )
     except _Failed as failed:
         is_violated = "not consistent" in str(failed) and constraints is not None and constraints.are_violated
@@ -468,10 +468,11 @@ def _integrate_parts(
     functions: tuple[Function, _Jacobian | None, _Events],
     start: tuple[Array, Array],
     outputs: list[float] | None,
+    positions: NDArray[np.bool_] | None = None,
 ) -> tuple[dict[str, Any], tuple[float, float]]:
     """Integrate the parts between breaks one after the other.
 
-    Returns the joined results, and the first and the last time at which the functions may
+    If the positions are given, the velocities after each break are compared with the constraints on these. Returns the joined results, and the first and the last time at which the functions may
     be evaluated in the last part.
     """
     residual, matrices, watched = functions
@@ -480,6 +481,7 @@ def _integrate_parts(
     is_hidden = max(request["index"] or [0]) > 1
     found: dict[str, Any] = {}
     before = None
+    limits = (ends[0].after, ends[1].before)
     is_late = _is_counted_from_start(request["method"], ends[0].t, request["time_scale"])
     origin = ends[0].t if is_late else 0.0
     for part, (end_from, end_to) in enumerate(zip(ends, ends[1:])):
@@ -492,6 +494,9 @@ def _integrate_parts(
             after = values_after(residual, times, (y, yp), tolerances, request["time_scale"])
             y, yp = after or (y, yp)
             initial = "given" if after else "algebraic"
+        changing = []
+        if not (is_first or positions is None):
+            changing = _changing_after(residual, (limits, part_limits), (y, yp), positions, request)
         due = None if outputs is None else _in_part(outputs, end_from.t, end_to.t, is_first)
         if due is not None and not is_last:
             due.append(end_to.t)
@@ -526,6 +531,7 @@ def _integrate_parts(
                 raise _Failed(message) from None
             found.update(status=-1, message=message)
             break
+        solved["warnings"] += changing
         if is_late:
             _delay(solved, origin)
         limits = part_limits
@@ -584,7 +590,7 @@ class _PositionConstraints(NamedTuple):
     ) -> _PositionConstraints | None:
         """Return the constraints on these variables, or None if F cannot be evaluated near the start.
 
-        The limits are the first and the last time before the next break. The tolerances are those of y and of yp.
+        The limits are the start and the other end of the part between breaks. The tolerances are those of y and of yp.
         """
         (t0, t_end), (y, yp) = limits, start
 
@@ -598,10 +604,11 @@ class _PositionConstraints(NamedTuple):
         rates = np.where(positions, yp, 0.0)
         largest = np.abs(rates).max()
         size = np.abs(y[positions]).max(initial=0.0)
-        step = 1e-4 * (min(size / largest, t_end - t0) if size > 0.0 and largest > 0.0 else t_end - t0)
+        span = abs(t_end - t0)
+        step = 1e-4 * (min(size / largest, span) if size > 0.0 and largest > 0.0 else span) * np.sign(t_end - t0)
 
         def derivative(rates: Array) -> Array:
-            # Forward differences, because F may be undefined before the start.
+            # One-sided differences, because F may be undefined before the start.
             at = [evaluate(t0 + k * step, y + k * step * rates, yp) for k in range(4)]
             return (-11.0 * at[0] + 18.0 * at[1] - 9.0 * at[2] + 2.0 * at[3]) / (6.0 * step)
 
@@ -626,6 +633,37 @@ class _PositionConstraints(NamedTuple):
         changing = is_constraint & (np.abs(rate) > FAR * explained) & (largest > 0.0)
         is_violated = is_constraint & (np.abs(given) > np.max(within, axis=0))
         return cls(bool(is_violated.any()), np.flatnonzero(changing).tolist(), rate, yp)
+
+
+def _changing_after(
+    residual: Function,
+    limits: tuple[tuple[float, float], tuple[float, float]],
+    state: tuple[Array, Array],
+    positions: NDArray[np.bool_],
+    request: dict[str, Any],
+) -> list[tuple[str, str]]:
+    """Describe the constraints that the velocities satisfy before a break and violate after it.
+
+    The limits are the first and the last times of both parts.
+    """
+    (y, yp), (of_part_before, of_part) = state, limits
+    rtol, atol = request["rtol"], np.array(request["atol"])
+    weights = (rtol * np.abs(y) + atol, rtol * np.abs(yp) + atol)
+    after = _PositionConstraints.at(residual, of_part, state, positions, weights)
+    before = after and after.changing and _PositionConstraints.at(residual, of_part_before[::-1], state, positions, weights)
+    if not (after and before):
+        return []
+    # Velocities have errors of many tolerances.
+    changing = [i for i in after.changing if abs(after.rates[i]) > FAR * abs(before.rates[i])]
+    return [
+        (
+            "break",
+            f"equation {i} (counted from 0), a constraint on positions, changes at the rate {after.rates[i]:.2e} after the "
+            f"break at t = {of_part[0]:.6g}: the velocities jump there, and the multipliers are impulses within the first "
+            "step. End there, and start again with velocities from `consistent_start`",
+        )
+        for i in changing
+    ]
 
 
 def _with_kinematic_rates(residual: Callable[[Array], Array], yp: Array, positions: NDArray[np.bool_]) -> Array:

@@ -267,3 +267,40 @@ def test_derivatives_of_algebraic_variables_jump_at_kinks_of_an_input(rate, rtol
         resistance, of_charge = 1.0 + varies * y[0] ** 2, 1.0 + varies * 2.0 * y[0] * y[1]
         # Increments of 1e-5 of a part; rounding of F, 2e-16, divided by them.
         assert yp[1] == pytest.approx((slope - of_charge * yp[0]) / resistance, rel=1e-6, abs=1e-8)
+
+
+def crank(angle):
+    """Return a crank of radius 0.3 with a prescribed angle that drives a slider by a rod of length 1."""
+
+    def residual(t, y, yp):
+        (a, b, x), v, force = np.split(y, 3)
+        gradient = np.array([
+            [-0.3 * np.sin(a), -np.sin(b), -1.0], [0.3 * np.cos(a), np.cos(b), 0.0], [1.0, 0.0, 0.0],
+        ])  # fmt: skip
+        left = [0.3 * np.cos(a) + np.cos(b) - x, 0.3 * np.sin(a) + np.sin(b), a - angle(t)]
+        return np.r_[yp[:3] - v, [0.03, 0.1, 2.0] * yp[3:6] + gradient.T @ force, left]
+
+    return residual
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
+@pytest.mark.parametrize("jump, expected", [(0.0, 0), (1e-2, 1), (-0.5, 1)])
+def test_velocities_that_jump_at_a_break_are_reported(method, rtol, jump, expected):
+    """The speed of a crank jumps at the second break, and its acceleration at the first one."""
+
+    def angle(t):
+        return t + 0.5 * max(t - 0.3, 0.0) ** 2 + jump * max(t - 0.6, 0.0)
+
+    y0 = [0, 0, 1.3, 1, -0.3, 0, 0, 0, 0]
+    # The second derivatives of the constraints with a = b = 0: x'' = -0.3 - 0.09 and b'' = 0.
+    y0[6] = -2.0 * 0.39
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        s = solve_dae(
+            crank(angle), (0, 0.7), y0, [1, -0.3, 0, 0, 0, -0.39, 0, 0, 0], method, index=[1] * 3 + [2] * 3 + [3] * 3,
+            rtol=rtol, atol=0.01 * rtol, breaks=[0.3, 0.45, 0.6],
+        )  # fmt: skip
+    assert s.success, s.message
+    texts = [str(w.message) for w in caught]
+    assert len(texts) == expected and all("equation 8" in text and "t = 0.6" in text for text in texts), texts
