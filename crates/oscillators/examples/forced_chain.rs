@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         frequency.extend(centroid_frequency(network.omega(), y, w, &acceleration));
     }
 
-    println!("generator {}, seed {}", detuning.generator, detuning.seed);
+    println!("generator {:?}, seed {}", detuning.generator, detuning.seed);
     for (name, values) in [("|Ψ|", &centroid), ("|χ|", &phase), ("f/Hz", &frequency)] {
         let Settled { mean, min, max, std, .. } = Settled::over_window(&times, values, WINDOW)?;
         println!("{name:>5}: mean {mean:.4}, range [{min:.4}, {max:.4}], deviation {std:.4}");

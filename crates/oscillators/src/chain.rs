@@ -1,18 +1,24 @@
 //! The one-dimensional chain of the paper, a cross-section through the tissue.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::drive::Reach;
 use crate::error::Error;
 use crate::network::{Coefficients, Network, Node};
 
 /// Outer neighbors of the oscillators at the ends of a chain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+///
+/// Periodic, as in the paper: y_0 = y_N and y_{N+1} = y_1. For N = 2, the only neighbor couples from both sides; for
+/// N = 1, the oscillator is its own neighbor. A chain of identical oscillators with equal initial values therefore moves
+/// like a single one. Open: y_0 = y_{N+1} = 0, no coupling from outside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Ends {
-    /// y_0 = y_N and y_{N+1} = y_1, as in the paper. For N = 2, the only neighbor couples from both sides; for N = 1,
-    /// the oscillator is its own neighbor. A chain of identical oscillators with equal initial values therefore moves
-    /// like a single one.
+    /// A ring.
     #[default]
     Periodic,
-    /// y_0 = y_{N+1} = 0: no coupling from outside.
+    /// The ends have one neighbor.
     Open,
 }
 

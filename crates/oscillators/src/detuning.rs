@@ -1,40 +1,31 @@
 //! Natural frequencies drawn from an interval by a named, seeded generator.
 
 use std::f64::consts::PI;
-use std::fmt;
-use std::str::FromStr;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 use rand_mt::Mt;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 
 /// A stream of pseudo-random numbers, uniform on [0, 1).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Generator {
-    /// `matlab`: the Mersenne Twister MT19937 with 53-bit doubles, as in MATLAB's `rand`. The default stream has seed
-    /// 5489 (`rng(0)` or `rng default` in MATLAB): 0.8147…, 0.9058…, 0.1270…
+    /// MT19937, as MATLAB's `rand`.
     #[default]
     Matlab,
-    /// `chacha8`: the stream cipher ChaCha with 8 rounds, seeded by `seed_from_u64`; uses the upper 53 bits of each
-    /// 64-bit word.
+    /// ChaCha with 8 rounds.
     ChaCha8,
 }
 
 impl Generator {
-    /// All generators, in the order of error messages.
-    pub const ALL: [Self; 2] = [Self::Matlab, Self::ChaCha8];
-
-    /// Name of the generator in scenes and commands.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Matlab => "matlab",
-            Self::ChaCha8 => "chacha8",
-        }
-    }
-
     /// Returns the first `n` numbers of the stream with this seed, each in [0, 1).
+    ///
+    /// MT19937 yields 53-bit doubles; MATLAB's default stream (`rng(0)` or `rng default`) has seed 5489. ChaCha is seeded
+    /// by `seed_from_u64` and uses the upper 53 bits of each 64-bit word.
     ///
     /// # Examples
     /// ```
@@ -60,25 +51,6 @@ impl Generator {
 /// Converts a 53-bit integer to a double in [0, 1), exactly.
 fn unit_interval(bits: u64) -> f64 {
     bits as f64 / (1_u64 << 53) as f64
-}
-
-impl fmt::Display for Generator {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Generator {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self, Error> {
-        Self::ALL.into_iter().find(|generator| generator.name() == name).ok_or_else(|| {
-            Error::UnknownGenerator {
-                name: name.to_owned(),
-                allowed: Self::ALL.map(Self::name).join(", "),
-            }
-        })
-    }
 }
 
 /// Frequencies distributed around a center: `ω_n = center + ξ_n`, ξ_n uniform in ±`half_width`.

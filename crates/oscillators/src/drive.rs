@@ -1,12 +1,17 @@
 //! Coupling from the tissue's displacement to the oscillators.
 
-/// Oscillators that the forcing acts on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Oscillators that the forcing acts on: usually all, because cells are tiny and a cluster of them moves with a single
+/// point of the tissue. The boundary of an array is its rim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Reach {
-    /// All oscillators. Cells are tiny, so a cluster of them moves with a single point of the tissue.
+    /// All oscillators.
     #[default]
     All,
-    /// The boundary: the first and the last oscillator of a chain, the rim of an array.
+    /// First and last oscillator.
     Boundary,
 }
 

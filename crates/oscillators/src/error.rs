@@ -2,6 +2,7 @@
 
 /// Invalid description of oscillators or of a measurement.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum Error {
     /// N = 0.
     #[error("at least one oscillator is required, found N = 0")]
@@ -16,12 +17,7 @@ pub enum Error {
     },
     /// A coefficient is NaN or infinite.
     #[error("coefficient {name} must be finite, found {value}")]
-    Coefficient {
-        /// Name of the coefficient.
-        name: &'static str,
-        /// Value found.
-        value: f64,
-    },
+    Coefficient { name: &'static str, value: f64 },
     /// The half width of the frequency interval is negative or not finite.
     #[error(
         "the half width of the frequency interval must be non-negative and finite, found {value}"
@@ -29,14 +25,6 @@ pub enum Error {
     HalfWidth {
         /// Half width found, in rad/s.
         value: f64,
-    },
-    /// Unknown name of a generator.
-    #[error("unknown random generator `{name}`; allowed: {allowed}")]
-    UnknownGenerator {
-        /// Requested name.
-        name: String,
-        /// Allowed names.
-        allowed: String,
     },
     /// The number of frequencies does not match the array.
     #[error("an array of {columns} × {rows} oscillators requires {} frequencies, found {given}",
@@ -46,7 +34,6 @@ pub enum Error {
         columns: usize,
         /// Oscillators along the second axis.
         rows: usize,
-        /// Number of frequencies found.
         given: usize,
     },
     /// A trailing window contains fewer than two samples.
@@ -59,14 +46,8 @@ pub enum Error {
     },
     /// The radius of a neighborhood is not positive or not finite.
     #[error("the radius of a neighborhood must be positive and finite, found {value}")]
-    Radius {
-        /// Radius found.
-        value: f64,
-    },
+    Radius { value: f64 },
     /// The smoothing radius is not positive or not finite.
     #[error("the smoothing radius must be positive and finite, found {value}")]
-    SmoothingRadius {
-        /// Radius found.
-        value: f64,
-    },
+    SmoothingRadius { value: f64 },
 }

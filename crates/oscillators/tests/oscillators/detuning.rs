@@ -53,17 +53,6 @@ fn the_interval_is_filled_symmetrically() {
 }
 
 #[test]
-fn generators_are_selected_by_name() {
-    for generator in Generator::ALL {
-        assert_eq!(generator.to_string().parse::<Generator>().unwrap(), generator);
-    }
-    assert!(matches!(
-        "mt".parse::<Generator>(),
-        Err(Error::UnknownGenerator { name, .. }) if name == "mt"
-    ));
-}
-
-#[test]
 fn invalid_intervals_are_rejected() {
     let negative = Detuning { half_width: -0.1, ..Detuning::default() };
     assert_eq!(negative.frequencies(5), Err(Error::HalfWidth { value: -0.1 }));

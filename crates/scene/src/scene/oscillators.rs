@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use myovib_fem::rod::{EndLoad, Rod, RodData};
 use myovib_model::{ModelError, RodDae};
-use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator, Neighborhood};
+use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Neighborhood};
 
 use super::Body;
 use super::builder::Builder;
@@ -12,7 +12,7 @@ use super::chain_places::{DrivenPlace, Found, MAX_OSCILLATORS};
 use crate::InputError;
 use crate::probe::Parts;
 use crate::scene_file::SceneFile;
-use crate::scene_file::chain::{self, GeneratorName, Place, RodLoadType};
+use crate::scene_file::chain::{self, Place, RodLoadType};
 use crate::scene_file::output::Stop;
 
 /// Chain with its drive.
@@ -25,7 +25,6 @@ pub struct DrivenChain {
     pub drive: Drive,
     /// Place of the forcing, if given.
     pub at: Option<Place>,
-    /// Places of the body with one chain each.
     pub places: Vec<DrivenPlace>,
     /// Number of grid points outside the body.
     pub outside: usize,
@@ -140,14 +139,11 @@ impl Builder<'_> {
         let detuning = Detuning {
             center: TAU * chain.frequency,
             half_width: TAU * chain.frequency_spread,
-            generator: match chain.generator {
-                GeneratorName::Matlab => Generator::Matlab,
-                GeneratorName::ChaCha8 => Generator::ChaCha8,
-            },
+            generator: chain.generator,
             seed: chain.seed,
         };
         let omega = detuning.frequencies(n).map_err(ModelError::from);
-        let reach = chain.driven.into();
+        let reach = chain.driven;
         Ok(DrivenChain {
             name: chain.name.clone(),
             chain: Chain {
@@ -157,7 +153,7 @@ impl Builder<'_> {
                     duffing: chain.duffing,
                     coupling: chain.coupling,
                 },
-                ends: chain.ends.into(),
+                ends: chain.ends,
                 reach,
             },
             drive: Drive { gain: chain.gain, reach },

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use myovib_model::formula::{Formula, RampedSine};
-use myovib_oscillators::{Ends, Reach};
+use myovib_oscillators::{Ends, Generator, Reach};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -88,7 +88,7 @@ pub struct Chain {
     #[schemars(range(min = 0))]
     pub frequency_spread: f64,
     /// Random number generator of the frequencies.
-    pub generator: GeneratorName,
+    pub generator: Generator,
     /// Seed of the generator.
     pub seed: u32,
     /// Van der Pol coefficient μ, 1/s.
@@ -98,9 +98,9 @@ pub struct Chain {
     /// Coupling of neighbors D, 1/s.
     pub coupling: f64,
     /// Connection of the ends.
-    pub ends: EndsName,
+    pub ends: Ends,
     /// Driven oscillators.
-    pub driven: DrivenName,
+    pub driven: Reach,
     /// Gain γ of the forcing γ d·u, 1/s² per m. An oscillator alone follows a harmonic u whose frequency differs from its own
     /// by Δω if γ |u| exceeds about 4 ω Δω.
     pub gain: f64,
@@ -124,13 +124,13 @@ impl Default for Chain {
             oscillators: 20,
             frequency: 8.0,
             frequency_spread: 0.05 / TAU,
-            generator: GeneratorName::Matlab,
+            generator: Generator::Matlab,
             seed: 5489,
             van_der_pol: 2.0,
             duffing: 0.0,
             coupling: 3.0,
-            ends: EndsName::Periodic,
-            driven: DrivenName::All,
+            ends: Ends::Periodic,
+            driven: Reach::All,
             gain: 1.0,
             at: None,
             component: Component::Named(ComponentName::Y),
@@ -196,52 +196,4 @@ pub enum ComponentName {
     Z,
     /// Local fiber direction.
     Fiber,
-}
-
-/// Random number generator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum GeneratorName {
-    /// MT19937, as MATLAB's `rand`.
-    Matlab,
-    /// ChaCha with 8 rounds.
-    ChaCha8,
-}
-
-/// Connection of the ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum EndsName {
-    /// A ring.
-    Periodic,
-    /// The ends have one neighbor.
-    Open,
-}
-
-impl From<EndsName> for Ends {
-    fn from(name: EndsName) -> Self {
-        match name {
-            EndsName::Periodic => Self::Periodic,
-            EndsName::Open => Self::Open,
-        }
-    }
-}
-
-/// Driven oscillators.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum DrivenName {
-    /// All oscillators.
-    All,
-    /// First and last oscillator.
-    Boundary,
-}
-
-impl From<DrivenName> for Reach {
-    fn from(name: DrivenName) -> Self {
-        match name {
-            DrivenName::All => Self::All,
-            DrivenName::Boundary => Self::Boundary,
-        }
-    }
 }
