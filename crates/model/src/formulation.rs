@@ -4,7 +4,6 @@
 //! equation in its rows and states its index. The equations are in [`crate::equation`].
 
 use std::fmt;
-use std::str::FromStr;
 
 use myovib_dae::VariableKind;
 use schemars::JsonSchema;
@@ -15,7 +14,6 @@ use crate::error::ModelError;
 use crate::field::Field;
 use crate::muscle::parameters::Parameters;
 
-/// Properties of a formulation.
 struct Description {
     /// Name used in options, scenes and output.
     name: &'static str,
@@ -238,16 +236,5 @@ impl Formulation {
 impl fmt::Display for Formulation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-impl FromStr for Formulation {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|f| f.name() == name).ok_or_else(|| {
-            let names: Vec<_> = Self::ALL.iter().map(|f| f.name()).collect();
-            format!("unknown formulation `{name}`; allowed: {}", names.join(", "))
-        })
     }
 }

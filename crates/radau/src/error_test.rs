@@ -153,11 +153,6 @@ impl ErrorTest {
         &self.mask
     }
 
-    /// Returns the last estimate for all components, including those excluded from the test.
-    pub(crate) fn estimates(&self) -> &[f64] {
-        &self.error
-    }
-
     /// Returns the last estimate, and u'(t_n) of the same step.
     pub(crate) fn at_start(&self) -> [&[f64]; 2] {
         [&self.error, &self.y_dot]

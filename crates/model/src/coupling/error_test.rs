@@ -124,11 +124,6 @@ impl ErrorTest {
         &self.excluded
     }
 
-    /// Returns the absolute tolerances by component.
-    pub fn absolute(&self) -> &[f64] {
-        &self.absolute
-    }
-
     /// Sets `weights` to importance / (relative |y| + absolute).
     pub fn weights(&self, y: &[f64], weights: &mut [f64]) {
         for (i, (weight, y)) in weights.iter_mut().zip(y).enumerate() {

@@ -162,11 +162,6 @@ impl DynamicStiffness {
         (&self.u, &self.preload)
     }
 
-    /// Returns whether the body has stress relaxation, so that its stresses are not functions of the current motion.
-    pub fn relaxes(&self) -> bool {
-        self.dae.muscle().solid.n_slots() > 0
-    }
-
     /// Returns the unknowns of the equilibrium; internal variables are zero.
     fn state(&self) -> Vec<f64> {
         let layout = self.dae.layout();

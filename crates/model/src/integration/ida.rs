@@ -107,11 +107,6 @@ impl<P: Problem> IdaIntegrator<P> {
         }
         Ok(self.solver.step(t + ahead)?)
     }
-
-    /// Returns the IDAS solver.
-    pub fn solver(&self) -> &IdaSolver<P> {
-        &self.solver
-    }
 }
 
 /// Maximum number of restarts with a smaller first step, and the reduction per restart. The first

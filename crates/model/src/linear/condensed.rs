@@ -62,7 +62,6 @@ impl<T: Scalar> Condensed<T> {
         self.system.renew(work)
     }
 
-    /// Returns the linear system.
     pub(super) fn system(&self) -> &SparseSystem<T> {
         &self.system
     }
@@ -76,11 +75,6 @@ impl<T: Scalar> Condensed<T> {
     pub(crate) fn forget_history(&mut self) -> Result<(), SparseError> {
         self.system.forget_pivots();
         self.system.set_history([false, true, false])
-    }
-
-    /// Returns the condensed matrix of the last setup, in the order of [`Condensation::pattern`].
-    pub fn values(&self) -> &[T] {
-        self.system.values()
     }
 
     /// Solves the full system in place.

@@ -32,11 +32,9 @@ pub struct Dependence {
 enum Scope {
     /// Unknown: treated as global.
     Global,
-    /// Element forces only.
     ElementForces,
     /// Terms outside the element integrals, which are then shared with the unperturbed muscle.
     OutsideElements,
-    /// Loads only.
     Loads,
 }
 
@@ -126,11 +124,6 @@ impl Dependence {
     #[must_use]
     pub fn on_loads(self) -> Self {
         Self { scope: Scope::Loads, ..self }
-    }
-
-    /// Returns the parameter.
-    pub fn parameter(&self) -> &Parameter {
-        &self.parameter
     }
 
     /// Returns the derivative of a quantity at a given state. `read` computes the quantity for a muscle, and `own` is

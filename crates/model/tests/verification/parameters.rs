@@ -61,10 +61,8 @@ fn formulations_go_by_their_names_and_the_papers_numbers() {
     for (formulation, (name, equation)) in Formulation::ALL.into_iter().zip(expected) {
         assert_eq!((formulation.name(), formulation.equation()), (name, equation));
         assert_eq!(formulation.to_string(), name);
-        assert_eq!(name.parse(), Ok(formulation));
+        assert_eq!(serde_json::to_value(formulation).unwrap(), name);
     }
-    let error = "velocities".parse::<Formulation>().unwrap_err();
-    assert!(error.contains("`velocities`") && error.contains("stabilized"), "{error}");
 }
 
 #[test]

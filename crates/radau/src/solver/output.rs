@@ -7,7 +7,6 @@ use super::state::RadauSolver;
 use crate::error::RadauError;
 use crate::internal_variables::EliminatedVariables;
 use crate::method::Method;
-use crate::options::StepSize;
 use crate::quadrature::Quadrature;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
@@ -97,27 +96,6 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         expect_dense_output(t, derivative, 1, self.last_step_interval())?;
         if let Some(internal) = &self.internal {
             internal.evaluate(&self.method, &self.collocation, t, derivative, out);
-        }
-        Ok(())
-    }
-
-    /// Writes the error test's estimate of the last step to `out`; zeros before the first step and with fixed steps.
-    /// The problem is not evaluated. Components excluded from the test are also written.
-    ///
-    /// The order of the estimate is s + 1 and the order of the error is 2s. Therefore the estimate limits the steps,
-    /// but does not measure their errors.
-    ///
-    /// # Shapes
-    /// `out`: the number of unknowns.
-    ///
-    /// # Errors
-    /// [`IntegratorError::WrongLength`].
-    pub fn estimated_local_errors(&self, out: &mut [f64]) -> Result<(), RadauError> {
-        expect_length("local errors", self.y.len(), out.len())?;
-        let tested = matches!(self.options.step_size, StepSize::Adaptive);
-        match tested && self.counters.statistics.steps > 0 {
-            true => out.copy_from_slice(self.error_test.estimates()),
-            false => out.fill(0.0),
         }
         Ok(())
     }
