@@ -109,7 +109,6 @@ impl Command {
         matches!(self, Self::Sweep(_) | Self::Table2(_) | Self::Synchronization(_))
     }
 
-    /// Runs the command.
     pub fn run(&self) -> anyhow::Result<Exit> {
         if let Some(common) = self.common() {
             common.grant_resources(self.runs_side_by_side())?;

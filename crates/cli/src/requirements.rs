@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 const LIST: &str = include_str!("../requirements.txt");
 
-/// Requirement of the build.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Requirement {
     /// Debian package that provides it.

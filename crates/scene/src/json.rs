@@ -1,6 +1,7 @@
 //! Common envelope of all JSON documents.
 
 use serde::{Serialize, Serializer};
+use serde_json::Value;
 
 use crate::scene_file::number::Number;
 use crate::text::plain_json;
@@ -24,6 +25,13 @@ pub fn document(command: &str, body: &impl Serialize) -> serde_json::Result<Stri
     let mut text = plain_json(&serde_json::to_string_pretty(&envelope)?);
     text.push('\n');
     Ok(text)
+}
+
+/// Adds the members of `more` to a document; both are objects.
+pub fn extend(document: &mut Value, more: Value) {
+    if let (Some(document), Value::Object(more)) = (document.as_object_mut(), more) {
+        document.extend(more);
+    }
 }
 
 /// Serializes a bulk modulus: a number, or `"inf"` for an incompressible muscle (JSON has no

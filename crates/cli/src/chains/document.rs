@@ -3,30 +3,24 @@
 use std::collections::BTreeMap;
 
 use myovib_model::Signal;
-use myovib_model::coupling::{CoupledOptions, Settling};
-use myovib_oscillators::Settled;
+use myovib_model::coupling::CoupledOptions;
+use myovib_scene::json::extend;
 use myovib_scene::scene_file::integrator::MaxOrder;
-use myovib_scene::statistics::{CountsJson, MethodJson, StatisticsJson};
-use myovib_scene::{Body, Scene};
-use serde::Serialize;
-use serde_json::{Map, Value, json};
+use myovib_scene::{Body, Scene, statistics};
+use serde_json::{Value, json};
 
 use super::ChainRun;
 
 /// Returns the chain, the body that drives it, the statistics and the settings of a run.
-pub fn chain_document(run: &ChainRun) -> anyhow::Result<Map<String, Value>> {
-    let mut document = Map::new();
-    let settings = match (&run.scene.body, run.has_body) {
-        (Some(body), true) => with_a_muscle(run, body)?,
-        _ => of_states(run)?,
+pub fn chain_document(run: &ChainRun) -> Value {
+    let mut document = match (&run.scene.body, run.has_body) {
+        (Some(body), true) => with_a_muscle(run, body),
+        _ => of_states(run),
     };
-    for part in [settings, body(&run.scene), chain(&run.scene)] {
-        if let Value::Object(part) = part {
-            document.extend(part);
-        }
-    }
-    document.insert("unknowns".to_owned(), json!(run.unknowns));
-    Ok(document)
+    extend(&mut document, body(&run.scene));
+    extend(&mut document, chain(&run.scene));
+    document["unknowns"] = json!(run.unknowns);
+    document
 }
 
 fn chain(scene: &Scene) -> Value {
@@ -69,64 +63,33 @@ fn body(scene: &Scene) -> Value {
     }
 }
 
-fn with_a_muscle(run: &ChainRun, body: &Body) -> anyhow::Result<Value> {
+fn with_a_muscle(run: &ChainRun, body: &Body) -> Value {
     let of_chain = &run.scene.file.integrator.oscillators;
-    let numbers = StatisticsJson::new(&run.statistics, &body.settings, body.formulation);
-    let blocks = numbers.atol.keys().map(|block| (*block, numbers.rtol));
-    let rtol: BTreeMap<_, _> = blocks.chain([("chain", of_chain.rtol)]).collect();
-    let mut atol = numbers.atol.clone();
-    atol.insert("chain", of_chain.atol);
-    let mut document = serde_json::to_value(numbers)?;
-    document["rtol"] = json!(rtol);
-    document["atol"] = json!(atol);
+    let mut document = statistics::of_body(&run.statistics, &body.settings, body.formulation);
+    document["atol"]["chain"] = json!(of_chain.atol);
+    let blocks = body.formulation.rows().iter();
+    let rtol = blocks.map(|(field, _)| (field.name(), body.settings.relative_tolerance));
+    document["rtol"] = json!(rtol.chain([("chain", of_chain.rtol)]).collect::<BTreeMap<_, _>>());
     document["formulation"] = json!(body.formulation.name());
-    Ok(document)
+    document
 }
 
 /// Returns the document of a run whose states belong only to a rod and to oscillators.
-fn of_states(run: &ChainRun) -> anyhow::Result<Value> {
+fn of_states(run: &ChainRun) -> Value {
     let wanted = &run.scene.file.integrator;
     let integrator = wanted.method;
     let blocks: &[&str] = if run.has_body { &["rod", "chain"] } else { &["chain"] };
     let each = |value: f64| blocks.iter().map(|block| (*block, value)).collect::<BTreeMap<_, _>>();
-    let mut document = serde_json::to_value(CountsJson::new(&run.statistics))?;
+    let mut document = statistics::counts(&run.statistics);
     document["integrator"] = json!(integrator.name());
     document["suppressed"] = json!([]);
     document["rtol"] = json!(each(wanted.oscillators.rtol));
     document["atol"] = json!(each(wanted.oscillators.atol));
-    if let (Value::Object(all), Value::Object(steps)) =
-        (&mut document, serde_json::to_value(wanted.steps)?)
-    {
-        all.extend(steps);
-    }
+    extend(&mut document, json!(wanted.steps));
     document["t_end"] = json!(run.scene.t_end);
     document["linear_solver"] = json!(CoupledOptions::of_states(integrator).linear_solver.name());
-    if MethodJson::radau_iia(integrator).is_none() {
+    if integrator.stages().is_none() {
         document["max_order"] = json!(wanted.max_order.unwrap_or(MaxOrder::Fixed(5)));
     }
-    Ok(document)
-}
-
-/// Settled values of a chain in a JSON document.
-#[derive(Debug, Serialize)]
-pub struct SettledJson {
-    /// Length of the trailing window, s.
-    window: f64,
-    /// |Ψ|.
-    psi: Settled,
-    /// |χ|.
-    chi: Settled,
-    /// Centroid frequency, Hz.
-    frequency: Settled,
-}
-
-impl From<Settling> for SettledJson {
-    fn from(settling: Settling) -> Self {
-        Self {
-            window: settling.window,
-            psi: settling.centroid,
-            chi: settling.phase,
-            frequency: settling.frequency,
-        }
-    }
+    document
 }

@@ -6,7 +6,7 @@
 mod document;
 mod run;
 
-pub use document::{SettledJson, chain_document};
+pub use document::chain_document;
 pub use run::{ChainRun, on_its_body, record, replay};
 
 /// Sampling interval of the coherence, s: 12.5 samples per cycle at 8 Hz, and 6 per cycle of the ripple at 16 Hz. The

@@ -16,7 +16,6 @@ use crate::watched::run_watched;
 
 /// Finished run of a chain, with its body or with a recorded motion.
 pub struct ChainRun {
-    /// Scene of the run.
     pub scene: Scene,
     /// Coherence at sample times.
     pub history: CoherenceHistory,

@@ -6,7 +6,6 @@ use anyhow::Context;
 use clap::Args;
 use myovib_fem::Mesh;
 use myovib_model::inf_sup::{Level, Pair, levels};
-use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::table1::report_json;
@@ -71,11 +70,12 @@ pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
         output::save(path, drawing)?;
     }
     let elements = subject.mesh.shape().plural;
-    let document = Document {
-        mesh: &subject.name,
-        fixed: &subject.fixed,
-        pairs: families.iter().map(|family| family_json(family, elements)).collect(),
-    };
+    let pairs = families.iter().map(|family| family_json(family, elements));
+    let document = json!({
+        "mesh": subject.name,
+        "fixed": subject.fixed,
+        "pairs": pairs.collect::<Vec<_>>(),
+    });
     let text = text(&families, elements);
     args.common.print_or_write("infsup", &text, &document)?;
     Ok(Exit::Done)
@@ -218,13 +218,6 @@ fn figure(families: &[Family]) -> Figure {
         ..LinePlot::default()
     };
     Figure::of("Inf–sup constants over the mesh size", plot)
-}
-
-#[derive(Serialize)]
-struct Document<'a> {
-    mesh: &'a str,
-    fixed: &'a [String],
-    pairs: Vec<Value>,
 }
 
 /// Returns the levels of a pair of spaces. `elements` is the key of the number of elements; `regular`: whether (28) with κ = ∞

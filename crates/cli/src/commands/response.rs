@@ -47,7 +47,6 @@ pub struct ResponseArgs {
     pub common: CommonArgs,
 }
 
-/// Computes the response.
 pub fn run(args: &ResponseArgs) -> anyhow::Result<Exit> {
     let mut set = args.set.clone();
     let frequencies = args.frequencies.iter();

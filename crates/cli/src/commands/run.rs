@@ -67,7 +67,6 @@ pub struct RunArgs {
     pub common: CommonArgs,
 }
 
-/// Computes the scene.
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     let mut scene = load(&args.scene, &args.set)?;
     let file = &scene.file;

@@ -17,7 +17,6 @@ pub struct SchemaArgs {
     pub markdown: bool,
 }
 
-/// Prints the schema.
 pub fn run(args: &SchemaArgs) -> anyhow::Result<Exit> {
     let text = if args.markdown {
         scene_file::reference()

@@ -3,6 +3,7 @@
 use myovib_dae::{Problem, StepError};
 use myovib_oscillators::{Coherence, Settled, centroid_frequency, mean_frequency, phasors};
 use num_complex::Complex64;
+use serde::Serialize;
 
 use super::dae::CoupledDae;
 use crate::error::ModelError;
@@ -23,13 +24,15 @@ pub struct CoherenceHistory {
 }
 
 /// Settled values over a trailing window.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Settling {
     /// Length of the window, s.
     pub window: f64,
     /// |Ψ|.
+    #[serde(rename = "psi")]
     pub centroid: Settled,
     /// |χ|.
+    #[serde(rename = "chi")]
     pub phase: Settled,
     /// Frequency of the centroid, Hz. The mean is the number of turns per window, NaN if the
     /// centroid is at rest. Range and deviation refer to the instantaneous frequency where it is

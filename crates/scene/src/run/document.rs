@@ -11,10 +11,10 @@ use serde_json::{Value, json};
 use super::options::RunResult;
 use super::outputs::Outputs;
 use crate::Error;
-use crate::json;
+use crate::json::{self, extend};
 use crate::result_folder::{self, ResultFolder};
 use crate::scene_file::integrator::MaxOrder;
-use crate::statistics::{CountsJson, MethodJson, StatisticsJson};
+use crate::statistics;
 use crate::system::System;
 use crate::{Body, Scene};
 
@@ -82,8 +82,8 @@ pub(super) fn dynamic<P: System>(
     extend(
         &mut document,
         match &scene.body {
-            Some(body) => of_body(scene, body, &whole, outputs.drift)?,
-            None => of_states(scene, &whole)?,
+            Some(body) => of_body(scene, body, &whole, outputs.drift),
+            None => of_states(scene, &whole),
         },
     );
     let probes: Vec<&str> = scene.file.probe.iter().map(|p| p.name.as_str()).collect();
@@ -106,9 +106,9 @@ pub(super) fn dynamic<P: System>(
 fn of_body(
     scene: &Scene,
     Body { muscle, formulation, settings, opposed_fibers, .. }: &Body,
-    statistics: &Statistics,
+    whole: &Statistics,
     (drift, drift_at): (f64, f64),
-) -> Result<Value, Error> {
+) -> Value {
     let mut document = body(muscle, *formulation);
     extend(
         &mut document,
@@ -118,21 +118,20 @@ fn of_body(
             "opposed_fibers": opposed_fibers,
         }),
     );
-    let numbers = StatisticsJson::new(statistics, settings, *formulation);
-    extend(&mut document, serde_json::to_value(numbers)?);
+    extend(&mut document, statistics::of_body(whole, settings, *formulation));
     if scene.file.integrator.max_order == Some(MaxOrder::Auto) {
         let advice = Advice::new(muscle, *formulation, settings);
         let reason = advice.max_order_reason();
         extend(&mut document, json!({ "max_order_reason": reason }));
     }
-    Ok(document)
+    document
 }
 
 /// Returns statistics and settings of a run of a rod and chains.
-fn of_states(scene: &Scene, statistics: &Statistics) -> Result<Value, Error> {
+fn of_states(scene: &Scene, whole: &Statistics) -> Value {
     let wanted = &scene.file.integrator;
     let integrator = wanted.method;
-    let mut document = serde_json::to_value(CountsJson::new(statistics))?;
+    let mut document = statistics::counts(whole);
     extend(
         &mut document,
         json!({
@@ -142,12 +141,9 @@ fn of_states(scene: &Scene, statistics: &Statistics) -> Result<Value, Error> {
             "integrator": integrator.name(),
         }),
     );
-    let method = match MethodJson::radau_iia(integrator) {
-        Some(radau) => serde_json::to_value(radau)?,
-        None => json!({ "max_order": wanted.max_order.unwrap_or(MaxOrder::Fixed(5)) }),
-    };
-    extend(&mut document, method);
-    Ok(document)
+    let max_order = || json!({ "max_order": wanted.max_order.unwrap_or(MaxOrder::Fixed(5)) });
+    extend(&mut document, statistics::radau_iia(integrator).unwrap_or_else(max_order));
+    document
 }
 
 /// Returns the inverted element where a run stopped, if any.
@@ -185,12 +181,6 @@ fn body(muscle: &Muscle, formulation: Formulation) -> Value {
         "unknowns_paper": muscle.n_unknowns_paper(),
         "mesh": mesh(muscle),
     })
-}
-
-pub(super) fn extend(document: &mut Value, more: Value) {
-    if let (Some(document), Value::Object(more)) = (document.as_object_mut(), more) {
-        document.extend(more);
-    }
 }
 
 /// Returns the size of the mesh.

@@ -7,12 +7,12 @@ use super::document::{self, Clocks};
 use super::folder::request;
 use super::options::{RunOptions, RunResult};
 use crate::csv;
+use crate::json::extend;
 use crate::modes::{self, Modes};
 use crate::scene::{Body, NAMES};
 use crate::vtu::{self, Grid};
 use crate::{Error, Scene};
 
-/// Name of the table of modes.
 pub(super) const TABLE: &str = "modes";
 
 /// Returns the contents of a file.
@@ -46,7 +46,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let mut document = clocks.document(scene, &Outcome::Finished);
     document["unknowns"] = json!(muscle.solid.dofs().n_free() + muscle.solid.space().n_pressures());
     document["unknowns_paper"] = json!(muscle.n_unknowns_paper());
-    document::extend(&mut document, serde_json::to_value(&found)?);
+    extend(&mut document, serde_json::to_value(&found)?);
     let notes = found.muscles.iter().flat_map(|body| body.notes.clone()).collect();
     let result = document::finish(&folder, scene, document, Outcome::Finished, notes)?;
     Ok(RunResult { modes: Some(found), ..result })

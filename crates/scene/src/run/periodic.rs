@@ -16,6 +16,7 @@ use super::options::{RunOptions, RunResult};
 use super::period::{Extent, Period, Samples, Task};
 use super::refinement::Refinement;
 use crate::csv;
+use crate::json::extend;
 use crate::periodic::{Column, Harmonics, Periodic};
 use crate::probe::Reading;
 use crate::result_folder::FolderRequest;
@@ -358,7 +359,7 @@ impl Task for Write<'_> {
         let mut document = clocks.document(scene, &outcome);
         document["unknowns"] = json!(y.len());
         document["rtol"] = json!(tolerance_factor * period.rtol);
-        document::extend(&mut document, serde_json::to_value(&found)?);
+        extend(&mut document, serde_json::to_value(&found)?);
         let notes = note.into_iter().collect();
         let result = document::finish(&folder, scene, document, outcome, notes)?;
         Ok(RunResult { periodic: Some(found), ..result })

@@ -6,6 +6,7 @@ use super::document::{self, Clocks};
 use super::folder::{request, table_of};
 use super::options::{RunOptions, RunResult};
 use crate::csv;
+use crate::json::extend;
 use crate::response::{Curves, Response};
 use crate::vtu::{AMPLITUDES_LIST, Grid, Series};
 use crate::{Error, Scene};
@@ -41,7 +42,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         ),
     };
     let mut document = clocks.document(scene, &outcome);
-    document::extend(&mut document, serde_json::to_value(&found)?);
+    extend(&mut document, serde_json::to_value(&found)?);
     let result = document::finish(&folder, scene, document, outcome, found.notes.clone())?;
     Ok(RunResult { response: Some(found), ..result })
 }

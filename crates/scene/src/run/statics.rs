@@ -15,6 +15,7 @@ use super::options::{RunOptions, RunResult};
 use super::recorder::Recorder;
 use super::stop::Condition;
 use super::volume::Volumes;
+use crate::json::extend;
 use crate::modes::instability;
 use crate::probe::{Reading, StateAt};
 use crate::result_folder::{FolderRequest, ResultFolder};
@@ -76,7 +77,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     };
     folder.write(State::NAME, last.state.encode()?)?;
     let mut document = clocks.document(scene, &outcome);
-    document::extend(&mut document, recording.document(&end, last));
+    extend(&mut document, recording.document(&end, last));
     if options.neighbor.is_some() {
         document["is_continued"] = json!(end.is_continued);
     }

@@ -5,6 +5,7 @@ use myovib_model::advice::Finding;
 use myovib_model::check::{Computed, FactorizationCost, Report, Size};
 use myovib_model::start::BlockResidual;
 use myovib_scene::run::PeriodTrial;
+use myovib_scene::scene_file::solid::BulkModulus;
 use myovib_scene::{Body, Scene};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -108,10 +109,7 @@ pub(super) fn document(scene: &Scene, body: &Body, report: &Report, cost: &Cost)
     };
     json!({
         "formulation": body.formulation.name(),
-        "kappa": match parameters.kappa() {
-            f64::INFINITY => "inf".into(),
-            kappa => Value::from(kappa),
-        },
+        "kappa": BulkModulus(parameters.kappa()),
         "beta": parameters.beta,
         "unknowns": of_body + of_chains,
         "blocks": blocks.collect::<Vec<_>>(),

@@ -4,7 +4,7 @@ use myovib_model::coupling::CoherenceHistory;
 use num_complex::Complex64;
 use serde_json::Value;
 
-use crate::chains::{ChainRun, SettledJson};
+use crate::chains::ChainRun;
 use myovib_report::plot::ComplexPlane;
 
 /// Columns of a chain's history.
@@ -65,7 +65,6 @@ pub(in crate::commands) fn complex_plane(
 impl ChainRun {
     /// Returns the settled values, for the text and for JSON.
     pub(super) fn findings(&self) -> anyhow::Result<Vec<(&'static str, Value)>> {
-        let settled = self.settled().map(SettledJson::from);
-        Ok(vec![("settled", serde_json::to_value(settled)?)])
+        Ok(vec![("settled", serde_json::to_value(self.settled())?)])
     }
 }

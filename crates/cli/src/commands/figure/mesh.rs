@@ -3,7 +3,7 @@
 use anyhow::Context;
 use myovib_fem::{Mesh, Space};
 use myovib_model::paper::{FIXED_GROUP, LOAD_GROUP};
-use serde_json::{Map, json};
+use serde_json::json;
 
 use super::product::Product;
 use crate::exit::Exit;
@@ -31,7 +31,7 @@ pub(super) fn draw(scene: &Scene) -> anyhow::Result<Product> {
         figure: Figure::of("Finite element mesh and boundary conditions", plot),
         columns: ["x_1", "y_1", "x_2", "y_2", "fixed", "load"].map(String::from).into(),
         findings,
-        run: Map::new(),
+        run: json!({}),
         exit: Exit::Done,
     })
 }

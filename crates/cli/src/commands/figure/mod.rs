@@ -19,9 +19,9 @@ use anyhow::Context;
 use clap::Args;
 use myovib_model::IntegratorKind;
 use myovib_report::picture;
+use myovib_scene::json::extend;
 use myovib_scene::result_folder::FolderRequest;
-use serde::Serialize;
-use serde_json::{Map, Value};
+use serde_json::json;
 
 use crate::args::CommonArgs;
 use crate::chains::{ChainRun, on_its_body};
@@ -100,13 +100,11 @@ pub struct Options {
     pub common: CommonArgs,
 }
 
-/// Draws one figure.
 pub fn run(args: &FigureArgs) -> anyhow::Result<Exit> {
     args.check()?;
     draw(&[args.number], &args.set, &args.options, "figure")
 }
 
-/// Draws all figures.
 pub fn run_all(args: &FiguresArgs) -> anyhow::Result<Exit> {
     draw(&[2, 3, 4, 5, 6, 7], &[], &args.options, "figures")
 }
@@ -191,21 +189,6 @@ fn needed<T>(run: &Option<T>) -> anyhow::Result<&T> {
     run.as_ref().context("the run of this figure was not computed")
 }
 
-#[derive(Serialize)]
-struct Document<'a> {
-    figures: Vec<Entry<'a>>,
-}
-
-#[derive(Serialize)]
-struct Entry<'a> {
-    number: u8,
-    files: Vec<String>,
-    #[serde(flatten)]
-    findings: BTreeMap<&'a str, Value>,
-    #[serde(flatten)]
-    run: &'a Map<String, Value>,
-}
-
 fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> anyhow::Result<Exit> {
     if let Some(t_end) = options.t_end.filter(|t| *t < 1.0) {
         // Before the load has risen, the deformation is invisible.
@@ -234,18 +217,17 @@ fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> any
 
     let folder = request.open()?;
     let mut text = String::new();
-    let mut document = Document { figures: Vec::new() };
+    let mut figures = Vec::new();
     for product in &products {
         let files = product.write(&folder, options.png)?;
         text += &product.summary(&files);
-        document.figures.push(Entry {
-            number: product.number,
-            files,
-            findings: product.findings.iter().cloned().collect(),
-            run: &product.run,
-        });
+        let findings: BTreeMap<_, _> = product.findings.iter().cloned().collect();
+        let mut figure = product.run.clone();
+        extend(&mut figure, json!(findings));
+        extend(&mut figure, json!({ "number": product.number, "files": files }));
+        figures.push(figure);
     }
-    options.common.print_or_write(command, &text, &document)?;
+    options.common.print_or_write(command, &text, &json!({ "figures": figures }))?;
     Ok(products
         .iter()
         .map(|product| product.exit)

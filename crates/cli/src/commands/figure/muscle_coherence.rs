@@ -29,7 +29,7 @@ pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
         columns: COLUMNS.map(String::from).into(),
         rows: chain_rows(history).map(|(_, row)| row).collect(),
         findings: run.findings()?,
-        run: chain_document(run)?,
+        run: chain_document(run),
         exit: run.exit(),
     })
 }

@@ -4,9 +4,8 @@ use anyhow::Context;
 use myovib_dae::Problem;
 use myovib_fem::Space;
 use myovib_model::{MuscleDae, Probe, SampleTimes, Sampler, Statistics};
-use myovib_scene::statistics::StatisticsJson;
-use myovib_scene::{Scene, run};
-use serde_json::{Map, Value, json};
+use myovib_scene::{Scene, run, statistics};
+use serde_json::{Value, json};
 
 use super::last_period::{LastPeriod, PER_PERIOD};
 use crate::exit::Exit;
@@ -52,18 +51,13 @@ impl MuscleRun {
     }
 
     /// Returns parameters, settings and statistics, for the document of a figure.
-    pub(super) fn document(&self) -> anyhow::Result<Map<String, Value>> {
+    pub(super) fn document(&self) -> anyhow::Result<Value> {
         let body = self.scene.body.as_ref().context("the scene has no body")?;
-        let mut document = Map::from_iter([
-            ("formulation".to_owned(), json!(body.formulation.name())),
-            ("beta".to_owned(), json!(body.muscle.parameters.beta)),
-        ]);
+        let mut document = statistics::of_body(&self.statistics, &body.settings, body.formulation);
+        document["formulation"] = json!(body.formulation.name());
+        document["beta"] = json!(body.muscle.parameters.beta);
         if let Some(solid) = &self.scene.file.solid {
-            document.insert("kappa".to_owned(), json!(solid.bulk_modulus));
-        }
-        let statistics = StatisticsJson::new(&self.statistics, &body.settings, body.formulation);
-        if let Value::Object(statistics) = serde_json::to_value(statistics)? {
-            document.extend(statistics);
+            document["kappa"] = json!(solid.bulk_modulus);
         }
         Ok(document)
     }

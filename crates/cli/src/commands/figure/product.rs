@@ -1,6 +1,6 @@
 //! Output of a figure: picture, data and findings.
 
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use crate::exit::Exit;
 use myovib_report::picture;
@@ -18,7 +18,7 @@ pub(super) struct Product {
     /// Scalars for the text and for JSON.
     pub(super) findings: Vec<(&'static str, Value)>,
     /// Data of the run from which the figure is drawn, for JSON; empty for figures without a run.
-    pub(super) run: Map<String, Value>,
+    pub(super) run: Value,
     pub(super) exit: Exit,
 }
 

@@ -34,7 +34,7 @@ pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
         columns: COLUMNS.map(String::from).into_iter().chain(columns).collect(),
         rows: rows.collect(),
         findings: run.findings()?,
-        run: chain_document(run)?,
+        run: chain_document(run),
         exit: run.exit(),
     })
 }

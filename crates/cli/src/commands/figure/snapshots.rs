@@ -38,7 +38,7 @@ pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
         columns: ["t", "psi_re", "psi_im"].map(String::from).into_iter().chain(columns).collect(),
         rows: samples.iter().map(row).collect(),
         findings: run.findings()?,
-        run: chain_document(run)?,
+        run: chain_document(run),
         exit: run.exit(),
     })
 }

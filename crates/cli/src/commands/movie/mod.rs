@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 
 use clap::{Args, ValueEnum};
 use myovib_model::IntegratorKind;
-use serde::Serialize;
+use serde_json::json;
 
 use super::figure::{MuscleRun, complex_plane, frames, largest_radius};
 use crate::args::CommonArgs;
@@ -88,7 +88,6 @@ pub struct MovieArgs {
     pub common: CommonArgs,
 }
 
-/// Subject of a movie.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Subject {
     /// A movie of a built-in scene.
@@ -122,12 +121,6 @@ fn subject(text: &str) -> Result<Subject, String> {
             Err("expected the folder of a run, or chain, muscle, hardening or muscle3d".to_owned())
         }
     }
-}
-
-#[derive(Serialize)]
-struct Document {
-    file: String,
-    frames: usize,
 }
 
 impl MovieArgs {
@@ -242,7 +235,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     let mut bytes = Vec::new();
     movie::write(&mut bytes, frames, args.width_pixels, DELAY)?;
     output::save(&path, bytes)?;
-    let document = Document { file: path.display().to_string(), frames: n_frames };
+    let document = json!({ "file": path.display().to_string(), "frames": n_frames });
     let text = plain(&format!("{}: {n_frames} frames\n", path.display()));
     args.common.print_or_write("movie", &text, &document)?;
     Ok(match interrupt::is_interrupted() {

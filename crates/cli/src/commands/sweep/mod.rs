@@ -127,7 +127,6 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
 /// Maximum number of reported cases.
 const MAX_LISTED: usize = 10;
 
-/// Prints notes on cases.
 fn print_notes(cases: &[String]) {
     for case in cases.iter().take(MAX_LISTED) {
         output::note(case);

@@ -134,7 +134,6 @@ struct Case {
     drive: usize,
 }
 
-/// Result of a case.
 struct Outcome {
     frequency: f64,
     run: ChainRun,

@@ -3,17 +3,17 @@
 use anyhow::Context;
 use myovib_model::coupling::{Settling, Synchrony};
 use myovib_oscillators::Settled;
-use serde::Serialize;
-use serde_json::{Map, Value};
+use serde_json::{Value, json};
 
 use super::{Outcome, SynchronizationArgs, Verdict};
-use crate::chains::{SettledJson, chain_document};
+use crate::chains::chain_document;
 use myovib_report::picture;
 use myovib_report::plot::heat_map::Cell as MapCell;
 use myovib_report::plot::{Axis, Color, Figure, HeatMap, LinePlot, Panel, Series};
 use myovib_report::table::{Align, Cell, Table, Tone, colored_stdout};
+use myovib_scene::json::extend;
 use myovib_scene::result_folder::ResultFolder;
-use myovib_scene::scene_file::chain::{Chain, GeneratorName, Place};
+use myovib_scene::scene_file::chain::Chain;
 
 /// All states with their colors; the desired state is the last.
 const STATES: [(&str, Color); 4] = [
@@ -22,35 +22,6 @@ const STATES: [(&str, Color); 4] = [
     ("follows", Color::ORANGE),
     ("locked", Color::GREEN),
 ];
-
-#[derive(Serialize)]
-struct CaseJson {
-    frequency: f64,
-    #[serde(flatten)]
-    run: Map<String, Value>,
-    /// The next four fields are null for a run that stopped.
-    settled: Option<SettledJson>,
-    follows: Option<bool>,
-    coherent: Option<bool>,
-    locked: Option<bool>,
-}
-
-#[derive(Serialize)]
-struct Document {
-    oscillators: usize,
-    generator: GeneratorName,
-    seed: u32,
-    point: Option<Place>,
-    t_end: f64,
-    criterion: CriterionJson,
-    cases: Vec<CaseJson>,
-}
-
-#[derive(Serialize)]
-struct CriterionJson {
-    slip: f64,
-    coherence: f64,
-}
 
 /// Base name of the files.
 pub(super) const NAME: &str = "synchronization";
@@ -165,30 +136,35 @@ fn table(results: &[Outcome]) -> Table {
     table
 }
 
-fn document(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::Result<Document> {
+/// Returns the document of the cases. Settled values and states are null for a run that stopped.
+fn document(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::Result<Value> {
     let case = |result: &Outcome| {
         let state = result.verdict.map(|verdict| verdict.synchrony);
-        anyhow::Ok(CaseJson {
-            frequency: result.frequency,
-            run: chain_document(&result.run)?,
-            settled: result.verdict.map(|verdict| verdict.settled.into()),
-            follows: state.map(|state| state.follows),
-            coherent: state.map(|state| state.coherent),
-            locked: state.map(|state| state.is_locked()),
-        })
+        let mut case = chain_document(&result.run);
+        extend(
+            &mut case,
+            json!({
+                "frequency": result.frequency,
+                "settled": result.verdict.map(|verdict| verdict.settled),
+                "follows": state.map(|state| state.follows),
+                "coherent": state.map(|state| state.coherent),
+                "locked": state.map(|state| state.is_locked()),
+            }),
+        );
+        case
     };
     // All cases share these settings.
     let scene = &results.first().context("there are no cases")?.run.scene;
     let chain = &scene.file.chain[0];
-    Ok(Document {
-        oscillators: chain.oscillators,
-        generator: chain.generator,
-        seed: chain.seed,
-        point: chain.at.clone(),
-        t_end: scene.t_end,
-        criterion: CriterionJson { slip: args.slip, coherence: args.coherence },
-        cases: results.iter().map(case).collect::<Result<_, _>>()?,
-    })
+    Ok(json!({
+        "oscillators": chain.oscillators,
+        "generator": chain.generator,
+        "seed": chain.seed,
+        "point": chain.at,
+        "t_end": scene.t_end,
+        "criterion": { "slip": args.slip, "coherence": args.coherence },
+        "cases": results.iter().map(case).collect::<Vec<_>>(),
+    }))
 }
 
 impl Outcome {

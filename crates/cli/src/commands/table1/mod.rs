@@ -73,7 +73,6 @@ fn block(report: &IndexReport, name: &str) -> Option<String> {
     Some(format!("{}{doubt}", found.index))
 }
 
-/// Computes and prints the table.
 pub fn run(args: &Table1Args) -> anyhow::Result<Exit> {
     let rows = table1::cases()
         .into_iter()
