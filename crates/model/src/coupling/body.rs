@@ -19,6 +19,9 @@ use crate::start::Consistent;
 /// Linear solver of a system without its oscillators.
 pub type SystemMatrices<B> = Box<dyn LinearSolver<B> + Send>;
 
+/// A condensed solver of a system, if it has one.
+pub(super) type Condensed<B> = Result<Option<SystemMatrices<B>>, SparseError>;
+
 /// A body that can drive oscillators, or such a body together with its oscillators.
 pub trait Body: Consistent + Send + Sized + 'static {
     /// Returns the excitation of the body.
@@ -28,10 +31,7 @@ pub trait Body: Consistent + Send + Sized + 'static {
 
     /// Returns a condensed solver for the body's Newton systems if there is one that is cheaper
     /// than factorizing the full matrix.
-    fn condensed_solver(
-        &mut self,
-        _options: SparseOptions,
-    ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
+    fn condensed_solver(&mut self, _options: SparseOptions) -> Condensed<Self> {
         Ok(None)
     }
 }
@@ -41,10 +41,7 @@ impl Body for MuscleDae {
         self.muscle().schedule()
     }
 
-    fn condensed_solver(
-        &mut self,
-        options: SparseOptions,
-    ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
+    fn condensed_solver(&mut self, options: SparseOptions) -> Condensed<Self> {
         Ok(Some(Box::new(CondensedSolver::new(self, options)?)))
     }
 }
@@ -71,10 +68,7 @@ impl<B: Body> Body for CoupledDae<B> {
         schedule
     }
 
-    fn condensed_solver(
-        &mut self,
-        options: SparseOptions,
-    ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
+    fn condensed_solver(&mut self, options: SparseOptions) -> Condensed<Self> {
         let Some(body) = self.body_mut().condensed_solver(options)? else {
             return Ok(None);
         };
@@ -88,19 +82,13 @@ impl Body for FeedbackDae {
         self.one_way().schedule()
     }
 
-    fn condensed_solver(
-        &mut self,
-        options: SparseOptions,
-    ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
+    fn condensed_solver(&mut self, options: SparseOptions) -> Condensed<Self> {
         Ok(Some(Box::new(FeedbackSolver::new(self, options)?)))
     }
 }
 
 impl Body for NoBody {
-    fn condensed_solver(
-        &mut self,
-        _: SparseOptions,
-    ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
+    fn condensed_solver(&mut self, _: SparseOptions) -> Condensed<Self> {
         Ok(Some(Box::new(Self)))
     }
 }

@@ -385,13 +385,13 @@ impl<B> Integrator<Multirate<B>> for Multirate<B> {
     }
 
     fn save(&self) -> Option<Continuation> {
-        let chains = self.chains.save()?;
-        Some(self.body.save()?.with_chains(chains))
+        let chains = Some(Box::new(self.chains.save()?));
+        Some(Continuation { chains, ..self.body.save()? })
     }
 
     fn restore(&mut self, continuation: &Continuation) -> Result<(), ModelError> {
         self.body.restore(continuation)?;
-        match continuation.chains() {
+        match &continuation.chains {
             Some(chains) => self.chains.restore(chains),
             None => Ok(()),
         }

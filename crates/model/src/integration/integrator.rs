@@ -38,24 +38,7 @@ pub struct Continuation {
     pub(crate) before: Counts,
     /// Data of separately integrated oscillators.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    chains: Option<Box<Continuation>>,
-}
-
-impl Continuation {
-    /// Creates the data of an integrator.
-    pub(crate) fn new(radau: RadauState, shortened: bool, before: Counts) -> Self {
-        Self { radau, shortened, before, chains: None }
-    }
-
-    /// Adds the data of the oscillators' integrator.
-    pub(crate) fn with_chains(self, chains: Self) -> Self {
-        Self { chains: Some(Box::new(chains)), ..self }
-    }
-
-    /// Returns the data of the oscillators' integrator.
-    pub(crate) fn chains(&self) -> Option<&Self> {
-        self.chains.as_deref()
-    }
+    pub(crate) chains: Option<Box<Continuation>>,
 }
 
 /// A variable-step integrator that owns its problem.

@@ -226,7 +226,12 @@ impl<P: Consistent, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauInteg
     }
 
     fn save(&self) -> Option<Continuation> {
-        Some(Continuation::new(self.solver.save(), self.pace.shortened(), self.before))
+        Some(Continuation {
+            radau: self.solver.save(),
+            shortened: self.pace.shortened(),
+            before: self.before,
+            chains: None,
+        })
     }
 
     fn restore(&mut self, continuation: &Continuation) -> Result<(), ModelError> {

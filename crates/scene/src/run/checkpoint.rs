@@ -78,7 +78,6 @@ pub(super) struct Totals {
     /// Counts of separately integrated chains.
     #[serde(default)]
     pub(super) chains: Counts,
-    /// Number of resumes.
     pub(super) resumed: u64,
 }
 
@@ -134,12 +133,7 @@ impl Checkpoint {
             })
             .map_err(|damage| wrong(damage.to_string()))?;
         if checkpoint.t > scene.t_end {
-            let t = checkpoint.t;
-            return Err(InputError::new("the run is finished: there is nothing to continue")
-                .at(folder.path().display())
-                .found(format!("t = {t} s"))
-                .next("set a later end to continue it: --resume --set time.end=…")
-                .next("--overwrite computes it again"));
+            return Err(finished(folder.path(), checkpoint.t));
         }
         Ok(checkpoint)
     }
@@ -270,14 +264,16 @@ pub(super) fn expect_incomplete(
     scene: &Scene,
     verify: bool,
 ) -> Result<(), InputError> {
-    let Some(t) = completed(folder, scene, verify) else {
-        return Ok(());
-    };
-    Err(InputError::new("the run is finished: there is nothing to continue")
+    completed(folder, scene, verify).map_or(Ok(()), |t| Err(finished(folder, t)))
+}
+
+/// Returns the error for a run that ended at `t`.
+fn finished(folder: &Path, t: f64) -> InputError {
+    InputError::new("the run is finished: there is nothing to continue")
         .at(folder.display())
         .found(format!("t = {t} s"))
         .next("set a later end to continue it: --resume --set time.end=…")
-        .next("--overwrite computes it again"))
+        .next("--overwrite computes it again")
 }
 
 #[cfg(test)]

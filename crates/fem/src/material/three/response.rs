@@ -113,14 +113,7 @@ impl<R: Real> Strain3<R> {
         v: &Tensor3Of<R>,
         volumetric: Volumetric<R>,
     ) -> Tensor3Of<R> {
-        let moving = self.moving(w, v).stress(w, volumetric.moving());
-        let mut out = *v;
-        for (row, moving) in out.iter_mut().zip(&moving) {
-            for (entry, moving) in row.iter_mut().zip(moving) {
-                *entry = moving.rate;
-            }
-        }
-        out
+        rates(&self.moving(w, v).stress(w, volumetric.moving()))
     }
 
     /// Returns Ȧ, the derivative of A along `v` = ∇v and ṗ, which equals ∂Ṗ/∂F.
@@ -142,14 +135,7 @@ impl<R: Real> Strain3<R> {
     /// Returns the derivative of ∂g/∂F along `v` = ∇v; symmetric in H and V, zero for small strains.
     #[inline(always)]
     pub(crate) fn volume_gradient_rate<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Tensor3Of<R> {
-        let moving = self.moving(w, v).volume_gradient();
-        let mut out = *v;
-        for (row, moving) in out.iter_mut().zip(&moving) {
-            for (entry, moving) in row.iter_mut().zip(moving) {
-                *entry = moving.rate;
-            }
-        }
-        out
+        rates(&self.moving(w, v).volume_gradient())
     }
 
     /// Returns m ∂²g/∂F²; zero for small strains.
@@ -161,4 +147,15 @@ impl<R: Real> Strain3<R> {
         }
         a
     }
+}
+
+#[inline(always)]
+fn rates<R: Real>(moving: &Tensor3Of<Dual<R>>) -> Tensor3Of<R> {
+    let mut out = [[moving[0][0].rate; 3]; 3];
+    for (row, moving) in out.iter_mut().zip(moving) {
+        for (entry, moving) in row.iter_mut().zip(moving) {
+            *entry = moving.rate;
+        }
+    }
+    out
 }
