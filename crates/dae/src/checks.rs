@@ -6,7 +6,6 @@ use crate::integrator::covers;
 use crate::integrator_error::IntegratorError;
 use crate::tolerances::Tolerances;
 
-/// Result of a check.
 type Checked = Result<(), IntegratorError>;
 
 /// Returns an error for `option` unless its value is `good`.

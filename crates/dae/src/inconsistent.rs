@@ -5,6 +5,7 @@ use crate::problem::StepError;
 /// Reason why no consistent initial values were found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum Inconsistent {
     /// Newton's method does not converge.
     #[error(
@@ -29,7 +30,6 @@ pub enum Inconsistent {
     IndexTooHigh {
         /// Name of a component with the highest index.
         component: String,
-        /// Its index.
         index: u8,
     },
     /// No values satisfy both F and the stated constraints.
@@ -41,7 +41,6 @@ pub enum Inconsistent {
         /// Index of the equation, or the number of equations plus the index of the constraint whose
         /// time derivative is violated.
         equation: usize,
-        /// Residual of the equation.
         residual: f64,
     },
     /// A function of the problem, or its linear algebra, failed.

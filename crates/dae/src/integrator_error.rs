@@ -7,51 +7,25 @@ use crate::tolerances::NoIndices;
 /// Invalid argument or setting, or a start from inconsistent values.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum IntegratorError {
     /// A setting has an invalid value.
     #[error("{option} = {value}: must be {expected}")]
-    InvalidOption {
-        /// Name of the setting.
-        option: &'static str,
-        /// Value of the setting.
-        value: f64,
-        /// Allowed values.
-        expected: &'static str,
-    },
+    InvalidOption { option: &'static str, value: f64, expected: &'static str },
     /// An array has the wrong length.
     #[error("{what}: expected length {expected}, got {got}")]
-    WrongLength {
-        /// Name of the array.
-        what: &'static str,
-        /// Expected length.
-        expected: usize,
-        /// Actual length.
-        got: usize,
-    },
+    WrongLength { what: &'static str, expected: usize, got: usize },
     /// A component of an array is NaN or infinite.
     #[error("{what}[{index}] = {value} is not finite")]
-    NotFinite {
-        /// Name of the array.
-        what: &'static str,
-        /// Index of the component.
-        index: usize,
-        /// Value of the component.
-        value: f64,
-    },
+    NotFinite { what: &'static str, index: usize, value: f64 },
     /// An output time or a stop time is before the current time.
     #[error("the time {t_out} is before the current time t = {t}")]
-    TimeBehind {
-        /// Requested time.
-        t_out: f64,
-        /// Current time.
-        t: f64,
-    },
+    TimeBehind { t_out: f64, t: f64 },
     /// Dense output was requested outside the last step, or for a derivative of too high an order.
     #[error(
         "no derivative of order {derivative} at t = {t}: orders 0 to {highest} are available on [{from}, {to}]"
     )]
     NoDenseOutput {
-        /// Requested time.
         t: f64,
         /// Order of the requested derivative.
         derivative: usize,
@@ -67,18 +41,10 @@ pub enum IntegratorError {
     NoQuadrature,
     /// A correction of the initial values was requested after the first step.
     #[error("initial values can be corrected only before the first step, not at t = {t}")]
-    AfterTheStart {
-        /// Current time.
-        t: f64,
-    },
+    AfterTheStart { t: f64 },
     /// No values were found that satisfy the equations and the constraints of the problem.
     #[error("no consistent initial values at t = {t}: {source}")]
-    Inconsistent {
-        /// Initial time.
-        t: f64,
-        /// Reason.
-        source: Inconsistent,
-    },
+    Inconsistent { t: f64, source: Inconsistent },
     /// The initial values contradict the equations.
     #[error(transparent)]
     Start(#[from] InconsistentStart),

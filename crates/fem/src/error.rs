@@ -10,11 +10,11 @@ use crate::mesh::defect::{ElementName, MeshDefect};
 /// The element loops return [`Inverted`](crate::solid::Inverted) instead, because an integrator can
 /// recover from it.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum FemError {
     /// The mesh file could not be read.
     #[error("cannot read mesh {}: {source}", path.display())]
     Io {
-        /// Requested file.
         path: PathBuf,
         /// Error of the operating system.
         source: std::io::Error,
@@ -32,7 +32,6 @@ pub enum FemError {
     /// Unknown physical group.
     #[error("the mesh has no group \"{name}\"; its groups are: {}", list(known))]
     UnknownGroup {
-        /// Requested group.
         name: String,
         /// Names of the available groups.
         known: Vec<String>,
@@ -40,21 +39,13 @@ pub enum FemError {
     /// Unknown nodal field.
     #[error("the mesh has no nodal field \"{name}\"; its fields are: {}", list(known))]
     UnknownField {
-        /// Requested field.
         name: String,
         /// Names of the available fields.
         known: Vec<String>,
     },
     /// Group with members of the wrong kind, for example points instead of edges.
     #[error("group \"{name}\" contains {found}, but {needed} are required")]
-    WrongGroup {
-        /// Name of the group.
-        name: String,
-        /// Members found.
-        found: &'static str,
-        /// Members required.
-        needed: &'static str,
-    },
+    WrongGroup { name: String, found: &'static str, needed: &'static str },
     /// Elements that do not form a conforming mesh.
     #[error(transparent)]
     Defect(#[from] MeshDefect),
@@ -64,155 +55,88 @@ pub enum FemError {
         shape.measure_name
     )]
     DegenerateElement {
-        /// Index of the element.
         element: usize,
-        /// Vertices.
         vertices: Vec<usize>,
         /// Signed area or volume.
         measure: f64,
-        /// Shape of the element.
         shape: &'static Shape,
     },
     /// Mesh without elements.
     #[error("the mesh has no {}", shape.plural)]
-    NoElements {
-        /// Expected shape.
-        shape: &'static Shape,
-    },
+    NoElements { shape: &'static Shape },
     /// Mesh of the wrong dimension for an operation.
     #[error("the mesh has {found} dimensions, but {needed} are required")]
-    Dimension {
-        /// Dimension of the mesh.
-        found: usize,
-        /// Required dimension.
-        needed: usize,
-    },
+    Dimension { found: usize, needed: usize },
     /// Pressure shared by elements of different bulk modulus or damping.
     #[error(
         "elements with different kappa or beta share the pressure at vertex {vertex}: give each \
          region separate pressures (Space::with_regions)"
     )]
-    SharedPressure {
-        /// Index of the vertex.
-        vertex: usize,
-    },
+    SharedPressure { vertex: usize },
     /// Element in two regions with added stress.
     #[error(
         "element {element} is in two regions with active or viscous stress: use one region \
          with both"
     )]
-    DuplicateAddedStress {
-        /// Index of the element.
-        element: usize,
-    },
+    DuplicateAddedStress { element: usize },
     /// Active or viscous stress in an element with a small-strain law.
     #[error(
         "element {element} has a small-strain law, which excludes active and viscous stress: use \
          a finite-strain law or Rayleigh damping there"
     )]
-    AddedToSmallStrain {
-        /// Index of the element.
-        element: usize,
-    },
+    AddedToSmallStrain { element: usize },
     /// Law without a choice of the volume function.
     #[error(
         "the law `{law}` has small strains or includes its volumetric energy, which excludes the logarithmic volumetric \
          energy: use the quadratic energy or another law"
     )]
-    VolumeFunction {
-        /// Name of the law.
-        law: &'static str,
-    },
+    VolumeFunction { law: &'static str },
     /// Index out of range.
     #[error("{what} {index} is out of range: the index must be below {count}")]
     OutOfRange {
         /// Name of the indexed items.
         what: &'static str,
-        /// Index found.
         index: usize,
-        /// Number of items.
         count: usize,
     },
     /// Vertex that belongs to no element.
     #[error("vertex {vertex} belongs to no {}", shape.name)]
-    UnusedVertex {
-        /// Index of the vertex.
-        vertex: usize,
-        /// Shape of the elements.
-        shape: &'static Shape,
-    },
+    UnusedVertex { vertex: usize, shape: &'static Shape },
     /// Group edge or face that belongs to no element.
     #[error("{} of group \"{group}\" belongs to no {}", facet(vertices), shape.name)]
-    UnknownFacet {
-        /// Name of the group.
-        group: String,
-        /// Vertices.
-        vertices: Vec<usize>,
-        /// Shape of the elements.
-        shape: &'static Shape,
-    },
+    UnknownFacet { group: String, vertices: Vec<usize>, shape: &'static Shape },
     /// Boundary edge or face with an element on both sides.
     #[error("boundary {} of group \"{group}\" is inside the body", facet(vertices))]
-    InteriorFacet {
-        /// Name of the group.
-        group: String,
-        /// Vertices.
-        vertices: Vec<usize>,
-    },
+    InteriorFacet { group: String, vertices: Vec<usize> },
     /// The model has no plane of symmetry normal to the axis, or several.
     #[error(
         "the rim of the group is not in one plane normal to {} with all nodes fixed along that axis",
         ["x", "y", "z"][*axis]
     )]
-    NoSymmetryPlane {
-        /// The axis.
-        axis: usize,
-    },
+    NoSymmetryPlane { axis: usize },
     /// Boundary of an enclosed volume that has several disconnected pieces.
     #[error(
         "group \"{group}\" has {found} disconnected pieces, so the enclosed volume is ambiguous: use \
          a separate group for each piece"
     )]
-    DisconnectedBoundary {
-        /// Name of the group.
-        group: String,
-        /// Number of pieces.
-        found: usize,
-    },
+    DisconnectedBoundary { group: String, found: usize },
     /// List of the wrong length.
     #[error("{what}: found {found}, required {needed}")]
-    Count {
-        /// Name of the items.
-        what: &'static str,
-        /// Number of items found.
-        found: usize,
-        /// Number of items required.
-        needed: usize,
-    },
+    Count { what: &'static str, found: usize, needed: usize },
     /// Unknown material law.
     #[error("unknown law \"{name}\"; available laws: {}", known.join(", "))]
     UnknownLaw {
-        /// Requested name.
         name: String,
         /// Names of the available laws.
         known: Vec<&'static str>,
     },
     /// Constant that a law does not have.
     #[error("the law {law} has no constant \"{name}\"; its constants are: {}", known.join(", "))]
-    UnknownConstant {
-        /// Name of the law.
-        law: &'static str,
-        /// Name found.
-        name: String,
-        /// Constants of the law.
-        known: Vec<&'static str>,
-    },
+    UnknownConstant { law: &'static str, name: String, known: Vec<&'static str> },
     /// Missing constant of a law.
     #[error("the law {law} requires {name}{}", in_unit(unit))]
     MissingConstant {
-        /// Name of the law.
         law: &'static str,
-        /// Name of the constant.
         name: &'static str,
         /// Unit; empty for a dimensionless constant.
         unit: &'static str,
@@ -223,25 +147,15 @@ pub enum FemError {
         vector[0], vector[1], vector[2]
     )]
     Direction {
-        /// Name of the field.
         field: String,
-        /// Index of the vertex.
         node: u64,
-        /// Vector found.
         vector: [f64; 3],
         /// Reason why the vector is invalid.
         problem: &'static str,
     },
     /// Parameter outside its range.
     #[error("{name} = {value} must be {condition}")]
-    Parameter {
-        /// Name of the parameter.
-        name: &'static str,
-        /// Value found.
-        value: f64,
-        /// Allowed range.
-        condition: &'static str,
-    },
+    Parameter { name: &'static str, value: f64, condition: &'static str },
 }
 
 impl FemError {
@@ -275,6 +189,7 @@ fn list(names: &[String]) -> String {
 
 /// Problem on a line of a mesh file.
 #[derive(Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum MshProblem {
     /// Unsupported version of the format.
     #[error(
@@ -300,7 +215,6 @@ pub enum MshProblem {
     Expected {
         /// Description of the allowed input.
         expected: &'static str,
-        /// Text found.
         found: String,
     },
     /// Duplicate tag.
@@ -328,17 +242,13 @@ pub enum MshProblem {
         "triangle {tag} is not a face of any tetrahedron: 2D and 3D elements cannot be mixed, and a physical surface of a \
          removed volume must be removed too"
     )]
-    MixedDimensions {
-        /// Tag of the element.
-        tag: u64,
-    },
+    MixedDimensions { tag: u64 },
     /// Node of a plane mesh with z ≠ 0.
     #[error(
         "node {tag} has z = {z}: a mesh without tetrahedra is plane, parallel to two axes; for a body in space give Gmsh a \
          volume and mesh it: `gmsh -3`"
     )]
     NotPlane {
-        /// Tag of the node.
         tag: u64,
         /// Third coordinate.
         z: f64,
@@ -371,11 +281,9 @@ pub enum MshProblem {
         shape.dimension
     )]
     DegenerateElement {
-        /// Tag of the element.
         tag: u64,
         /// Signed area or volume.
         measure: f64,
-        /// Shape of the element.
         shape: &'static Shape,
     },
 }

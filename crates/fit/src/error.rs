@@ -4,38 +4,20 @@
 /// [`Ended`](crate::Ended).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum FitError {
     /// An invalid parameter.
     #[error("parameter {name}: {what} ({value})")]
-    Parameter {
-        /// Name of the parameter.
-        name: String,
-        /// The reason.
-        what: &'static str,
-        /// The invalid value.
-        value: f64,
-    },
+    Parameter { name: String, what: &'static str, value: f64 },
     /// Fewer measurements than parameters, or no parameters.
     #[error("{n_residuals} measurements cannot determine {n_parameters} parameters")]
-    TooFewMeasurements {
-        /// Number of measurements.
-        n_residuals: usize,
-        /// Number of parameters.
-        n_parameters: usize,
-    },
+    TooFewMeasurements { n_residuals: usize, n_parameters: usize },
     /// The model cannot be evaluated at the start.
     #[error("the model cannot be evaluated at the start: {0}")]
     Start(String),
     /// An invalid option.
     #[error("{option} = {value}: must be {expected}")]
-    Option {
-        /// Name of the option.
-        option: &'static str,
-        /// The invalid value.
-        value: f64,
-        /// The allowed values.
-        expected: &'static str,
-    },
+    Option { option: &'static str, value: f64, expected: &'static str },
     /// There are as many parameters as measurements, so the noise cannot be estimated.
     #[error("{0} measurements cannot determine as many parameters and the noise")]
     NoFreedom(usize),

@@ -96,7 +96,6 @@ impl<T: Scalar> DrivenObstacles<T> {
 }
 
 impl DrivenObstacles<f64> {
-    /// Returns the number of negative pivots.
     pub(crate) fn negative_pivots(&self) -> usize {
         let pivots = self.obstacles.iter().map(|own| own.pivot);
         pivots.filter(|pivot| *pivot < 0.0).count()

@@ -2,17 +2,11 @@
 
 /// Errors of building or running a model.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum ModelError {
     /// A parameter outside its range.
     #[error("{name} = {value} is out of range: {allowed}")]
-    OutOfRange {
-        /// Name of the parameter.
-        name: &'static str,
-        /// Value found.
-        value: f64,
-        /// Allowed values.
-        allowed: &'static str,
-    },
+    OutOfRange { name: &'static str, value: f64, allowed: &'static str },
     /// A formulation that is incompatible with κ and β.
     #[error(
         "formulation `{formulation}` is incompatible with kappa = {kappa}, beta = {beta}: {allowed}"
@@ -24,7 +18,6 @@ pub enum ModelError {
         kappa: f64,
         /// Stiffness-proportional damping, s.
         beta: f64,
-        /// Allowed values.
         allowed: &'static str,
     },
     /// An invalid prescribed displacement.
@@ -32,15 +25,11 @@ pub enum ModelError {
     Prescribed {
         /// Index of the component in a nodal array.
         component: usize,
-        /// Reason and remedy.
         objection: &'static str,
     },
     /// An invalid strain at a rod's end.
     #[error("the strain at the rod's end cannot be prescribed: {objection}")]
-    RodStrain {
-        /// Reason and remedy.
-        objection: &'static str,
-    },
+    RodStrain { objection: &'static str },
     /// A jump in a load; sensitivities across jumps are not supported.
     #[error(
         "the load jumps at t = {t} s, and sensitivities across a jump are not supported: set `rise` of the step"
@@ -56,7 +45,6 @@ pub enum ModelError {
         .elements[0], .elements[1]
     )]
     MixedParameters {
-        /// The property that differs.
         what: &'static str,
         /// One element of each kind.
         elements: [usize; 2],
@@ -66,7 +54,6 @@ pub enum ModelError {
     Activation {
         /// Number of the active stress in the solid.
         number: usize,
-        /// Reason and remedy.
         objection: &'static str,
     },
     /// A point outside all elements.
@@ -80,7 +67,6 @@ pub enum ModelError {
     /// A point with the wrong number of coordinates for the body.
     #[error("a point of the body has {needed} coordinates, not {found}")]
     Coordinates {
-        /// Number of coordinates given.
         found: usize,
         /// Number of coordinates of the body.
         needed: usize,
@@ -96,16 +82,10 @@ pub enum ModelError {
     Radau(#[from] myovib_radau::RadauError),
     /// A setting that Radau IIA does not have.
     #[error("Radau IIA has no `{setting}`: it is a setting of BDF (IDAS)")]
-    OnlyBdf {
-        /// Name of the setting.
-        setting: &'static str,
-    },
+    OnlyBdf { setting: &'static str },
     /// A setting that is not available for a body with feedback.
     #[error("`{setting}` is not available for a body with feedback: remove it")]
-    NotWithFeedback {
-        /// Name of the setting.
-        setting: &'static str,
-    },
+    NotWithFeedback { setting: &'static str },
     /// Newton's method found no static equilibrium.
     #[error(
         "no static equilibrium: Newton's method failed beyond {:.1} % of the load even in small load steps{}; {remedy}",
@@ -117,7 +97,6 @@ pub enum ModelError {
         reached: f64,
         /// An element that the last iterations inverted.
         inverted: Option<myovib_fem::Inverted>,
-        /// Suggested remedy.
         remedy: String,
     },
     /// Augmented Lagrange multipliers did not remove the penetration of a contact.
@@ -140,23 +119,18 @@ pub enum ModelError {
     NoPeriodicState {
         /// Remaining relative difference of the states at the ends of the period.
         residual: f64,
-        /// Requested tolerance.
         tolerance: f64,
         /// Relative error of the integration over a period.
         map_error: f64,
     },
     /// A curve of periodic states does not end within its number of points.
     #[error("it has max_points = {max_points} points")]
-    CurveTooLong {
-        /// Maximum number of points.
-        max_points: usize,
-    },
+    CurveTooLong { max_points: usize },
     /// The integration over a period stopped before its end.
     #[error("the integration over a period stopped at t = {t} s: {message}")]
     PeriodStopped {
         /// Time reached, s.
         t: f64,
-        /// Description of the cause.
         message: String,
     },
     /// The search for an equilibrium or a periodic state was interrupted.
@@ -184,7 +158,6 @@ pub enum ModelError {
     Sources {
         /// Number of forcing directions of the network.
         needed: usize,
-        /// Number of sources given.
         given: usize,
     },
     /// Invalid oscillators, or a window without samples.
@@ -205,21 +178,13 @@ pub enum ModelError {
     #[error(
         "{unknowns} unknowns are too many to compute the index from the matrices ({largest} at most): use a coarser mesh"
     )]
-    TooLarge {
-        /// Number of unknowns.
-        unknowns: usize,
-        /// Largest supported number.
-        largest: usize,
-    },
+    TooLarge { unknowns: usize, largest: usize },
     /// The structural analysis failed.
     #[error(transparent)]
     Structure(#[from] myovib_structure::StructureError),
     /// The requested measurement refers to a part that the system does not have.
     #[error("the system has no {part}")]
-    NoSuchPart {
-        /// Name of the part.
-        part: &'static str,
-    },
+    NoSuchPart { part: &'static str },
     /// A recorder failed to write.
     #[error("cannot write the recorded output")]
     Output(#[from] std::io::Error),

@@ -107,7 +107,6 @@ pub(crate) enum Source {
     Coherence,
 }
 
-/// Properties of a matrix.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Properties {
     pub(crate) pattern: Pattern,

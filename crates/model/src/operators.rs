@@ -77,7 +77,6 @@ fn tangents(solid: &Solid, u: &[f64], p: &[f64], mut wanted: Tangents<'_>) -> Re
     solid.tangents(&Fields::new(u, Pressure::Nodal(p)), &mut wanted)
 }
 
-/// Builds a matrix from its pattern and values.
 pub(crate) fn matrix(pattern: &SparsityPattern, values: Vec<f64>) -> CscMatrix<f64> {
     CscMatrix::try_from_pattern_and_values(pattern.clone(), values).expect("values of the pattern")
 }

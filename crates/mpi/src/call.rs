@@ -44,7 +44,6 @@ impl Command {
 /// Numeric arguments of a command.
 pub(crate) type Words = [f64; 4];
 
-/// Maximum number of vectors of a command.
 const VECTORS: usize = 6;
 
 /// A command with its numeric arguments and the length of each vector (−1 for a missing vector).

@@ -6,16 +6,14 @@
 /// Reason why an integration is impossible.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum RadauError {
     /// An error that all integrators have in common.
     #[error(transparent)]
     Common(#[from] myovib_dae::IntegratorError),
     /// The method does not exist.
     #[error("Radau IIA with {stages} stages is not supported: use 1, 3, 5 or 7")]
-    Stages {
-        /// Requested number of stages.
-        stages: usize,
-    },
+    Stages { stages: usize },
     /// The problem has no unknowns.
     #[error("nothing to integrate: no unknowns")]
     Empty,
@@ -24,7 +22,6 @@ pub enum RadauError {
     Adjoint {
         /// Start of the step.
         t: f64,
-        /// Reason.
         message: String,
     },
     /// A step repeated from a checkpoint differs from the recorded run.
@@ -39,13 +36,11 @@ pub enum RadauError {
     /// The problem or its linear algebra failed with a fatal error.
     #[error("the {function} failed at t = {t} with step {h}: {source}")]
     Fatal {
-        /// Function that failed.
         function: &'static str,
         /// Start of the step.
         t: f64,
         /// Size of the attempted step.
         h: f64,
-        /// Original error.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// Sensitivities or an adjoint were requested for a problem with internal variables.
@@ -59,11 +54,9 @@ pub enum RadauError {
         "the sensitivity to `{parameter}` cannot be computed over the step from t = {t}: {message}"
     )]
     Sensitivity {
-        /// Name of the parameter.
         parameter: String,
         /// Start of the step.
         t: f64,
-        /// Reason.
         message: String,
     },
     /// Steps were taken without updating the sensitivities.
@@ -79,10 +72,7 @@ pub enum RadauError {
         "the solver was restarted at t = {t} (reinit, restore or correct_initial_values): continue \
          sensitivities by ForwardSensitivities::reinit; make a new Recording"
     )]
-    StartedAgain {
-        /// Current time.
-        t: f64,
-    },
+    StartedAgain { t: f64 },
     /// The pattern of the Jacobian cannot be analyzed.
     #[error(transparent)]
     Factorization(#[from] myovib_sparse::SparseError),

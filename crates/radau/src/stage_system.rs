@@ -22,7 +22,6 @@ pub(crate) struct StageSystem {
 /// A mode of the system to solve.
 enum Mode<'a> {
     Real(&'a mut [f64]),
-    /// The complex mode with this index.
     Complex(usize, &'a mut [Complex64]),
 }
 

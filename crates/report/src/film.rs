@@ -232,7 +232,6 @@ fn magnitude(vector: &[f64]) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Returns the field of points with this name.
 fn found<'a>(fields: &'a [StoredField], name: &str) -> anyhow::Result<&'a StoredField> {
     let of_points = || fields.iter().filter(|field| !field.of_cells);
     let known = || of_points().map(|field| field.name.as_str());

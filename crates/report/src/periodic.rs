@@ -102,7 +102,6 @@ fn curve_text(curve: &Curve) -> String {
     )
 }
 
-/// Describes the stability of a point.
 fn stability(point: &CurvePoint) -> &'static str {
     match point.is_stable {
         Some(true) => "stable",

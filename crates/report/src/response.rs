@@ -12,7 +12,6 @@ use crate::table::{Align, Table, colored_stdout};
 /// Maximum number of values drawn for a probe; the CSV file contains the others.
 const MOST_COLUMNS: usize = 6;
 
-/// Returns the table of peaks of all values.
 fn peaks(found: &Response, damping_ratio_heading: &str) -> Table {
     let mut table = Table::new(&[
         ("probe", Align::Left),

@@ -51,7 +51,6 @@ impl<T: Into<String>> From<T> for Cell {
 pub enum Align {
     /// For words.
     Left,
-    /// For numbers.
     Right,
 }
 

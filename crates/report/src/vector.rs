@@ -1,6 +1,5 @@
 //! Vectors in 3D.
 
-/// A point or a vector.
 pub(crate) type Place = [f64; 3];
 
 /// Returns x + factor y.

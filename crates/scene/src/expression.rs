@@ -44,7 +44,6 @@ pub(crate) enum ExpressionError {
     TooLarge,
 }
 
-/// Maximum length of an expression.
 const LENGTH: usize = 10_000;
 /// Maximum nesting of brackets, signs and powers.
 const DEPTH: usize = 100;

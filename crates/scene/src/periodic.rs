@@ -54,7 +54,6 @@ pub struct Curve {
 /// Periodic state of a curve.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CurvePoint {
-    /// Value of the parameter.
     pub parameter: f64,
     /// Frequency, Hz.
     pub frequency: f64,

@@ -3,7 +3,6 @@
 /// Maximum number of values of a range.
 const MAX_VALUES: usize = 100_000;
 
-/// Parts of a range.
 pub(crate) struct Range<'a> {
     low: &'a str,
     high: &'a str,

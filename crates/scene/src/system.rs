@@ -30,7 +30,6 @@ pub(crate) trait System {
         Vec::new()
     }
 
-    /// Returns the work counters of the body.
     fn counters(&self) -> WorkCounters;
 
     /// Returns the counts of the chains' integrator if they are integrated separately.

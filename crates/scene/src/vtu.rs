@@ -148,7 +148,6 @@ impl Series {
         self.listing.next_files()
     }
 
-    /// Returns the quantities of the fields.
     pub(crate) fn quantities(&self) -> &[Quantity] {
         &self.quantities
     }

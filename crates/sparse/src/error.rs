@@ -4,15 +4,11 @@ use myovib_dae::StepError;
 
 /// Reason why a factorization or a solve failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum SparseError {
     /// The pattern is not square, or empty.
     #[error("a {rows} × {columns} pattern cannot be factorized: it must be square and not empty")]
-    NotSquare {
-        /// Number of rows.
-        rows: usize,
-        /// Number of columns.
-        columns: usize,
-    },
+    NotSquare { rows: usize, columns: usize },
     /// A column of the pattern is empty.
     #[error("column {column} of the pattern is empty: no equation contains unknown {column}")]
     EmptyColumn {
@@ -41,27 +37,14 @@ pub enum SparseError {
     Inaccurate {
         /// Order of the matrix.
         n: usize,
-        /// Componentwise backward error.
         backward_error: f64,
     },
     /// An array has the wrong length.
     #[error("{what}: expected {expected}, got {got}")]
-    WrongLength {
-        /// Name of the array.
-        what: &'static str,
-        /// Expected length.
-        expected: usize,
-        /// Length found.
-        got: usize,
-    },
+    WrongLength { what: &'static str, expected: usize, got: usize },
     /// An entry of the matrix or of the right-hand side is NaN or infinite.
     #[error("entry {position} of the {of} is not finite")]
-    NotFinite {
-        /// Name of the array.
-        of: &'static str,
-        /// Index in the array.
-        position: usize,
-    },
+    NotFinite { of: &'static str, position: usize },
     /// No factors are available: either none were computed or the last refactorization failed.
     #[error("no factors are available: none were computed, or the last refactorization failed")]
     NoFactors,
@@ -73,12 +56,7 @@ pub enum SparseError {
     },
     /// An [engine](crate::engine) failed.
     #[error("{engine} failed: {reason}")]
-    Engine {
-        /// Name of the engine.
-        engine: &'static str,
-        /// Message of the engine.
-        reason: String,
-    },
+    Engine { engine: &'static str, reason: String },
     /// The factors do not fit into memory.
     #[error(
         "the factors need {} of memory, but only {} is available: use a coarser mesh, or provide more \
@@ -91,13 +69,11 @@ pub enum SparseError {
         needed: usize,
         /// Memory available to this process in bytes.
         available: usize,
-        /// Number of complex matrices.
         n_complex: usize,
     },
     /// The thread pool could not be created.
     #[error("cannot create a pool of {threads} threads: {reason}")]
     Threads {
-        /// Requested number of threads.
         threads: usize,
         /// Message of the operating system.
         reason: String,

@@ -33,7 +33,6 @@ pub(crate) struct Deflation {
     pub(crate) end: End,
 }
 
-/// Result of a deflation.
 pub(crate) enum End {
     /// An ordinary differential equation: E is non-singular, possibly of size zero.
     Regular { e: DMatrix<f64>, a: DMatrix<f64> },

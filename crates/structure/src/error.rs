@@ -5,6 +5,7 @@ use myovib_sparse::SparseError;
 
 /// Reason why a structural analysis failed.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum StructureError {
     /// The matrices of a pencil are not square or differ in size.
     #[error(
@@ -19,34 +20,13 @@ pub enum StructureError {
     },
     /// An entry is NaN or infinite.
     #[error("entry ({row}, {column}) of {matrix} is {value}")]
-    NotFinite {
-        /// Name of the matrix.
-        matrix: &'static str,
-        /// Row of the entry.
-        row: usize,
-        /// Column of the entry.
-        column: usize,
-        /// Value of the entry.
-        value: f64,
-    },
+    NotFinite { matrix: &'static str, row: usize, column: usize, value: f64 },
     /// The system could not be linearized at the given state.
     #[error("cannot evaluate the Jacobian at t = {t}: {source}")]
-    Linearize {
-        /// Time.
-        t: f64,
-        /// Error of the system.
-        source: StepError,
-    },
+    Linearize { t: f64, source: StepError },
     /// The sizes of the matrices do not match.
     #[error("the {matrix} is {}x{}, expected {}x{}", got.0, got.1, expected.0, expected.1)]
-    Sizes {
-        /// Name of the matrix.
-        matrix: &'static str,
-        /// Rows and columns found.
-        got: (usize, usize),
-        /// Rows and columns expected.
-        expected: (usize, usize),
-    },
+    Sizes { matrix: &'static str, got: (usize, usize), expected: (usize, usize) },
     /// The sparse factorization failed.
     #[error("cannot factorize the shifted matrix: {0}")]
     Factorize(#[from] SparseError),
@@ -54,12 +34,5 @@ pub enum StructureError {
     #[error(
         "{converged} of {count} modes converged with {vectors} basis vectors: the shifted matrix is nearly singular"
     )]
-    NotConverged {
-        /// Number of converged modes.
-        converged: usize,
-        /// Requested number of modes.
-        count: usize,
-        /// Number of basis vectors.
-        vectors: usize,
-    },
+    NotConverged { converged: usize, count: usize, vectors: usize },
 }

@@ -6,6 +6,7 @@
 /// An error of the wrapper.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum Error {
     /// An error that all integrators have in common.
     #[error(transparent)]
@@ -13,7 +14,6 @@ pub enum Error {
     /// A problem without unknowns, or with a Jacobian without entries, cannot be integrated.
     #[error("nothing to integrate: {n_unknowns} unknowns, {n_entries} entries in the Jacobian")]
     Empty {
-        /// Number of unknowns.
         n_unknowns: usize,
         /// Entries in the Jacobian's pattern.
         n_entries: usize,
@@ -23,7 +23,6 @@ pub enum Error {
     NoParameter {
         /// Requested number, from 0.
         parameter: usize,
-        /// How many there are.
         of: usize,
     },
     /// A restart at a time other than the start: the sensitivities there are unknown.
@@ -42,10 +41,7 @@ pub enum Error {
     NoCheckpoints,
     /// The feature cannot be combined with checkpoints, because it is not repeated with the steps of a run.
     #[error("{what}: not available with checkpoints; integrate up to it, and start again there")]
-    NotWithCheckpoints {
-        /// Requested feature.
-        what: &'static str,
-    },
+    NotWithCheckpoints { what: &'static str },
     /// IDAS does not support adjoints of problems of this index.
     #[error(
         "IDAS does not support the adjoint of a problem of index {index}: use a formulation of index 1 or 2, or the discrete \
@@ -60,7 +56,6 @@ pub enum Error {
     NoBackward {
         /// Requested number, from 0.
         number: usize,
-        /// How many there are.
         of: usize,
     },
     /// The forward run is over, since parts of it have been repeated for backward problems.
@@ -73,14 +68,10 @@ pub enum Error {
         "the forward run took different steps when it was repeated up to t = {t}: its functions must give \
          the same values again"
     )]
-    NotRepeated {
-        /// The time reached.
-        t: f64,
-    },
+    NotRepeated { t: f64 },
     /// No consistent initial values were found.
     #[error("no consistent initial values at t = {t}: {message} ({name}, {code})")]
     InconsistentInitialValues {
-        /// The initial time.
         t: f64,
         /// IDAS' code.
         code: i32,
@@ -92,7 +83,6 @@ pub enum Error {
     /// A user function returned an unrecoverable error.
     #[error("the {function} failed at t = {t}: {source}")]
     Callback {
-        /// Which function.
         function: &'static str,
         /// Time at which the function was called.
         t: f64,
@@ -104,7 +94,6 @@ pub enum Error {
     Call {
         /// The function of IDAS.
         call: &'static str,
-        /// Its return code.
         code: i32,
         /// IDAS' name of the code.
         name: &'static str,

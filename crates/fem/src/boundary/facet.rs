@@ -46,7 +46,6 @@ impl FacetPoint {
     }
 }
 
-/// Returns the length of a vector.
 fn length<const D: usize>(vector: [f64; D]) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
@@ -67,7 +66,6 @@ fn is_curved<const D: usize>(positions: &[[f64; D]]) -> bool {
 pub(crate) struct SurfacePoint<'a, const D: usize> {
     /// Vertices of the facet.
     pub(crate) facet: &'a [usize],
-    /// Nodes of the facet.
     pub(crate) nodes: &'a [usize],
     /// Positions of the nodes.
     pub(crate) positions: &'a [[f64; D]],
@@ -79,7 +77,6 @@ pub(crate) struct SurfacePoint<'a, const D: usize> {
 }
 
 impl<const D: usize> SurfacePoint<'_, D> {
-    /// Returns the position of the point.
     pub(crate) fn position(&self) -> [f64; D] {
         let weights = match self.is_curved {
             true => &self.point.values,

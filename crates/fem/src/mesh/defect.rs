@@ -55,7 +55,6 @@ pub enum DefectKind {
 }
 
 impl MeshDefect {
-    /// Describes the defect.
     fn reason(&self) -> String {
         let (facet, a_facet) = match self.near.len() {
             2 => ("edge", "an edge"),

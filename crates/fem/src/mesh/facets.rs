@@ -7,7 +7,6 @@ use super::simplices::Simplices;
 pub(super) struct Facet {
     /// Vertices in ascending order; in 2D the last entry is `usize::MAX`.
     key: [usize; 3],
-    /// Index of the element.
     pub(super) element: usize,
     /// Local index of the element vertex opposite to the facet.
     pub(super) opposite: usize,

@@ -12,17 +12,16 @@ use crate::element::Shape;
 /// Note on a correction or omission.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum MeshNote {
     /// Elements of negative measure were reoriented.
     Reoriented {
-        /// Number of elements.
         elements: usize,
         /// Name of their original vertex order.
         order: &'static str,
     },
     /// A group listed some members repeatedly (an edge possibly in both directions); each counts once.
     Repeated {
-        /// Name of the group.
         group: String,
         /// Number of dropped entries.
         entries: usize,
@@ -36,14 +35,12 @@ pub enum MeshNote {
     },
     /// A nodal field has values at non-vertex nodes; only the vertex values are used.
     OffVertexValues {
-        /// Name of the field.
         field: String,
         /// Number of dropped values.
         values: usize,
     },
     /// Curved elements are nearly degenerate: the determinant of their map is below a tenth of its value in the straight element.
     NearlyDegenerate {
-        /// Number of elements.
         elements: usize,
         /// Smallest ratio of the two determinants.
         ratio: f64,

@@ -16,7 +16,6 @@ impl<'a> Simplices<'a> {
         Self { dimension, points, vertices }
     }
 
-    /// Returns the number of elements.
     pub(super) fn len(&self) -> usize {
         self.vertices.len() / (self.dimension + 1)
     }

@@ -49,7 +49,6 @@ impl<'a> Fields<'a> {
 macro_rules! slots {
     ($name:ident, $n:literal, $($array:ident),+) => {
         impl $name<'_> {
-            /// Returns which results are requested.
             pub(crate) fn requested(&self) -> [bool; $n] {
                 [$(self.$array.is_some()),+]
             }

@@ -76,7 +76,6 @@ fn add_double_dot<S: Simd, const D: usize>(
     sum
 }
 
-/// Computes the moduli at all points of a part.
 #[inline(always)]
 fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constitutive<D>>(
     law: &C,

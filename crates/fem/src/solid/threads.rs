@@ -139,7 +139,6 @@ fn parts<const K: usize>(mut buffer: &mut [f64], lengths: [usize; K]) -> [Option
 }
 
 impl Entries {
-    /// Returns the number of entries per element.
     fn per_element<const D: usize, const N: usize, const P: usize>(self) -> usize {
         match self {
             Vector => N * D,

@@ -109,7 +109,6 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Returns the symbols of the fields as a list.
 pub(super) fn symbols(fields: &[Field]) -> String {
     let symbols: Vec<_> = fields.iter().map(|field| field.name()).collect();
     symbols.join(", ")

@@ -59,11 +59,9 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
 
 /// Parts of a body connected at single nodes only.
 struct Parts {
-    /// Number of elements of each part.
     elements: Vec<usize>,
     /// Mean of the vertices of each part.
     centers: Vec<Vec<f64>>,
-    /// Parts at each node.
     at_node: Vec<Vec<usize>>,
 }
 

@@ -14,7 +14,6 @@ pub enum Effect {
 }
 
 impl Effect {
-    /// Returns the number of values per element.
     pub(super) fn numbers_per_element(self, solid: &Solid) -> usize {
         match self {
             Self::Stiffness => solid.space().mesh().shape().n_vertices(),
@@ -22,7 +21,6 @@ impl Effect {
         }
     }
 
-    /// Returns the number of values of all elements.
     pub(super) fn numbers(self, solid: &Solid) -> usize {
         self.numbers_per_element(solid) * solid.space().n_elements()
     }

@@ -19,7 +19,6 @@ use super::feedback::FeedbackDae;
 /// The correction for one c.
 #[derive(Debug)]
 pub(super) struct NonlocalElimination<T: ComplexField> {
-    /// Numbers of the nonlocal places.
     places: Vec<usize>,
     /// X_k.
     responses: Vec<Vec<T>>,

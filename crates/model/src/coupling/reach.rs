@@ -14,7 +14,6 @@ use crate::muscle_dae::MuscleDae;
 /// One place of a network. Its coherence sets one value g of the body.
 #[derive(Debug, Clone)]
 pub(super) struct Place {
-    /// Number of the feedback.
     pub(super) feedback: usize,
     /// Number of the place within the feedback.
     pub(super) number: usize,

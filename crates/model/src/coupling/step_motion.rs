@@ -99,7 +99,6 @@ impl StepPoint {
         }
     }
 
-    /// Returns the number of the point.
     pub(super) fn number(&self) -> usize {
         self.number
     }

@@ -242,7 +242,6 @@ impl Settings {
         }
     }
 
-    /// Returns the tolerances of all unknowns.
     pub(crate) fn tolerances(&self, layout: &Layout) -> Tolerances {
         let absolute = layout.fill(|field| self.absolute_tolerances.of(field));
         Tolerances::vector(self.relative_tolerance, absolute)

@@ -78,7 +78,6 @@ impl StepWeights {
         self.layout.n_unknowns()
     }
 
-    /// Returns the shared step size.
     pub(crate) fn step_size(&self) -> SharedStepSize {
         self.step_size.clone()
     }

@@ -21,7 +21,6 @@ use crate::muscle_dae::MuscleDae;
 #[derive(Debug, Clone)]
 pub struct Reduction {
     body: ReductionOfBody,
-    /// Block of the unknown tensions.
     tensions: Option<Arc<TensionBlock>>,
 }
 
@@ -127,7 +126,6 @@ enum ReducedBody<T: Scalar> {
 }
 
 impl<T: Scalar> Reduced<T> {
-    /// Returns the linear systems.
     pub(super) fn systems(&self) -> Vec<&SparseSystem<T>> {
         match &self.body {
             ReducedBody::Condensed(matrix) => vec![matrix.system()],

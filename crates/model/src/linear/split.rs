@@ -50,7 +50,6 @@ impl<T: Scalar> Split<T> {
         }
     }
 
-    /// Returns the linear systems.
     pub(super) fn systems(&self) -> [&SparseSystem<T>; 2] {
         [&self.motion, &self.velocity]
     }

@@ -61,7 +61,6 @@ impl InternalVariableDae {
         self.internal = internal;
     }
 
-    /// Returns the muscle with all its unknowns.
     pub(crate) fn dae(&self) -> &MuscleDae {
         &self.dae
     }

@@ -11,7 +11,6 @@ use num_complex::Complex64;
 const HARMONICS: usize = 10;
 /// Times in a period. With 3 H + 1 for H harmonics, products of two harmonics alias no harmonic.
 const TIMES: usize = 32;
-/// Maximum number of iterations.
 const MAX_ITERATIONS: usize = 30;
 /// Ratio of consecutive corrections above which the motion is not nearly linear.
 const CONTRACTION: f64 = 0.5;

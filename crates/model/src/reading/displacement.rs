@@ -28,7 +28,6 @@ impl Displacement {
         self.unknowns.iter().map(|&(i, w)| w * y[i]).sum()
     }
 
-    /// Returns the prescribed part.
     pub(crate) fn prescribed_at(&self, t: f64) -> f64 {
         let parts = self.prescribed.iter();
         parts.map(|(signal, w)| w * signal.at(t).value).sum()

@@ -22,7 +22,6 @@ pub enum Components {
     Symmetric,
 }
 
-/// Properties of a quantity.
 struct Description {
     /// Name in field files and prefix of column names.
     names: [&'static str; 2],

@@ -45,7 +45,6 @@ struct PlacedMatrix {
     operands: Vec<Operand>,
 }
 
-/// Method of multiplication.
 #[derive(Debug, Clone, Copy)]
 enum Multiplication {
     Identity,

@@ -124,7 +124,6 @@ impl TimeFunction for Polyline {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pchip {
     points: Points,
-    /// At the points.
     slopes: Vec<f64>,
 }
 

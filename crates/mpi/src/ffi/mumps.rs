@@ -19,7 +19,6 @@ pub(crate) struct Functions<T> {
     end: unsafe extern "C" fn(*mut u64),
 }
 
-/// A scalar type of MUMPS.
 pub(crate) trait MumpsScalar: Scalar {
     const MUMPS: Functions<Self>;
     const IS_COMPLEX: bool;

@@ -6,7 +6,6 @@ use crate::method::Method;
 
 use super::RelaxationTerm;
 
-/// Maximum number of stages of a method.
 const MAX_STAGES: usize = 7;
 
 /// Index of the driving quantity at the start of the step; the indices of the stages follow.

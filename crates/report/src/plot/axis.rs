@@ -1,6 +1,5 @@
 //! Axes with limits and ticks.
 
-/// Scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scale {
     #[default]

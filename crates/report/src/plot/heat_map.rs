@@ -19,10 +19,8 @@ pub struct Cell {
 pub struct HeatMap {
     /// Title above the plot; may be empty.
     pub title: String,
-    /// Label of the columns.
     pub column_label: String,
     pub columns: Vec<String>,
-    /// Label of the rows.
     pub row_label: String,
     /// Names of the rows from the top.
     pub rows: Vec<String>,

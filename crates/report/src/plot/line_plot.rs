@@ -38,7 +38,6 @@ impl Series {
         Self { name: name.into(), points, color: None, joined: true, marked: false }
     }
 
-    /// Marks the points.
     pub fn marked(self) -> Self {
         Self { marked: true, ..self }
     }

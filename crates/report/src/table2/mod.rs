@@ -25,7 +25,6 @@ pub struct Row {
 }
 
 impl Row {
-    /// Name of the scene.
     pub fn scene(&self) -> String {
         format!("table2-{}", self.key)
     }

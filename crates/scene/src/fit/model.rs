@@ -152,7 +152,6 @@ fn deviation(datum: &Datum) -> f64 {
     datum.noise.unwrap_or(1.0)
 }
 
-/// All experiments.
 pub(super) struct SceneModel<'a> {
     experiments: Vec<Experiment>,
     watcher: Watcher<'a>,

@@ -18,7 +18,6 @@ const ROUND: usize = 6;
 const PREDICTIONS_PER_INTERVAL: usize = 24;
 /// Number of intervals between adjacent frequencies in plots.
 const DRAWN: usize = 8;
-/// Maximum number of frequencies.
 pub const MAX_FREQUENCIES: usize = 400;
 /// Fraction of the size of a curve. For amplitudes below it (near zeros of the curve), the tolerance is absolute.
 const SMALL: f64 = 0.01;

@@ -28,7 +28,6 @@ impl Part {
         Self::ALL[column % Self::ALL.len()]
     }
 
-    /// Returns this part of a complex value.
     pub(crate) fn of(self, z: Complex64) -> f64 {
         match self {
             Self::Real => z.re,

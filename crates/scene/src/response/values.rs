@@ -22,7 +22,6 @@ struct Ratio {
 
 /// Derivative of a value with respect to time.
 struct Term {
-    /// Number of the value.
     value: usize,
     /// Order of the derivative.
     order: u32,

@@ -13,7 +13,6 @@ use serde_json::Value;
 
 use crate::{Error, InputError, atomic_file, inputs};
 
-/// The name of the list in a folder.
 pub(super) const NAME: &str = "manifest.jsonl";
 
 const SCHEMA: &str = "myovib/manifest/1";

@@ -20,7 +20,6 @@ use crate::{Error, InputError, Scene, inputs};
 use manifest::Manifest;
 pub use manifest::command_of;
 
-/// Name of the document of a run.
 pub(crate) const DOCUMENT: &str = "run.json";
 /// Name of the page that the report crate writes.
 pub(crate) const PAGE: &str = "report.html";

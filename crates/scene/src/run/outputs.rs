@@ -310,7 +310,6 @@ impl<P: System> Observer<P> for Outputs<'_> {
     }
 }
 
-/// Converts an output error to an observer error.
 fn failed_output(error: Error) -> ModelError {
     match error {
         Error::File { path, source, .. } => cannot_write(&path, source),

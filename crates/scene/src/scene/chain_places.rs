@@ -31,7 +31,6 @@ impl DrivenPlace {
     }
 }
 
-/// Places of a chain in the body.
 #[derive(Default)]
 pub(super) struct Found {
     pub(super) places: Vec<DrivenPlace>,

@@ -17,12 +17,10 @@ use crate::scene_file::solid::SpatialFactor;
 pub(super) const GIVE_FIBER: &str =
     "give `fiber`: a vector such as [1, 0, 0], or the name of a nodal field of the mesh file";
 
-/// Materials of the elements.
 pub(super) struct Materials {
     pub(super) laws: Vec<Law>,
     /// Mass density of each element, kg/m³.
     pub(super) densities: Vec<f64>,
-    /// Material number of each element.
     pub(super) regions: Vec<usize>,
     /// Fiber directions, if a material defines them.
     pub(super) fibers: Option<Fibers>,

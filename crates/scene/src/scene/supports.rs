@@ -65,7 +65,6 @@ enum Turn {
 }
 
 impl Builder<'_> {
-    /// Returns the supports of the body.
     pub(super) fn supports(&self, file: &SceneFile, space: &Space) -> Result<Supports, InputError> {
         let mut required = Requirements::new();
         self.require_fixed(file, space, &mut required)?;

@@ -153,7 +153,6 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
     named.filter_map(Result::transpose).collect()
 }
 
-/// Returns all columns of the probes as outputs.
 fn all_columns(scene: &Scene, probes: &[Box<dyn Reading>]) -> Result<Vec<Output>, InputError> {
     let mut all = Vec::new();
     for (k, (probe, what)) in scene.file.probe.iter().zip(probes).enumerate() {

@@ -28,7 +28,6 @@ pub struct StiffnessMap {
     pub solves: u64,
 }
 
-/// Sensitivity of an output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputMap {
     pub name: String,

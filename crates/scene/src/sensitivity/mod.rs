@@ -78,7 +78,6 @@ impl Abscissa {
     }
 }
 
-/// Maximum number of samples of a run.
 const MOST_SAMPLES: f64 = 5000.0;
 
 /// Computes the sensitivities of a scene's outputs, sampled as often as the finest of their probes, or at the load factors of a
@@ -154,7 +153,6 @@ impl Curves {
         abscissa.chain(self.outputs.iter().cloned()).chain(derivatives).collect()
     }
 
-    /// Returns the rows of the table.
     pub fn rows(&self) -> Vec<Vec<f64>> {
         let row = |sample: &Sample| {
             let mut row = vec![sample.t];

@@ -5,7 +5,6 @@ use std::ops;
 use crate::InputError;
 use crate::spacing::Range;
 
-/// Maximum number of cases of a sweep.
 const MAX_CASES: usize = 100_000;
 
 /// Case with its number from 0 and its overrides.
@@ -23,7 +22,6 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// Returns the number of values.
     pub(super) fn len(&self) -> usize {
         self.values.len()
     }

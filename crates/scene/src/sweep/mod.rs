@@ -84,7 +84,6 @@ pub fn rehearse(
     Ok(all.len())
 }
 
-/// Table of a sweep.
 #[derive(Debug, Clone)]
 pub struct SweepResult {
     /// Body of `sweep.json`.

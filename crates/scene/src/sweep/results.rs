@@ -9,7 +9,6 @@ use crate::csv::read_numbers;
 use crate::expression::{Expression, ExpressionError, expect_moderate, parse};
 use crate::{InputError, Scene, run};
 
-/// Result columns of the table.
 pub(super) const COLUMNS: [&str; 10] = [
     "outcome",
     "reason",

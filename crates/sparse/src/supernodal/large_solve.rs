@@ -109,7 +109,6 @@ impl<T: Number> LargeFront<'_, T> {
     }
 }
 
-/// The operation on a block.
 #[derive(Debug, Clone, Copy)]
 enum BlockOperation {
     /// [`solve_lower`].

@@ -13,7 +13,6 @@ const N: usize = 2;
 /// A front of two columns and its position in the right-hand side.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NarrowFront<'a, T> {
-    /// First unknown.
     first: usize,
     /// Columns of the front, one after the other. The pivot rows come first, followed by `rows`.
     panel: &'a [T],

@@ -14,7 +14,6 @@ pub(crate) struct Context {
 }
 
 impl Context {
-    /// Creates a context for vectors with this arithmetic.
     pub(crate) fn new(vectors: VectorArithmetic) -> Result<Self, CallFailed> {
         let mut context: SUNContext = ptr::null_mut();
         // SAFETY: no communicator, for serial use, and a place to write the handle to.

@@ -70,7 +70,6 @@ impl Law3 for SmallStrain {
     }
 }
 
-/// Returns the deviator of a tensor.
 #[inline(always)]
 fn deviator<R: Real>(mut t: Tensor3Of<R>) -> Tensor3Of<R> {
     let third = trace3(&t) * (1.0 / 3.0);

@@ -176,7 +176,6 @@ impl<S: Simd> SimdReal for Lanes<S> {
 
 /// Block of points with the arguments of a law in arrays.
 struct PointBlock {
-    /// Number of points.
     count: usize,
     h: Tensor3Of<Array>,
     axes: Axes<Array>,

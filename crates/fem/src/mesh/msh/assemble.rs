@@ -17,7 +17,6 @@ const OFF_PLANE: f64 = 1e-10;
 /// Line number and the problem found there.
 type ProblemAt = (usize, MshProblem);
 
-/// Points and elements of the body.
 struct Parts<const D: usize, const V: usize> {
     points: Vec<[f64; D]>,
     elements: Vec<[usize; V]>,

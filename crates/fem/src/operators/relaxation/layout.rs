@@ -20,7 +20,6 @@ pub struct RelaxationRegion {
     pub states: Range<usize>,
 }
 
-/// Layout of the internal stresses of a body.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct InternalStresses {
     pub(crate) parts: Vec<RelaxationRegion>,

@@ -156,7 +156,6 @@ pub(super) struct UnitStrains<const D: usize>;
 
 impl<const D: usize> UnitStrains<D> {
     const INDICES: &[[usize; 2]] = component_indices(D).split_at(Self::COUNT).0;
-    /// Number of unit strains.
     pub(super) const COUNT: usize = D * (D + 1) / 2;
 }
 
@@ -217,7 +216,6 @@ pub(super) struct Slots<'a, 'p, S: Simd, const D: usize, const N: usize, const P
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D, N, P> {
     pub(super) const COMPONENTS: usize = component_indices(D).len();
-    /// Index of the out-of-plane component.
     pub(super) const OUT_OF_PLANE: usize = Self::COMPONENTS - 1;
 
     /// Returns the positions of a component.

@@ -15,7 +15,6 @@ use crate::solid::element_material::ElementScale;
 pub(crate) struct Part<'a, S: Simd, const D: usize, const N: usize, const P: usize> {
     simd: S,
     pub(crate) batch: &'a Batch<D, N, P>,
-    /// Index of the part in the batch.
     number: usize,
     /// Lanes of the batch, including unused ones.
     pub(super) lanes: Range<usize>,
@@ -82,7 +81,6 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         axes
     }
 
-    /// Returns the law of the elements.
     #[inline(always)]
     pub(crate) fn law(&self) -> Law {
         self.batch.material.law
@@ -93,7 +91,6 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         self.batch.material.scale
     }
 
-    /// Returns the element in a lane of the part.
     pub(crate) fn element(&self, lane: usize) -> usize {
         self.batch.elements[self.lanes.start + lane]
     }

@@ -21,7 +21,6 @@ const SOFTEST: f64 = 50.0;
 /// to 1; a material with a ratio above 5 would flow.
 const MOST_LOSS: f64 = 5.0;
 
-/// Properties of a material.
 pub(super) struct Part {
     pub(super) law: Law,
     pub(super) density: f64,
@@ -37,7 +36,6 @@ pub(super) struct Part {
 /// Condition on the scene under which a check is performed, and the check of each material.
 pub(super) type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Unusual>);
 
-/// Checks of materials.
 pub(super) const CHECKS: [Check; 4] = [
     (|_| true, volume),
     (|_| true, softness),

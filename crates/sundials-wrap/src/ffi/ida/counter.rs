@@ -4,7 +4,6 @@ use std::os::raw::{c_int, c_long, c_void};
 
 use sundials_sys as sys;
 
-/// The counters of IDAS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Counter {
     Steps,

@@ -381,7 +381,6 @@ impl<C: Callbacks> Ida<C> {
         Ok(found)
     }
 
-    /// Returns a counter of IDAS.
     pub(crate) fn counter(&self, counter: Counter) -> u64 {
         self.get(counter.function()).max(0) as u64
     }
