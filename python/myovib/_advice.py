@@ -66,6 +66,9 @@ class _Facts(NamedTuple):
 # Message of IDAS if all attempts of the first step fail its error test, with the size of the last one.
 FAILED_AT_START = re.compile("after 0 steps .*error_test_failures.* h = -?([^,]+),")
 
+# Beginning of the message if no values are found after a break.
+VALUELESS = "no consistent initial values"
+
 # Beginning of messages with the time of the last step, which may be after the last output time.
 STOPPED = re.compile(r"(?:stopped|the limit .* was reached) at t = ([-+.\de]+)")
 
@@ -123,13 +126,13 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         if 0 < len(small) < len(y):
             near = f"the variables {listed(small.tolist())} (counted from 0) start at or near 0"
             advice += f"; {near}: a larger `atol` may suit them"
-    elif hidden and not solution.success:
-        described = f"the variables {listed(hidden)} (counted from 0) have an index above 1"
-        advice = f"{described}: use a Radau method with `index`"
-    elif is_hidden and solution.nsteps and "after 0 steps" in solution.message:
+    elif solution.nsteps and ("after 0 steps" in solution.message if is_hidden else hidden and VALUELESS in solution.message):
         advice = (
             "a constraint or its derivative jumps at the break: end there, and start again with consistent values"
         )
+    elif hidden and not solution.success:
+        described = f"the variables {listed(hidden)} (counted from 0) have an index above 1"
+        advice = f"{described}: use a Radau method with `index`"
     elif not solution.success and (jumping := _jumping(residual, solution, rtol, atol, stop)):
         equations, variable = jumping
         advice = f"the equations {equations} (counted from 0) jump "

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._structure import RANK, Structure
+from ._structure import RANK, Structure, _null
 
 Array = NDArray[np.float64]
 State = tuple[Array, Array]
@@ -21,6 +21,11 @@ DESCENT = 0.1
 CONVERGED = 0.0033
 # Relative increment of difference quotients.
 ROOT = float(np.sqrt(np.finfo(float).eps))
+# Largest relative rounding of values computed from differences in time, and largest relative error of their equations.
+ROUNDED = 1e-7
+UNSOLVED = 1e-6
+# Error of an initial value, in tolerances, that is reported; global errors are up to 100 tolerances.
+FAR = 100.0
 # Number of trial changes of a state.
 TRIALS = 4
 # Largest increments of differences in time, relative to the length of a part and to the size of a variable, and the
@@ -74,19 +79,28 @@ def _with_free_rates(
     """Return y' with the part that F does not contain, from the derivative of F = 0 at the first time.
 
     BDF predicts the first step by these derivatives, and fails its error test if they are wrong. Returns y' itself if F = 0
-    does not determine this part.
+    does not determine this part, or if F has a kink at y.
     """
     (t, _), (y, yp), (rtol, atol) = times, state, tolerances
     structure = Structure.at(residual, t, y, yp, rtol * np.abs(y) + atol)
     if structure is None:
         return yp
-    try:
-        change = _derivative(residual, times, state, tolerances)
-    except Exception:  # outside of the domain of F
-        return yp
-    # F_t + F_y y' + F_y' y'' = 0
-    correction = _correction(structure, change)
-    return yp if correction is None else yp - correction[0]
+    corrections: list[Array] = []
+    for _ in range(2):
+        rates = yp - sum(corrections, np.zeros(len(y)))
+        try:
+            change = _derivative(residual, times, (y, rates), tolerances)
+        except Exception:  # outside of the domain of F
+            return yp
+        # F_t + F_y y' + F_y' y'' = 0
+        correction = _correction(structure, change)
+        if correction is None:
+            return yp
+        corrections.append(correction[0])
+    with np.errstate(all="ignore"):
+        first, second = [(np.abs(values) / (np.abs(y) + atol / rtol)).max() for values in corrections]
+    # The second one is small except at kinks.
+    return yp - corrections[0] if second <= DESCENT * first else yp
 
 
 def _derivative(
@@ -171,3 +185,89 @@ def _correction(structure: Structure, left: Array) -> State | None:
         return None
     found = np.linalg.solve(combined, left) / sizes
     return basis[:, rank:] @ found[rank:], basis[:, :rank] @ found[:rank]
+
+
+def values_of_index_2(
+    residual: Callable[[float, Array, Array], Any],
+    times: tuple[float, float],
+    state: State,
+    tolerances: tuple[float, Array],
+) -> State | None:
+    """Return y and y' at the first time, with the part of y that F = 0 and its derivative determine for index 2.
+
+    The differences in time end before the second time. Returns None without a solution, for example if the index is above 2.
+    """
+
+    def evaluate(t: float, y: Array, yp: Array) -> Array:
+        with np.errstate(all="ignore"):
+            return np.asarray(residual(t, y.copy(), yp.copy()), dtype=float)
+
+    (y, yp), (rtol, atol), last = state, tolerances, np.inf
+    try:
+        for _ in range(ITERATIONS):
+            tolerance = rtol * np.abs(y) + atol
+            structure = Structure.at(evaluate, times[0], y, yp, tolerance)
+            if structure is None:
+                return None
+            change = _derivative(evaluate, times, (y, yp), tolerances)
+            rates = UNSOLVED * np.abs(yp) + tolerance / abs(times[1] - times[0])
+            correction = _correction_of_index_2(structure, (evaluate(times[0], y, yp), change), (tolerance, rates))
+            if correction is None:
+                return None
+            y, yp = y - correction[0], yp - correction[1]
+            moved = (np.abs(correction[0]) / (np.abs(y) + atol / rtol)).max()
+            if moved <= CONVERGED * rtol or 0.5 * last < moved <= ROUNDED:
+                return y, yp
+            last = moved
+    except Exception:  # outside of the domain of F
+        pass
+    return None
+
+
+def _correction_of_index_2(structure: Structure, left: State, tolerances: State) -> State | None:
+    """Return the corrections of y and y' for the values of F and its derivative along y'; None if they do not determine y.
+
+    y changes within the null space of F_y'. The derivative F_t + F_y y' + F_y' y'' does not contain y'' after projection
+    onto the left null space of F_y'. F and its derivative may be violated by the effect of the tolerances of y and y'.
+    """
+    rows = np.maximum(np.abs(structure.df_dyp).max(axis=1), np.abs(structure.df_dy).max(axis=1))
+    if not rows.all():
+        return None
+    of_y, of_yp = structure.df_dy / rows[:, None], structure.df_dyp / rows[:, None]
+    columns = np.abs(of_yp).max(axis=0)
+    columns = 1.0 / np.where(columns > 0.0, columns, 1.0)
+    lefts, values, rights = np.linalg.svd(of_yp * columns)
+    rank = int((values > RANK * values[0]).sum())
+    free = len(rows) - rank
+    kernel, projection = columns[:, None] * rights[rank:].T, lefts[:, rank:].T
+    combined = np.block([[of_y @ kernel, of_yp], [np.zeros((free, free)), projection @ of_y]])
+    wanted = np.r_[left[0] / rows, projection @ (left[1] / rows)]
+    allowed = np.r_[np.abs(of_y) @ tolerances[0], np.abs(projection @ of_y) @ tolerances[1]]
+    sizes = np.abs(combined).max(axis=0)
+    sizes = np.where(sizes > 0.0, sizes, 1.0)
+    scaled = combined / sizes
+    heights = np.abs(scaled).max(axis=1)
+    heights = np.where(heights > 0.0, heights, 1.0)
+    scaled /= heights[:, None]
+    if _null(scaled)[:free].any():
+        return None
+    found = np.linalg.lstsq(scaled, wanted / heights, rcond=RANK)[0] / sizes
+    if (np.abs(combined @ found - wanted) > allowed + UNSOLVED * np.abs(combined) @ np.abs(found)).any():
+        return None
+    return kernel @ found[:free], found[free:]
+
+
+def jumping_from_start(
+    residual: Callable[[float, Array, Array], Any],
+    limits: tuple[float, float],
+    start: State,
+    tolerances: tuple[float, Array],
+) -> Array:
+    """Return whether each variable is far from the values that F = 0 and its derivative determine for index 2."""
+    (t, end), (y, yp), (rtol, atol) = limits, start, tolerances
+    # Both increments must be shorter than the time within which inputs change.
+    found = [values_of_index_2(residual, (t, t + part * (end - t)), (y, yp), tolerances) for part in (1.0, 1e-2)]
+    if found[0] is None or found[1] is None:
+        return np.zeros(len(y), dtype=bool)
+    jump = np.abs(found[0][0] - y)
+    return np.asarray((jump > FAR * (rtol * np.abs(y) + atol)) & (np.abs(found[1][0] - found[0][0]) < 0.5 * jump))

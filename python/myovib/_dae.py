@@ -28,7 +28,7 @@ from ._arguments import (
     _vector,
     _with,
 )
-from ._breaks import values_after
+from ._breaks import jumping_from_start, values_after, values_of_index_2
 from ._index import index_note, jumping_multipliers, listed
 from ._parts import (
     _End,
@@ -410,6 +410,9 @@ def solve_dae(
     # The differences of a higher index look like an input that acts between the stages.
     notes += [] if is_of_index_4 and not solution.success else [text for _, text in of_functions]
     jumping = []
+    if family == "bdf" and excluded is not None and initial == "given" and structure and structure.of_higher_index:
+        is_jump = jumping_from_start(residual, first_limits, (start, rates), (rtol, tolerances))
+        jumping = [j for j in structure.of_higher_index if is_jump[j]]
     if is_hidden and family != "bdf" and indices is not None and not has_wrong_velocities:
 
         def repeated(h: float | None) -> DaeSolution | None:
@@ -491,7 +494,9 @@ def _integrate_parts(
         if not (is_first or is_hidden):
             tolerances = (request["rtol"], np.array(request["atol"]))
             times = (end_from.before, *part_limits)
-            after = values_after(residual, times, (y, yp), tolerances, request["time_scale"])
+            is_bdf_of_index_2 = request["method"] == "bdf" and request["suppress"] is not None
+            after = is_bdf_of_index_2 and values_of_index_2(residual, part_limits, (y, yp), tolerances)
+            after = after or values_after(residual, times, (y, yp), tolerances, request["time_scale"])
             y, yp = after or (y, yp)
             initial = "given" if after else "algebraic"
         changing = []

@@ -102,15 +102,46 @@ def test_times_without_digits_are_reported(method, start):
     assert s.success or "t_span" in s.message
 
 
-def test_radau_is_named_if_bdf_finds_no_values_after_a_break():
-    def follow(t, y, yp):
-        return [yp[0] - y[1], y[0] - min(t, 1.0) - 0.5 * np.sin(t)]
+def prescribed(jump):
+    """Return a position with a speed of 1 and a jump at t = 1, and an oscillation; the velocity has the index 2."""
+    return lambda t, y, yp: [yp[0] - y[1], y[0] - min(t, 1.0) - 0.5 * np.sin(t) - (jump if t > 1 else 0.0)]
 
-    arguments = dict(breaks=[1.0], rtol=1e-9, atol=1e-9)
-    start = (0, 2.5), [0, 1.5], [1.5, 0]
-    s = solve_dae(follow, *start, suppress=[False, True], **arguments)
-    assert not s.success and "`index`" in s.message and "suppress" not in s.message
-    assert solve_dae(follow, *start, "radau9", index=[1, 2], **arguments).success
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9])
+def test_bdf_at_index_2_has_the_multiplier_after_a_kink_of_a_constraint(rtol):
+    s = solve_dae(
+        prescribed(0.0), (0, 2.5), [0, 1.5], [1.5, 0], suppress=[False, True], rtol=rtol, atol=rtol, breaks=[1.0],
+        dense_output=True,
+    )  # fmt: skip
+    assert s.success, s.message
+    after = np.flatnonzero(s.t == 1.0)[-1]
+    # Rounding over increments of 1e-5 is 1e-10.
+    assert s.y[1, after] == pytest.approx(0.5 * np.cos(1), abs=1e-8)
+    # The first step has the order 1, and the velocity is excluded from the error test.
+    step = s.t[after + 1] - 1.0
+    times = 1.0 + step * np.linspace(0.05, 1.0, 20)
+    assert s.sol(times)[1] == pytest.approx(0.5 * np.cos(times), abs=step)
+    assert step < 0.1
+
+
+@pytest.mark.parametrize("arguments", [dict(suppress=[False, True]), dict(method="radau9", index=[1, 2])])
+def test_a_constraint_that_jumps_at_a_break_is_named(arguments):
+    s = solve_dae(prescribed(0.1), (0, 2.5), [0, 1.5], [1.5, 0], rtol=1e-9, atol=1e-9, breaks=[1.0], **arguments)
+    assert not s.success and s.t[-1] == 1.0 and "break" in s.message and "`index`" not in s.message
+
+
+@pytest.mark.parametrize("multiplier", [1e-3, 1.0])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-7])
+def test_wrong_multipliers_at_the_start_of_bdf_are_reported(multiplier, rtol):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        s = solve_dae(
+            lambda t, y, yp: [1e-3 * yp[0] - y[1], y[0] - np.sin(t)], (0, 2), [0, multiplier], [1, 0],
+            suppress=[False, True], rtol=rtol, atol=[0.01 * rtol, 1e-5 * rtol],
+        )  # fmt: skip
+    assert s.success, s.message
+    expected = ["[1]"] if multiplier == 1.0 else []
+    assert [("[1]" if "[1]" in str(w.message) else "") for w in caught] == expected
 
 
 @pytest.mark.parametrize("rate", [0.0, 0.1])
