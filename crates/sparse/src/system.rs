@@ -133,6 +133,8 @@ impl<T: Scalar> SparseSystem<T> {
     /// Switches to pivoting permanently and factorizes. Returns `false` if an engine factorizes, which handles pivoting
     /// itself.
     fn pivot(&mut self, work: &mut LinearWork) -> Result<bool, SparseError> {
+        // Pivoting does not help here, and later matrices may not need it.
+        expect_finite(&self.values, "matrix")?;
         if self.pivoting.is_none() {
             self.pivoting = self.elimination.pivoting()?;
         }
