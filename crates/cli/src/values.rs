@@ -65,7 +65,6 @@ pub fn memory(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Parses a number of threads.
 pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
     up_to::<1024>(text)
 }
@@ -76,7 +75,6 @@ pub fn up_to<const MAX: usize>(text: &str) -> Result<NonZeroUsize, String> {
     number.ok_or_else(|| format!("not a whole number from 1 to {MAX}"))
 }
 
-/// Parses a finite number.
 pub fn finite(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|value: &f64| value.is_finite());
     number.ok_or_else(|| "not a finite number".to_owned())
@@ -103,7 +101,6 @@ pub fn key_and_range(text: &str) -> Result<(String, [f64; 2]), String> {
     }
 }
 
-/// Parses a relative tolerance.
 pub fn relative_tolerance(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
@@ -111,7 +108,6 @@ pub fn relative_tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses the name of an integrator.
 pub fn integrator(name: &str) -> Result<IntegratorKind, String> {
     by_name(&IntegratorKind::ALL, IntegratorKind::name, name)
         .map_err(|names| format!("`{name}` is not an integrator: {names}"))

@@ -47,7 +47,6 @@ struct ViscoelasticMatrices {
 }
 
 impl Matrices {
-    /// Allocates the matrices in `used`.
     pub(crate) fn new(muscle: &Muscle, used: impl IntoIterator<Item = Matrix>) -> Self {
         let solid = &muscle.solid;
         let whole = solid.displacement_pattern();

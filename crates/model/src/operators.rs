@@ -46,7 +46,6 @@ pub(crate) fn rest(solid: &Solid) -> Vec<f64> {
     vec![0.0; solid.dofs().n_full()]
 }
 
-/// Returns a zero pressure.
 pub(crate) fn no_pressure(solid: &Solid) -> Vec<f64> {
     vec![0.0; solid.space().n_pressures()]
 }

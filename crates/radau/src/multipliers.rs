@@ -130,7 +130,6 @@ impl Multipliers {
         }
     }
 
-    /// Returns the largest index of all variables.
     pub(crate) fn largest_index(&self) -> u8 {
         self.indices.iter().copied().max().unwrap_or(0)
     }

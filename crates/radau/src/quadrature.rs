@@ -68,12 +68,10 @@ impl<P: Problem> Quadrature<P> {
         }
     }
 
-    /// Restarts at `t0` from `q0`.
     pub(crate) fn restart(&mut self, method: &Method, t0: f64, q0: &[f64]) {
         self.state = QuadratureState::at(method, t0, q0);
     }
 
-    /// Returns the number of quadratures.
     pub(crate) fn len(&self) -> usize {
         self.state.q.len()
     }
@@ -155,7 +153,6 @@ impl QuadratureState {
         Self { last: Collocation::line(method, t0, q0, &rate), q: q0.to_vec(), rate }
     }
 
-    /// Returns the number of quadratures.
     pub(crate) fn len(&self) -> usize {
         self.q.len()
     }

@@ -131,7 +131,6 @@ impl Rounding {
         (error.abs() - self.of(i)).max(0.0)
     }
 
-    /// Returns the sampled rounding of component i.
     pub(crate) fn sampled(&self, i: usize) -> f64 {
         self.noise[i]
     }

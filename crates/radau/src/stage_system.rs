@@ -19,7 +19,6 @@ pub(crate) struct StageSystem {
     pairs: Vec<Complex64>,
 }
 
-/// A mode of the system to solve.
 enum Mode<'a> {
     Real(&'a mut [f64]),
     Complex(usize, &'a mut [Complex64]),

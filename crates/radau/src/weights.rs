@@ -147,7 +147,6 @@ impl<P> Weights<P> {
         }
     }
 
-    /// Returns the tolerance for the solution of component i.
     pub(crate) fn solution_tolerance(&self, i: usize) -> f64 {
         1.0 / (self.plain[i] * self.loosened)
     }

@@ -314,7 +314,6 @@ fn figure(plots: Vec<LinePlot>) -> Figure {
     Figure::column("Measurements and fit", panels.collect())
 }
 
-/// Returns the axis of a column.
 fn ordinate(point: &Point, in_space: bool) -> Axis {
     let column = &*point.column;
     let label_and_unit = |name: &str| (label(name), unit(name, in_space));

@@ -51,7 +51,6 @@ fn description(found: &Periodic) -> String {
     )
 }
 
-/// Returns the table of the harmonics of all probes.
 fn harmonics(found: &Periodic) -> Table {
     let right = ["mean", "minimum", "maximum", "|f|", "|2 f|", "|3 f|"];
     let right = right.map(|name| (name, Align::Right));
@@ -142,7 +141,6 @@ fn curve_section(curve: &Curve, in_space: bool, data: &mut PageData) -> String {
     format!("{title}{figures}")
 }
 
-/// Returns the section of the report.
 pub(crate) fn section(found: &Periodic, in_space: bool, data: &mut PageData) -> String {
     let curve = found.continuation.as_ref();
     let curve = curve.map_or(String::new(), |curve| curve_section(curve, in_space, data));

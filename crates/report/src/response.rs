@@ -119,7 +119,6 @@ fn nearest_mode(peak: &Peak) -> String {
     mode.map_or("–".to_owned(), |mode| format!("{:.4} (mode {})", mode.frequency, mode.number))
 }
 
-/// Returns the section of the report.
 pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> String {
     let (frequencies, drawn) = match &found.drawn {
         Some((frequencies, drawn)) => (frequencies, drawn),

@@ -107,7 +107,6 @@ impl Table {
         text
     }
 
-    /// Renders the table as HTML.
     pub fn html(&self) -> String {
         let class = |align: Align| match align {
             Align::Left => "",

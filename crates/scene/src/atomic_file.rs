@@ -144,18 +144,15 @@ pub(crate) fn create(path: &Path) -> io::Result<Growing<File>> {
     options.write(true).create_new(true).open(path).map(Growing)
 }
 
-/// Opens a file for appending.
 pub(crate) fn append(path: &Path) -> io::Result<Growing<File>> {
     OpenOptions::new().append(true).open(path).map(Growing)
 }
 
-/// Removes a file.
 pub(crate) fn remove(path: &Path) -> io::Result<()> {
     allow(Change::Remove)?;
     fs::remove_file(path)
 }
 
-/// Shortens a file.
 pub(crate) fn truncate(file: &File, bytes: u64) -> io::Result<()> {
     allow(Change::Write)?;
     file.set_len(bytes)
@@ -169,7 +166,6 @@ pub fn temporary_folder(parent: &Path) -> io::Result<TempDir> {
     builder.tempdir_in(parent)
 }
 
-/// Returns whether a file of this name is temporary.
 pub(crate) fn is_temporary(name: &str) -> bool {
     name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1)
 }

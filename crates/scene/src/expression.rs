@@ -25,7 +25,6 @@ impl MatchLiteral for Number {
     }
 }
 
-/// A parsed expression.
 pub(crate) type Expression = FlatEx<f64, FloatOpsFactory<f64>, Number>;
 
 /// Reason why a text is not an expression.
@@ -88,7 +87,6 @@ fn bracketed(text: &str) -> Result<String, ExpressionError> {
 struct Brackets<'a> {
     rest: &'a str,
     out: String,
-    /// Depth of the recursion.
     depth: usize,
 }
 
@@ -201,7 +199,6 @@ fn is_function(name: &str) -> bool {
     known.iter().any(|operator| operator.repr() == name)
 }
 
-/// Returns the names of all functions.
 fn functions() -> Vec<&'static str> {
     let all = FloatOpsFactory::<f64>::make().into_iter();
     let named =

@@ -35,7 +35,6 @@ impl<'a> Inputs<'a> {
         self.folder.join(file)
     }
 
-    /// Returns the content of a file.
     pub(crate) fn read(&self, file: &Path) -> io::Result<Vec<u8>> {
         let bytes = content(&self.resolve(file))?;
         self.read.borrow_mut().push(Input { file: file.to_owned(), sha256: sha256(&bytes) });
@@ -48,7 +47,6 @@ impl<'a> Inputs<'a> {
         read.iter().map(|input| self.resolve(&input.file)).collect()
     }
 
-    /// Returns the files read.
     pub(crate) fn into_read(self) -> Vec<Input> {
         self.read.into_inner()
     }

@@ -101,7 +101,6 @@ impl BodyModes {
 }
 
 impl Modes {
-    /// Returns the modes of all bodies.
     pub fn all(&self) -> impl Iterator<Item = &Mode> {
         self.muscles.iter().flat_map(|body| &body.modes)
     }

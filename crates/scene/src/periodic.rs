@@ -67,7 +67,6 @@ pub struct CurvePoint {
     pub amplitudes: Vec<f64>,
 }
 
-/// Harmonics of the values of a probe.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Harmonics {
     pub name: String,
@@ -79,9 +78,7 @@ pub struct Harmonics {
 pub struct Column {
     pub name: String,
     pub mean: f64,
-    /// Minimum of the samples.
     pub minimum: f64,
-    /// Maximum of the samples.
     pub maximum: f64,
     /// Amplitudes a_1, a_2, …
     pub amplitudes: Vec<f64>,

@@ -69,7 +69,6 @@ pub struct NotFinite {
 }
 
 impl NotFinite {
-    /// Returns a note on these values.
     pub fn note(&self) -> String {
         let Self { quantity, t, points } = self;
         let points = match points {

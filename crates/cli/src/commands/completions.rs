@@ -15,7 +15,6 @@ pub struct CompletionsArgs {
     pub shell: Shell,
 }
 
-/// Prints the completions of `program`.
 pub fn run(args: &CompletionsArgs, mut program: clap::Command) -> anyhow::Result<Exit> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut program, "myovib", &mut text);

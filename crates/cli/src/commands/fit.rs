@@ -123,7 +123,6 @@ fn experiment(text: &str) -> (PathBuf, Vec<String>) {
     (file.trim_end().into(), overrides.collect())
 }
 
-/// Fits the parameters.
 pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
     let progress = Progress::new(args.common.quiet);
     let result = compute(&FitOptions {

@@ -64,12 +64,9 @@ fn is_curved<const D: usize>(positions: &[[f64; D]]) -> bool {
 
 /// Quadrature point on a facet of the undeformed boundary.
 pub(crate) struct SurfacePoint<'a, const D: usize> {
-    /// Vertices of the facet.
     pub(crate) facet: &'a [usize],
     pub(crate) nodes: &'a [usize],
-    /// Positions of the nodes.
     pub(crate) positions: &'a [[f64; D]],
-    /// Point of the reference facet.
     pub(crate) point: &'a FacetPoint,
     /// Quadrature weight, including the local measure.
     pub(crate) weight: f64,
@@ -313,7 +310,6 @@ impl Space {
     }
 }
 
-/// Returns the local measure of a facet at a point.
 fn measure_at<const D: usize>(space: &Space, nodes: &[usize], point: &FacetPoint) -> f64 {
     let points = space.node_points::<D>();
     let positions: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();

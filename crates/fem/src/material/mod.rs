@@ -159,7 +159,6 @@ fn embed([[a, b], [c, d]]: Tensor) -> Tensor3 {
     [[a, b, 0.0], [c, d, 0.0], [0.0; 3]]
 }
 
-/// Returns the in-plane components.
 fn in_plane([[a, b, _], [c, d, _], _]: Tensor3) -> Tensor {
     [[a, b], [c, d]]
 }

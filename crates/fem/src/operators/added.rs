@@ -118,7 +118,6 @@ impl<R: Real, const D: usize> AtPoint<R, D> {
     }
 }
 
-/// Adds `tensor` to `sum`.
 #[inline(always)]
 fn add<R: Real, const D: usize>(sum: &mut [[R; D]; D], tensor: &[[R; D]; D]) {
     for (sum, row) in sum.iter_mut().zip(tensor) {

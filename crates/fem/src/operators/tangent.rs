@@ -213,7 +213,6 @@ fn scale<S: Simd, const D: usize, const N: usize>(
     }
 }
 
-/// Returns a zero matrix if it is requested.
 #[inline(always)]
 pub(crate) fn zero_if<T: Copy>(requested: bool, zero: T) -> Option<T> {
     if requested { Some(zero) } else { None }

@@ -193,13 +193,11 @@ pub struct Solid {
     rule: Rule,
     elements: Elements,
     fibers: Option<Fibers>,
-    /// Added stresses.
     added: Vec<AddedStress>,
     /// Added stresses without viscosity.
     active: Vec<AddedStress>,
     /// Prony series of viscoelastic elements.
     prony: Vec<Prony>,
-    /// Layout of the internal stresses.
     internal: InternalStresses,
     materials: Vec<ElementMaterial>,
     /// Factor of the law's energy at each vertex of each element, linear in between; `None` for one.

@@ -45,9 +45,7 @@ pub struct Space {
     /// Midpoint nodes by the sorted ends of their edge; empty for degree one.
     midpoints: HashMap<[usize; 2], usize>,
     element_nodes: Vec<usize>,
-    /// Pressures at the vertices of each element.
     element_pressures: Vec<usize>,
-    /// Vertex of each pressure.
     pressure_vertices: Vec<usize>,
     /// Whether each element has a curved edge.
     curved: Vec<bool>,

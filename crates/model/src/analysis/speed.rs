@@ -14,7 +14,6 @@ use crate::cpu::CpuClock;
 const SIDE: usize = 13;
 /// Unknowns per node.
 const COMPONENTS: usize = 3;
-/// Number of timed solves.
 const SOLVES: u32 = 4;
 
 /// Work completed per second of CPU time.

@@ -4,7 +4,6 @@ use std::array;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-/// Largest number of points.
 const MAX_POINTS: usize = 9;
 
 /// Returns the `n` points, at most nine, from 0 to 1.

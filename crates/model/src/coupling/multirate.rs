@@ -126,7 +126,6 @@ impl Steps {
         Ok(())
     }
 
-    /// Returns the states at the end of the last step.
     fn last_states(&self) -> &[f64] {
         &self.list[self.n - 1].states[(self.n_points - 1) * self.n_states..]
     }

@@ -19,7 +19,6 @@ pub(super) struct Place {
     pub(super) number: usize,
     /// Range of its oscillators in the network.
     oscillators: Range<usize>,
-    /// Number of oscillators in the network.
     of_network: usize,
     /// Rows of the momentum balance, counted from its first row, on which g acts.
     pub(super) rows: Vec<usize>,
@@ -75,7 +74,6 @@ impl Place {
     }
 }
 
-/// All places of all feedbacks.
 #[derive(Debug, Clone)]
 pub(super) struct Places {
     pub(super) list: Vec<Place>,

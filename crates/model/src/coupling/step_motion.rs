@@ -103,7 +103,6 @@ impl StepPoint {
         self.number
     }
 
-    /// Returns the shared motion.
     pub(super) fn motion(&self) -> &Arc<StepMotion> {
         &self.motion
     }

@@ -103,7 +103,6 @@ pub struct Added {
 }
 
 impl Added {
-    /// Returns the added forces of a muscle.
     pub(crate) fn of(muscle: &Muscle) -> Self {
         let stresses = muscle.solid.added_stresses();
         Self {

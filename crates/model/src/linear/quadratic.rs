@@ -7,7 +7,6 @@ use myovib_sparse::Scalar;
 pub(super) struct Quadratic(pub(super) [f64; 3]);
 
 impl Quadratic {
-    /// Returns the value at `c`.
     pub(super) fn at<T: Scalar>(&self, c: T) -> T {
         let [p0, p1, p2] = self.0;
         T::one() * p0 + c * p1 + c * c * p2

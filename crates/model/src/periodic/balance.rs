@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError};
 use num_complex::Complex64;
 
-/// Highest harmonic.
 const HARMONICS: usize = 10;
 /// Times in a period. With 3 H + 1 for H harmonics, products of two harmonics alias no harmonic.
 const TIMES: usize = 32;

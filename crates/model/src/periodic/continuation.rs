@@ -8,7 +8,6 @@ use crate::error::ModelError;
 const REDUCTION: f64 = 1e-9;
 /// Maximum number of Newton iterations of a step after which the next step may be longer.
 const FEW: usize = 2;
-/// Growth of steps.
 const GROWTH: f64 = 1.5;
 /// Maximum number of halvings of a step.
 const HALVINGS: usize = 8;
@@ -91,7 +90,6 @@ struct Advance {
     tangent: Vec<f64>,
     /// Fold before the point.
     fold: Option<Vec<f64>>,
-    /// Number of Newton iterations.
     iterations: usize,
 }
 

@@ -242,7 +242,6 @@ impl Curve<'_> {
         (1.0 - end) * self.from.load + end * self.to.load + s * (1.0 - s) * ((1.0 - s) * a - s * b)
     }
 
-    /// Returns the derivative of [`load`](Self::load).
     fn load_rate(&self, s: f64) -> f64 {
         let change = self.to.load - self.from.load;
         let [a, b] = self.tangents.map(|tangent| self.length * tangent.load);

@@ -16,7 +16,6 @@ pub(super) const CHANGE: usize = MAX_STAGES + 1;
 /// change if y changes by the second estimated error.
 pub(super) const SHIFTED: usize = CHANGE + 1;
 pub(super) const SHIFTED_CHANGE: usize = CHANGE + 2;
-/// Number of driving quantities in a form.
 pub(super) const N_DRIVING: usize = CHANGE + 3;
 
 /// Linear function `of_state` q + Σ_m `of_driving`_m s_m of the internal variable q of one term and the driving
@@ -33,7 +32,6 @@ impl Form {
         Self { of_state: 1.0, ..Self::default() }
     }
 
-    /// Returns a driving quantity.
     pub(super) fn driving(m: usize) -> Self {
         let mut form = Self::default();
         form.of_driving[m] = 1.0;

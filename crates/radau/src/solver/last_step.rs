@@ -21,7 +21,6 @@ pub(crate) struct AcceptedStep<'a, P, M> {
     pub(crate) weights: &'a mut Weights<P>,
     /// 1 for components in the error test, 0 for excluded components.
     pub(crate) mask: &'a [f64],
-    /// Algebraic variables.
     pub(crate) algebraic: &'a [usize],
     /// Stages that solve the equations of the step.
     pub(crate) collocation: Collocation,
@@ -101,7 +100,6 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.t
     }
 
-    /// Returns the size of the last accepted step.
     pub(crate) fn last_step_size(&self) -> f64 {
         self.collocation.h
     }

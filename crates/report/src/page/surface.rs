@@ -21,7 +21,6 @@ const HALVES: [[usize; 2]; 6] = [[0, 3], [3, 1], [1, 4], [4, 2], [2, 5], [5, 0]]
 pub(super) struct Surface {
     /// Point of the grid for each vertex.
     pub(super) points: Vec<usize>,
-    /// Vertices of the triangles.
     pub(super) triangles: Vec<[usize; 3]>,
     /// Vertices of the edges of elements, or of the triangles of a thinned surface.
     pub(super) edges: Vec<[usize; 2]>,

@@ -25,7 +25,6 @@ impl Axis {
         Self { quantity: quantity.into(), unit: unit.into(), ..Self::default() }
     }
 
-    /// Makes the axis logarithmic.
     pub fn logarithmic(self) -> Self {
         Self { scale: Scale::Logarithmic, ..self }
     }

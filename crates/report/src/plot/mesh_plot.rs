@@ -28,7 +28,6 @@ pub struct EdgeGroup {
 
 #[derive(Debug, Clone)]
 pub struct Region {
-    /// Indices of its triangles.
     pub triangles: Vec<usize>,
     pub color: Color,
 }
@@ -58,7 +57,6 @@ pub struct MeshPlot {
     pub scale: f64,
     pub regions: Vec<Region>,
     pub groups: Vec<EdgeGroup>,
-    /// Outlines of obstacles.
     pub obstacles: Vec<Vec<Point>>,
     /// Marked nodes with their labels.
     pub marks: Vec<(usize, String)>,

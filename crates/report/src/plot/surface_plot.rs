@@ -10,7 +10,6 @@ use super::place::{Point, Rect};
 use super::svg::{self, Stroke, Svg, Type};
 use crate::vector::{self, Place, dot, length};
 
-/// Paint of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Paint {
     /// The color of a field value.
@@ -19,7 +18,6 @@ pub enum Paint {
     Plain(Color),
 }
 
-/// A triangle of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Face {
     /// Corners, counterclockwise seen from outside.

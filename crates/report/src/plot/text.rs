@@ -27,7 +27,6 @@ struct Run<'a> {
     italic: bool,
 }
 
-/// Returns the width of a label at a font size.
 pub fn width(label: &str, size: f64) -> f64 {
     let of_run = |run: &Run| {
         font::width(run.text) * size * if run.level == Level::Base { 1.0 } else { SCRIPT }

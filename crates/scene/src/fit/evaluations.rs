@@ -100,7 +100,6 @@ impl Evaluations {
         Ok(all)
     }
 
-    /// Returns the key of an evaluation.
     pub(super) fn key(p: &[f64], effort: Effort, with_jacobian: bool) -> String {
         format!("{p:?} {effort:?} {with_jacobian}")
     }

@@ -15,11 +15,9 @@ pub(crate) struct Parts<'a> {
     /// A body with a mesh.
     pub(crate) body: bool,
     pub(crate) rod: bool,
-    /// Names of its chains.
     pub(crate) chains: Vec<&'a str>,
     /// Whether a chain acts back on the body.
     pub(crate) feedback: bool,
-    /// Groups of its contacts.
     pub(crate) contacts: Vec<&'a str>,
 }
 

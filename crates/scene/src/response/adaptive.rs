@@ -10,7 +10,6 @@ use super::peaks::{Maximum, damping_ratio, is_constant, maximum};
 use super::rational::Rational;
 use crate::scene_file::response::Adaptive;
 
-/// Number of frequencies of the first round.
 const FIRST_ROUND: usize = 12;
 /// Maximum number of frequencies of a later round.
 const ROUND: usize = 6;

@@ -84,7 +84,6 @@ impl Rational {
         last.unwrap_or_else(|| vec![Complex64::ONE; n])
     }
 
-    /// Returns the function of one curve.
     pub(super) fn of_curve(&self, curve: usize) -> Self {
         let values = self.values.iter().map(|values| vec![values[curve]]).collect();
         Self { support: self.support.clone(), weights: self.weights.clone(), values }

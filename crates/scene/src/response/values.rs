@@ -23,7 +23,6 @@ struct Ratio {
 /// Derivative of a value with respect to time.
 struct Term {
     value: usize,
-    /// Order of the derivative.
     order: u32,
 }
 

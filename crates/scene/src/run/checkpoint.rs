@@ -35,7 +35,6 @@ pub(super) struct Checkpoint {
     pub(super) continuation: Option<Continuation>,
     /// Output written by each probe.
     pub(super) tables: Vec<Written>,
-    /// Energy balance of each energy probe.
     pub(super) energies: Vec<EnergyBalance>,
     /// Times of the fields written, s.
     pub(super) field_times: Vec<f64>,

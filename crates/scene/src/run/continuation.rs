@@ -189,7 +189,6 @@ fn outcome(failure: &Error) -> Outcome {
     Outcome::ended(reason, failure.to_string())
 }
 
-/// Returns the names of the values of all probes.
 fn names(scene: &Scene, readings: &[Box<dyn Reading>]) -> Vec<String> {
     let probes = scene.file.probe.iter().zip(readings);
     let names = probes.flat_map(|(probe, reading)| {

@@ -158,7 +158,6 @@ fn stop(outcome: &Outcome) -> Value {
     }
 }
 
-/// Returns the seed of each chain.
 fn seed(scene: &Scene) -> Value {
     match &scene.file.chain[..] {
         [] => Value::Null,

@@ -15,7 +15,6 @@ use crate::{Error, Scene};
 
 pub(super) const TABLE: &str = "modes";
 
-/// Returns the contents of a file.
 type Contents = fn(&Body, &Modes) -> String;
 
 /// Files of the analysis with their contents.

@@ -72,7 +72,6 @@ fn search(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     period.run(Some(options.watcher()), write)
 }
 
-/// Search for a periodic state.
 #[derive(Clone, Copy)]
 struct Search<'a> {
     scene: &'a Scene,

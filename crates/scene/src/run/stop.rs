@@ -7,7 +7,6 @@ use crate::scene::Scene;
 use crate::scene_file::output::Stop;
 use crate::system::{System, muscle_of, network_of};
 
-/// A condition on the state.
 pub(super) enum Condition {
     /// |Ψ| of a chain exceeds a bound.
     Coherence { chain: String, network: usize, above: f64 },
@@ -18,7 +17,6 @@ pub(super) enum Condition {
 }
 
 impl Condition {
-    /// Creates the condition from `stop` for this scene.
     pub(super) fn new(stop: &Stop, scene: &Scene) -> Result<Self, ModelError> {
         let body = scene.body.as_ref();
         let body = body.ok_or(ModelError::NoSuchPart { part: "muscle" });

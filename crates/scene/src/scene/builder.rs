@@ -68,7 +68,6 @@ impl<'a> Builder<'a> {
         Err(self.wrong(path, error.found(format!("{values:?}"))))
     }
 
-    /// Returns the unit vector along `values`.
     pub(super) fn unit_vector(
         &self,
         values: &[f64],

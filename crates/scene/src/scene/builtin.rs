@@ -5,14 +5,12 @@ use crate::InputError;
 use crate::scene_file::mesh::{MeshSource, Resolution};
 use crate::scene_file::read;
 
-/// A scene in the program.
 #[derive(Debug, Clone, Copy)]
 pub struct BuiltinScene {
     /// Name on the command line.
     pub name: &'static str,
     /// Typical run time on one core.
     pub run_time: &'static str,
-    /// Text of the scene file.
     pub text: &'static str,
 }
 
@@ -48,7 +46,6 @@ impl BuiltinScene {
 
 macro_rules! scenes {
     ($($name:literal $run_time:literal)*) => {
-        /// All built-in scenes.
         pub const SCENES: &[BuiltinScene] = &[$(BuiltinScene {
             name: $name,
             run_time: $run_time,

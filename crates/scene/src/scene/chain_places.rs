@@ -232,7 +232,6 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the center of an element.
 fn middle(space: &Space, element: usize) -> ElementPoint {
     Probe::in_element(space, element).located()
 }

@@ -96,7 +96,6 @@ pub struct Scene {
 /// Elastic body and settings for its computation.
 #[derive(Debug, Clone)]
 pub struct Body {
-    /// Body with its loads.
     pub muscle: Muscle,
     /// Harmonic parts of its loads, for a response.
     pub excitation: Excitation,

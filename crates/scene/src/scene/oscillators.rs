@@ -15,7 +15,6 @@ use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{self, Place, RodLoadType};
 use crate::scene_file::output::Stop;
 
-/// Chain with its drive.
 #[derive(Debug, Clone)]
 pub struct DrivenChain {
     /// Name in output.

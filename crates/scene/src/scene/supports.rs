@@ -14,7 +14,6 @@ use crate::scene_file::response::Amplitudes;
 use crate::scene_file::solid::{Axis, PrescribedDisplacement, Rotation};
 use crate::scene_file::{Analysis, SceneFile};
 
-/// Names of the components.
 pub(crate) const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// Tolerance for equal or zero factors of a distribution, relative to the largest factor of the
@@ -47,7 +46,6 @@ type Requirements<'f> = BTreeMap<(usize, usize), Vec<(Option<&'f str>, Terms)>>;
 /// Displacements, by their index in the list of [`Move`]s, each with its factor. Their sum is the required motion.
 type Terms = Vec<(usize, f64)>;
 
-/// Component of a displacement.
 struct Move<'f> {
     component: Component<'f>,
     signal: Signal,
@@ -373,7 +371,6 @@ fn support(moves: &[Move<'_>], terms: &Terms) -> Support {
     }
 }
 
-/// Returns the number of a component.
 pub(crate) fn index(axis: Axis) -> usize {
     match axis {
         Axis::X => 0,

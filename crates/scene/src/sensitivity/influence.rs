@@ -131,7 +131,6 @@ impl SceneParameter {
         }
     }
 
-    /// Returns the table of the key.
     fn table(&self) -> &str {
         self.key.split(['.', '[']).next().unwrap_or("")
     }

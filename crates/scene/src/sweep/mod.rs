@@ -90,7 +90,6 @@ pub struct SweepResult {
     pub document: Value,
     /// Contents of `sweep.csv`.
     pub csv: String,
-    /// Keys that are varied.
     pub keys: Vec<String>,
     /// Names of the requested columns.
     pub results: Vec<String>,

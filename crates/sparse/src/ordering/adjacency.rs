@@ -18,7 +18,6 @@ impl AdjacencyList {
         Self { offsets, indices }
     }
 
-    /// Appends a list.
     pub(crate) fn push(&mut self, lane: impl IntoIterator<Item = u32>) {
         self.indices.extend(lane);
         self.offsets.push(self.indices.len());
@@ -65,7 +64,6 @@ impl AdjacencyList {
         self.offsets.len() - 1
     }
 
-    /// Returns list number `k`.
     pub(crate) fn lane(&self, k: usize) -> &[u32] {
         &self.indices[self.offsets[k]..self.offsets[k + 1]]
     }

@@ -46,7 +46,6 @@ impl Graph {
         }
     }
 
-    /// The number of nodes.
     pub(crate) fn n(&self) -> usize {
         self.members.len()
     }

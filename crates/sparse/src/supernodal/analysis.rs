@@ -45,7 +45,6 @@ impl Supernode {
         Layout { r, kind }
     }
 
-    /// Returns the number of entries of its factors.
     pub(super) fn n_entries(&self, kind: Kind) -> usize {
         let n_upper = match kind {
             Kind::General => self.n_rows(),
@@ -54,7 +53,6 @@ impl Supernode {
         self.n_columns() * (self.size() + n_upper)
     }
 
-    /// Returns the number of multiplications of its elimination.
     pub(super) fn n_multiplications(&self, kind: Kind) -> f64 {
         let rows = (0..self.n_columns()).map(|p| (self.size() - p - 1) as f64);
         match kind {
@@ -164,12 +162,10 @@ impl Analysis {
         supernodes.map(|node| (node.n_columns(), node.n_rows()))
     }
 
-    /// Returns the order of the largest front.
     pub(super) fn largest_front(&self) -> usize {
         self.supernodes.iter().map(Supernode::size).max().unwrap_or(0)
     }
 
-    /// Returns the number of multiplications of one factorization.
     pub(crate) fn n_multiplications(&self) -> f64 {
         let nodes = self.supernodes.iter();
         nodes.map(|node| node.n_multiplications(self.kind)).sum()

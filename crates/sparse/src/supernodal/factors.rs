@@ -206,7 +206,6 @@ impl<T: Number> WithSimd for Eliminate<'_, T> {
     }
 }
 
-/// Allocates `n` zeros.
 fn zeros<T: Number>(n: usize) -> Vec<T> {
     let mut workspace = Vec::with_capacity(n);
     if n * size_of::<T>() >= MIN_LARGE_PAGE_BYTES {

@@ -50,7 +50,6 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    /// Creates the schedule for `n_threads`.
     pub(super) fn new(analysis: &Analysis, n_threads: usize) -> Self {
         let n = analysis.supernodes.len();
         let subtrees = match n_threads {

@@ -378,9 +378,7 @@ pub(super) fn subtract_first<'a, T: Number>(
 pub(super) struct Block {
     pub(super) rows: usize,
     pub(super) columns: usize,
-    /// Column stride of A.
     pub(super) stride_a: usize,
-    /// Column stride of B.
     pub(super) stride_b: usize,
     /// Whether only the lower triangle, starting at the first entry, is needed.
     pub(super) is_symmetric: bool,

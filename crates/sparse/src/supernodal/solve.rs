@@ -27,7 +27,6 @@ impl<T: Number> Supernodal<T> {
         pivots
     }
 
-    /// Returns the number of entries of the factors.
     pub(crate) fn n_factors(&self) -> usize {
         self.factors.len()
     }
@@ -90,11 +89,9 @@ impl<T: Number> Supernodal<T> {
 #[derive(Debug, Clone, Copy)]
 struct ColumnBlock {
     n_columns: usize,
-    /// First column to be solved.
     first: usize,
 }
 
-/// A solve to be done.
 #[derive(Debug, Clone, Copy)]
 struct Task<'a, T> {
     analysis: &'a Analysis,

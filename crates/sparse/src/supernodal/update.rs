@@ -24,13 +24,11 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Returns the number of stored entries.
     pub(super) fn n_entries(self) -> usize {
         self.start(self.r / CHUNK)
             + self.r % CHUNK * (self.r - self.first_row(self.r / CHUNK * CHUNK))
     }
 
-    /// Returns the start of chunk number `i`.
     #[inline(always)]
     fn start(self, i: usize) -> usize {
         let above = match self.kind {

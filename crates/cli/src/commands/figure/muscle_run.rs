@@ -24,7 +24,6 @@ pub(in crate::commands) struct MuscleRun {
 }
 
 impl MuscleRun {
-    /// Integrates the muscle of the scene.
     pub(in crate::commands) fn compute(scene: Scene, progress: &Progress) -> anyhow::Result<Self> {
         let mut integrator = run::muscle_alone(&scene)?;
         let muscle = integrator.problem().muscle();

@@ -162,7 +162,6 @@ impl MovieArgs {
         }
     }
 
-    /// Returns the default name of the file.
     fn default_name(&self) -> PathBuf {
         let name = match &self.subject {
             Subject::Film(film) => film
@@ -188,7 +187,6 @@ impl MovieArgs {
     }
 }
 
-/// Makes a movie.
 pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     args.check()?;
     let (first, last) = match args.subject {

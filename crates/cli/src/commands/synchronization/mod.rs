@@ -210,7 +210,6 @@ impl SynchronizationArgs {
     }
 }
 
-/// Runs the sweep.
 pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
     args.check()?;
     let (drives, cases) = (args.drives()?, args.cases()?);

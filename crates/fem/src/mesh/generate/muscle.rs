@@ -70,7 +70,6 @@ pub fn muscle(cells: [usize; 3]) -> Result<Mesh, FemError> {
     mesh.with_groups(named.into())?.with_fields(BTreeMap::from([("fiber".to_owned(), field)]))
 }
 
-/// Returns the faces of a group.
 fn faces(mesh: &Mesh, name: &str) -> Vec<[usize; 3]> {
     match mesh.groups().get(name) {
         Some(Group::Faces(faces)) => faces.clone(),

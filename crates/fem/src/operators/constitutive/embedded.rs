@@ -29,7 +29,6 @@ fn embed_some<R: Real>(h: Option<&Tensor<R, 2>>) -> Option<Tensor<R, 3>> {
     }
 }
 
-/// Returns the in-plane components.
 #[inline(always)]
 fn in_plane<R: Real>(t: &Tensor<R, 3>) -> Tensor<R, 2> {
     [[t[0][0], t[0][1]], [t[1][0], t[1][1]]]

@@ -218,7 +218,6 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D
     pub(super) const COMPONENTS: usize = component_indices(D).len();
     pub(super) const OUT_OF_PLANE: usize = Self::COMPONENTS - 1;
 
-    /// Returns the positions of a component.
     #[inline(always)]
     fn range(&self, component: usize) -> Range<usize> {
         let (start, lanes) = (self.first + component * self.count, self.part.occupied());

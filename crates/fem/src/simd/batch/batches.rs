@@ -9,7 +9,6 @@ use crate::simd::lanes::{Array, LANES};
 use crate::solid::element_material::ElementMaterial;
 use crate::space::Space;
 
-/// Batches of a pass.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BatchRange<'a, const D: usize, const N: usize, const P: usize> {
     pub(crate) points: &'a [Point<D, N, P>],

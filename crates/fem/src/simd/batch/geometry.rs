@@ -38,7 +38,6 @@ impl<const D: usize> Geometry<D> {
         Self { inverse, measure: measures }
     }
 
-    /// Loads one register.
     #[inline(always)]
     pub(super) fn load<S: Simd>(&self, simd: S, part: usize) -> ([[Lanes<S>; D]; D], Lanes<S>) {
         let mut inverse = [[Lanes::zero(simd); D]; D];

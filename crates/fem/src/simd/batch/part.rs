@@ -137,7 +137,6 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         sum
     }
 
-    /// Returns the fiber direction at a point.
     #[inline(always)]
     pub(crate) fn fiber(&self, point: usize) -> [Lanes<S>; D] {
         let axes = self.axes(point, true);
@@ -204,7 +203,6 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         }
     }
 
-    /// Returns the quadrature weights at a point.
     #[inline(always)]
     pub(crate) fn weights(&self, point: &Point<D, N, P>) -> Lanes<S> {
         self.measure * point.weight

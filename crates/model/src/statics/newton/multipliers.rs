@@ -70,7 +70,6 @@ impl Newton<'_> {
         self.contacts.iter().any(|own| !own.depths().is_empty())
     }
 
-    /// Returns the multipliers of all contacts.
     pub(in crate::statics) fn multipliers(&self) -> Vec<Vec<f64>> {
         let contacts = self.contacts.iter();
         contacts.map(|own| own.depths().to_vec()).collect()

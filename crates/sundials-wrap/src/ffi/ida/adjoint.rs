@@ -294,7 +294,6 @@ impl<C: Callbacks> Ida<C> {
         Ok([part.y.as_slice(), part.y_dot.as_slice()])
     }
 
-    /// Returns a counter of a backward problem.
     pub(crate) fn backward_counter(
         &mut self,
         which: usize,
