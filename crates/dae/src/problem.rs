@@ -130,9 +130,8 @@ pub trait Problem {
 
     /// Writes the constraints c(t, y) of the differential variables, which every solution satisfies
     /// as c = 0, to `out`: the constraints for index 2, and also their time derivatives (hidden
-    /// constraints) for index 3. They are used to compute consistent initial values
-    /// ([`ConsistencyMode::Constraints`](crate::ConsistencyMode::Constraints)); integrators do not
-    /// evaluate them.
+    /// constraints) for index 3. Integrators evaluate them at the start only: to compute consistent initial values
+    /// ([`ConsistencyMode::Constraints`](crate::ConsistencyMode::Constraints)) and to reject others.
     ///
     /// # Shapes
     /// `out`: [`n_constraints`](Problem::n_constraints).

@@ -134,7 +134,7 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Builds a solver at (t0, y0, ẏ0) that solves linear systems with KLU.
+    /// Builds a solver at (t0, y0, ẏ0) that solves linear systems by sparse factorization.
     ///
     /// # Shapes
     /// `y0`, `y_dot0`: [`n_unknowns`](Problem::n_unknowns).

@@ -148,6 +148,8 @@ pub(crate) fn absolute_tolerances(
     }
 }
 
+/// Keys of `[integrator]` for steps in time.
+const OF_MOTIONS: [&str; 4] = ["initial_step", "max_cpu", "max_step", "max_steps"];
 /// Keys of `[integrator]` without effect on a rod or on chains alone, in addition to [`OF_FULL_MATRIX`].
 const ONLY_FOR_BODIES: [&str; 3] = ["atol", "error_test", "precision"];
 /// Keys of `[integrator]` for KLU, which factorizes full matrices only.
@@ -165,7 +167,7 @@ pub(super) fn without_effect(file: &SceneFile, source: &Value, body: Option<&Bod
     let is_full = |body: &Body| body.settings.linear_solver == LinearSolverKind::Full;
     let has_chains = !file.chain.is_empty();
     let settings = [
-        (file.analysis.is_in_time(), &["max_cpu", "max_steps"][..], "motion"),
+        (file.analysis.is_in_time(), &OF_MOTIONS[..], "motion"),
         (body.is_some(), &ONLY_FOR_BODIES, "body"),
         (
             body.is_some_and(is_full),
