@@ -23,12 +23,18 @@ const BLOCK: usize = 4;
 const CONVERGED: f64 = 1e-10;
 /// A new direction shorter than this after orthogonalization consists of rounding errors: the space is exhausted.
 const EXHAUSTED: f64 = 1e-12;
+/// A vector that is at least this long after orthogonalization against some vectors, relative to its length before, is
+/// still orthogonal to the other vectors, up to ten times the rounding error.
+const ACCURATE: f64 = 0.1;
 /// Negative θ above this fraction of the largest |θ| consist of rounding errors.
 const NEGATIVE: f64 = 1e-10;
 /// Maximum number of basis vectors per requested mode, plus a constant. About three per mode are sufficient; a larger
 /// space without convergence indicates inaccurate factors.
 const VECTORS_PER_MODE: usize = 10;
 const FURTHER_VECTORS: usize = 200;
+/// Number of basis vectors per requested mode from which convergence is tested, since the projected problem costs more than
+/// the vectors.
+const FEWEST_VECTORS_PER_MODE: usize = 2;
 
 /// A harmonic vibration mode.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,8 +71,13 @@ pub fn modes(vibration: &Vibration, count: usize, shift: f64) -> Result<Vec<Mode
     let mut space = KrylovSpace::new(vibration, shift)?;
     let n_below = space.shifted.n_below();
     let most = VECTORS_PER_MODE * count + FURTHER_VECTORS;
+    let mut next_check = FEWEST_VECTORS_PER_MODE * count;
     loop {
         let grew = space.grow()?;
+        if grew && space.basis.len() < next_check {
+            continue;
+        }
+        next_check = space.basis.len() + space.basis.len() / 8;
         let finite = space.is_finite();
         let pairs =
             if finite { space.ritz_pairs(count, n_below.filter(|_| grew)) } else { Vec::new() };
@@ -104,8 +115,23 @@ struct KrylovSpace<'a> {
     basis: Vec<DVector<f64>>,
     mass_basis: Vec<DVector<f64>>,
     projected: DMatrix<f64>,
-    /// T v − V H for the vectors of the last block, with the norms of T v.
-    beyond: Vec<(DVector<f64>, f64)>,
+    /// T v − V H for the vectors of the last block.
+    beyond: Vec<Image>,
+}
+
+/// The component w of a vector orthogonal to the space.
+struct Image {
+    w: DVector<f64>,
+    /// M w.
+    mass_times: DVector<f64>,
+    /// Norm of the vector.
+    length: f64,
+}
+
+impl Image {
+    fn norm(&self) -> f64 {
+        self.w.dot(&self.mass_times).max(0.0).sqrt()
+    }
 }
 
 impl<'a> KrylovSpace<'a> {
@@ -133,36 +159,34 @@ impl<'a> KrylovSpace<'a> {
         self.add_block(starts)
     }
 
-    /// Adds vectors, each with its norm before orthogonalization.
-    fn add_block(&mut self, block: Vec<(DVector<f64>, f64)>) -> Result<bool, StructureError> {
+    /// Adds the images to the basis and computes the images of the new vectors.
+    fn add_block(&mut self, block: Vec<Image>) -> Result<bool, StructureError> {
         let before = self.basis.len();
-        for (w, length) in block {
-            self.add(w, length);
+        for image in block {
+            self.add(image, before);
         }
         let n = self.basis.len();
         self.projected.resize_mut(n, n, 0.0);
         for j in before..n {
-            let mut image = self.shifted.solve(&self.mass_basis[j])?.0.into_owned();
-            let length = self.norm(&image);
-            let weights = self.take_out_basis(&mut image);
+            let solution = self.shifted.solve(&self.mass_basis[j])?.0.into_owned();
+            let (image, weights) = self.outside(solution);
             // Symmetric except for rounding.
             self.projected.set_column(j, &weights);
             self.projected.set_row(j, &weights.transpose());
-            self.beyond.push((image, length));
+            self.beyond.push(image);
         }
         Ok(n > before)
     }
 
     /// Returns the image of a vector without symmetry: fractional parts of multiples of an irrational number.
-    fn start(&mut self) -> Result<(DVector<f64>, f64), StructureError> {
+    fn start(&mut self) -> Result<Image, StructureError> {
         self.n_starts += 1;
         let irrational = (self.n_starts as f64).sqrt() + std::f64::consts::PI;
         let n = self.vibration.n_displacements();
         let w = DVector::from_fn(n, |i, _| ((i * i + i + 1) as f64 * irrational).fract() - 0.5);
         let force = self.vibration.mass_times(&w);
-        let image = self.shifted.solve(&force)?.0.into_owned();
-        let length = self.norm(&image);
-        Ok((image, length))
+        let solution = self.shifted.solve(&force)?.0.into_owned();
+        Ok(self.outside(solution).0)
     }
 
     /// Returns false once a solution has overflowed; the eigenvalues are then undefined.
@@ -170,36 +194,43 @@ impl<'a> KrylovSpace<'a> {
         self.projected.iter().all(|value| value.is_finite())
     }
 
-    fn norm(&self, w: &DVector<f64>) -> f64 {
-        w.dot(&self.vibration.mass_times(w)).max(0.0).sqrt()
-    }
-
-    /// Orthogonalizes a vector against the basis and returns its coefficients. Two passes are sufficient.
-    fn take_out_basis(&self, w: &mut DVector<f64>) -> DVector<f64> {
+    /// Returns the component of a vector orthogonal to the basis, and its coefficients in the basis.
+    fn outside(&self, mut w: DVector<f64>) -> (Image, DVector<f64>) {
         let mut weights = DVector::zeros(self.basis.len());
+        // Two passes are sufficient.
         for _pass in 0..2 {
             for ((v, mass_v), weight) in
                 self.basis.iter().zip(&self.mass_basis).zip(weights.iter_mut())
             {
-                let part = mass_v.dot(w);
+                let part = mass_v.dot(&w);
                 w.axpy(-part, v, 1.0);
                 *weight += part;
             }
         }
-        weights
+        let mut image = Image { mass_times: self.vibration.mass_times(&w), w, length: 0.0 };
+        image.length = image.norm().hypot(weights.norm());
+        (image, weights)
     }
 
-    /// Adds the component of a vector orthogonal to the space, unless it consists of rounding errors relative to its
-    /// original `length`.
-    fn add(&mut self, mut w: DVector<f64>, length: f64) {
-        self.take_out_basis(&mut w);
-        let mass_times = self.vibration.mass_times(&w);
-        let remaining = w.dot(&mass_times).max(0.0).sqrt();
-        if remaining <= EXHAUSTED * length {
+    /// Adds the component of an image orthogonal to the space, unless it consists of rounding errors. The image is
+    /// orthogonal to the vectors before number `first`.
+    fn add(&mut self, mut image: Image, first: usize) {
+        let before = image.norm();
+        for (v, mass_v) in self.basis[first..].iter().zip(&self.mass_basis[first..]) {
+            let part = mass_v.dot(&image.w);
+            image.w.axpy(-part, v, 1.0);
+            image.mass_times.axpy(-part, mass_v, 1.0);
+        }
+        if image.norm() < ACCURATE * before {
+            let length = image.length;
+            image = Image { length, ..self.outside(image.w).0 };
+        }
+        let remaining = image.norm();
+        if remaining <= EXHAUSTED * image.length {
             return;
         }
-        self.mass_basis.push(mass_times / remaining);
-        self.basis.push(w / remaining);
+        self.mass_basis.push(image.mass_times / remaining);
+        self.basis.push(image.w / remaining);
     }
 
     /// Returns the `count` pairs of the projected problem with the lowest ω²; empty if fewer than `n_below` have a
@@ -226,9 +257,8 @@ impl<'a> KrylovSpace<'a> {
         order.append(&mut positive);
         order.truncate(count);
         let n_last = self.beyond.len();
-        let beyond = self.beyond.iter();
-        let mass_times: Vec<_> = beyond.map(|(w, _)| self.vibration.mass_times(w)).collect();
-        let gram = DMatrix::from_fn(n_last, n_last, |i, j| self.beyond[i].0.dot(&mass_times[j]));
+        let product = |i: usize, j: usize| self.beyond[i].w.dot(&self.beyond[j].mass_times);
+        let gram = DMatrix::from_fn(n_last, n_last, product);
         let pair = |&i: &usize| {
             let theta = theta[i];
             let weights = vectors.column(i).into_owned();
@@ -242,8 +272,10 @@ impl<'a> KrylovSpace<'a> {
     /// Returns the mode of a pair: ω² = σ + 1/θ, and p from T w = θ w.
     fn mode(&mut self, pair: &RitzPair) -> Result<Mode, StructureError> {
         let omega_squared = self.shift + pair.theta.recip();
-        let parts = self.basis.iter().zip(pair.weights.iter());
-        let u: DVector<f64> = parts.map(|(v, &weight)| v * weight).sum();
+        let mut u = DVector::zeros(self.vibration.n_displacements());
+        for (v, weight) in self.basis.iter().zip(pair.weights.iter()) {
+            u.axpy(*weight, v, 1.0);
+        }
         let inertia = self.vibration.mass_times(&u);
         let p = self.shifted.solve(&inertia)?.1 / pair.theta;
         let residual = self.vibration.imbalance(omega_squared, &u, &p).norm() * pair.theta.abs()
