@@ -99,6 +99,9 @@ const TRIED: f64 = 0.1;
 /// Largest last correction after the first iteration, as a fraction of the solution; one tolerance is allowed, too.
 const SMALL: f64 = 0.01;
 
+/// Norm of a correction, in tolerances, above which a contraction that is measured from it needs confirmation.
+const LONG: f64 = 10.0;
+
 /// Relative rounding of y, below which corrections of its increments are not resolved.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
@@ -146,6 +149,9 @@ impl NewtonSolver {
     /// relative to the increments: F may depend on ẏ in any way, and a tolerance for y alone
     /// permits an error of tolerance/h in ẏ.
     ///
+    /// Neither do two corrections prove convergence: after a correction across a kink of F, as at the threshold of an ideal
+    /// diode, the matrices of the other branch make the next correction small, but not the one after it.
+    ///
     /// Two corrections do not prove divergence. In index 3, from a start at rest, the first correction changes
     /// positions by h v. The quadratic terms h² v² of the constraints then lead to corrections h² v²/h of the velocity,
     /// which are proportional to h like the first correction, however small h is.
@@ -168,6 +174,7 @@ impl NewtonSolver {
         let mut last_ratio = 0.0;
         let mut last_own = f64::INFINITY;
         let mut solved_after = None;
+        let mut is_unconfirmed = false;
         for iteration in 1..=self.limit {
             counters.statistics.newton_iterations += 1;
             if let Some(internal) = &mut internal {
@@ -218,9 +225,21 @@ impl NewtonSolver {
             if solved_after.is_none() && is_small && error_factor * norm <= tolerance {
                 solved_after = Some(iteration);
             }
+            if solved_after == Some(iteration) {
+                is_unconfirmed = self.strict && iteration > 1 && last_norm > LONG;
+            } else if std::mem::take(&mut is_unconfirmed) {
+                let ratio = norm / last_norm;
+                if ratio >= DIVERGENT && norm > ROUNDING * of_y {
+                    self.allowed = 0.0;
+                    return Ok(Newton::Failed { step_factor: 0.5 });
+                }
+                if ratio / (1.0 - ratio) * norm > tolerance {
+                    (solved_after, last_ratio) = (None, ratio);
+                }
+            }
             let own = weights.largest_own(|i| self.correction[i]);
             let own_solved = error_factor * own <= self.tolerance || own > STALLED * last_own;
-            let enough = self.tried && own_solved || iteration == self.limit;
+            let enough = self.tried && own_solved && !is_unconfirmed || iteration == self.limit;
             if let Some(iterations) = solved_after.filter(|_| enough) {
                 return Ok(Newton::Converged { iterations });
             }

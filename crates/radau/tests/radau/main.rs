@@ -15,6 +15,7 @@ mod forms;
 mod generated;
 mod implicit;
 mod internal_variables;
+mod kinks;
 mod limits;
 mod misuse;
 mod orders;
