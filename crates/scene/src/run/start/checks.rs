@@ -15,9 +15,9 @@ const TOUCHING: f64 = 1e-6;
 /// Loads and support motions below this fraction of their maximum count as zero at t = 0. It allows
 /// for rounding and for the slope of a spline through rows of zeros.
 const ZERO_AT_START: f64 = 1e-9;
-/// Loads below this fraction of their maximum count as balanced by viscous stresses. It allows for the error of the
-/// initial velocity of a body without inertia.
-const BALANCED: f64 = 1e-5;
+/// Nodal forces below this fraction of their maximum may act suddenly at t = 0: the motion that they cause is below the
+/// default tolerance.
+const NEGLIGIBLE_FORCE: f64 = 1e-5;
 /// Number of intervals between the times at which loads and motions are sampled for their maximum.
 const SIZE_TIMES: u32 = 61;
 
@@ -75,59 +75,60 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     if largest == 0.0 {
         return Ok(());
     }
-    let negligible = match y == rest {
-        true => ZERO_AT_START,
-        false => BALANCED,
-    };
     // Large support motions alone may invert elements of a body at rest. Times at which this happens count as unloaded.
     let later = times(t_end).map(|t| largest_force(t, &rest).unwrap_or(0.0));
-    if largest > negligible * later.fold(0.0, f64::max) {
-        return Err(InputError::new(
+    if largest > NEGLIGIBLE_FORCE * later.fold(0.0, f64::max) {
+        let (loads, others) = sudden_loads(body);
+        let keys: Vec<&str> = loads.iter().chain(&others).copied().collect();
+        let error = InputError::new(
             "the loads do not start from zero, but the body starts at rest (tensions count as loads)",
         )
         .found(format!(
-            "a nodal force of {largest:.3e} {} at t = 0{}",
+            "a nodal force of {largest:.3e} {} at t = 0{}{}",
             unit_of_force(dae),
-            sudden_loads(body)
+            if keys.is_empty() { "" } else { ", by " },
+            keys.join(", ")
         ))
         .next(
             "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by a step: \
              y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
-        )
-        .next("or apply them suddenly after t = 0, with a step of rise = 0")
-        .next("or start in equilibrium with them: [initial_state] with type = \"equilibrium\"")
-        .into());
+        );
+        let error = match others.is_empty() {
+            true => error.next("or apply them suddenly after t = 0, with a step of rise = 0"),
+            // Displacements may not jump.
+            false => error,
+        };
+        let next = "or start in equilibrium with them: [initial_state] with type = \"equilibrium\"";
+        return Err(error.next(next).into());
     }
     Ok(())
 }
 
-/// Returns the names of nonzero loads at t = 0 and of accelerating supports.
-fn sudden_loads(body: &Body) -> String {
+/// Returns the names of nonzero loads at t = 0, and other causes of forces at t = 0.
+fn sudden_loads(body: &Body) -> (Vec<&str>, Vec<&str>) {
     let is_sudden = |signal: &Signal| {
         let values = times(body.settings.t_end).map(|t| signal.at(t).value.abs());
         signal.at(0.0).value.abs() > ZERO_AT_START * values.fold(0.0, f64::max)
     };
     let sudden = body.keyed_loads().filter(|(_, signal)| is_sudden(signal));
-    let mut keys: Vec<&str> = sudden.map(|(key, _)| key).collect();
+    let loads = sudden.map(|(key, _)| key).collect();
+    let mut others = Vec::new();
     let accelerates = |signal: &Signal| {
         let values = times(body.settings.t_end).map(|t| signal.at(t).d2.abs());
         signal.at(0.0).d2.abs() > ZERO_AT_START * values.fold(0.0, f64::max)
     };
     let moving = |prescribed: &Prescribed| accelerates(&prescribed.signal);
     if body.muscle.prescribed.iter().any(moving) {
-        keys.push("the acceleration of a [[prescribed_displacement]]");
+        others.push("the acceleration of a [[prescribed_displacement]]");
     }
     let rest = vec![0.0; body.muscle.solid.space().n_components()];
     let enters = |contact: &Contact| {
         contact.sums(0.0, 1.0, &rest).penetration > TOUCHING * contact.facet_size()
     };
     if body.muscle.contacts.iter().any(enters) {
-        keys.push("a [[contact]] whose obstacle enters the body: let it start outside");
+        others.push("a [[contact]] whose obstacle enters the body: let it start outside");
     }
-    match keys.is_empty() {
-        true => String::new(),
-        false => format!(", by {}", keys.join(", ")),
-    }
+    (loads, others)
 }
 
 /// Rejects a support that moves at t = 0, or is displaced unless `displaced` supports are part of
