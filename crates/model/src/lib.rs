@@ -82,7 +82,7 @@ pub use integration::settings::{
     default_ordering,
 };
 pub use integration::statistics::{Counts, EndReason, Outcome, Statistics};
-pub use integration::typical::{TypicalStart, TypicalValues};
+pub use integration::typical::{TypicalStart, TypicalValues, slowest_element};
 pub use integration::verify::{ErrorEstimate, loosening};
 pub use matrix::{Matrix, Term};
 pub use muscle::Muscle;

@@ -126,20 +126,49 @@ pub(crate) fn transit_time(muscle: &Muscle) -> f64 {
 
 /// Returns the shear modulus of the mean compliance over the volume (Reuss average), Pa.
 fn mean_shear_modulus(muscle: &Muscle) -> f64 {
-    let (solid, space) = (&muscle.solid, muscle.solid.space());
+    let space = muscle.solid.space();
     let (mut compliance, mut volume) = (0.0, 0.0);
+    for (element, shear) in shear_moduli(muscle).enumerate() {
+        let measure = space.measure_of(element);
+        compliance += measure / shear;
+        volume += measure;
+    }
+    volume / compliance
+}
+
+/// Returns the shear modulus of each element at rest, Pa.
+fn shear_moduli(muscle: &Muscle) -> impl Iterator<Item = f64> {
+    let solid = &muscle.solid;
     let mut last: Option<(&Law, f64)> = None;
-    for (element, law) in solid.laws().iter().enumerate() {
+    solid.laws().iter().enumerate().map(move |(element, law)| {
         let shear = match last {
             Some((same, shear)) if same == law => shear,
             _ => law.moduli()[1],
         };
         last = Some((law, shear));
-        let measure = space.measure_of(element);
-        compliance += measure / (solid.mean_factor(element) * shear);
-        volume += measure;
-    }
-    volume / compliance
+        solid.mean_factor(element) * shear
+    })
+}
+
+/// Returns the length (m) of the longest edge of an element and the speed (m/s) of its shear waves at rest, for the element
+/// which these waves take longest to cross.
+pub fn slowest_element(muscle: &Muscle) -> [f64; 2] {
+    let (solid, space) = (&muscle.solid, muscle.solid.space());
+    let corners = |element: usize| &space.element_nodes(element)[..=space.dimension()];
+    let edge = |a: usize, b: usize| {
+        let parts = space.node_point(a).iter().zip(space.node_point(b)).map(|(a, b)| a - b);
+        parts.fold(0.0, f64::hypot)
+    };
+    let longest = |element: usize| {
+        let nodes = corners(element);
+        let all = nodes.iter().flat_map(|&a| nodes.iter().map(move |&b| edge(a, b)));
+        all.fold(0.0, f64::max)
+    };
+    let elements = shear_moduli(muscle).zip(solid.densities()).enumerate();
+    let elements =
+        elements.map(|(element, (shear, density))| [longest(element), (shear / density).sqrt()]);
+    let time = |[length, speed]: &[f64; 2]| length / speed;
+    elements.max_by(|a, b| time(a).total_cmp(&time(b))).unwrap_or([0.0, f64::INFINITY])
 }
 
 /// Returns the mean density, kg/m³, also for a body whose inertia is neglected.

@@ -2,9 +2,8 @@
 
 use myovib_model::{Muscle, Signal};
 
-use super::Body;
 use super::supports::NAMES;
-use crate::scene_file::contact::Obstacle;
+use super::{Body, resolution};
 use crate::scene_file::material::Material;
 use crate::scene_file::solid::Traction;
 use crate::scene_file::{Analysis, SceneFile};
@@ -35,45 +34,25 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
             "material[{i}].fiber has no effect: the law is isotropic and active tension is missing"
         )
     }));
-    notes.extend(coarse(file, body));
+    notes.extend(resolution::notes(file, body));
     if matches!(file.analysis, Analysis::Dynamic | Analysis::QuasiStatic | Analysis::Static) {
         notes.extend(late_loads(file, body, t_end));
         notes.extend(missed(file, body, t_end));
     }
     let of_modes = file.modes.as_ref().and_then(|modes| modes.preload_time);
-    let of_static = (file.analysis == Analysis::Static).then_some(t_end);
     let of_response = file.response.as_ref().and_then(|own| own.preload_time);
-    for (taken, key) in [
-        (of_static, "[time] end"),
-        (of_modes, "modes.preload_time"),
-        (of_response, "response.preload_time"),
-    ] {
-        if let Some(t) = taken.filter(|t| is_unloaded(&body.muscle, *t)) {
-            notes.push(format!(
-                "all loads are 0 at t = {t} s, when the equilibrium is computed: {key} sets another time"
-            ));
-        }
+    let (time, key) = match file.analysis {
+        Analysis::Static => (Some(t_end), "[time] end"),
+        Analysis::Modes => (of_modes, "modes.preload_time"),
+        Analysis::Response => (of_response, "response.preload_time"),
+        _ => (None, ""),
+    };
+    if let Some(t) = time.filter(|t| is_unloaded(&body.muscle, *t)) {
+        notes.push(format!(
+            "all loads are 0 at t = {t} s, when the equilibrium is computed: {key} sets another time"
+        ));
     }
     notes
-}
-
-/// Returns notes on obstacles whose curvature the facets of the body do not resolve.
-fn coarse(file: &SceneFile, body: &Body) -> Vec<String> {
-    let contacts = file.contact.iter().zip(&body.muscle.contacts).enumerate();
-    let notes = contacts.filter_map(|(i, (contact, own))| {
-        let (Obstacle::Sphere { radius, .. } | Obstacle::Cylinder { radius, .. }) = contact.obstacle
-        else {
-            return None;
-        };
-        let size = own.facet_size();
-        (size > radius).then(|| {
-            format!(
-                "the facets of `{}` ({size:.2e} m) are larger than the radius of contact[{i}], {radius:.2e} m: refine the mesh",
-                contact.group
-            )
-        })
-    });
-    notes.collect()
 }
 
 /// Number of intervals at which signals are sampled. It is prime, because a load with a round number of periods could
@@ -228,10 +207,11 @@ y = { type = "step", value = 1.0, rise = 0.1 }
 
         // The ramp of the load is centered at 0.8 s.
         let slow = "traction[0].y={ type = \"ramped-sine\", amplitude = 1.0, frequency = 8.0 }";
-        let short = notes("", &["analysis=dynamic", slow, "time.end=0.3"]);
+        let stiff = "material[0].shear_modulus=1e7";
+        let short = notes("", &["analysis=dynamic", slow, stiff, "time.end=0.3"]);
         let expected = "traction[0].y ";
         assert!(short.len() == 1 && short[0].starts_with(expected), "{short:?}");
-        let long = notes("", &["analysis=dynamic", slow, "time.end=1.0"]);
+        let long = notes("", &["analysis=dynamic", slow, stiff, "time.end=1.0"]);
         assert_eq!(long, Vec::<String>::new());
 
         // A sphere above the square, which comes down by 0.1 m.

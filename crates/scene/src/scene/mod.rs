@@ -24,6 +24,7 @@ mod oscillators;
 mod periodic;
 mod places;
 mod quasi_static;
+mod resolution;
 mod response;
 mod restart;
 mod settings;

@@ -1,0 +1,104 @@
+//! Notes on meshes that are too coarse for obstacles and vibrations.
+
+use myovib_model::slowest_element;
+
+use super::Body;
+use crate::scene_file::contact::Obstacle;
+use crate::scene_file::{Analysis, SceneFile};
+
+/// Number of elements per length of a shear wave below which a note is added. One element gave errors of 50 %, two gave 2 to
+/// 8 % (shaken annulus, `ω R/c` up to 12).
+const PER_WAVE: f64 = 2.0;
+
+pub(super) fn notes(file: &SceneFile, body: &Body) -> Vec<String> {
+    obstacles(file, body).into_iter().chain(waves(file, body)).collect()
+}
+
+/// Returns notes on obstacles whose curvature the facets of the body do not resolve.
+fn obstacles(file: &SceneFile, body: &Body) -> Vec<String> {
+    let contacts = file.contact.iter().zip(&body.muscle.contacts).enumerate();
+    let notes = contacts.filter_map(|(i, (contact, own))| {
+        let (Obstacle::Sphere { radius, .. } | Obstacle::Cylinder { radius, .. }) = contact.obstacle
+        else {
+            return None;
+        };
+        let size = own.facet_size();
+        (size > radius).then(|| {
+            format!(
+                "the facets of `{}` ({size:.2e} m) are larger than the radius of contact[{i}], {radius:.2e} m: refine the mesh",
+                contact.group
+            )
+        })
+    });
+    notes.collect()
+}
+
+/// Returns a note if elements are long compared with the shear waves of the highest frequency.
+fn waves(file: &SceneFile, body: &Body) -> Option<String> {
+    let frequency = match (file.analysis, &file.response) {
+        (Analysis::Response, Some(own)) => own.frequencies.grid().ok()?.ends()[1],
+        (Analysis::Dynamic | Analysis::Periodic, _) => body.muscle.forcing_frequency()?,
+        _ => return None,
+    };
+    let [edge, speed] = slowest_element(&body.muscle);
+    let wave = speed / frequency;
+    (PER_WAVE * edge > wave).then(|| {
+        format!(
+            "at {frequency} Hz, shear waves are about {wave:.2e} m long, and elements up to {edge:.2e} m: refine the mesh to \
+             about four elements for a wave"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::Scene;
+
+    /// Shear waves have the speed √(μ/ρ) = √10 m/s, so they are twice as long as the longest edge, the diagonal √2/2 m, at √5 Hz.
+    const SQUARE: &str = r#"
+[mesh]
+type = "rectangle"
+width = 1.0
+height = 1.0
+cells = [2, 2]
+[solid]
+bulk_modulus = 1e5
+[[material]]
+group = "body"
+law = "neo-hooke"
+density = 1e3
+shear_modulus = 1e4
+[[fixed]]
+group = "left"
+[[probe]]
+name = "corner"
+type = "point"
+at = [1.0, 1.0]
+quantities = ["u"]
+"#;
+
+    fn notes(more: &str, set: &[&str]) -> usize {
+        let text = format!("{SQUARE}{more}");
+        let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
+        let scene = Scene::build("scene.toml", &text, &set, Path::new(""));
+        scene.expect("a valid scene").notes().len()
+    }
+
+    #[test]
+    fn elements_longer_than_half_a_wave_are_noted() {
+        let response = "[response]\nfrequencies = \"1..2:5\"\n[[traction]]\ngroup = \"right\"\nresponse = { y = 1.0 }\n";
+        let analysis = "analysis=response";
+        let to = |f: &str| format!("response.frequencies=\"1..{f}:adaptive\"");
+        assert_eq!(notes(response, &[analysis, &to("2.2")]), 0);
+        assert_eq!(notes(response, &[analysis, &to("2.3")]), 1);
+        assert_eq!(notes(response, &[analysis, &to("2.3"), "mesh.refine=1"]), 0);
+        assert_eq!(notes(response, &[analysis, &to("2.3"), "material[0].density=900"]), 0);
+
+        let shaken = "[time]\nend = 1.0\n[[traction]]\ngroup = \"right\"\n\
+                      y = { type = \"sine\", amplitude = 1.0, frequency = 2.2 }\n";
+        assert_eq!(notes(shaken, &[]), 0);
+        assert_eq!(notes(shaken, &["traction[0].y.frequency=2.3"]), 1);
+    }
+}
