@@ -11,7 +11,8 @@ use super::moment::{self, Arms, MOMENT};
 use crate::InputError;
 use crate::system::{System, muscle_of};
 
-/// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m; displacement of the
+/// Force of the obstacles on the body, N; undeformed area in contact, m², which is too small if the pressure varies between
+/// the points of a facet (in space with multipliers, or with a `stiffness` far above the default); largest penetration, m; displacement of the
 /// first obstacle that moves, m: along its force, along the one axis of its motion (positive toward the body), or projected
 /// on the direction to the body; with `about`, the moment of the force, N·m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

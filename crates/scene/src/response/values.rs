@@ -64,7 +64,10 @@ impl Values {
             let find = |key: &str, value: &str| {
                 Term::find(value, &names).ok_or_else(|| {
                     let error = InputError::new("unknown value of a probe").found(value);
-                    let error = error.allowed(names.join(", "));
+                    let error = error.allowed(format!(
+                        "{}; for u_ also v_ and a_, the velocity and the acceleration",
+                        names.join(", ")
+                    ));
                     scene.wrong(&format!("response.ratio[{i}].{key}"), error)
                 })
             };

@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Group selected by location (members with all vertices inside), or combined from groups of the mesh and earlier `[[group]]` sections.
+/// Group selected by location (members of the refined mesh with all vertices inside), or combined from groups of the mesh and earlier
+/// `[[group]]` sections.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Group {
     /// Name of the new group.

@@ -25,16 +25,20 @@ pub(super) const COLUMNS: [&str; 10] = [
 /// Further columns of a row, in addition to the varied values and the requested columns.
 const OTHER_COLUMNS: [&str; 3] = ["case", "message", "probes"];
 
-/// Reduction of a column of numbers to one number.
-type Reduction = fn(&[f64]) -> f64;
+/// Reduction of a column to one number. The arguments are the first column of the table and the column.
+type Reduction = fn(&[f64], &[f64]) -> f64;
 
-/// Reductions by name. Each receives the values of a nonempty column.
-const REDUCTIONS: [(&str, Reduction); 5] = [
-    ("min", |values| least(values)),
-    ("max", |values| largest(values)),
-    ("mean", |values| values.iter().sum::<f64>() / values.len() as f64),
-    ("last", |values| values[values.len() - 1]),
-    ("amplitude", |values| (largest(values) - least(values)) / 2.0),
+/// Reductions by name. Each receives nonempty columns.
+const REDUCTIONS: [(&str, Reduction); 6] = [
+    ("min", |_, values| least(values)),
+    ("max", |_, values| largest(values)),
+    ("argmax", |first, values| {
+        let pairs = first.iter().zip(values);
+        pairs.max_by(|a, b| a.1.total_cmp(b.1)).map_or(f64::NAN, |pair| *pair.0)
+    }),
+    ("mean", |_, values| values.iter().sum::<f64>() / values.len() as f64),
+    ("last", |_, values| values[values.len() - 1]),
+    ("amplitude", |_, values| (largest(values) - least(values)) / 2.0),
 ];
 
 fn least(values: &[f64]) -> f64 {
@@ -45,7 +49,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// `reduction(probe.column)` or `reduction(probe.column, from)`, which uses the values from the time `from` on.
+/// `reduction(probe.column)` or `reduction(probe.column, from)`, which uses the rows whose first value is at least `from`.
 #[derive(Debug)]
 struct Reduced {
     reduction: Reduction,
@@ -60,8 +64,8 @@ impl Reduced {
         let (names, rows) = read_numbers(&folder.join(format!("{}.csv", self.probe))).ok()?;
         let column = names.iter().position(|name| *name == self.column)?;
         let rows = rows.iter().filter(|row| row[0] >= self.from);
-        let values: Vec<f64> = rows.map(|row| row[column]).collect();
-        (!values.is_empty()).then(|| (self.reduction)(&values))
+        let (first, values): (Vec<f64>, Vec<f64>) = rows.map(|row| (row[0], row[column])).unzip();
+        (!values.is_empty()).then(|| (self.reduction)(&first, &values))
     }
 }
 
@@ -212,6 +216,8 @@ mod tests {
             ("a=mean(tip.p)", 2.5),
             ("a=last(tip.u_y)", 1.0),
             ("a=amplitude(tip.u_y)", 3.0),
+            ("a=argmax(tip.u_y)", 2.0),
+            ("a=argmax(tip.p, 1)", 3.0),
             ("a=amplitude(tip.u_y, 1.5)", 1.5),
             ("a=2*(max(tip.u_y) - last(tip.p))^2 + 1", 1.0),
             ("a=sqrt(max(tip.u_y)) / 2", 1.0),
