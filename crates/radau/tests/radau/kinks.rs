@@ -130,7 +130,10 @@ fn successful_runs_with_ideal_diodes_are_accurate() {
             for tol in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
                 if let Some(u) = run(Rectifier(g), stages, tol) {
                     let error = (u - exact).abs() / (SOURCE[0] * tol);
-                    assert!(error < 10.0 * PROMISED, "{stages} stages, {tol:e}, {g} S: {error:.1e}");
+                    assert!(
+                        error < 10.0 * PROMISED,
+                        "{stages} stages, {tol:e}, {g} S: {error:.1e}"
+                    );
                     successes += 1;
                 }
             }
