@@ -223,15 +223,24 @@ def _wrong_entry(
     rtol: float,
     atol: Array,
 ) -> str | None:
-    """Return a note on an entry of the Jacobian that differs from difference quotients, if Newton's method fails often."""
+    """Return a note on an entry of the Jacobian that differs from difference quotients, if Newton's method fails often.
+
+    If it ends the integration, the Jacobian may be wrong near the last time only.
+    """
     is_slow = not solution.success or solution.nsteps > 10
-    if jacobian is None or not is_slow or not FREQUENT * solution.ncfn > solution.nsteps:
+    is_stopped = not solution.success and _fails_to_converge(solution.message)
+    if jacobian is None or not (is_stopped or is_slow and FREQUENT * solution.ncfn > solution.nsteps):
         return None
     within = np.flatnonzero((solution.t >= min(limits)) & (solution.t <= max(limits)))
     counts: dict[tuple[str, int, int], int] = {}
     examined: Any = np.unique(within[np.linspace(0, len(within) - 1, 9).astype(int)]) if len(within) else []
-    for i in examined:
-        t, y, yp = solution.t[i], solution.y[:, i].copy(), solution.yp[:, i].copy()
+    states = [(solution.t[i], solution.y[:, i].copy(), solution.yp[:, i].copy()) for i in examined]
+    stopped = STOPPED.match(solution.message)
+    if is_stopped and stopped and solution.t.size:
+        y, yp = solution.y[:, -1].copy(), solution.yp[:, -1].copy()
+        # The same entry is not at a kink of F in both states.
+        states += [(float(stopped[1]), y + c * (rtol * np.abs(y) + atol), yp) for c in (0.0, MOVED)]
+    for t, y, yp in states:
         # Functions may bend within a tolerance.
         structure = Structure.at(residual, t, y, yp, 1e-3 * (rtol * np.abs(y) + atol))
         if structure is None:
@@ -244,7 +253,7 @@ def _wrong_entry(
         for entry in wrong:
             counts[entry] = counts.get(entry, 0) + 1
     # A difference at a single state may come from a kink.
-    if not counts or max(counts.values()) < min(2, len(examined)):
+    if not counts or max(counts.values()) < min(2, len(states)):
         return None
     matrix, row, column = max(counts, key=lambda entry: counts[entry])
     return (
@@ -281,6 +290,9 @@ def _is_late(solution: DaeSolution, rtol: float, atol: Array) -> bool:
     tolerances = rtol * np.abs(solution.y) + atol[:, None]
     return bool((np.median(changes - tolerances, axis=1) > 0.0).any())
 
+
+# Distance, in tolerances, of two states at which a Jacobian is compared with differences after the last step.
+MOVED = 10.0
 
 # Number of steps per failure of Newton's iteration below which an exact Jacobian is compared with differences.
 FREQUENT = 5

@@ -119,12 +119,14 @@ class Structure:
     def singular(self) -> tuple[list[int], list[int]]:
         """Return the variables that F = 0 does not determine, and the equations that are combinations of others.
 
-        Both are empty unless dF/dy + c dF/dy' is singular for all c.
+        Both are empty unless dF/dy + c dF/dy' is singular for all c, beyond rounding.
         """
         # A pencil of index 3 is nearly singular for most c.
         pencil = [self.df_dy + c * self.df_dyp for c in 2.3 * np.logspace(-9, 9, 7)]
         columns = np.all([_null(matrix) for matrix in pencil], axis=0)
         rows = np.all([_null(matrix.T) for matrix in pencil], axis=0)
+        if not (columns.any() and rows.any()):
+            return [], []
         return np.flatnonzero(columns).tolist(), np.flatnonzero(rows).tolist()
 
     def contradictory(self, initial: str) -> list[int]:

@@ -421,6 +421,45 @@ def test_an_entry_of_the_jacobian_that_is_wrong_after_the_start_is_named(method)
     assert s.success and not notes
 
 
+@pytest.mark.parametrize("method", ["bdf", "radau5", "radau9"])
+@pytest.mark.parametrize("t_eval", [None, [0, 5]])
+def test_an_entry_of_the_jacobian_that_is_wrong_near_the_end_is_named(method, t_eval):
+    def residual(t, y, yp):
+        return [yp[0] + y[0] - y[2], yp[1] + 2 * y[1] * y[2] - y[0], y[2] ** 2 + 3 * y[2] - y[0] - 4 - np.sin(5 * t)]
+
+    def jacobian(t, y, yp):
+        factor = 10 if t > 2 else 1
+        return [[1, 0, -1], [-1, 2 * y[2], 2 * y[1]], [-1, 0, factor * (2 * y[2] + 3)]], np.diag([1, 1, 0])
+
+    s, notes = solved(
+        residual, (0, 5), [0, 0, 1], [1, 0, 0], method, jacobian=jacobian, initial="algebraic", rtol=1e-6, t_eval=t_eval
+    )
+    assert not s.success and "row 2, column 2" in s.message
+    assert len(notes) == 1 and "row 2, column 2" in notes[0]
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau5"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_a_turning_point_is_no_dependence_of_equations(method, rtol):
+    """The voltage of a line has no value for loads above a limit."""
+    reactance, ratio = 0.5, 0.3
+
+    def residual(t, y, yp):
+        load, angle, voltage = y
+        return [
+            yp[0] - 0.2, voltage * np.sin(angle) / reactance - load,
+            (voltage * np.cos(angle) - voltage**2) / reactance - ratio * load,
+        ]  # fmt: skip
+
+    s, notes = solved(
+        residual, (0, 10), [0, 0, 1], [0.2, 0, 0], method, rtol=rtol, atol=0.01 * rtol, initial="algebraic"
+    )
+    limit = (np.sqrt(1 + ratio**2) - ratio) / (2 * reactance)
+    # The square root ends at the limit; the load itself is linear in time.
+    assert not s.success and 0.2 * s.t[-1] == pytest.approx(limit, rel=rtol)
+    assert not any("do not determine" in text for text in [s.message, *notes])
+
+
 def test_quotients_at_kinks_and_rounding_do_not_refute_a_jacobian():
     def kinked(t, y, yp):
         return np.r_[yp[0] + yp[1] - yp[1] + abs(y[0]), y[1] - 1e5 - np.exp(y[0] / 1e-9)]
