@@ -212,6 +212,9 @@ pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressure
 const LIMIT_LOAD: &str =
     "at a limit load, use `method = \"arc-length\"` of [static], or a damped motion";
 
+/// Remedy at the limit of Gent's law.
+const LOCKING: &str = "the law `gent` locks where Ī1 - 3 approaches its `limit`: reduce the load, or increase `limit`";
+
 /// Remedy for contacts with augmented Lagrange multipliers. Without penetration, equilibria jump where another facet of a coarse
 /// mesh meets the obstacle; loading paths by arc length have no multipliers.
 const MULTIPLIERS: &str =
@@ -236,6 +239,9 @@ fn remedy(newton: &Newton<'_>) -> String {
     let remedy = match is_mixed && laws.iter().any(is_guccione) {
         true if laws.iter().all(is_guccione) => COLLAPSE.to_owned(),
         true => format!("{COLLAPSE}; or, {LIMIT_LOAD}"),
+        false if laws.iter().any(|law| matches!(law, Law::Gent { .. })) => {
+            format!("{LOCKING}; or, {LIMIT_LOAD}")
+        }
         false => LIMIT_LOAD.to_owned(),
     };
     match newton.muscle.contacts.iter().any(|contact| !contact.is_driven()) {

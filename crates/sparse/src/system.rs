@@ -180,6 +180,11 @@ impl<T: Scalar> SparseSystem<T> {
         }
     }
 
+    /// Factorizes the next matrix with fixed pivots again, if they are sufficient.
+    pub fn retry_fixed_pivots(&mut self) {
+        self.pivots_next = false;
+    }
+
     /// Returns whether the next matrix is factorized with pivoting, whether the next solution is checked, and whether the
     /// next factors are in single precision.
     pub fn history(&self) -> [bool; 3] {

@@ -69,3 +69,19 @@ fn a_matrix_that_is_not_finite_does_not_require_pivoting_later() {
         assert!(system.pivots().is_some());
     }
 }
+
+/// Zeros on the diagonal require pivoting; the matrix after a retry does not.
+#[test]
+fn fixed_pivots_can_be_tried_again() {
+    let (mut system, mut work) = (system(), LinearWork::default());
+    let first = solve(&mut system, &GOOD, &mut work);
+    let zeros = [0.0, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0];
+    let exchanged = solve(&mut system, &zeros, &mut work);
+    for pivoted in 2..5 {
+        system.retry_fixed_pivots();
+        assert_eq!(solve(&mut system, &GOOD, &mut work), first);
+        assert!(system.pivots().is_some());
+        assert_eq!(solve(&mut system, &zeros, &mut work), exchanged);
+        assert_eq!(work.pivoted, pivoted);
+    }
+}

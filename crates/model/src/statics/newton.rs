@@ -191,6 +191,8 @@ impl<'a> Newton<'a> {
         let mut change = self.load_derivative(x, factor)?;
         self.force_square = self.force_square.max(square(&change[..n_free]));
         self.tangent(x, factor)?;
+        // Only trials of the last step may have required pivoting.
+        self.system.retry_fixed_pivots();
         self.factorize()?;
         self.solve_linear(&mut change)?;
         Ok(change)
