@@ -157,31 +157,64 @@ impl RigidContact {
         self.weights.iter().map(Vec::len).sum()
     }
 
-    /// Updates the multipliers to the pressures at displacement `u` (Uzawa). Returns `false` and changes nothing if the
-    /// mean distance from the obstacle, weighted by the contact pressure, is at most 1e-4 of the facet size. Single
-    /// points penetrate deeper, because quadratic facets do not follow the shape of the obstacle at the edge of the
-    /// contact.
+    /// Returns the mean distance from the obstacle at displacement `u`, weighted by the contact pressure, divided by the
+    /// distance that multipliers may leave, 1e-4 of the facet size; 0 without contact. Single points penetrate deeper,
+    /// because quadratic facets do not follow the shape of the obstacle at the edge of the contact.
     ///
     /// # Panics
     /// Panics if an array is too short.
-    pub fn update_multipliers(&mut self, offset: &[f64], u: &[f64]) -> bool {
-        in_dimension!(self.boundary.dimension, self.update_multipliers_in(offset, u))
+    pub fn distance(&self, offset: &[f64], u: &[f64]) -> f64 {
+        in_dimension!(self.boundary.dimension, self.distance_in(offset, u))
     }
 
-    fn update_multipliers_in<const D: usize>(&mut self, offset: &[f64], u: &[f64]) -> bool {
-        let mut depths = vec![0.0; self.depths.len()];
+    fn distance_in<const D: usize>(&self, offset: &[f64], u: &[f64]) -> f64 {
         let (mut force, mut force_times_distance) = (0.0, 0.0);
         self.for_each_touch::<D>(offset, u, |touch| {
             let point_force = touch.weight * touch.potential[1];
             force += point_force;
             force_times_distance += point_force * touch.gap.distance.abs();
-            depths[touch.index] = touch.depth;
         });
-        let is_changed = force_times_distance > AUGMENTED * self.facet_size() * force;
-        if is_changed {
-            self.depths = depths;
+        match force > 0.0 {
+            true => force_times_distance / (AUGMENTED * self.facet_size() * force),
+            false => 0.0,
         }
-        is_changed
+    }
+
+    /// Updates the multipliers to the pressures at displacement `u` (Uzawa).
+    ///
+    /// # Panics
+    /// Panics if an array is too short.
+    pub fn update_multipliers(&mut self, offset: &[f64], u: &[f64]) {
+        in_dimension!(self.boundary.dimension, self.update_multipliers_in(offset, u));
+    }
+
+    fn update_multipliers_in<const D: usize>(&mut self, offset: &[f64], u: &[f64]) {
+        let mut depths = vec![0.0; self.depths.len()];
+        self.for_each_touch::<D>(offset, u, |touch| depths[touch.index] = touch.depth);
+        self.depths = depths;
+    }
+
+    /// Multiplies the stiffness by `factor` and changes the multipliers so that the contact pressures at displacement
+    /// `u` remain.
+    ///
+    /// # Panics
+    /// Panics if an array is too short, or without multipliers.
+    pub fn scale_stiffness(&mut self, factor: f64, offset: &[f64], u: &[f64]) {
+        in_dimension!(self.boundary.dimension, self.scale_stiffness_in(factor, offset, u));
+    }
+
+    fn scale_stiffness_in<const D: usize>(&mut self, factor: f64, offset: &[f64], u: &[f64]) {
+        let (k, w) = (factor * self.stiffness, self.smoothing);
+        let mut depths = vec![0.0; self.depths.len()];
+        self.for_each_touch::<D>(offset, u, |touch| {
+            let pressure = touch.potential[1];
+            let depth = match pressure < 0.5 * k * w {
+                true => (2.0 * w * pressure / k).sqrt(),
+                false => pressure / k + 0.5 * w,
+            };
+            depths[touch.index] = touch.gap.distance + depth;
+        });
+        (self.stiffness, self.depths) = (k, depths);
     }
 
     /// Returns k, Pa/m.

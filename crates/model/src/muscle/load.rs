@@ -219,10 +219,21 @@ impl Contact {
         self.operator.depths()
     }
 
+    /// Returns the mean distance of the body from the obstacle, as [`RigidContact::distance`] does.
+    pub(crate) fn mean_distance(&self, t: f64, part: f64, u: &[f64]) -> f64 {
+        self.operator.distance(&self.offset(t, part, u), u)
+    }
+
     /// Updates the multipliers, as [`RigidContact::update_multipliers`] does.
-    pub(crate) fn update_multipliers(&mut self, t: f64, part: f64, u: &[f64]) -> bool {
+    pub(crate) fn update_multipliers(&mut self, t: f64, part: f64, u: &[f64]) {
         let offset = self.offset(t, part, u);
-        self.operator.update_multipliers(&offset, u)
+        self.operator.update_multipliers(&offset, u);
+    }
+
+    /// Multiplies the stiffness by `factor` at the same pressures, as [`RigidContact::scale_stiffness`] does.
+    pub(crate) fn scale_stiffness(&mut self, factor: f64, t: f64, part: f64, u: &[f64]) {
+        let offset = self.offset(t, part, u);
+        self.operator.scale_stiffness(factor, &offset, u);
     }
 
     /// Returns the friction.

@@ -49,7 +49,8 @@ pub enum Method {
     Penalty,
     /// Multipliers are updated after each equilibrium until the distance from the obstacle, averaged over the contact
     /// pressure, is at most 1e-4 of the facet size; only in static analyses with given load factors. Within this distance,
-    /// forces depend on the load steps, by up to 1 % where few facets touch.
+    /// forces depend on the load steps, by up to 1 % where few facets touch. Contacts that converge slowly are up to 64 times
+    /// stiffer during the updates.
     AugmentedLagrange,
 }
 

@@ -4,38 +4,78 @@ use std::ops::ControlFlow;
 
 use super::Newton;
 use crate::error::ModelError;
-use crate::muscle::load::set_multipliers;
+use crate::muscle::load::{Contact, set_multipliers};
 
 /// Maximum number of updates of multipliers. If the contact is stiffer than the body, each update divides the penetration
 /// by about the ratio of both stiffnesses.
 const MAX_AUGMENTATIONS: usize = 50;
 /// Maximum number of halvings of an update after which the equilibrium is not found.
 const HALVINGS: usize = 6;
+/// Fraction of the last distance from the obstacle above which a contact becomes stiffer before the next update. Quadratic
+/// facets cannot follow a curved obstacle, and some pressures then converge slowly.
+const SLOW: f64 = 0.5;
+/// Factor of the stiffness of such a contact. A power of two, so that the given stiffness is restored without rounding.
+const STIFFENING: f64 = 4.0;
+/// Largest stiffness of such a contact, relative to the given one.
+const STIFFEST: f64 = 64.0;
 /// Smallest penetration of an unloaded body, as a fraction of the size of facets, that can prevent convergence.
 const OVERLAP: f64 = 0.01;
 
 impl Newton<'_> {
     /// Updates the multipliers of contacts and solves for the equilibrium `x` again, in turn, until no contact penetrates
-    /// (method of Uzawa). Updates after which the equilibrium is not found are halved. Returns whether this converges; if
-    /// not, `x` and the multipliers belong to the last equilibrium.
+    /// (method of Uzawa). Updates after which the equilibrium is not found are halved. Contacts that converge slowly are
+    /// stiffer during the updates. Returns whether this converges; if not, `x` and the multipliers belong to the last
+    /// equilibrium.
     pub(in crate::statics) fn augment(
         &mut self,
         x: &mut Vec<f64>,
         factor: f64,
         watch: &mut dyn FnMut([usize; 2]) -> ControlFlow<()>,
     ) -> Result<bool, ModelError> {
+        let given: Vec<f64> = self.contacts.iter().map(Contact::stiffness).collect();
+        let converged = self.update_multipliers(x, factor, &given, watch)?;
+        self.place(&x[..self.n_free()], factor);
+        for (i, given) in given.into_iter().enumerate() {
+            let stiffness = self.contacts[i].stiffness();
+            if stiffness != given {
+                let (t, u) = (self.t, &self.displacement);
+                self.contacts.to_mut()[i].scale_stiffness(given / stiffness, t, factor, u);
+            }
+        }
+        Ok(converged)
+    }
+
+    fn update_multipliers(
+        &mut self,
+        x: &mut Vec<f64>,
+        factor: f64,
+        given: &[f64],
+        watch: &mut dyn FnMut([usize; 2]) -> ControlFlow<()>,
+    ) -> Result<bool, ModelError> {
         let rest = vec![0.0; x.len()];
+        let mut distances = vec![f64::INFINITY; given.len()];
         'updates: for _ in 0..MAX_AUGMENTATIONS {
             self.place(&x[..self.n_free()], factor);
             let (t, u) = (self.t, &self.displacement);
-            let last = self.multipliers();
-            let mut is_changed = false;
-            for i in 0..self.contacts.len() {
-                is_changed |= !self.contacts[i].depths().is_empty()
-                    && self.contacts.to_mut()[i].update_multipliers(t, factor, u);
+            let mut distant = Vec::new();
+            for (i, last) in distances.iter_mut().enumerate() {
+                let contact = &self.contacts[i];
+                let distance = contact.mean_distance(t, factor, u);
+                if contact.depths().is_empty() || distance <= 1.0 {
+                    continue;
+                }
+                if distance > SLOW * *last && contact.stiffness() < STIFFEST * given[i] {
+                    self.contacts.to_mut()[i].scale_stiffness(STIFFENING, t, factor, u);
+                }
+                *last = distance;
+                distant.push(i);
             }
-            if !is_changed {
+            if distant.is_empty() {
                 return Ok(true);
+            }
+            let last = self.multipliers();
+            for i in distant {
+                self.contacts.to_mut()[i].update_multipliers(t, factor, u);
             }
             for _ in 0..=HALVINGS {
                 if let Some(next) = self.solve(&rest, x, factor, false, &mut *watch)? {
