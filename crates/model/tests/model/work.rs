@@ -5,16 +5,17 @@ use myovib_model::{
     Formulation, MuscleDae, Settings, Signal, WorkCounters, paper, run, start_at_rest,
 };
 
-/// Runs the paper's muscle for 0.5 s and returns its element passes.
-fn passes(formulation: Formulation, law: Law, kappa: f64, beta: f64) -> WorkCounters {
+/// Runs the paper's muscle for 0.5 s and returns its element passes, and the residuals of the integrator without its start.
+fn passes(formulation: Formulation, law: Law, kappa: f64, beta: f64) -> (WorkCounters, u64) {
     let mesh = Mesh::parse_msh(include_str!("../../../../data/meshes/muscle.msh"), "muscle.msh");
     let load = Signal::paper(paper::LOAD_AMPLITUDE);
     let muscle = paper::muscle_with_load(&mesh.unwrap(), law, kappa, beta, load).unwrap();
     let settings = Settings { t_end: 0.5, ..Settings::paper(formulation) };
     let dae = MuscleDae::new(muscle, formulation).unwrap();
     let mut integrator = start_at_rest(dae, &settings).unwrap();
-    run(integrator.as_mut(), &mut []).unwrap();
-    *integrator.problem().counters()
+    let start = integrator.problem().counters().residual_passes;
+    let residuals = run(integrator.as_mut(), &mut []).unwrap().counts.residual_evaluations;
+    (*integrator.problem().counters(), start + residuals)
 }
 
 #[test]
@@ -29,7 +30,21 @@ fn disabled_features_are_not_computed() {
         (ImplicitRate, LAW, KAPPA, BETA),
         (Rate, LAW, KAPPA, BETA),
     ] {
-        let done = passes(formulation, law, kappa, beta);
+        let (done, residuals) = passes(formulation, law, kappa, beta);
+        assert_eq!(done.residual_passes, residuals, "{done:?}");
+        let unused = [
+            done.added_passes,
+            done.added_tangent_passes,
+            done.bed_passes,
+            done.relaxing_passes,
+            done.relaxing_tangent_passes,
+            done.relaxing_solve_passes,
+            done.coherence_passes,
+            done.fiber_passes,
+            done.inversions,
+            done.linear.pivoted,
+        ];
+        assert_eq!(unused, [0; 10], "{done:?}");
         let damped = |passes| if beta > 0.0 { passes } else { 0 };
         assert!(done.residual_passes > 0, "{done:?}");
         assert_eq!(done.force_rate_passes, damped(done.residual_passes), "{done:?}");
