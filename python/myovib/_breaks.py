@@ -24,7 +24,7 @@ ROOT = float(np.sqrt(np.finfo(float).eps))
 # Largest relative rounding of values computed from differences in time, and largest relative error of their equations.
 ROUNDED = 1e-7
 UNSOLVED = 1e-6
-# Error of an initial value, in tolerances, that is reported; global errors are up to 100 tolerances.
+# Smallest reported error of an initial value, in tolerances; global errors are up to 100 tolerances.
 FAR = 100.0
 # Number of trial changes of a state.
 TRIALS = 4
@@ -99,7 +99,7 @@ def _with_free_rates(
         corrections.append(correction[0])
     with np.errstate(all="ignore"):
         first, second = [(np.abs(values) / (np.abs(y) + atol / rtol)).max() for values in corrections]
-    # The second one is small except at kinks.
+    # The second correction is small except at kinks.
     return yp - corrections[0] if second <= DESCENT * first else yp
 
 
