@@ -8,17 +8,14 @@ use crate::error::Error;
 use crate::network::{Coefficients, Network, Node};
 
 /// Outer neighbors of the oscillators at the ends of a chain.
-///
-/// Periodic, as in the paper: y_0 = y_N and y_{N+1} = y_1. For N = 2, the only neighbor couples from both sides; for
-/// N = 1, the oscillator is its own neighbor. A chain of identical oscillators with equal initial values therefore moves
-/// like a single one. Open: y_0 = y_{N+1} = 0, no coupling from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Ends {
-    /// A ring.
+    /// A ring, as in the paper: y_0 = y_N and y_{N+1} = y_1. For N = 2, the only neighbor couples from both sides; for
+    /// N = 1, the oscillator is its own neighbor. Identical oscillators with equal initial values move like a single one.
     #[default]
     Periodic,
-    /// The ends have one neighbor.
+    /// No coupling from outside: y_0 = y_{N+1} = 0.
     Open,
 }
 

@@ -149,12 +149,12 @@ impl NewtonSolver {
     /// relative to the increments: F may depend on ẏ in any way, and a tolerance for y alone
     /// permits an error of tolerance/h in ẏ.
     ///
-    /// Neither do two corrections prove convergence: after a correction across a kink of F, as at the threshold of an ideal
-    /// diode, the matrices of the other branch make the next correction small, but not the one after it.
-    ///
     /// Two corrections do not prove divergence. In index 3, from a start at rest, the first correction changes
     /// positions by h v. The quadratic terms h² v² of the constraints then lead to corrections h² v²/h of the velocity,
     /// which are proportional to h like the first correction, however small h is.
+    ///
+    /// Neither do they prove convergence after a correction above [`LONG`] across a kink of F, as at the threshold of an
+    /// ideal diode: the matrices of the other branch make the next correction small, but not the one after it.
     pub(crate) fn solve<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -225,11 +225,12 @@ impl NewtonSolver {
             if solved_after.is_none() && is_small && error_factor * norm <= tolerance {
                 solved_after = Some(iteration);
             }
+            let is_rounding = norm <= ROUNDING * (of_y + size);
             if solved_after == Some(iteration) {
                 is_unconfirmed = self.strict && iteration > 1 && last_norm > LONG;
-            } else if std::mem::take(&mut is_unconfirmed) {
+            } else if std::mem::take(&mut is_unconfirmed) && !is_rounding {
                 let ratio = norm / last_norm;
-                if ratio >= DIVERGENT && norm > ROUNDING * of_y {
+                if ratio >= DIVERGENT {
                     self.allowed = 0.0;
                     return Ok(Newton::Failed { step_factor: 0.5 });
                 }

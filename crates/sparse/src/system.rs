@@ -92,6 +92,12 @@ impl<T: Scalar> SparseSystem<T> {
     /// [`SparseError::Singular`] and other errors of the factorization.
     pub fn renew(&mut self, work: &mut LinearWork) -> Result<(), SparseError> {
         self.check = true;
+        if let Err(error) = expect_finite(&self.values, "matrix") {
+            // No earlier factors stay in use. Later matrices need neither pivots nor double precision because of this one.
+            self.is_pivoted = false;
+            self.set_precision(self.is_single)?;
+            return Err(error);
+        }
         if self.pivots_next {
             return self.pivot(work).map(drop);
         }
@@ -133,8 +139,6 @@ impl<T: Scalar> SparseSystem<T> {
     /// Switches to pivoting permanently and factorizes. Returns `false` if an engine factorizes, which handles pivoting
     /// itself.
     fn pivot(&mut self, work: &mut LinearWork) -> Result<bool, SparseError> {
-        // Pivoting does not help here, and later matrices may not need it.
-        expect_finite(&self.values, "matrix")?;
         if self.pivoting.is_none() {
             self.pivoting = self.elimination.pivoting()?;
         }

@@ -161,3 +161,19 @@ fn matrices_that_are_not_finite_are_rejected() {
     let result = system.renew(&mut LinearWork::default());
     assert!(matches!(result, Err(SparseError::NotFinite { .. })), "{result:?}");
 }
+
+/// Regression: a rejected state whose matrix was not finite made all later factors double.
+#[test]
+fn a_matrix_that_is_not_finite_does_not_end_single_precision() {
+    let mut system = system::<f64>(Kind::Symmetric, Precision::Mixed);
+    let mut work = LinearWork::default();
+    system.values_mut().copy_from_slice(&entries(|_| 1.0, || 0.5));
+    system.renew(&mut work).unwrap();
+    let history = system.history();
+    system.values_mut()[7] = f64::NAN;
+    assert!(system.renew(&mut work).is_err());
+    assert_eq!(system.history()[2], history[2]);
+    system.values_mut()[7] = 0.5;
+    system.renew(&mut work).unwrap();
+    assert_eq!(work.in_single_precision, 2);
+}

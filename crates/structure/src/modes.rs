@@ -74,11 +74,11 @@ pub fn modes(vibration: &Vibration, count: usize, shift: f64) -> Result<Vec<Mode
     let mut next_check = FEWEST_VECTORS_PER_MODE * count;
     loop {
         let grew = space.grow()?;
-        if grew && space.basis.len() < next_check {
+        let finite = space.is_finite();
+        if grew && finite && space.basis.len() < next_check {
             continue;
         }
-        next_check = space.basis.len() + space.basis.len() / 8;
-        let finite = space.is_finite();
+        next_check = (space.basis.len() + space.basis.len() / 8).min(most);
         let pairs =
             if finite { space.ritz_pairs(count, n_below.filter(|_| grew)) } else { Vec::new() };
         let converged = pairs.iter().filter(|p| p.residual < CONVERGED).count();

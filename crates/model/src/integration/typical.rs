@@ -150,8 +150,7 @@ fn shear_moduli(muscle: &Muscle) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Returns the length (m) of the longest edge of an element and the speed (m/s) of its shear waves at rest, for the element
-/// which these waves take longest to cross.
+/// Returns the longest edge (m) and the speed of shear waves at rest (m/s) of the element that a wave takes longest to cross.
 pub fn slowest_element(muscle: &Muscle) -> [f64; 2] {
     let (solid, space) = (&muscle.solid, muscle.solid.space());
     let corners = |element: usize| &space.element_nodes(element)[..=space.dimension()];

@@ -41,13 +41,13 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     }
     let of_modes = file.modes.as_ref().and_then(|modes| modes.preload_time);
     let of_response = file.response.as_ref().and_then(|own| own.preload_time);
-    let (time, key) = match file.analysis {
-        Analysis::Static => (Some(t_end), "[time] end"),
-        Analysis::Modes => (of_modes, "modes.preload_time"),
-        Analysis::Response => (of_response, "response.preload_time"),
-        _ => (None, ""),
+    let of_equilibrium = match file.analysis {
+        Analysis::Static => Some((t_end, "[time] end")),
+        Analysis::Modes => of_modes.map(|t| (t, "modes.preload_time")),
+        Analysis::Response => of_response.map(|t| (t, "response.preload_time")),
+        _ => None,
     };
-    if let Some(t) = time.filter(|t| is_unloaded(&body.muscle, *t)) {
+    if let Some((t, key)) = of_equilibrium.filter(|(t, _)| is_unloaded(&body.muscle, *t)) {
         notes.push(format!(
             "all loads are 0 at t = {t} s, when the equilibrium is computed: {key} sets another time"
         ));

@@ -33,8 +33,8 @@ const REDUCTIONS: [(&str, Reduction); 6] = [
     ("min", |_, values| least(values)),
     ("max", |_, values| largest(values)),
     ("argmax", |first, values| {
-        let pairs = first.iter().zip(values);
-        pairs.max_by(|a, b| a.1.total_cmp(b.1)).map_or(f64::NAN, |pair| *pair.0)
+        let largest = largest(values);
+        values.iter().position(|value| *value == largest).map_or(f64::NAN, |k| first[k])
     }),
     ("mean", |_, values| values.iter().sum::<f64>() / values.len() as f64),
     ("last", |_, values| values[values.len() - 1]),
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn expressions_of_reduced_columns_are_computed() {
         let folder = tempfile::tempdir().unwrap();
-        let table = "t,u_y,p\n0,0,1\n1,-2,2\n2,4,3\n3,1,4\n";
+        let table = "t,u_y,p,tie\n0,0,1,NaN\n1,-2,2,5\n2,4,3,5\n3,1,4,0\n";
         fs::write(folder.path().join("tip.csv"), table).unwrap();
         for (text, expected) in [
             ("a=max(tip.u_y)", 4.0),
@@ -218,6 +218,7 @@ mod tests {
             ("a=amplitude(tip.u_y)", 3.0),
             ("a=argmax(tip.u_y)", 2.0),
             ("a=argmax(tip.p, 1)", 3.0),
+            ("a=argmax(tip.tie)", 1.0),
             ("a=amplitude(tip.u_y, 1.5)", 1.5),
             ("a=2*(max(tip.u_y) - last(tip.p))^2 + 1", 1.0),
             ("a=sqrt(max(tip.u_y)) / 2", 1.0),

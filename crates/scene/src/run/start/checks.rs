@@ -15,8 +15,7 @@ const TOUCHING: f64 = 1e-6;
 /// Loads and support motions below this fraction of their maximum count as zero at t = 0. It allows
 /// for rounding and for the slope of a spline through rows of zeros.
 const ZERO_AT_START: f64 = 1e-9;
-/// Nodal forces below this fraction of their maximum may act suddenly at t = 0: the motion that they cause is below the
-/// default tolerance.
+/// Nodal forces below this fraction of their maximum may act suddenly at t = 0. They cause this fraction of the motion.
 const NEGLIGIBLE_FORCE: f64 = 1e-5;
 /// Number of intervals between the times at which loads and motions are sampled for their maximum.
 const SIZE_TIMES: u32 = 61;
@@ -93,10 +92,10 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
             "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by a step: \
              y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
         );
-        let error = match others.is_empty() {
-            true => error.next("or apply them suddenly after t = 0, with a step of rise = 0"),
+        let error = match loads.is_empty() && !others.is_empty() {
             // Displacements may not jump.
-            false => error,
+            true => error,
+            false => error.next("or apply them suddenly after t = 0, with a step of rise = 0"),
         };
         let next = "or start in equilibrium with them: [initial_state] with type = \"equilibrium\"";
         return Err(error.next(next).into());
@@ -108,14 +107,14 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
 fn sudden_loads(body: &Body) -> (Vec<&str>, Vec<&str>) {
     let is_sudden = |signal: &Signal| {
         let values = times(body.settings.t_end).map(|t| signal.at(t).value.abs());
-        signal.at(0.0).value.abs() > ZERO_AT_START * values.fold(0.0, f64::max)
+        signal.at(0.0).value.abs() > NEGLIGIBLE_FORCE * values.fold(0.0, f64::max)
     };
     let sudden = body.keyed_loads().filter(|(_, signal)| is_sudden(signal));
     let loads = sudden.map(|(key, _)| key).collect();
     let mut others = Vec::new();
     let accelerates = |signal: &Signal| {
         let values = times(body.settings.t_end).map(|t| signal.at(t).d2.abs());
-        signal.at(0.0).d2.abs() > ZERO_AT_START * values.fold(0.0, f64::max)
+        signal.at(0.0).d2.abs() > NEGLIGIBLE_FORCE * values.fold(0.0, f64::max)
     };
     let moving = |prescribed: &Prescribed| accelerates(&prescribed.signal);
     if body.muscle.prescribed.iter().any(moving) {
