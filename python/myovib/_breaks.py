@@ -41,13 +41,16 @@ def values_after(
     state: State,
     tolerances: tuple[float, Array],
     span: float,
+    free_rates: tuple[bool, bool],
 ) -> State | None:
     """Return y and y' at the second time. Only a break is between the first two times, and none until the third.
 
     The state from before the break is kept if F does not jump there by more than changes of y and y' within
     the tolerances. Otherwise y changes within the null space of dF/dy' and y' in its complement: the
-    combinations of which F contains the derivatives are continuous. The derivatives of algebraic variables satisfy the
-    derivative of F = 0. Returns None without a solution, for example if the index is above 1.
+    combinations of which F contains the derivatives are continuous. Derivatives that F does not contain satisfy the
+    derivative of F = 0. They are computed if both of `free_rates` are true: whether the method uses them, and whether
+    dF/dy' is singular at the start. After a jump, dF/dy' is known, and the second one is not used. Returns None without
+    a solution, for example if the index is above 1.
     """
     (before, after, _), (y, yp), (rtol, atol) = times, state, tolerances
 
@@ -62,12 +65,21 @@ def values_after(
         for signs in np.random.default_rng(0).choice([-1.0, 1.0], (TRIALS, len(y))):
             moved = evaluate(after, y + signs * tolerance, yp + signs * tolerance / span)
             effect = np.maximum(effect, np.abs(moved - left))
-        found: State | None = state
+        are_used, is_singular = free_rates
+        structure = None
         if (np.abs(left - evaluate(before, y, yp)) > effect).any():
             found = _solve(lambda y, yp: evaluate(after, y, yp), state, tolerances, (span, effect))
+            if found is None:
+                return None
+            state, structure = found
+            is_singular = structure.has_free_rates()
     except Exception:  # outside of the domain of F
         return None
-    return found and (found[0], _with_free_rates(evaluate, times[1:], found, tolerances))
+    if are_used and is_singular:
+        structure = structure or Structure.at(evaluate, after, *state, rtol * np.abs(state[0]) + atol)
+        if structure:
+            return state[0], _with_free_rates(evaluate, times[1:], state, tolerances, structure)
+    return state
 
 
 def _with_free_rates(
@@ -75,15 +87,16 @@ def _with_free_rates(
     times: tuple[float, float],
     state: State,
     tolerances: tuple[float, Array],
+    structure: Structure,
 ) -> Array:
     """Return y' with the part that F does not contain, from the derivative of F = 0 at the first time.
 
     BDF predicts the first step by these derivatives, and fails its error test if they are wrong. Returns y' itself if F = 0
     does not determine this part, or if F has a kink at y.
     """
-    (t, _), (y, yp), (rtol, atol) = times, state, tolerances
-    structure = Structure.at(residual, t, y, yp, rtol * np.abs(y) + atol)
-    if structure is None:
+    (y, yp), (rtol, atol) = state, tolerances
+    correct = _correction(structure)
+    if correct is None:
         return yp
     corrections: list[Array] = []
     for _ in range(2):
@@ -93,10 +106,7 @@ def _with_free_rates(
         except Exception:  # outside of the domain of F
             return yp
         # F_t + F_y y' + F_y' y'' = 0
-        correction = _correction(structure, change)
-        if correction is None:
-            return yp
-        corrections.append(correction[0])
+        corrections.append(correct(change)[0])
     with np.errstate(all="ignore"):
         first, second = [(np.abs(values) / (np.abs(y) + atol / rtol)).max() for values in corrections]
     # The second correction is small except at kinks.
@@ -124,8 +134,8 @@ def _solve(
     state: State,
     tolerances: tuple[float, Array],
     scales: tuple[float, Array],
-) -> State | None:
-    """Apply the damped Newton method with a new matrix in each step.
+) -> tuple[State, Structure] | None:
+    """Apply the damped Newton method with a new matrix in each step. Return y and y', and the last matrices.
 
     The scales are the length of the integration, and the changes of F by changes within the tolerances.
     """
@@ -138,10 +148,10 @@ def _solve(
         if structure is None:
             return None
         value = residual(y, yp)
-        correction = _correction(structure, value)
-        if correction is None:
+        correct = _correction(structure)
+        if correct is None:
             return None
-        move, change = correction
+        move, change = correct(value)
         scale = np.abs(structure.df_dy).max(axis=1) + np.abs(structure.df_dyp).max(axis=1)
         size, length = np.abs(value / scale).max(), 1.0
         for _ in range(HALVINGS):
@@ -155,36 +165,42 @@ def _solve(
         # If F = 0 within the tolerances, the correction of y' may consist of rounding errors.
         is_rounding = of_rates > 0.5 * last and (np.abs(value) <= effect).all()
         if is_small and (of_rates <= CONVERGED or is_rounding):
-            return y - move, yp - change
+            return (y - move, yp - change), structure
         if trial > (1.0 - DESCENT * length) * size:
             return None
         y, yp, last = y - length * move, yp - length * change, of_rates
     return None
 
 
-def _correction(structure: Structure, left: Array) -> State | None:
-    """Return the corrections of y and y', or None if F = 0 does not determine them."""
-    matrix = structure.df_dyp
-    rows = np.abs(matrix).max(axis=1, keepdims=True)
-    scaled = matrix / np.where(rows > 0.0, rows, 1.0)
-    columns = np.abs(scaled).max(axis=0)
-    columns = 1.0 / np.where(columns > 0.0, columns, 1.0)
-    values, vectors = np.linalg.svd(scaled * columns)[1:]
-    rank = int((values > RANK * values[0]).sum())
-    basis = columns[:, None] * vectors.T
-    combined = np.hstack([matrix @ basis[:, :rank], structure.df_dy @ basis[:, rank:]])
-    rows = np.abs(combined).max(axis=1, keepdims=True)
-    if not rows.all():
+def _correction(structure: Structure) -> Callable[[Array], State] | None:
+    """Return a function of F that returns the corrections of y and y', or None if F = 0 does not determine them."""
+    rows = np.abs(structure.df_dyp).max(axis=1, keepdims=True)
+    _, basis, rank = _ranges(structure.df_dyp / np.where(rows > 0.0, rows, 1.0))
+    combined = np.hstack([structure.df_dyp @ basis[:, :rank], structure.df_dy @ basis[:, rank:]])
+    heights = np.abs(combined).max(axis=1)
+    if not heights.all():
         return None
-    combined, left = combined / rows, left / rows[:, 0]
+    combined /= heights[:, None]
     sizes = np.abs(combined).max(axis=0)
     if not sizes.all():
         return None
     combined /= sizes
     if not np.linalg.cond(combined) * np.finfo(float).eps < RANK:
         return None
-    found = np.linalg.solve(combined, left) / sizes
-    return basis[:, rank:] @ found[rank:], basis[:, :rank] @ found[:rank]
+
+    def correct(left: Array) -> State:
+        found = np.linalg.solve(combined, left / heights) / sizes
+        return basis[:, rank:] @ found[rank:], basis[:, :rank] @ found[:rank]
+
+    return correct
+
+
+def _ranges(matrix: Array) -> tuple[Array, Array, int]:
+    """Return the left singular vectors, a basis whose vectors from the rank on span the null space, and the rank."""
+    columns = np.abs(matrix).max(axis=0)
+    columns = 1.0 / np.where(columns > 0.0, columns, 1.0)
+    lefts, values, rights = np.linalg.svd(matrix * columns)
+    return lefts, columns[:, None] * rights.T, int((values > RANK * values[0]).sum())
 
 
 def values_of_index_2(
@@ -234,12 +250,9 @@ def _correction_of_index_2(structure: Structure, left: State, tolerances: State)
     if not rows.all():
         return None
     of_y, of_yp = structure.df_dy / rows[:, None], structure.df_dyp / rows[:, None]
-    columns = np.abs(of_yp).max(axis=0)
-    columns = 1.0 / np.where(columns > 0.0, columns, 1.0)
-    lefts, values, rights = np.linalg.svd(of_yp * columns)
-    rank = int((values > RANK * values[0]).sum())
+    lefts, basis, rank = _ranges(of_yp)
     free = len(rows) - rank
-    kernel, projection = columns[:, None] * rights[rank:].T, lefts[:, rank:].T
+    kernel, projection = basis[:, rank:], lefts[:, rank:].T
     combined = np.block([[of_y @ kernel, of_yp], [np.zeros((free, free)), projection @ of_y]])
     wanted = np.r_[left[0] / rows, projection @ (left[1] / rows)]
     allowed = np.r_[np.abs(of_y) @ tolerances[0], np.abs(projection @ of_y) @ tolerances[1]]

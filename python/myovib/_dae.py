@@ -183,8 +183,9 @@ def solve_dae(
         and starts again. The functions are not called within a few rounding errors of these
         times, so that each step sees one side of the jump. At index 0 and 1, `y` and `yp`
         are kept if F does not jump there by more than the tolerances allow; otherwise
-        algebraic variables and derivatives are computed again. The derivatives of up to
-        200 algebraic variables are always computed again. If `t_eval` is not given, a break
+        algebraic variables and derivatives are computed again. The derivatives of
+        algebraic variables, which "bdf" uses in the first step, are always computed again.
+        Both require at most 200 variables. If `t_eval` is not given, a break
         occurs twice in `t`, with the values before and after it, but once, with the values
         before it, for Radau methods with an `index` above 1. Times outside
         `t_span` are ignored; times that differ by less than 1e-12 of the largest time
@@ -363,6 +364,7 @@ def solve_dae(
     if may_have_higher_index and structure:
         may_have_higher_index = any(structure.singular) or bool(structure.of_higher_index)
     request["may_have_higher_index"] = may_have_higher_index
+    request["has_free_rates"] = structure is None or structure.has_free_rates()
     try:
         found, last_limits = _integrate_parts(
             request, ends, (residual, matrices, watched), (start, rates), outputs, positions
@@ -495,8 +497,9 @@ def _integrate_parts(
             tolerances = (request["rtol"], np.array(request["atol"]))
             times = (end_from.before, *part_limits)
             is_bdf_of_index_2 = request["method"] == "bdf" and request["suppress"] is not None
+            free_rates = (request["method"] == "bdf", request["has_free_rates"])
             after = is_bdf_of_index_2 and values_of_index_2(residual, part_limits, (y, yp), tolerances)
-            after = after or values_after(residual, times, (y, yp), tolerances, request["time_scale"])
+            after = after or values_after(residual, times, (y, yp), tolerances, request["time_scale"], free_rates)
             y, yp = after or (y, yp)
             initial = "given" if after else "algebraic"
         changing = []

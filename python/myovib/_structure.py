@@ -109,6 +109,10 @@ class Structure:
         """Return the highest clear index of a variable, which is the index of the equations from 1 on."""
         return int(self.variable_indices.max())
 
+    def has_free_rates(self) -> bool:
+        """Return whether F = 0 does not determine all derivatives, because dF/dy' is singular."""
+        return bool(_null(self.df_dyp).any())
+
     def undetermined(self) -> list[int]:
         """Return the differential variables whose derivatives F = 0 does not determine."""
         differential = np.flatnonzero(~self.algebraic)

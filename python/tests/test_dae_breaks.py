@@ -304,3 +304,28 @@ def test_velocities_that_jump_at_a_break_are_reported(method, rtol, jump, expect
     assert s.success, s.message
     texts = [str(w.message) for w in caught]
     assert len(texts) == expected and all("equation 8" in text and "t = 0.6" in text for text in texts), texts
+
+
+@pytest.mark.parametrize("method, algebraic", [("bdf", 0), ("radau5", 0), ("radau5", 1)])
+def test_a_smooth_break_requires_no_differences_with_all_variables(method, algebraic):
+    n, calls = 100, 0
+    rates = np.diag(np.arange(n) >= algebraic).astype(float)
+
+    def residual(t, y, yp):
+        nonlocal calls
+        calls += 1
+        return rates @ yp + y - np.sin(t)
+
+    def run(span, y, yp, breaks=()):
+        nonlocal calls
+        calls = 0
+        s = solve_dae(
+            residual, span, y, yp, method, jacobian=lambda t, y, yp: (np.eye(n), rates), first_step=1e-3, breaks=breaks
+        )
+        assert s.success, s.message
+        return calls, s.y[:, -1], s.yp[:, -1]
+
+    of_first, *state = run((0, 1), np.zeros(n), np.zeros(n))
+    of_second = run((1, 2), *state)[0]
+    # The start of an integration requires 2 n differences for the structure, and a break only a few evaluations.
+    assert run((0, 2), np.zeros(n), np.zeros(n), [1.0])[0] < of_first + of_second - n
