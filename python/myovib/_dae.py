@@ -184,8 +184,8 @@ def solve_dae(
         times, so that each step sees one side of the jump. At index 0 and 1, `y` and `yp`
         are kept if F does not jump there by more than the tolerances allow; otherwise
         algebraic variables and derivatives are computed again. The derivatives of
-        algebraic variables, which "bdf" uses in the first step, are always computed again.
-        Both require at most 200 variables. If `t_eval` is not given, a break
+        algebraic variables, which "bdf" uses in the first step, are always computed again
+        for at most 200 variables in total. If `t_eval` is not given, a break
         occurs twice in `t`, with the values before and after it, but once, with the values
         before it, for Radau methods with an `index` above 1. Times outside
         `t_span` are ignored; times that differ by less than 1e-12 of the largest time
@@ -477,8 +477,9 @@ def _integrate_parts(
 ) -> tuple[dict[str, Any], tuple[float, float]]:
     """Integrate the parts between breaks one after the other.
 
-    If the positions are given, the velocities after each break are compared with the constraints on these. Returns the joined results, and the first and the last time at which the functions may
-    be evaluated in the last part.
+    If `positions` marks variables, velocities that jump at a break because of the constraints on these variables are
+    reported. Returns the joined results, and the first and the last time at which the functions may be evaluated in the
+    last part.
     """
     residual, matrices, watched = functions
     y, yp = start
@@ -502,9 +503,8 @@ def _integrate_parts(
             after = after or values_after(residual, times, (y, yp), tolerances, request["time_scale"], free_rates)
             y, yp = after or (y, yp)
             initial = "given" if after else "algebraic"
-        changing = []
         if not (is_first or positions is None):
-            changing = _changing_after(residual, (limits, part_limits), (y, yp), positions, request)
+            found["warnings"] += _changing_after(residual, (limits, part_limits), (y, yp), positions, request)
         due = None if outputs is None else _in_part(outputs, end_from.t, end_to.t, is_first)
         if due is not None and not is_last:
             due.append(end_to.t)
@@ -539,7 +539,6 @@ def _integrate_parts(
                 raise _Failed(message) from None
             found.update(status=-1, message=message)
             break
-        solved["warnings"] += changing
         if is_late:
             _delay(solved, origin)
         limits = part_limits
@@ -596,7 +595,7 @@ class _PositionConstraints(NamedTuple):
         positions: NDArray[np.bool_],
         tolerances: tuple[Array, Array],
     ) -> _PositionConstraints | None:
-        """Return the constraints on these variables, or None if F cannot be evaluated near the start.
+        """Return the constraints on the variables that `positions` marks, or None if F cannot be evaluated near the start.
 
         The limits are the start and the other end of the part between breaks. The tolerances are those of y and of yp.
         """
@@ -613,9 +612,11 @@ class _PositionConstraints(NamedTuple):
         largest = np.abs(rates).max()
         size = np.abs(y[positions]).max(initial=0.0)
         span = abs(t_end - t0)
-        step = 1e-4 * (min(size / largest, span) if size > 0.0 and largest > 0.0 else span) * np.sign(t_end - t0)
+        # Time in which positions change by their size.
+        time = min(size / largest, span) if size > 0.0 and largest > 0.0 else span
+        increment = 1e-4 * time * np.sign(t_end - t0)
 
-        def derivative(rates: Array) -> Array:
+        def derivative(rates: Array, step: float = increment) -> Array:
             # One-sided differences, because F may be undefined before the start.
             at = [evaluate(t0 + k * step, y + k * step * rates, yp) for k in range(4)]
             return (-11.0 * at[0] + 18.0 * at[1] - 9.0 * at[2] + 2.0 * at[3]) / (6.0 * step)
@@ -632,13 +633,15 @@ class _PositionConstraints(NamedTuple):
             signs = [positions * sign for sign in (1.0, alternating)]
             within = [np.abs(evaluate(t0, y + sign * tolerances[0], yp) - given) for sign in signs]
             changes = [np.abs(derivative(rates + sign * tolerances[1]) - rate) for sign in signs]
-            terms = np.abs(derivative(rates * alternating))
+            terms = np.abs(derivative((np.abs(rates) + positions * np.abs(y) / time) * alternating))
+            # Inputs may change within the increment.
+            unresolved = np.abs(derivative(rates, 0.1 * increment) - rate)
         except Exception:  # the integration reports it
             return None
         # Differences are accurate to about 1e-10 of the terms.
         explained = np.max(changes, axis=0) + 1e-8 * terms
         is_constraint = (given == moved) & (explained > 0.0)
-        changing = is_constraint & (np.abs(rate) > FAR * explained) & (largest > 0.0)
+        changing = is_constraint & (np.abs(rate) > FAR * (explained + unresolved))
         is_violated = is_constraint & (np.abs(given) > np.max(within, axis=0))
         return cls(bool(is_violated.any()), np.flatnonzero(changing).tolist(), rate, yp)
 

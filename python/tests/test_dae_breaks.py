@@ -306,6 +306,34 @@ def test_velocities_that_jump_at_a_break_are_reported(method, rtol, jump, expect
     assert len(texts) == expected and all("equation 8" in text and "t = 0.6" in text for text in texts), texts
 
 
+def reported_rates(motion, start, method="radau5", **options):
+    """Return the warnings on the velocity of a prescribed position, at rest until the start of the motion."""
+
+    def residual(t, y, yp):
+        return [yp[0] - y[1], yp[1] - y[2], y[0] - 1.0 - motion(max(t - start, 0.0))]
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        solve_dae(
+            residual, (0, 0.7), [1, 0, 0], [0, 0, 0], method, index=[1, 2, 3], breaks=[start], t_eval=[0.7], **options
+        )
+    return [str(w.message) for w in caught if "equation 2 " in str(w.message)]
+
+
+@pytest.mark.parametrize("start", [0.0, 0.5])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
+@pytest.mark.parametrize("motion, expected", [
+    (lambda t: 0.3 * t, 1), (lambda t: -1e-3 * t, 1), (lambda t: t**2, 0), (lambda t: 0.1 - 0.1 * np.cos(200.0 * t), 0),
+])  # fmt: skip
+def test_velocities_that_jump_at_rest_are_reported(motion, expected, rtol, start):
+    assert len(reported_rates(motion, start, rtol=rtol, atol=0.01 * rtol)) == expected
+
+
+def test_velocities_that_jump_are_reported_if_the_next_part_does_not_start():
+    # BDF rejects the values after a jump of the position.
+    assert len(reported_rates(lambda t: 0.3 * t + 0.1 * (t > 0.0), 0.5, "bdf", suppress=[False, True, True])) == 1
+
+
 @pytest.mark.parametrize("method, algebraic", [("bdf", 0), ("radau5", 0), ("radau5", 1)])
 def test_a_smooth_break_requires_no_differences_with_all_variables(method, algebraic):
     n, calls = 100, 0
