@@ -14,7 +14,7 @@ from ._arguments import LARGE
 from ._index import index_note, listed
 from ._parts import _is_counted_from_start
 from ._solution import Array, DaeSolution, Function
-from ._structure import Structure
+from ._structure import LARGEST, Structure
 
 # Remedy for initial values that violate constraints.
 START = (
@@ -126,6 +126,11 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         if 0 < len(small) < len(y):
             near = f"the variables {listed(small.tolist())} (counted from 0) start at or near 0"
             advice += f"; {near}: a larger `atol` may suit them"
+    elif is_bdf and len(y) > LARGEST and FAILED_AT_START.search(solution.message):
+        advice = (
+            f"after a break, the derivatives of algebraic variables are computed for at most {LARGEST} variables, and the "
+            "first step of BDF uses them: use a larger `rtol`, or a Radau method"
+        )
     elif solution.nsteps and ("after 0 steps" in solution.message if is_hidden else hidden and VALUELESS in solution.message):
         advice = (
             "a constraint or its derivative jumps at the break: end there, and start again with consistent values"

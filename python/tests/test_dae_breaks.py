@@ -357,3 +357,25 @@ def test_a_smooth_break_requires_no_differences_with_all_variables(method, algeb
     of_second = run((1, 2), *state)[0]
     # The start of an integration requires 2 n differences for the structure, and a break only a few evaluations.
     assert run((0, 2), np.zeros(n), np.zeros(n), [1.0])[0] < of_first + of_second - n
+
+
+def test_a_stop_at_a_kink_in_a_large_system_names_remedies_that_work():
+    m, rate = 101, 1e-3
+    one, zero = np.eye(m), np.zeros((m, m))
+    matrices = np.block([[zero, -one], [one, one]]), np.block([[rate * one, zero], [zero, zero]])
+
+    def residual(t, y, yp):
+        charge, current = y[:m], y[m:]
+        source = min(10.0 * t, 1.0) - 12.0 * max(t - 0.15, 0.0)
+        return np.r_[rate * yp[:m] - current, current + charge - source]
+
+    def run(method, rtol):
+        return solve_dae(
+            residual, (0, 0.4), np.zeros(2 * m), np.repeat([0.0, 10.0], m), method, jacobian=lambda *_: matrices, rtol=rtol,
+            atol=0.01 * rtol, breaks=[0.1, 0.15],
+        )  # fmt: skip
+
+    with pytest.warns(UserWarning):
+        s = run("bdf", 1e-8)
+    assert not s.success and all(text in s.message for text in ["200", "rtol", "Radau"])
+    assert run("bdf", 1e-5).success and run("radau5", 1e-8).success
