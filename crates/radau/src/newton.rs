@@ -63,6 +63,8 @@ pub(crate) struct NewtonSolver {
     /// difference quotients, which may be wrong by orders of magnitude at a wrong ẏ, and for dense output, whose error
     /// estimate contains the errors of Newton's method.
     strict: bool,
+    /// Whether contractions after [`LONG`] corrections are confirmed.
+    confirms: bool,
     /// Whether corrections by the current matrices have contracted.
     tried: bool,
     /// Norm up to which the last correction is attributed to rounding.
@@ -102,6 +104,9 @@ const SMALL: f64 = 0.01;
 /// Norm of a correction, in tolerances, above which a contraction that is measured from it needs confirmation.
 const LONG: f64 = 10.0;
 
+/// Relative size of corrections that may consist of rounding errors, which do not contract, with ill-conditioned matrices.
+const UNRESOLVED: f64 = 1e4 * f64::EPSILON;
+
 /// Relative rounding of y, below which corrections of its increments are not resolved.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
@@ -130,6 +135,7 @@ impl NewtonSolver {
             first_factor: 1.0,
             contraction: 0.0,
             strict: false,
+            confirms: false,
             tried: false,
             allowed: 0.0,
             size: 0.0,
@@ -225,9 +231,9 @@ impl NewtonSolver {
             if solved_after.is_none() && is_small && error_factor * norm <= tolerance {
                 solved_after = Some(iteration);
             }
-            let is_rounding = norm <= ROUNDING * (of_y + size);
+            let is_rounding = norm <= UNRESOLVED * (of_y + size);
             if solved_after == Some(iteration) {
-                is_unconfirmed = self.strict && iteration > 1 && last_norm > LONG;
+                is_unconfirmed = self.confirms && iteration > 1 && last_norm > LONG;
             } else if std::mem::take(&mut is_unconfirmed) && !is_rounding {
                 let ratio = norm / last_norm;
                 if ratio >= DIVERGENT {
@@ -258,9 +264,10 @@ impl NewtonSolver {
         self.tried
     }
 
-    /// Sets whether errors are bounded relative to the increments and new matrices are tested.
-    pub(crate) fn set_strict(&mut self, strict: bool) {
-        self.strict = strict;
+    /// Sets whether errors are bounded relative to the increments and new matrices are tested. With matrices `by_differences`,
+    /// contractions after long corrections are confirmed, too.
+    pub(crate) fn set_strict(&mut self, strict: bool, by_differences: bool) {
+        (self.strict, self.confirms) = (strict, by_differences);
         self.tried |= !strict;
     }
 

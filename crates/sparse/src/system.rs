@@ -139,6 +139,7 @@ impl<T: Scalar> SparseSystem<T> {
     /// Switches to pivoting permanently and factorizes. Returns `false` if an engine factorizes, which handles pivoting
     /// itself.
     fn pivot(&mut self, work: &mut LinearWork) -> Result<bool, SparseError> {
+        expect_finite(&self.values, "matrix")?;
         if self.pivoting.is_none() {
             self.pivoting = self.elimination.pivoting()?;
         }

@@ -20,7 +20,7 @@ use crate::start::Consistent;
 pub type SystemMatrices<B> = Box<dyn LinearSolver<B> + Send>;
 
 /// The result of a search for a condensed solver of a system.
-pub(super) type CondensedSolver<B> = Result<Option<SystemMatrices<B>>, SparseError>;
+pub(super) type SolverIfCondensed<B> = Result<Option<SystemMatrices<B>>, SparseError>;
 
 /// A body that can drive oscillators, or such a body together with its oscillators.
 pub trait Body: Consistent + Send + Sized + 'static {
@@ -31,7 +31,7 @@ pub trait Body: Consistent + Send + Sized + 'static {
 
     /// Returns a condensed solver for the body's Newton systems if there is one that is cheaper
     /// than factorizing the full matrix.
-    fn condensed_solver(&mut self, _options: SparseOptions) -> CondensedSolver<Self> {
+    fn condensed_solver(&mut self, _options: SparseOptions) -> SolverIfCondensed<Self> {
         Ok(None)
     }
 }
@@ -41,7 +41,7 @@ impl Body for MuscleDae {
         self.muscle().schedule()
     }
 
-    fn condensed_solver(&mut self, options: SparseOptions) -> CondensedSolver<Self> {
+    fn condensed_solver(&mut self, options: SparseOptions) -> SolverIfCondensed<Self> {
         Ok(Some(Box::new(CondensedSolver::new(self, options)?)))
     }
 }
@@ -68,7 +68,7 @@ impl<B: Body> Body for CoupledDae<B> {
         schedule
     }
 
-    fn condensed_solver(&mut self, options: SparseOptions) -> CondensedSolver<Self> {
+    fn condensed_solver(&mut self, options: SparseOptions) -> SolverIfCondensed<Self> {
         let Some(body) = self.body_mut().condensed_solver(options)? else {
             return Ok(None);
         };
@@ -82,13 +82,13 @@ impl Body for FeedbackDae {
         self.one_way().schedule()
     }
 
-    fn condensed_solver(&mut self, options: SparseOptions) -> CondensedSolver<Self> {
+    fn condensed_solver(&mut self, options: SparseOptions) -> SolverIfCondensed<Self> {
         Ok(Some(Box::new(FeedbackSolver::new(self, options)?)))
     }
 }
 
 impl Body for NoBody {
-    fn condensed_solver(&mut self, _: SparseOptions) -> CondensedSolver<Self> {
+    fn condensed_solver(&mut self, _: SparseOptions) -> SolverIfCondensed<Self> {
         Ok(Some(Box::new(Self)))
     }
 }

@@ -298,7 +298,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         let (newton, counters) = (&mut self.newton, &mut self.counters);
-        newton.set_strict(self.options.dense_output || matrices.difference_evaluations() > 0);
+        let by_differences = matrices.difference_evaluations() > 0;
+        newton.set_strict(self.options.dense_output || by_differences, by_differences);
         let mut internal = self.internal.as_mut();
         let of_stages = internal.as_deref_mut();
         let solved = newton.solve(problem, matrices, of_stages, &step, &self.weights, counters)?;

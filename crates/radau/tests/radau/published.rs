@@ -198,4 +198,20 @@ impl Problem for Relaxation {
         r[1] = 1e-6 * v[1] - (1.0 - y[0] * y[0]) * y[1] + y[0];
         Ok(())
     }
+
+    fn jacobian(
+        &mut self,
+        _: f64,
+        y: &[f64],
+        _: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        values[0] = b;
+        values[1] = a * (2.0 * y[0] * y[1] + 1.0);
+        values[2] = -a;
+        values[3] = 1e-6 * b - a * (1.0 - y[0] * y[0]);
+        Ok(())
+    }
 }

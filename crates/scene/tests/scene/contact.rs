@@ -147,8 +147,9 @@ fn multipliers_that_do_not_converge_leave_an_equilibrium() {
         let stretch = 1.0 + value("corner", "u_y") / 0.01;
         let exact = 1e4 * (stretch - stretch.powi(-3)) * 0.02;
         let error = (value("plate", "F_y") / exact - 1.0).abs();
-        // As above.
-        assert!(error < 1e-12, "{count}: {error:e}");
+        // Rounding of the stretch, whose strain is small.
+        let rounding = 4.0 * f64::EPSILON / (1.0 - stretch).abs();
+        assert!(error < rounding, "{count}: {error:e} {rounding:e}");
         at_full_load += u32::from(run.document["load_reached"] == 1.0);
         reasons.push(run.document["reason"].as_str().unwrap().to_owned());
     }
