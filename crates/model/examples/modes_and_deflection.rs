@@ -1,4 +1,4 @@
-//! Natural frequencies and static deflection of a cantilever in plane strain, beside those of an Euler–Bernoulli beam.
+//! Natural frequencies and static deflection of a cantilever in plane strain, beside an Euler–Bernoulli beam.
 //!
 //! `cargo run --release -p myovib-model --example modes_and_deflection`
 

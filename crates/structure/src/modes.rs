@@ -23,8 +23,8 @@ const BLOCK: usize = 4;
 const CONVERGED: f64 = 1e-10;
 /// A new direction shorter than this after orthogonalization consists of rounding errors: the space is exhausted.
 const EXHAUSTED: f64 = 1e-12;
-/// A vector that is at least this long after orthogonalization against some vectors, relative to its length before, is
-/// still orthogonal to the other vectors, up to ten times the rounding error.
+/// A vector at least this long after orthogonalization against some vectors, relative to its length before, is still
+/// orthogonal to the other vectors, up to ten times the rounding error.
 const ACCURATE: f64 = 0.1;
 /// Negative θ above this fraction of the largest |θ| consist of rounding errors.
 const NEGATIVE: f64 = 1e-10;

@@ -119,8 +119,8 @@ fn run(rectifier: Rectifier, stages: usize, tol: f64) -> Option<f64> {
 }
 
 /// Regression: with a Jacobian of the other branch, second corrections were tiny, so the contraction seemed to be fast.
-/// Errors of successful runs were up to 17 000 tolerances. The bound is ten times that of smooth circuits: a kink between the
-/// stages is not seen by the error test at loose tolerances.
+/// Errors of successful runs were up to 17 000 tolerances. Smooth circuits have a tenth of this
+/// bound: at loose tolerances, the error test may miss a kink between the stages.
 #[test]
 fn successful_runs_with_ideal_diodes_are_accurate() {
     let mut successes = 0;

@@ -1,4 +1,4 @@
-//! Notes on meshes that are too coarse for obstacles and vibrations.
+//! Notes on meshes too coarse for obstacles and vibrations.
 
 use myovib_model::slowest_element;
 
