@@ -77,6 +77,11 @@ impl<T: Scalar> Condensed<T> {
         self.system.set_history([false, true, false])
     }
 
+    /// Returns the condensed matrix of the last setup, in the order of [`Condensation::pattern`].
+    pub fn values(&self) -> &[T] {
+        self.system.values()
+    }
+
     /// Solves the full system in place.
     ///
     /// # Shapes
