@@ -246,7 +246,7 @@ impl NewtonSolver {
             }
             let own = weights.largest_own(|i| self.correction[i]);
             let own_solved = error_factor * own <= self.tolerance || own > STALLED * last_own;
-            let enough = self.tried && own_solved && !is_unconfirmed || iteration == self.limit;
+            let enough = !is_unconfirmed && (self.tried && own_solved || iteration == self.limit);
             if let Some(iterations) = solved_after.filter(|_| enough) {
                 return Ok(Newton::Converged { iterations });
             }

@@ -33,7 +33,7 @@ impl Newton<'_> {
         watch: &mut dyn FnMut([usize; 2]) -> ControlFlow<()>,
     ) -> Result<bool, ModelError> {
         let given: Vec<f64> = self.contacts.iter().map(Contact::stiffness).collect();
-        let converged = self.update_multipliers(x, factor, &given, watch)?;
+        let converged = self.update_multipliers(x, factor, &given, watch);
         self.place(&x[..self.n_free()], factor);
         for (i, given) in given.into_iter().enumerate() {
             let stiffness = self.contacts[i].stiffness();
@@ -42,7 +42,7 @@ impl Newton<'_> {
                 self.contacts.to_mut()[i].scale_stiffness(given / stiffness, t, factor, u);
             }
         }
-        Ok(converged)
+        converged
     }
 
     fn update_multipliers(
