@@ -2,8 +2,8 @@
 
 use myovib_model::{Muscle, Signal};
 
+use super::Body;
 use super::supports::NAMES;
-use super::{Body, resolution};
 use crate::scene_file::material::Material;
 use crate::scene_file::solid::Traction;
 use crate::scene_file::{Analysis, SceneFile};
@@ -34,7 +34,6 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
             "material[{i}].fiber has no effect: the law is isotropic and active tension is missing"
         )
     }));
-    notes.extend(resolution::notes(file, body));
     if matches!(file.analysis, Analysis::Dynamic | Analysis::QuasiStatic | Analysis::Static) {
         notes.extend(late_loads(file, body, t_end));
         notes.extend(missed(file, body, t_end));
@@ -147,7 +146,7 @@ fn is_unloaded(muscle: &Muscle, t: f64) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::path::Path;
 
     use crate::Scene;
@@ -173,7 +172,7 @@ group = "right"
 y = { type = "step", value = 1.0, rise = 0.1 }
 "#;
 
-    fn notes(more: &str, set: &[&str]) -> Vec<String> {
+    pub(in super::super) fn notes(more: &str, set: &[&str]) -> Vec<String> {
         let text = format!("{SQUARE}{more}");
         let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
         let scene = Scene::build("scene.toml", &text, &set, Path::new(""));

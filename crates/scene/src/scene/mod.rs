@@ -277,6 +277,7 @@ impl Scene {
         notes.extend(mesh.notes().iter().map(ToString::to_string));
         notes.extend(self.chains.iter().filter_map(DrivenChain::note));
         notes.extend(settings::missing(&self.file.integrator, body.formulation));
+        notes.extend(resolution::notes(&self.file, body));
         notes.extend(idle::notes(&self.file, body, self.t_end));
         notes.extend(limits::coarse_probes(
             &self.file,

@@ -52,53 +52,32 @@ fn waves(file: &SceneFile, body: &Body) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
-    use crate::Scene;
+    use crate::scene::idle;
 
     /// Shear waves have the speed √(μ/ρ) = √10 m/s, so they are twice as long as the longest edge, the diagonal √2/2 m, at √5 Hz.
-    const SQUARE: &str = r#"
-[mesh]
-type = "rectangle"
-width = 1.0
-height = 1.0
-cells = [2, 2]
-[solid]
-bulk_modulus = 1e5
-[[material]]
-group = "body"
-law = "neo-hooke"
-density = 1e3
-shear_modulus = 1e4
-[[fixed]]
-group = "left"
-[[probe]]
-name = "corner"
-type = "point"
-at = [1.0, 1.0]
-quantities = ["u"]
-"#;
-
     fn notes(more: &str, set: &[&str]) -> usize {
-        let text = format!("{SQUARE}{more}");
-        let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
-        let scene = Scene::build("scene.toml", &text, &set, Path::new(""));
-        scene.expect("a valid scene").notes().len()
+        idle::tests::notes(more, set).len()
     }
 
     #[test]
     fn elements_longer_than_half_a_wave_are_noted() {
-        let response = "[response]\nfrequencies = \"1..2:5\"\n[[traction]]\ngroup = \"right\"\nresponse = { y = 1.0 }\n";
-        let analysis = "analysis=response";
+        let response = "[response]\nfrequencies = \"1..2:5\"\n";
+        let load = "traction=[{ group = \"right\", response = { y = 1.0 } }]";
         let to = |f: &str| format!("response.frequencies=\"1..{f}:adaptive\"");
-        assert_eq!(notes(response, &[analysis, &to("2.2")]), 0);
-        assert_eq!(notes(response, &[analysis, &to("2.3")]), 1);
-        assert_eq!(notes(response, &[analysis, &to("2.3"), "mesh.refine=1"]), 0);
-        assert_eq!(notes(response, &[analysis, &to("2.3"), "material[0].density=900"]), 0);
+        let of = |f: &str, more: &[&str]| {
+            notes(response, &[&["analysis=response", load, &to(f)], more].concat())
+        };
+        assert_eq!(of("2.2", &[]), 0);
+        assert_eq!(of("2.3", &[]), 1);
+        assert_eq!(of("2.3", &["mesh.refine=1"]), 0);
+        assert_eq!(of("2.3", &["material[0].density=900"]), 0);
 
-        let shaken = "[time]\nend = 1.0\n[[traction]]\ngroup = \"right\"\n\
-                      y = { type = \"sine\", amplitude = 1.0, frequency = 2.2 }\n";
-        assert_eq!(notes(shaken, &[]), 0);
-        assert_eq!(notes(shaken, &["traction[0].y.frequency=2.3"]), 1);
+        let shaken = |f: f64| {
+            let load =
+                format!("traction[0].y={{ type = \"sine\", amplitude = 1.0, frequency = {f} }}");
+            notes("", &["analysis=dynamic", "time.end=1.0", &load])
+        };
+        assert_eq!(shaken(2.2), 0);
+        assert_eq!(shaken(2.3), 1);
     }
 }
