@@ -34,6 +34,20 @@ fn figures(html: &str) -> Vec<&str> {
     starts.map(figure).collect()
 }
 
+/// Returns the data of the interactive parts of a page.
+fn data_of(html: &str) -> Value {
+    let (_, rest) = html.split_once("id=\"data\">").unwrap();
+    serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+}
+
+/// Returns the column with this number, stored in single precision.
+fn singles(data: &Value, number: &Value) -> Vec<f32> {
+    let column = &data["columns"][number.as_u64().unwrap() as usize];
+    assert_eq!(column["type"], "f4");
+    let bytes = STANDARD.decode(column["data"].as_str().unwrap()).unwrap();
+    bytes.as_chunks::<4>().0.iter().map(|single| f32::from_le_bytes(*single)).collect()
+}
+
 /// Side length in pixels of the square for one figure.
 const SIDE: u32 = 700;
 
@@ -194,19 +208,15 @@ fn a_report_has_the_numbers_of_the_run() {
     page::write(folder.path(), &scene, &result).unwrap();
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     let html = read("report.html");
-    let (_, rest) = html.split_once("id=\"data\">").unwrap();
-    let data: Value = serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap();
+    let data = data_of(&html);
 
     let table = Table::parse(&read("origin.csv")).unwrap();
     let last = table.numbers(table.rows.last().unwrap()).unwrap();
     for (j, value) in last.iter().enumerate().skip(1) {
         let series = &data["charts"][j - 1]["series"][0];
-        let column = &data["columns"][series["y"].as_u64().unwrap() as usize];
-        assert_eq!(column["type"], "f4");
-        let bytes = STANDARD.decode(column["data"].as_str().unwrap()).unwrap();
-        let stored = bytes.as_chunks::<4>().0;
+        let stored = singles(&data, &series["y"]);
         assert_eq!(stored.len(), table.rows.len());
-        assert_eq!(f32::from_le_bytes(stored[stored.len() - 1]), *value as f32);
+        assert_eq!(stored[stored.len() - 1], *value as f32);
     }
 
     let body = &data["bodies"][0];
@@ -236,6 +246,42 @@ fn a_report_has_the_numbers_of_the_run() {
             assert!(largest <= 0.5 * step + rounding, "{} {c}: {largest}", field.name);
         }
     }
+}
+
+/// Each value of a response has a Bode plot, with linked frequencies, and a Nyquist plot.
+#[test]
+fn a_response_has_bode_and_nyquist_plots_of_its_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let set = [
+        "analysis=response",
+        "response.frequencies=[2, 5, 8]",
+        "traction[0].response={ y = 1.0 }",
+        "probe[0].quantities=[\"u\"]",
+    ];
+    let scene = Scene::built_in("init", &set.map(str::to_owned)).unwrap();
+    let result = compute(&scene, &RunOptions::into_folder(folder.path())).unwrap();
+    page::write(folder.path(), &scene, &result).unwrap();
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let html = read("report.html");
+    let data = data_of(&html);
+    let table = Table::parse(&read("origin.csv")).unwrap();
+    let rows: Vec<Vec<f64>> = table.rows.iter().map(|row| table.numbers(row).unwrap()).collect();
+    let charts = data["charts"].as_array().unwrap();
+    assert_eq!(charts.len(), 3 * 2);
+    for (component, charts) in charts.chunks(3).enumerate() {
+        // The columns of the table are f and, for each component, real part, imaginary part, amplitude and phase.
+        for (chart, part) in charts.iter().zip([2, 3, 1]) {
+            let column = 1 + 4 * component + part;
+            let expected: Vec<f32> = rows.iter().map(|row| row[column] as f32).collect();
+            assert_eq!(singles(&data, &chart["series"][0]["y"]), expected, "{}", chart["y"]);
+        }
+        let units = charts.iter().map(|chart| [&chart["x"]["unit"], &chart["y"]["unit"]]);
+        let units: Vec<_> = units.collect();
+        assert_eq!(units, [["Hz", "m"], ["Hz", "°"], ["m", "m"]]);
+        let links: Vec<&Value> = charts.iter().map(|chart| &chart["link"]).collect();
+        assert_eq!(links, [&Value::from("f"), &Value::from("f"), &Value::Null]);
+    }
+    assert_eq!(spoiled(&figures(&html)), [0_usize; 0]);
 }
 
 /// A page without curves does not contain the chart library.

@@ -68,9 +68,29 @@ impl BodyModes {
     /// # Errors
     /// Errors of [`spectrum::lowest`].
     pub fn about(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Self, ModelError> {
-        let found = spectrum::lowest(muscle, at, count)?.into_iter();
+        Self::new(muscle, at, spectrum::lowest(muscle, at, count)?)
+    }
+
+    /// Computes the modes up to a `frequency` (Hz) and the next one, but at most the `most` lowest.
+    ///
+    /// # Errors
+    /// Errors of [`spectrum::up_to`].
+    pub(crate) fn up_to(
+        muscle: &Muscle,
+        at: &Equilibrium,
+        frequency: f64,
+        most: usize,
+    ) -> Result<Self, ModelError> {
+        Self::new(muscle, at, spectrum::up_to(muscle, at, frequency, most)?)
+    }
+
+    fn new(
+        muscle: &Muscle,
+        at: &Equilibrium,
+        found: Vec<spectrum::Mode>,
+    ) -> Result<Self, ModelError> {
         let solid = &muscle.solid;
-        let modes = found.map(|mode| {
+        let modes = found.into_iter().map(|mode| {
             let participation = spectrum::participation(muscle, &mode);
             let mut shape = vec![0.0; solid.dofs().n_full()];
             solid.dofs().expand(&mode.shape, &mut shape);

@@ -41,7 +41,7 @@ mod vibration;
 pub use error::StructureError;
 pub use harmonic::harmonic_response;
 pub use inf_sup::InfSup;
-pub use modes::{Mode, modes};
+pub use modes::{Mode, modes, modes_below};
 pub use pencil::Pencil;
 pub use rank::{RankDecision, Verdict};
 pub use rigid::{FreeMotions, Motion, MovingBody, RigidBodies};

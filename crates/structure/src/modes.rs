@@ -68,34 +68,22 @@ impl Mode {
 /// [`StructureError::Factorize`] if K − σM with the constraint is singular: the shift is an eigenvalue (0 for an
 /// unsupported body), or the constraint has dependent rows; [`StructureError::NotConverged`] if it is nearly singular.
 pub fn modes(vibration: &Vibration, count: usize, shift: f64) -> Result<Vec<Mode>, StructureError> {
-    let mut space = KrylovSpace::new(vibration, shift)?;
-    let n_below = space.shifted.n_below();
-    let most = VECTORS_PER_MODE * count + FURTHER_VECTORS;
-    let mut next_check = FEWEST_VECTORS_PER_MODE * count;
-    loop {
-        let grew = space.grow()?;
-        let finite = space.is_finite();
-        if grew && finite && space.basis.len() < next_check {
-            continue;
-        }
-        next_check = (space.basis.len() + space.basis.len() / 8).min(most);
-        let pairs =
-            if finite { space.ritz_pairs(count, n_below.filter(|_| grew)) } else { Vec::new() };
-        let converged = pairs.iter().filter(|p| p.residual < CONVERGED).count();
-        if finite && (!grew || converged == count) {
-            let mut modes =
-                pairs.iter().map(|pair| space.mode(pair)).collect::<Result<Vec<_>, _>>()?;
-            modes.sort_by(|left, right| left.omega_squared.total_cmp(&right.omega_squared));
-            return Ok(modes);
-        }
-        if space.basis.len() >= most || !finite {
-            return Err(StructureError::NotConverged {
-                converged,
-                count,
-                vectors: space.basis.len(),
-            });
-        }
-    }
+    KrylovSpace::new(vibration, shift)?.modes(count)
+}
+
+/// Computes all modes with ω² below `limit` and the next one, in ascending order of ω²; `None` if these are more than
+/// `most`, or if their number is unknown because the factorization exchanged rows.
+///
+/// # Errors
+/// As for [`modes`] with the shift `limit`.
+pub fn modes_below(
+    vibration: &Vibration,
+    limit: f64,
+    most: usize,
+) -> Result<Option<Vec<Mode>>, StructureError> {
+    let space = KrylovSpace::new(vibration, limit)?;
+    let n_below = space.shifted.n_below().filter(|n_below| *n_below < most);
+    n_below.map(|n_below| space.modes(n_below + 1)).transpose()
 }
 
 /// An eigenpair of the projected problem: θ, the coefficients in the basis, and ‖T v − θ v‖ / |θ| in the norm of M.
@@ -146,6 +134,34 @@ impl<'a> KrylovSpace<'a> {
             projected: DMatrix::zeros(0, 0),
             beyond: Vec::new(),
         })
+    }
+
+    /// Computes the `count` lowest modes.
+    fn modes(mut self, count: usize) -> Result<Vec<Mode>, StructureError> {
+        let n_below = self.shifted.n_below();
+        let most = VECTORS_PER_MODE * count + FURTHER_VECTORS;
+        let mut next_check = FEWEST_VECTORS_PER_MODE * count;
+        loop {
+            let grew = self.grow()?;
+            let finite = self.is_finite();
+            let vectors = self.basis.len();
+            if grew && finite && vectors < next_check {
+                continue;
+            }
+            next_check = (vectors + vectors / 8).min(most);
+            let pairs =
+                if finite { self.ritz_pairs(count, n_below.filter(|_| grew)) } else { Vec::new() };
+            let converged = pairs.iter().filter(|p| p.residual < CONVERGED).count();
+            if finite && (!grew || converged == count) {
+                let modes = pairs.iter().map(|pair| self.mode(pair));
+                let mut modes = modes.collect::<Result<Vec<_>, _>>()?;
+                modes.sort_by(|left, right| left.omega_squared.total_cmp(&right.omega_squared));
+                return Ok(modes);
+            }
+            if vectors >= most || !finite {
+                return Err(StructureError::NotConverged { converged, count, vectors });
+            }
+        }
     }
 
     /// Adds a block of vectors: the components of the last images outside the space or, initially and in an invariant

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use myovib_structure::{Constraint, Mode, StructureError, Vibration, modes};
+use myovib_structure::{Constraint, Mode, StructureError, Vibration, modes, modes_below};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 /// The tridiagonal matrix with constant diagonals; `last` replaces the final diagonal entry.
@@ -56,6 +56,26 @@ fn chain_of_masses() {
         for (j, right) in found.iter().enumerate() {
             let product: f64 = left.shape.iter().zip(&right.shape).map(|(u, v)| m * u * v).sum();
             assert!((product - f64::from(u8::from(i == j))).abs() < 1e-9);
+        }
+    }
+}
+
+/// Limits between two modes, with none to 19 modes below.
+#[test]
+fn all_modes_below_a_limit_and_the_next_are_found() {
+    let (n, k, m) = (60, 1.1e4, 2e-3);
+    let exact = |j| chain_omega_squared(j, n, k, m);
+    let body = chain(n, k, m, None);
+    for n_below in [0, 1, 2, 5, 19] {
+        for part in [0.1, 0.5, 0.9] {
+            let limit = (1.0 - part) * exact(n_below) + part * exact(n_below + 1);
+            let found = modes_below(&body, limit, 20).unwrap().expect("at most 20 modes");
+            assert_eq!(found.len(), n_below + 1);
+            for (j, mode) in (1..).zip(&found) {
+                assert_close(mode.omega_squared, exact(j));
+                assert!(mode.residual < 1e-8, "{limit}: {}", mode.residual);
+            }
+            assert_eq!(modes_below(&body, limit, n_below), Ok(None));
         }
     }
 }

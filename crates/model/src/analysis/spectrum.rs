@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use myovib_fem::{AddedMotion, AddedTangents, Fields, Pressure, Vectors};
-use myovib_structure::{Constraint, Mode, Vibration, modes};
+pub use myovib_structure::Mode;
+use myovib_structure::{Constraint, Vibration, modes, modes_below};
 use nalgebra::{DMatrix, DVector};
 use nalgebra_sparse::CscMatrix;
 
@@ -113,6 +114,26 @@ pub fn lowest(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Vec<Mod
         }
     }
     Ok(found)
+}
+
+/// Computes the modes up to a `frequency` (Hz) and the next one, but at most the `most` lowest, as [`lowest`].
+///
+/// # Errors
+/// As for [`lowest`].
+pub fn up_to(
+    muscle: &Muscle,
+    at: &Equilibrium,
+    frequency: f64,
+    most: usize,
+) -> Result<Vec<Mode>, ModelError> {
+    if free_parts(muscle).is_none() {
+        let limit = (TAU * frequency).powi(2);
+        // Fails if the frequency is an eigenfrequency.
+        if let Ok(Some(found)) = modes_below(&vibration(muscle, at)?, limit, most) {
+            return Ok(found);
+        }
+    }
+    lowest(muscle, at, most)
 }
 
 /// Returns the damping ratio of a `mode` about an equilibrium, vᵀ D v / (2 ω vᵀ M v). D collects

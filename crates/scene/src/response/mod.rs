@@ -32,7 +32,7 @@ pub(crate) use values::Values;
 /// Amplitudes below this fraction of the largest amplitude of the same kind are rounding errors.
 const ROUNDING: f64 = 1e-10;
 
-/// Number of modes computed for comparison with the peaks. They cost as much as a few frequencies.
+/// Maximum number of modes computed for comparison with the peaks. They cost as much as a few frequencies.
 const MODES: usize = 20;
 
 /// Harmonic response of a scene at ascending frequencies.
@@ -386,7 +386,7 @@ fn of_body(
     if first < last
         && !found.is_interrupted
         && body.formulation.has(Field::Pressure)
-        && let Ok(of_body) = BodyModes::about(muscle, &at, MODES)
+        && let Ok(of_body) = BodyModes::up_to(muscle, &at, last, MODES)
     {
         let rigid = support::free_parts(muscle).map_or(0, |free| free.count);
         let elastic = of_body.modes.get(rigid..).unwrap_or_default();

@@ -51,8 +51,8 @@ impl Largest {
 /// Returns the largest displacement component, m, and the largest strain along an edge.
 pub(crate) fn displacement_and_strain(space: &Space, u: &[Complex64]) -> [f64; 2] {
     let dimension = space.dimension();
-    let largest = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
-    let mut strain = 0.0_f64;
+    let largest_square = u.iter().map(Complex64::norm_sqr).fold(0.0, f64::max);
+    let mut strain_square = 0.0_f64;
     for element in 0..space.n_elements() {
         let corners = &space.element_nodes(element)[..=dimension];
         for (i, &a) in corners.iter().enumerate() {
@@ -62,11 +62,11 @@ pub(crate) fn displacement_and_strain(space: &Space, u: &[Complex64]) -> [f64; 2
                 let (along, square) = edge
                     .zip(change)
                     .fold((Complex64::ZERO, 0.0), |(z, l), (e, du)| (z + e * du, l + e * e));
-                strain = strain.max(along.norm() / square);
+                strain_square = strain_square.max(along.norm_sqr() / (square * square));
             }
         }
     }
-    [largest, strain]
+    [largest_square.sqrt(), strain_square.sqrt()]
 }
 
 /// Returns a note on the modes below the range, of the lowest modes of the body.
