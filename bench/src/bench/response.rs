@@ -190,8 +190,8 @@ fn periodic_state(name: &'static str, repeats: u32) -> anyhow::Result<PeriodicSt
     })
 }
 
-/// Returns the errors of the rational function of adaptive frequencies and of cubic interpolation in fixed grids, at the
-/// frequencies of the drawn curves.
+/// Returns the interpolation errors at the frequencies of the drawn curves: of the rational function for adaptive
+/// frequencies, and of cubic interpolation for fixed grids.
 fn interpolation() -> anyhow::Result<Vec<Interpolation>> {
     let computed = |frequencies: &str| -> anyhow::Result<Response> {
         let scene = scene("init", frequencies, "y = 100.0", &[])?;
@@ -237,7 +237,7 @@ impl Line {
         Self { frequencies: frequencies.to_vec(), rows: (0..frequencies.len()).map(row).collect() }
     }
 
-    /// Returns value number `j` at a frequency, interpolated by cubic polynomials through four frequencies.
+    /// Returns value number `j` at a frequency, interpolated by the cubic polynomial through four neighbors.
     fn at(&self, f: f64, j: usize) -> Complex64 {
         let n = self.frequencies.len();
         let next = self.frequencies.partition_point(|other| *other < f);

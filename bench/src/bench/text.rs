@@ -15,7 +15,8 @@ pub(super) fn text(document: &Value) -> String {
     text
 }
 
-/// Adds a table of the objects, and tables of the lists and objects in them, whose rows repeat the words of their parent.
+/// Adds a table of the objects, then a table for each list or object inside them. Each row of these inner tables
+/// repeats the text entries of the object that contains it.
 fn add_tables<'a>(text: &mut String, title: &str, objects: Vec<(Row<'a>, &'a Value)>) {
     let (mut rows, mut inner) = (Vec::new(), BTreeMap::<&str, Vec<_>>::new());
     for (mut row, object) in objects {

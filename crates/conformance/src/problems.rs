@@ -13,7 +13,7 @@ pub(super) struct Circle {
     pub(super) residuals: u64,
     /// Number of evaluations of the Jacobian or of its two parts.
     pub(super) jacobians: u64,
-    /// Function that returns the value added to the first entry of the residual at a time.
+    /// Function that returns the value added to the first entry of the residual at a given time.
     pub(super) in_residual: Disturbance,
     /// Function that returns the value added to the first entry of the Jacobian.
     pub(super) in_jacobian: Disturbance,

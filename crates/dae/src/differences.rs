@@ -254,7 +254,7 @@ pub(crate) enum Perturbation {
 }
 
 impl Perturbation {
-    /// All perturbations in the order in which they are tried; shorter ones are more affected by rounding.
+    /// All perturbations in the order in which they are tried; smaller ones are more affected by rounding.
     const ALL: [Self; 4] = [Self::Usual, Self::Back, Self::SlightlyAway, Self::SlightlyToward];
 }
 

@@ -235,8 +235,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok((away, change))
     }
 
-    /// Returns a direction and the rows, except those `cleared`, with a change along it that the `values` of the pattern do
-    /// not explain.
+    /// Returns a direction, and the rows whose change in this direction is not explained by the `values` of the
+    /// pattern. Rows that are `cleared` are excluded.
     pub(crate) fn unexplained_rows(
         &mut self,
         trial: u64,

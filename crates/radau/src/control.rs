@@ -4,7 +4,7 @@ use myovib_dae::IntegratorError;
 use myovib_dae::checks::{expect, expect_positive};
 use serde::{Deserialize, Serialize};
 
-/// Chooses step sizes from error estimates (Hairer & Wanner IV.8).
+/// Step size control based on error estimates (Hairer & Wanner IV.8).
 #[derive(Debug, Clone)]
 pub(crate) struct Control {
     /// 1/(s + 1): the estimate is of order s + 1.

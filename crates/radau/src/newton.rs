@@ -101,7 +101,7 @@ const TRIED: f64 = 0.1;
 /// Largest last correction after the first iteration, as a fraction of the solution; one tolerance is allowed, too.
 const SMALL: f64 = 0.01;
 
-/// Norm of a correction, in tolerances, above which the contraction measured from it needs confirmation.
+/// Norm of a correction, in units of the tolerances, above which the contraction measured from it needs confirmation.
 const LONG: f64 = 10.0;
 
 /// Relative size of corrections that may consist of rounding errors, which do not contract, with ill-conditioned matrices.

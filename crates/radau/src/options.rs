@@ -31,8 +31,8 @@ pub enum StepSize {
 /// Selects the variables whose errors are multiplied by (h/T)^(k−1), where k is the index of the variable and T the
 /// [`time_scale`](RadauOptions::time_scale).
 ///
-/// The error of a variable of index k is larger by h^(1−k) than the errors of the variables it
-/// depends on, and contributes h^(k−1) times itself to them (Hairer & Wanner VII.7).
+/// The error of a variable of index k is larger than the errors of the variables on which it depends by a factor of
+/// h^(1−k), and contributes to them only with the factor h^(k−1) (Hairer & Wanner VII.7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum IndexScaling {

@@ -206,8 +206,8 @@ pub(crate) fn one_sided(muscle: &Muscle, at: &Equilibrium) -> Option<String> {
     let [_, strain] = displacement_and_strain(muscle.solid.space(), &u);
     (strain < VIBRATION).then(|| {
         format!(
-            "the fibers of `{}` resist tension only: near rest each of them has one stiffness here, although \
-             it is slack in a part of a motion, so frequencies differ; stretch the fibers by a preload \
+            "the fibers of `{}` resist tension only: near rest they are treated as stretched, although each of them is \
+             slack during a part of a motion, so the frequencies of a motion differ; stretch the fibers by a preload \
              (`preload_time`), or compute the motion (`myovib run`)",
             law.description().name
         )
@@ -217,7 +217,7 @@ pub(crate) fn one_sided(muscle: &Muscle, at: &Equilibrium) -> Option<String> {
 /// Strain below which a body counts as being at rest, because practical vibrations have larger strains.
 const VIBRATION: f64 = 1e-4;
 
-/// Returns a note if a load of the preload oscillates.
+/// Returns a note if the preload includes an oscillating load.
 pub(crate) fn oscillating_preload(muscle: &Muscle, preload_time: Option<f64>) -> Option<String> {
     let (t, frequency) = (preload_time?, muscle.forcing_frequency()?);
     Some(format!(

@@ -11,7 +11,7 @@ pub fn plain(text: &str) -> String {
     text.chars().flat_map(spelled).collect()
 }
 
-/// Returns JSON text with the characters escaped that [`plain`] escapes; its strings have the same values.
+/// Escapes the characters in a JSON text that [`plain`] escapes, without changing the values of its strings.
 pub(crate) fn plain_json(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

@@ -24,8 +24,8 @@ const MAX_PIVOTING_WORK: f64 = 1e9;
 /// if enabled. If the work takes less than a few milliseconds, waking the threads costs more than it saves.
 const MIN_THREADED_WORK: f64 = 1e8;
 
-/// Matrices whose factorization takes more multiplications have factors in single precision with [`Precision::Auto`].
-/// For less work, scaling and refinement cost about as much time as the factorization saves.
+/// Number of multiplications above which [`Precision::Auto`] selects factors in single precision. For less work,
+/// scaling and refinement cost about as much time as the factorization saves.
 const MIN_MIXED_WORK: f64 = 1e9;
 
 /// Known structure of a matrix beyond its pattern.

@@ -14,8 +14,8 @@ use crate::{Factorization, LinearWork, Scalar, SparseError};
 /// four digits are lost; one refinement, which costs as much as a solve, recovers them.
 const REFINEMENT_THRESHOLD: f64 = 1e-12;
 
-/// Maximum number of refinements of one solution. The first one contracts the error by the previous backward error. If
-/// two are not sufficient, more will not help, and pivoting is required.
+/// Maximum number of refinements of one solution. The first one multiplies the error by about the previous backward
+/// error. If two are not sufficient, more will not help, and pivoting is required.
 const MAX_REFINEMENTS: usize = 2;
 
 /// Solutions with a larger backward error after refinement and pivoting are rejected. At √ε, half of the digits are

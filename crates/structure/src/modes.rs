@@ -26,7 +26,7 @@ const EXHAUSTED: f64 = 1e-12;
 /// A vector at least this long after orthogonalization against some vectors, relative to its length before, is still
 /// orthogonal to the other vectors, up to ten times the rounding error.
 const ACCURATE: f64 = 0.1;
-/// Negative θ above this fraction of the largest |θ| consist of rounding errors.
+/// Negative θ with a magnitude below this fraction of the largest |θ| consist of rounding errors.
 const NEGATIVE: f64 = 1e-10;
 /// Maximum number of basis vectors per requested mode, plus a constant. About three per mode are sufficient; a larger
 /// space without convergence indicates inaccurate factors.
@@ -107,7 +107,7 @@ struct KrylovSpace<'a> {
     beyond: Vec<Image>,
 }
 
-/// The component w of a vector orthogonal to the space.
+/// The part w of a vector that is orthogonal to the space.
 struct Image {
     w: DVector<f64>,
     /// M w.

@@ -40,8 +40,8 @@ impl fmt::Display for Index {
 /// The perturbation index of one variable, or the maximum over a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct VariableIndex {
-    /// 0 for a variable that depends only on integrals of a perturbation δ, k + 1 for a variable with its k-th
-    /// derivative.
+    /// 0 for a variable that depends only on integrals of a perturbation δ, k + 1 for a variable that depends on
+    /// derivatives of δ up to order k.
     pub index: u8,
     /// Whether all underlying decisions are decisive.
     pub verdict: Verdict,

@@ -39,7 +39,7 @@ pub struct Vibration {
 }
 
 impl Vibration {
-    /// Creates vibrations of mass M and stiffness K with an optional constraint.
+    /// Creates the vibration problem with mass M, stiffness K and an optional constraint.
     ///
     /// # Errors
     /// [`StructureError::Sizes`] if the sizes do not match.

@@ -181,7 +181,7 @@ impl IdaOptions {
         (step < 1e-3 * span.abs()).then_some(step.copysign(span))
     }
 
-    /// Checks the settings for a problem of `n` unknowns that IDAS does not check, or rejects without reporting their
+    /// Checks, for a problem of `n` unknowns, the settings that IDAS does not check or rejects without reporting their
     /// values.
     pub(crate) fn validate(&self, n: usize) -> Result<(), IntegratorError> {
         expect_tolerances(&self.tolerances, n)?;

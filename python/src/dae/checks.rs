@@ -13,8 +13,8 @@ use pyo3::prelude::*;
 use super::{Failure, Request};
 use crate::problem::PythonDae;
 
-/// Clears an exception raised near the start, where functions are only evaluated on trial. Ctrl-C
-/// and similar exceptions are kept.
+/// Clears an exception raised by a trial evaluation, whose failure does not end the integration. Ctrl-C and similar
+/// exceptions are kept.
 pub(super) fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
     let raised = problem.raised.lock();
     match raised.unwrap_or_else(PoisonError::into_inner).take() {

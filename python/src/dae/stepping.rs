@@ -193,7 +193,8 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
     }
 }
 
-/// Relative tolerance above which rounding does not stop an integration, but an inaccurate state may.
+/// Smallest relative tolerance at which a stop is attributed to an inaccurate state instead of rounding, so that
+/// tighter tolerances are suggested.
 const LOOSE: f64 = 1e-5;
 
 /// Number of distances from the present time, before and after it, at which inputs are compared with their present
@@ -223,7 +224,7 @@ fn is_autonomous<I: Integrator<PythonDae>>(
     Ok(is_autonomous)
 }
 
-/// Returns the events that change their sign at the break at the start of the span.
+/// Returns the events that change sign at the break at the start of the span.
 fn events_at_break<I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &Request,

@@ -10,7 +10,7 @@ use myovib_scene::InputError;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  myovib man | man -l -\n  myovib man run > myovib-run.1")]
 pub struct ManArgs {
-    /// The command; without it, the page of the program.
+    /// Command whose manual page is printed [default: the page of the program].
     pub command: Option<String>,
 }
 

@@ -187,8 +187,8 @@ impl Equations for Inverters {
     }
 }
 
-/// A source with trapezoidal voltage across linear capacitors and a nonlinear capacitor, followed by a diode and a load; time in
-/// µs, currents in mA.
+/// A source of piecewise linear voltage with a linear capacitor in parallel and a nonlinear capacitor in series,
+/// followed by a diode and a load; time in µs, currents in mA.
 ///
 /// ```text
 /// u1 = w(t)

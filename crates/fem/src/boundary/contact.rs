@@ -157,9 +157,10 @@ impl RigidContact {
         self.weights.iter().map(Vec::len).sum()
     }
 
-    /// Returns the mean distance from the obstacle at displacement `u`, weighted by the contact pressure, divided by the
-    /// distance that multipliers may leave, 1e-4 of the facet size; 0 without contact. Single points penetrate deeper,
-    /// because quadratic facets do not follow the shape of the obstacle at the edge of the contact.
+    /// Returns the mean distance from the obstacle at displacement `u`, weighted by the contact pressure and
+    /// divided by the distance that is accepted with multipliers, 1e-4 of the facet size; 0 without contact. Individual
+    /// points penetrate deeper, because quadratic facets do not follow the shape of the obstacle at the edge of the
+    /// contact.
     ///
     /// # Panics
     /// Panics if an array is too short.

@@ -178,7 +178,7 @@ pub struct Change<'a> {
 ///
 /// An integrator can recover with a smaller step.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("det F = {jacobian:.3e} in element {element} at barycentric {barycentric}")]
+#[error("det F = {jacobian:.3e} in element {element} at barycentric coordinates {barycentric}")]
 pub struct Inverted {
     /// Index of the element.
     pub element: usize,

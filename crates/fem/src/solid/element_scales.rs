@@ -23,7 +23,7 @@ impl Solid {
         self.materials[element].volume_function
     }
 
-    /// Returns the solid with a function of the volume in the volumetric energy.
+    /// Returns the solid with this volume function g(J) in its volumetric energy κ/2 g².
     ///
     /// # Errors
     /// [`FemError::VolumeFunction`] for a function other than the default if a law has small strains or an energy that

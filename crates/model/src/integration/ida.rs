@@ -179,8 +179,8 @@ impl<P: Consistent> Integrator<P> for IdaIntegrator<P> {
         Ok(self.solver.dense_output(t, derivative as usize, out)?)
     }
 
-    /// IDAS provides the difference to its predictor. At order k and constant step size it is k + 1
-    /// times the error of the step. The error of a vibration is larger than the sum of the errors of
+    /// IDAS provides the difference between the solution and its prediction. At order k and constant step size, it is
+    /// k + 1 times the error of the step. The error of a vibration is larger than the sum of the errors of
     /// its steps, by about this factor.
     fn local_error(&mut self, out: &mut [f64]) -> Result<bool, ModelError> {
         self.solver.estimated_local_errors(out)?;

@@ -20,7 +20,7 @@ impl ChainDependence {
         Self { network, own_weight, perturbed, is_start: false }
     }
 
-    /// Creates the dependence on the initial position of all its oscillators.
+    /// Creates the dependence of network number `network` on the common initial position of its oscillators.
     pub fn of_start(network: usize) -> Self {
         Self { is_start: true, ..Self::new(network, 0.0, Vec::new()) }
     }

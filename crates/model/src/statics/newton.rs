@@ -345,8 +345,9 @@ impl<'a> Newton<'a> {
         Ok(None)
     }
 
-    /// Returns the number of directions in which the energy decreases among the displacements that conserve the volume
-    /// or, for finite κ, change it at a cost in energy; `None` if the forces have no energy.
+    /// Returns the number of independent directions in which the energy decreases; `None` if the forces have no
+    /// potential. For κ = ∞, only displacements that conserve the volume are considered; for finite κ, the energy
+    /// includes the energy of volume changes.
     pub(super) fn instabilities(&self) -> Option<usize> {
         self.negative_directions().filter(|_| self.is_symmetric())
     }

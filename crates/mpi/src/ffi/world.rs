@@ -12,7 +12,7 @@ unsafe extern "C" {
     fn ranks_end();
 }
 
-/// An initialized MPI, unique in a process. An MPI error terminates all processes with its message.
+/// The initialized MPI environment; a process has only one. An MPI error terminates all processes with its message.
 #[derive(Debug)]
 pub(crate) struct World {
     rank: c_int,

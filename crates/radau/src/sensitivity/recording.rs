@@ -108,7 +108,7 @@ impl Recording {
         n_bytes + size_of_val(&self.steps[..])
     }
 
-    /// Integrates up to `t_out`, as [`RadauSolver::integrate_to`], and records the steps.
+    /// Integrates up to `t_out`, as [`RadauSolver::integrate_to`] does, and records the steps.
     ///
     /// # Errors
     /// Errors of [`RadauSolver::integrate_to`] and of [`follow`](Self::follow).

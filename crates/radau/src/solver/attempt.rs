@@ -13,7 +13,7 @@ use crate::rounding::Sampling;
 /// Displacements of difference quotients near a kink, in units of the usual ones.
 const FINE: f64 = 1e-4;
 
-/// Largest norm of the increments of a step across a kink.
+/// Largest accepted norm of the increments of a step across a kink.
 const NEAR: f64 = 10.0;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
@@ -227,7 +227,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     ///
     /// F may have a kink near the start, for example at the threshold of an ideal diode, and the start may be on the
     /// other side. The end is on the right side according to the predicted or to the iterated values. Each of up to six
-    /// Jacobians is evaluated and factorized after every failure. Only steps within about the tolerances are solved in this way, because F may have other roots, to which these Jacobians may lead.
+    /// Jacobians is evaluated and factorized after every failure. Only steps within about the tolerances
+    /// are solved in this way, because F may have other roots, to which these Jacobians may lead.
     fn solve_beyond_kink(
         &mut self,
         h: f64,

@@ -16,7 +16,7 @@ fn volumes(document: &Value) -> String {
     }
 }
 
-/// Explains the results of a run with its numbers.
+/// Explains the results of a run, with the main numbers of its document.
 pub(super) fn meaning(document: &Value) -> String {
     match document["analysis"].as_str() {
         Some("static") => meaning_of_equilibrium(document),

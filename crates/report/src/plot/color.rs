@@ -1,4 +1,4 @@
-//! Colors distinguishable with any color vision, in print and on screens.
+//! Colors that can be distinguished with any type of color vision, in print and on screens.
 
 use std::fmt;
 

@@ -49,7 +49,8 @@ pub struct FitOptions<'a> {
     pub experiments: Vec<(PathBuf, Vec<String>)>,
     /// Folder for the results; `history.csv` grows with each iteration.
     pub out: PathBuf,
-    /// Policy for an earlier fit in the folder. A resumed fit repeats its iterations without runs.
+    /// Policy for an earlier fit in the folder. A resumed fit repeats the earlier iterations with stored
+    /// evaluations instead of new runs.
     pub existing: Existing,
     /// The fit has converged when no parameter changes by more than this fraction of its value, or when the next step is
     /// below 1 % of the parameters' standard errors.

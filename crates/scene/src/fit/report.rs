@@ -9,8 +9,8 @@ use crate::sensitivity::Abscissa;
 /// A combination of parameters counts as undetermined if a relative change of 1 changes the weighted residuals by less than
 /// this number of standard deviations.
 const ONE_DEVIATION: f64 = 1.0;
-/// Ratio of residuals to noise above which a model does not describe the measurements. Smaller ratios may come from an
-/// underestimated noise.
+/// Ratio of residuals to noise above which a model does not describe the measurements. Smaller ratios may result
+/// from an underestimated noise level.
 const MAX_MISFIT: f64 = 3.0;
 /// Median of the absolute values of normal noise with unit variance.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;

@@ -24,7 +24,7 @@ pub(crate) struct EnergyBalance {
     state: [Vec<f64>; 2],
 }
 
-/// Reads `null` as NaN. JSON writes `null` for non-finite numbers, which energies may be.
+/// Reads `null` as NaN: energies may be non-finite, and JSON stores non-finite numbers as `null`.
 pub(crate) fn nan_of_null<'de, D: Deserializer<'de>>(json: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(json)?.unwrap_or(f64::NAN))
 }

@@ -16,7 +16,7 @@ use crate::{Error, Scene};
 pub const VERIFY_MARGIN: f64 = 3.0;
 
 /// Runs the scene again at looser tolerances. Returns the largest magnitude of each
-/// column of each probe and the largest difference between both runs. Returns `None` if
+/// column of each probe and the largest difference between the two runs. Returns `None` if
 /// interrupted.
 pub(super) fn error_estimate(
     scene: &Scene,

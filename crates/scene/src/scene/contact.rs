@@ -191,7 +191,7 @@ impl Builder<'_> {
             .to_vec();
         let signal = self.signal(force, &of_force)?;
         if file.analysis == Analysis::Dynamic && signal.lowest_jump() == 0 {
-            let error = InputError::new("the force of an obstacle without mass jumps")
+            let error = InputError::new("the force of a massless obstacle must not jump")
                 .next("give the step a `rise`");
             return Err(self.wrong(&of_force, error));
         }

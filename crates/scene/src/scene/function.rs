@@ -55,7 +55,7 @@ impl Builder<'_> {
                         }
                         _ if *acceleration => {
                             let error =
-                                InputError::new("accelerations are linear between the rows")
+                                InputError::new("accelerations are always interpolated linearly")
                                     .next("remove `interpolation`");
                             return Err(self.wrong(&format!("{path}.interpolation"), error));
                         }

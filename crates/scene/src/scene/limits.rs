@@ -84,7 +84,7 @@ impl Builder<'_> {
                             "{most}: a process may have {files} files open here, and needs some for other purposes"
                         ))
                         .next(format!(
-                            "ulimit -n {}, or use lines of points",
+                            "run `ulimit -n {}`, or use lines of points",
                             n + OTHER_FILES
                         ));
                 return Err(self.wrong(&format!("probe[{most}]"), error));

@@ -259,7 +259,7 @@ impl Scene {
         !self.chains.is_empty() && can_be_separate && is_wanted
     }
 
-    /// Returns the changes of values of the scene's text.
+    /// Returns the overrides of values in the scene's text, each as `key=value`.
     pub fn overrides(&self) -> &[String] {
         &self.overrides
     }

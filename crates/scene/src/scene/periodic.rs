@@ -118,7 +118,8 @@ impl Builder<'_> {
             [] => {
                 let error = InputError::new("no load or displacement is periodic");
                 let error = error.next(
-                    "give one a sine, as y = { type = \"sine\", amplitude = 100.0, frequency = 8.0 } in a [[traction]]",
+                    "use a sine for one of them, for example y = { type = \"sine\", amplitude = 100.0, \
+                     frequency = 8.0 } in a [[traction]]",
                 );
                 Err(self.wrong("analysis", error))
             }

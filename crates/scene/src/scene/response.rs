@@ -53,8 +53,8 @@ impl Builder<'_> {
         }
         let error = InputError::new("no load or displacement has a harmonic part");
         let error = error.next(
-            "give one a `response`, as response = { y = 100.0 } in a [[traction]]; for a rod or a pressure \
-             response = { value = 1.0 }",
+            "add a `response` to one of them, for example response = { y = 100.0 } in a [[traction]], or \
+             response = { value = 1.0 } for a rod or a pressure",
         );
         Err(self.wrong("analysis", error))
     }

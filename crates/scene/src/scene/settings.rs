@@ -121,7 +121,7 @@ impl Builder<'_> {
         } else if file.solid.is_none() && file.rod.is_none() {
             wrong("separate steps need a body or a rod that drives the chains")
         } else if !feedbacks.is_empty() {
-            wrong("chains that act on the body need its steps")
+            wrong("chains that act on the body must use the steps of the body")
         } else if !wanted.oscillators.in_error_test {
             wrong("separate steps need the oscillators in the error test")
         } else {

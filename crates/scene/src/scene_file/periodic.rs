@@ -39,7 +39,8 @@ pub struct Continuation {
     pub parameter: String,
     /// Value at which the curve ends.
     pub to: f64,
-    /// Largest step of the curve: change of the number relative to its range, or of the motion relative to its size at the start.
+    /// Largest step of the curve: change of the parameter relative to its range, or of the motion relative to its size
+    /// at the start.
     #[serde(default = "Continuation::max_step")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_step: f64,

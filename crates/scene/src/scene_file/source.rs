@@ -82,8 +82,8 @@ impl Source {
 
     /// Applies an override `key=value`: `solid.bulk_modulus=inf`, `material.0.c10=2e4`.
     ///
-    /// The value is TOML. Invalid TOML is used as a text, so that names need no quotes, unless it begins as a list, a
-    /// table or a quoted text. Without a value, the key is removed and its default applies.
+    /// The value is TOML. Invalid TOML is treated as text, so that names need no quotes, unless it begins like a list,
+    /// a table or a quoted string. Without a value, the key is removed and its default applies.
     ///
     /// # Errors
     /// [`InputError`] without `=`, for an invalid list or table, or for a path through a value other than a table or list.

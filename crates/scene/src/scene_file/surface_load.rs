@@ -49,7 +49,7 @@ macro_rules! surface_loads {
             /// Keys of the tables.
             pub(crate) const KEYS: &[&str] = &[$(stringify!($key)),+];
 
-            /// Sections of the scene reference, by their examples.
+            /// Examples of the tables, from which the sections of the scene reference are made.
             pub(super) const SECTIONS: &[&str] = &[$($kind::EXAMPLE),+];
 
             /// Returns all loads with their paths in the scene.

@@ -156,7 +156,7 @@ impl SceneParameter {
         number.trim().parse().ok()
     }
 
-    /// Returns whether only a chain depends on it.
+    /// Returns whether only a chain depends on the parameter.
     pub(super) fn affects_chains(&self) -> bool {
         self.chain().is_some()
     }

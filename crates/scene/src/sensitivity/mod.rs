@@ -2,7 +2,7 @@
 //!
 //! [`Parameterized`] is a scene with its parameters. [`outputs`] returns the observed columns of its probes. [`follow`]
 //! runs the scene and samples outputs and derivatives at given times; [`respond`] does the same at frequencies,
-//! [`equilibria`] at load factors. [`compute`] samples with the intervals of the scene's probes and returns [`Curves`].
+//! [`equilibria`] at load factors. [`compute`] samples at the intervals of the scene's probes and returns [`Curves`].
 //! [`StiffnessMap`] is the sensitivity to the stiffness of each element.
 
 mod chains;

@@ -64,7 +64,7 @@ impl Allocator {
             let mut text = &mut buffer[..];
             let _ = writeln!(
                 text,
-                "error: not enough memory: {bytes} more bytes are not available\n  allow more (`ulimit -v`, `--memory`, \
+                "error: not enough memory: cannot allocate {bytes} more bytes\n  allow more (`ulimit -v`, `--memory`, \
                  the limits of the job), or use fewer threads or a coarser mesh"
             );
             let left = text.len();

@@ -1,4 +1,4 @@
-//! The boundary to METIS, which `metis-sys` builds from its C source.
+//! The interface to METIS, which `metis-sys` builds from its C source.
 
 use std::ptr;
 use std::sync::{Mutex, PoisonError};

@@ -1,4 +1,4 @@
-//! The boundaries to SuiteSparse, to METIS and to the operating system.
+//! The interfaces to SuiteSparse, METIS and the operating system.
 
 pub(crate) mod allocator;
 #[cfg(klu)]

@@ -67,12 +67,12 @@ impl WithinStep {
         write(1, &mut self.start.y_dot)
     }
 
-    /// Sets the values at the end of the step at which F is evaluated.
+    /// Sets the values at the end of the step, where IDAS evaluates F.
     pub(super) fn end_at(&mut self, t: f64, y: &[f64], y_dot: &[f64]) {
         self.end.set(t, y, y_dot);
     }
 
-    /// Returns whether an input acts within the step to the current end.
+    /// Returns whether an input acts between the start and the end of the step.
     ///
     /// A cubic polynomial through both ends approximates the solution. Its residuals, divided by the Newton matrix, are
     /// errors of y.

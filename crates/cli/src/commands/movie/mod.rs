@@ -267,7 +267,7 @@ fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
     Ok(Movie { frames: frames.collect(), exit: run.exit() })
 }
 
-/// Shows the last cycle of the load in 50 frames: one sixteenth of the speed.
+/// Shows the last cycle of the load in 50 frames, at one sixteenth of its real speed.
 fn deformation(args: &MovieArgs, to: f64) -> anyhow::Result<Movie> {
     let scene = args.scene("figure5", Some(to))?;
     let run = MuscleRun::compute(scene, &Progress::new(args.common.quiet))?;

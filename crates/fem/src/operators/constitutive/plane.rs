@@ -10,7 +10,7 @@ use crate::material::three::Axes;
 use crate::material::{Potential, Real};
 use crate::simd::lanes::Lanes;
 
-/// Isotropic law in plane strain, given by a potential of two invariants, with the default function of the volume.
+/// Isotropic law in plane strain, given by a potential of two invariants, with the default volume function.
 pub(crate) struct Plane<W>(pub(crate) W);
 
 /// Evaluates an expression with `$law` bound to the law of a plane body.

@@ -103,7 +103,7 @@ impl<T: Simd, W: Law3> WithSimd for Energy<'_, T, W> {
 }
 
 impl Spatial {
-    /// Creates a law with the default function of the volume.
+    /// Creates a law with the default [`VolumeFunction`].
     #[inline(always)]
     pub(crate) fn new(law: Law) -> Self {
         Self { law, volume_function: VolumeFunction::default() }

@@ -13,7 +13,7 @@ pub enum DataProblem {
     NotUtf8,
     #[error("the measurements are not a table")]
     NotATable,
-    #[error("the file has no measurement")]
+    #[error("the file contains no measurements")]
     Empty,
     #[error("a column is missing")]
     MissingColumn,

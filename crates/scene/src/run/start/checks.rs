@@ -166,7 +166,7 @@ pub(super) fn expect_supports_at_rest(
         }
         return Err(error.found(found).next(
             format!(
-                "let the motion of its [[prescribed_displacement]] rise: multiply it by a step, \
+                "start the motion of its [[prescribed_displacement]] gradually: multiply it by a step, \
                  {} = {{ type = \"product\", of = [{{ type = \"step\", value = 1, rise = 0.1 }}, ...] }}",
                 NAMES[axis]
             ),
