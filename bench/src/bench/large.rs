@@ -19,7 +19,7 @@ use super::{BenchArgs, fastest_call, give, goes_on};
 
 /// Number of measured steps.
 const STEPS: usize = 20;
-/// Calls of a kernel; the fastest is reported.
+/// Number of timed calls of a kernel; the fastest is reported.
 const REPEATS: u32 = 2;
 /// Factor of ∂F/∂ẏ in 1/s for steps of about one millisecond: 1.5/ms.
 const C: f64 = 1.5e3;
@@ -220,7 +220,8 @@ fn predicted_memory(dae: &mut MuscleDae, n_complex: usize) -> anyhow::Result<f64
     Ok(mib(resources::in_use())? + mib(needs.map(|needs| needs.bytes))?)
 }
 
-/// Returns the real and complex factorizations and solves between two counts; `solves` are the solves of BDF.
+/// Returns the numbers of real and complex factorizations and solves between two counts; for BDF, whose counts
+/// lack solves, `solves` is their number.
 fn linear_work(before: Counts, after: Counts, solves: u64) -> [u64; 4] {
     match (before.radau_work, after.radau_work) {
         (before, Some(after)) => {

@@ -1,5 +1,5 @@
-//! Harmonic responses: cost compared with motions and with factorizations, and number of adaptive frequencies. Cost of a
-//! periodic state.
+//! Harmonic responses: cost compared with motions and with separate factorizations, and number of adaptive frequencies.
+//! Cost of a periodic state.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

@@ -23,7 +23,7 @@ const KEYS: [&str; 4] = ["1", "2m", "3m", "31"];
 enum Solver {
     /// Condensed matrix in dense blocks.
     Condensed,
-    /// Full matrix by KLU.
+    /// Full matrix, factorized by KLU.
     Full,
     /// Defaults of SUNDIALS: KLU with COLAMD and BTF, and serial vectors.
     SundialsDefaults,

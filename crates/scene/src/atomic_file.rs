@@ -1,5 +1,5 @@
-//! Every change of result files: replacing a whole file (written under a temporary name and then renamed), appending
-//! lines to a growing file, and removal.
+//! All operations that change result files: replacing a whole file (written under a temporary name and then renamed),
+//! appending lines to a growing file, and removal.
 
 #[cfg(test)]
 pub(crate) mod faults;
@@ -49,7 +49,7 @@ thread_local! {
     static PASSING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a computation whose files are only needed while this process runs. During it, this thread does not wait for
+/// Runs a computation whose files are only needed while this process runs. Meanwhile, this thread does not wait for
 /// files to reach the disk.
 pub fn passing<T>(compute: impl FnOnce() -> T) -> T {
     struct Before(bool);

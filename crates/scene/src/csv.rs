@@ -157,7 +157,7 @@ impl Table {
 /// Reads the names and rows of a table of numbers in a file.
 ///
 /// # Errors
-/// [`Error::File`] if the file cannot be read, or with the line of a row of other values than numbers.
+/// [`Error::File`] if the file cannot be read, or if a row contains values other than numbers, with its line.
 pub fn read_numbers(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Error> {
     let text = fs::read_to_string(path).map_err(Error::file("read", path))?;
     let table =

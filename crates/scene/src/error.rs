@@ -72,7 +72,7 @@ impl Error {
         }
     }
 
-    /// Returns whether the memory does not suffice for the factors of a matrix.
+    /// Returns whether the memory is insufficient for the factors of a matrix.
     pub(crate) fn lacks_memory(&self) -> bool {
         let memory = |error: &SparseError| matches!(error, SparseError::Memory { .. });
         let mut causes = std::iter::successors(std::error::Error::source(self), |e| e.source());

@@ -74,7 +74,7 @@ pub(crate) fn parse(text: &str) -> Result<Expression, ExpressionError> {
 }
 
 /// Adds brackets around powers in `text`, so that they bind tighter than a preceding sign and
-/// associate to the right. The parsing library treats both differently.
+/// associate to the right. The parsing library follows neither convention.
 fn bracketed(text: &str) -> Result<String, ExpressionError> {
     let mut brackets = Brackets { rest: text.trim(), out: String::new(), depth: 0 };
     brackets.sum()?;

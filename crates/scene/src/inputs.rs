@@ -55,7 +55,7 @@ impl<'a> Inputs<'a> {
 /// Returns the content of a regular file.
 ///
 /// # Errors
-/// Errors of the file system, and files other than regular ones: reading a pipe may block forever, and reading a device
+/// Errors of the file system, and files that are not regular: reading a pipe may block forever, and reading a device
 /// may never end.
 pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
     match fs::metadata(path)? {
@@ -68,7 +68,7 @@ pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
 /// Returns the text of a regular file.
 ///
 /// # Errors
-/// Errors of [`content`], and text in other encodings than UTF-8.
+/// Errors of [`content`], and text in encodings other than UTF-8.
 pub(crate) fn text(path: &Path) -> io::Result<String> {
     String::from_utf8(content(path)?).map_err(io::Error::other)
 }

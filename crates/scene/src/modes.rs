@@ -57,7 +57,7 @@ pub struct Mode {
     pub participation: Vec<f64>,
     /// Squares of the participation factors, kg; in the plane kg/m.
     pub effective_mass: Vec<f64>,
-    /// Displacements φ of all nodes, the components of a node adjacent, with φᵀ M φ = 1.
+    /// Displacements φ of all nodes, node by node, with φᵀ M φ = 1.
     #[serde(skip)]
     pub shape: Vec<f64>,
 }
@@ -71,7 +71,7 @@ impl BodyModes {
         Self::new(muscle, at, spectrum::lowest(muscle, at, count)?)
     }
 
-    /// Computes the modes up to a `frequency` (Hz) and the next one, but at most the `most` lowest.
+    /// Computes the modes up to a `frequency` (Hz) and the next one, but at most `most` modes.
     ///
     /// # Errors
     /// Errors of [`spectrum::up_to`].
@@ -197,7 +197,7 @@ fn not_held(muscle: &Muscle) -> Option<String> {
     Some(format!("{} rigid motion{s} at 0 Hz: {free}", free.count))
 }
 
-/// Returns a note if the body is at rest, or strained less than by a vibration, and its tangent there is one-sided.
+/// Returns a note if the body is at rest, or less strained than in a vibration, and its tangent is one-sided there.
 pub(crate) fn one_sided(muscle: &Muscle, at: &Equilibrium) -> Option<String> {
     let law = muscle.solid.laws().iter().find(|law| law.is_one_sided_at_rest())?;
     let mut u = vec![0.0; muscle.solid.dofs().n_full()];
@@ -244,8 +244,8 @@ pub(crate) fn negative_damping(modes: &[Mode]) -> Option<String> {
     })
 }
 
-/// Maximum residual without a note. Modes of the built-in scenes have residuals up to 2e-8; this value is the last
-/// digit of a frequency with five digits.
+/// Maximum residual without a note. Modes of the built-in scenes have residuals up to 2e-8; this value
+/// corresponds to the last digit of a frequency with five digits.
 const MOST_RESIDUAL: f64 = 1e-5;
 
 /// Returns a note if a mode satisfies its equation inaccurately.

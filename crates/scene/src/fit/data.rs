@@ -14,7 +14,7 @@ pub use error::{DataError, DataProblem};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Datum {
-    /// Time, s, frequency, Hz, or load factor.
+    /// Time (s), frequency (Hz) or load factor.
     pub t: f64,
     pub output: usize,
     pub value: f64,
@@ -34,7 +34,7 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// Returns the allowed names of its column in plain tables. Tables in PEtab's format use the last name.
+    /// Returns the allowed names of the variable's column in plain tables. Tables in PEtab's format use the last name.
     fn names(self) -> &'static [&'static str] {
         match self {
             Self::Time { .. } => &["t", "time"],
@@ -51,7 +51,7 @@ impl Domain {
     }
 }
 
-/// Relative distance from the domain that rounding in other programs explains.
+/// Relative distance outside the domain that is attributed to rounding in other programs.
 const ROUNDING: f64 = 1e-12;
 
 /// Suffix of columns of standard deviations in plain tables.
@@ -70,7 +70,7 @@ const NEUTRAL: [(&str, &str); 2] =
 /// Reads the measurements in `file`; see [`read`].
 ///
 /// # Errors
-/// Devices, pipes, folders, and text in other encodings than UTF-8; errors of [`read`].
+/// Devices, pipes, folders, and text in encodings other than UTF-8; errors of [`read`].
 pub(super) fn read_file(
     file: &Path,
     outputs: &[Output],

@@ -1,5 +1,5 @@
-//! Evaluations of a fit's model in a file. A resumed fit repeats its iterations with them instead of new runs, so it has
-//! the same results as an uninterrupted fit.
+//! Evaluations of a fit's model in a file. A resumed fit repeats the earlier iterations with these evaluations instead
+//! of new runs, so it has the same results as an uninterrupted fit.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -19,7 +19,7 @@ use crate::{Error, InputError};
 /// The file: a line with checksum and JSON for each evaluation.
 pub(super) const EVALUATIONS: &str = "evaluations.txt";
 
-/// Residuals and their derivatives by columns; derivatives may be empty.
+/// Residuals and their derivatives, column by column; the derivatives may be empty.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Numbers {
     pub(super) residuals: Vec<f64>,
@@ -33,7 +33,7 @@ pub(super) struct Evaluation {
     pub(super) numbers: Numbers,
 }
 
-/// Successful evaluations by the parameters, the effort, and whether they have derivatives.
+/// Successful evaluations, keyed by the parameters, the effort, and whether they have derivatives.
 #[derive(Default)]
 pub(super) struct Evaluations {
     known: HashMap<String, Evaluation>,
@@ -64,7 +64,7 @@ impl Output {
     }
 }
 
-/// Refuses to resume a fit of another scene or to other measurements.
+/// Rejects resuming a fit of another scene or of other measurements.
 fn expect_origin(request: &FolderRequest<'_>) -> Result<(), InputError> {
     let Some(known) = request.earlier_origin()? else {
         return Ok(()); // the request reports that there is no fit
@@ -143,7 +143,7 @@ impl Evaluations {
         Ok(())
     }
 
-    /// Returns the first error of writing since the last call.
+    /// Returns the first write error since the last call.
     pub(super) fn take_error(&self, folder: &Path) -> Option<Error> {
         let failed = self.output.borrow_mut().failed.take();
         failed.map(Error::file("write", &folder.join(EVALUATIONS)))

@@ -62,7 +62,7 @@ pub struct FitOptions<'a> {
     pub starts: usize,
     /// Seed of the random starting points.
     pub seed: u64,
-    /// Loss function in units of the given noise. Without noise, only squares are allowed.
+    /// Loss function in units of the given noise. Without noise, only least squares is allowed.
     pub loss: Loss,
     /// Whether to compute intervals by profile likelihood: about ten fits per parameter.
     pub profile: bool,
@@ -105,7 +105,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// Returns its name in `fit.json`.
+    /// Returns the name of the outcome in `fit.json`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Converged => "converged",
@@ -139,7 +139,7 @@ pub struct FitResult {
     pub fit: Fit,
     /// Standard errors and correlations.
     pub uncertainty: Uncertainty,
-    /// Combinations of parameters, by how well the measurements determine them.
+    /// Combinations of parameters, best determined first.
     pub identifiability: Identifiability,
     /// Profile of each parameter, or the reason why it was not computed; empty if profiles were not requested.
     pub profiles: Vec<Result<Profile, String>>,
@@ -163,7 +163,7 @@ pub struct Point {
     pub experiment: usize,
     pub output: String,
     pub column: String,
-    /// Time, s, frequency, Hz, or load factor.
+    /// Time (s), frequency (Hz) or load factor.
     pub t: f64,
     pub abscissa: Abscissa,
     pub measured: f64,

@@ -15,7 +15,7 @@ use crate::sensitivity::{
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
-/// Tolerance of the sensitivities relative to the motion's; a fit needs fewer digits of derivatives.
+/// Tolerance of the sensitivities relative to the tolerance of the motion: a fit needs less accurate derivatives.
 const FRACTION: f64 = 1.0;
 
 /// A scene with the measurements of one experiment.
@@ -65,7 +65,7 @@ impl Experiment {
         file
     }
 
-    /// Reports whether the scene and its derivatives exist at these values.
+    /// Rejects values at which the scene is invalid or has no derivatives.
     pub(super) fn expect_computable(&self, values: &[f64]) -> Result<(), Error> {
         match self.abscissa() {
             Abscissa::Time => self.scene.dependences(values).map(|_| ()),

@@ -18,7 +18,7 @@ const EARLY_PHASES: [(Effort, f64); 2] = [
     (Effort { part: 1.0, least_tolerance: 1e-3 }, 0.3),
 ];
 
-/// Convergence tolerance of these phases for relative changes of the parameters.
+/// Convergence tolerance of the early phases for relative changes of the parameters.
 const EARLY_TOLERANCE: f64 = 1e-2;
 
 /// Callback that receives the computed fraction of the measured time span, and each iteration.

@@ -33,8 +33,8 @@ impl FitResult {
         self.noise_is_known && self.misfit() > MAX_MISFIT
     }
 
-    /// Returns the larger of the standard deviation of the residuals and a robust estimate of it, because a robust loss
-    /// may hide a misfit from the former.
+    /// Returns the larger of the standard deviation of the residuals and its robust estimate, because the former may
+    /// hide a misfit if the loss is robust.
     fn misfit(&self) -> f64 {
         self.deviation().max(self.robust_deviation())
     }

@@ -33,7 +33,7 @@ macro_rules! probes {
     ($($file:ident $name:ident)*) => {
         $(mod $file; pub use $file::$name;)*
 
-        /// What a probe measures.
+        /// Kind of a probe.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(tag = "type", rename_all = "kebab-case")]
         #[allow(missing_docs)] // the types of the same name have them

@@ -43,7 +43,7 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    /// Returns responses at given frequencies, in ascending order.
+    /// Creates the samples of given frequencies, which are in ascending order.
     pub(super) fn given(frequencies: Vec<f64>, rows: Vec<Vec<Complex64>>) -> Self {
         Self { frequencies, rows, error: None, peaks: Vec::new(), drawn: None }
     }
@@ -191,7 +191,7 @@ impl Adaptive {
         wanted
     }
 
-    /// Returns the frequencies of the peaks and of half their power, in ascending order, except near frequencies that
+    /// Returns the peak frequencies and their half-power frequencies, in ascending order, except near frequencies that
     /// have already been computed.
     fn near(&self, peaks: &[(usize, Maximum)], computed: &[f64]) -> Vec<f64> {
         let [low, high] = self.range;

@@ -20,7 +20,7 @@ pub(super) struct Largest {
 }
 
 impl Largest {
-    /// Includes the sizes of [`displacement_and_strain`] at a frequency.
+    /// Updates the maxima with the result of [`displacement_and_strain`] at a frequency.
     pub(super) fn add(&mut self, frequency: f64, sizes: [f64; 2]) {
         for (largest, size) in [&mut self.displacement, &mut self.strain].into_iter().zip(sizes) {
             if size > largest[0] {
@@ -69,7 +69,7 @@ pub(crate) fn displacement_and_strain(space: &Space, u: &[Complex64]) -> [f64; 2
     [largest_square.sqrt(), strain_square.sqrt()]
 }
 
-/// Returns a note on the modes below the range, of the lowest modes of the body.
+/// Returns a note if some of the lowest `modes` of the body are below the `lowest` frequency (Hz) of the range.
 pub(super) fn modes_below(modes: &[Mode], lowest: f64) -> Option<String> {
     let below = modes.iter().filter_map(|mode| mode.frequency).filter(|own| *own < lowest);
     let below: Vec<f64> = below.collect();

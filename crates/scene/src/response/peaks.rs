@@ -12,7 +12,7 @@ use crate::modes::Mode;
 /// Smallest and largest number of computed frequencies from which a peak is interpolated; odd. The interpolant through
 /// two samples fewer is used for an error estimate.
 const SAMPLES: [usize; 2] = [7, 9];
-/// Maximum relative difference between the peaks of both interpolants for which a peak counts as resolved.
+/// Maximum relative difference between the peaks of the two interpolants up to which a peak counts as resolved.
 const RESOLVED: f64 = 1e-2;
 /// Relative variation of a constant amplitude due to rounding errors of the solutions and of the interpolation.
 const CONSTANT: f64 = 1e-6;

@@ -92,7 +92,7 @@ impl Values {
     /// Returns the values of all tables for s = iω.
     ///
     /// # Errors
-    /// Errors of the probes; a ratio with the denominator zero.
+    /// Errors of the probes; a ratio whose denominator is zero.
     pub(super) fn read(
         &self,
         s: Complex64,

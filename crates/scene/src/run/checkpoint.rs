@@ -208,7 +208,7 @@ const SCHEMA: &str = "myovib/checkpoint/1";
 struct Head {
     schema: String,
     version: String,
-    /// Hash of the scene without its end time and of its input files.
+    /// Hash of the scene (without its end time) and its input files.
     run: String,
     /// Hash of the state.
     sha256: String,

@@ -144,7 +144,7 @@ impl Branch {
         Ok((curve, outcome))
     }
 
-    /// Returns amplitudes and stability of a point.
+    /// Returns the amplitudes and the stability of a point.
     fn read(
         &self,
         scene: &Scene,

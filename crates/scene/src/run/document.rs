@@ -127,7 +127,7 @@ fn of_body(
     document
 }
 
-/// Returns statistics and settings of a run of a rod and chains.
+/// Returns the statistics and settings of a run without a body.
 fn of_states(scene: &Scene, whole: &Statistics) -> Value {
     let wanted = &scene.file.integrator;
     let integrator = wanted.method;

@@ -48,7 +48,8 @@ impl DrivingError {
     }
 
     /// Returns a note if the effect exceeds ten times the relative tolerance of the body, because the chain is then less
-    /// accurate than the body. A rod and its chains have equal tolerances, so it never has a note.
+    /// accurate than the body. A rod and its chains have equal tolerances, so there is no note
+    /// for them.
     pub(super) fn note(&self, scene: &Scene) -> Option<String> {
         let body = scene.body.as_ref()?;
         let is_inaccurate = self.relative > 10.0 * body.settings.relative_tolerance;

@@ -377,7 +377,8 @@ impl<P> Observer<P> for StepLimit {
     }
 }
 
-/// Smallest part of the largest energy that counts as gained by damping: errors in time are below it.
+/// Smallest energy gain by damping that is reported, relative to the largest energy; errors of the time integration are
+/// smaller.
 const GAINED: f64 = 0.1;
 
 /// Returns a note if damping has increased the energy: kinetic, elastic, work, dissipated, imbalance.

@@ -3,7 +3,7 @@
 //! Each step estimates the error that it adds to each unknown. The resulting change of a probe value is the error
 //! estimate of the probe. The indicator is the sum of the magnitudes over all steps: it assumes that the errors add up
 //! and that none decays. It may be much too large with stiffness damping, where the errors of earlier steps decay;
-//! `scripts/errors` measures it over random scenes. Radau IIA has no such estimate, so its runs have no indicator:
+//! `scripts/errors` measures it for random scenes. Radau IIA has no such estimate, so its runs have no indicator:
 //! indicators derived from its estimates of lower order were up to 1000 times too small.
 
 use std::f64::consts::TAU;

@@ -24,9 +24,9 @@ use crate::result_folder::ResultFolder;
 use crate::state::State;
 use crate::vtu::{self, NotFinite, Series};
 
-/// Maximum wall-clock time between checkpoints…
+/// Wall-clock time after which another checkpoint is due, unless checkpoints take long to write.
 pub(super) const CHECKPOINT_AFTER: Duration = Duration::from_secs(5);
-/// Minimum wall-clock time between checkpoints, as a multiple of the time to write the last one. It limits the cost of
+/// Lower limit of this time, as a multiple of the time to write the last checkpoint. It limits the cost of these
 /// checkpoints to 2 % of a run.
 const CHECKPOINT_COST: u32 = 50;
 

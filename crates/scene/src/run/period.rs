@@ -116,7 +116,8 @@ impl Period {
         Ok(found.ok().flatten().map(|y| convert(&y, &dae, &own)))
     }
 
-    /// Returns the period of the muscle without its chains and the points that drive each chain; `None` without both.
+    /// Returns the period of the muscle without its chains, and the chains that it drives; `None` unless the scene has
+    /// a body and chains.
     pub(super) fn of_muscle(&self) -> Result<Option<(Self, Vec<Oscillators>)>, Error> {
         let Some(body) = self.scene.body.as_ref().filter(|_| !self.scene.chains.is_empty()) else {
             return Ok(None);

@@ -9,15 +9,15 @@ use myovib_model::{Limits, ModelError};
 use crate::system::System;
 use crate::watch::Watcher;
 
-/// Maximum number of doublings of the fixed steps.
+/// Maximum number of times that the number of fixed steps is doubled.
 const DOUBLINGS: usize = 6;
-/// Factor by which tolerances are tightened if they are too loose for the motion: absolute tolerances for a small vibration about a
-/// large preload, relative tolerances for laws with kinks.
+/// Factor by which tolerances are tightened if they are too loose for the motion: absolute tolerances for a small
+/// vibration about a large preload, relative tolerances for laws with kinks.
 const TIGHTER: f64 = 0.1;
 /// Smallest relative tolerance.
 const SMALLEST_RTOL: f64 = 1e-14;
 
-/// Refinement of a state to a periodic state. Steps are fixed for its search, and adaptive for its test.
+/// Refinement of a state to a periodic state. The search uses fixed steps; the final check uses adaptive steps.
 pub(super) struct Refinement<'a, P, S> {
     pub(super) map: &'a mut PeriodMap<P, S>,
     pub(super) watcher: Watcher<'a>,

@@ -117,7 +117,7 @@ struct Recording<'a> {
     volumes: Volumes,
     /// Whether load factors can be the times of stored fields.
     has_growing_loads: bool,
-    /// Largest of all states.
+    /// Largest constraint drift of all states.
     drift: f64,
     /// Description of the condition that ended the path.
     stopped: Option<String>,
@@ -283,7 +283,7 @@ impl<'a> Recording<'a> {
     }
 }
 
-/// Returns whether each load factor is larger than the one before.
+/// Returns whether the load factors are given, positive and increasing.
 fn grows(control: &Control) -> bool {
     match control {
         Control::Load(loads) => loads[0] > 0.0 && loads.is_sorted_by(|a, b| a < b),

@@ -12,7 +12,7 @@ use crate::atomic_file;
 use crate::csv::read_numbers;
 use crate::{Error, Scene};
 
-/// The largest factor by which errors of the random scenes in the guide exceed the estimates.
+/// Largest factor by which the errors of the random scenes in the guide exceed their estimates.
 pub const VERIFY_MARGIN: f64 = 3.0;
 
 /// Runs the scene again at looser tolerances. Returns the largest magnitude of each

@@ -13,9 +13,10 @@ const NEARLY_INCOMPRESSIBLE: f64 = 100.0;
 const PLAUSIBLE: RangeInclusive<f64> = 0.5..=2.0;
 
 /// Penetration as a fraction of the size of facets above which the indentation of a body is less accurate than its mesh.
-/// The default stiffness causes a hundredth for each shear modulus of pressure.
+/// With the default stiffness, a pressure equal to the shear modulus causes a penetration of a hundredth.
 const LARGE_PENETRATION: f64 = 0.01;
-/// Penetration as a fraction of the size of facets above which an obstacle is in the body rather than on it.
+/// Penetration as a fraction of the size of facets above which an obstacle counts as inside the body rather
+/// than on its surface.
 const INSIDE: f64 = 0.5;
 
 /// Range of det F at the vertices of all elements over the observed times. The equations contain averages over

@@ -72,7 +72,7 @@ pub struct Scene {
     /// Scene as written, with defaults filled in.
     pub file: SceneFile,
     source: Source,
-    /// Changes of the text.
+    /// Overrides of values in the text, each as `key=value`.
     overrides: Vec<String>,
     /// Folder of the files named in the text.
     folder: PathBuf,
@@ -161,7 +161,7 @@ fn text_of(path: &Path) -> io::Result<String> {
 }
 
 impl Scene {
-    /// Returns whether its analysis is a harmonic response.
+    /// Returns whether the scene's analysis is a harmonic response.
     pub(crate) fn is_response(&self) -> bool {
         self.file.analysis == Analysis::Response
     }

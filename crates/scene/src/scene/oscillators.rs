@@ -55,7 +55,7 @@ impl DrivenChain {
         !matches!(self.at, None | Some(Place::Point(_) | Place::Position(_)))
     }
 
-    /// Returns a note on its places, if any.
+    /// Returns a note on the places of the chain, if there is anything to report.
     pub(super) fn note(&self) -> Option<String> {
         let (kept, all) = (self.places.len(), self.places.len() + self.outside);
         (self.outside > 0).then(|| {

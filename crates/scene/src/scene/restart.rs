@@ -28,7 +28,7 @@ const SECTIONS: [&str; 9] = [
 ];
 /// Sections of loads, which are zero where they are missing.
 const LOADS: [&str; 3] = ["traction", "body_force", "point_force"];
-/// Keys of the size of a load.
+/// Keys that contain the size of a load.
 const SIZES: [&str; 4] = ["x", "y", "z", "value"];
 
 /// Keys of these sections that do not change an equilibrium, or that the notes of [`State`] compare.
@@ -44,7 +44,7 @@ const EXCLUDED: [&str; 9] = [
     "viscosity",
 ];
 
-/// Relative difference below which values of loads are equal: the run evaluated them at another time.
+/// Relative difference below which values of loads count as equal: the run evaluated them at another time.
 const EQUAL: f64 = 1e-9;
 
 impl Builder<'_> {
@@ -75,7 +75,7 @@ impl Builder<'_> {
     }
 
     /// Adds the differences between the values of both scenes at `path`, the earlier scene first. Keys that only one
-    /// scene has belong to another type or version, which differs, too.
+    /// scene has are skipped: they belong to another type or version, whose difference is also found.
     fn compare(&self, path: &str, values: [&Value; 2], end: End, found: &mut Vec<String>) {
         if let [Some(then), Some(now)] = values.map(|value| self.signal_of(value, path, end)) {
             let [then, now] = [then.at(end.t).value, now.at(0.0).value];

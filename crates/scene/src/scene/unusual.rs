@@ -224,7 +224,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         assert_eq!(found(&[&short[..], &[step]].concat()), Vec::<String>::new());
     }
 
-    /// Checks that neither the density nor the damping of a weightless body is checked at rest.
+    /// Checks that a static analysis ignores unusual damping, and an unusual density unless the body has weight.
     #[test]
     fn unusual_values_without_effect_are_not_reported() {
         let at_rest =

@@ -151,7 +151,7 @@ impl From<&ForceLength> for material::ForceLength {
 /// Hill's factor `(1 + s)/(1 - s/a)`, s = λ̇/v_max, for shortening; tends to the plateau for lengthening.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ForceVelocity {
-    /// Rate of shortening without force, 1/s.
+    /// Shortening rate at zero force, 1/s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub v_max: f64,
     /// Curvature a.

@@ -101,8 +101,8 @@ pub struct Chain {
     pub ends: Ends,
     /// Driven oscillators.
     pub driven: Reach,
-    /// Gain γ of the forcing γ d·u, 1/s² per m. An oscillator alone follows a harmonic u whose frequency differs from its own
-    /// by Δω if γ |u| exceeds about 4 ω Δω.
+    /// Gain γ of the forcing γ d·u, 1/s² per m. An isolated oscillator follows a harmonic u whose frequency differs
+    /// from its own by Δω if γ |u| exceeds about 4 ω Δω.
     pub gain: f64,
     /// Location of the driving displacement: a point, m, or a position on the rod [default: not driven]. Lists,
     /// grids and groups create several chains.
@@ -158,7 +158,7 @@ pub enum Place {
         /// The group.
         vertices: String,
     },
-    /// A chain at each point of a grid that lies in the muscle.
+    /// A chain at each grid point inside the muscle.
     Grid {
         /// First corner of the grid, m.
         #[schemars(length(min = 2, max = 3))]
@@ -166,7 +166,7 @@ pub enum Place {
         /// Last corner, m.
         #[schemars(length(min = 2, max = 3))]
         to: Vec<f64>,
-        /// Number of points along each axis; a single one lies in the middle.
+        /// Number of points along each axis; a single point is centered.
         #[schemars(length(min = 2, max = 3), inner(range(min = 1, max = 1_000_000)))]
         points: Vec<usize>,
     },

@@ -94,8 +94,8 @@ impl<'s> Checker<'s> {
         Some(all.iter().filter(|one| one["type"] != "null").map(|one| self.resolve(one)).collect())
     }
 
-    /// Checks a value against the alternative that it is meant for: by the tag of a table, by the list of names, or by
-    /// kind (number, text, table, list). An error then concerns this alternative only.
+    /// Checks a value against the intended alternative, which is identified by the tag of a table, by the list of
+    /// names, or by kind (number, text, table, list). An error then concerns this alternative only.
     fn one_of(
         &self,
         value: &Value,

@@ -44,13 +44,14 @@ pub struct Contact {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// The contact pressure rises with the penetration by `stiffness`; its slope rises from 0 within the first thousandth of the facet size.
+    /// The contact pressure rises with the slope `stiffness`, which is reached at a penetration of a thousandth of the
+    /// facet size.
     #[default]
     Penalty,
-    /// Multipliers are updated after each equilibrium until the distance from the obstacle, averaged over the contact
-    /// pressure, is at most 1e-4 of the facet size; only in static analyses with given load factors. Within this distance,
-    /// forces depend on the load steps, by up to 1 % where few facets touch. Contacts that converge slowly are up to 64 times
-    /// stiffer during the updates.
+    /// Multipliers are updated after each equilibrium until the mean distance from the obstacle, weighted by the
+    /// contact pressure, is at most 1e-4 of the facet size; only in static analyses with given load factors. Within
+    /// this distance, forces depend on the load steps, by up to 1 % where few facets touch. Contacts that converge
+    /// slowly are up to 64 times stiffer during the updates.
     AugmentedLagrange,
 }
 

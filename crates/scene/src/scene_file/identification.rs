@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Value of the scene to differentiate with respect to, or to fit.
+/// Scene value to fit or to differentiate with respect to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Parameter {
     /// Key of the value; for `solid.bulk_modulus` the parameter is 1/κ, so that `inf` is 0.

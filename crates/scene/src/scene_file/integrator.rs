@@ -48,8 +48,8 @@ pub struct IntegratorSettings {
 }
 
 impl Default for IntegratorSettings {
-    /// Settings for three digits over many periods. On undamped vibration the error of Radau IIA is
-    /// about its tolerance; the error of BDF is 10 to 1000 times its tolerance.
+    /// Settings for three digits over many periods. For undamped vibrations, the error of Radau IIA
+    /// is about its tolerance; the error of BDF is 10 to 1000 times its tolerance.
     fn default() -> Self {
         Self {
             method: IntegratorKind::Radau9,
@@ -169,7 +169,7 @@ pub struct OscillatorTolerances {
     /// Absolute tolerance.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub atol: f64,
-    /// Test the error of oscillators.
+    /// Include oscillators in the error test.
     pub in_error_test: bool,
 }
 

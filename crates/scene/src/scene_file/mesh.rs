@@ -17,7 +17,7 @@ pub struct Mesh {
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: f64,
-    /// Uniform refinements; each halves the elements.
+    /// Uniform refinements; each halves the element size.
     #[serde(default)]
     #[schemars(range(max = 6))]
     pub refine: u32,

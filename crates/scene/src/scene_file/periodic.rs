@@ -10,7 +10,7 @@ pub struct Periodic {
     /// Frequency of the motion, Hz [default: the only frequency of the loads].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frequency: Option<f64>,
-    /// Time, s, from which the loads repeat [default: after a number of periods].
+    /// Time, s, from which the loads repeat [default: determined from the loads].
     #[schemars(range(min = 0))]
     pub start_time: Option<f64>,
     /// Number of periods integrated before the search [default: none if harmonic balance finds a start, else 3, then 12 and 48
@@ -27,7 +27,7 @@ pub struct Periodic {
     /// Number of values of each probe.
     #[schemars(range(min = 8, max = 100_000))]
     pub samples: usize,
-    /// Curve of periodic states over a number of the scene, through folds.
+    /// Curve of periodic states as a scene value varies, through folds.
     pub continuation: Option<Continuation>,
 }
 

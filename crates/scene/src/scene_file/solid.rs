@@ -120,7 +120,7 @@ pub struct PrescribedDisplacement {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rotation {
-    /// Angle, rad, counterclockwise seen against the axis.
+    /// Angle, rad, counterclockwise (right-hand rule in space).
     pub angle: Function,
     /// Point of the axis, m.
     #[schemars(length(min = 2, max = 3))]
@@ -147,7 +147,7 @@ pub struct Traction {
     pub spatial_factor: Option<SpatialFactor>,
 }
 
-/// Force on a point with a fixed direction. The displacement of the point itself grows slowly, without limit, as the
+/// Point force with a fixed direction. The displacement of the point itself grows slowly, without limit, as the
 /// mesh is refined.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PointForce {

@@ -32,7 +32,7 @@ impl Source {
     /// Parses TOML; `name` is the name of the file in messages.
     ///
     /// # Errors
-    /// [`InputError`] with line and column for text other than TOML.
+    /// [`InputError`] with line and column for invalid TOML.
     pub fn parse(name: &str, text: &str) -> Result<Self, InputError> {
         let mut source = Self {
             name: name.to_owned(),

@@ -217,7 +217,7 @@ fn no_column(scene: &Scene, i: usize, names: &[String]) -> InputError {
 /// The outputs at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
-    /// Time, s, frequency, Hz, or load factor.
+    /// Time (s), frequency (Hz) or load factor.
     pub t: f64,
     pub values: Vec<f64>,
     /// Derivatives of the outputs with respect to each parameter; empty for a run without sensitivities.
@@ -326,7 +326,7 @@ fn inverted_at_vertices(system: &mut dyn System, t: f64, y: &[f64]) -> Result<()
 }
 
 /// Advances a motion over the ascending `times`. Calls `at` with each time and the nearest time within the last step.
-/// Both differ only at the ends of the run, by rounding errors.
+/// The two differ only at the ends of the run, by rounding errors.
 ///
 /// # Errors
 /// An integration that stops before the last time; errors of `at`.

@@ -14,7 +14,7 @@ use crate::watch::{Watcher, search};
 /// Bodies at neighboring values of a parameter, for a difference quotient.
 struct Neighbors {
     stencil: Stencil,
-    /// Distance of adjacent values.
+    /// Distance between adjacent values.
     step: f64,
     muscles: Vec<Muscle>,
 }

@@ -145,12 +145,12 @@ impl SceneParameter {
             && body.muscle.solid.n_internal() == 0
     }
 
-    /// Returns whether only loads depend on it.
+    /// Returns whether only loads depend on the parameter.
     pub(super) fn affects_loads(&self) -> bool {
         affects_loads(self.table())
     }
 
-    /// Returns the number of its chain, if it belongs to a chain.
+    /// Returns the number of the chain to which the parameter belongs, if any.
     pub(super) fn chain(&self) -> Option<usize> {
         let (number, _) = self.key.strip_prefix("chain[")?.split_once(']')?;
         number.trim().parse().ok()

@@ -68,7 +68,7 @@ impl Abscissa {
         }
     }
 
-    /// Returns the name of its column.
+    /// Returns the name of the variable's column.
     pub fn name(self) -> &'static str {
         match self {
             Self::Time => "t",

@@ -216,8 +216,8 @@ mod tests {
         }
     }
 
-    /// Regression: a range of 10⁹ values used all memory, and a path with `..` was rejected as a
-    /// path.
+    /// Regression: a range of 10⁹ values used all memory, and a path with `..` was rejected as an
+    /// invalid range.
     #[test]
     fn ranges_are_bounded_and_paths_are_not_ranges() {
         assert!(Axis::parse("k=1..2:1000000000").is_err());

@@ -248,7 +248,7 @@ struct Sweep<'a> {
     options: &'a SweepOptions<'a>,
     results: Vec<ResultColumn>,
     cases: &'a [Case],
-    /// Number of successive cases each of which starts from the case before it.
+    /// Number of successive cases in a chain: each except the first starts from the equilibrium of the previous case.
     chain_length: usize,
     /// Number of concurrent cases: the requested number, limited by the number of open files.
     n_threads: NonZeroUsize,

@@ -103,7 +103,7 @@ impl DataError {
         Self { input: self.input.allowed(allowed), ..self }
     }
 
-    /// Describes it with its place.
+    /// Returns the error as invalid input, with the location and the remedy.
     pub(in crate::fit) fn into_input_error(self) -> InputError {
         let mut place = self.file;
         if let Some(line) = self.line {

@@ -10,12 +10,13 @@ use crate::{Error, InputError};
 /// Tolerance for supports that do not match the initial state, relative to its largest displacement. It allows for
 /// rounding errors, because the previous run evaluated the signal at another time.
 const SUPPORTS_AGREE: f64 = 1e-9;
-/// Penetration of the body at rest by rounding, as a fraction of the size of facets.
+/// Penetration of the body at rest that is attributed to rounding, as a fraction of the facet size.
 const TOUCHING: f64 = 1e-6;
 /// Loads and support motions below this fraction of their maximum count as zero at t = 0. It allows
 /// for rounding and for the slope of a spline through rows of zeros.
 const ZERO_AT_START: f64 = 1e-9;
-/// Nodal forces below this fraction of their maximum may act suddenly at t = 0. They cause this fraction of the motion.
+/// Nodal forces below this fraction of their maximum may act suddenly at t = 0. They change the motion by
+/// about this fraction.
 const NEGLIGIBLE_FORCE: f64 = 1e-5;
 /// Number of intervals between the times at which loads and motions are sampled for their maximum.
 const SIZE_TIMES: u32 = 61;
