@@ -72,7 +72,7 @@ def test_the_elements_of_a_map_add_up_to_the_stiffness_of_all(tmp_path):
 
 
 def test_what_cannot_be_identified_is_told_with_its_place():
-    with pytest.raises(myovib.SceneError, match="names no parameter"):
+    with pytest.raises(myovib.SceneError, match="defines no parameters"):
         scene().sensitivity()
     wanted = scene().set("parameter", [{"key": "solid.kapa"}])
     with pytest.raises(myovib.SceneError, match="solid.kapa"):

@@ -245,7 +245,7 @@ fn check_reports_the_cost_of_an_equilibrium() {
         "fields.pvd: u, p in 1 file",
         "inf–sup",
         "body            48.000 by 60.000 m, 1.44e3 m², ",
-        "by linear elasticity the load moves the body by up to ",
+        "according to linear elasticity, the load moves the body by up to ",
         "s per iteration",
     ] {
         assert!(text.contains(words), "{words}: {text}");
@@ -372,7 +372,7 @@ fn run_finds_the_modes_of_a_scene_as_modes_does() {
     let again = with_set(&["run", "init", "--quiet"]);
     assert_eq!(again.code, 2, "{}", again.stderr);
     for (option, reported) in
-        [("--resume", "nothing to continue"), ("--verify", "no error in time")]
+        [("--resume", "nothing to continue"), ("--verify", "no time integration error")]
     {
         let refused = with_set(&["run", "init", "--out", "other", option]);
         assert_eq!(refused.code, 2, "{}", refused.stderr);

@@ -46,7 +46,7 @@ pub enum Command {
     Modes(modes::ModesArgs),
     /// Compute the harmonic response of a scene over frequencies.
     Response(response::ResponseArgs),
-    /// Find the periodic state of a scene under periodic loads, and whether it is stable.
+    /// Find the periodic state of a scene under periodic loads, and determine its stability.
     Periodic(periodic::PeriodicArgs),
     /// Compute the sensitivities of a scene's outputs to its parameters.
     Sensitivity(sensitivity::SensitivityArgs),

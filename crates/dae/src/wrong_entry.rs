@@ -30,7 +30,7 @@ impl std::fmt::Display for WrongEntry {
         write!(
             f,
             "the Jacobian looks wrong: {matrix} has {:.6e} in row {row}, column {column} (counted from 0), \
-             and differences of the residual give {:.6e}",
+             but finite differences of the residual give {:.6e}",
             self.stated, self.quotient
         )
     }

@@ -75,8 +75,7 @@ pub enum FemError {
     SharedPressure { vertex: usize },
     /// Element in two regions with added stress.
     #[error(
-        "element {element} is in two regions with active or viscous stress: use one region \
-         with both"
+        "element {element} is in two regions with active or viscous stress: define both stresses in one region"
     )]
     DuplicateAddedStress { element: usize },
     /// Active or viscous stress in an element with a small-strain law.
@@ -203,8 +202,8 @@ pub enum MshProblem {
     /// Text that does not start with `$MeshFormat`.
     #[error(
         "this is not a Gmsh mesh: it must start with $MeshFormat; convert VTU, VTK, Abaqus and other files in Python, \
-         `myovib.write_mesh(\"NEW.msh\", *myovib.read_mesh(\"FILE\"))`, or UNV by `gmsh FILE -save -format msh41 -o \
-         NEW.msh`; STL and STEP files contain surfaces: mesh their volume by `gmsh -3`"
+         `myovib.write_mesh(\"NEW.msh\", *myovib.read_mesh(\"FILE\"))`, or UNV with `gmsh FILE -save -format msh41 \
+         -o NEW.msh`; STL and STEP files contain surfaces: mesh their volume with `gmsh -3`"
     )]
     NotMsh,
     /// Unexpected end of the file.
@@ -245,8 +244,8 @@ pub enum MshProblem {
     MixedDimensions { tag: u64 },
     /// Node of a plane mesh with z ≠ 0.
     #[error(
-        "node {tag} has z = {z}: a mesh without tetrahedra is plane, parallel to two axes; for a body in space give Gmsh a \
-         volume and mesh it: `gmsh -3`"
+        "node {tag} has z = {z}: a mesh without tetrahedra is plane, parallel to two axes; for a body in space, \
+         define a volume in Gmsh and mesh it with `gmsh -3`"
     )]
     NotPlane {
         tag: u64,
@@ -266,8 +265,8 @@ pub enum MshProblem {
     },
     /// No elements of a body.
     #[error(
-        "the file has {meshed}, but no triangles or tetrahedra: mesh it by `gmsh -2` or `gmsh -3`, and add the tissue to a \
-         `Physical Surface` in the plane or a `Physical Volume` in space, since Gmsh saves only such groups"
+        "the file has {meshed}, but no triangles or tetrahedra: mesh it with `gmsh -2` or `gmsh -3`, and add the \
+         tissue to a `Physical Surface` in the plane or a `Physical Volume` in space, since Gmsh saves only such groups"
     )]
     NoElements {
         /// Parts of the highest dimension.
@@ -275,8 +274,8 @@ pub enum MshProblem {
     },
     /// Element of zero measure.
     #[error(
-        "element {tag} is degenerate: its {} is {measure:e}; mesh the body again by `gmsh -{}`, or delete the element if \
-         two of its nodes are the same and its neighbors fill the body",
+        "element {tag} is degenerate: its {} is {measure:e}; mesh the body again with `gmsh -{}`, or delete the \
+         element if two of its nodes are the same and its neighbors fill the body",
         shape.measure_name,
         shape.dimension
     )]

@@ -112,8 +112,8 @@ pub enum ModelError {
     /// Newton's method found no periodic state.
     #[error(
         "no periodic state: the ends of the period differ by {residual:.1e} of the size of the state, and Newton's \
-         method does not reduce this to {tolerance:.1e}; start nearer to it: use more `periodic.settling_periods`, or \
-         [initial_state] with type = \"equilibrium\" if a part of the loads is constant; or use a smaller `rtol` of \
+         method does not reduce this to {tolerance:.1e}; start closer to it: use more `periodic.settling_periods`, \
+         or [initial_state] with type = \"equilibrium\" if some loads are constant; or use a smaller `rtol` of \
          [integrator], such as {map_error:.0e}, or a larger `periodic.tolerance`"
     )]
     NoPeriodicState {

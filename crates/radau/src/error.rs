@@ -26,8 +26,8 @@ pub enum RadauError {
     },
     /// A step repeated from a checkpoint differs from the recorded run.
     #[error(
-        "the step at t = {t} cannot be repeated exactly: only step the solver between recorded \
-         steps, or store the stages"
+        "the step at t = {t} cannot be repeated exactly: do not modify the solver between recorded steps, or store \
+         the stages"
     )]
     NotRepeated {
         /// Start of the step.
@@ -69,8 +69,8 @@ pub enum RadauError {
     },
     /// The solver was restarted, and the sensitivities of its new values are unknown.
     #[error(
-        "the solver was restarted at t = {t} (reinit, restore or correct_initial_values): continue \
-         sensitivities by ForwardSensitivities::reinit; make a new Recording"
+        "the solver was restarted at t = {t} (reinit, restore or correct_initial_values): continue sensitivities \
+         with ForwardSensitivities::reinit, and create a new Recording"
     )]
     StartedAgain { t: f64 },
     /// The pattern of the Jacobian cannot be analyzed.

@@ -135,7 +135,7 @@ fn stored(
     }
     let Some(mesh) = mesh else {
         let (first, last) = (files[0].0, files[files.len() - 1].0);
-        return Err(InputError::new("no fields are stored in this time")
+        return Err(InputError::new("no fields are stored in this time interval")
             .at("--from, --to")
             .found(format!("{from} to {to} s"))
             .allowed(format!("times from {first} to {last} s"))

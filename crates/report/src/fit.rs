@@ -189,7 +189,7 @@ fn passing(result: &FitResult) -> Option<String> {
     let names = named(result, |j| result.passes_bound(j))?;
     let remedy = match result.profiles.is_empty() {
         true => "use --profile for intervals by profile likelihood",
-        false => "use the interval by profile",
+        false => "use the interval by profile likelihood",
     };
     Some(format!("* the linear interval exceeds a bound of {names}: {remedy}"))
 }

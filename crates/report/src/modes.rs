@@ -78,7 +78,7 @@ pub fn text(modes: &Modes) -> String {
     };
     format!(
         "{}\nModes {}.\n\
-         damping ratio: by α, β, viscosity and foundations, without Prony terms; 1 is critical.\n{masses}",
+         damping ratio: from α, β, viscosity and foundations, without Prony terms; 1 is critical.\n{masses}",
         table.render(colored_stdout()),
         about(modes.preload_time),
     )

@@ -270,7 +270,7 @@ pub(crate) fn instability(directions: usize) -> Option<String> {
         n => format!("small perturbations grow in {n} independent directions"),
     };
     Some(format!(
-        "the equilibrium is not stable: {motions}; compute a damped motion to reach a stable one"
+        "the equilibrium is not stable: {motions}; compute a damped motion to reach a stable equilibrium"
     ))
 }
 

@@ -51,9 +51,9 @@ impl<'a> Range<'a> {
             None => (n, false),
         };
         if is_log && !(low > 0.0 && high > 0.0) {
-            return Err("a logarithmic range has positive ends");
+            return Err("a logarithmic range must have positive ends");
         }
-        let n: usize = n.trim().parse().map_err(|_| "n is a whole number")?;
+        let n: usize = n.trim().parse().map_err(|_| "n must be a whole number")?;
         if !(2..=MAX_VALUES).contains(&n) {
             return Err("n must be from 2 to 100000");
         }

@@ -153,7 +153,7 @@ impl State {
         }
         if others(self.tensions.len(), muscle.models().count()) {
             notes.push(
-                "initial_state.folder: that run has other models of activation; the tensions of this scene start at 0"
+                "initial_state.folder: that run has other activation models; the tensions of this scene start at 0"
                     .to_owned(),
             );
         }

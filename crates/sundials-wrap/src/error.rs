@@ -40,7 +40,7 @@ pub enum Error {
     #[error("this solver does not store checkpoints: build it with IdaBuilder::checkpoints")]
     NoCheckpoints,
     /// The feature cannot be combined with checkpoints, because it is not repeated with the steps of a run.
-    #[error("{what}: not available with checkpoints; integrate up to it, and start again there")]
+    #[error("{what}: not available with checkpoints; integrate up to it, and restart there")]
     NotWithCheckpoints { what: &'static str },
     /// IDAS does not support adjoints of problems of this index.
     #[error(

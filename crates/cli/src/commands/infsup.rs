@@ -196,7 +196,7 @@ fn text(families: &[Family], elements: &'static str) -> String {
     text.push_str(
         "\ninf–sup: the smallest non-zero constant of (27), pressures in the L2 norm, displacements \
          in the H1 seminorm; bounded\nbelow for stable spaces. σ_min(B), the smallest non-zero \
-         singular value, decays for any spaces. not held: pressures\nthat no displacement \
+         singular value, decays for all spaces. not held: pressures\nthat no displacement \
          controls; with one of these and κ = ∞ the pencil is singular and there is no index.\n",
     );
     text

@@ -29,7 +29,7 @@ pub struct PeriodicArgs {
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Continue the branch of periodic states in a value of the scene, including through folds.
+    /// Follow the branch of periodic states as a value of the scene varies, including through folds.
     #[arg(long = "continue", value_name = "KEY=FROM..TO", value_parser = values::key_and_range)]
     pub continued: Option<(String, [f64; 2])>,
 

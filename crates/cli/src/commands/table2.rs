@@ -91,7 +91,7 @@ pub struct Table2Args {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Keep the run folders here, `table2-KEY` for each row.
+    /// Keep the run folders, `table2-KEY` for each row, in this folder.
     #[arg(long, value_name = "DIR", value_parser = values::output_folder)]
     pub out: Option<PathBuf>,
 
@@ -115,7 +115,7 @@ fn max_order(text: &str) -> Result<String, String> {
     }
 }
 
-/// A named point to record at.
+/// Named point at which values are recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum ProbePoint {
     /// Center of the muscle, (0, 0), where the scenes of the rows have their probe.
@@ -262,7 +262,7 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
     // Younger folders may belong to programs about to use them.
     remove_temporary_files(&shared, Duration::from_secs(60));
     let temporary = atomic_file::temporary_folder(&shared);
-    let temporary = temporary.context("cannot make a folder for the runs")?;
+    let temporary = temporary.context("cannot create a folder for the runs")?;
     let folder = args.out.as_deref().unwrap_or(temporary.path());
     let folders = rows.iter().map(|row| row.scene()).collect();
     let _open = FolderRequest::to_add(folder, "table2", folders).open()?;

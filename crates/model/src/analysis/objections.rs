@@ -189,8 +189,8 @@ pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
             readable(size)
         ),
         remedies: vec![Remedy::Scene(
-            "use SI units throughout: loads and moduli in Pa, coordinates in m; such a slender body needs many load \
-             steps",
+            "use SI units throughout: loads and moduli in Pa, coordinates in m; a body that is so flexible needs \
+             many load steps",
         )],
     })
 }

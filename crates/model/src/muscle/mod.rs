@@ -69,7 +69,7 @@ impl Muscle {
             let elements = first.zip(other);
             elements.map(|(a, b)| ModelError::MixedParameters { what, elements: [a, b] })
         };
-        let mixed = mixed("κ = inf beside a finite κ", Parameters::is_incompressible)
+        let mixed = mixed("κ = inf combined with a finite κ", Parameters::is_incompressible)
             .or_else(|| mixed("β > 0 beside β = 0", Parameters::is_damped));
         if let Some(error) = mixed {
             return Err(error);
@@ -152,7 +152,7 @@ impl Muscle {
                     "its tension is given twice"
                 }
                 Some(true) if activation.is_coherent() && is_negative(activation) => {
-                    "its tension is negative: a muscle pulls"
+                    "its tension is negative: a muscle can only pull"
                 }
                 Some(true) => {
                     if let Some(model) = activation.model() {

@@ -52,7 +52,7 @@ impl MuscleDae {
             if matches!(activation, Activation::Given(_)) && tension < 0.0 {
                 let message = format!(
                     "a tension is {tension} Pa at t = {t} s: \
-                     give it a function of time that is not negative"
+                     use a nonnegative function of time"
                 );
                 return Err(StepError::Fatal(message.into()));
             }
@@ -73,7 +73,7 @@ impl MuscleDae {
             let distance = contact.driven_distance(t, 1.0, &self.work.displacement);
             if distance.is_some_and(f64::is_nan) {
                 let message =
-                    format!("the obstacle at the group `{group}` passes the body under its force");
+                    format!("its force moves the obstacle at the group `{group}` past the body");
                 return Err(StepError::Recoverable(message));
             }
         }

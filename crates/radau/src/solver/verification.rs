@@ -71,7 +71,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                     return Err(Failure::Rejected(Rejection {
                         reason: StopReason::ErrorTestFailures,
                         message: format!(
-                            "the first step of size h = {h:e} differs at its middle from a step of half the size"
+                            "the first step of size h = {h:e} differs at its midpoint from a step of half the size"
                         ),
                         step_factor: 0.5,
                     }));

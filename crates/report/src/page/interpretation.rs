@@ -10,7 +10,9 @@ fn volumes(document: &Value) -> String {
     let [smallest, largest] = [0, 1].map(|i| document["volume_ratios"][i].as_f64());
     match (smallest, largest) {
         (Some(smallest), Some(largest)) => {
-            format!(" At the vertices of elements det F was {smallest:.3} to {largest:.3}.")
+            format!(
+                " At the vertices of elements, det F ranged from {smallest:.3} to {largest:.3}."
+            )
         }
         _ => String::new(),
     }
@@ -74,7 +76,7 @@ fn meaning_of_motion(document: &Value) -> String {
     if let Some(drift) = document["constraint_drift"].as_f64() {
         text += &format!(
             "<p>The volume constraint was violated by at most {drift:.1e} \
-             (projected on the pressure's functions)."
+             (projected onto the pressure functions)."
         );
         if document["formulation"] == "velocity" {
             text += " This formulation enforces its derivative, so errors accumulate over time.";
@@ -123,8 +125,8 @@ fn meaning_of_index(index: u64, is_bdf: bool) -> &'static str {
              test may include it"
         }
         (_, false) => {
-            "the multipliers are determined only after differentiation. Radau IIA tests their errors times \
-             a power of the step, as they act on the motion"
+            "the multipliers are determined only after differentiation. Radau IIA multiplies their errors by a \
+             power of the step in the error test, according to their effect on the motion"
         }
         (2, true) => {
             "the multipliers are determined after one differentiation. Their estimated errors do not \

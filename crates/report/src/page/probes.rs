@@ -156,7 +156,7 @@ const EXTREMES: &str = "<th class=\"n\">minimum</th><th class=\"n\">at</th><th c
 const VALUE: &str = "<th class=\"n\">value</th>";
 
 /// Explanation of estimated errors.
-const BY_STEPS: &str = "<p>The errors in time are sums of the error estimates of the steps and not a bound; \
+const BY_STEPS: &str = "<p>The time integration errors are sums of the error estimates of the steps, not bounds; \
      <code>myovib run … --verify</code> measures them.</p>\n";
 
 /// Placeholder for the spectrum and the damping of a curve; hidden without JavaScript.

@@ -46,7 +46,7 @@ pub fn write<W: Write>(
 
 fn frame(figure: &Figure, width: u16, hundredths: u16) -> anyhow::Result<Frame<'static>> {
     let pixmap = raster::pixels(&figure.outlined(), width.into())?;
-    let height = u16::try_from(pixmap.height()).context("the figure is too high for a movie")?;
+    let height = u16::try_from(pixmap.height()).context("the figure is too tall for a movie")?;
     // Pages are opaque, so premultiplied colors equal plain colors.
     let mut rgba = pixmap.take();
     let mut frame = Frame::from_rgba_speed(width, height, &mut rgba, SPEED);

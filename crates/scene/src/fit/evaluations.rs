@@ -78,7 +78,7 @@ fn expect_origin(request: &FolderRequest<'_>) -> Result<(), InputError> {
     let error = InputError::new("the folder contains another fit").at(request.path.display());
     Err(error
         .found(format!("other {}", other.join(", ")))
-        .next("repeat that fit with its arguments and version of the program, or use --overwrite instead of --resume"))
+        .next("repeat that fit with the same arguments and program version, or use --overwrite instead of --resume"))
 }
 
 impl Evaluations {
@@ -132,7 +132,7 @@ impl Evaluations {
         if inputs::content(&path).map_or(0, |bytes| bytes.len()) != *size {
             let error = InputError::new("another process has continued the fit in this folder");
             let error = error.at(folder.path().display());
-            return Err(error.next("resume it again: its evaluations are then known").into());
+            return Err(error.next("resume it again to use the new evaluations").into());
         }
         folder.write(EVALUATIONS, lines)?;
         let file = atomic_file::append(&path).map_err(Error::file("write", &path))?;

@@ -381,7 +381,8 @@ fn expect_bounds(scene: &Parameterized, start: &[f64]) -> Result<(), InputError>
             // The scene's range may be open at its end, so the test point is just inside the bound.
             values[i] += (1.0 - WITHIN) * (bound - start[i]);
             if let Err(error) = scene.at(&values) {
-                let message = format!("`{}` cannot go to this bound", known.label());
+                let message =
+                    format!("the scene is invalid near this bound of `{}`", known.label());
                 let error = InputError::new(message).found(error);
                 return Err(scene.scene.wrong(&format!("parameter[{i}].{key}"), error));
             }

@@ -71,7 +71,7 @@ impl FitResult {
                 "the model does not fit the measurements (residuals {:.1} times the given noise); the search ended",
                 self.misfit()
             ),
-            Outcome::MaxIterations => "stopped at the limit on iterations".to_owned(),
+            Outcome::MaxIterations => "stopped at the iteration limit".to_owned(),
             Outcome::Interrupted => "interrupted".to_owned(),
             Outcome::Failed(message) => format!("failed: {message}"),
         }

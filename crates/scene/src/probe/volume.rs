@@ -50,7 +50,8 @@ impl Kind for Volume {
                 self.group
             ));
             let error = error.next(
-                "state the planes of symmetry, such as symmetry = [\"x\", \"y\"] for planes across x and y, or symmetry = [] to close the volume by the cone",
+                "specify the planes of symmetry, such as symmetry = [\"x\", \"y\"] for planes across x and y, or \
+                 symmetry = [] to close the volume by the cone",
             );
             return Err((".group", InvalidPlace::Input(error)));
         }

@@ -63,7 +63,7 @@ impl Manifest {
             InputError::new("the list of the files in the folder cannot be read")
                 .at(path.display())
                 .found(found)
-                .next("give another folder")
+                .next("choose another folder")
         };
         match fs::symlink_metadata(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),

@@ -212,7 +212,7 @@ impl<'a> FolderRequest<'a> {
             Some(other) if other.header.command != self.command => {
                 let command = &other.header.command;
                 let error = self.wrong(format!("contains results of `myovib {command}`"));
-                Err(error.next("give another folder"))
+                Err(error.next("choose another folder"))
             }
             _ => Ok(found),
         }
@@ -233,12 +233,12 @@ impl<'a> FolderRequest<'a> {
             // A program that was killed before it wrote the manifest leaves its lock.
             (None, Existing::Resume) if !(is_bare(self.path) && self.path.join(LOCK).exists()) => {
                 let error = self.wrong("contains no results to continue".to_owned());
-                return Err(error.next("leave --resume out"));
+                return Err(error.next("omit --resume"));
             }
             _ => {}
         }
         if let Some(name) = self.files.iter().find(|name| name.len() > LONGEST_NAME) {
-            let error = InputError::new("the name of a file is too long").found(name);
+            let error = InputError::new("a file name is too long").found(name);
             return Err(error.allowed(format!("{LONGEST_NAME} bytes")));
         }
         let is_listed = |name: &str| found.as_ref().is_some_and(|found| found.lists(name));
@@ -272,7 +272,7 @@ impl<'a> FolderRequest<'a> {
             let read = self.reads.iter().find(|read| file.is_some() && real(read) == file);
             if let Some(read) = read {
                 let error = self.wrong("contains a file that the command reads".to_owned());
-                return Err(error.found(read.display()).next("give another folder"));
+                return Err(error.found(read.display()).next("choose another folder"));
             }
         }
         Ok(())

@@ -27,7 +27,7 @@ pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String
         }
         Ok(_) => {}
     }
-    let fail = |error| Error::file("go on with", path)(error);
+    let fail = |error| Error::file("continue", path)(error);
     let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(fail)?;
     let n_last = written.last.len();
     let last_starts = written.bytes.saturating_sub(n_last as u64);
@@ -41,7 +41,10 @@ pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String
     let torn = beyond.contains(&0) || beyond.last().is_some_and(|&byte| byte != b'\n');
     let note = torn.then(|| {
         let n = beyond.len();
-        format!("{}: an incomplete end of {n} bytes is removed and computed again", path.display())
+        format!(
+            "{}: the last {n} bytes are incomplete: they are removed and computed again",
+            path.display()
+        )
     });
     truncate(&file, written.bytes).map_err(fail)?;
     file.seek(SeekFrom::End(0)).map_err(fail)?;

@@ -369,7 +369,7 @@ impl<P> Observer<P> for StepLimit {
             Some(most) if steps >= most && step.to < self.t_end => {
                 ControlFlow::Break(Outcome::ended(
                     EndReason::MaxSteps,
-                    format!("{steps} steps, as many as allowed; reached t = {}", step.to),
+                    format!("the limit of {steps} steps was reached at t = {}", step.to),
                 ))
             }
             _ => ControlFlow::Continue(()),

@@ -119,7 +119,7 @@ pub(crate) fn expect_one_equilibrium(scene: &Scene) -> Result<(), InputError> {
     }
     if scene.file.loading_path.is_some() {
         let error = InputError::new("a loading path starts from the unloaded body");
-        return Err(error.next("remove the table [static], or leave --from-neighbor out"));
+        return Err(error.next("remove the table [static], or omit --from-neighbor"));
     }
     Ok(())
 }
@@ -134,7 +134,9 @@ fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
         _ if options.existing == Existing::Resume => {
             wrong("--resume", "there is nothing to continue", "compute them again with --overwrite")
         }
-        _ if options.verify => wrong("--verify", "it has no error in time", "leave --verify out"),
+        _ if options.verify => {
+            wrong("--verify", "there is no time integration error", "omit --verify")
+        }
         _ => Ok(()),
     }
 }

@@ -87,7 +87,8 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     };
     let is_path = scene.file.loading_path.is_some();
     let from_rest = (options.neighbor.is_some() && !end.is_continued).then(|| {
-        "the search starts from the unloaded body: the case before has no equilibrium of this mesh, or it is too far away"
+        "the search starts from the unloaded body: the previous case has no equilibrium on this mesh, or it is too \
+         far away"
             .to_owned()
     });
     let critical = is_path.then(|| note_of(&end.critical_points)).flatten();

@@ -23,7 +23,7 @@ pub(super) fn error_estimate(
     options: &RunOptions<'_>,
 ) -> Result<Option<Value>, Error> {
     let folder = atomic_file::temporary_folder(&options.out);
-    let mut folder = folder.map_err(Error::file("make a folder in", &options.out))?;
+    let mut folder = folder.map_err(Error::file("create a folder in", &options.out))?;
     let mut looser = scene.with_looser_tolerances();
     looser.file.fields = None; // only the tables are compared
     let again = RunOptions {

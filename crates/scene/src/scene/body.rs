@@ -315,10 +315,10 @@ impl Builder<'_> {
             let differs = |which: fn(&Parameters) -> bool| which(&one) != which(&first);
             let (key, problem) = match () {
                 () if differs(Parameters::is_incompressible) => {
-                    ("bulk_modulus", "bulk_modulus = inf beside a finite one")
+                    ("bulk_modulus", "bulk_modulus = inf combined with a finite value")
                 }
                 () if differs(Parameters::is_damped) => {
-                    ("rayleigh_stiffness", "rayleigh_stiffness > 0 beside 0")
+                    ("rayleigh_stiffness", "rayleigh_stiffness > 0 combined with 0")
                 }
                 () => {
                     parameters.push(one);

@@ -79,7 +79,7 @@ impl<'a> Builder<'a> {
         if length > 0.0 && length.is_finite() {
             return Ok(vector.map(|x| x / length));
         }
-        let error = InputError::new("a direction needs a length");
+        let error = InputError::new("a direction must be a finite nonzero vector");
         Err(self.wrong(path, error.found(format!("{values:?}"))))
     }
 

@@ -142,7 +142,7 @@ impl Builder<'_> {
         let [from, to] = corners;
         for (key, found) in [("from", from.len()), ("to", to.len()), ("points", points.len())] {
             if found != dimension {
-                let error = InputError::new("a grid has one number for each axis of the body")
+                let error = InputError::new("a grid requires one number for each axis of the body")
                     .found(format!("{found} numbers"))
                     .allowed(format!("{dimension}"));
                 return Err(self.wrong(&format!("{path}.{key}"), error));

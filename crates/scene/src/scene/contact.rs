@@ -34,7 +34,7 @@ impl Builder<'_> {
                     other.force.is_some() && other.group == contact.group
                 };
                 if contact.force.is_some() && file.contact[..i].iter().any(is_second) {
-                    let error = InputError::new("two forces press obstacles on this group")
+                    let error = InputError::new("two forces press obstacles against this group")
                         .next("select a group for each obstacle");
                     return Err(self.wrong(&format!("{path}.group"), error));
                 }
@@ -51,7 +51,8 @@ impl Builder<'_> {
                     Contact::new(solid, &contact.group, obstacle, contact.stiffness, motion);
                 let contact = self.at(&format!("{path}.group"), contact)?;
                 if contact.faces_away() {
-                    let error = InputError::new("the obstacle is on the wrong side of the group: it cannot press on it")
+                    let error = "the obstacle is on the wrong side of the group: it cannot press against it";
+                    let error = InputError::new(error)
                         .next("the normal of a plane points from the obstacle to the body; the group must face the obstacle");
                     return Err(self.wrong(&side_key, error));
                 }
@@ -85,7 +86,7 @@ impl Builder<'_> {
         match (contact.friction, contact.slip_velocity) {
             (0.0, None) => Ok(None),
             (0.0, Some(_)) => {
-                let error = InputError::new("a slip velocity belongs to friction");
+                let error = InputError::new("a slip velocity requires friction");
                 let error = error.next("add `friction`, or remove `slip_velocity`");
                 Err(self.wrong(&path("slip_velocity"), error))
             }
@@ -97,7 +98,7 @@ impl Builder<'_> {
                 Err(self.wrong(&path("friction"), error))
             }
             (_, None) => {
-                let error = InputError::new("friction needs a slip velocity")
+                let error = InputError::new("friction requires a slip velocity")
                     .next("add `slip_velocity`, a hundredth of the expected velocities");
                 Err(self.wrong(&path("friction"), error))
             }
@@ -133,7 +134,7 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<ObstacleMotion, InputError> {
         if contact.direction.is_some() {
-            let error = InputError::new("the direction of an obstacle belongs to its force")
+            let error = InputError::new("the direction of an obstacle requires a force")
                 .next("add `force`, or give the displacement as x, y, z");
             return Err(self.wrong(&format!("{path}.direction"), error));
         }
@@ -182,7 +183,7 @@ impl Builder<'_> {
             return Err(self.wrong(&format!("{path}.{}", NAMES[axis]), error));
         }
         let Some(direction) = &contact.direction else {
-            let error = InputError::new("the force of an obstacle needs its direction")
+            let error = InputError::new("the force of an obstacle requires a direction")
                 .next("add `direction`, for example [0.0, -1.0]");
             return Err(self.wrong(path, error));
         };

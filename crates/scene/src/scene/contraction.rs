@@ -204,9 +204,10 @@ impl Builder<'_> {
         match values.find(|(_, tension)| *tension < 0.0) {
             None => Ok(()),
             Some((t, tension)) => {
-                let error = InputError::new("a muscle pulls: its tension cannot be negative")
-                    .found(format!("{tension:e} Pa at t = {t} s"))
-                    .allowed("0 Pa or more at all times");
+                let error =
+                    InputError::new("a muscle can only pull: its tension cannot be negative")
+                        .found(format!("{tension:e} Pa at t = {t} s"))
+                        .allowed("0 Pa or more at all times");
                 Err(self.wrong(path, error))
             }
         }

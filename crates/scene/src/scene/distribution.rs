@@ -142,7 +142,7 @@ impl Builder<'_> {
         if [1, 3].contains(&field.components) {
             return Ok(field);
         }
-        let error = InputError::new(format!("the nodal field `{name}` is not a factor"))
+        let error = InputError::new(format!("the nodal field `{name}` cannot be a factor"))
             .found(format!("{} values at each node", field.components))
             .allowed("one for all components, or three, one for each");
         Err(self.wrong(key, error))

@@ -30,7 +30,7 @@ impl Builder<'_> {
         for (i, wanted) in file.feedback.iter().enumerate() {
             let path = format!("feedback[{i}]");
             let Some(body) = body else {
-                let error = InputError::new("a feedback needs a body to stiffen")
+                let error = InputError::new("a feedback requires a body")
                     .next("add a [mesh] with [solid], or remove [[feedback]]");
                 return Err(self.wrong(&path, error));
             };

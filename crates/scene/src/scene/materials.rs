@@ -39,7 +39,7 @@ impl Builder<'_> {
         let of_the_rest = numbered().filter(|(_, material)| material.group.is_none());
         if let Some((i, _)) = of_the_rest.clone().nth(1) {
             let error = InputError::new("a second material has no group")
-                .next("select elements for it by `group`");
+                .next("select its elements with `group`");
             return Err(self.wrong(&format!("material[{i}]"), error));
         }
         for (i, material) in of_groups.chain(of_the_rest) {
@@ -78,8 +78,9 @@ impl Builder<'_> {
                     _ => self.set_factors::<3>(all, mesh, &members, factor, &path)?,
                 }
                 if material.prony.as_ref().is_some_and(|terms| !terms.is_empty()) {
-                    let error = InputError::new("a material with `prony` has no `spatial_factor`")
-                        .next("use `viscosity`, or several materials with different constants");
+                    let error =
+                        InputError::new("a material with `prony` cannot have a `spatial_factor`")
+                            .next("use `viscosity`, or several materials with different constants");
                     return Err(self.wrong(&format!("{path}.spatial_factor"), error));
                 }
             }
@@ -194,7 +195,7 @@ impl Builder<'_> {
             return Ok(());
         }
         let error = InputError::new("the material has no stiffness: all its moduli are 0")
-            .next(format!("set one above 0: {}", names.join(", ")));
+            .next(format!("set at least one of them above 0: {}", names.join(", ")));
         Err(self.wrong(path, error))
     }
 
@@ -325,7 +326,7 @@ fn about_field(error: FemError, mesh: &Mesh) -> InputError {
                 place.and_then(|n| mesh.coordinates().get(dimension * n..dimension * (n + 1)));
             let missing = vector.iter().any(|x| x.is_nan());
             let problem = match missing {
-                true => "missing or no number",
+                true => "missing or not a number",
                 false => problem,
             };
             InputError::new(format!(

@@ -99,7 +99,7 @@ impl Builder<'_> {
             }
         }
         if !region.radii.iter().all(|&radius| radius > 0.0) {
-            let error = InputError::new("the half axes of a region must be positive lengths")
+            let error = InputError::new("the semi-axes of a region must be positive lengths")
                 .found(format!("{:?}", region.radii))
                 .allowed("numbers greater than 0, m");
             return Err(self.wrong(&format!("{path}.radii"), error));

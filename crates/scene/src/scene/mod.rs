@@ -436,7 +436,7 @@ impl Scene {
         }
         match file.analysis {
             analysis if analysis.is_in_time() && file.time.is_none() => {
-                let error = InputError::new("the analysis needs its time interval")
+                let error = InputError::new("the analysis requires a time interval")
                     .next("add a table [time] with `end`, in s")
                     .next("or set `analysis` to \"static\", \"modes\" or \"response\"");
                 return Err(builder.wrong("", error));

@@ -111,7 +111,7 @@ impl Builder<'_> {
         match (&chain.at, body, file.rod.is_some()) {
             (Some(Place::Position(_)), _, true) | (None, ..) => {}
             (Some(Place::Position(_)), _, false) => {
-                let error = InputError::new("a position needs a rod, and the scene has none")
+                let error = InputError::new("a position requires a rod, but the scene has no rod")
                     .next("for a muscle, write the point as a list of its coordinates");
                 return Err(self.wrong(&place, error));
             }
@@ -132,7 +132,7 @@ impl Builder<'_> {
         if n > MAX_OSCILLATORS {
             let error = InputError::new("too many oscillators")
                 .found(format!("{} at each of {n_places} places", chain.oscillators))
-                .allowed(format!("{MAX_OSCILLATORS} of all places"));
+                .allowed(format!("at most {MAX_OSCILLATORS} at all places"));
             return Err(self.wrong(&format!("{path}.oscillators"), error));
         }
         let detuning = Detuning {

@@ -37,15 +37,17 @@ impl Builder<'_> {
         parameters: &[Parameters],
     ) -> Result<(), InputError> {
         if parameters.iter().any(|own| own.alpha > 0.0 || own.beta > 0.0) {
-            let error = InputError::new("a quasi-static analysis has no Rayleigh damping")
-                .next("set rayleigh_mass and rayleigh_stiffness to 0; use `viscosity` or `prony`");
+            let error = InputError::new(
+                "a quasi-static analysis does not support Rayleigh damping",
+            )
+            .next("set rayleigh_mass and rayleigh_stiffness to 0; use `viscosity` or `prony`");
             return Err(self.wrong("solid", error));
         }
         match formulation {
             Formulation::Position | Formulation::Displacement => Ok(()),
             _ => {
                 let error =
-                    InputError::new("a quasi-static analysis does not use this formulation")
+                    InputError::new("a quasi-static analysis does not support this formulation")
                         .found(formulation.name())
                         .allowed("position, displacement");
                 Err(self.wrong("solid.formulation", error))
@@ -64,7 +66,7 @@ impl Builder<'_> {
             Some(t) => {
                 let error = InputError::new("a load or tension jumps in a quasi-static analysis")
                     .found(format!("a jump at t = {t} s"))
-                    .next("give it a short `rise`, or rows of a table with different times");
+                    .next("give the step a short `rise`, or the rows of the table different times");
                 let tree = serde_json::to_value(file).unwrap_or_default();
                 let step = first_jump(&tree, "", self.t_end);
                 Err(self.wrong(step.as_deref().unwrap_or("analysis"), error))

@@ -45,7 +45,7 @@ fn waves(file: &SceneFile, body: &Body) -> Option<String> {
     (PER_WAVE * edge > wave).then(|| {
         format!(
             "at {frequency:.4} Hz, shear waves are about {wave:.2e} m long, and elements up to {edge:.2e} m: refine the mesh to \
-             about four elements for a wave"
+             about four elements per wavelength"
         )
     })
 }

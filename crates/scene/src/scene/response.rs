@@ -9,7 +9,7 @@ impl Builder<'_> {
     /// Rejects a response without valid frequencies.
     pub(super) fn response(&self, file: &SceneFile) -> Result<(), InputError> {
         let Some(response) = &file.response else {
-            let error = InputError::new("a response needs its frequencies").next(
+            let error = InputError::new("a response requires frequencies").next(
                 "add a table [response] with `frequencies`, Hz, or use --frequencies 1..60:120",
             );
             return Err(self.wrong("analysis", error));
@@ -36,7 +36,8 @@ impl Builder<'_> {
         if file.analysis != Analysis::Response || preload.is_none() {
             return Ok(());
         }
-        let error = InputError::new("viscous stresses of small strains need a response about rest");
+        let error =
+            InputError::new("viscous stresses of small-strain laws require a response about rest");
         let error = error.next(
             "remove response.preload_time, which has no effect on a linear law, or use neo-hooke",
         );

@@ -50,20 +50,20 @@ impl Builder<'_> {
         }
         if !file.feedback.is_empty() {
             return wrong(
-                "a body with feedback starts at rest",
+                "a body with feedback must start at rest",
                 "remove [initial_state], or the feedback",
             );
         }
         let of_equilibrium = matches!(start, InitialState::Equilibrium);
         if file.analysis == Analysis::QuasiStatic && !of_equilibrium {
             return wrong(
-                "a quasi-static motion starts without load or in equilibrium",
+                "a quasi-static motion must start without load or in equilibrium",
                 "give [initial_state] type = \"equilibrium\", or remove it",
             );
         }
         if chains_that_act(file).next().is_some() && !of_equilibrium {
             return wrong(
-                "a body whose tension follows a coherence starts at rest or in equilibrium",
+                "a body whose tension follows a coherence must start at rest or in equilibrium",
                 "give [initial_state] type = \"equilibrium\", or remove it",
             );
         }

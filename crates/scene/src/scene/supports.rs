@@ -263,8 +263,9 @@ impl Builder<'_> {
         };
         match unfit {
             Some(objection) => {
-                let error =
-                    InputError::new(format!("the displacement cannot follow this: {objection}"));
+                let error = InputError::new(format!(
+                    "the displacement cannot follow this function of time: {objection}"
+                ));
                 Err(self.wrong(path, error))
             }
             None => Ok(signal),
@@ -313,8 +314,9 @@ impl Builder<'_> {
         if axis < dimension {
             return Ok(());
         }
-        let error = InputError::new("a plane body has no z component: its mesh is of triangles")
-            .allowed("x, y");
+        let error =
+            InputError::new("a plane body has no z component: its mesh consists of triangles")
+                .allowed("x, y");
         Err(self.wrong(path, error))
     }
 }

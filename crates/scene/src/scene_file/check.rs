@@ -231,7 +231,7 @@ impl<'s> Checker<'s> {
                     format!("{} to {} entries", least.unwrap_or(0), most.unwrap_or(usize::MAX))
                 }
             };
-            let error = InputError::new(format!("the list `{path}` has a wrong length"))
+            let error = InputError::new(format!("the list `{path}` has the wrong length"))
                 .found(format!("{} entries", entries.len()))
                 .allowed(describe(allowed, schema));
             return Err(Problem::new(path, error));
@@ -240,7 +240,7 @@ impl<'s> Checker<'s> {
             |&i: &usize| schema["uniqueItems"] == true && entries[..i].contains(&entries[i]);
         if let Some(i) = (1..entries.len()).find(again) {
             let error = InputError::new(format!("{} is in the list `{path}` twice", entries[i]))
-                .next("name it once");
+                .next("list it once");
             return Err(Problem::new(&entry(path, i), error));
         }
         entries

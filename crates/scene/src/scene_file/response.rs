@@ -118,7 +118,7 @@ const TOLERANCE: f64 = 1e-3;
 /// Reads `adaptive` or `adaptive:1e-3`.
 fn adaptive([low, high]: [f64; 2], spacing: &str) -> Result<Grid, &'static str> {
     if !(0.0 <= low && low < high) {
-        return Err("an adaptive range ascends from 0 Hz or more");
+        return Err("an adaptive range must ascend from 0 Hz or more");
     }
     let tolerance = match spacing.strip_prefix("adaptive").unwrap_or_default() {
         "" => Some(TOLERANCE),
@@ -126,7 +126,7 @@ fn adaptive([low, high]: [f64; 2], spacing: &str) -> Result<Grid, &'static str> 
     };
     match tolerance.filter(|tolerance| (1e-8..=0.5).contains(tolerance)) {
         Some(tolerance) => Ok(Grid::Adaptive(Adaptive { range: [low, high], tolerance })),
-        None => Err("the tolerance of adaptive frequencies is between 1e-8 and 0.5"),
+        None => Err("the tolerance of adaptive frequencies must be between 1e-8 and 0.5"),
     }
 }
 

@@ -79,7 +79,10 @@ impl SceneParameter {
             let wrong = |error| scene.wrong(&format!("parameter[{i}].key"), error);
             let one = known(scene, &values, wanted).map_err(wrong)?;
             if one.table() == "prescribed_displacement" && !scene.chains.is_empty() {
-                let error = InputError::new(format!("`{}` may drive a chain", one.key));
+                let error = InputError::new(format!(
+                    "`{}` cannot be a parameter: it may drive a chain",
+                    one.key
+                ));
                 return Err(wrong(error.next("keep it fixed, or remove [[chain]]")));
             }
             if parameters.iter().any(|other| other.key == one.key) {

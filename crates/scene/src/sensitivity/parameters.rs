@@ -38,7 +38,7 @@ impl Parameterized {
             return Err(feature.at(&it.scene, &path));
         }
         if it.parameters.is_empty() {
-            let error = InputError::new("the scene names no parameter");
+            let error = InputError::new("the scene defines no parameters");
             let next = "add [[parameter]] with key = \"material[0].c10\", for example";
             return Err(it.scene.wrong("", error.next(next)));
         }

@@ -284,7 +284,8 @@ impl Sweep<'_> {
         let is_continued = self.record(case)?.result["is_continued"] == true;
         (!is_continued).then(|| {
             format!(
-                "case {}: the search started from the unloaded body and may have left the branch of the case before; \
+                "case {}: the search started from the unloaded body and may have left the branch of the previous \
+                 case; \
                  choose closer values of the last key",
                 case.number + 1
             )

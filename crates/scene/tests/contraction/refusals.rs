@@ -54,12 +54,12 @@ fn invalid_contractions_are_rejected_with_their_key() {
         (
             "bulk_modulus = 3e5",
             "bulk_modulus = inf",
-            ["bulk_modulus = inf beside a finite one", "`bulk_modulus`"],
+            ["bulk_modulus = inf combined with a finite value", "`bulk_modulus`"],
         ),
         (
             "bulk_modulus = 3e5",
             "rayleigh_stiffness = 1e-3",
-            ["rayleigh_stiffness > 0 beside 0", "`rayleigh_stiffness`"],
+            ["rayleigh_stiffness > 0 combined with 0", "`rayleigh_stiffness`"],
         ),
         (
             "bulk_modulus = 3e5",

@@ -38,7 +38,7 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
         (&["material[7].c10"], "", "the scene has no number `material[7].c10`"),
         (&["mesh.refine"], "", "`mesh.refine` cannot be a parameter"),
         (&["traction[0].y"], "", "a table with "),
-        (&[], "", "the scene names no parameter"),
+        (&[], "", "the scene defines no parameters"),
         (&["material[0].c10", "material.0.c10"], "", "duplicate parameter `material[0].c10`"),
         (&["chain[0].seed"], "[[chain]]\n", "`chain[0].seed` cannot be differentiated"),
         (
@@ -127,7 +127,7 @@ fn parameters_that_end_the_rest_at_the_start_are_refused() {
     let it = Parameterized::load(&path, &more).unwrap();
     let message = it.dependences(&it.values()).unwrap_err().to_string();
     for part in [
-        "another `traction[0].y.phase` loads the body at t = 0",
+        "a change of `traction[0].y.phase` loads the body at t = 0",
         "key = \"traction[0].y.phase\"",
         "or start in equilibrium with them",
     ] {

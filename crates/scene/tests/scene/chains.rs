@@ -88,7 +88,7 @@ fn chains_without_elements_are_refused() {
     for (from, to, messages) in [
         ("elements = \"muscle\"", "elements = \"muscles\"", ["muscles", "muscle"]),
         ("elements = \"muscle\"", "elements = \"left\"", ["left", "contains no tetrahedra"]),
-        ("oscillators = 4", "oscillators = 900000", ["too many oscillators", "of all places"]),
+        ("oscillators = 4", "oscillators = 900000", ["too many oscillators", "at all places"]),
         ("[fields]", feedback, ["act on their own elements", "remove `group`"]),
     ] {
         let found = refusal(from, to);
@@ -248,7 +248,7 @@ fn tensions_that_cannot_follow_a_chain_are_refused() {
         (
             "quantities = [\"u\", \"tension\"]",
             "quantities = [\"u\"]\n[initial_state]\ntype = \"velocity\"\nvalue = [0.0, 0.0, 1.0]",
-            ["starts at rest", "[initial_state]"],
+            ["must start at rest", "[initial_state]"],
         ),
         (
             "fiber = \"fiber\"",

@@ -191,9 +191,13 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
     assert_eq!(found("", ""), "accepted");
     for (line, to, message) in [
         // The field lacks a node, is zero at a node, or has another number of components.
-        ("3\n5\n1 1 0 0\n", "3\n4\n", "`f0` is missing or no number at the vertex [0.0, 0.0, 0.0]"),
+        (
+            "3\n5\n1 1 0 0\n",
+            "3\n4\n",
+            "`f0` is missing or not a number at the vertex [0.0, 0.0, 0.0]",
+        ),
         ("4 1 0 0\n", "4 0 0 0\n", "`f0` is zero at the vertex [0.0, 0.0, 1.0]"),
-        ("4 1 0 0\n", "4 nan 0 0\n", "no number at the vertex [0.0, 0.0, 1.0]"),
+        ("4 1 0 0\n", "4 nan 0 0\n", "not a number at the vertex [0.0, 0.0, 1.0]"),
         ("\"f0\"", "\"f1\"", "the mesh has no nodal field `f0`"),
         // A triangle other than the faces of tetrahedra.
         ("1 1 2 3\n", "1 1 2 5\n", "is not a face of any tetrahedron"),

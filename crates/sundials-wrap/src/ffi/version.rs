@@ -28,7 +28,7 @@ mod of_version {
 
     const _: () = assert!(
         sys::SUNDIALS_VERSION_MAJOR == 6,
-        "the bindings are of another SUNDIALS than its headers"
+        "the bindings and the headers belong to different versions of SUNDIALS"
     );
 
     /// Code of an unrecoverable failure of a linear solver.
@@ -41,7 +41,7 @@ mod of_version {
 
     const _: () = assert!(
         sys::SUNDIALS_VERSION_MAJOR == 7,
-        "the bindings are of another SUNDIALS than its headers"
+        "the bindings and the headers belong to different versions of SUNDIALS"
     );
 
     /// Code of an unrecoverable failure of a linear solver.

@@ -44,7 +44,7 @@ impl<P: Problem> IdaSolver<P> {
             ConsistencyMode::AlgebraicAndDerivatives => InitialUnknowns::AlgebraicAndDerivatives,
             ConsistencyMode::States => InitialUnknowns::States,
             ConsistencyMode::Constraints => return self.project_onto_constraints(t_first),
-            other => unreachable!("{other:?} is no mode of this version"),
+            other => unreachable!("{other:?} is not a mode of this version"),
         };
         let result = self.ida.set_id(&differential(&self.kinds));
         self.refused(result)?;

@@ -41,10 +41,9 @@ use myovib_scene::{Body, Scene, plain};
     myovib check scene.toml --set solid.bulk_modulus=inf --json\n\n\
     Prints each block of unknowns with its index, and whether the integrator tests its error; the \
     size of the body; the index of the system; how well the pressures are controlled (inf–sup); the start; \
-    eigenfrequencies; the first steps \
-    of the run, tried for a second; then warnings with what to change. For an equilibrium: the displacement \
-    according to linear elasticity, and the time per iteration. Blocks are named as in the table; to exclude lambda \
-    from the error test, use `--set 'integrator.error_test.exclude=[\"p\"]'`.\n\n\
+    eigenfrequencies; the first steps of the run, computed as a trial of one second; then warnings with suggested \
+    changes. For an equilibrium: the displacement according to linear elasticity, and the time per iteration. To \
+    exclude the pressure p from the error test, use `--set 'integrator.error_test.exclude=[\"p\"]'`.\n\n\
     Writes no files. Warnings do not change the exit code.")]
 pub struct CheckArgs {
     /// Scene: a TOML file or the name of a built-in scene.
@@ -264,7 +263,7 @@ fn added(file: &SceneFile) -> Vec<String> {
             format!("material        {place}: stress relaxes, g = {g:e}, τ = {tau:e} s")
         }));
         lines.extend(material.active.as_ref().map(|active| match active.tension {
-            Tension::Given { .. } => format!("contraction     {place}: by a given tension"),
+            Tension::Given { .. } => format!("contraction     {place}: by a prescribed tension"),
             Tension::Coherence {
                 ref chain,
                 at_zero_coherence: zero,
@@ -326,7 +325,7 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     let slow: Vec<String> = report.slow_modes.iter().map(|f| format!("{f:.2}")).collect();
     let drive = match report.drive {
         Some(f) => format!("the load at {f} Hz"),
-        None => "no load that vibrates".to_owned(),
+        None => "no oscillating load".to_owned(),
     };
     lines.push(match slow.is_empty() {
         true if report.too_large_for_modes => {
@@ -345,7 +344,8 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     });
     if body.muscle.solid.laws().iter().any(|law| law.is_one_sided_at_rest()) {
         lines.push(
-            "fibers          resist tension only; the modes at rest take all of them for stretched, so motions are slower"
+            "fibers          resist tension only; the modes at rest treat all of them as stretched, so motions are \
+             slower"
                 .to_owned(),
         );
     }

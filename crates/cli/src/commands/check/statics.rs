@@ -22,7 +22,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     let moved = report.linear_displacement.filter(|u| *u > 0.0);
     lines.extend(moved.map(|u| {
         format!(
-            "response        by linear elasticity the load moves the body by up to {} m",
+            "response        according to linear elasticity, the load moves the body by up to {} m",
             readable(u)
         )
     }));
@@ -43,7 +43,8 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
 
 /// Returns the findings for the JSON document. `inf_sup` and `nullity` are null if there are too many pressures to compute them
 /// within seconds; `factors` is null if not known before the run. `linear_displacement` is the maximum displacement under the
-/// full load by linear elasticity, m; null for a body that is too large for this computation or not sufficiently supported.
+/// full load according to linear elasticity, m; null for a body that is too large for this computation or not
+/// sufficiently supported.
 /// `seconds_per_iteration` is CPU time, s: predicted for a body that is too large for a trial; null for a body that is not
 /// sufficiently supported.
 pub(super) fn document(report: &StaticReport) -> Value {

@@ -26,10 +26,10 @@ use crate::values;
     myovib sweep scene.toml --vary solid.bulk_modulus=1e4,1e5,inf --case 2/3\n  \
     myovib sweep scene.toml --vary solid.bulk_modulus=1e4..1e6:12:log --slurm jobs.sh --per-task 2\n\n\
     A range lo..hi:n has n equally spaced values from lo to hi; with :log, their logarithms are equally spaced.\n\n\
-    The scenes of all cases are read before one is computed: a wrong value is an error. The table, with a row for each \
-    case, goes to standard output and to sweep.csv and sweep.json in the folder, and report.html shows it with the curves. A case that fails when it is run is a row \
-    with its message. Repeating the command computes only missing cases: those that failed, and \
-    those whose scene, mesh, tables or program have changed.\n\n\
+    The scenes of all cases are read before any case is computed: an invalid value is an error. The table, with a \
+    row for each case, goes to standard output and to sweep.csv and sweep.json in the folder, and report.html shows \
+    it with the curves. A case that fails during its run becomes a row with its message. Repeating the command \
+    computes only missing cases: those that failed, and those whose scene, mesh, tables or program have changed.\n\n\
     The exit code is 0 if every case was recorded, including failed ones.")]
 pub struct SweepArgs {
     /// Scene: a TOML file or the name of a built-in scene.
@@ -133,6 +133,6 @@ fn print_notes(cases: &[String]) {
     }
     if cases.len() > MAX_LISTED {
         let more = cases.len() - MAX_LISTED;
-        output::note(&format!("{more} more; run.json of each case has its notes"));
+        output::note(&format!("{more} more; run.json of each case contains its notes"));
     }
 }

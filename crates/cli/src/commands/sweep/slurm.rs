@@ -34,7 +34,7 @@ pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
     let out = quoted(&args.out.display().to_string());
     let script = format!(
         "{JOB_SCRIPT}\
-         # {n} cases, {per_task} a task. Submit it with sbatch.\n\
+         # {n} cases, {per_task} per task. Submit it with sbatch.\n\
          # Submit it again when tasks were killed or failed: completed cases are not computed again.\n\
          # When all have ended, run this script with --collect: it writes the table.\n\
          #SBATCH --job-name=myovib\n\

@@ -57,7 +57,7 @@ pub(super) fn write_and_print(
     text.push('\n');
     if let Some(Verdict { settled, .. }) = results.iter().find_map(|result| result.verdict) {
         text += &format!(
-            "locked: the centroid slips less than {} turns against the drive in the last {} s, and \
+            "locked: the centroid slips less than {} turns relative to the drive in the last {} s, and \
              |χ| ≥ {}\n",
             args.slip, settled.window, args.coherence
         );

@@ -88,7 +88,7 @@ fn notes(rows: &[RowResult]) -> String {
         false => "",
     };
     format!(
-        "\nq v λ μ: perturbation index of each block. gap: the narrowest between values treated \
+        "\nq v λ μ: perturbation index of each block. gap: the narrowest gap between values treated \
          as zero and as nonzero;\nthree decades are decisive. samples: meshes of {} triangles, random \
          states: {}.{remark}\n\n",
         meshes.join(", "),
@@ -116,7 +116,7 @@ fn toward_limit(limit: &[(Case, IndexReport)]) -> String {
             )
         }
     };
-    format!("(29) on the way to κ → ∞, β → 0{found}:\n")
+    format!("(29) as κ → ∞, β → 0{found}:\n")
 }
 
 /// Formats the comparison of (34) in COMSOL's discretization with (33).
@@ -131,7 +131,7 @@ pub(super) fn counterexample(matching: &Solution, richer: &Solution) -> String {
         ("error of q", Right),
     ]);
     for (name, solution) in
-        [("linear, as the pressure: (33)", matching), ("quadratic: (34) as in COMSOL", richer)]
+        [("linear, like the pressure: (33)", matching), ("quadratic: (34) as in COMSOL", richer)]
     {
         table.row([
             name.into(),

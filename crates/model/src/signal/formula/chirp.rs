@@ -95,7 +95,7 @@ impl TimeFunction for Chirp {
     fn objection(&self) -> Option<Objection> {
         (self.duration <= 0.0).then(|| Objection {
             key: "duration",
-            problem: "the sweep takes no time",
+            problem: "the sweep has no duration",
             found: format!("duration = {}", self.duration),
             allowed: "a positive time, s",
             next: "for a single frequency, use { type = \"sine\", amplitude = ..., frequency = ... }",

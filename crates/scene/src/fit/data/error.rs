@@ -51,7 +51,7 @@ impl DataProblem {
     /// Returns the remedy, or an empty text.
     fn remedy(self) -> &'static str {
         match self {
-            Self::NotUtf8 => "save the file with the encoding UTF-8",
+            Self::NotUtf8 => "save the file as UTF-8",
             Self::UnsupportedColumn => {
                 "convert the measurements to the output's unit and meaning, then remove the column"
             }

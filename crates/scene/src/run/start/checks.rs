@@ -90,7 +90,7 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
             keys.join(", ")
         ))
         .next(
-            "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by a step: \
+            "start them gradually: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by a step: \
              y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
         );
         let error = match loads.is_empty() && !others.is_empty() {
@@ -126,7 +126,7 @@ fn sudden_loads(body: &Body) -> (Vec<&str>, Vec<&str>) {
         contact.sums(0.0, 1.0, &rest).penetration > TOUCHING * contact.facet_size()
     };
     if body.muscle.contacts.iter().any(enters) {
-        others.push("a [[contact]] whose obstacle enters the body: let it start outside");
+        others.push("a [[contact]] whose obstacle enters the body: start it outside");
     }
     (loads, others)
 }
