@@ -142,7 +142,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         equations, variable = jumping
         advice = f"the equations {equations} (counted from 0) jump "
         if variable is None and abs(t_end - stop) < INSTANTS[-1] * np.spacing(max(abs(t_end), span)):
-            advice += f"at the end of the span: give also {t_end} in `breaks`"
+            advice += f"at the end of the span: also list {t_end} in `breaks`"
         elif variable is None:
             advice += "at this time: give the times at which inputs jump in `breaks`"
         else:
@@ -159,7 +159,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     elif is_hidden and not (solution.success or has_outputs) and _is_slow_from_the_start(solution, span):
         exact = "" if has_jacobian else "the exact `jacobian`, tighter tolerances or "
         advice = (
-            f"steps are very short from the start on: give {exact}a `first_step` of about 1/1000 of the time within which "
+            f"steps are very short from the start: give {exact}a `first_step` of about 1/1000 of the time within which "
             "the solution changes"
         )
     elif (
@@ -204,7 +204,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         other = " or tighter tolerances" if rtol >= LOOSE else ""
         other = " or a `first_step`" if "after 0 steps" in solution.message else other
         advice = f"difference quotients may be inaccurate: give the exact `jacobian`{other}"
-        advice += f"; replace a kink of F, as of `max`, by a smooth function over {SMOOTH}"
+        advice += f"; replace a kink of F, such as `max`, by a smooth function over {SMOOTH}"
     elif not (solution.success or is_hidden) and _fails_to_converge(solution.message):
         # With `t_eval`, the last state may be far from the kink.
         is_guess = True
@@ -437,7 +437,7 @@ def _singular(structure: Structure | None) -> str:
     return (
         f"the equations do not determine the variables {listed(variables)}: the equations {listed(equations)} "
         "(counted from 0) depend on each other or contain no variable. Replace a dependent equation by the missing equation; "
-        "fix one value of a pressure of which only differences occur"
+        "if only differences of a pressure occur, fix one of its values"
     )
 
 

@@ -244,7 +244,7 @@ def solve_dae(
     if t0 == t_end or not np.isfinite([t0, t_end]).all():
         raise ValueError(f"t_span = ({t0}, {t_end}): must be two different finite times")
     if t_end < t0 and family != "bdf":
-        raise ValueError(f't_span = ({t0}, {t_end}): only "bdf" goes backward')
+        raise ValueError(f't_span = ({t0}, {t_end}): only "bdf" integrates backward')
     for name, step in (("first_step", first_step), ("max_step", max_step)):
         if step is not None and not _number(name, step) > 0:
             raise ValueError(f"{name} = {step}: must be above 0")
@@ -266,7 +266,7 @@ def solve_dae(
     indices = None if given is None else [int(i) for i in given]
     if family == "bdf" and excluded is None and indices is not None and max(indices) > 1:
         raise ValueError(
-            f'index has a {max(indices)}, which "bdf" makes no use of: use a Radau method, or, for '
+            f'index has a {max(indices)}, which "bdf" does not use: use a Radau method, or, for '
             "index 2, exclude these components from the error test by `suppress`"
         )
     highest = max(indices or [0])

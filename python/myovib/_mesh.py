@@ -86,7 +86,10 @@ def read_mesh(
     array = group or next((name for name in _ARRAYS if name in mesh.cell_data), None)
     possible = [name for name, parts in mesh.cell_data.items() if all(p.ndim == 1 and p.dtype.kind in "iu" for p in parts)]
     if array is None and possible:
-        warnings.warn(f"{path} has the integer cell arrays {', '.join(possible)}: `group` selects one as groups", stacklevel=2)
+        warnings.warn(
+            f"{path} has the integer cell arrays {', '.join(possible)}: select one as groups with `group`",
+            stacklevel=2,
+        )
     excluded = [
         name
         for name in mesh.cell_data
@@ -94,8 +97,8 @@ def read_mesh(
     ]
     if excluded:
         warnings.warn(
-            f"{path} has the cell arrays {', '.join(excluded)}, which are excluded: move them to the points before, "
-            "for example by cell_data_to_point_data of PyVista",
+            f"{path} has the cell arrays {', '.join(excluded)}, which are excluded: convert them to point arrays first, "
+            "for example with PyVista's cell_data_to_point_data",
             stacklevel=2,
         )
     if array is not None and array not in mesh.cell_data:

@@ -73,7 +73,7 @@ class Scene:
         """
         if name not in _native.builtins():
             names = ", ".join(_native.builtins())
-            raise ValueError(f"no built-in scene {name!r}: there are {names}")
+            raise ValueError(f"no built-in scene {name!r}: choose one of {names}")
         return cls(name)
 
     @staticmethod

@@ -14,7 +14,7 @@ create_exception!(
     myovib,
     SceneError,
     PyValueError,
-    "An invalid scene or invalid measurements, with the place and the allowed values."
+    "An invalid scene or invalid measurements, with the location and the allowed values."
 );
 
 /// Converts an error of a scene's computation.

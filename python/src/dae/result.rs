@@ -50,7 +50,7 @@ pub(super) fn in_python(message: &str) -> String {
         ("correct_initial_values", "initial=\"algebraic\""),
         (
             at_break.as_str(),
-            "naming the times at which an input jumps or has a kink, if there are any near, in breaks=",
+            "listing in breaks= nearby times at which an input jumps or has a kink",
         ),
         ("(initial_step)", "(first_step)"),
         ("(suppressed)", "(suppress)"),
