@@ -157,3 +157,34 @@ def test_no_pulse_after_a_pause_is_skipped_by_bdf(threshold):
             if abs(periods - s.y[0, -1] / area) > 0.5:
                 skipped.append((periods, rtol))
     assert not skipped
+
+
+@pytest.mark.parametrize("method, rtol", [("radau13", 1e-6), ("radau9", 1e-10), ("radau5", 1e-10)])
+def test_kinks_within_steps_are_found_without_dense_output(method, rtol):
+    # An oscillator with a spring that acts on one side only. Errors were 890, 12 000 and 210 tolerances.
+    def residual(t, y, yp):
+        return [yp[0] - y[1], yp[1] + y[0] + y[2], y[2] - 3.0 * max(0.0, y[0])]
+
+    s = solve_dae(residual, (0, 20), [0, 1, 0], [1, 0, 3], method=method, rtol=rtol, atol=rtol)
+    t = s.t % (1.5 * np.pi)
+    exact = np.where(t < np.pi / 2, np.sin(2 * t) / 2, -np.sin(t - np.pi / 2))
+    assert s.success and abs(s.y[0] - exact).max() < 100 * rtol  # as the guide says
+
+
+@pytest.mark.parametrize("method", ["radau5", "radau9", "radau13"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-5])
+def test_pulses_within_steps_are_found_without_dense_output(method, rtol):
+    # A rectifier: pulses of 1 ns charge the capacitor in each period of 10 ns. Errors were up to 8400 tolerances.
+    omega = 2e8 * np.pi
+
+    def residual(t, y, yp):
+        c, a, i = y
+        diode = 1e-14 * np.expm1(min(a - c, 1.2) / 0.02585)
+        return [1e-12 * yp[0] + c / 1e5 - i, (1.5 * np.sin(omega * t) - a) / 50 - i, i - diode]
+
+    def solve(**settings):
+        return solve_dae(residual, (0, 50e-9), [0, 0, 0], [0, 0, 0], **settings)
+
+    s = solve(method=method, rtol=rtol)
+    reference = solve(method="radau9", rtol=1e-8, atol=1e-12, max_step=2e-10, t_eval=s.t)
+    assert s.success and abs(s.y[0] - reference.y[0]).max() < 100 * rtol  # as the guide says, for voltages of 1 V

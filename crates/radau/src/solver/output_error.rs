@@ -5,12 +5,17 @@ use myovib_dae::{LinearSolver, Problem, StopReason};
 use super::state::{RadauSolver, step_of};
 use crate::failure::{Failure, Rejection};
 
+/// Largest error of dense output, in tolerances, of steps whose dense output is not used. An error above it indicates a
+/// kink or a pulse within the step that the error estimate does not see. Smooth steps stay below it, except steps of
+/// three stages with tight tolerances, whose dense output is of order 3.
+const UNUSED: f64 = 10.0;
+
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step for this error.
     /// Rounding is sampled only if the error exceeds the tolerances. The step is accepted in any case if multipliers would
     /// not be resolved in a shorter step.
     pub(super) fn test_dense_output(&mut self, h: f64, iterations: usize) -> Result<f64, Failure> {
-        if self.interpolation.active && !self.fresh {
+        if !self.fresh {
             let (step, last) = (step_of!(self, h), &self.collocation);
             let at_start = (&self.y_dot[..], &self.algebraic[..]);
             self.interpolation.measure(&step, &self.newton.z, at_start, last);
@@ -34,16 +39,17 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Returns the largest estimated error of dense output beyond `rounding` in variables of index 0 and 1, in units of
-    /// the tolerances for the solution; 0 if dense output is not used, and in a first step.
+    /// [`UNUSED`] tolerances for the solution or, if dense output is used, in these tolerances; 0 in a first step.
     fn dense_output_error(&self, rounding: impl Fn(usize) -> f64) -> f64 {
-        if !self.interpolation.active || self.fresh {
+        if self.fresh {
             return 0.0;
         }
+        let allowed = if self.interpolation.active { 1.0 } else { UNUSED };
         let mask = self.error_test.mask();
         let variables = (0..mask.len()).filter(|&i| self.multipliers.index(i) < 2);
         let beyond = |i| (self.interpolation.of(i) - rounding(i)).max(0.0);
         let errors = variables.map(|i| mask[i] * beyond(i) / self.weights.solution_tolerance(i));
-        errors.fold(0.0, f64::max)
+        errors.fold(0.0, f64::max) / allowed
     }
 
     /// Returns the largest next step for which the error of dense output in variables of index 2
