@@ -71,20 +71,11 @@ impl BodyModes {
         Self::new(muscle, at, spectrum::lowest(muscle, at, count)?)
     }
 
-    /// Computes the modes up to a `frequency` (Hz) and the next one, but at most `most` modes.
+    /// Adds damping, participation and notes to modes about an equilibrium.
     ///
     /// # Errors
-    /// Errors of [`spectrum::up_to`].
-    pub(crate) fn up_to(
-        muscle: &Muscle,
-        at: &Equilibrium,
-        frequency: f64,
-        most: usize,
-    ) -> Result<Self, ModelError> {
-        Self::new(muscle, at, spectrum::up_to(muscle, at, frequency, most)?)
-    }
-
-    fn new(
+    /// [`ModelError::Inverted`] for a state without stress.
+    pub(crate) fn new(
         muscle: &Muscle,
         at: &Equilibrium,
         found: Vec<spectrum::Mode>,

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use myovib_model::harmonic::HarmonicResponse;
 use myovib_model::statics::{self, Equilibrium};
-use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, support};
+use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, spectrum, support};
 use num_complex::Complex64;
 use serde::Serialize;
 
@@ -376,7 +376,7 @@ fn of_body(
         found.fields = fields(&response, &vtu::Grid::of_body(body), &own.fields)?;
     }
     // Releases the factors before the modes need memory.
-    drop(response);
+    let stiffness = response.into_stiffness();
     found.notes.extend(at.instabilities.and_then(instability));
     found.notes.extend(one_sided(muscle, &at));
     found.notes.extend(oscillating_preload(muscle, preload_time));
@@ -386,14 +386,17 @@ fn of_body(
     if first < last
         && !found.is_interrupted
         && body.formulation.has(Field::Pressure)
-        && let Ok(of_body) = BodyModes::up_to(muscle, &at, last, MODES)
+        && let Ok(modes) = spectrum::up_to(muscle, &at, last, MODES)
     {
+        let forces = modes.iter().map(|mode| stiffness.modal_force(mode));
+        let forces = forces.collect::<Result<Vec<f64>, _>>()?;
+        let of_body = BodyModes::new(muscle, &at, modes)?;
         let rigid = support::free_parts(muscle).map_or(0, |free| free.count);
         let elastic = of_body.modes.get(rigid..).unwrap_or_default();
         found.notes.extend(notes::modes_below(elastic, first));
         found.notes.extend(negative_damping(&of_body.modes));
         for peak in &mut found.peaks {
-            peak.nearest_mode = NearestMode::to(peak.frequency, &of_body.modes);
+            peak.nearest_mode = NearestMode::to(peak.frequency, &of_body.modes, &forces);
         }
     }
     Ok(found)

@@ -148,3 +148,48 @@ fn maxima_that_are_not_resonances_have_no_damping_ratio() {
     }
     assert!(with >= 8 && without >= 1, "{with} {without} {:?}", found.peaks);
 }
+
+/// Regression: the vertical resonance of a layer shaken at its base was assigned to a shear mode. The peak is far above its
+/// mode, because relaxation stiffens the layer.
+#[test]
+fn peaks_belong_to_modes_that_the_drive_excites() {
+    let text = r#"
+analysis = "response"
+[response]
+frequencies = "5..200:adaptive"
+[mesh]
+type = "rectangle"
+width = 0.04
+height = 0.015
+cells = [8, 3]
+[solid]
+bulk_modulus = 1.5e6
+[[material]]
+law = "neo-hooke"
+density = 1000.0
+shear_modulus = 15e3
+viscosity = 4.0
+prony = [{ relative_modulus = 0.4, relaxation_time = 0.5 }]
+[[prescribed_displacement]]
+group = "bottom"
+x = 0.0
+response = { y = 1e-5 }
+[[probe]]
+name = "top"
+type = "average"
+group = "top"
+quantities = ["u"]
+"#;
+    let found = response(text);
+    let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
+    let modes = Modes::of_scene(&scene, Some(20), Watcher::NOBODY).unwrap();
+    let body = &modes.muscles[0];
+    let resonances: Vec<&Peak> =
+        peaks(&found, "u_y").into_iter().filter(|peak| peak.damping_ratio.is_some()).collect();
+    assert!(!resonances.is_empty(), "{:?}", found.peaks);
+    for peak in resonances {
+        let mode = &body.modes[peak.nearest_mode.unwrap().number - 1];
+        // The effective masses of shear modes are rounding errors.
+        assert!(mode.effective_mass[1] > 1e-6 * body.mass, "{peak:?} {:?}", mode.effective_mass);
+    }
+}
