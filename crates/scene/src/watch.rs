@@ -49,8 +49,8 @@ pub struct Watch<'a> {
     label: String,
     t_end: f64,
     progress: &'a dyn ProgressSink,
-    /// Start time of the run, s, and the wall-clock time at the start.
-    start: Option<(f64, Instant)>,
+    /// Time at the start of the run, s, the number of steps before, and the wall-clock time.
+    start: Option<(f64, u64, Instant)>,
 }
 
 impl<'a> Watch<'a> {
@@ -65,13 +65,19 @@ impl<P> Observer<P> for Watch<'_> {
         &mut self,
         step: &mut AcceptedStep<'_, P>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
-        let (t_start, began) = *self.start.get_or_insert_with(|| (step.from, Instant::now()));
+        let (t_start, before, began) = *self.start.get_or_insert_with(|| {
+            let before = step.integrator.counts().steps.saturating_sub(1);
+            (step.from, before, Instant::now())
+        });
         self.progress.on_progress(&|| {
             let counts = step.integrator.counts();
-            let done = (step.to - t_start) / (self.t_end - t_start);
-            let left = began.elapsed().as_secs_f64() * (1.0 - done) / done;
+            // Steps often grow after a ramp, so the mean step may be much too short.
+            let steps = (counts.steps - before) as f64;
+            let mean_step = (step.to - t_start) / steps;
+            let remaining_steps = (self.t_end - step.to) / mean_step.max(counts.last_step);
+            let left = began.elapsed().as_secs_f64() / steps * remaining_steps;
             format!(
-                "{}: t = {:.3} of {} s, {} steps, h = {:.1e} s, order {}, {left:.0} s left",
+                "{}: t = {:.3} of {} s, {} steps, h = {:.1e} s, order {}, {left:.0} s left at this rate",
                 self.label, step.to, self.t_end, counts.steps, counts.last_step, counts.last_order
             )
         });
