@@ -43,6 +43,8 @@ class Structure:
             return (evaluate(values, rates) - base) / size
 
         base = evaluate(y.copy(), yp.copy())
+        if base.shape != y.shape:
+            raise ValueError(f"F has the shape {base.shape}: must be {y.shape}")
         n, largest = len(y), np.abs(yp).max()
         small = np.sqrt(np.finfo(float).eps)
         sizes = np.maximum(small * np.abs(y), tolerance)

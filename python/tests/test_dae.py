@@ -735,6 +735,7 @@ def test_results_are_pickled_whole():
         (dict(sparsity=np.eye(2)), "sparsity"),
         (dict(residual=lambda t, y, yp: [1, 2]), "returned 2 values: must be 1"),
         (dict(residual=lambda t, y, yp: None), "returned nothing: must be 1"),
+        (dict(residual=lambda t, y, yp: [yp[0]], y0=[1, 0], yp0=[0, 0]), "returned 1 values: must be 2"),
         (dict(residual=lambda t, y, yp: yp[0]), r"the shape \(\): must be 1"),
         (dict(residual=lambda t, y, yp: [[1]]), r"the shape \(1, 1\): must be 1"),
         (dict(method="Radau"), "SciPy's 'Radau' is 'radau5'"),
