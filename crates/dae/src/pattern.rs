@@ -236,7 +236,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
     }
 
     /// Returns a direction, and the rows whose change in this direction is not explained by the `values` of the
-    /// pattern. Rows that are `cleared` are excluded.
+    /// pattern. `cleared` rows are excluded.
     pub(crate) fn unexplained_rows(
         &mut self,
         trial: u64,

@@ -55,7 +55,7 @@ impl<'a> Inputs<'a> {
 /// Returns the content of a regular file.
 ///
 /// # Errors
-/// Errors of the file system, and files that are not regular: reading a pipe may block forever, and reading a device
+/// Errors of the file system, and special files: reading a pipe may block forever, and reading a device
 /// may never end.
 pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
     match fs::metadata(path)? {

@@ -107,7 +107,7 @@ struct KrylovSpace<'a> {
     beyond: Vec<Image>,
 }
 
-/// The part w of a vector that is orthogonal to the space.
+/// The part w of a vector orthogonal to the space.
 struct Image {
     w: DVector<f64>,
     /// M w.

@@ -158,7 +158,7 @@ impl RigidContact {
     }
 
     /// Returns the mean distance from the obstacle at displacement `u`, weighted by the contact pressure and
-    /// divided by the distance that is accepted with multipliers, 1e-4 of the facet size; 0 without contact. Individual
+    /// divided by the distance accepted with multipliers, 1e-4 of the facet size; 0 without contact. Individual
     /// points penetrate deeper, because quadratic facets do not follow the shape of the obstacle at the edge of the
     /// contact.
     ///

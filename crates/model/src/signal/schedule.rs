@@ -155,7 +155,7 @@ mod tests {
         assert_eq!(pulse.limit(1.0, 0.7, 10.0), 1.0 + 0.005);
         assert_eq!(pulse.limit(1.02, 0.7, 10.0), 10.0);
         assert_eq!(pulse.limit(0.0, 5.0, 0.4), 0.4);
-        // Regression: one of these steps was limited to its own size, so the rest of the rise was not divided.
+        // Regression: the last size was limited to itself, so the rest of the rise was not divided.
         for rounding in [-f64::EPSILON, 0.0, 2.0 * f64::EPSILON] {
             let half_of_rest = 0.5 * (1.02 - 1.0125);
             assert_eq!(pulse.limit(1.0125, 0.005 * (1.0 + rounding), 10.0), 1.0125 + half_of_rest);

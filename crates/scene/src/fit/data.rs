@@ -51,7 +51,7 @@ impl Domain {
     }
 }
 
-/// Relative distance outside the domain that is attributed to rounding in other programs.
+/// Relative distance outside the domain attributed to rounding in other programs.
 const ROUNDING: f64 = 1e-12;
 
 /// Suffix of columns of standard deviations in plain tables.

@@ -377,7 +377,7 @@ impl<P> Observer<P> for StepLimit {
     }
 }
 
-/// Smallest energy gain by damping that is reported, relative to the largest energy; errors of the time integration are
+/// Smallest reported energy gain by damping, relative to the largest energy; errors of the time integration are
 /// smaller.
 const GAINED: f64 = 0.1;
 

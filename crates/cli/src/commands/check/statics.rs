@@ -43,7 +43,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
 
 /// Returns the findings for the JSON document. `inf_sup` and `nullity` are null if there are too many pressures to compute them
 /// within seconds; `factors` is null if not known before the run. `linear_displacement` is the maximum displacement under the
-/// full load according to linear elasticity, m; null for a body that is too large for this computation or not
+/// full load according to linear elasticity, m; null for a body too large for this computation or not
 /// sufficiently supported.
 /// `seconds_per_iteration` is CPU time, s: predicted for a body that is too large for a trial; null for a body that is not
 /// sufficiently supported.

@@ -10,7 +10,7 @@ use crate::{Error, InputError};
 /// Tolerance for supports that do not match the initial state, relative to its largest displacement. It allows for
 /// rounding errors, because the previous run evaluated the signal at another time.
 const SUPPORTS_AGREE: f64 = 1e-9;
-/// Penetration of the body at rest that is attributed to rounding, as a fraction of the facet size.
+/// Penetration of the body at rest attributed to rounding, as a fraction of the facet size.
 const TOUCHING: f64 = 1e-6;
 /// Loads and support motions below this fraction of their maximum count as zero at t = 0. It allows
 /// for rounding and for the slope of a spline through rows of zeros.
