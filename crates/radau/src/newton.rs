@@ -233,7 +233,7 @@ impl NewtonSolver {
             }
             let is_rounding = norm <= UNRESOLVED * (of_y + size);
             if solved_after == Some(iteration) {
-                is_unconfirmed = self.confirms && iteration > 1 && last_norm > LONG;
+                is_unconfirmed = self.confirms && iteration > 1 && last_norm > LONG && !is_rounding;
             } else if std::mem::take(&mut is_unconfirmed) && !is_rounding {
                 let ratio = norm / last_norm;
                 if ratio >= DIVERGENT {
@@ -255,6 +255,9 @@ impl NewtonSolver {
             }
             last_own = own;
             last_norm = norm.max(f64::EPSILON);
+        }
+        if is_unconfirmed {
+            self.allowed = 0.0;
         }
         Ok(Newton::Failed { step_factor: 0.5 })
     }
