@@ -26,7 +26,7 @@ pub enum RadauError {
     },
     /// A step repeated from a checkpoint differs from the recorded run.
     #[error(
-        "the step at t = {t} cannot be repeated exactly: do not modify the solver between recorded steps, or store \
+        "the step at t = {t} cannot be repeated exactly: only step the solver between recorded steps, or store \
          the stages"
     )]
     NotRepeated {

@@ -17,7 +17,7 @@ use crate::newton::Step;
 /// kink of the solution within either step.
 #[derive(Debug)]
 pub(crate) struct Interpolation {
-    /// Whether dense output is used, so that its error limits the steps.
+    /// Whether dense output is used, so that its error is limited to the tolerances.
     pub(crate) active: bool,
     /// Difference between û and y at t_{n−1}.
     difference: Vec<f64>,

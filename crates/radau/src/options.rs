@@ -102,8 +102,9 @@ pub struct RadauOptions {
     /// Components excluded from the error test (but not from Newton's convergence test); none by
     /// default.
     pub suppressed: Suppressed,
-    /// Whether the error of dense output limits the step size; true by default. It does not limit the steps of
-    /// [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, which end at the output time.
+    /// Whether the error of dense output is limited to the tolerances; true by default. Otherwise, and in
+    /// [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, whose steps end at the output time, it is
+    /// limited to ten times the tolerances, to detect kinks and pulses within steps. Fixed steps are not tested.
     /// Multipliers of index 2 are excluded in the step that contains their jump, and whenever rounding divided by the
     /// step size exceeds their tolerance.
     pub dense_output: bool,

@@ -109,7 +109,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         &self.y
     }
 
-    /// Returns the time limits of the last accepted step and whether dense output limits its size. Both
+    /// Returns the time limits of the last accepted step and whether dense output is used. Both
     /// are needed to [repeat](Self::repeat) it.
     pub(crate) fn time_limits(&self) -> ([f64; 2], bool) {
         (self.time_limits, self.interpolation.active)

@@ -3,35 +3,41 @@
 use myovib_dae::{LinearSolver, Problem, StopReason};
 
 use super::state::{RadauSolver, step_of};
+use crate::control::FACTORS;
 use crate::failure::{Failure, Rejection};
 
-/// Largest error of dense output, in tolerances, of steps whose dense output is not used. An error above it indicates a
-/// kink or a pulse within the step that the error estimate does not see. Smooth steps stay below it, except steps of
-/// three stages with tight tolerances, whose dense output is of order 3.
+/// Largest error of dense output, in tolerances, if it is not used. Larger errors indicate a kink or a pulse within the
+/// step that the error estimate does not see. Of smooth steps, most are below it, except with three stages and tight
+/// tolerances, because their dense output has order 3. Errors of Newton's method are below it.
 const UNUSED: f64 = 10.0;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step for this error.
+    /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step for this error. After a
+    /// step that was shortened to end at an output time, the differences of Newton's errors are not small, and the error is
+    /// tested only if dense output is used.
     /// Rounding is sampled only if the error exceeds the tolerances. The step is accepted in any case if multipliers would
     /// not be resolved in a shorter step.
     pub(super) fn test_dense_output(&mut self, h: f64, iterations: usize) -> Result<f64, Failure> {
+        let allowed = match self.interpolation.active {
+            true => 1.0,
+            false if h > FACTORS.1 * self.collocation.h => return Ok(f64::INFINITY),
+            false => UNUSED,
+        };
         if !self.fresh {
             let (step, last) = (step_of!(self, h), &self.collocation);
             let at_start = (&self.y_dot[..], &self.algebraic[..]);
             self.interpolation.measure(&step, &self.newton.z, at_start, last);
         }
         let mut error = self.dense_output_error(|_| 0.0);
-        if error >= 1.0 {
+        if error >= allowed {
             self.sample_rounding(h, Some(self.collocation.h))?;
             error = self.dense_output_error(|i| self.rounding.of(i));
         }
-        let proposal = self.control.propose(h, error, iterations);
-        if error >= 1.0 && self.resolves_multipliers(h)? {
+        let proposal = self.control.propose(h, error / allowed, iterations);
+        if error >= allowed && self.resolves_multipliers(h)? {
             return Err(Failure::Rejected(Rejection {
                 reason: StopReason::ErrorTestFailures,
-                message: format!(
-                    "error of dense output {error:.2e} times the tolerance at h = {h:e}"
-                ),
+                message: format!("error within the step of {error:.2e} tolerances at h = {h:e}"),
                 step_factor: proposal / h,
             }));
         }
@@ -39,17 +45,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Returns the largest estimated error of dense output beyond `rounding` in variables of index 0 and 1, in units of
-    /// [`UNUSED`] tolerances for the solution or, if dense output is used, in these tolerances; 0 in a first step.
+    /// the tolerances for the solution; 0 in a first step.
     fn dense_output_error(&self, rounding: impl Fn(usize) -> f64) -> f64 {
         if self.fresh {
             return 0.0;
         }
-        let allowed = if self.interpolation.active { 1.0 } else { UNUSED };
         let mask = self.error_test.mask();
         let variables = (0..mask.len()).filter(|&i| self.multipliers.index(i) < 2);
         let beyond = |i| (self.interpolation.of(i) - rounding(i)).max(0.0);
         let errors = variables.map(|i| mask[i] * beyond(i) / self.weights.solution_tolerance(i));
-        errors.fold(0.0, f64::max) / allowed
+        errors.fold(0.0, f64::max)
     }
 
     /// Returns the largest next step for which the error of dense output in variables of index 2
