@@ -91,7 +91,7 @@ impl Schedule {
         while let Some(allowed) = allowed(h) {
             // A step of the same size as the last limited step is not limited again because of rounding: otherwise, the
             // number of steps would depend on the unit of time.
-            if h <= (1.0 + ROUNDING) * allowed.max(least) {
+            if h <= allowed.max(least) + ROUNDING * (t.abs() + h) {
                 break;
             }
             h = allowed.max(0.5 * h).max(least);
@@ -160,6 +160,11 @@ mod tests {
             let half_of_rest = 0.5 * (1.02 - 1.0125);
             assert_eq!(pulse.limit(1.0125, 0.005 * (1.0 + rounding), 10.0), 1.0125 + half_of_rest);
         }
+        let late = schedule(step(1e5), 0);
+        let (start, next) = (1e5 + 0.0125, 1e5 + 0.005);
+        let middle = start + 0.5 * (1e5 + 0.02 - start);
+        // Rounding of the time changes this size by 1e-9.
+        assert!((late.limit(start, next - 1e5, 2e5) - middle).abs() < 1e-10);
     }
 
     #[test]
