@@ -116,7 +116,8 @@ pub fn lowest(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Vec<Mod
     Ok(found)
 }
 
-/// Computes the modes up to a `frequency` (Hz) and the next one, but at most the `most` lowest, as [`lowest`].
+/// Computes the modes up to a `frequency` (Hz) and the next one, or the `most` lowest if there are more or if the body is
+/// not supported.
 ///
 /// # Errors
 /// As for [`lowest`].

@@ -164,7 +164,7 @@ impl DynamicStiffness {
     }
 
     /// Returns the amplitude of the force of the loads and moving supports on a `mode` at its frequency, √kg m/s² (in the
-    /// plane √(kg/m) m/s²); 0 for a mode that does not oscillate.
+    /// plane √(kg/m) m/s²); 0 for a mode that does not oscillate. The supports act by damping and unrelaxed stress, too.
     ///
     /// # Errors
     /// [`ModelError::Inverted`] for an equilibrium without stress.

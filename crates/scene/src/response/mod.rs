@@ -10,7 +10,7 @@ mod values;
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use myovib_model::harmonic::HarmonicResponse;
+use myovib_model::harmonic::{DynamicStiffness, HarmonicResponse};
 use myovib_model::statics::{self, Equilibrium};
 use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, spectrum, support};
 use num_complex::Complex64;
@@ -386,11 +386,8 @@ fn of_body(
     if first < last
         && !found.is_interrupted
         && body.formulation.has(Field::Pressure)
-        && let Ok(modes) = spectrum::up_to(muscle, &at, last, MODES)
+        && let Ok((of_body, forces)) = excited_modes(muscle, &at, &stiffness, last)
     {
-        let forces = modes.iter().map(|mode| stiffness.modal_force(mode));
-        let forces = forces.collect::<Result<Vec<f64>, _>>()?;
-        let of_body = BodyModes::new(muscle, &at, modes)?;
         let rigid = support::free_parts(muscle).map_or(0, |free| free.count);
         let elastic = of_body.modes.get(rigid..).unwrap_or_default();
         found.notes.extend(notes::modes_below(elastic, first));
@@ -400,6 +397,23 @@ fn of_body(
         }
     }
     Ok(found)
+}
+
+/// Returns the modes that peaks up to a frequency (Hz) are compared with, and the modal forces. At rest, modes above this
+/// frequency are not computed, because damping cannot increase their vibrations.
+fn excited_modes(
+    muscle: &Muscle,
+    at: &Equilibrium,
+    stiffness: &DynamicStiffness,
+    last: f64,
+) -> Result<(BodyModes, Vec<f64>), ModelError> {
+    let modes = match at.preload_time {
+        None => spectrum::up_to(muscle, at, last, MODES)?,
+        Some(_) => spectrum::lowest(muscle, at, MODES)?,
+    };
+    let forces = modes.iter().map(|mode| stiffness.modal_force(mode));
+    let forces = forces.collect::<Result<_, _>>()?;
+    Ok((BodyModes::new(muscle, at, modes)?, forces))
 }
 
 /// Computes the fields of displacement and pressure at the given frequencies.

@@ -19,9 +19,9 @@ const CONSTANT: f64 = 1e-6;
 /// Turn of the phase from a half-power frequency to the maximum of a resonance, °: 45° for light damping, at most 52° for a
 /// damping ratio of 0.3. Other modes nearby change it.
 const RESONANCE: std::ops::RangeInclusive<f64> = 22.5..=67.5;
-/// Smallest modal force of an excited mode, relative to the largest. Weaker forces are rounding errors or due to small
-/// asymmetries of the mesh.
-const EXCITED: f64 = 1e-3;
+/// Smallest modal force of an excited mode, relative to the largest; weaker forces are rounding errors. Forces of moving
+/// supports increase with the square of the frequency.
+const EXCITED: f64 = 1e-6;
 /// Number of intervals in which the half-power frequencies are searched on each side of a peak.
 const SEARCH: usize = 400;
 
@@ -36,8 +36,8 @@ pub struct Peak {
     /// Damping ratio from the half-power width, Δf/(2f); null if the width is not resolved or the phase does not turn as
     /// at a resonance.
     pub damping_ratio: Option<f64>,
-    /// The mode with the nearest natural frequency among the modes that the loads excite; null above the computed modes and
-    /// for scenes without modes.
+    /// The mode with the nearest natural frequency among those that the loads and moving supports excite; null if a mode that
+    /// was not computed may be nearer, and for scenes without modes.
     pub nearest_mode: Option<NearestMode>,
 }
 
@@ -51,19 +51,18 @@ pub struct NearestMode {
 }
 
 impl NearestMode {
-    /// Returns the mode nearest to `frequency` among the modes excited by their modal `forces`, unless the frequency
-    /// exceeds all modes.
+    /// Returns the mode nearest to `frequency` among the modes excited by their modal `forces`. Returns `None` if a mode
+    /// above the given ones may be nearer.
     pub(super) fn to(frequency: f64, modes: &[Mode], forces: &[f64]) -> Option<Self> {
-        if modes.iter().filter_map(|mode| mode.frequency).all(|own| own < frequency) {
-            return None;
-        }
+        let highest = modes.iter().rev().find_map(|mode| mode.frequency)?;
         let least = EXCITED * forces.iter().fold(0.0, |largest: f64, force| largest.max(*force));
-        let natural = modes.iter().zip(forces).enumerate();
-        let excited = natural
-            .filter(|(_, (_, force))| **force >= least)
+        let excited =
+            modes.iter().zip(forces).enumerate().filter(|(_, (_, force))| **force >= least);
+        let natural = excited
             .filter_map(|(k, (mode, _))| Some(Self { number: k + 1, frequency: mode.frequency? }));
         let distance = |mode: &Self| (mode.frequency - frequency).abs();
-        excited.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        let nearest = natural.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        (distance(&nearest) <= highest - frequency).then_some(nearest)
     }
 }
 
