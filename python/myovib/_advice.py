@@ -461,5 +461,5 @@ def _explain(initial: str, residual: Function, t: float, y: Array, yp: Array, to
         return ""
     return (
         f"; y0 and yp0 violate the equations {violated} (counted from 0): check that they have a solution, and "
-        "start nearer to it"
+        "start closer to it"
     )

@@ -44,7 +44,7 @@ class Structure:
 
         base = evaluate(y.copy(), yp.copy())
         if base.shape != y.shape:
-            raise ValueError(f"F has the shape {base.shape}: must be {y.shape}")
+            raise ValueError  # named when the integration begins
         n, largest = len(y), np.abs(yp).max()
         small = np.sqrt(np.finfo(float).eps)
         sizes = np.maximum(small * np.abs(y), tolerance)

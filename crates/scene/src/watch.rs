@@ -72,12 +72,12 @@ impl<P> Observer<P> for Watch<'_> {
         self.progress.on_progress(&|| {
             let counts = step.integrator.counts();
             // Steps often grow after a ramp, so the mean step may be much too short.
-            let steps = (counts.steps - before) as f64;
+            let steps = counts.steps.saturating_sub(before).max(1) as f64;
             let mean_step = (step.to - t_start) / steps;
             let remaining_steps = (self.t_end - step.to) / mean_step.max(counts.last_step);
             let left = began.elapsed().as_secs_f64() / steps * remaining_steps;
             format!(
-                "{}: t = {:.3} of {} s, {} steps, h = {:.1e} s, order {}, {left:.0} s left at this rate",
+                "{}: t = {:.3} of {} s, {} steps, h = {:.1e} s, order {}, {left:.0} s left",
                 self.label, step.to, self.t_end, counts.steps, counts.last_step, counts.last_order
             )
         });

@@ -70,7 +70,7 @@ impl Muscle {
             elements.map(|(a, b)| ModelError::MixedParameters { what, elements: [a, b] })
         };
         let mixed = mixed("κ = inf combined with a finite κ", Parameters::is_incompressible)
-            .or_else(|| mixed("β > 0 beside β = 0", Parameters::is_damped));
+            .or_else(|| mixed("β > 0 combined with β = 0", Parameters::is_damped));
         if let Some(error) = mixed {
             return Err(error);
         }

@@ -51,7 +51,7 @@ impl Builder<'_> {
                     Contact::new(solid, &contact.group, obstacle, contact.stiffness, motion);
                 let contact = self.at(&format!("{path}.group"), contact)?;
                 if contact.faces_away() {
-                    let error = "the obstacle is on the wrong side of the group: it cannot press against it";
+                    let error = "the obstacle is on the wrong side of the group and cannot press against it";
                     let error = InputError::new(error)
                         .next("the normal of a plane points from the obstacle to the body; the group must face the obstacle");
                     return Err(self.wrong(&side_key, error));

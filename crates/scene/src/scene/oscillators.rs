@@ -132,7 +132,7 @@ impl Builder<'_> {
         if n > MAX_OSCILLATORS {
             let error = InputError::new("too many oscillators")
                 .found(format!("{} at each of {n_places} places", chain.oscillators))
-                .allowed(format!("at most {MAX_OSCILLATORS} at all places"));
+                .allowed(format!("at most {MAX_OSCILLATORS} in total"));
             return Err(self.wrong(&format!("{path}.oscillators"), error));
         }
         let detuning = Detuning {

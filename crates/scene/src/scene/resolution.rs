@@ -56,7 +56,9 @@ mod tests {
 
     /// Shear waves have the speed √(μ/ρ) = √10 m/s, so they are twice as long as the longest edge, the diagonal √2/2 m, at √5 Hz.
     fn notes(more: &str, set: &[&str]) -> usize {
-        idle::tests::notes(more, set).len()
+        let notes = idle::tests::notes(more, set);
+        assert!(notes.iter().all(|note| note.contains("shear waves")), "{notes:?}");
+        notes.len()
     }
 
     #[test]

@@ -88,7 +88,7 @@ fn chains_without_elements_are_refused() {
     for (from, to, messages) in [
         ("elements = \"muscle\"", "elements = \"muscles\"", ["muscles", "muscle"]),
         ("elements = \"muscle\"", "elements = \"left\"", ["left", "contains no tetrahedra"]),
-        ("oscillators = 4", "oscillators = 900000", ["too many oscillators", "at all places"]),
+        ("oscillators = 4", "oscillators = 900000", ["too many oscillators", "in total"]),
         ("[fields]", feedback, ["act on their own elements", "remove `group`"]),
     ] {
         let found = refusal(from, to);
