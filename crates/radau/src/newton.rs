@@ -233,7 +233,7 @@ impl NewtonSolver {
             }
             let is_rounding = norm <= UNRESOLVED * (of_y + size);
             if solved_after == Some(iteration) {
-                is_unconfirmed = self.confirms && iteration > 1 && last_norm > LONG && !is_rounding;
+                is_unconfirmed = self.confirms && iteration > 1 && last_norm > LONG;
             } else if std::mem::take(&mut is_unconfirmed) && !is_rounding {
                 let ratio = norm / last_norm;
                 if ratio >= DIVERGENT {
