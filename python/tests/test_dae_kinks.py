@@ -159,9 +159,9 @@ def test_no_pulse_after_a_pause_is_skipped_by_bdf(threshold):
     assert not skipped
 
 
-@pytest.mark.parametrize("method, rtol", [("radau13", 1e-6), ("radau9", 1e-10), ("radau5", 1e-10)])
+@pytest.mark.parametrize("method, rtol", [("radau13", 1e-6), ("radau9", 1e-10)])
 def test_kinks_within_steps_are_found_without_dense_output(method, rtol):
-    # An oscillator with a spring that acts on one side only. Errors were 890, 12 000 and 210 tolerances.
+    # An oscillator with a spring that acts on one side only. Errors were 890 and 12 000 tolerances.
     def residual(t, y, yp):
         return [yp[0] - y[1], yp[1] + y[0] + y[2], y[2] - 3.0 * max(0.0, y[0])]
 

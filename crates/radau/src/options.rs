@@ -104,7 +104,8 @@ pub struct RadauOptions {
     pub suppressed: Suppressed,
     /// Whether the error of dense output is limited to the tolerances; true by default. Otherwise, and in
     /// [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, whose steps end at the output time, it is
-    /// limited to ten times the tolerances, to detect kinks and pulses within steps. Fixed steps are not tested.
+    /// limited to ten times the tolerances with 5 and 7 stages, to detect kinks and pulses within steps. Fixed steps are
+    /// not tested.
     /// Multipliers of index 2 are excluded in the step that contains their jump, and whenever rounding divided by the
     /// step size exceeds their tolerance.
     pub dense_output: bool,

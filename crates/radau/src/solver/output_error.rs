@@ -6,10 +6,13 @@ use super::state::{RadauSolver, step_of};
 use crate::control::FACTORS;
 use crate::failure::{Failure, Rejection};
 
-/// Largest error of dense output, in tolerances, if it is not used. Larger errors indicate a kink or a pulse within the
-/// step that the error estimate does not see. Of smooth steps, most are below it, except with three stages and tight
-/// tolerances, because their dense output has order 3. Errors of Newton's method are below it.
+/// Largest error of dense output of more than [`LOW_ORDER`] stages, in tolerances, if it is not used. Larger errors
+/// indicate a kink or a pulse within a long step that the error estimate does not see. Errors of smooth steps and of
+/// Newton's method are usually smaller.
 const UNUSED: f64 = 10.0;
+
+/// Number of stages whose dense output has too low an order for this: at tight tolerances, it limits smooth steps.
+const LOW_ORDER: usize = 3;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step for this error. After a
@@ -18,9 +21,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Rounding is sampled only if the error exceeds the tolerances. The step is accepted in any case if multipliers would
     /// not be resolved in a shorter step.
     pub(super) fn test_dense_output(&mut self, h: f64, iterations: usize) -> Result<f64, Failure> {
+        let was_shortened = h > FACTORS.1 * self.collocation.h;
         let allowed = match self.interpolation.active {
             true => 1.0,
-            false if h > FACTORS.1 * self.collocation.h => return Ok(f64::INFINITY),
+            false if was_shortened || self.method.stages() <= LOW_ORDER => {
+                return Ok(f64::INFINITY);
+            }
             false => UNUSED,
         };
         if !self.fresh {
