@@ -19,9 +19,9 @@ const CONSTANT: f64 = 1e-6;
 /// Turn of the phase from a half-power frequency to the maximum of a resonance, °: 45° for light damping, at most 52° for a
 /// damping ratio of 0.3. Other modes nearby change it.
 const RESONANCE: std::ops::RangeInclusive<f64> = 22.5..=67.5;
-/// Smallest modal force of an excited mode, relative to the largest; weaker forces are rounding errors. Forces of moving
-/// supports increase with the square of the frequency.
-const EXCITED: f64 = 1e-6;
+/// Smallest modal force of an excited mode, or smallest ratio of force and ω², relative to the largest. Loads excite modes by
+/// similar forces, and supports by forces proportional to ω². Smaller values are due to asymmetries of the mesh.
+const EXCITED: f64 = 1e-3;
 /// Number of intervals in which the half-power frequencies are searched on each side of a peak.
 const SEARCH: usize = 400;
 
@@ -55,11 +55,14 @@ impl NearestMode {
     /// above the given ones may be nearer.
     pub(super) fn to(frequency: f64, modes: &[Mode], forces: &[f64]) -> Option<Self> {
         let highest = modes.iter().rev().find_map(|mode| mode.frequency)?;
-        let least = EXCITED * forces.iter().fold(0.0, |largest: f64, force| largest.max(*force));
-        let excited =
-            modes.iter().zip(forces).enumerate().filter(|(_, (_, force))| **force >= least);
-        let natural = excited
-            .filter_map(|(k, (mode, _))| Some(Self { number: k + 1, frequency: mode.frequency? }));
+        let ratios = modes.iter().zip(forces).map(|(mode, force)| force / mode.omega_squared);
+        let ratios: Vec<f64> = ratios.collect();
+        let is_large = |values: &[f64], k: usize| {
+            values[k] >= EXCITED * values.iter().copied().fold(0.0, f64::max)
+        };
+        let natural = (0..modes.len())
+            .filter(|&k| is_large(forces, k) || is_large(&ratios, k))
+            .filter_map(|k| Some(Self { number: k + 1, frequency: modes[k].frequency? }));
         let distance = |mode: &Self| (mode.frequency - frequency).abs();
         let nearest = natural.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
         (distance(&nearest) <= highest - frequency).then_some(nearest)
