@@ -75,7 +75,7 @@ fn all_modes_below_a_limit_and_the_next_are_found() {
                 assert_close(mode.omega_squared, exact(j));
                 assert!(mode.residual < 1e-8, "{limit}: {}", mode.residual);
             }
-            assert_eq!(modes_below(&body, limit, n_below), Ok(None));
+            assert!(modes_below(&body, limit, n_below).unwrap().is_none());
         }
     }
 }
