@@ -101,7 +101,7 @@ const TRIED: f64 = 0.1;
 /// Largest last correction after the first iteration, as a fraction of the solution; one tolerance is allowed, too.
 const SMALL: f64 = 0.01;
 
-/// Norm of a correction, in units of the tolerances, above which the contraction measured from it needs confirmation.
+/// Norm of a correction, in tolerances, above which the contraction measured from it needs confirmation.
 const LONG: f64 = 10.0;
 
 /// Relative size of corrections that may consist of rounding errors, which do not contract, with ill-conditioned matrices.
@@ -246,7 +246,7 @@ impl NewtonSolver {
             }
             let own = weights.largest_own(|i| self.correction[i]);
             let own_solved = error_factor * own <= self.tolerance || own > STALLED * last_own;
-            let enough = !is_unconfirmed && (self.tried && own_solved || iteration == self.limit);
+            let enough = self.tried && own_solved && !is_unconfirmed || iteration == self.limit;
             if let Some(iterations) = solved_after.filter(|_| enough) {
                 return Ok(Newton::Converged { iterations });
             }
@@ -255,9 +255,6 @@ impl NewtonSolver {
             }
             last_own = own;
             last_norm = norm.max(f64::EPSILON);
-        }
-        if is_unconfirmed {
-            self.allowed = 0.0;
         }
         Ok(Newton::Failed { step_factor: 0.5 })
     }

@@ -73,7 +73,6 @@ fn all_modes_below_a_limit_and_the_next_are_found() {
             assert_eq!(found.len(), n_below + 1);
             for (j, mode) in (1..).zip(&found) {
                 assert_close(mode.omega_squared, exact(j));
-                assert!(mode.residual < 1e-8, "{limit}: {}", mode.residual);
             }
             assert!(modes_below(&body, limit, n_below).unwrap().is_none());
         }

@@ -21,7 +21,6 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use myovib_sparse::{LinearWork, Ordering, Prediction, SparseOptions, resources};
-use myovib_structure::Mode;
 use num_complex::Complex64;
 
 use crate::analysis::spectrum;
@@ -163,22 +162,6 @@ impl DynamicStiffness {
         (&self.u, &self.preload)
     }
 
-    /// Returns the amplitude of the force of the loads and moving supports on a `mode` at its frequency, √kg m/s² (in the
-    /// plane √(kg/m) m/s²); 0 for a mode that does not oscillate. The supports act by damping and unrelaxed stress, too.
-    ///
-    /// # Errors
-    /// [`ModelError::Inverted`] for an equilibrium without stress.
-    pub fn modal_force(&self, mode: &Mode) -> Result<f64, ModelError> {
-        let Some(omega) = mode.angular_frequency() else { return Ok(0.0) };
-        let still = vec![Complex64::ZERO; self.p.len()];
-        let unbalanced = self.unbalanced(Complex64::new(0.0, omega), &self.supports, &still)?;
-        let free_to_full = self.dae.muscle().solid.dofs().free_to_full();
-        let forces = free_to_full.iter().map(|&i| unbalanced.force[i]);
-        let work = forces.zip(&mode.shape).map(|(force, u)| force * u).sum::<Complex64>();
-        let volumes = unbalanced.volume.iter().zip(&mode.multipliers);
-        Ok((work - volumes.map(|(volume, p)| volume * p).sum::<Complex64>()).norm())
-    }
-
     /// Returns the unknowns of the equilibrium; internal variables are zero.
     fn state(&self) -> Vec<f64> {
         let layout = self.dae.layout();
@@ -234,11 +217,6 @@ impl HarmonicResponse {
     /// Returns the dynamic stiffness, for readings of amplitudes.
     pub fn stiffness(&self) -> &DynamicStiffness {
         &self.stiffness
-    }
-
-    /// Returns the dynamic stiffness without the factors.
-    pub fn into_stiffness(self) -> DynamicStiffness {
-        self.stiffness
     }
 
     /// Returns the number of unknowns of each linear system.

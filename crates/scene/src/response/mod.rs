@@ -10,7 +10,7 @@ mod values;
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use myovib_model::harmonic::{DynamicStiffness, HarmonicResponse};
+use myovib_model::harmonic::HarmonicResponse;
 use myovib_model::statics::{self, Equilibrium};
 use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, spectrum, support};
 use num_complex::Complex64;
@@ -376,7 +376,7 @@ fn of_body(
         found.fields = fields(&response, &vtu::Grid::of_body(body), &own.fields)?;
     }
     // Releases the factors before the modes need memory.
-    let stiffness = response.into_stiffness();
+    drop(response);
     found.notes.extend(at.instabilities.and_then(instability));
     found.notes.extend(one_sided(muscle, &at));
     found.notes.extend(oscillating_preload(muscle, preload_time));
@@ -386,34 +386,27 @@ fn of_body(
     if first < last
         && !found.is_interrupted
         && body.formulation.has(Field::Pressure)
-        && let Ok((of_body, forces)) = excited_modes(muscle, &at, &stiffness, last)
+        && let Ok(of_body) = compared_modes(muscle, &at, last)
     {
         let rigid = support::free_parts(muscle).map_or(0, |free| free.count);
         let elastic = of_body.modes.get(rigid..).unwrap_or_default();
         found.notes.extend(notes::modes_below(elastic, first));
         found.notes.extend(negative_damping(&of_body.modes));
         for peak in &mut found.peaks {
-            peak.nearest_mode = NearestMode::to(peak.frequency, &of_body.modes, &forces);
+            peak.nearest_mode = NearestMode::to(peak.frequency, &of_body.modes);
         }
     }
     Ok(found)
 }
 
-/// Returns the modes that peaks up to a frequency (Hz) are compared with, and the modal forces. At rest, modes above this
-/// frequency are not computed, because damping cannot increase their vibrations.
-fn excited_modes(
-    muscle: &Muscle,
-    at: &Equilibrium,
-    stiffness: &DynamicStiffness,
-    last: f64,
-) -> Result<(BodyModes, Vec<f64>), ModelError> {
+/// Returns the modes that peaks up to a frequency (Hz) are compared with. At rest, modes above the next one are not
+/// computed, because damping cannot increase their vibrations.
+fn compared_modes(muscle: &Muscle, at: &Equilibrium, last: f64) -> Result<BodyModes, ModelError> {
     let modes = match at.preload_time {
         None => spectrum::up_to(muscle, at, last, MODES)?,
         Some(_) => spectrum::lowest(muscle, at, MODES)?,
     };
-    let forces = modes.iter().map(|mode| stiffness.modal_force(mode));
-    let forces = forces.collect::<Result<_, _>>()?;
-    Ok((BodyModes::new(muscle, at, modes)?, forces))
+    BodyModes::new(muscle, at, modes)
 }
 
 /// Computes the fields of displacement and pressure at the given frequencies.

@@ -19,9 +19,6 @@ const CONSTANT: f64 = 1e-6;
 /// Turn of the phase from a half-power frequency to the maximum of a resonance, °: 45° for light damping, at most 52° for a
 /// damping ratio of 0.3. Other modes nearby change it.
 const RESONANCE: std::ops::RangeInclusive<f64> = 22.5..=67.5;
-/// Smallest modal force of an excited mode, or smallest ratio of force and ω², relative to the largest. Loads excite modes by
-/// similar forces, and supports by forces proportional to ω². Smaller values are due to asymmetries of the mesh.
-const EXCITED: f64 = 1e-3;
 /// Number of intervals in which the half-power frequencies are searched on each side of a peak.
 const SEARCH: usize = 400;
 
@@ -36,8 +33,7 @@ pub struct Peak {
     /// Damping ratio from the half-power width, Δf/(2f); null if the width is not resolved or the phase does not turn as
     /// at a resonance.
     pub damping_ratio: Option<f64>,
-    /// The mode with the nearest natural frequency among those that the loads and moving supports excite; null if a mode that
-    /// was not computed may be nearer, and for scenes without modes.
+    /// The mode with the nearest natural frequency; null above the computed modes and for scenes without modes.
     pub nearest_mode: Option<NearestMode>,
 }
 
@@ -51,21 +47,16 @@ pub struct NearestMode {
 }
 
 impl NearestMode {
-    /// Returns the mode nearest to `frequency` among the modes excited by their modal `forces`. Returns `None` if a mode
-    /// above the given ones may be nearer.
-    pub(super) fn to(frequency: f64, modes: &[Mode], forces: &[f64]) -> Option<Self> {
-        let highest = modes.iter().rev().find_map(|mode| mode.frequency)?;
-        let ratios = modes.iter().zip(forces).map(|(mode, force)| force / mode.omega_squared);
-        let ratios: Vec<f64> = ratios.collect();
-        let is_large = |values: &[f64], k: usize| {
-            values[k] >= EXCITED * values.iter().copied().fold(0.0, f64::max)
-        };
-        let natural = (0..modes.len())
-            .filter(|&k| is_large(forces, k) || is_large(&ratios, k))
-            .filter_map(|k| Some(Self { number: k + 1, frequency: modes[k].frequency? }));
+    /// Returns the mode nearest to `frequency` among modes in ascending order, unless the frequency exceeds all of them.
+    pub(super) fn to(frequency: f64, modes: &[Mode]) -> Option<Self> {
+        let natural = modes
+            .iter()
+            .enumerate()
+            .filter_map(|(k, mode)| Some(Self { number: k + 1, frequency: mode.frequency? }));
         let distance = |mode: &Self| (mode.frequency - frequency).abs();
-        let nearest = natural.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-        (distance(&nearest) <= highest - frequency).then_some(nearest)
+        let is_above = natural.clone().any(|mode| mode.frequency >= frequency);
+        let nearest = natural.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.filter(|_| is_above)
     }
 }
 
