@@ -184,6 +184,7 @@ fn solve_with(
         stages,
         tolerances,
         dense_output,
+        detect_kinks: true,
         suppressed,
         time_scale: request.time_scale,
         initial_step: request.first_step,

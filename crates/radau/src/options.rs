@@ -102,13 +102,14 @@ pub struct RadauOptions {
     /// Components excluded from the error test (but not from Newton's convergence test); none by
     /// default.
     pub suppressed: Suppressed,
-    /// Whether the error of dense output is limited to the tolerances; true by default. Otherwise, and in
-    /// [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, whose steps end at the output time, it is
-    /// limited to ten times the tolerances with 5 and 7 stages, to detect kinks and pulses within steps. Fixed steps are
-    /// not tested.
+    /// Whether the error of dense output limits the step size; true by default. It does not limit the steps of
+    /// [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, which end at the output time.
     /// Multipliers of index 2 are excluded in the step that contains their jump, and whenever rounding divided by the
     /// step size exceeds their tolerance.
     pub dense_output: bool,
+    /// Whether the error of unused dense output of 5 or 7 stages is limited to ten tolerances, to detect kinks and pulses
+    /// within steps; false by default.
+    pub detect_kinks: bool,
     /// Step size control; [`StepSize::Adaptive`] by default.
     pub step_size: StepSize,
     /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 τ^(1/4) ‖ẏ_0‖), where τ is the relative
@@ -159,6 +160,7 @@ impl Default for RadauOptions {
             time_scale: 1.0,
             suppressed: Suppressed::Nothing,
             dense_output: true,
+            detect_kinks: false,
             step_size: StepSize::Adaptive,
             initial_step: None,
             min_step: 0.0,

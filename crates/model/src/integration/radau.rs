@@ -150,7 +150,7 @@ fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBu
     RadauSolver::builder(problem).options(RadauOptions {
         newton_tolerance,
         stop_time: Some(t_end),
-        // Runs read samples from dense output, but its error may be ten times the tolerances.
+        // Runs read samples from dense output, but their steps are not limited by its error yet.
         dense_output: false,
         ..options
     })

@@ -21,13 +21,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Rounding is sampled only if the error exceeds the tolerances. The step is accepted in any case if multipliers would
     /// not be resolved in a shorter step.
     pub(super) fn test_dense_output(&mut self, h: f64, iterations: usize) -> Result<f64, Failure> {
+        let detects = self.options.detect_kinks && self.method.stages() > LOW_ORDER;
         let was_shortened = h > FACTORS.1 * self.collocation.h;
         let allowed = match self.interpolation.active {
             true => 1.0,
-            false if was_shortened || self.method.stages() <= LOW_ORDER => {
-                return Ok(f64::INFINITY);
-            }
-            false => UNUSED,
+            false if detects && !was_shortened => UNUSED,
+            false => return Ok(f64::INFINITY),
         };
         if !self.fresh {
             let (step, last) = (step_of!(self, h), &self.collocation);
