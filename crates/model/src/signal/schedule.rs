@@ -89,7 +89,9 @@ impl Schedule {
         // A shorter step contains fewer changes, so halving finds a size within a factor of two of the longest possible
         // step.
         while let Some(allowed) = allowed(h) {
-            if h <= allowed.max(least) {
+            // A step of the same size as the last limited step is not limited again because of rounding: otherwise, the
+            // number of steps would depend on the unit of time.
+            if h <= allowed.max(least) + ROUNDING * (t.abs() + h) {
                 break;
             }
             h = allowed.max(0.5 * h).max(least);
@@ -153,6 +155,16 @@ mod tests {
         assert_eq!(pulse.limit(1.0, 0.7, 10.0), 1.0 + 0.005);
         assert_eq!(pulse.limit(1.02, 0.7, 10.0), 10.0);
         assert_eq!(pulse.limit(0.0, 5.0, 0.4), 0.4);
+        // Regression: the last size was limited to itself, so the rest of the rise was not divided.
+        for rounding in [-f64::EPSILON, 0.0, 2.0 * f64::EPSILON] {
+            let half_of_rest = 0.5 * (1.02 - 1.0125);
+            assert_eq!(pulse.limit(1.0125, 0.005 * (1.0 + rounding), 10.0), 1.0125 + half_of_rest);
+        }
+        let late = schedule(step(1e5), 0);
+        let (start, next) = (1e5 + 0.0125, 1e5 + 0.005);
+        let middle = start + 0.5 * (1e5 + 0.02 - start);
+        // Rounding of the time changes this size by 1e-9.
+        assert!((late.limit(start, next - 1e5, 2e5) - middle).abs() < 1e-10);
     }
 
     #[test]
