@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::fs;
+use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -16,11 +17,21 @@ use serde_json::Value;
 /// Returns the report of a built-in scene.
 fn report(scene: &str, set: &[&str]) -> String {
     let folder = tempfile::tempdir().unwrap();
+    computed(folder.path(), scene, set).1
+}
+
+/// Computes a built-in scene into a folder, and returns the scene and its report.
+fn computed(folder: &Path, scene: &str, set: &[&str]) -> (Scene, String) {
     let set: Vec<String> = set.iter().map(|&one| one.to_owned()).collect();
     let scene = Scene::built_in(scene, &set).unwrap();
-    let result = compute(&scene, &RunOptions::into_folder(folder.path())).unwrap();
-    page::write(folder.path(), &scene, &result).unwrap();
-    fs::read_to_string(folder.path().join("report.html")).unwrap()
+    let result = compute(&scene, &RunOptions::into_folder(folder)).unwrap();
+    page::write(folder, &scene, &result).unwrap();
+    (scene, fs::read_to_string(folder.join("report.html")).unwrap())
+}
+
+/// Returns the table of the probe `origin`.
+fn origin(folder: &Path) -> Table {
+    Table::parse(&fs::read_to_string(folder.join("origin.csv")).unwrap()).unwrap()
 }
 
 /// Returns the figures of a page; a nested SVG has no name space declaration.
@@ -203,14 +214,10 @@ fn a_report_of_an_equilibrium_has_no_times() {
 fn a_report_has_the_numbers_of_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let set = ["time.end=0.05", "integrator.method=radau5", "fields.interval=0.025"];
-    let scene = Scene::built_in("init", &set.map(str::to_owned)).unwrap();
-    let result = compute(&scene, &RunOptions::into_folder(folder.path())).unwrap();
-    page::write(folder.path(), &scene, &result).unwrap();
-    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
-    let html = read("report.html");
+    let (scene, html) = computed(folder.path(), "init", &set);
     let data = data_of(&html);
 
-    let table = Table::parse(&read("origin.csv")).unwrap();
+    let table = origin(folder.path());
     let last = table.numbers(table.rows.last().unwrap()).unwrap();
     for (j, value) in last.iter().enumerate().skip(1) {
         let series = &data["charts"][j - 1]["series"][0];
@@ -258,13 +265,9 @@ fn a_response_has_bode_and_nyquist_plots_of_its_table() {
         "traction[0].response={ y = 1.0 }",
         "probe[0].quantities=[\"u\"]",
     ];
-    let scene = Scene::built_in("init", &set.map(str::to_owned)).unwrap();
-    let result = compute(&scene, &RunOptions::into_folder(folder.path())).unwrap();
-    page::write(folder.path(), &scene, &result).unwrap();
-    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
-    let html = read("report.html");
+    let (_, html) = computed(folder.path(), "init", &set);
     let data = data_of(&html);
-    let table = Table::parse(&read("origin.csv")).unwrap();
+    let table = origin(folder.path());
     let rows: Vec<Vec<f64>> = table.rows.iter().map(|row| table.numbers(row).unwrap()).collect();
     let charts = data["charts"].as_array().unwrap();
     assert_eq!(charts.len(), 3 * 2);

@@ -15,11 +15,12 @@ const UNUSED: f64 = 10.0;
 const LOW_ORDER: usize = 3;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step for this error. After a
-    /// step that was shortened to end at an output time, the differences of Newton's errors are not small, and the error is
-    /// tested only if dense output is used.
+    /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step for this error.
     /// Rounding is sampled only if the error exceeds the tolerances. The step is accepted in any case if multipliers would
     /// not be resolved in a shorter step.
+    ///
+    /// If dense output is not used, steps that follow a shortened one are not tested: divided by its size, errors of
+    /// Newton's method may exceed the tolerances.
     pub(super) fn test_dense_output(&mut self, h: f64, iterations: usize) -> Result<f64, Failure> {
         let detects = self.options.detect_kinks && self.method.stages() > LOW_ORDER;
         let was_shortened = h > FACTORS.1 * self.collocation.h;
