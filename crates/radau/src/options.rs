@@ -107,9 +107,12 @@ pub struct RadauOptions {
     /// Multipliers of index 2 are excluded in the step that contains their jump, and whenever rounding divided by the
     /// step size exceeds their tolerance.
     pub dense_output: bool,
-    /// Whether the error of unused dense output of 5 or 7 stages is limited to ten tolerances, to detect kinks and pulses
-    /// within steps; false by default.
+    /// Whether steps of 5 or 7 stages are limited by the error of dense output even if it is not used, to ten tolerances.
+    /// This detects kinks and pulses within steps; false by default.
     pub detect_kinks: bool,
+    /// Whether steps that grow fast are repeated if an input acts between their stages, at the cost of at least ten
+    /// residuals for each; true by default. Not required if no step is longer than the inputs allow.
+    pub detect_inputs: bool,
     /// Step size control; [`StepSize::Adaptive`] by default.
     pub step_size: StepSize,
     /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 τ^(1/4) ‖ẏ_0‖), where τ is the relative
@@ -161,6 +164,7 @@ impl Default for RadauOptions {
             suppressed: Suppressed::Nothing,
             dense_output: true,
             detect_kinks: false,
+            detect_inputs: true,
             step_size: StepSize::Adaptive,
             initial_step: None,
             min_step: 0.0,

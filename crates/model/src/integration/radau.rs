@@ -180,6 +180,8 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
         time_scale: transit_time(dae.muscle()),
         jacobian_reuse: 0.1,
         step_window: (1.0, 2.0),
+        // The schedule limits the steps by all inputs except for impacts.
+        detect_inputs: !dae.muscle().contacts.is_empty(),
         sparse: settings.sparse_options(),
         ..RadauOptions::default()
     });

@@ -154,7 +154,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// The equations then seem to be at rest, and steps would grow beyond the duration or the period
     /// of the input. A limit of the step states this duration, and multipliers limit the steps.
     pub(super) fn expect_no_unseen_input(&mut self, h: f64, next: f64) -> Result<(), Failure> {
-        let is_limited = self.options.max_step.is_some() || self.multipliers.any();
+        let is_limited = !self.options.detect_inputs
+            || self.options.max_step.is_some()
+            || self.multipliers.any();
         let grown = h / self.collocation.h;
         let grows = next >= FAST_GROWTH * h || grown >= FAST_GROWTH;
         if is_limited || self.fresh || self.internal.is_some() || !grows {
