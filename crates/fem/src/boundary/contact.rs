@@ -1,5 +1,6 @@
 //! Contact of a boundary with a rigid obstacle, by a penalty.
 
+mod area;
 mod driven;
 mod friction;
 mod obstacle;
@@ -18,9 +19,6 @@ use obstacle::{Gap, dot};
 const DEFAULT_STIFFNESS: f64 = 100.0;
 /// Penetration at which the full stiffness is reached, as a fraction of the facet size.
 const SMOOTHING: f64 = 1e-3;
-/// Depth, relative to w, from which a point counts as in contact. It exceeds rounding, and its pressure is 1e-12 of the
-/// pressure at w.
-const TOUCHING: f64 = 1e-6;
 /// Mean distance from the obstacle that remains with augmented Lagrange multipliers, as a fraction of the facet size.
 /// At a contact pressure of one shear modulus, the default penalty penetrates a hundred times deeper.
 const AUGMENTED: f64 = 1e-4;
@@ -54,6 +52,8 @@ pub struct RigidContact {
     indices: Vec<Vec<Option<u32>>>,
     obstacle: Obstacle,
     stiffness: f64,
+    /// Shear modulus of the element of each facet, Pa.
+    shear_moduli: Vec<f64>,
     /// Depth w.
     smoothing: f64,
     /// Depth d of each point of each facet, m; empty without multipliers.
@@ -67,8 +67,6 @@ pub struct ContactSums {
     pub force: [f64; 3],
     /// Stored energy, J (J/m in 2D).
     pub energy: f64,
-    /// Undeformed area of the points in contact, m² (length in 2D, m).
-    pub area: f64,
     /// Largest penetration, m.
     pub penetration: f64,
 }
@@ -123,16 +121,17 @@ impl RigidContact {
         let mean = area / weights.len().max(1) as f64;
         let size = if boundary.dimension == 2 { mean } else { mean.sqrt() };
         let owners = owners(space.mesh(), group)?;
-        let moduli = owners
-            .iter()
-            .map(|&element| solid.mean_factor(element) * solid.laws()[element].moduli()[1]);
-        let shear_modulus = moduli.fold(0.0, f64::max);
+        let modulus =
+            |&element: &usize| solid.mean_factor(element) * solid.laws()[element].moduli()[1];
+        let shear_moduli: Vec<f64> = owners.iter().map(modulus).collect();
+        let largest = shear_moduli.iter().copied().fold(0.0, f64::max);
         Ok(Self {
             indices: boundary.matrix_indices(solid),
             weights,
             boundary,
             obstacle,
-            stiffness: stiffness.unwrap_or(DEFAULT_STIFFNESS * shear_modulus / size),
+            stiffness: stiffness.unwrap_or(DEFAULT_STIFFNESS * largest / size),
+            shear_moduli,
             smoothing: SMOOTHING * size,
             depths: Vec::new(),
         })
@@ -429,9 +428,6 @@ impl RigidContact {
                 *force += touch.weight * touch.potential[1] * normal;
             }
             sums.energy += touch.weight * touch.potential[0];
-            if touch.depth > TOUCHING * self.smoothing {
-                sums.area += touch.weight;
-            }
             sums.penetration = sums.penetration.max(-touch.gap.distance);
         });
         sums

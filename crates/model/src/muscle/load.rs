@@ -354,6 +354,11 @@ impl Contact {
         self.operator.sums(&self.offset(t, part, u), u)
     }
 
+    /// Returns the undeformed area in contact, m² (length in 2D, m), as for [`sums`](Self::sums).
+    pub fn area(&self, t: f64, part: f64, u: &[f64]) -> f64 {
+        self.operator.area(&self.offset(t, part, u), u)
+    }
+
     /// Calls `action` with the friction, the motion of the obstacle at time `t`, and the motion of the body. Does
     /// nothing without friction.
     fn slide<R>(

@@ -11,10 +11,9 @@ use super::moment::{self, Arms, MOMENT};
 use crate::InputError;
 use crate::system::{System, muscle_of};
 
-/// Force of the obstacles on the body, N; undeformed area in contact, m², which is too small if the pressure varies between
-/// the points of a facet (in space with multipliers, or with a `stiffness` far above the default); largest penetration, m; displacement of the
-/// first obstacle that moves, m: along its force, along the one axis of its motion (positive toward the body), or projected
-/// on the direction to the body; with `about`, the moment of the force, N·m.
+/// Force of the obstacles on the body, N; undeformed area in contact, m², whose edge is uncertain by about a quarter of a facet;
+/// largest penetration, m; displacement of the first obstacle that moves, m: along its force, along the one axis of its motion
+/// (positive toward the body), or projected on the direction to the body; with `about`, the moment of the force, N·m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Contact {
@@ -101,7 +100,7 @@ impl Reading for Sums {
             for (value, (normal, friction)) in values[..self.dimension].iter_mut().zip(forces) {
                 *value += normal - friction;
             }
-            values[self.dimension] += sums.area;
+            values[self.dimension] += contact.area(t, 1.0, &u);
             if self.arms.is_some() {
                 contact.add_total_force(t, [&u, &v], &mut force);
             }

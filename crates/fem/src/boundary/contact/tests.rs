@@ -116,7 +116,7 @@ fn a_plane_presses_with_the_pressure_of_its_penetration() {
         let size = if dimension == 2 { 0.05 } else { 0.05 / 2_f64.sqrt() };
         let expected = -1e6 * (1e-3 - 0.5e-3 * size) * area;
         assert!((sums.force[up] - expected).abs() < 1e-12 * expected.abs());
-        assert!((sums.area - area).abs() < 1e-14);
+        assert!((contact.area(&offset, &u) - area).abs() < 1e-14);
         assert!((sums.penetration - 1e-3).abs() < 1e-15);
         let mut total = vec![0.0; u.len()];
         contact.add_force(&offset, 1.0, &u, &mut total);
@@ -203,7 +203,8 @@ fn the_force_is_the_derivative_of_the_energy() {
             let (work, growth) = (h * (ends + inside), sums(n).energy - sums(0).energy);
             // Trapezoidal rule: the second derivative of the force is at most k/w times the area.
             let k_by_w = contact.stiffness() / contact.smoothing;
-            let bound = (to - from).abs() * h * h / 12.0 * k_by_w * sums(n).area;
+            let area = 0.1_f64.powi(dimension as i32 - 1);
+            let bound = (to - from).abs() * h * h / 12.0 * k_by_w * area;
             assert!((growth - work).abs() < bound, "{obstacle:?}: {growth} {work} {bound:e}");
         }
     }
@@ -290,12 +291,58 @@ fn an_obstacle_that_only_touches_has_no_contact_area() {
         let mut u = vec![0.0; solid.dofs().n_full()];
         let mut area = |lift: f64| {
             u.iter_mut().skip(dimension - 1).step_by(dimension).for_each(|u| *u = lift);
-            contact.sums(&[0.0; 3], &u).area
+            contact.area(&[0.0; 3], &u)
         };
         assert_eq!([area(0.0), area(1e-17)], [0.0; 2]);
         // At a penetration of 1e-6 of the facets, the whole group of side 0.1 m is in contact; the sum of 16 weights has
         // a rounding error below 16 ε.
         let whole = 0.1_f64.powi(dimension as i32 - 1);
         assert!((area(5e-8) / whole - 1.0).abs() < 16.0 * f64::EPSILON, "{}", area(5e-8));
+    }
+}
+
+/// Points between pressed points are in contact if their gap is small for the pressure and the shear modulus, and below a twentieth
+/// of a facet. A plane presses on the middle nodes of the facets, and the vertices are a `gap` away.
+#[test]
+fn the_contact_area_includes_points_between_pressed_points() {
+    for dimension in [2, 3] {
+        let (up, solid) = (dimension - 1, block(dimension));
+        let (mut point, mut normal) = ([0.0; 3], [0.0; 3]);
+        (point[up], normal[up]) = (0.1, -1.0);
+        let obstacle = Obstacle::Plane { point, normal };
+        let area = |solid: &Solid, stiffness: f64, gap: f64| {
+            let mut contact = RigidContact::new(solid, "top", obstacle, None).unwrap();
+            contact.stiffness *= stiffness;
+            let size = contact.facet_size();
+            let mut u = vec![0.0; solid.dofs().n_full()];
+            for nodes in &contact.boundary.facets {
+                let (vertices, middles) = nodes.split_at(dimension);
+                vertices.iter().for_each(|node| u[dimension * node + up] = -gap * size);
+                middles.iter().for_each(|node| u[dimension * node + up] = 3e-4 * size);
+            }
+            contact.area(&[0.0; 3], &u) / 0.1_f64.powi(dimension as i32 - 1)
+        };
+        // A small pressure does not close the gap of some points.
+        let pressed = area(&solid, 1e-6, 1e-3);
+        assert!(pressed > 0.4 && pressed < 0.9, "{pressed}");
+        // The sum of 96 weights has a rounding error below 96 ε.
+        let rounding = 96.0 * f64::EPSILON;
+        let all = area(&solid, 64.0, 1e-3);
+        assert!((all - 1.0).abs() < rounding, "{all}");
+        // Middle nodes are pressed with many shear moduli, and the vertices are far away.
+        let far = area(&solid, 64.0, 0.2);
+        assert!((far - pressed).abs() < rounding, "{far} {pressed}");
+        // The gaps of a hard half remain.
+        let space = solid.space();
+        let factors = (0..space.n_elements()).flat_map(|element| {
+            let vertices = space.mesh().element(element);
+            let at = |vertex: usize| space.coordinates()[dimension * vertex];
+            let x: f64 = vertices.iter().map(|&vertex| at(vertex)).sum();
+            vec![if x < 0.05 * vertices.len() as f64 { 1.0 } else { 1e9 }; vertices.len()]
+        });
+        let mixed = solid.clone().with_factors(factors.collect()).unwrap();
+        let stiffness = 64e-9;
+        let half = area(&mixed, stiffness, 1e-3);
+        assert!((half - 0.5 * (1.0 + pressed)).abs() < rounding, "{half}");
     }
 }
