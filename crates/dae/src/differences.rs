@@ -173,8 +173,8 @@ impl Differences {
         Ok(())
     }
 
-    /// Returns a displacement of unknown j, or of ẏ_j multiplied by h if `a` is 0, to compare with the
-    /// usual displacement.
+    /// Returns a displacement of unknown j, or of ẏ_j multiplied by h if `a` is 0, whose quotients are compared with the
+    /// quotients of the usual displacement; `None` if no comparison is necessary.
     fn fine_displacement(&self, at: &Linearization<'_>, a: f64, j: usize) -> Option<f64> {
         if !self.refines {
             return None;
@@ -239,7 +239,7 @@ impl Differences {
     }
 }
 
-/// How unknowns are moved.
+/// Displacement of the unknowns.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Perturbation {
     /// By δ_j.

@@ -1,4 +1,4 @@
-//! Which variables are differential: those whose derivative occurs in F.
+//! Detection of differential variables, whose derivatives occur in F.
 
 use crate::coloring::color;
 use crate::draw::draw;

@@ -156,7 +156,7 @@ fn find<P: Problem + ?Sized>(
     Ok(None)
 }
 
-/// A direction, and the rows with a change along it that given values of the pattern do not explain.
+/// A direction, and the rows whose change along it differs from the product of the given matrix and the direction.
 pub(crate) struct Unexplained {
     pub(crate) direction: Vec<f64>,
     /// Rows with the bounds that they exceed, those with the largest ratio first.

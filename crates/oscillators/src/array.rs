@@ -5,7 +5,7 @@ use crate::drive::Reach;
 use crate::error::Error;
 use crate::network::{Coefficients, Network, Node};
 
-/// Coordinate directions in which the oscillators of a plane array move.
+/// Number of coordinate directions in which the oscillators of a plane array move.
 const DIRECTIONS: usize = 2;
 
 /// A plane array of oscillators, with one equation per oscillator *and coordinate direction*.

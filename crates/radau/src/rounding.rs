@@ -53,7 +53,7 @@ pub(crate) struct Sampling {
 }
 
 impl Sampling {
-    /// Sampling, sufficient unless it explains no part of the error.
+    /// Quick sampling, which is sufficient unless it explains no part of the error.
     const QUICK: Self = Self { units: 1.0, samples: 2, with_start: false };
 
     /// Sampling that detects the rounding of a constraint.

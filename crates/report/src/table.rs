@@ -173,7 +173,7 @@ pub fn exponent(value: f64) -> String {
     if value == 0.0 { "0".into() } else { format!("{value:e}") }
 }
 
-/// Returns whether standard output supports colors: a terminal, and `NO_COLOR` unset or empty.
+/// Returns whether standard output is colored, that is, a terminal with `NO_COLOR` unset or empty.
 pub fn colored_stdout() -> bool {
     io::stdout().is_terminal() && env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }

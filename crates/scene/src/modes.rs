@@ -216,7 +216,7 @@ pub(crate) fn oscillating_preload(muscle: &Muscle, preload_time: Option<f64>) ->
     ))
 }
 
-/// How damping can increase the energy.
+/// Reason why damping may increase the energy, with a remedy.
 pub(crate) const ENERGY_GAIN: &str = "`rayleigh_stiffness` multiplies the rate of all stresses, which does not always dissipate \
     energy in a stressed body; use `viscosity` instead";
 

@@ -72,7 +72,7 @@ fn non_zeros(matrix: &DMatrix<f64>, time: f64) -> impl Iterator<Item = Entry> {
     })
 }
 
-/// Fits an upper envelope: few entries lie slightly above it.
+/// Fits an upper envelope. Only few entries are above it, by small amounts.
 fn envelope(n: usize, entries: &[Entry]) -> Shifts {
     let mut shifts = fit(n, entries, |_| 1.0);
     let mut above = Vec::new();

@@ -61,11 +61,12 @@ pub struct ModesArgs {
     #[arg(long, value_name = "X", default_value_t = paper::BETA, value_parser = values::finite)]
     pub beta: f64,
 
-    /// Draw the modes of the incompressible muscle as SVG.
+    /// Draw the modes as SVG. Without a scene, these are the modes of the incompressible muscle.
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub svg: Option<PathBuf>,
 
-    /// Write the shapes of the modes, with φᵀ M φ = 1, as vector fields for ParaView (VTU); of the incompressible muscle if no scene is given.
+    /// Write the shapes of the modes, with φᵀ M φ = 1, as vector fields for ParaView (VTU). Without a scene, these are the
+    /// modes of the incompressible muscle.
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub vtu: Option<PathBuf>,
 

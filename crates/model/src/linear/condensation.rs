@@ -10,8 +10,8 @@
 //!
 //! For the muscle, the remaining system in (q, λ) has half the size and is symmetric except for the
 //! damping: the dynamic stiffness c² M + c D + K bordered by B. It is a sum of the same matrices
-//! with polynomials in c as coefficients, so all positions are computed once. If the matrix becomes
-//! symmetric when the signs of some rows (the rows of B) are changed, they are changed. In 3D, where
+//! with polynomials in c as coefficients, so all positions are computed once. The signs of some
+//! rows (the rows of B) are changed if this makes the matrix symmetric. In 3D, where
 //! factorizations are most expensive, a nearly symmetric matrix is
 //! [symmetrized](super::symmetry::NearlySymmetric).
 //!

@@ -21,7 +21,7 @@ pub enum Activation {
     },
     /// Linear function of time: the linearization of a model at a state, used for derivatives there.
     Line {
-        /// Where it touches, s.
+        /// Time of the state, s.
         t: f64,
         /// T there, Pa.
         tension: f64,

@@ -205,7 +205,7 @@ impl Tracer<'_, '_> {
         Ok(Point { state: shooting.unscaled(&state), parameter: bound, is_fold: false })
     }
 
-    /// Returns the point at a distance along the tangent at x, and a fold in between.
+    /// Returns the point at the distance `step` along the tangent at x, with the fold between both points if there is one.
     fn advance(&mut self, x: &[f64], tangent: &[f64], step: f64) -> Result<Advance, ModelError> {
         let n = x.len() - 1;
         let (next, iterations) = self.step(x, tangent, step)?;
@@ -217,8 +217,8 @@ impl Tracer<'_, '_> {
         Ok(Advance { x: next, tangent: next_tangent, fold, iterations })
     }
 
-    /// Returns the point with a tangent of constant parameter between x and the point at a distance `end`, by the Illinois
-    /// method.
+    /// Returns the point between x and the point at the distance `end` at which the parameter is constant along the
+    /// tangent, by the Illinois method.
     fn fold(
         &mut self,
         x: &[f64],

@@ -19,7 +19,7 @@ impl TimeFunction for f64 {
     }
 }
 
-/// Steps must resolve the curvature of a table. Its joints are smooth enough that steps need not end there.
+/// Steps must resolve the curvature of the spline. Its knots are smooth enough that steps need not end at them.
 impl TimeFunction for Spline {
     fn at(&self, t: f64) -> Jet {
         self.at(t)
@@ -34,7 +34,7 @@ impl TimeFunction for Spline {
     }
 }
 
-/// How functions are put together.
+/// Operation that combines functions.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Operation {
     Sum,

@@ -8,7 +8,7 @@
 /// A time at which a derivative of a function of time jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Break {
-    /// When, s.
+    /// Time, s.
     pub t: f64,
     /// The lowest derivative that jumps: 0 is the value itself, 1 a kink.
     pub order: u8,

@@ -1,4 +1,4 @@
-//! How equilibria move with parameters.
+//! Derivatives of equilibria with respect to parameters.
 
 use super::Equilibrium;
 use super::newton::Newton;

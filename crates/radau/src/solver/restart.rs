@@ -102,8 +102,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// function of the problem has a jump or a kink. Statistics continue. If the solution itself jumps, use
     /// [`reinit`](RadauSolver::reinit).
     ///
-    /// Algebraic variables may have their values from before the jump. Call it before the first step if the initial
-    /// values do; then whether they are consistent is not checked.
+    /// Algebraic variables may have their values from before the jump. If the initial values of algebraic variables are
+    /// from before a jump, call this method before the first step; the consistency of the initial values is then not
+    /// checked.
     pub fn restart(&mut self) {
         if let Some(pause) = self.pause.take() {
             self.t = pause.t;

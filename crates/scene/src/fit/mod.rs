@@ -91,7 +91,7 @@ impl FitOptions<'_> {
     }
 }
 
-/// How a fit ended.
+/// Outcome of a fit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
     /// The search found a minimum of the cost.

@@ -49,7 +49,7 @@ pub(super) trait Driver {
 /// Starts the system of a scene, at its start or from a checkpoint, and calls the driver.
 ///
 /// # Errors
-/// A system that cannot start, before any output; errors of the driver.
+/// A system that cannot start, for which nothing is written; errors of the driver.
 pub(super) fn start<D: Driver>(
     scene: &Scene,
     checkpoint: Option<&Checkpoint>,

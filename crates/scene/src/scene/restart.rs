@@ -141,7 +141,7 @@ struct End {
     is_load: bool,
 }
 
-/// Returns a value in a note; tables are not shown.
+/// Formats a value for a note. Lists and tables are only described as given.
 fn described(value: &Value) -> String {
     match value {
         Value::Null => "missing".to_owned(),

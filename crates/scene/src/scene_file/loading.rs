@@ -14,7 +14,7 @@ const FIRST_LOAD: f64 = 0.1;
 /// Loading path of a static analysis. A load factor multiplies the loads at `time.end`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoadingPath {
-    /// How the path is followed.
+    /// Method by which the path is followed.
     #[serde(default)]
     pub method: PathMethod,
     /// Number of equal load increments [default: 10], or maximum number of steps by arc length [default: 100].
@@ -28,7 +28,7 @@ pub struct LoadingPath {
     pub first_load: Option<f64>,
 }
 
-/// How a loading path is followed.
+/// Method by which a loading path is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PathMethod {

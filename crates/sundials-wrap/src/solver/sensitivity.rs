@@ -22,7 +22,7 @@ pub enum SensitivityMethod {
 /// Settings of forward sensitivities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SensitivityOptions {
-    /// How they are integrated.
+    /// Method of integration.
     pub method: SensitivityMethod,
     /// Whether the sensitivities are included in the error test, scaled to p̄ S and with the tolerances of y.
     pub in_error_test: bool,

@@ -13,7 +13,7 @@ use myovib_model::{
 use crate::Run;
 use crate::equations::Equations;
 
-/// Relative tolerances; the absolute tolerances are in the paper's proportion.
+/// Relative tolerances. The absolute tolerances are proportional to them, with the same factors as in the paper.
 pub const TOLERANCES: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 
 /// Limit of the CPU time of a diffsol run in s.

@@ -36,8 +36,8 @@ pub(super) struct Document {
     pub(super) periodic: Option<PeriodTrial>,
 }
 
-/// Returns the extents along the axes, m, the volume, m³, in the plane the area, m², and the mass, kg, in the plane per meter
-/// of depth.
+/// Returns the extents along the axes, m, the volume, m³, and the mass, kg. For a plane body, these are the area, m², and
+/// the mass per meter of depth, kg/m.
 pub(super) fn size(size: &Size) -> Value {
     json!({
         "extents": size.extents,
