@@ -22,13 +22,13 @@ START = (
     "them for position constraints"
 )
 
-# Part of the entries of a full matrix below which `sparsity` is recommended, and number of compared columns.
+# Fraction of nonzero entries below which `sparsity` is recommended, and number of columns for its estimate.
 SPARSE = 0.1
 SAMPLED = 8
 
 
 def _share_of_entries(residual: Function, t: float, y: Array, yp: Array) -> float | None:
-    """Return the part of nonzero entries of the Jacobian in some columns, if it is small and the matrix large."""
+    """Return the fraction of nonzero entries of a large Jacobian, estimated from some columns; None if it is not small."""
     n = len(y)
     if n <= LARGE:
         return None
@@ -72,11 +72,11 @@ VALUELESS = "no consistent initial values"
 # Beginning of messages with the time of the last step, which may be after the last output time.
 STOPPED = re.compile(r"(?:stopped|the limit .* was reached) at t = ([-+.\de]+)")
 
-# Part of the span, in 100 steps, below which steps are too short from the start on.
+# Fraction of the span covered by the first 100 steps below which steps are too short from the start on.
 SLOW = 1e-3
 
-# Part of failed error tests from which BDF warns. It is 0.14 at most in runs of stiff and oscillating standard problems,
-# and 0.2 to 0.5 of the steps of a transistor amplifier with coupling capacitors.
+# Ratio of failed error tests to steps of BDF above which advice is given. It is at most 0.14 in runs of stiff and
+# oscillating standard problems, and 0.2 to 0.5 for a transistor amplifier with coupling capacitors.
 FAILED = 1.0 / 6.0
 
 
@@ -85,9 +85,10 @@ def _is_slow_from_the_start(solution: DaeSolution, span: float) -> bool:
 
 
 def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array, known: _Facts) -> str | None:
-    """Return advice if the integrator gave up, failed many error tests or lacks digits, for a reason that has a remedy.
+    """Return advice, if there is any, for an integration that ended early, failed many error tests or lacks digits of t.
 
-    The message of a solution that ends early then contains it instead of the library's remedies, unless it is a guess.
+    The advice is also added to the message of a solution that ends early. It replaces the remedies of the library there,
+    unless it is a guess.
     """
     suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs, initial, t_end = known
     is_bdf = solution.method == "bdf"
@@ -230,7 +231,8 @@ def _wrong_entry(
 ) -> str | None:
     """Return a note on an entry of the Jacobian that differs from difference quotients, if Newton's method fails often.
 
-    If it ends the integration, the Jacobian may be wrong near the last time only.
+    If such a failure ended the integration, the last state is examined in particular, because the Jacobian may be wrong
+    only there.
     """
     is_slow = not solution.success or solution.nsteps > 10
     is_stopped = not solution.success and _fails_to_converge(solution.message)

@@ -46,7 +46,7 @@ def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
 
 
 def _real(name: str, values: Any) -> Array:
-    """Return real numbers; NumPy would drop imaginary parts with a warning only, and masks silently."""
+    """Return the values as real numbers; NumPy would drop imaginary parts with only a warning, and masks silently."""
     if np.ma.is_masked(values):
         raise ValueError(f"{name} has masked entries: must be real numbers")
     try:

@@ -13,7 +13,7 @@ from ._structure import RANK, Structure, _null
 Array = NDArray[np.float64]
 State = tuple[Array, Array]
 
-# Steps of Newton's method, halvings of a step, and part of the predicted reduction that a step must reach.
+# Steps of Newton's method, halvings of a step, and fraction of the predicted reduction that a step must reach.
 ITERATIONS = 100
 HALVINGS = 40
 DESCENT = 0.1
@@ -43,14 +43,14 @@ def values_after(
     span: float,
     free_rates: tuple[bool, bool],
 ) -> State | None:
-    """Return y and y' at the second time. Only a break is between the first two times, and none until the third.
+    """Return y and y' after a break, which is between the first two times; the next break is after the third time.
 
-    The state from before the break is kept if F does not jump there by more than changes of y and y' within
-    the tolerances. Otherwise y changes within the null space of dF/dy' and y' in its complement: the
-    combinations of which F contains the derivatives are continuous. Derivatives that F does not contain satisfy the
-    derivative of F = 0. They are computed if both of `free_rates` are true: whether the method uses them, and whether
-    dF/dy' is singular at the start. After a jump, dF/dy' is known, and the second one is not used. Returns None without
-    a solution, for example if the index is above 1.
+    The values are those at the second time. The state from before the break is kept if the jump of F is no larger than its
+    change when y and y' change within the tolerances. Otherwise y changes within the null space of dF/dy' and y' in its
+    complement: the combinations of which F contains the derivatives are continuous. Derivatives that F does not contain
+    satisfy the derivative of F = 0. They are computed if the method uses them and dF/dy' is singular; `free_rates` contains
+    both conditions, the second at the start of the integration. After a jump, dF/dy' at the second time is used instead.
+    Returns None without a solution, for example if the index is above 1.
     """
     (before, after, _), (y, yp), (rtol, atol) = times, state, tolerances
 
@@ -196,7 +196,7 @@ def _correction(structure: Structure) -> Callable[[Array], State] | None:
 
 
 def _ranges(matrix: Array) -> tuple[Array, Array, int]:
-    """Return the left singular vectors, a basis whose vectors from the rank on span the null space, and the rank."""
+    """Return the left singular vectors, a basis, and the rank r; the basis vectors from index r on span the null space."""
     columns = np.abs(matrix).max(axis=0)
     columns = 1.0 / np.where(columns > 0.0, columns, 1.0)
     lefts, values, rights = np.linalg.svd(matrix * columns)

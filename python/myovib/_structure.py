@@ -76,8 +76,8 @@ class Structure:
     def wrong_entries(self, df_dy: Array, df_dyp: Array) -> set[tuple[str, int, int]]:
         """Return matrix, row and column of each entry that differs from the quotient by more than a quarter.
 
-        Entries below the digits of quotients, relative to their row, and entries below rounding are not compared, nor are
-        those whose quotients depend on the size or the sign of the increment, as at kinks.
+        Entries that are negligible in their row, or differ by rounding errors, are not compared, nor are entries whose
+        quotients depend on the size or the sign of the increment, as at kinks.
         """
         found = set()
         pairs = ((df_dy, self.df_dy), (df_dyp, self.df_dyp))
@@ -95,7 +95,7 @@ class Structure:
         return found
 
     def rounding(self, df_dy: Array, df_dyp: Array) -> Array:
-        """Return the rounding of each equation from the absolute values of the matrices."""
+        """Return the rounding error of each equation, from the absolute values of the matrices."""
         y, yp = np.abs(self.state)
         return np.finfo(float).eps * (df_dy @ y + df_dyp @ yp)
 
@@ -104,11 +104,11 @@ class Structure:
         return _inverse(self.df_dy + c * self.df_dyp)
 
     def is_huge(self) -> bool:
-        """Return whether entries are too large for a statement about dependence."""
+        """Return whether entries are too large to decide whether equations depend on each other."""
         return bool(max(np.abs(self.df_dy).max(), np.abs(self.df_dyp).max()) > HUGE)
 
     def index(self) -> int:
-        """Return the highest clear index of a variable, which is the index of the equations from 1 on."""
+        """Return the highest clear index of a variable. If it is at least 1, it is the index of the equations."""
         return int(self.variable_indices.max())
 
     def has_free_rates(self) -> bool:
@@ -146,7 +146,7 @@ class Structure:
 
     @cached_property
     def variable_indices(self) -> Array:
-        """Return the index of each variable, 1 also for 0; 0 where it is not clear.
+        """Return the index of each variable: 1 also for an index of 0, and 0 for an index that is not clear.
 
         An error of the equations changes a variable of index i by the error divided by h^(i-1), in steps of size h.
         """
