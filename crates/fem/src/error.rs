@@ -109,7 +109,8 @@ pub enum FemError {
     InteriorFacet { group: String, vertices: Vec<usize> },
     /// The model has no plane of symmetry normal to the axis, or several.
     #[error(
-        "the rim of the group is not in one plane normal to {} with all nodes fixed along that axis",
+        "the rim of the group does not determine a plane of symmetry normal to {}: the boundary next to it must be in \
+         one such plane, with all nodes fixed along that axis",
         ["x", "y", "z"][*axis]
     )]
     NoSymmetryPlane { axis: usize },

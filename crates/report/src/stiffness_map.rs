@@ -20,7 +20,7 @@ pub const SCHEMA: &str = "stiffness-map";
 pub fn text(map: &StiffnessMap) -> String {
     let mut table = Table::new(&[
         ("output", Align::Left),
-        ("relative change of the RMS per stiffness", Align::Right),
+        ("relative change of RMS per relative change of stiffness", Align::Right),
     ]);
     for output in &map.outputs {
         let total = output.total();

@@ -161,7 +161,7 @@ fn incompressible(level: &Level) -> String {
     match (&level.index, level.nullity) {
         (Some(report), _) => report.index.to_string(),
         (None, 0) => "3 (B has full rank)".into(),
-        (None, nullity) => format!("no index ({nullity} pressures not held)"),
+        (None, nullity) => format!("no index ({nullity} uncontrolled pressures)"),
     }
 }
 
@@ -175,7 +175,7 @@ fn text(families: &[Family], elements: &'static str) -> String {
         ("displacements", Right),
         ("inf–sup", Right),
         ("σ_min(B)", Right),
-        ("not held", Right),
+        ("uncontrolled", Right),
         ("index of (28) at κ = ∞", Left),
     ]);
     for family in families {
@@ -196,7 +196,7 @@ fn text(families: &[Family], elements: &'static str) -> String {
     text.push_str(
         "\ninf–sup: the smallest non-zero constant of (27), pressures in the L2 norm, displacements \
          in the H1 seminorm; bounded\nbelow for stable spaces. σ_min(B), the smallest non-zero \
-         singular value, decays for all spaces. not held: pressures\nthat no displacement \
+         singular value, decays for all spaces. uncontrolled:\npressures that no displacement \
          controls; with one of these and κ = ∞ the pencil is singular and there is no index.\n",
     );
     text

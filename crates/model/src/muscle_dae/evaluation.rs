@@ -86,7 +86,8 @@ impl MuscleDae {
         match self.context.added.relaxing {
             0 => Ok(()),
             _ => Err(StepError::Fatal(
-                "the whole Newton matrix of a body with Prony terms is never formed: use the condensed linear solver, and no sensitivities with an activation model"
+                "the full Newton matrix of a body with Prony terms is not available: use the condensed linear solver; \
+                 sensitivities with an activation model are not supported"
                     .into(),
             )),
         }

@@ -62,7 +62,9 @@ impl Branch {
             return Err(scene.wrong("periodic.continuation.parameter", error).into());
         };
         if from == wanted.to {
-            let error = InputError::new("the curve ends at its start").found(wanted.to);
+            let error =
+                InputError::new("the curve has no length: the scene already has this value")
+                    .found(wanted.to);
             return Err(scene.wrong("periodic.continuation.to", error).into());
         }
         let branch = Self { wanted, from };

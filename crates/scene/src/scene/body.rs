@@ -313,21 +313,26 @@ impl Builder<'_> {
             let one = self.at(&format!("material[{i}]"), one)?;
             let first = *parameters.first().unwrap_or(&one);
             let differs = |which: fn(&Parameters) -> bool| which(&one) != which(&first);
-            let (key, problem) = match () {
-                () if differs(Parameters::is_incompressible) => {
-                    ("bulk_modulus", "bulk_modulus = inf combined with a finite value")
-                }
-                () if differs(Parameters::is_damped) => {
-                    ("rayleigh_stiffness", "rayleigh_stiffness > 0 combined with 0")
-                }
+            let (key, problem, value) = match () {
+                () if differs(Parameters::is_incompressible) => (
+                    "bulk_modulus",
+                    "bulk_modulus = inf combined with a finite value",
+                    "`bulk_modulus` = inf",
+                ),
+                () if differs(Parameters::is_damped) => (
+                    "rayleigh_stiffness",
+                    "rayleigh_stiffness > 0 combined with 0",
+                    "`rayleigh_stiffness` > 0",
+                ),
                 () => {
                     parameters.push(one);
                     continue;
                 }
             };
-            let error =
-                InputError::new(format!("{problem}: the index of the equations would differ"))
-                    .next(format!("set `{key}` of the same kind in all materials"));
+            let error = InputError::new(format!(
+                "{problem}: the equations of the materials would have different indices"
+            ))
+            .next(format!("set {value} in all materials, or in none"));
             return Err(self.wrong(&format!("material[{i}].{key}"), error));
         }
         match parameters.is_empty() {

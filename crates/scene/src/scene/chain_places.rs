@@ -122,7 +122,7 @@ impl Builder<'_> {
         located.ok_or_else(|| {
             let without = vertices.iter().filter(|&&v| owners[v].is_none()).count();
             let error = InputError::new(format!(
-                "no material with fibers is at {without} of the {} vertices of `{group}`",
+                "the body has no fibers at {without} of the {} vertices of `{group}`",
                 vertices.len()
             ));
             self.wrong(&path, error.next(GIVE_FIBER))
@@ -211,7 +211,7 @@ impl Builder<'_> {
                 false => {
                     let probe = Probe::located_at(solid.space(), at);
                     let error = InputError::new(format!(
-                        "a place of the chain has no fibers: ({}), in a material without `fiber`",
+                        "the material at the position ({}) of the chain has no fibers",
                         written(probe.point())
                     ));
                     Err(self.wrong(path, error.next(GIVE_FIBER)))

@@ -379,7 +379,7 @@ fn invalid_places_and_directions_are_rejected() {
         ),
         ("component = \"fiber\"", "component = [1.0, 0.0]", ["three components", "component"]),
         ("component = \"fiber\"", "component = [1e200, 0.0, 1e200]", ["implausible", "component"]),
-        ("fiber = \"fiber\"", "", ["no material with fibers", "give `fiber`"]),
+        ("fiber = \"fiber\"", "", ["no fibers at", "give `fiber`"]),
         (
             "at = { elements = \"muscle\" }",
             "at = [[0.0, 0.0, 0.0], [0.09, 0.0, 0.0]]\ncomponent = \"fiber\"",

@@ -414,7 +414,7 @@ fn held(held: Option<Held>) -> String {
         }
         Some(Held { inf_sup, nullity }) => {
             format!(
-                "inf–sup         {inf_sup:.3}, {} not held",
+                "inf–sup         {inf_sup:.3}, {} not controlled by displacements",
                 counted(nullity, "pressure")
             )
         }

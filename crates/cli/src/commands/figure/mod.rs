@@ -46,7 +46,7 @@ use myovib_scene::{InputError, Scene};
     myovib figure 7 --set 'chain[0].at=[0.03, 0.01]' --png\n  \
     myovib figure 6 --out figures --json=figure6.json\n\n\
     The figure shows a run of the built-in scene `figureN`. Writes figureN.svg, and figureN.csv\n\
-    with the numbers behind it.")]
+    with the plotted data.")]
 pub struct FigureArgs {
     /// Number in the paper: 2 oscillators in the complex plane; 3 their radii over time; 4 mesh and
     /// boundary conditions; 5 deformed muscle; 6 displacement and pressure at the origin; 7

@@ -21,7 +21,7 @@ pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
     Ok(Product {
         number: 6,
         figure: Figure::column(
-            "Vertical displacement and pressure in the origin (0, 0)",
+            "Vertical displacement and pressure at the origin (0, 0)",
             vec![Box::new(panel(2, "*u*_{*y*}(0, 0)", "m")), Box::new(panel(3, "*p*(0, 0)", "Pa"))],
         ),
         columns: ["t", "u_x", "u_y", "p"].map(String::from).into(),

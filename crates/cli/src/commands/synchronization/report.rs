@@ -210,7 +210,7 @@ fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
                 series.push(curve(curve_name(args, &chunk[0]), |s| s.mean).marked());
             } else {
                 let range = |name: &str, part| curve(name.into(), part).colored(Color::SKY);
-                series.push(range("least and largest in the window", |s| s.min));
+                series.push(range("minimum and maximum in the window", |s| s.min));
                 series.push(range("", |s| s.max));
                 series.push(curve("mean".into(), |s| s.mean).colored(Color::BLUE).marked());
             }
