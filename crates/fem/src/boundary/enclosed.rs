@@ -47,7 +47,7 @@ pub struct EnclosedVolume {
 
 /// Maximum distance of the vertices of a flat rim from its plane, as a fraction of the rim's size.
 const FLAT: f64 = 1e-2;
-/// Distance of nodes from a plane of symmetry, as a fraction of the size of the rims.
+/// Maximum distance of nodes from their plane of symmetry, as a fraction of the size of the rims.
 const ON_PLANE: f64 = 1e-6;
 
 impl EnclosedVolume {

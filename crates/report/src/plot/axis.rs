@@ -71,7 +71,8 @@ pub(super) struct Division {
 }
 
 impl Division {
-    /// Returns the position of a value between the limits as a fraction; NaN if it cannot be shown.
+    /// Returns the position of a value between the limits as a fraction. On a logarithmic axis, it is −∞ for 0 and NaN for
+    /// negative values.
     pub(super) fn fraction(&self, value: f64) -> f64 {
         let [low, high] = self.limits;
         match self.scale {
