@@ -27,7 +27,7 @@ HALF, SHORT = 0.5, 1e-3
 
 
 def listed(numbers: list[int]) -> str:
-    """Return the first numbers of a list."""
+    """Return a list as text. A long list is shortened to its first numbers."""
     return str(numbers) if len(numbers) < 10 else f"{str(numbers[:6])[:-1]}, … ({len(numbers)} in total)]"
 
 

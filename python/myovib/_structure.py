@@ -17,7 +17,7 @@ LARGEST = 200
 # Singular values below this fraction of the largest count as zero; differences have half of the digits.
 RANK = 1e-7
 
-# Entries of a null vector below this fraction of the largest are zero.
+# Entries of a null vector of length 1 up to this size count as zero.
 PART = 1e-3
 
 # Error of inverses, in units of rounding, above which they are not used, and the error of powers of h in them.

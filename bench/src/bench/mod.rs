@@ -30,7 +30,7 @@ pub(crate) struct BenchArgs {
     #[arg(value_enum, default_value = "rows")]
     pub what: What,
 
-    /// Cases of `large`: ventricle-bdf, ventricle-radau, spindle-bdf, spindle-radau, growth [default: all]
+    /// Cases of `large`: ventricle-bdf, ventricle-radau5, spindle-bdf, spindle-radau5, growth [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub cases: Vec<String>,
 

@@ -22,7 +22,7 @@ pub struct Entry<C> {
     pub coefficient: C,
 }
 
-/// All blocks that hold the same matrix with the same kind of coefficient.
+/// A matrix in a block, with the data of all its coefficients, which are added.
 #[derive(Debug, Clone)]
 struct Placed<C> {
     matrix: Matrix,

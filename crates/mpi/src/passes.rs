@@ -50,7 +50,7 @@ impl ParallelAssembler for Leader {
 }
 
 /// Returns numbers by which the ranks verify that they have the same body: counts, and sums of all coordinates and of
-/// all masses.
+/// all pressure weights.
 pub(crate) fn fingerprint(solid: &Solid) -> [f64; 6] {
     let space = solid.space();
     [

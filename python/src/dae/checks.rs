@@ -14,7 +14,7 @@ use super::{Failure, Request};
 use crate::problem::PythonDae;
 
 /// Clears an exception raised by a trial evaluation, whose failure does not end the integration. Ctrl-C and similar
-/// exceptions are kept.
+/// exceptions are returned as an error.
 pub(super) fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
     let raised = problem.raised.lock();
     match raised.unwrap_or_else(PoisonError::into_inner).take() {

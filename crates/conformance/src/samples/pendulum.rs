@@ -216,7 +216,7 @@ impl Problem for Pendulum {
 }
 
 /// Returns the arithmetic-geometric means a_i of 1 and √(1 − k²), with c_i = (a_{i−1} − b_{i−1})/2,
-/// until c vanishes to rounding (quadratic convergence: eight pairs suffice).
+/// until c consists of rounding errors (the convergence is quadratic: eight iterations are sufficient).
 fn means(k: f64) -> Vec<(f64, f64)> {
     let (mut a, mut b) = (1.0_f64, (1.0 - k * k).sqrt());
     let mut pairs = vec![(a, k)];

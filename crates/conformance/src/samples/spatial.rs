@@ -50,7 +50,8 @@ impl Mechanism for SphericalPendulums {
         out[1] = (square(between) - S::from(l2 * l2)).times(0.5);
     }
 
-    /// Both rods are horizontal and perpendicular to each other, and the masses move perpendicular to their rods.
+    /// Both rods are horizontal and perpendicular to each other. Each mass moves perpendicular to its rod, relative to the
+    /// other end of the rod.
     fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let [l1, l2] = Self::LENGTHS;
         let positions = vec![l1, 0.0, 0.0, l1, l2, 0.0];

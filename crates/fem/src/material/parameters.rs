@@ -166,10 +166,10 @@ impl Law {
         Ok(law)
     }
 
-    /// Checks the ranges of all constants.
+    /// Checks the ranges of all constants, and constants that are valid only in combination.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] for a value out of range.
+    /// [`FemError::Parameter`] for a value out of range or an invalid combination.
     pub fn check(self) -> Result<(), FemError> {
         let parameters = self.description().parameters.iter();
         parameters

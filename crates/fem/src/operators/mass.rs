@@ -14,8 +14,8 @@ pub(crate) struct SymmetricMatrix {
 }
 
 impl SymmetricMatrix {
-    /// Returns ∫ ρ φ_a φ_b over all displacement nodes, with one density per element. The rule is
-    /// exact for the integrand of degree 4.
+    /// Returns ∫ ρ φ_a φ_b over all displacement nodes, with one density per element. On straight
+    /// elements the integrand has degree at most 4.
     pub(crate) fn node_mass(space: &Space, densities: &[f64]) -> Self {
         let shape = space.mesh().shape();
         Self::assemble(
@@ -28,7 +28,7 @@ impl SymmetricMatrix {
         )
     }
 
-    /// Returns ∫ ∇φ_a · ∇φ_b over all displacement nodes. The integrand has degree at most 2.
+    /// Returns ∫ ∇φ_a · ∇φ_b over all displacement nodes. On straight elements the integrand has degree at most 2.
     pub(crate) fn node_gradients(space: &Space) -> Self {
         in_dimension!(space.dimension(), Self::node_gradients_in(space))
     }

@@ -22,8 +22,8 @@ const RESONANCE: f64 = 0.1;
 /// surface, since the body is many wavelengths long. Such values exceed practical tests of tissue
 /// and suggest a mesh in mm.
 const FAR_ABOVE_MODES: f64 = 200.0;
-/// A load this many times slower than the slowest mode gives a quasi-static motion. Such values
-/// suggest moduli that are off by a factor of 1000, or a mesh in km.
+/// Ratio of the load frequency to the lowest eigenfrequency below which a scene is unusual: inertia
+/// has no effect. Such values suggest moduli that are wrong by a factor of 1000, or a mesh in km.
 const FAR_BELOW_MODES: f64 = 1e-5;
 /// Assumed maximum ratio of the frequency of a stretching mode to the slowest mode, which is large for slender bodies
 /// because they bend.

@@ -32,7 +32,7 @@ pub(super) fn cards(document: &Value) -> String {
     format!("<div class=\"cards\">\n{}</div>\n", cards.concat())
 }
 
-/// Formats a time with at most five digits.
+/// Formats a time. Numbers with more than six characters are rounded to four decimals, or to five digits below 1e-3.
 fn short(t: f64) -> String {
     match t.to_string() {
         long if long.len() > 6 && t < 1e-3 => format!("{t:.4e}"),

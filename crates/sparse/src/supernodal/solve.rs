@@ -52,8 +52,8 @@ impl<T: Number> Supernodal<T> {
         self.in_pool(|this, in_threads| this.run_here(rhs, n_columns, is_transposed, in_threads));
     }
 
-    /// Calls `solve`, in the pool if there are fronts large enough to be shared. The argument states whether there are
-    /// such fronts.
+    /// Calls `solve`, in the pool if there is one and some fronts are large enough to be shared. The argument states
+    /// whether the pool is used.
     fn in_pool(&mut self, solve: impl FnOnce(&mut Self, bool) + Send) {
         let sizes = || self.analysis.supernodes();
         let has_large = || sizes().any(|(k, r)| is_large(k + r, k));
