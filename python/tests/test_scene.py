@@ -194,6 +194,76 @@ def test_response_at_zero_is_the_equilibrium():
     assert amplitude[0].imag == 0.0
 
 
+@pytest.fixture
+def forced():
+    return Scene.builtin("init").set("traction[0].response", {"y": 100.0, "phase": 30.0})
+
+
+def test_amplitudes_are_those_of_the_program_and_of_its_document(forced, tmp_path):
+    found = forced.response("2..30:5")
+    set_load = "traction[0].response={ y = 100.0, phase = 30.0 }"
+    done = program("response", "init", "--frequencies", "2..30:5", "--set", set_load, "--out", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "out" / "origin.csv").read_bytes() == (found.folder / "origin.csv").read_bytes()
+    document = json.loads((tmp_path / "out" / "run.json").read_text())
+    for key in ("frequencies", "probes", "peaks"):
+        assert document[key] == found.document[key], key
+    [curves] = [curves for curves in document["probes"] if curves["name"] == "origin"]
+    probe = found.probes["origin"]
+    assert list(probe["f"]) == document["frequencies"] == [2.0, 9.0, 16.0, 23.0, 30.0]
+    assert curves["columns"] == ["u_x", "u_y", "p"]
+    for k, name in enumerate(curves["columns"]):
+        pairs = np.array([row[k] for row in curves["amplitudes"]])
+        value = probe.complex(name)
+        assert (value == pairs @ [1, 1j]).all() and np.abs(value).min() > 0.0
+        # Rounding errors of a few units in the last place.
+        assert probe.amplitude(name) == pytest.approx(np.abs(value), rel=1e-14)
+        assert probe.phase(name) == pytest.approx(np.degrees(np.angle(value)), abs=1e-12)
+    # Below resonance, the motion is in phase with the load, apart from the damping.
+    assert 20.0 < forced.response(0.5).probes["origin"].phase("u_y")[0] < 30.0
+
+
+def test_frequencies_are_a_list_a_range_or_adaptive(forced):
+    def frequencies(given):
+        return list(forced.response(given).probes["origin"]["f"])
+
+    assert frequencies([9, 2.0, np.float64(5.0), 2]) == [2.0, 5.0, 9.0]
+    assert frequencies(np.linspace(1, 9, 3)) == frequencies("1..9:3") == frequencies("9, 1, 5") == [1.0, 5.0, 9.0]
+    # Rounding errors of powers.
+    assert frequencies("1..100:3:log") == pytest.approx([1.0, 10.0, 100.0], rel=1e-14)
+    assert list(forced.set("response", {"frequencies": "3..4:2"}).response().probes["origin"]["f"]) == [3.0, 4.0]
+    adaptive = forced.response("1..20:adaptive:1e-4")
+    f = adaptive.probes["origin"]["f"]
+    assert (f[0], f[-1]) == (1.0, 20.0) and (np.diff(f) > 0.0).all()
+    assert adaptive.document["interpolation_error"] <= 1e-4
+    given = forced.response(f)
+    assert given.document["interpolation_error"] is None
+    assert (given.probes["origin"].complex("u_y") == adaptive.probes["origin"].complex("u_y")).all()
+    # The peaks are interpolated: to 1e-4 by adaptive frequencies, and to 1e-2 by given frequencies.
+    peaks = [[peak["frequency"] for peak in each.document["peaks"] if peak["column"] == "u_y"] for each in (given, adaptive)]
+    assert len(peaks[0]) > 0 and peaks[0] == pytest.approx(peaks[1], rel=1e-2)
+
+
+def test_invalid_responses_are_rejected_before_any_output(forced, tmp_path):
+    for given in [-1.0, [5.0, -1.0], np.nan, np.inf, [], "", "fast", "1..2", "-1..60:5", "60..1:adaptive", "1..60:adaptive:0"]:
+        with pytest.raises(myovib.SceneError, match="frequenc"):
+            forced.response(given, tmp_path / "out")
+    for given in [[None], ["5", "fast"], [1j]]:
+        with pytest.raises((TypeError, ValueError)):
+            forced.response(given, tmp_path / "out")
+    # No load, a load without a harmonic part, no frequencies, and a rigid motion at 0 Hz.
+    unloaded = Scene.builtin("init")
+    for scene, given in [
+        (unloaded, [5.0]),
+        (unloaded.copy().set("traction[0].response", {"y": 0.0}), [5.0]),
+        (forced.copy(), None),
+        (forced.copy().set("fixed[0].components", ["y"]), [0.0, 5.0]),
+    ]:
+        with pytest.raises(myovib.SceneError):
+            scene.response(given, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_arguments_out_of_range_are_rejected(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     scene = Scene.builtin("init").set("time.end", 0.01)
