@@ -19,7 +19,7 @@ fn peaks(found: &Response, damping_ratio_heading: &str) -> Table {
         ("peak, Hz", Align::Right),
         ("amplitude", Align::Right),
         (damping_ratio_heading, Align::Right),
-        ("nearest mode, Hz", Align::Right),
+        ("mode, Hz", Align::Right),
     ]);
     for peak in &found.peaks {
         table.row([
@@ -28,7 +28,7 @@ fn peaks(found: &Response, damping_ratio_heading: &str) -> Table {
             format!("{:.4}", peak.frequency).into(),
             format!("{:.4e}", peak.amplitude).into(),
             damping_ratio(peak).into(),
-            nearest_mode(peak).into(),
+            mode(peak).into(),
         ]);
     }
     table
@@ -113,9 +113,9 @@ fn damping_ratio(peak: &Peak) -> String {
     ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}"))
 }
 
-/// Returns the frequency and the number of the nearest mode, or a dash.
-fn nearest_mode(peak: &Peak) -> String {
-    let mode = peak.nearest_mode;
+/// Returns the frequency and the number of the mode, or a dash.
+fn mode(peak: &Peak) -> String {
+    let mode = peak.mode;
     mode.map_or("–".to_owned(), |mode| format!("{:.4} (mode {})", mode.frequency, mode.number))
 }
 

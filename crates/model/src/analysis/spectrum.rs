@@ -191,6 +191,17 @@ pub fn participation(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
     (0..dimension).map(|axis| inertia.iter().skip(axis).step_by(dimension).sum()).collect()
 }
 
+/// Returns M φ of a `mode` at the free components of all nodal components, and zeros at the supports. Its product with an
+/// amplitude û is the coordinate of the mode in û, because modes are orthonormal in the inner product of M.
+pub fn inertia(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
+    let dofs = muscle.solid.dofs();
+    let [mut shape, mut inertia, mut at_free] = [(); 3].map(|()| operators::rest(&muscle.solid));
+    dofs.expand(&mode.shape, &mut shape);
+    muscle.solid.apply_mass(&shape, &mut inertia);
+    dofs.free_to_full().iter().for_each(|&i| at_free[i] = inertia[i]);
+    at_free
+}
+
 /// Returns the frequency of a stretch along the first axis without pressures, Hz. It has the order
 /// of magnitude of the modes that strain the body and is above the lowest. Costs one element pass.
 ///

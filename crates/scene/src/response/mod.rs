@@ -1,6 +1,7 @@
 //! Harmonic response of scenes.
 
 mod adaptive;
+mod assignment;
 pub(crate) mod notes;
 mod part;
 mod peaks;
@@ -12,11 +13,11 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use myovib_model::harmonic::HarmonicResponse;
 use myovib_model::statics::{self, Equilibrium};
-use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, spectrum, support};
+use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, support};
 use num_complex::Complex64;
 use serde::Serialize;
 
-use crate::modes::{BodyModes, instability, negative_damping, one_sided, oscillating_preload};
+use crate::modes::{instability, negative_damping, one_sided, oscillating_preload};
 use crate::probe::{ColumnKind, HarmonicMotion, Reading};
 use crate::scene_file::response::{Adaptive, Grid};
 use crate::watch::{Watcher, search};
@@ -24,16 +25,14 @@ use crate::{Body, Error, InputError, Scene, vtu};
 
 pub use adaptive::MAX_FREQUENCIES;
 use adaptive::Samples;
+use assignment::Assignment;
 pub(crate) use part::Part;
 use peaks::Maximum;
-pub use peaks::{NearestMode, Peak};
+pub use peaks::{Peak, PeakMode};
 pub(crate) use values::Values;
 
 /// Amplitudes below this fraction of the largest amplitude of the same kind are rounding errors.
 const ROUNDING: f64 = 1e-10;
-
-/// Maximum number of modes computed for comparison with the peaks. They cost as much as a few frequencies.
-const MODES: usize = 20;
 
 /// Harmonic response of a scene at ascending frequencies.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -136,7 +135,7 @@ impl Curves {
             frequency: maximum.frequency,
             amplitude: maximum.amplitude,
             damping_ratio: maximum.damping_ratio,
-            nearest_mode: None,
+            mode: None,
         }
     }
 }
@@ -347,7 +346,15 @@ fn of_body(
         return Err(scene.wrong("response.frequencies", error).into());
     }
     let at = equilibrium(scene, muscle, body.formulation, (PRELOAD, preload_time), watcher)?;
+    // Computed first: their factors are released before the response needs memory. Bodies under follower pressures without
+    // an energy have no modes here; their peaks are still valid.
+    let has_modes = first < last && body.formulation.has(Field::Pressure);
+    let modes = match has_modes {
+        true => Assignment::new(muscle, &at, last).ok(),
+        false => None,
+    };
     let response = HarmonicResponse::about(muscle, body.formulation, &at, &body.excitation)?;
+    let mut coordinates: Vec<(f64, Vec<Complex64>)> = Vec::new();
     let done = AtomicUsize::new(0);
     let mut largest = notes::Largest::default();
     let mut found = Response::new(grid, values, response.n_unknowns(), |frequencies| {
@@ -361,10 +368,13 @@ fn of_body(
             let motion = HarmonicMotion::Body(response.stiffness(), amplitude);
             let sizes =
                 notes::displacement_and_strain(muscle.solid.space(), &amplitude.displacement);
-            Ok((values.read(amplitude.s, &motion)?, sizes))
+            let coordinates =
+                modes.as_ref().map(|modes| modes.coordinates(&amplitude.displacement));
+            Ok((values.read(amplitude.s, &motion)?, sizes, coordinates.unwrap_or_default()))
         });
-        let rows = found?.into_iter().map(|(frequency, (row, sizes))| {
+        let rows = found?.into_iter().map(|(frequency, (row, sizes, modal))| {
             largest.add(frequency, sizes);
+            coordinates.push((frequency, modal));
             (frequency, row)
         });
         Ok(rows.unzip())
@@ -375,38 +385,21 @@ fn of_body(
     {
         found.fields = fields(&response, &vtu::Grid::of_body(body), &own.fields)?;
     }
-    // Releases the factors before the modes need memory.
-    drop(response);
     found.notes.extend(at.instabilities.and_then(instability));
     found.notes.extend(one_sided(muscle, &at));
     found.notes.extend(oscillating_preload(muscle, preload_time));
     found.notes.extend(notes::undamped(muscle));
     found.notes.extend(largest.note(support::extent(&body.muscle)));
-    // Bodies under follower pressures without an energy have no modes here; their peaks are still valid.
-    if first < last
-        && !found.is_interrupted
-        && body.formulation.has(Field::Pressure)
-        && let Ok(of_body) = compared_modes(muscle, &at, last)
-    {
+    if let Some(modes) = modes.filter(|_| !found.is_interrupted) {
         let rigid = support::free_parts(muscle).map_or(0, |free| free.count);
-        let elastic = of_body.modes.get(rigid..).unwrap_or_default();
+        let elastic = modes.body.modes.get(rigid..).unwrap_or_default();
         found.notes.extend(notes::modes_below(elastic, first));
-        found.notes.extend(negative_damping(&of_body.modes));
-        for peak in &mut found.peaks {
-            peak.nearest_mode = NearestMode::to(peak.frequency, &of_body.modes);
-        }
+        found.notes.extend(negative_damping(&modes.body.modes));
+        coordinates.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let coordinates: Vec<_> = coordinates.into_iter().map(|(_, modal)| modal).collect();
+        modes.assign(&mut found, &coordinates, values, response.stiffness())?;
     }
     Ok(found)
-}
-
-/// Returns the modes that peaks up to a frequency (Hz) are compared with. At rest, modes above the next one are not
-/// computed, because damping cannot increase their vibrations.
-fn compared_modes(muscle: &Muscle, at: &Equilibrium, last: f64) -> Result<BodyModes, ModelError> {
-    let modes = match at.preload_time {
-        None => spectrum::up_to(muscle, at, last, MODES)?,
-        Some(_) => spectrum::lowest(muscle, at, MODES)?,
-    };
-    BodyModes::new(muscle, at, modes)
 }
 
 /// Computes the fields of displacement and pressure at the given frequencies.

@@ -7,7 +7,6 @@ use num_complex::Complex64;
 use serde::Serialize;
 
 use super::rational::Rational;
-use crate::modes::Mode;
 
 /// Smallest and largest number of computed frequencies from which a peak is interpolated; odd. The interpolant through
 /// two samples fewer is used for an error estimate.
@@ -33,31 +32,18 @@ pub struct Peak {
     /// Damping ratio from the half-power width, Δf/(2f); null if the width is not resolved or the phase does not turn as
     /// at a resonance.
     pub damping_ratio: Option<f64>,
-    /// The mode with the nearest natural frequency; null above the computed modes and for scenes without modes.
-    pub nearest_mode: Option<NearestMode>,
+    /// The mode whose contribution to the value bends most sharply at the peak, among those within a factor of 2 of its frequency;
+    /// null above the computed modes and for scenes without modes.
+    pub mode: Option<PeakMode>,
 }
 
 /// A mode in the order of `myovib modes`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct NearestMode {
+pub struct PeakMode {
     /// Number, from 1.
     pub number: usize,
     /// Natural frequency, Hz.
     pub frequency: f64,
-}
-
-impl NearestMode {
-    /// Returns the mode nearest to `frequency` among modes in ascending order, unless the frequency exceeds all of them.
-    pub(super) fn to(frequency: f64, modes: &[Mode]) -> Option<Self> {
-        let natural = modes
-            .iter()
-            .enumerate()
-            .filter_map(|(k, mode)| Some(Self { number: k + 1, frequency: mode.frequency? }));
-        let distance = |mode: &Self| (mode.frequency - frequency).abs();
-        let is_above = natural.clone().any(|mode| mode.frequency >= frequency);
-        let nearest = natural.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        nearest.filter(|_| is_above)
-    }
 }
 
 /// Position of a maximum.

@@ -89,6 +89,20 @@ impl Values {
         probes.chain(ratios).collect()
     }
 
+    /// Returns the values of all probes, without ratios.
+    ///
+    /// # Errors
+    /// Errors of the probes.
+    pub(super) fn read_probes(
+        &self,
+        motion: &HarmonicMotion<'_>,
+    ) -> Result<Vec<Complex64>, ModelError> {
+        let readings = self.probes.iter();
+        let readings = readings.filter_map(|(_, reading)| reading.harmonic());
+        let amplitudes = readings.map(|reading| reading.amplitudes(motion));
+        Ok(amplitudes.collect::<Result<Vec<_>, _>>()?.concat())
+    }
+
     /// Returns the values of all tables for s = iω.
     ///
     /// # Errors
@@ -98,10 +112,7 @@ impl Values {
         s: Complex64,
         motion: &HarmonicMotion<'_>,
     ) -> Result<Vec<Complex64>, ModelError> {
-        let readings = self.probes.iter();
-        let readings = readings.filter_map(|(_, reading)| reading.harmonic());
-        let amplitudes = readings.map(|reading| reading.amplitudes(motion));
-        let mut values = amplitudes.collect::<Result<Vec<_>, _>>()?.concat();
+        let mut values = self.read_probes(motion)?;
         for ratio in &self.ratios {
             let denominator = ratio.denominator.of(s, &values);
             if denominator == Complex64::ZERO {
@@ -114,5 +125,22 @@ impl Values {
             values.push(ratio.numerator.of(s, &values) / denominator);
         }
         Ok(values)
+    }
+
+    /// Returns the derivative of value number `k` for s = iω along a motion. `values` are all values, and `changes` the
+    /// derivatives of the values of the probes.
+    pub(super) fn change(
+        &self,
+        k: usize,
+        s: Complex64,
+        values: &[Complex64],
+        changes: &[Complex64],
+    ) -> Complex64 {
+        let Some(ratio) = k.checked_sub(changes.len()).map(|k| &self.ratios[k]) else {
+            return changes[k];
+        };
+        let numerator = ratio.numerator.of(s, changes);
+        let denominator = ratio.denominator.of(s, changes);
+        (numerator - values[k] * denominator) / ratio.denominator.of(s, values)
     }
 }

@@ -81,7 +81,7 @@ fn narrow_peaks_lie_at_the_natural_frequencies() {
         // A frequency at a distance of 3 % of the half width has an amplitude smaller by 5e-4, and the rational function may
         // have an error of 1e-3.
         assert!((largest / peak.amplitude - 1.0).abs() < 2e-3, "{peak:?} {largest}");
-        let mode = peak.nearest_mode.unwrap();
+        let mode = peak.mode.unwrap();
         let width = 2.0 * PI * mode.frequency * damping;
         assert!((peak.frequency / mode.frequency - 1.0).abs() < width, "{peak:?}");
         // Both are computed to the tolerance of the eigenvalue solver, but with different subspaces.
@@ -140,7 +140,7 @@ fn maxima_that_are_not_resonances_have_no_damping_ratio() {
             continue;
         };
         with += 1;
-        let mode = &modes[peak.nearest_mode.unwrap().number - 1];
+        let mode = &modes[peak.mode.unwrap().number - 1];
         // Half-power widths equal the modal damping up to the contributions of other modes: a factor of 2.7 at the weakest
         // peak, beside 160 and more of the maxima between antiresonances (0.04 to 0.33).
         let modal = mode.damping_ratio.unwrap();

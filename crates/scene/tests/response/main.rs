@@ -10,6 +10,7 @@ use num_complex::Complex64;
 use serde_json::Value;
 
 mod adaptive;
+mod assignment;
 mod continuation;
 mod fields;
 mod fits;
