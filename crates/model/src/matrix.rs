@@ -60,10 +60,9 @@ pub enum Matrix {
     TensionIdentity,
     /// −∂Ṫ/∂T of the activation models, diagonal.
     TensionDecay,
-    /// Contribution to the stiffness of oscillators that act back on their own elements, after
-    /// their elimination for one c.
+    /// Stiffness added by oscillators that act back on their own elements, after their elimination for one c.
     CoherenceStiffness,
-    /// Their contribution to the damping.
+    /// Damping added by these oscillators.
     CoherenceDamping,
     /// ∂/∂q ∫F H:∇φ at constant overstress H = Σ g S − Σ Q.
     RelaxingGeometric,

@@ -20,7 +20,7 @@ const DEPENDENT: f64 = 1e-10;
 const ROUNDING: f64 = 1e-9;
 
 /// Returns the pressures whose rows of B at rest are combinations of the rows of pressures eliminated before them. If the
-/// whole boundary is fixed, one row more is dependent, and the last dependent pressure is not returned.
+/// whole boundary is fixed, one more row is dependent, and the last dependent pressure is not returned.
 ///
 /// The rows are compared by a Cholesky factorization of B̂B̂ᵀ with a unit diagonal, where B̂ has columns of unit length.
 ///

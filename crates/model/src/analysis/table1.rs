@@ -81,7 +81,7 @@ pub(crate) fn coarse_beam(columns: usize) -> Result<Mesh, FemError> {
     generate::beam(0.1, 0.04, [columns, 2])
 }
 
-/// Returns a block of that size: six tetrahedra, for the same purpose.
+/// Returns a block of the muscle's size with six tetrahedra, for the same purpose in 3D.
 pub(crate) fn coarse_block() -> Result<Mesh, FemError> {
     let mesh = generate::block([0.0; 3], [0.1, 0.04, 0.04], [1, 1, 1])?;
     let mut groups = mesh.groups().clone();

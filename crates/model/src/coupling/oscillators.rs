@@ -50,7 +50,7 @@ impl Source {
         }
     }
 
-    /// Returns the body's unknowns that form u with their weights.
+    /// Returns the body's unknowns whose weighted sum is u, with their weights.
     pub(super) fn unknowns(&self) -> &[(usize, f64)] {
         match self {
             Self::Body(point) => &point.unknowns,

@@ -1,4 +1,4 @@
-//! Derivatives of responses by parameters.
+//! Derivatives of responses with respect to parameters.
 
 use num_complex::Complex64;
 

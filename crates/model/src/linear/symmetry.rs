@@ -6,8 +6,8 @@ use super::Quadratic;
 use crate::assembly::Entry;
 use crate::matrix::Matrix;
 
-/// Returns the signs, by the first row of each block, that make the matrix of these `entries` symmetric for every c,
-/// where the first block has a positive sign; `None` if there are no such signs.
+/// Returns the row signs that make the matrix of these `entries` symmetric for every c, by the first row of each
+/// block; the sign of the first block is positive. Returns `None` if there are no such signs.
 pub(super) fn symmetric_signs(entries: &[Entry<Quadratic>]) -> Option<HashMap<usize, f64>> {
     signs_of(&sums(entries), |matrix| matrix.properties().transpose)
 }

@@ -167,22 +167,22 @@ impl Quantity {
         all.find(|quantity| quantity.label() == label)
     }
 
-    /// Returns the prefix of its column names.
+    /// Returns the prefix of the quantity's column names.
     pub fn prefix(self) -> &'static str {
         self.description().names[1]
     }
 
-    /// Returns the SI unit of its values; empty for a ratio.
+    /// Returns the SI unit of the quantity; empty for a ratio.
     pub fn unit(self) -> &'static str {
         self.description().unit
     }
 
-    /// Returns the kind of its components.
+    /// Returns the kind of the quantity's components.
     pub fn components(self) -> Components {
         self.description().components
     }
 
-    /// Returns the names of its components for a body of this dimension.
+    /// Returns the column names of the quantity's components for a body of this dimension.
     pub fn columns(self, dimension: usize) -> Vec<String> {
         let six = ["xx", "yy", "zz", "xy", "yz", "xz"];
         let ends = match self.components() {
@@ -196,7 +196,7 @@ impl Quantity {
         ends.iter().map(|end| format!("{name}_{end}")).collect()
     }
 
-    /// Returns whether it is derived from the stress.
+    /// Returns whether the quantity is derived from the stress.
     pub fn is_of_stress(self) -> bool {
         matches!(self.description().evaluation, Evaluation::Stress(_))
     }
@@ -206,7 +206,7 @@ impl Quantity {
         matches!(self, Self::PrincipalStrain | Self::Principal | Self::VonMises)
     }
 
-    /// Returns whether it requires det F, a strain or a stress.
+    /// Returns whether the quantity requires det F, a strain or a stress.
     pub fn needs_state(self) -> bool {
         !matches!(self.description().evaluation, Evaluation::Fields(_))
     }

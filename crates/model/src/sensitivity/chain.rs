@@ -14,8 +14,8 @@ pub struct ChainDependence {
 }
 
 impl ChainDependence {
-    /// Creates the dependence of network number `network` with the derivative `own_weight` times
-    /// its own value plus, for each perturbed network, its weight times its value.
+    /// Creates the dependence of network number `network`. The derivative of a quantity is `own_weight` times its
+    /// value for the network itself, plus each weight in `perturbed` times its value for the perturbed network.
     pub fn new(network: usize, own_weight: f64, perturbed: Vec<(f64, Oscillators)>) -> Self {
         Self { network, own_weight, perturbed, is_start: false }
     }

@@ -105,9 +105,8 @@ impl Dependence {
         std::iter::once((self.own_weight, own)).chain(perturbed).collect()
     }
 
-    /// States that the parameter does not affect the element integrals: inertia, damping, or the
-    /// compressibility if the pressure is an unknown. Perturbed muscles then need no element
-    /// passes.
+    /// States that the parameter does not affect the element integrals. Examples are parameters of inertia or
+    /// damping, and of compressibility if the pressure is an unknown. Perturbed muscles then need no element passes.
     #[must_use]
     pub fn outside_elements(self) -> Self {
         Self { scope: Scope::OutsideElements, ..self }

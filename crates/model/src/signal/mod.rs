@@ -57,7 +57,7 @@ pub trait TimeFunction: Debug + Send + Sync {
         Some(FRACTION * self.time_scale(from, to)?)
     }
 
-    /// Returns the value if it is constant between two times. Without it, steps stay as short as
+    /// Returns the value if the function is constant between two times. Without it, steps stay as short as
     /// [`longest_step`](Self::longest_step) over the whole run.
     fn constant_over(&self, _from: f64, _to: f64) -> Option<f64> {
         None
@@ -79,8 +79,7 @@ pub trait TimeFunction: Debug + Send + Sync {
         None
     }
 
-    /// Returns the lowest and the highest frequency of a sweep from t = 0 to a time, Hz, if it is a
-    /// sweep.
+    /// Returns the lowest and the highest frequency of a sweep from t = 0 to a time, Hz; `None` without a sweep.
     fn sweep(&self, _to: f64) -> Option<[f64; 2]> {
         None
     }
@@ -173,8 +172,7 @@ impl Signal {
         self.0.frequency()
     }
 
-    /// Returns the lowest and the highest frequency of a sweep from t = 0 to a time, Hz, if it is a
-    /// sweep.
+    /// Returns the lowest and the highest frequency of a sweep from t = 0 to a time, Hz; `None` without a sweep.
     pub fn sweep(&self, to: f64) -> Option<[f64; 2]> {
         self.0.sweep(to)
     }
@@ -213,7 +211,7 @@ impl Signal {
         self.0.objection()
     }
 
-    /// Returns the value if it is constant between two times. Without it, steps stay as short as
+    /// Returns the value if the function is constant between two times. Without it, steps stay as short as
     /// [`longest_step`](Self::longest_step) over the whole run.
     pub(crate) fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
         self.0.constant_over(from, to)

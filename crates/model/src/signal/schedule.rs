@@ -49,8 +49,8 @@ impl Schedule {
         breaks.reduce(Break::earlier)
     }
 
-    /// Returns the time from which the values after a jump drive a system that has reached time
-    /// `t`, if a jump is at `t` or within rounding after it; otherwise `None`.
+    /// Returns the time just after the last jump at `t` or within rounding after it; from this time on, the system is
+    /// driven by the values after the jump. Returns `None` without a jump.
     pub(crate) fn after_jump(&self, t: f64) -> Option<f64> {
         let first = self.next_break(t.next_down());
         let breaks = std::iter::successors(first, |last| self.next_break(last.t));

@@ -23,7 +23,7 @@ pub struct Spline {
     points: Points,
     /// Second derivatives at the points.
     moments: Vec<f64>,
-    /// The acceleration of which it is the integral, if any.
+    /// The acceleration of which the spline is the second integral, if any.
     acceleration: Option<Points>,
 }
 
