@@ -8,14 +8,14 @@ use crate::muscle::Muscle;
 use crate::muscle::activation::Activation;
 use crate::signal::Signal;
 
-/// Number of intervals at which loads are sampled. It is prime, because a load with a round number of periods could
-/// vanish at all sample times of a round number of samples.
+/// Number of intervals at which loads are sampled. It is prime, because with a round number of samples a load with a
+/// round number of periods could vanish at all sample times.
 const INTERVALS: u32 = 997;
 /// Maximum number of breaks of a load around which it is sampled too.
 const BREAKS: usize = 100;
 /// Approximate number of prescribed components whose motion is sampled.
 const MOVED: usize = 100;
-/// Ratio of an absolute tolerance to the relative tolerance of a typical magnitude: unknowns below a tenth of the
+/// Ratio of an absolute tolerance to the relative tolerance times a typical magnitude: unknowns below a tenth of the
 /// typical magnitude are computed with the absolute accuracy of this tenth.
 const SMALL: f64 = 0.1;
 /// Typical strain of a body that starts at rest and has no load with a known size, such as a body with feedback alone.
@@ -31,9 +31,10 @@ const SMALLEST_CHANGE: f64 = 1e-6;
 /// - a prescribed displacement divided by L,
 /// - displacements divided by L, and velocities divided by the speed c = √(G/ρ) of shear waves, at the start,
 ///
-/// and at most 1. In a motion that starts in equilibrium, loads, tensions and prescribed displacements are those beyond
-/// their values at the start, unless nothing changes. A load and its response thus have the same ratio in all units and, for small strains, for all magnitudes
-/// of the load. Slender bodies bend farther than εL; their tolerances are on the safe side.
+/// and at most 1. In a motion that starts in equilibrium, loads, tensions and prescribed displacements are measured
+/// from their values at the start, unless nothing changes. A load and its response thus have the same ratio in all
+/// units and, for small strains, for all magnitudes of the load. Slender bodies bend farther than εL; their
+/// tolerances are on the safe side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TypicalValues {
     /// ε L, m.
@@ -76,7 +77,7 @@ impl TypicalValues {
         }
     }
 
-    /// Returns the absolute tolerances with the relative tolerance `rtol` of a tenth of these magnitudes.
+    /// Returns absolute tolerances of `rtol` times a tenth of these magnitudes.
     pub fn tolerances(&self, rtol: f64) -> AbsoluteTolerances {
         let fraction = SMALL * rtol;
         AbsoluteTolerances {

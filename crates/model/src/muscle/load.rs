@@ -52,7 +52,7 @@ impl Load {
     /// Adds the load at time `t` to `total`.
     ///
     /// # Panics
-    /// If `total` has not as many components as the load.
+    /// Panics if the load and `total` differ in the number of components.
     pub fn add_at(&self, t: f64, total: &mut [f64]) {
         assert_eq!(self.length, total.len(), "components of a load and of its body");
         let factor = self.signal.at(t).value;
@@ -315,10 +315,10 @@ impl Contact {
         Some(self.operator.displacement_under(force, direction, u))
     }
 
-    /// Returns the displacement of an obstacle along its direction if a force drives it, as for [`sums`](Self::sums); `None`
-    /// for an obstacle at rest. A prescribed motion along one axis has its own length, positive toward the body or, if it is
-    /// tangential, along the axis. A motion along several axes is projected on the direction to the nearest point of the
-    /// undeformed body.
+    /// Returns the displacement of the obstacle as one number, for the arguments of [`sums`](Self::sums); `None` for
+    /// an obstacle at rest. If a force drives the obstacle, this is the displacement along the direction of the
+    /// force. A prescribed motion along one axis is positive toward the body or, if it is tangential, along the axis.
+    /// A motion along several axes is projected on the direction to the nearest point of the undeformed body.
     pub fn distance(&self, t: f64, part: f64, u: &[f64]) -> Option<f64> {
         let ObstacleMotion::Given(motion) = &self.motion else {
             return self.driven_distance(t, part, u);

@@ -10,8 +10,8 @@ use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 use crate::operators;
 
-/// Time over which the elastic response is included, relative to the retardation time: the relative error of the
-/// velocity. It determines the velocity of parts without viscosity.
+/// Time over which the elastic response is included, relative to the retardation time; the relative error of the
+/// velocity has this size. The elastic response determines the velocity of parts without viscosity.
 const ELASTIC_TIME: f64 = 1e-7;
 
 /// Corrects the velocity and, for κ = ∞, the pressure in `y` by v and π: `(D + h K) v − Bᵀπ = −f` and `B v = −g` with

@@ -17,8 +17,8 @@ const MAX_ITERATIONS: usize = 50;
 /// Relative change of λ at which the iteration ends: far below the resolution of differences in
 /// time.
 const SETTLED: f64 = 1e-11;
-/// Strain over the time step of differences of second order: their relative error is its square, and their
-/// rounding 1e-16 divided by it.
+/// Strain over the time step of second-order differences. Their relative truncation error is about the square of this
+/// strain, and their relative rounding error about 1e-16 divided by it.
 const DIFFERENCE: f64 = 1e-5;
 
 /// Internal stresses of a viscoelastic body; empty for other bodies.
@@ -40,8 +40,7 @@ pub(super) struct Dynamics {
 }
 
 impl Dynamics {
-    /// Computes the accelerations of a body without pressure field; `internal`: its internal
-    /// stresses.
+    /// Computes the accelerations of a body without pressure field; `internal` contains its internal stresses.
     pub(super) fn without_pressure(
         mut dae: MuscleDae,
         t: f64,
@@ -107,8 +106,8 @@ impl Dynamics {
     }
 }
 
-/// κ = ∞: the balance of momentum with the second derivative of the constraint, and the first
-/// derivative of both.
+/// The case κ = ∞: the balance of momentum and the second derivative of the constraint, and the first time
+/// derivatives of these two equations.
 struct Incompressible<'a> {
     muscle: &'a Muscle,
     dae: MuscleDae,

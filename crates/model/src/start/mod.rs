@@ -213,8 +213,9 @@ impl InitialValues {
         Self::without_inertia(dae, t, y)
     }
 
-    /// Returns the state of rest without load at t = 0. In a body without inertia, velocities and pressures
-    /// balance loads and support motions by viscous stresses.
+    /// Returns the undeformed state at t = 0. In a body with inertia, all values and rates are zero, which is
+    /// consistent without load at t = 0. In a body without inertia, velocities and pressures are such that viscous
+    /// stresses balance the loads and the motions of supports.
     pub fn at_rest(dae: &mut MuscleDae) -> Result<Self, ModelError> {
         let y = vec![0.0; dae.n_unknowns()];
         if dae.muscle().solid.has_inertia() {
