@@ -8,7 +8,7 @@ use myovib_dae::{LinearSolver, Linearization, Problem, StepError};
 use num_complex::Complex64;
 
 const HARMONICS: usize = 10;
-/// Times in a period. With 3 H + 1 for H harmonics, products of two harmonics alias no harmonic.
+/// Number of times in a period. With 3 H + 1 times for H harmonics, products of two harmonics alias no harmonic.
 const TIMES: usize = 32;
 const MAX_ITERATIONS: usize = 30;
 /// Ratio of consecutive corrections above which the motion is not nearly linear.

@@ -178,8 +178,8 @@ pub struct Multipliers {
 }
 
 impl Multipliers {
-    /// Returns the `count` leading multipliers of two parts of which only the first acts on the other, and the conjugate
-    /// of the last.
+    /// Returns the `count` leading multipliers of two parts, of which only the first acts on the other. If the last
+    /// of them is complex, its conjugate is included.
     pub fn with(&self, other: &Self, count: usize) -> Self {
         let all = [self, other].into_iter();
         let pairs =
@@ -210,7 +210,8 @@ impl Multipliers {
     }
 }
 
-/// Returns the `count` multipliers of largest magnitude of a periodic state, and the conjugate of the last.
+/// Returns the `count` multipliers of largest magnitude of a periodic state. If the last of them is complex, its
+/// conjugate is included.
 ///
 /// # Errors
 /// Errors of the map near the state.

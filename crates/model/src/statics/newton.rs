@@ -93,9 +93,10 @@ pub(super) struct Newton<'a> {
     pub(super) iterations: usize,
     /// Subtracted from the residual by [`solve`](Self::solve); empty if zero.
     pub(super) offset: Vec<f64>,
-    /// Components of supports and the distances from their places, which they keep while an equilibrium is continued.
+    /// Components of supports and their distances from their prescribed places at the start of a continuation from a
+    /// similar body.
     pub(super) distances: Vec<(usize, f64)>,
-    /// Fraction of these distances.
+    /// Fraction of these distances that remains.
     pub(super) distant: f64,
     /// The last element turned inside out by a trial of the present load step.
     pub(super) inverted: Option<Inverted>,
@@ -201,7 +202,8 @@ impl<'a> Newton<'a> {
     /// Returns the negative derivative of the residual with respect to the load factor at fixed unknowns.
     ///
     /// Supports move only by a small part of their displacement, so that no element inverts for any total displacement.
-    /// The derivatives of the forces of moved obstacles are exact, because a contact may change over a much smaller part.
+    /// The forces of moved obstacles are differentiated exactly, because a contact may change over a much smaller
+    /// part.
     fn load_derivative(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, Inverted> {
         let n_free = self.muscle.solid.dofs().n_free();
         let gradient = self.gradient(&vec![0.0; n_free], 1.0);

@@ -9,7 +9,7 @@ use crate::muscle::load::{Contact, set_multipliers};
 /// Maximum number of updates of multipliers. If the contact is stiffer than the body, each update divides the penetration
 /// by about the ratio of both stiffnesses.
 const MAX_AUGMENTATIONS: usize = 50;
-/// Maximum number of halvings of an update after which the equilibrium is not found.
+/// Maximum number of halvings of an update if the equilibrium after it is not found.
 const HALVINGS: usize = 6;
 /// Fraction of the last distance from the obstacle above which a contact becomes stiffer before the next update. Quadratic
 /// facets cannot follow a curved obstacle, and some pressures then converge slowly.
