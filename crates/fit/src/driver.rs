@@ -245,7 +245,7 @@ impl<'a> Search<'a> {
     /// Reduces the trust region until a step lowers the cost.
     fn improve(&mut self) -> Option<Ended> {
         if self.cost > 0.0 && self.jacobian.iter().all(|entry| *entry == 0.0) {
-            return Some(Ended::Failed("no residual depends on a parameter".into()));
+            return Some(Ended::Failed("no residual depends on any parameter".into()));
         }
         let (linear, free, slope) = self.linear_problem();
         let is_least = slope.cosine <= self.options.tolerance * 1e-3;

@@ -295,7 +295,7 @@ pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputErro
         let error = InputError::new(format!(
             "the chain `{chain}` acts back on the body, and its oscillators have no harmonic response"
         ));
-        let error = error.next("remove the feedback, or compute a motion");
+        let error = error.next("remove the feedback, or use analysis = \"dynamic\"");
         return Err(scene.wrong("analysis", error));
     }
     let relaxes = scene.body.as_ref().is_some_and(|body| body.muscle.solid.n_slots() > 0);

@@ -52,7 +52,7 @@ impl Builder<'_> {
             let error = InputError::new(format!(
                 "the chain `{chain}` acts back on the body: such periodic states are not supported"
             ));
-            let error = error.next("remove the feedback, or compute a motion");
+            let error = error.next("remove the feedback, or use analysis = \"dynamic\"");
             return Err(self.wrong("analysis", error));
         }
         if body.is_some_and(|body| body.muscle.models().next().is_some()) {
@@ -68,7 +68,7 @@ impl Builder<'_> {
         };
         if let Some(i) = file.probe.iter().enumerate().find_map(of_energy) {
             let error = InputError::new("an energy balance needs a motion from its start");
-            let error = error.next("remove this probe, or compute a motion");
+            let error = error.next("remove this probe, or use analysis = \"dynamic\"");
             return Err(self.wrong(&format!("probe[{i}].type"), error));
         }
         let signals = signals(body, rod);
