@@ -63,7 +63,7 @@ class _Facts(NamedTuple):
     t_end: float
 
 
-# Message of IDAS if all attempts of the first step fail its error test, with the size of the last one.
+# Message of IDAS if all attempts of the first step fail its error test. The group is the size of the last attempt.
 FAILED_AT_START = re.compile("after 0 steps .*error_test_failures.* h = -?([^,]+),")
 
 # Beginning of the message if no values are found after a break.
@@ -85,7 +85,7 @@ def _is_slow_from_the_start(solution: DaeSolution, span: float) -> bool:
 
 
 def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array, known: _Facts) -> str | None:
-    """Return advice, if there is any, for an integration that ended early, failed many error tests or lacks digits of t.
+    """Return advice, if any, for an integration that ended early, failed many error tests or is limited by rounding of t.
 
     The advice is also added to the message of a solution that ends early. It replaces the remedies of the library there,
     unless it is a guess.
@@ -273,7 +273,7 @@ def _wrong_entry(
 def _missing_entry(
     solution: DaeSolution, residual: Function, pattern: tuple[NDArray[np.int64], NDArray[np.int64]], rtol: float, atol: Array
 ) -> str | None:
-    """Return a note on an entry of the Jacobian at the last state that the pattern lacks."""
+    """Return a note on an entry of the Jacobian that is nonzero at the last state but missing in the pattern."""
     if not solution.t.size:
         return None
     y, yp = solution.y[:, -1], solution.yp[:, -1]
@@ -327,7 +327,7 @@ BEND = 0.1
 
 
 def _fails_to_converge(message: str) -> bool:
-    """Return whether Newton's method has failed, or found derivatives far from those before."""
+    """Return whether the message reports that Newton's method failed or that derivatives changed abruptly."""
     return "converge" in message or "abruptly" in message
 
 
@@ -365,10 +365,11 @@ WIDTH = 100.0
 # 100 tolerances, one.
 SMOOTH = "10 to 100 tolerances"
 
-# Distances of jumps from the last time, in roundings of it, bisections that locate a jump, and its smallest size,
-# relative to changes of F within the tolerances.
+# Distances from the last time, in roundings of it, within which jumps are searched.
 INSTANTS = (1e3, 1e4, 1e5, 1e6)
+# Number of bisections that locate a jump.
 BISECTIONS = 20
+# Smallest size of a jump, relative to changes of F within the tolerances.
 VISIBLE = 1e-3
 
 

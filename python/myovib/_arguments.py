@@ -215,7 +215,7 @@ class _Events:
         self.terminal = [_terminal(k, getattr(f, "terminal", None)) for k, f in enumerate(given)]
 
     def terminal_after(self, crossings: list[Any]) -> list[int]:
-        """Return for each event how many more occurrences end the integration."""
+        """Return, for each event, after how many more occurrences the integration ends; 0 if it does not."""
         past = [sum(c[0] == k for c in crossings) for k in range(len(self.functions))]
         return [count and count - done for count, done in zip(self.terminal, past)]
 

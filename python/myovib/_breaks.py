@@ -13,9 +13,10 @@ from ._structure import RANK, Structure, _null
 Array = NDArray[np.float64]
 State = tuple[Array, Array]
 
-# Steps of Newton's method, halvings of a step, and fraction of the predicted reduction that a step must reach.
+# Maximum number of steps of Newton's method, and of halvings of a step.
 ITERATIONS = 100
 HALVINGS = 40
+# Fraction of the predicted reduction that a step must reach.
 DESCENT = 0.1
 # Last correction of y and y', in tolerances; the value of IDACalcIC.
 CONVERGED = 0.0033
@@ -28,10 +29,11 @@ UNSOLVED = 1e-6
 FAR = 100.0
 # Number of trial changes of a state.
 TRIALS = 4
-# Largest increments of differences in time, relative to the length of a part and to the size of a variable, and the
-# smallest one in roundings of the time.
+# Largest increment of differences in time, as a fraction of the length of a part.
 SHORT = 1e-5
+# Largest change of a variable within this increment, as a fraction of the size of the variable.
 MOTION = 1e-3
+# Smallest increment of differences in time, in roundings of the time.
 ROUNDINGS = 1e4
 
 

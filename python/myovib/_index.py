@@ -19,10 +19,12 @@ HIGHEST = 3
 # Positions of the first stages in a step. Rounding is divided by the square of the distance of stages.
 FIRST_STAGES = {"radau5": 0.155, "radau9": 0.0571, "radau13": 0.0293}
 
-# Ratio of the distance of a multiplier from its extrapolation to the change by the last order that indicates a wrong start.
+# Ratio that indicates a wrong start: the distance of the initial value of a multiplier from its extrapolation, divided by
+# the change of the extrapolation from degree 3 to degree 4.
 JUMP = 20.0
 
-# Factors of the first step when it is repeated: for other rounding errors, and for a fast motion within the step.
+# Factors by which the first step is shortened when the steps are repeated: HALF causes other rounding errors, SHORT
+# resolves a fast motion within the step.
 HALF, SHORT = 0.5, 1e-3
 
 

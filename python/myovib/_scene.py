@@ -562,7 +562,7 @@ def _axis(values: Iterable[Any] | str) -> str:
 
 
 def _entry(value: Any) -> str:
-    """Return a value of a list; text with separators is quoted."""
+    """Format an item of a list; text with separators is quoted."""
     if not isinstance(value, str):
         return _toml(value)
     if value == value.strip() and not set(value) & set(",'\"[]{}"):

@@ -20,8 +20,9 @@ RANK = 1e-7
 # Entries of a null vector of length 1 up to this size count as zero.
 PART = 1e-3
 
-# Error of inverses, in units of rounding, above which they are not used, and the error of powers of h in them.
+# Error of an inverse, in units of rounding, above which it is not used.
 CONDITION = 1e10
+# Largest deviation of an exponent of h from an integer for which an index is clear.
 CLEAR = 0.05
 
 # Entries above this limit belong to functions that overflow.

@@ -30,7 +30,7 @@ pub(crate) struct Request {
     jacobian: Option<Py<PyAny>>,
     /// Column offsets, and row indices.
     pattern: Option<(Vec<usize>, Vec<usize>)>,
-    /// Returns the values of all events.
+    /// Function that returns the values of all events.
     events: Option<Py<PyAny>>,
     /// Direction of each event: −1, 0 or 1.
     directions: Vec<i8>,

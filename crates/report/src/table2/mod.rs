@@ -175,7 +175,7 @@ pub enum Verdict {
     Interrupted,
 }
 
-/// Returns the overall result; `is_modified` if settings of the table are overridden.
+/// Returns the overall result. `is_modified` states whether settings of the table are overridden.
 pub fn verdict(runs: &[RowRun], is_modified: bool) -> Verdict {
     let differs = |run: &RowRun| run.agrees() == Some(false);
     if runs.iter().any(|run| run.word("reason") == "interrupted") {
