@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 ITERATIONS = 30
 # Relative size of central differences: the cube root of rounding.
 DIFFERENCE = 6e-6
-# Singular values below this fraction of the largest count as zero; gradients have errors of this size.
+# Singular values below this fraction of the largest count as zero; the errors of gradients are far below.
 RANK = 1e-7
 # Largest error of a satisfied constraint, relative to its gradient and the size of the positions.
 # Terms of the constraint may be larger than both, for example if q contains small displacements.

@@ -580,7 +580,7 @@ class _PositionConstraints(NamedTuple):
 
     # Whether the positions violate one.
     are_violated: bool
-    # Equations whose derivative along the velocities is not zero, and the derivatives of all equations.
+    # Constraints whose derivative along the velocities is not zero within the tolerances, and the derivatives of all equations.
     changing: list[int]
     rates: Array
     # yp0 with the rates of positions that follow from the velocities.

@@ -3,7 +3,7 @@
 use super::RowRun;
 use crate::table::{Align, Cell, Table, Tone, colored_stdout, compared, exponent, kappa};
 
-/// Returns the table with the paper's counts, followed by notes.
+/// Returns the comparison with the paper's counts, the table of settings and work, and notes.
 pub fn text(runs: &[RowRun], is_modified: bool) -> String {
     let colored = colored_stdout();
     format!(
