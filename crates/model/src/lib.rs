@@ -10,7 +10,7 @@
 //! - [`MuscleDae`]: residual and Jacobian on the integrator's vectors.
 //! - [`Settings`], [`Integrator`], [`run`](fn@run), [`Statistics`]: time integration of a DAE
 //!   (folder `integration`; linear systems in [`linear`]).
-//! - [`Probe`], [`Displacement`], [`Snapshot`], [`Measurement`], [`Energies`]: quantities derived
+//! - [`Probe`], [`Displacement`], [`Snapshot`], [`Measurement`], [`Energies`], [`Powers`]: quantities derived
 //!   from a state (folder `reading`).
 //! - [`RodDae`], [`coupling`]: the rod, and oscillators coupled to a body in one system.
 //! - [`InitialValues`]: consistent initial values; [`statics`]: equilibria.
@@ -92,7 +92,7 @@ pub use muscle::parameters::Parameters;
 pub use muscle::robin_support::RobinSupport;
 pub use muscle_dae::MuscleDae;
 pub use reading::displacement::Displacement;
-pub use reading::energy::Energies;
+pub use reading::energy::{Energies, Powers};
 pub use reading::measure::Measurement;
 pub use reading::probe::{Probe, ProbeValue};
 pub use reading::quantity::{Components, Quantity};

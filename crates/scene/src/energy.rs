@@ -1,6 +1,6 @@
 //! Work of loads and dissipation, integrated from their powers.
 
-use myovib_model::Energies;
+use myovib_model::{Energies, Powers};
 
 use crate::probe::nan_of_null;
 
@@ -35,8 +35,8 @@ impl Exchanged {
     ];
 
     /// Adds the energy exchanged in an interval of `h` seconds from the powers at [`PLACES`](Self::PLACES).
-    pub fn add(&mut self, h: f64, at: &[Energies; 4]) {
-        let integral = |power: fn(&Energies) -> f64| {
+    pub fn add(&mut self, h: f64, at: &[Powers; 4]) {
+        let integral = |power: fn(&Powers) -> f64| {
             let terms = Self::WEIGHTS.iter().zip(at);
             h * terms.map(|(weight, at)| weight * power(at)).sum::<f64>()
         };
@@ -58,9 +58,7 @@ mod tests {
     #[test]
     fn powers_of_degree_7_are_integrated_exactly() {
         for degree in 0..=7 {
-            let at = |t: f64| Energies {
-                kinetic: 50.0,
-                elastic: 10.0,
+            let at = |t: f64| Powers {
                 load: 2.0 * t.powi(degree),
                 support: 0.5 * t.powi(degree),
                 active: 0.5 * t.powi(degree),
@@ -74,7 +72,10 @@ mod tests {
             for (found, expected) in [
                 (exchanged.work, 3.0 * exact),
                 (exchanged.dissipated, 0.5 * exact),
-                (exchanged.imbalance(&at(2.0)), 60.0 - 2.5 * exact),
+                (
+                    exchanged.imbalance(&Energies { kinetic: 50.0, elastic: 10.0 }),
+                    60.0 - 2.5 * exact,
+                ),
             ] {
                 let error = (found - expected).abs();
                 assert!(error < allowed, "{degree}: {error:e}");

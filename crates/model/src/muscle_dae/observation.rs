@@ -9,7 +9,7 @@ use crate::equation::PressureRateSource;
 use crate::field::Field;
 use crate::muscle::Muscle;
 use crate::reading::displacement::Displacement;
-use crate::reading::energy::Energies;
+use crate::reading::energy::Powers;
 use crate::reading::probe::{Probe, ProbeValue};
 use crate::reading::quantity::Quantity;
 use crate::reading::snapshot::Snapshot;
@@ -93,29 +93,40 @@ impl MuscleDae {
         (&self.work.load, &self.work.force_rate)
     }
 
-    /// Returns the energy of foundations and contacts, the rate of the contact energy (as power of the loads), the
-    /// dissipation of foundations and viscous stresses, and the power of active stresses. The residual must have been
-    /// evaluated last at this time `t` and state `y`. Other entries are zero.
-    pub(crate) fn added_energies(&self, t: f64, y: &[f64]) -> Energies {
+    /// Returns the velocity at all nodal components from the last residual.
+    pub(crate) fn nodal_velocity(&self) -> &[f64] {
+        &self.work.velocity
+    }
+
+    /// Returns the energy of foundations and contacts at the last state, whose time is `t`.
+    pub(crate) fn boundary_energy(&self, t: f64) -> f64 {
+        let Workspace { displacement: u, velocity: v, .. } = &self.work;
+        let Muscle { foundations, contacts, .. } = &self.muscle;
+        let contacts = contacts.iter().map(|contact| contact.stored_energy(t, u, v)[0]);
+        let foundations = foundations.iter().map(|foundation| foundation.energy(u));
+        contacts.chain(foundations).sum()
+    }
+
+    /// Returns the rate of the contact energy (as power of the loads), the dissipation of foundations and viscous
+    /// stresses, and the power of active stresses. The residual must have been evaluated last at this time `t` and state
+    /// `y`. Other entries are zero.
+    pub(crate) fn added_powers(&self, t: f64, y: &[f64]) -> Powers {
         let Workspace { displacement: u, velocity: v, tensions, .. } = &self.work;
         let Muscle { solid, foundations, contacts, .. } = &self.muscle;
-        let mut energies = Energies::default();
+        let mut powers = Powers::default();
         for contact in contacts {
-            let [stored, rate] = contact.stored_energy(t, u, v);
-            energies.elastic += stored;
-            energies.load += rate;
+            let [_, rate] = contact.stored_energy(t, u, v);
             let [dissipation, obstacle] = contact.friction_powers(t, [u, v]);
-            energies.dissipation += dissipation;
-            energies.load += obstacle;
+            powers.dissipation += dissipation;
+            powers.load += rate + obstacle;
         }
         for foundation in foundations {
-            energies.elastic += foundation.energy(u);
-            energies.dissipation += foundation.dissipation(v);
+            powers.dissipation += foundation.dissipation(v);
         }
         if let Some(internal) = self.layout.range(Field::InternalStress) {
             let (mut force, mut rates) = (vec![0.0; u.len()], vec![0.0; internal.len()]);
             solid.relaxation_force(u, &y[internal], Some(&mut force), &mut rates);
-            energies.dissipation += force.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();
+            powers.dissipation += force.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();
         }
         if self.context.added.stress[0] {
             let mut force = vec![0.0; u.len()];
@@ -124,10 +135,12 @@ impl MuscleDae {
                 force.iter().zip(v).map(|(f, v)| f * v).sum::<f64>()
             };
             let viscous = power(&vec![0.0; tensions.len()]);
-            energies.dissipation += viscous;
-            energies.active = viscous - power(tensions);
+            powers.dissipation += viscous;
+            if tensions.iter().any(|tension| *tension != 0.0) {
+                powers.active = viscous - power(tensions);
+            }
         }
-        energies
+        powers
     }
 
     /// Returns the pressure coefficients in `y`, if the formulation has a pressure.

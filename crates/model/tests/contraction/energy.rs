@@ -7,7 +7,7 @@ use myovib_dae::Problem;
 use myovib_fem::AddedStress;
 use myovib_model::{
     AcceptedStep, Energies, Formulation, InitialValues, IntegratorKind, LinearSolverKind,
-    ModelError, MuscleDae, Observer, Outcome, Settings, run, start_from,
+    ModelError, MuscleDae, Observer, Outcome, Powers, Settings, run, start_from,
 };
 
 use crate::common::{contracting, viscous};
@@ -25,12 +25,16 @@ pub(crate) struct Balance {
     pub(crate) gap: f64,
 }
 
-fn energies(step: &mut AcceptedStep<'_, MuscleDae>, t: f64) -> Result<Energies, ModelError> {
+fn energies(
+    step: &mut AcceptedStep<'_, MuscleDae>,
+    t: f64,
+) -> Result<(Energies, Powers), ModelError> {
     let n = step.integrator.problem().n_unknowns();
     let (mut y, mut y_dot) = (vec![0.0; n], vec![0.0; n]);
     step.integrator.dense_output(t, 0, &mut y)?;
     step.integrator.dense_output(t, 1, &mut y_dot)?;
-    step.integrator.problem_mut().energies(t, &y, &y_dot)
+    let dae = step.integrator.problem_mut();
+    Ok((dae.energies(t, &y, &y_dot), dae.powers(t, &y, &y_dot)?))
 }
 
 impl Observer<MuscleDae> for Balance {
@@ -39,17 +43,17 @@ impl Observer<MuscleDae> for Balance {
         step: &mut AcceptedStep<'_, MuscleDae>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         let (from, to) = (step.from, step.to);
-        let first = energies(step, from)?;
+        let (first, _) = energies(step, from)?;
         let start = *self.start.get_or_insert(first.kinetic + first.elastic);
         let (h, offset) = (to - from, 0.6_f64.sqrt());
         for (place, weight) in [(-offset, 5.0), (0.0, 8.0), (offset, 5.0)] {
-            let at = energies(step, from + 0.5 * h * (1.0 + place))?;
+            let (_, at) = energies(step, from + 0.5 * h * (1.0 + place))?;
             let share = h * weight / 18.0;
             self.given += share * (at.load + at.support + at.active);
             self.active += share * at.active;
             self.taken += share * at.dissipation;
         }
-        let now = energies(step, to)?;
+        let (now, _) = energies(step, to)?;
         let stored = now.kinetic + now.elastic - start;
         self.largest = self.largest.max(stored.abs()).max(self.active.abs());
         self.gap = self.gap.max((stored + self.taken - self.given).abs());

@@ -23,9 +23,9 @@ fn imbalance(rtol: f64) -> f64 {
         SampleTimes::new(EVERY, settings.t_end),
         n,
         |dae: &mut MuscleDae, t, y: &[f64]| {
-            let energies = dae.energies(t, y, &rest)?;
-            work += 0.5 * EVERY * (power + energies.load);
-            power = energies.load;
+            let (energies, powers) = (dae.energies(t, y, &rest), dae.powers(t, y, &rest)?);
+            work += 0.5 * EVERY * (power + powers.load);
+            power = powers.load;
             let stored = energies.kinetic + energies.elastic;
             largest = largest.max(stored);
             gap = gap.max((stored - work).abs());

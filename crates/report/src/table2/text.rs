@@ -168,7 +168,7 @@ fn row_4(runs: &[RowRun]) -> String {
     };
     match (&finished[..], &stopped[..]) {
         (finished @ [_, ..], stopped @ [_, ..]) => format!(
-            "With an incompressible muscle in (28), the runs {} stop, and the runs {} finish.\n",
+            "With an incompressible muscle in (28), these runs stop: {}; these runs finish: {}.\n",
             list(stopped),
             list(finished)
         ),
