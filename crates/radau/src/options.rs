@@ -110,8 +110,9 @@ pub struct RadauOptions {
     /// Whether steps of 5 or 7 stages are limited by the error of dense output even if it is not used, to ten tolerances.
     /// This detects kinks and pulses within steps; false by default.
     pub detect_kinks: bool,
-    /// Whether steps that grow fast are repeated if an input acts between their stages, at the cost of at least ten
-    /// residuals for each; true by default. Not required if no step is longer than the inputs allow.
+    /// Whether steps that grow fast are tested for inputs between their stages, and repeated if there are any; true by
+    /// default. A test costs at least ten residuals, and is not required if no step is longer than the inputs allow. There is
+    /// no test with `max_step`, multipliers, or internal variables.
     pub detect_inputs: bool,
     /// Step size control; [`StepSize::Adaptive`] by default.
     pub step_size: StepSize,

@@ -50,8 +50,6 @@ impl CoupledOptions {
             ida: IdaOptions::default(),
             radau: RadauOptions {
                 stages: integrator.stages().unwrap_or(3),
-                // The schedule limits the steps.
-                detect_inputs: false,
                 ..RadauOptions::default()
             },
             linear_solver: LinearSolverKind::Full,

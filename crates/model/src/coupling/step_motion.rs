@@ -71,12 +71,8 @@ impl TimeScales for Arc<StepMotion> {
         (after < t).then_some(Break { t, order: 1 })
     }
 
-    fn time_scale(&self, _: f64, _: f64) -> Option<f64> {
-        None
-    }
-
-    fn longest_step(&self, _: f64, _: f64) -> Option<f64> {
-        None
+    fn is_resolved(&self, _: f64, _: f64) -> bool {
+        false
     }
 }
 

@@ -164,7 +164,7 @@ impl<P: Consistent> Integrator<P> for IdaIntegrator<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
         self.pass_jump()?;
         self.step_size.set(self.solver.current_step());
-        let Bounds { t_out, stop_time } =
+        let Bounds { t_out, stop_time, .. } =
             self.pace.bounds(self.solver.t(), &self.solver.statistics());
         self.solver.set_stop_time(stop_time)?;
         let outcome = self.step_or_start_smaller(t_out)?;

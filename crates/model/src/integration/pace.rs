@@ -22,6 +22,8 @@ pub(crate) struct Bounds {
     pub(crate) t_out: f64,
     /// Time that the step must not pass.
     pub(crate) stop_time: f64,
+    /// Whether no input can act between the stages of the step undetected.
+    pub(crate) is_resolved: bool,
 }
 
 impl Pace {
@@ -71,6 +73,7 @@ impl Pace {
             false => stop_time,
         };
         self.shortened = stop_time - t < statistics.current_step;
-        Bounds { t_out, stop_time }
+        let is_resolved = self.schedule.is_resolved(t, stop_time);
+        Bounds { t_out, stop_time, is_resolved }
     }
 }

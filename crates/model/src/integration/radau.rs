@@ -180,8 +180,6 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
         time_scale: transit_time(dae.muscle()),
         jacobian_reuse: 0.1,
         step_window: (1.0, 2.0),
-        // The schedule limits the steps by all inputs except for impacts.
-        detect_inputs: !dae.muscle().contacts.is_empty(),
         sparse: settings.sparse_options(),
         ..RadauOptions::default()
     });
@@ -209,9 +207,10 @@ impl<P: Consistent, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauInteg
 
     fn advance(&mut self) -> Result<Advance, ModelError> {
         self.pass_jump()?;
-        let Bounds { t_out, stop_time } =
+        let Bounds { t_out, stop_time, is_resolved } =
             self.pace.bounds(self.solver.t(), &self.solver.statistics());
         self.solver.set_stop_time(stop_time)?;
+        self.solver.detect_inputs(!is_resolved);
         Ok(Advance::of(self.solver.step(t_out)?, self.pace.t_end()))
     }
 

@@ -11,6 +11,7 @@ use myovib_fem::{ElementScale, Solid};
 use crate::error::ModelError;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
+use crate::signal::timing::Unforeseen;
 use activation::Activation;
 use load::{
     BoundaryForce, Contact, Load, Prescribed, SurfaceLoad, boundary_forces, set_multipliers,
@@ -325,6 +326,9 @@ impl Muscle {
         }
         for signal in self.contacts.iter().flat_map(Contact::signals) {
             schedule.add(signal.clone(), of_loads);
+        }
+        if !self.contacts.is_empty() {
+            schedule.add(Unforeseen, 0);
         }
         for prescribed in &self.prescribed {
             schedule.add(prescribed.signal.clone(), of_motions);

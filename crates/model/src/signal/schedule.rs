@@ -72,6 +72,12 @@ impl Schedule {
         shortest(drives.filter_map(|(drive, _)| drive.time_scale(from, to)))
     }
 
+    /// Returns whether all changes between two times are resolved by limits of the steps. Without any driving function, the
+    /// schedule contains no information.
+    pub(crate) fn is_resolved(&self, from: f64, to: f64) -> bool {
+        !self.drives.is_empty() && self.drives.iter().all(|(drive, _)| drive.is_resolved(from, to))
+    }
+
     /// Returns the t_out that gives the scale of the first step at time `t`. It is the end of the
     /// run for a system that has no time scale and is not driven.
     pub(crate) fn look_ahead(&self, t: f64, t_end: f64) -> f64 {
@@ -121,6 +127,7 @@ impl Schedule {
 
 #[cfg(test)]
 mod tests {
+    use super::super::timing::Unforeseen;
     use super::*;
     use crate::signal::{Signal, formula};
 
@@ -140,6 +147,19 @@ mod tests {
         assert_eq!(paper.look_ahead(0.0, 10.0), 10.0);
         assert_eq!(paper.look_ahead(0.0, 2000.0), 10.0);
         assert_eq!(Schedule::default().look_ahead(1.0, 7.0), 7.0);
+    }
+
+    #[test]
+    fn continuing_and_unforeseen_changes_are_not_resolved() {
+        let mut pulse = schedule(step(1.0), 0);
+        assert!(pulse.is_resolved(0.0, 1.0) && pulse.is_resolved(1.0, 1.005));
+        let sine = Signal::from(formula::Sine { amplitude: 1.0, frequency: 8.0, phase: 0.0 });
+        assert!(!schedule(sine, 0).is_resolved(0.0, 0.01));
+        // A ramped sine is limited during its rise only.
+        assert!(!schedule(Signal::paper(1.0), 0).is_resolved(9.0, 9.1));
+        assert!(!Schedule::default().is_resolved(0.0, 1.0));
+        pulse.add(Unforeseen, 0);
+        assert!(!pulse.is_resolved(0.0, 1.0));
     }
 
     #[test]
@@ -163,7 +183,7 @@ mod tests {
         let late = schedule(step(1e5), 0);
         let (start, next) = (1e5 + 0.0125, 1e5 + 0.005);
         let middle = start + 0.5 * (1e5 + 0.02 - start);
-        // Rounding of the time changes this size by 1e-9.
+        // The size has a rounding error of 1.5e-11, which is 1e-9 of it.
         assert!((late.limit(start, next - 1e5, 2e5) - middle).abs() < 1e-10);
     }
 

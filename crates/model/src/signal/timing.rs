@@ -33,17 +33,38 @@ pub(crate) fn just_after(t: f64) -> f64 {
     t + PASSED * t.abs().max(LEAST_TIME)
 }
 
-/// Properties of a signal that the choice of steps requires.
+/// Properties of a signal that the choice of steps requires; by default, of a constant.
 pub trait TimeScales: Send + Sync {
     /// Returns the first break later than `after`.
-    fn next_break(&self, after: f64) -> Option<Break>;
+    fn next_break(&self, _after: f64) -> Option<Break> {
+        None
+    }
 
     /// Returns the shortest time, s, of changes of the function between two times; `None` if it is constant.
-    fn time_scale(&self, from: f64, to: f64) -> Option<f64>;
+    fn time_scale(&self, _from: f64, _to: f64) -> Option<f64> {
+        None
+    }
 
     /// Returns the longest step, s, that cannot miss a change between two times; `None` if nothing
     /// changes.
-    fn longest_step(&self, from: f64, to: f64) -> Option<f64>;
+    fn longest_step(&self, _from: f64, _to: f64) -> Option<f64> {
+        None
+    }
+
+    /// Returns whether the function is constant between two times, or limits the steps. A continuing sine does not: only
+    /// error estimates resolve it.
+    fn is_resolved(&self, from: f64, to: f64) -> bool {
+        self.time_scale(from, to).is_none() || self.longest_step(from, to).is_some()
+    }
+}
+
+/// Changes at unknown times, such as impacts.
+pub(crate) struct Unforeseen;
+
+impl TimeScales for Unforeseen {
+    fn is_resolved(&self, _: f64, _: f64) -> bool {
+        false
+    }
 }
 
 /// Step size as a fraction of the time scale: a change is resolved by four steps, and a sine by four steps per period.

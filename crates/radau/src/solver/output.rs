@@ -122,6 +122,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
+    /// Sets whether the next steps detect inputs between their stages, as
+    /// [`RadauOptions::detect_inputs`](crate::RadauOptions::detect_inputs).
+    pub fn detect_inputs(&mut self, detect: bool) {
+        self.options.detect_inputs = detect;
+    }
+
     /// Returns the current time.
     pub fn t(&self) -> f64 {
         self.pause.as_ref().map_or(self.t, |pause| pause.t)

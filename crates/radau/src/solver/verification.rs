@@ -152,7 +152,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// the last step or the `next` step would be much longer.
     ///
     /// The equations then seem to be at rest, and steps would grow beyond the duration or the period
-    /// of the input. A limit of the step states this duration, and multipliers limit the steps.
+    /// of the input. A limit of the step states this duration, and multipliers limit the steps. The caller may exclude such
+    /// inputs by the option `detect_inputs`.
     pub(super) fn expect_no_unseen_input(&mut self, h: f64, next: f64) -> Result<(), Failure> {
         let is_limited = !self.options.detect_inputs
             || self.options.max_step.is_some()
