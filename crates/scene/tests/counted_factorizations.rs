@@ -64,6 +64,7 @@ impl<T: Scalar> Factorization<T> for Counted<T> {
     }
 
     fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        self.counts.add(2);
         Factorization::solve_transposed(&mut self.factors, x)
     }
 

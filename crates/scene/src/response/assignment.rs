@@ -1,7 +1,8 @@
 //! Assignment of peaks to modes by the contributions of the modes to a response.
 //!
 //! A value is the sum of the contributions qᵢ wᵢ of all modes, with the modal coordinates qᵢ of the computed amplitudes and
-//! the value wᵢ of mode i alone. At a resonance, the contribution of its mode bends more sharply with the frequency than all
+//! the value wᵢ of mode i alone at its own frequency, apart from contributions of moving supports, which are smooth. At a
+//! resonance, the contribution of its mode bends more sharply with the frequency than all
 //! others, even if these are larger. So a peak belongs to the mode whose contribution bends most between the frequencies
 //! beside the peak.
 
@@ -20,8 +21,9 @@ use crate::probe::HarmonicMotion;
 /// Maximum number of modes computed for comparison with the peaks. They cost as much as a few frequencies.
 const MODES: usize = 20;
 
-/// Largest ratio of the frequencies of a peak and of its mode: viscoelastic stress makes a body up to four times as stiff.
-const DISTANCE: f64 = 2.0;
+/// Smallest and largest ratio of the frequencies of the mode and of the peak: viscoelastic stress makes a body up to a hundred
+/// times as stiff as the relaxed body, to which the modes belong.
+const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=2.0;
 
 /// Modes of a body, to which peaks are assigned.
 pub(super) struct Assignment {
@@ -47,7 +49,8 @@ impl Assignment {
         })
     }
 
-    /// Returns the coordinate qᵢ = φᵢᵀ M û of each mode; the free components of û are Σ qᵢ φᵢ, whatever the damping.
+    /// Returns the coordinate qᵢ = φᵢᵀ M û of each mode. For any damping, the free components of û are Σ qᵢ φᵢ, except for the
+    /// volume that moving supports displace in an incompressible body.
     pub(super) fn coordinates(&self, displacement: &[Complex64]) -> Vec<Complex64> {
         let coordinate =
             |inertia: &Vec<f64>| displacement.iter().zip(inertia).map(|(u, m)| u * m).sum();
@@ -121,7 +124,7 @@ impl Assignment {
         self.body.modes.iter().enumerate().map(of_mode).collect()
     }
 
-    /// Returns the mode whose contribution has the largest `bend` among those within [`DISTANCE`] of a `frequency` (Hz), unless the
+    /// Returns the mode whose contribution has the largest `bend` among those within [`RATIOS`] of a `frequency` (Hz), unless the
     /// frequency exceeds all modes.
     fn mode_of(&self, frequency: f64, bend: impl Fn(usize) -> f64) -> Option<PeakMode> {
         let natural = self.body.modes.iter().enumerate();
@@ -130,7 +133,7 @@ impl Assignment {
             return None;
         }
         let near = natural
-            .filter(|(_, own)| (1.0 / DISTANCE..=DISTANCE).contains(&(own / frequency)))
+            .filter(|(_, own)| RATIOS.contains(&(own / frequency)))
             .map(|(k, own)| (bend(k), PeakMode { number: k + 1, frequency: own }));
         let most = near.max_by(|a, b| a.0.total_cmp(&b.0));
         most.map(|(_, mode)| mode)

@@ -350,7 +350,10 @@ fn of_body(
     // an energy have no modes here; their peaks are still valid.
     let has_modes = first < last && body.formulation.has(Field::Pressure);
     let modes = match has_modes {
-        true => Assignment::new(muscle, &at, last).ok(),
+        true => {
+            watcher.progress.on_progress(&|| "response: modes".to_owned());
+            Assignment::new(muscle, &at, last).ok()
+        }
         false => None,
     };
     let response = HarmonicResponse::about(muscle, body.formulation, &at, &body.excitation)?;

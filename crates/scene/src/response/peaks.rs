@@ -32,8 +32,9 @@ pub struct Peak {
     /// Damping ratio from the half-power width, Δf/(2f); null if the width is not resolved or the phase does not turn as
     /// at a resonance.
     pub damping_ratio: Option<f64>,
-    /// The mode whose contribution to the value bends most sharply at the peak, among those within a factor of 2 of its frequency;
-    /// null above the computed modes and for scenes without modes.
+    /// The mode whose contribution to the value bends most sharply at the peak, among those from a tenth to twice its frequency,
+    /// also if the peak is not a resonance. Null without such a mode, above the computed modes, after an interruption, and for
+    /// scenes without modes.
     pub mode: Option<PeakMode>,
 }
 

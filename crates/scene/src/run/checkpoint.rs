@@ -201,7 +201,7 @@ fn has_possible_counts(json: &Value) -> bool {
 /// Separator between the head and the state.
 const SEPARATOR: &str = ",\"checkpoint\":";
 
-const SCHEMA: &str = "myovib/checkpoint/1";
+const SCHEMA: &str = "myovib/checkpoint/2";
 
 /// Head of a checkpoint file.
 #[derive(Serialize, Deserialize)]

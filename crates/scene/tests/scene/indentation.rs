@@ -77,7 +77,10 @@ fn a_cylinder_presses_with_the_force_of_hertz() {
             sides.concat()
         );
         let center = format!("[0.0, {}]\n{contact}", length + 1.0);
-        let [found, _] = indent(&body, Path::new(""), &center, "y", depth);
+        let [found, area] = indent(&body, Path::new(""), &center, "y", depth);
+        // Half of the largest distance of quadrature points.
+        let edge = length / cells as f64;
+        assert!((area - b).abs() < 0.25 * edge, "{cells} {contact}: {area}");
         2.0 * found / force - 1.0
     };
     let [coarse, fine] = [12, 24].map(|cells| error(cells, ""));

@@ -10,9 +10,9 @@ const TOUCHING: f64 = 1e-6;
 /// proportional to smaller pressures.
 ///
 /// A stiff contact presses only some points of a facet, and opens others by a part of the displacement at this pressure, which is
-/// of the order of the facet size times the pressure by the shear modulus. The limit is five times the default penetration. It
-/// is small at the edge of a contact: there the pressure is K √x at the distance x inside the edge, and the gap is
-/// K x^1.5/(3G) outside of it, which exceeds the limit from about a tenth of a facet.
+/// of the order of the facet size times the pressure divided by the shear modulus. The limit is five times the default penetration. It
+/// is small at the edge of a contact: on an incompressible body, the pressure is K √x at the distance x inside the edge and the gap
+/// K x^1.5/(3G) outside of it, which exceeds the limit from a seventh to a fifth of a facet.
 const CLOSED: f64 = 0.05;
 
 impl RigidContact {

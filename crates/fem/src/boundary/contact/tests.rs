@@ -332,7 +332,7 @@ fn the_contact_area_includes_points_between_pressed_points() {
         // Middle nodes are pressed with many shear moduli, and the vertices are far away.
         let far = area(&solid, 64.0, 0.2);
         assert!((far - pressed).abs() < rounding, "{far} {pressed}");
-        // The gaps of a hard half remain.
+        // In the half with a large shear modulus, these gaps do not count.
         let space = solid.space();
         let factors = (0..space.n_elements()).flat_map(|element| {
             let vertices = space.mesh().element(element);
