@@ -78,9 +78,9 @@ fn a_cylinder_presses_with_the_force_of_hertz() {
         );
         let center = format!("[0.0, {}]\n{contact}", length + 1.0);
         let [found, area] = indent(&body, Path::new(""), &center, "y", depth);
-        // Half of the largest distance of quadrature points.
+        // The contact ends at a vertex. Gaps count up to a fifth of a facet beyond it, where one point has the weight 5/18.
         let edge = length / cells as f64;
-        assert!((area - b).abs() < 0.25 * edge, "{cells} {contact}: {area}");
+        assert!((area - b).abs() < 0.3 * edge, "{cells} {contact}: {area}");
         2.0 * found / force - 1.0
     };
     let [coarse, fine] = [12, 24].map(|cells| error(cells, ""));
