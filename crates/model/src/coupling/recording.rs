@@ -91,6 +91,10 @@ impl TimeScales for Arc<Recording> {
     fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
         Some(FRACTION * self.time_scale(from, to)?)
     }
+
+    fn is_resolved(&self, _: f64, _: f64) -> bool {
+        true
+    }
 }
 
 /// Returns the second derivative of the polynomial through `values` at the Chebyshev points of an
