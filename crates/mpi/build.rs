@@ -23,8 +23,8 @@ mod mpi {
         let mpicc = mpicc.unwrap_or_else(|_| "mpicc".to_owned());
         let Ok(shown) = Command::new(&mpicc).arg("-show").output() else {
             println!(
-                "cargo::error=`{mpicc}` was not found: install an MPI (Debian: libopenmpi-dev, and \
-                 libmumps-dev for MUMPS), or set {COMPILER} to its compiler"
+                "cargo::error=`{mpicc}` was not found: install an MPI (Debian: libopenmpi-dev, and libmumps-dev for \
+                 MUMPS), or set {COMPILER} to its compiler wrapper"
             );
             return;
         };
@@ -32,8 +32,8 @@ mod mpi {
         shim.compiler(&mpicc).file("src/ffi/shim.c").includes(include);
         if let Err(error) = shim.try_compile("myovib_mpi_shim") {
             println!(
-                "cargo::error=the boundary to MPI and MUMPS does not compile ({error}): install MUMPS \
-                 (Debian: libmumps-dev), or set MUMPS_INCLUDE_DIR to the folder of dmumps_c.h"
+                "cargo::error=the bindings to MPI and MUMPS do not compile ({error}): install MUMPS (Debian: \
+                 libmumps-dev), or set MUMPS_INCLUDE_DIR to the folder of dmumps_c.h"
             );
             return;
         }

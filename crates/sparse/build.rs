@@ -30,9 +30,8 @@ mod klu {
         }
         let Some(folder) = folder() else {
             println!(
-                "cargo::error=klu.h was not found: install SuiteSparse (Debian: \
-                 libsuitesparse-dev), set SUITESPARSE_INCLUDE_DIR, or build without KLU by \
-                 `--features vendored`"
+                "cargo::error=klu.h was not found: install SuiteSparse (Debian: libsuitesparse-dev), set \
+                 SUITESPARSE_INCLUDE_DIR, or build without KLU (`--features vendored`)"
             );
             return;
         };

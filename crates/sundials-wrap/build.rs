@@ -37,10 +37,10 @@ fn major() -> Result<u32, String> {
         [Some(6), Some(4..)] => Ok(6),
         [Some(7), Some(_)] => Ok(7),
         [Some(major), Some(minor)] => Err(format!(
-            "{} is of SUNDIALS {major}.{minor}, which is not supported",
+            "{} is from SUNDIALS {major}.{minor}, which is not supported",
             path.display()
         )),
-        _ => Err(format!("{} names no version", path.display())),
+        _ => Err(format!("{} does not state a version", path.display())),
     }
 }
 

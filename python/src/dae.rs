@@ -111,9 +111,9 @@ fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize),
     record.warnings.extend(warning.map(|text| ("jacobian", text)));
     if let Some(Unsatisfied { equation, t, .. }) = record.unsatisfied {
         let text = format!(
-            "equation {equation} is violated at t = {t}, between the ends of a step: an input, \
-             or a force that changes quickly (friction, contact), may act or oscillate within steps. \
-             Limit `max_step` to a fraction of its duration or period"
+            "equation {equation} is violated at t = {t}, within a step: an input, or a force that changes quickly \
+             (friction, contact), may act or oscillate within steps. Limit `max_step` to a fraction of its duration \
+             or period"
         );
         record.warnings.push(("input", text));
     }

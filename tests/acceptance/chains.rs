@@ -332,7 +332,7 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
         ("movie muscle --set chain[0].gain=2", "`chain` has no entry `0`"),
         ("figure 4 --integrator radau5", "--integrator"),
         ("figure 3 --mesh muscle.msh", "--mesh"),
-        ("figure 3 --integrator rk4", "`rk4` is not an integrator"),
+        ("figure 3 --integrator rk4", "unknown integrator `rk4`"),
         ("synchronization --t-end 0.01", "--t-end"),
         ("synchronization --mesh muscle.msh", "--body muscle"),
         ("synchronization --body muscle --set chain[0].at=0.05", "chain[0].at"),

@@ -359,7 +359,7 @@ fn a_sweep_of_modes_has_columns_of_frequencies() {
 fn columns_of_a_sweep_are_unique_and_known() {
     let folder = tempfile::tempdir().unwrap();
     for (more, printed) in [
-        (&["--vary", "solid.rayleigh_stiffness=1e-4"][..], "varies already"),
+        (&["--vary", "solid.rayleigh_stiffness=1e-4"][..], "already varied"),
         (&["--vary", "=1,2"], "a key is missing"),
         (&["--vary", "time.end=1e-2..inf:3"], "finite numbers"),
         (&["--result", "solid.rayleigh_stiffness=max(origin.u_y)"], "already used"),

@@ -78,8 +78,7 @@ fn a_stop_of_the_run_is_predicted() {
     assert_eq!(steps(&reported), steps(&run));
     assert_eq!(reported["t"], run["t_reached"]);
     let text = myovib(&["check", "table2-4", "--set", load]).stdout;
-    let words =
-        format!("cost            a trial of the run stops: {}", run["message"].as_str().unwrap());
+    let words = format!("cost            a trial run stops: {}", run["message"].as_str().unwrap());
     assert!(text.contains(&words), "{words}: {text}");
 }
 

@@ -62,7 +62,7 @@ pub enum Command {
     Figure(figure::FigureArgs),
     /// Compute all figures of the paper.
     Figures(figure::FiguresArgs),
-    /// Animate the chain in the complex plane or the deformation of the muscle (GIF).
+    /// Animate the deformation of a body or the oscillators of a chain (GIF).
     Movie(movie::MovieArgs),
     /// Sweep the drive of a chain and determine where the chain locks to it.
     Synchronization(synchronization::SynchronizationArgs),

@@ -42,7 +42,7 @@ pub fn flag() -> &'static AtomicBool {
 pub fn install() {
     if let Err(error) = ENDING.iter().try_for_each(|&signal| end_by(signal)) {
         output::warn(&format!(
-            "if a signal ends the program, the output of the run is lost: {error}"
+            "cannot handle signals, so a signal that ends the program loses the output of the run: {error}"
         ));
     }
 }
@@ -62,6 +62,8 @@ fn end_by(signal: c_int) -> io::Result<()> {
 pub fn ignore_file_size_signal() {
     #[cfg(unix)]
     if let Err(error) = register(signal_hook::consts::SIGXFSZ, Arc::default()) {
-        output::warn(&format!("exceeding the file size limit will end the program: {error}"));
+        output::warn(&format!(
+            "cannot handle SIGXFSZ, so exceeding the file size limit will end the program: {error}"
+        ));
     }
 }

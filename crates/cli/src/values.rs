@@ -13,7 +13,7 @@ use crate::output::not_replaceable;
 pub fn output_file(path: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(path);
     if path.is_empty() {
-        return Err("give the file a name".to_owned());
+        return Err("the file name is empty".to_owned());
     }
     if let Some(reason) = not_replaceable(&file) {
         return Err(reason);
@@ -44,7 +44,7 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
 pub fn output_folder(path: &str) -> Result<PathBuf, String> {
     let folder = PathBuf::from(path);
     if path.is_empty() {
-        return Err("give the folder a name; `.` is the current folder".to_owned());
+        return Err("the folder name is empty; `.` is the current folder".to_owned());
     }
     match folder.ancestors().find(|ancestor| ancestor.exists()) {
         Some(there) if !there.is_dir() => Err(format!("`{}` is not a folder", there.display())),
@@ -110,7 +110,7 @@ pub fn relative_tolerance(text: &str) -> Result<f64, String> {
 
 pub fn integrator(name: &str) -> Result<IntegratorKind, String> {
     by_name(&IntegratorKind::ALL, IntegratorKind::name, name)
-        .map_err(|names| format!("`{name}` is not an integrator: {names}"))
+        .map_err(|names| format!("unknown integrator `{name}`: must be one of {names}"))
 }
 
 /// Returns the entry of `all` with this name.

@@ -19,7 +19,7 @@ pub enum IntegratorError {
     #[error("{what}[{index}] = {value} is not finite")]
     NotFinite { what: &'static str, index: usize, value: f64 },
     /// An output time or a stop time is before the current time.
-    #[error("the time {t_out} is before the current time t = {t}")]
+    #[error("the time {t_out} is behind the current time t = {t} in the direction of integration")]
     TimeBehind { t_out: f64, t: f64 },
     /// Dense output was requested outside the last step, or for a derivative of too high an order.
     #[error(

@@ -27,8 +27,8 @@ impl std::fmt::Display for MissingEntry {
         let what = if self.is_rate_matrix { "the derivative of " } else { "" };
         write!(
             f,
-            "equation {row} changes with {what}y[{column}], and the pattern has no entry in row {row}, \
-             column {column} (counted from 0): the pattern must contain the entries of ∂F/∂y and of ∂F/∂ẏ"
+            "equation {row} changes with {what}y[{column}], but the pattern has no entry in row {row}, column \
+             {column} (counted from 0): the pattern must contain the entries of ∂F/∂y and of ∂F/∂ẏ"
         )
     }
 }

@@ -26,7 +26,7 @@ impl std::fmt::Display for InconsistentStart {
         let Self { t, residual, change, .. } = self;
         let (what, remedy) = match self.equation.checked_sub(self.n_equations) {
             None => (
-                format!("equation {}, which has no derivative,", self.equation),
+                format!("equation {}, which contains no derivatives,", self.equation),
                 "give a y0 that satisfies it or, for index 1, call correct_initial_values",
             ),
             Some(k) => (
@@ -36,9 +36,8 @@ impl std::fmt::Display for InconsistentStart {
         };
         write!(
             f,
-            "the initial values are not consistent at t = {t}: {what} has the residual {residual:.2e} \
-             (equations count from 0), but changes of y within the tolerances change it only by \
-             {change:.2e}: {remedy}"
+            "the initial values are not consistent at t = {t}: {what} has the residual {residual:.2e} (equations are \
+             counted from 0), but changes of y within the tolerances change it only by {change:.2e}: {remedy}"
         )
     }
 }

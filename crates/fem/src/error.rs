@@ -86,8 +86,8 @@ pub enum FemError {
     AddedToSmallStrain { element: usize },
     /// Law without a choice of the volume function.
     #[error(
-        "the law `{law}` has small strains or includes its volumetric energy, which excludes the logarithmic volumetric \
-         energy: use the quadratic energy or another law"
+        "the law `{law}` is for small strains or includes its own volumetric energy, so it excludes the logarithmic \
+         volumetric energy: use the quadratic energy or another law"
     )]
     VolumeFunction { law: &'static str },
     /// Index out of range.
@@ -202,9 +202,9 @@ pub enum MshProblem {
     ByteOrder,
     /// Text that does not start with `$MeshFormat`.
     #[error(
-        "this is not a Gmsh mesh: it must start with $MeshFormat; convert VTU, VTK, Abaqus and other files in Python, \
-         `myovib.write_mesh(\"NEW.msh\", *myovib.read_mesh(\"FILE\"))`, or UNV with `gmsh FILE -save -format msh41 \
-         -o NEW.msh`; STL and STEP files contain surfaces: mesh their volume with `gmsh -3`"
+        "this is not a Gmsh mesh: it must start with $MeshFormat; convert VTU, VTK, Abaqus and other files in Python \
+         with `myovib.write_mesh(\"NEW.msh\", *myovib.read_mesh(\"FILE\"))`, or UNV files with `gmsh FILE -save \
+         -format msh41 -o NEW.msh`; STL and STEP files contain surfaces: mesh their volume with `gmsh -3`"
     )]
     NotMsh,
     /// Unexpected end of the file.
@@ -245,8 +245,8 @@ pub enum MshProblem {
     MixedDimensions { tag: u64 },
     /// Node of a plane mesh with z ≠ 0.
     #[error(
-        "node {tag} has z = {z}: a mesh without tetrahedra is plane, parallel to two axes; for a body in space, \
-         define a volume in Gmsh and mesh it with `gmsh -3`"
+        "node {tag} has z = {z}: a mesh without tetrahedra must be plane and parallel to two axes; for a body in \
+         space, define a volume in Gmsh and mesh it with `gmsh -3`"
     )]
     NotPlane {
         tag: u64,
@@ -255,7 +255,7 @@ pub enum MshProblem {
     },
     /// Volumes without tetrahedra.
     #[error(
-        "the volumes of the file are not meshed, only their {meshed}: `gmsh -3 -format msh41` instead of \
+        "the volumes of the file are not meshed, only their {meshed}: use `gmsh -3 -format msh41` instead of \
          `-{dimension}`; if the volumes are in no physical group, add them to one, since Gmsh saves only groups"
     )]
     NotMeshed {

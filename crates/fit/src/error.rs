@@ -19,6 +19,6 @@ pub enum FitError {
     #[error("{option} = {value}: must be {expected}")]
     Option { option: &'static str, value: f64, expected: &'static str },
     /// There are as many parameters as measurements, so the noise cannot be estimated.
-    #[error("{0} measurements cannot determine as many parameters and the noise")]
+    #[error("{0} measurements cannot determine {0} parameters and the noise")]
     NoFreedom(usize),
 }

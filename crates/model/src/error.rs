@@ -8,9 +8,7 @@ pub enum ModelError {
     #[error("{name} = {value} is out of range: {allowed}")]
     OutOfRange { name: &'static str, value: f64, allowed: &'static str },
     /// A formulation that is incompatible with κ and β.
-    #[error(
-        "formulation `{formulation}` is incompatible with kappa = {kappa}, beta = {beta}: {allowed}"
-    )]
+    #[error("formulation `{formulation}` is incompatible with κ = {kappa}, β = {beta}: {allowed}")]
     NotAllowed {
         /// Name of the requested formulation.
         formulation: &'static str,
@@ -40,8 +38,8 @@ pub enum ModelError {
     },
     /// Elements whose equations would have different indices.
     #[error(
-        "elements {} and {} differ in kind, {what}: the equations would have different indices; \
-         choose one kind for the whole body",
+        "elements {} and {} are of different kinds ({what}), so their equations would have different indices: use one \
+         kind for the whole body",
         .elements[0], .elements[1]
     )]
     MixedParameters {
@@ -124,7 +122,10 @@ pub enum ModelError {
         map_error: f64,
     },
     /// A curve of periodic states does not end within its number of points.
-    #[error("it has max_points = {max_points} points")]
+    #[error(
+        "the limit of max_points = {max_points} points is reached before the end of the range: increase \
+         `max_points` or `max_step`"
+    )]
     CurveTooLong { max_points: usize },
     /// The integration over a period stopped before its end.
     #[error("the integration over a period stopped at t = {t} s: {message}")]
@@ -138,8 +139,9 @@ pub enum ModelError {
     Interrupted,
     /// Pressure loads whose work is path-dependent.
     #[error(
-        "modes about an equilibrium under follower pressure require that the edge of the loaded surface is fixed: \
-         otherwise the load is not conservative and the tangent is not symmetric; fix the edge, or use tractions of fixed direction"
+        "modes about an equilibrium under follower pressure require the edge of the loaded surface to be fixed: \
+         otherwise the load is not conservative and the tangent is not symmetric; fix the edge, or use tractions of \
+         fixed direction"
     )]
     NoEnergy,
     /// Supports that leave motions without strain.

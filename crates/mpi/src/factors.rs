@@ -117,8 +117,8 @@ fn meaning(status: i32) -> &'static str {
     match status {
         -7 | -13 | -19 => "not enough memory: use more machines, or fewer ranks on each",
         -8 | -9 | -11 | -14 | -15 | -17 | -20 => "delayed pivots need too much workspace",
-        -51 | -52 => "the matrix is too large for its 32-bit integers",
-        _ => "see the manual of MUMPS",
+        -51 | -52 => "the matrix is too large for 32-bit integers",
+        _ => "see the MUMPS users' guide",
     }
 }
 

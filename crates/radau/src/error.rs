@@ -26,8 +26,8 @@ pub enum RadauError {
     },
     /// A step repeated from a checkpoint differs from the recorded run.
     #[error(
-        "the step at t = {t} cannot be repeated exactly: only step the solver between recorded steps, or store \
-         the stages"
+        "the step at t = {t} cannot be replayed exactly: do not modify the solver between recorded steps, or store \
+         the stages of all steps"
     )]
     NotRepeated {
         /// Start of the step.
@@ -44,10 +44,7 @@ pub enum RadauError {
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// Sensitivities or an adjoint were requested for a problem with internal variables.
-    #[error(
-        "sensitivities do not support internal variables, because these have no sensitivities: make \
-         them unknowns"
-    )]
+    #[error("sensitivities do not support internal variables: make them unknowns")]
     InternalVariables,
     /// The equations of a sensitivity cannot be solved.
     #[error(

@@ -121,8 +121,8 @@ fn findings(result: &FitResult) -> Vec<String> {
     let mut lines =
         vec![format!("residuals: standard deviation {}{of}", significant(result.deviation()))];
     if result.does_not_fit() {
-        let remedy = "the model does not fit the measurements, and the intervals are invalid: check units, outliers, \
-                      effects missing in the scene, and other starting points";
+        let remedy = "the model does not fit the measurements, so the intervals are invalid: check units, outliers \
+                      and effects missing from the scene, and try other starting points";
         lines.push(remedy.to_owned());
         if let Some((row, point)) = result.largest_residual() {
             lines.push(format!(
@@ -179,8 +179,8 @@ fn findings(result: &FitResult) -> Vec<String> {
 fn idle(result: &FitResult) -> Option<String> {
     let names = named(result, |j| !result.fit.acts(j))?;
     Some(format!(
-        "no measurement depends on {names}: remove such a [[parameter]], or add measurements where and when it has an \
-         effect"
+        "no measurement depends on {names}: remove each such [[parameter]], or add measurements where and when it has \
+         an effect"
     ))
 }
 
@@ -276,8 +276,9 @@ fn html(result: &FitResult, plots: &[LinePlot], svg: &str) -> String {
         "<p{}>{}</p>\n<div class=\"wide\">{}</div>\n{}{intervals}<h2>Measurements, fit and residuals</h2>\n\
          {}<h2>Correlation of the parameters</h2>\n<div class=\"wide\">{}</div>\n\
          <p>Two parameters with a correlation near 1 or -1 have nearly the same effect on the measurements.</p>\n\
-         <h2>Iterations</h2>\n<p>The cost is half the sum of the squares, or of the losses. The first iterations may use \
-         the first part of the measurements and rough runs: see the column part of <code>history.csv</code>.</p>\n{iterations}",
+         <h2>Iterations</h2>\n<p>The cost is half the sum of the squared residuals, or of the losses. The first \
+         iterations may use the first part of the measurements and rough runs: see the column part of \
+         <code>history.csv</code>.</p>\n{iterations}",
         match result.outcome() {
             Outcome::Converged => "",
             _ => " class=\"bad\"",

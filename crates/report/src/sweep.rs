@@ -180,18 +180,19 @@ fn curves(
     let mut notes = String::new();
     if stride > 1 {
         notes += &format!(
-            "<p class=\"note\">The charts have one case in {stride}; the folders of the cases contain all of them.</p>\n"
+            "<p class=\"note\">The charts show one case in {stride}; the folders of the cases contain all of \
+             them.</p>\n"
         );
     }
     if thinning > 1 {
         notes += &format!(
-            "<p class=\"note\">The curves have one row in {thinning}; the tables of the cases contain all rows.</p>\n"
+            "<p class=\"note\">The curves show one row in {thinning}; the tables of the cases contain all rows.</p>\n"
         );
     }
     let legend = result.keys.join(", ");
     Ok(format!(
-        "<h2>Curves</h2>\n<p>A curve for each case, named by {}. A click on a curve highlights its \
-         case in all charts.</p>\n{notes}<div class=\"beside\">\n{}</div>\n",
+        "<h2>Curves</h2>\n<p>One curve per case, labeled by {}. Click a curve to highlight its case in all \
+         charts.</p>\n{notes}<div class=\"beside\">\n{}</div>\n",
         escape(&legend),
         figures.concat()
     ))

@@ -36,7 +36,7 @@ pub(crate) enum ExpressionError {
     /// Unexpected text at this position.
     #[error("`{0}` is not expected here")]
     Unexpected(String),
-    #[error("`{0}` is not a function; functions: {known}", known = functions().join(", "))]
+    #[error("`{0}` is not a function; known functions: {known}", known = functions().join(", "))]
     UnknownFunction(String),
     /// Expression above the limits of length or nesting.
     #[error("it is too long or nested too deeply: at most {LENGTH} characters, {DEPTH} levels")]

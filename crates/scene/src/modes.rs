@@ -139,7 +139,9 @@ impl Modes {
         let preload_time = requested.and_then(|modes| modes.preload_time);
         let key = "modes.preload_time";
         if preload_time.is_some() && muscle.contacts.iter().any(Contact::is_driven) {
-            let error = InputError::new("modes require obstacles with given displacements");
+            let error = InputError::new(
+                "modes about a preloaded equilibrium do not support obstacles driven by a force",
+            );
             let error = error.next("give the displacement of the obstacle instead of its force");
             return Err(scene.wrong(key, error).into());
         }
@@ -197,9 +199,9 @@ pub(crate) fn one_sided(muscle: &Muscle, at: &Equilibrium) -> Option<String> {
     let [_, strain] = displacement_and_strain(muscle.solid.space(), &u);
     (strain < VIBRATION).then(|| {
         format!(
-            "the fibers of `{}` resist tension only: near rest they are treated as stretched, although each of them is \
-             slack during a part of a motion, so the frequencies of a motion differ; stretch the fibers by a preload \
-             (`preload_time`), or compute the motion (`myovib run`)",
+            "the fibers of `{}` only resist tension. These modes treat all fibers as stretched, but in a real motion \
+             each fiber is slack part of the time, so the real frequencies are different: stretch the fibers by a \
+             preload (`preload_time`), or compute the motion (`myovib run`)",
             law.description().name
         )
     })
@@ -212,7 +214,7 @@ const VIBRATION: f64 = 1e-4;
 pub(crate) fn oscillating_preload(muscle: &Muscle, preload_time: Option<f64>) -> Option<String> {
     let (t, frequency) = (preload_time?, muscle.forcing_frequency()?);
     Some(format!(
-        "the preload includes the values at t = {t} s of loads that oscillate, such as at {frequency} Hz"
+        "the preload includes oscillating loads, such as one at {frequency} Hz, with their values at t = {t} s"
     ))
 }
 

@@ -147,13 +147,13 @@ impl State {
         let others = |found: usize, own: usize| found != 0 && found != own;
         if others(self.internal_stresses.len(), muscle.solid.n_internal()) {
             notes.push(
-                "initial_state.folder: that run has other Prony terms; the internal stresses start in equilibrium"
+                "initial_state.folder: that run has different Prony terms; the internal stresses start in equilibrium"
                     .to_owned(),
             );
         }
         if others(self.tensions.len(), muscle.models().count()) {
             notes.push(
-                "initial_state.folder: that run has other activation models; the tensions of this scene start at 0"
+                "initial_state.folder: that run has different activation models; the tensions of this scene start at 0"
                     .to_owned(),
             );
         }

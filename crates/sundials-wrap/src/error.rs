@@ -65,8 +65,8 @@ pub enum Error {
     ForwardRunLeft,
     /// A repeated part of the forward run took more steps than the original run.
     #[error(
-        "the forward run took different steps when it was repeated up to t = {t}: its functions must give \
-         the same values again"
+        "the forward run took different steps when it was repeated up to t = {t}: its functions must return the same \
+         values every time"
     )]
     NotRepeated { t: f64 },
     /// No consistent initial values were found.

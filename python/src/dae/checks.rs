@@ -103,8 +103,8 @@ pub(super) fn expect_room(n: usize, method: &str) -> Result<(), Failure> {
     let needed = per_entry * 8.0 * (n as f64).powi(2);
     match resources::available() {
         Some(available) if needed > available as f64 => Err(Failure::Memory(format!(
-            "full matrices of {n} unknowns need about {:.1} GiB, and {:.1} GiB are free: give the \
-             pattern of the Jacobian by `sparsity`",
+            "full matrices of {n} unknowns need about {:.1} GiB, and {:.1} GiB are free: give the pattern of the \
+             Jacobian as `sparsity`",
             needed / GIB,
             available as f64 / GIB,
         ))),

@@ -277,11 +277,11 @@ fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) ->
     let mut message = format!("the limit of {n_steps} steps ({limit}) was reached at t = {t}");
     // The steps have become much shorter.
     if n_steps > 1 && (t - t_halfway).abs() < 0.1 * (t_halfway - t0).abs() {
-        message += ": the last half of them covers less than a tenth of the time that the first half covers. F may \
-                    switch back and forth at every step (chattering), for instance as dry friction or a \
-                    relay without hysteresis does: make the switch smooth, or end at an event and start again after \
-                    it. An input with kinks, or with rounding errors near them, has the same effect: list their \
-                    times in `breaks`, and compute it without cancellation";
+        message += ": the last half of them covers less than a tenth of the time covered by the first half. F may \
+                    switch back and forth at every step (chattering), for instance as dry friction or a relay without \
+                    hysteresis does: make the switch smooth, or end at an event and restart after it. An input with \
+                    kinks, or with rounding errors near them, has the same effect: list their times in `breaks`, and \
+                    compute it without cancellation";
     }
     message
 }

@@ -20,19 +20,18 @@ use crate::values;
 #[command(after_help = "Examples:\n  \
     myovib fit scene.toml --data measured.csv\n  \
     myovib fit scene.toml --data low.csv --data 'high.csv traction[0].y.amplitude=200' --profile\n\n\
-    The scene lists its parameters in [[parameter]] and the measured quantities in [[output]]. Data are a \
-    table with a column `t` (`f` for a response, `load` for a static analysis) and a column for each output, \
-    or PEtab's columns observableId, time, \
-    measurement and noiseParameters. Writes report.html, fit.json, residuals.csv, residuals.svg and \
-    history.csv. Returns 3 if the fit does not converge, or if the residuals are more \
-    than three times the given noise.")]
+    The scene lists its parameters in [[parameter]] and the measured quantities in [[output]]. A data file is a table \
+    with a column `t` (`f` for a response, `load` for a static analysis) and a column for each output, or with \
+    PEtab's columns observableId, time, measurement and noiseParameters. Writes report.html, fit.json, residuals.csv, \
+    residuals.svg and history.csv. The exit code is 3 if the fit does not converge, or if the residuals are more than \
+    three times the given noise.")]
 pub struct FitArgs {
     /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Measurements of an experiment, followed by values that differ in it; may be repeated. The name of the file may
-    /// contain spaces and `=`. Write a name that starts with `-` as `./-NAME`.
+    /// File with the measurements of an experiment, followed by scene values that differ in this experiment; may be
+    /// repeated. The file name may contain spaces and `=`. Write a name that starts with `-` as `./-NAME`.
     #[arg(long, value_name = "FILE [KEY=VALUE]...", required = true)]
     pub data: Vec<String>,
 
@@ -69,8 +68,8 @@ pub struct FitArgs {
     #[arg(long, value_name = "SEED", default_value = "0")]
     pub seed: u64,
 
-    /// Converged when no parameter changes by more than this fraction of its value, or when the next step is below 1 % of
-    /// the parameters' standard errors.
+    /// The fit has converged when no parameter changes by more than this fraction of its value, or when the next step
+    /// is below 1 % of the parameters' standard errors.
     #[arg(long, value_name = "FRACTION", default_value = "1e-5", value_parser = values::relative_tolerance)]
     pub tolerance: f64,
 

@@ -96,7 +96,8 @@ impl Subject {
             return of_scene(path, &args.set, fixed);
         }
         if let Some(set) = args.set.first() {
-            let error = InputError::new("a mesh has no keys").at(format!("--set {set}"));
+            let error = InputError::new("`--set` changes only scenes, not meshes")
+                .at(format!("--set {set}"));
             return Err(error.next("name a scene instead of a mesh").into());
         }
         let (mesh, name) = mesh_file::load(path)?;
@@ -130,7 +131,7 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
     let all: Vec<_> = held.chain(moved).collect();
     if let (None, Some((group, _))) = (&fixed, all.iter().find(|(_, whole)| !whole)) {
         let error = InputError::new(format!(
-            "the scene fixes only some components of `{group}`; this command requires all"
+            "the scene fixes only some components of `{group}`; this command requires all of them to be fixed"
         ));
         return Err(error
             .next("name the fixed groups with --fixed; `myovib check` measures the scene itself")
@@ -194,10 +195,10 @@ fn text(families: &[Family], elements: &'static str) -> String {
     }
     let mut text = table.render(colored_stdout());
     text.push_str(
-        "\ninf–sup: the smallest non-zero constant of (27), pressures in the L2 norm, displacements \
-         in the H1 seminorm; bounded\nbelow for stable spaces. σ_min(B), the smallest non-zero \
-         singular value, decays for all spaces. uncontrolled:\npressures that no displacement \
-         controls; with one of these and κ = ∞ the pencil is singular and there is no index.\n",
+        "\ninf–sup: the smallest non-zero constant of (27), pressures in the L2 norm, displacements in the H1 \
+         seminorm; bounded\naway from zero for stable spaces. σ_min(B), the smallest non-zero singular value, decays \
+         for all spaces. uncontrolled:\npressures that no displacement controls; with one of these and κ = ∞ the \
+         pencil is singular and there is no index.\n",
     );
     text
 }

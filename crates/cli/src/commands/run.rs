@@ -230,8 +230,8 @@ fn errors(estimate: &Value) -> String {
         ),
     };
     format!(
-        "\nTime integration errors from a second run at rtol = {:.0e}, at most {VERIFY_MARGIN} times too small; the error of the mesh is not \
-         included.{cut}\n{}",
+        "\nTime integration errors from a second run at rtol = {:.0e}, underestimated by at most a factor of \
+         {VERIFY_MARGIN}; the error of the mesh is not included.{cut}\n{}",
         estimate["rtol"].as_f64().unwrap_or(f64::NAN),
         table.render(colored_stdout())
     )
@@ -303,7 +303,7 @@ fn text(document: &Value) -> String {
         text += &format!("\n{}\n", plain(message));
     }
     if document["reason"] == "interrupted" && document["analysis"] != "static" {
-        text += "The same command with --resume continues from there.\n";
+        text += "To continue from there, repeat the command with --resume.\n";
     }
     text
 }

@@ -111,7 +111,7 @@ fn max_order(text: &str) -> Result<String, String> {
     match text.parse() {
         _ if text == "auto" => Ok("\"auto\"".to_owned()),
         Ok(1..=5) => Ok(text.to_owned()),
-        _ => Err(format!("`{text}` is not an order: 1 to 5, or auto")),
+        _ => Err(format!("`{text}` is not an order: must be 1 to 5, or auto")),
     }
 }
 
@@ -141,7 +141,7 @@ impl FromStr for Suppress {
             "lambda" => Ok("p"),
             "mu" => Ok("p_rate"),
             word => Err(format!(
-                "`{word}` is not a block: none, default, or a list of q, v, lambda, mu"
+                "`{word}` is not a block: must be none, default, or a list of q, v, lambda, mu"
             )),
         };
         match text {

@@ -72,8 +72,8 @@ impl MeshDefect {
                 format!("lie on the same side of the {facet} they share: the last element is inverted")
             }
             DefectKind::Crack => format!(
-                "touch at {a_facet} without sharing it (a crack): merge the duplicate nodes (Gmsh: Coherence Mesh; \
-                 BooleanFragments before meshing if other {facet}s differ), or leave a gap"
+                "touch at {a_facet} but do not share its nodes (a crack): merge the duplicate nodes (Gmsh: Coherence \
+                 Mesh, or BooleanFragments before meshing if the two meshes do not match), or leave a gap"
             ),
             DefectKind::HangingNode => format!(
                 "touch along part of {a_facet}, at a hanging node: make neighbors share \

@@ -131,8 +131,8 @@ impl Advice {
             None => format!("beyond {}°, the sector of order 3", SECTORS[2].1),
         };
         format!(
-            "order {order}: the least damped mode that the steps do not resolve has a damping ratio of \
-             {least:.3}, {angle:.1}° off the negative real axis and {bound}"
+            "order {order}: the least damped mode that the steps do not resolve has a damping ratio of {least:.3}, so \
+             it is {angle:.1}° off the negative real axis, {bound}"
         )
     }
 
@@ -141,7 +141,7 @@ impl Advice {
         let blocks: Vec<_> =
             self.blocks().iter().map(|(field, index)| format!("{field} {index}")).collect();
         format!(
-            "`{}` with kappa = {}, beta = {} has index {} ({})",
+            "`{}` with κ = {}, β = {} has index {} ({})",
             self.formulation,
             self.parameters.kappa(),
             self.parameters.beta,
@@ -265,7 +265,8 @@ impl Advice {
         Some(Finding {
             fields: Vec::new(),
             problem: format!(
-                "orders up to {} are allowed, but modes that the steps do not resolve are not damped sufficiently for orders above {}: they grow",
+                "orders up to {} are allowed, but modes that the steps do not resolve are not damped sufficiently at \
+                 orders above {}: they grow",
                 self.settings.max_order,
                 self.max_order()
             ),
@@ -309,7 +310,7 @@ impl Advice {
             causes.push(self.of_highest_index(self.magnified(), remedies));
         }
         if causes.is_empty() {
-            let change = "use a finite kappa, which lowers the index";
+            let change = "use a finite `bulk_modulus`, which lowers the index";
             causes.push(finding(self.magnified(), Remedy::Scene(change)));
         }
         causes
@@ -319,7 +320,7 @@ impl Advice {
     fn slip(&self) -> Option<Finding> {
         self.has_friction.then(|| Finding {
             fields: Vec::new(),
-            problem: "friction below the slip velocity is steep, so that slip begins suddenly"
+            problem: "friction below the slip velocity is steep, so slip begins suddenly"
                 .to_owned(),
             remedies: vec![Remedy::Scene(
                 "use a larger `slip_velocity` of [[contact]], such as ten times the value",

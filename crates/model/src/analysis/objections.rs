@@ -97,7 +97,7 @@ pub(super) fn inconsistent(residuals: &[BlockResidual]) -> Option<Finding> {
     let worst = residuals.iter().find(|block| block.relative > INCONSISTENT)?;
     Some(Finding {
         fields: vec![worst.field],
-        problem: format!("the start does not satisfy the equations at t = 0 ({worst})"),
+        problem: format!("the initial state does not satisfy the equations at t = 0 ({worst})"),
         remedies: vec![Remedy::Scene(
             "ramp loads and prescribed motions up from zero, or start from an equilibrium",
         )],
@@ -163,8 +163,8 @@ pub(super) fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<
         Finding {
             fields: Vec::new(),
             problem: format!(
-                "the {what}, {} Hz, is {ratio:.1e} times the lowest eigenfrequency of the body, {} Hz; \
-                 its length is {} m, and waves cross it at about {} m/s",
+                "the {what}, {} Hz, is {ratio:.1e} times the lowest eigenfrequency of the body, {} Hz; the body is {} \
+                 m long, and waves cross it at about {} m/s",
                 readable(requested),
                 readable(slowest),
                 readable(size),
@@ -184,13 +184,13 @@ pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
     (displacement > FAR * size).then(|| Finding {
         fields: Vec::new(),
         problem: format!(
-            "according to linear elasticity the load moves the body by {} m; its length is {} m",
+            "according to linear elasticity, the load moves the body by {} m, but the body is {} m long",
             readable(displacement),
             readable(size)
         ),
         remedies: vec![Remedy::Scene(
-            "use SI units throughout: loads and moduli in Pa, coordinates in m; a body that is so flexible needs \
-             many load steps",
+            "use SI units throughout: loads and moduli in Pa, coordinates in m; a body this flexible needs many load \
+             steps",
         )],
     })
 }

@@ -29,7 +29,7 @@ impl Parameters {
         let check = |name, value, holds: bool, allowed| {
             if holds { Ok(()) } else { Err(ModelError::OutOfRange { name, value, allowed }) }
         };
-        check("bulk modulus", kappa, kappa > 0.0, "a bulk modulus must be greater than 0, or inf")?;
+        check("bulk modulus", kappa, kappa > 0.0, "greater than 0, or inf")?;
         check(
             "mass-proportional damping",
             alpha,

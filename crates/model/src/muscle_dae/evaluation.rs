@@ -72,8 +72,9 @@ impl MuscleDae {
             }
             let distance = contact.driven_distance(t, 1.0, &self.work.displacement);
             if distance.is_some_and(f64::is_nan) {
-                let message =
-                    format!("its force moves the obstacle at the group `{group}` past the body");
+                let message = format!(
+                    "the force on the obstacle at the group `{group}` moves it past the body"
+                );
                 return Err(StepError::Recoverable(message));
             }
         }

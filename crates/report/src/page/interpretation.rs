@@ -34,9 +34,9 @@ const MODES: &str = "<p>Small free vibrations; Prony terms count as relaxed. The
 const RESPONSE: &str = "<p>Small harmonic motions Re(û e<sup>iωt</sup>) of the linearized body. A positive phase leads \
                         the drive. Damping ratios are computed from half-power widths, Δf/(2f), which is valid for light \
                         damping and separate peaks.</p>\n";
-const PERIODIC: &str = "<p>The motion that repeats with the period of the loads, found without its transient. A Floquet \
-                        multiplier is the factor by which a small deviation grows over a period: the motion is stable \
-                        if all are inside the unit circle. Curves show one period.</p>\n";
+const PERIODIC: &str = "<p>The motion that repeats with the period of the loads, found without computing the \
+                        transient. A Floquet multiplier is the factor by which a small deviation grows over a period: \
+                        the motion is stable if all are inside the unit circle. Curves show one period.</p>\n";
 
 /// Explains how the equilibrium was found, and the critical points of its path.
 fn meaning_of_equilibrium(document: &Value) -> String {

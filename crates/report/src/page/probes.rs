@@ -194,7 +194,8 @@ pub(super) fn section(
     let thinned = match stride {
         1 => String::new(),
         _ => format!(
-            "<p class=\"note\">The interactive curves have one row in {stride}; the tables in the folder contain all rows.</p>\n"
+            "<p class=\"note\">The interactive curves show one row in {stride}; the tables in the folder contain all \
+             rows.</p>\n"
         ),
     };
     Ok(format!(

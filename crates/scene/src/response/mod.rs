@@ -306,7 +306,7 @@ pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputErro
             && reading.measurements().iter().any(|m| m.has_stress())
         {
             let error = InputError::new(
-                "stress amplitudes of a body whose stress relaxes are not available",
+                "stress amplitudes are not available for a body whose stress relaxes",
             );
             let error = error.next("remove the stresses from the quantities of the probe");
             return Err(scene.wrong(&format!("probe[{i}].quantities"), error));

@@ -78,7 +78,7 @@ pub(super) fn modes_below(modes: &[Mode], lowest: f64) -> Option<String> {
     below.first().map(|first| {
         let (n, s) = (below.len(), if below.len() == 1 { "" } else { "s" });
         format!(
-            "{at_least}{n} mode{s}, from {first:.4} Hz, below the range: peaks there are missing"
+            "{at_least}{n} mode{s} below the range, the first at {first:.4} Hz: peaks there are missing"
         )
     })
 }
@@ -88,7 +88,7 @@ pub(super) fn resonances_outside(curves: &[Curves], frequencies: &[f64]) -> Vec<
     let notes = curves.iter().filter_map(|of| {
         let (column, frequency) = of.largest_at_an_end(frequencies)?;
         Some(format!(
-            "`{}.{column}` is largest at {frequency} Hz, an end of the range: its resonance may be outside",
+            "`{}.{column}` is largest at {frequency} Hz, an end of the range: its resonance may be outside the range",
             of.name
         ))
     });

@@ -65,7 +65,7 @@ impl Values {
                 Term::find(value, &names).ok_or_else(|| {
                     let error = InputError::new("unknown value of a probe").found(value);
                     let error = error.allowed(format!(
-                        "{}; for u_ also v_ and a_, the velocity and the acceleration",
+                        "{}; for velocities and accelerations, v_ and a_ instead of u_",
                         names.join(", ")
                     ));
                     scene.wrong(&format!("response.ratio[{i}].{key}"), error)

@@ -62,9 +62,10 @@ impl Branch {
             return Err(scene.wrong("periodic.continuation.parameter", error).into());
         };
         if from == wanted.to {
-            let error =
-                InputError::new("the curve has no length: the scene already has this value")
-                    .found(wanted.to);
+            let error = InputError::new(
+                "the continuation range is empty: the scene already has this value",
+            )
+            .found(wanted.to);
             return Err(scene.wrong("periodic.continuation.to", error).into());
         }
         let branch = Self { wanted, from };

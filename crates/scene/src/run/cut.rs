@@ -42,7 +42,7 @@ pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String
     let note = torn.then(|| {
         let n = beyond.len();
         format!(
-            "{}: the table ends with an incomplete row: its last {n} bytes are removed and computed again",
+            "{}: the table ends with an incomplete row of {n} bytes, which is removed and computed again",
             path.display()
         )
     });

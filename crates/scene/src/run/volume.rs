@@ -151,8 +151,8 @@ impl Inversion {
         };
         format!(
             "an element is inverted{when}: det F = {jacobian:.3} at the vertex ({place}) of element {element}. Such a \
-             deformation is impossible; the forces do not prevent it because they use points inside the element. Refine the \
-             mesh there, or reduce the load"
+             deformation is impossible, but the forces, which are computed at points inside the element, do not \
+             prevent it. Refine the mesh there, or reduce the load"
         )
     }
 }

@@ -56,7 +56,7 @@ impl Builder<'_> {
             ));
         }
         if let (Some(_), Some(_)) = (&body, &file.rod) {
-            let error = InputError::new("a scene has a muscle or a rod, not both")
+            let error = InputError::new("a scene has either a muscle or a rod, not both")
                 .next("remove [rod], or [mesh] with [solid]");
             return Err(self.wrong("rod", error));
         }

@@ -35,7 +35,7 @@ impl Builder<'_> {
                 };
                 if contact.force.is_some() && file.contact[..i].iter().any(is_second) {
                     let error = InputError::new("two forces press obstacles against this group")
-                        .next("select a group for each obstacle");
+                        .next("select a separate group for each obstacle");
                     return Err(self.wrong(&format!("{path}.group"), error));
                 }
                 let motion = match &contact.force {
@@ -121,7 +121,7 @@ impl Builder<'_> {
                 wrong("augmented Lagrange multipliers require analysis = \"static\"")
             }
             _ if is_by_arc => wrong(
-                "augmented Lagrange multipliers require given load factors, which a path by arc length does not have",
+                "augmented Lagrange multipliers require given load factors, which an arc-length path does not have",
             ),
             Method::AugmentedLagrange => Ok(true),
         }
@@ -167,7 +167,7 @@ impl Builder<'_> {
         let of_force = format!("{path}.force");
         if file.analysis != Analysis::Static && !file.analysis.is_in_time() {
             let error =
-                InputError::new("this analysis requires obstacles with given displacements")
+                InputError::new("this analysis does not support obstacles driven by a force")
                     .next("give the displacement of the obstacle as x, y, z");
             return Err(self.wrong(&of_force, error));
         }

@@ -107,8 +107,8 @@ impl Builder<'_> {
             }
             if material.law.law.is_linear() && file.analysis != Analysis::Response {
                 let error =
-                    InputError::new("Prony terms require a law of finite strains in this analysis")
-                        .next("choose a law of finite strains, or Rayleigh damping");
+                    InputError::new("Prony terms require a finite-strain law in this analysis")
+                        .next("choose a finite-strain law, or Rayleigh damping");
                 return Err(self.wrong(&path, error));
             }
             let members: Vec<usize> = (0..regions.len()).filter(|e| regions[*e] == i).collect();

@@ -115,7 +115,7 @@ impl Builder<'_> {
             self.wrong(
                 key,
                 error
-                    .allowed(format!("an expression of {coordinates}, such as \"1 - (y/0.02)^2\"")),
+                    .allowed(format!("an expression in {coordinates}, such as \"1 - (y/0.02)^2\"")),
             )
         };
         let expression = expression::parse(text)

@@ -41,11 +41,10 @@ impl Builder<'_> {
                         && !path.contains(".rotation")
                         || path.starts_with("contact") && !path.contains(".force");
                     if *acceleration && !is_displacement {
-                        let error =
-                            InputError::new("only displacements can be given by accelerations")
-                                .allowed(
-                                    "components of [[prescribed_displacement]] and of obstacles",
-                                );
+                        let error = InputError::new(
+                            "`acceleration` is only supported for tables of displacements",
+                        )
+                        .allowed("components of [[prescribed_displacement]] and of obstacles");
                         return Err(self.wrong(&format!("{path}.acceleration"), error));
                     }
                     let points = self.table(file, time, column, path)?;

@@ -42,7 +42,7 @@ impl Builder<'_> {
                 Place::Union { .. } => error.found("no groups"),
                 Place::Intersection { .. } => error.found("groups without common members"),
                 Place::Difference { .. } => {
-                    error.found("other groups with all members of the first")
+                    error.found("all members of the first group are in the other groups")
                 }
                 _ => {
                     let [min, max] = fem::bounds(mesh.coordinates(), mesh.dimension());

@@ -79,8 +79,8 @@ fn late_loads(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         let later = largest(signal, t_end, signal.range().1.clamp(t_end, 10.0 * t_end));
         (own < MIN_LOAD_FRACTION * later).then(|| {
             format!(
-                "{path} reaches {:.1} % of its later values before [time] end = {t_end} s: extend the run, or start \
-                 the load earlier",
+                "{path} reaches only {:.1} % of its later maximum before [time] end = {t_end} s: extend the run, or \
+                 start the load earlier",
                 100.0 * own / later
             )
         })

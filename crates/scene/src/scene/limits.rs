@@ -61,7 +61,7 @@ impl Builder<'_> {
     /// Rejects excessive output, and an end time too small to be divided into samples.
     pub(super) fn limits(&self, file: &SceneFile) -> Result<(), InputError> {
         if file.time.is_some() && !(self.t_end / DRIFT_SAMPLES).is_normal() {
-            let error = InputError::new("the end time cannot be divided into samples")
+            let error = InputError::new("the end time is too small to be divided into samples")
                 .found(format!("{:e} s", self.t_end))
                 .allowed("a longer time, s");
             return Err(self.wrong("time.end", error));

@@ -386,7 +386,7 @@ impl Scene {
                 "principal values and von Mises stresses have no derivative at rest and are omitted; a preload gives them one",
             ),
             Quantity::VolumeRatio if self.body.as_ref().is_some_and(is_incompressible) => {
-                Some("the volume ratio of an incompressible body is constant and omitted")
+                Some("the volume ratio of an incompressible body is constant and is omitted")
             }
             _ => None,
         }

@@ -225,7 +225,7 @@ impl Builder<'_> {
             let wrong = |error| Err(self.wrong(&format!("{path}.name"), error));
             let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || !name.chars().all(good) {
-                let error = InputError::new("the name becomes the name of a file");
+                let error = InputError::new("the name is used as a file name");
                 return wrong(error.found(name).allowed("letters, digits, `_` and `-`"));
             }
             if all[..i].iter().any(|(_, before)| before == name) {

@@ -94,7 +94,8 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
             let common = shared(own, components);
             if !common.is_empty() {
                 notes.push(format!(
-                    "the reactions of `{other}` and `{group}` have {} fixed components of shared nodes in common: a sum of both counts the forces there twice in {}",
+                    "the reactions of `{other}` and `{group}` have {} fixed components of shared nodes in common: \
+                     their sum counts these forces twice in {}",
                     common.len(),
                     columns(&common)
                 ));
@@ -107,7 +108,8 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
             // A probe of several supports includes them as a whole.
             if n > 0 && n < components.len() && n < own.len() && !of_probe {
                 notes.push(format!(
-                    "the reaction of `{group}` includes in {} the forces of the support `{support}` at {n} components of shared nodes",
+                    "the reaction of `{group}` also includes, in {}, the forces of the support `{support}` at {n} \
+                     components of shared nodes",
                     columns(&common)
                 ));
             }

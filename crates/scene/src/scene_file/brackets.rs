@@ -13,7 +13,7 @@ pub(super) fn right(
     let name = without_indices(path);
     match value {
         Value::Object(_) if takes_tables => Some(format!(
-            "write [[{name}]] instead of [{name}]: there may be several, each below its header"
+            "write [[{name}]] instead of [{name}]: there may be several, each under its own header"
         )),
         Value::Array(entries)
             if takes_table && !entries.is_empty() && entries.iter().all(Value::is_object) =>

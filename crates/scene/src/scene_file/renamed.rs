@@ -80,7 +80,7 @@ pub(super) fn check(source: &Source) -> Result<(), InputError> {
     if names.is_empty() {
         return Ok(());
     }
-    Err(InputError::new("the scene has names that have been replaced")
+    Err(InputError::new("the scene uses names that have been replaced")
         .at(source.name())
         .found(names.join("\n"))
         .next("replace them; `myovib schema --markdown` documents all keys"))

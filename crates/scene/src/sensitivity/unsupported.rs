@@ -16,7 +16,7 @@ pub enum Unsupported {
     Analysis,
     #[error("stiffness maps require a motion with inertia")]
     MapAnalysis,
-    #[error("sensitivities require given load factors, which a path by arc length does not have")]
+    #[error("sensitivities require given load factors, which an arc-length path does not have")]
     ArcLength,
     #[error("sensitivities require a body")]
     NoBody,

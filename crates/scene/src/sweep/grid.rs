@@ -93,7 +93,7 @@ pub(super) fn axes(vary: &[String]) -> Result<Vec<Axis>, InputError> {
     let twice = (1..axes.len()).find(|&i| axes[..i].iter().any(|axis| axis.key == axes[i].key));
     match twice {
         None => Ok(axes),
-        Some(i) => Err(InputError::new("this key varies already")
+        Some(i) => Err(InputError::new("this key is already varied")
             .at(format!("--vary {}", vary[i]))
             .next("list all its values at once: key=a,b,c")),
     }

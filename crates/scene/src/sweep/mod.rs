@@ -159,8 +159,8 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         let count = rows.filter(|row| is_complete(row) && row[&column.name].is_null()).count();
         (count > 0).then(|| {
             format!(
-                "--result {}: finished cases without a finite value: {count}; the expression is undefined there, or the \
-                 probe has no rows from the given time",
+                "--result {}: {count} finished case(s) have no finite value: the expression is undefined, or the \
+                 probe has no rows at or after the given time",
                 column.name
             )
         })
@@ -220,7 +220,7 @@ fn existing(
     match request.earlier_origin()? {
         Some(other) if other != request.origin && options.overwrite => Ok(Existing::Overwrite),
         Some(other) if other != request.origin => {
-            Err(InputError::new(format!("{} holds another sweep", options.out.display()))
+            Err(InputError::new(format!("{} contains another sweep", options.out.display()))
                 .at("--out")
                 .found(other)
                 .next("choose another folder, or --overwrite"))

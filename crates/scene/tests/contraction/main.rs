@@ -263,7 +263,7 @@ fn stress_relaxes_by_the_prony_terms_of_a_material() {
         (
             "law = \"mooney-rivlin\"\ndensity = 1.2e3\nc10 = 5e4",
             "law = \"small-strain\"\ndensity = 1.2e3\nshear_modulus = 5e4",
-            ["Prony terms", "choose a law of finite strains"],
+            ["Prony terms", "choose a finite-strain law"],
         ),
     ] {
         let found = refused(from, to);

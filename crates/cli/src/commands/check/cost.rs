@@ -47,7 +47,7 @@ impl Cost {
         let steps = counted(*steps, "step");
         let unless = match scene.file.stop.is_empty() {
             true => "",
-            false => ", unless a [[stop]] ends it before",
+            false => ", unless a [[stop]] ends it earlier",
         };
         match end {
             TrialEnd::Finished => {
@@ -66,7 +66,7 @@ impl Cost {
                 )
             }
             TrialEnd::Stopped(message) => {
-                format!("cost            a trial of the run stops{unless}: {}", plain(message))
+                format!("cost            a trial run stops{unless}: {}", plain(message))
             }
         }
     }

@@ -344,8 +344,8 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     });
     if body.muscle.solid.laws().iter().any(|law| law.is_one_sided_at_rest()) {
         lines.push(
-            "fibers          resist tension only; the modes at rest treat all of them as stretched, so motions are \
-             slower"
+            "fibers          only resist tension; the modes at rest treat all of them as stretched, so real motions \
+             are slower"
                 .to_owned(),
         );
     }
@@ -419,7 +419,7 @@ fn held(held: Option<Held>) -> String {
             )
         }
         None => {
-            "inf–sup         not computed for this number of pressures; `myovib infsup` computes it for a mesh"
+            "inf–sup         not computed: too many pressures; use `myovib infsup` with a coarser mesh"
                 .to_owned()
         }
     }

@@ -40,7 +40,8 @@ pub struct MovieArgs {
     #[arg(value_name = "RUN|MOVIE", value_parser = subject)]
     pub subject: Subject,
 
-    /// Field shown by color; for vectors and tensors, the magnitude [default: the displacement].
+    /// Field that colors the body; for vectors and tensors, its magnitude [default: the
+    /// displacement].
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
 

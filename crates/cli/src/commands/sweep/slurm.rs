@@ -35,8 +35,8 @@ pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
     let script = format!(
         "{JOB_SCRIPT}\
          # {n} cases, {per_task} per task. Submit it with sbatch.\n\
-         # Submit it again when tasks were killed or failed: completed cases are not computed again.\n\
-         # When all have ended, run this script with --collect: it writes the table.\n\
+         # Submit it again if tasks were killed or failed: completed cases are not computed again.\n\
+         # When all tasks have ended, run this script with --collect to write the table.\n\
          #SBATCH --job-name=myovib\n\
          #SBATCH --array=1-{n_tasks}\n\
          #SBATCH --cpus-per-task=1\n\

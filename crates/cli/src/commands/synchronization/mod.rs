@@ -32,8 +32,8 @@ use crate::values;
     myovib synchronization --gamma 1000,4000,6000 --frequency-spread 0.008,0.08 --coupling 1,3\n  \
     myovib synchronization --gamma 250,1000,4000 --frequency 7,7.5,8,8.5 --json\n  \
     myovib synchronization --body muscle --set 'chain[0].at=[0.02, 0]' --gamma 1,1000,10000\n\n\
-    Rod and chain are those of the built-in scene `figure3`, muscle and chain those of `figure7`.\n\
-    The body is integrated once per frequency, and its motion replayed to each chain.\n\
+    The rod and its chain are from the built-in scene `figure3`, the muscle and its chain from `figure7`.\n\
+    The body is integrated once per frequency, and its motion is replayed to each chain.\n\
     Locked: over the trailing window the centroid's mean frequency differs from the drive's by\n\
     less than `--slip` turns per window, and |χ| never falls below `--coherence`.")]
 pub struct SynchronizationArgs {
@@ -56,7 +56,7 @@ pub struct SynchronizationArgs {
     )]
     pub gamma: Vec<f64>,
 
-    /// Half widths of the interval of natural frequencies, Hz [default: the scene's, 0.008 on the
+    /// Half-widths of the interval of natural frequencies, Hz [default: the scene's, 0.008 on the
     /// rod, 0.08 on the muscle].
     #[arg(long, value_name = "S,…", value_delimiter = ',', value_parser = values::finite)]
     pub frequency_spread: Vec<f64>,

@@ -84,13 +84,13 @@ fn notes(rows: &[RowResult]) -> String {
         equation == Some("29") && beta == 0.0 && printed.is_some()
     };
     let remark = match rows.iter().any(is_remark) {
-        true => " (29) with β = 0 is the paper's remark below its table.",
+        true => " (29) with β = 0 is from the remark below the paper's table.",
         false => "",
     };
     format!(
-        "\nq v λ μ: perturbation index of each block. gap: the narrowest gap between values treated \
-         as zero and as nonzero;\nthree decades are decisive. samples: meshes of {} triangles, random \
-         states: {}.{remark}\n\n",
+        "\nq v λ μ: perturbation index of each block. gap: the narrowest gap between values treated as zero and as \
+         nonzero;\na gap of three decades is decisive. samples: meshes of {} triangles, random states: \
+         {}.{remark}\n\n",
         meshes.join(", "),
         states.len()
     )
@@ -143,8 +143,8 @@ pub(super) fn counterexample(matching: &Solution, richer: &Solution) -> String {
         ]);
     }
     format!(
-        "\nThe paper's counterexample: the extra multiplier of (33) in a richer space than the \
-         pressure, on a cantilever\nunder 8 Hz for 0.5 s. M (v - q̇) = B̃ᵀμ should be zero:\n{}",
+        "\nThe paper's counterexample: the extra multiplier of (33) is in a richer space than the pressure; a \
+         cantilever\nunder an 8 Hz load, for 0.5 s. M (v - q̇) = B̃ᵀμ should be zero:\n{}",
         table.render(colored_stdout())
     )
 }
@@ -167,7 +167,7 @@ mod tests {
             samples.truncate(n);
             RowResult { case, samples }
         };
-        let remark = "the paper's remark";
+        let remark = "the remark below the paper's table";
         let position = row("28", 0.0, 1e5, 1);
         let triangles = position.samples[0].triangles;
         let text = table(&[position], &[]);

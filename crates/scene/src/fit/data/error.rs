@@ -63,7 +63,7 @@ impl DataProblem {
             Self::LongRow => {
                 "use decimal points, not commas, and write nothing after the last cell"
             }
-            Self::PartialNoise => "give `noise` in every [[output]], or in no [[output]]",
+            Self::PartialNoise => "give `noise` in every [[output]], or in none",
             _ => "",
         }
     }
