@@ -1,4 +1,4 @@
-//! Integration of equations whose functions are Python functions.
+//! Integration of DAEs defined by Python functions.
 
 mod checks;
 mod result;
@@ -20,8 +20,8 @@ use checks::{check_matrices, expect_room};
 use result::{Record, in_python, result};
 use stepping::integrate;
 
-/// Arguments of an integration, checked by the Python half. Its functions exchange arrays as bytes:
-/// the stable ABI of Python 3.10 does not include numerical arrays.
+/// Arguments of an integration, validated in Python. The callbacks exchange arrays as bytes,
+/// because the stable ABI of Python 3.10 lacks the buffer protocol.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Request {
@@ -34,9 +34,9 @@ pub(crate) struct Request {
     events: Option<Py<PyAny>>,
     /// Direction of each event: −1, 0 or 1.
     directions: Vec<i8>,
-    /// Occurrence of each event that ends the integration; 0 for events that do not end it.
+    /// For each event, the number of the occurrence that ends the integration; 0 if none does.
     terminal: Vec<usize>,
-    /// Values of the events before the break at the start of the span, if there is one.
+    /// Values of the events just before the span, if the span starts at a break.
     events_before: Option<Vec<f64>>,
     algebraic: Option<Vec<bool>>,
     index: Option<Vec<u8>>,
@@ -60,7 +60,7 @@ pub(crate) struct Request {
     has_default_limit: bool,
     /// `given`, `algebraic` or `states`.
     initial: String,
-    /// Whether multipliers and derivatives at the start have their values from before a break.
+    /// Whether the multipliers and derivatives at the start are the values from before a break.
     after_break: bool,
     /// Whether a variable may have an unstated index above 1.
     may_have_higher_index: bool,
@@ -72,13 +72,14 @@ pub(crate) struct Request {
 
 /// Reason why an integration has no result.
 enum Failure {
-    /// Exception raised by a signal's handler between two steps.
+    /// Python exception to pass on: from a signal handler, from `on_warning`, or Ctrl-C in a
+    /// function of the problem.
     Raised(PyErr),
     /// Invalid argument.
     Argument(String),
     /// Error of the integrator.
     Integrator(String),
-    /// Full matrices exceed the memory.
+    /// Full matrices do not fit into memory.
     Memory(String),
 }
 
@@ -88,7 +89,8 @@ impl Failure {
     }
 }
 
-/// Builds the integrator and integrates. The second result is the degree of a step's polynomial.
+/// Builds the integrator and integrates. Returns the record and the degree of the polynomial of
+/// each step.
 fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize), Failure> {
     let tolerances = match request.atol[..] {
         [absolute] => Tolerances::scalar(request.rtol, absolute),
@@ -127,8 +129,9 @@ fn solve_with(
     tolerances: Tolerances,
 ) -> Result<(Record, usize), Failure> {
     let (t0, y0, y_dot0) = (request.t_span.0, &request.y0, &request.yp0);
-    // The error test ignores excluded variables, so their errors may have any size.
-    // Velocities of index 3 have errors of rounding divided by the step, and their derivatives larger ones.
+    // The error test ignores excluded variables, so their errors may have any size. With index 3, the
+    // rounding errors of velocities are divided by the step size, and their derivatives have even larger
+    // errors.
     let highest = request.index.iter().flatten().max();
     let is_checked = request.suppress.is_none() && highest.is_none_or(|&index| index < 3);
     let known = is_checked.then(|| tolerances.clone());
@@ -156,7 +159,7 @@ fn solve_with(
                 max_step: request.max_step,
                 max_steps: None,
                 strict_newton: true,
-                // `max_step` states the duration of inputs.
+                // A given `max_step` already resolves the inputs.
                 check_within_steps: known.is_some() && request.max_step.is_none(),
                 ..IdaOptions::default()
             };
@@ -177,7 +180,7 @@ fn solve_with(
         "radau9" => 5,
         _ => 7,
     };
-    // Without dense output, solutions between the ends of steps are less accurate.
+    // Without dense output, solutions within steps are less accurate.
     let dense_output = request.dense || request.t_eval.is_some() || !directions.is_empty();
     let known = known.filter(|_| dense_output);
     let options = RadauOptions {

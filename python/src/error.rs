@@ -14,10 +14,10 @@ create_exception!(
     myovib,
     SceneError,
     PyValueError,
-    "An invalid scene or invalid measurements, with the location and the allowed values."
+    "Raised for an invalid scene or invalid measurements. The message names the location and the allowed values."
 );
 
-/// Converts an error of a scene's computation.
+/// Converts an error of the computation of a scene.
 pub(crate) fn of_scene(error: Error) -> PyErr {
     let cause = std::error::Error::source(&error).map_or(String::new(), |c| format!(": {c}"));
     let text = format!("{error}{cause}");

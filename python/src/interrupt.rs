@@ -1,4 +1,4 @@
-//! Signals and Python exceptions while Rust computes without Python's lock.
+//! Handling of signals and Python exceptions while Rust computes without the GIL.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -65,7 +65,7 @@ impl ProgressSink for Progress {
     }
 }
 
-/// Runs `compute` in a separate thread, without Python's lock, and calls `show` with its progress.
+/// Runs `compute` in a separate thread, without the GIL, and calls `show` with its progress.
 ///
 /// A signal whose handler raises, such as Ctrl-C, and an exception raised by `show` set the flag of
 /// the watcher; `compute` must then end in an orderly manner.
@@ -103,11 +103,11 @@ pub(crate) fn interruptible<T: Send>(
     }
 }
 
-/// Runs `compute`, which cannot be interrupted, in a separate thread, without Python's lock.
+/// Runs `compute`, which cannot be interrupted, in a separate thread, without the GIL.
 ///
 /// # Errors
-/// Returns the exception of a signal's handler. The thread then continues in the background, and
-/// its result is dropped.
+/// Returns the exception of a signal handler. The thread then continues in the background, and its
+/// result is dropped.
 pub(crate) fn abandonable<T: Send + 'static>(
     py: Python<'_>,
     compute: impl FnOnce() -> T + Send + 'static,
@@ -125,7 +125,7 @@ pub(crate) fn abandonable<T: Send + 'static>(
     })
 }
 
-/// Waits until the sender is dropped, or until a signal's handler raises an exception, which is returned.
+/// Waits until the sender is dropped or a signal handler raises an exception. Returns this exception.
 fn wait(ended: &Receiver<()>) -> Option<PyErr> {
     while ended.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) {
         if let Err(exception) = Python::attach(|py| py.check_signals()) {

@@ -1,9 +1,9 @@
 //! Native half of the Python package `myovib`.
 //!
-//! [`dae`] integrates equations given by Python functions. [`scene`] computes scenes, as the
-//! command line program does, and [`identification`] their parameters. [`interrupt`] lets Ctrl-C
-//! end computations that run without Python's lock. The other half, in `myovib/`, provides the
-//! Python interface.
+//! [`dae`] integrates equations given by Python functions. [`scene`] runs scenes, as the command
+//! line program does. [`identification`] computes sensitivities and stiffness maps, and fits
+//! parameters. [`interrupt`] lets Ctrl-C end computations that run without the GIL. The other half,
+//! in `myovib/`, provides the Python interface.
 #![deny(unsafe_code)]
 
 mod dae;

@@ -38,7 +38,7 @@ impl PythonDae {
     ) -> Result<T, StepError> {
         Python::attach(|py| {
             let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
-            // After Ctrl-C, no function is called again, not even on trial.
+            // After Ctrl-C, no function is called again, not even for a trial evaluation.
             if let Some(error) = &*raised
                 && !error.is_instance_of::<PyException>(py)
             {
@@ -71,7 +71,7 @@ pub(crate) fn array<'py>(py: Python<'py>, values: &[f64]) -> Bound<'py, PyByteAr
 /// Copies a result of equal length into `out`.
 fn copy(answer: &Bound<'_, PyAny>, out: &mut [f64]) -> PyResult<()> {
     let bytes = answer.downcast::<PyBytes>()?.as_bytes();
-    assert_eq!(bytes.len(), size_of_val(out), "Python's half has counted");
+    assert_eq!(bytes.len(), size_of_val(out), "the Python code checks the length");
     for (value, bytes) in out.iter_mut().zip(bytes.chunks_exact(size_of::<f64>())) {
         *value = f64::from_ne_bytes(bytes.try_into().expect("chunks of that size"));
     }
@@ -150,7 +150,7 @@ fn full(n: usize) -> SparsityPattern {
         .expect("the columns of a full matrix are sorted and complete")
 }
 
-/// Returns the event functions, for the builders.
+/// Evaluates the event functions.
 pub(crate) fn events(
     problem: &mut PythonDae,
     t: f64,

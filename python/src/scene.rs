@@ -18,8 +18,8 @@ use pyo3::prelude::*;
 use crate::error::{of_argument, of_command, of_scene};
 use crate::interrupt::{abandonable, interruptible};
 
-/// Computes a scene into the folder `out` and returns the notes. Unless the folder is `lasting`,
-/// its files are not synchronized to the disk.
+/// Runs a scene, writes the results to the folder `out` and returns the notes. Files are flushed to
+/// disk (fsync) only if `lasting` is set.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn run(
@@ -58,7 +58,7 @@ pub(crate) fn run(
     computed.map_err(of_scene)
 }
 
-/// Computes the cases of a grid into the folder `out`.
+/// Runs all cases of a parameter grid and writes the results to the folder `out`.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn sweep(
@@ -95,7 +95,7 @@ pub(crate) fn sweep(
     computed.map_err(of_scene)
 }
 
-/// Inspects a scene and returns a text and a JSON document.
+/// Inspects a scene. Returns the text and the JSON document of `myovib check`.
 #[pyfunction]
 pub(crate) fn check(
     py: Python<'_>,
@@ -110,8 +110,8 @@ pub(crate) fn check(
     examined.map_err(of_command)
 }
 
-/// Returns the lowest eigenmodes of the scene's body as a JSON document, and the coordinates of the nodes followed by the
-/// shapes.
+/// Computes the lowest eigenmodes of the scene's body. Returns a JSON document, and the nodal coordinates followed by
+/// the mode shapes, as bytes.
 #[pyfunction]
 pub(crate) fn modes(
     py: Python<'_>,
@@ -126,10 +126,10 @@ pub(crate) fn modes(
     Ok((document, shapes.into_iter().flat_map(f64::to_ne_bytes).collect()))
 }
 
-/// Sets the number of threads that factorize large bodies.
+/// Sets the number of threads for the assembly and factorization of large bodies.
 ///
-/// All runs of this process share the threads, and results do not depend on their number. The first
-/// call with a number above 1 is final.
+/// All runs of this process share the threads, and results do not depend on their number. After a
+/// call with a number above 1, further calls have no effect.
 #[pyfunction]
 pub(crate) fn use_threads(threads: NonZeroUsize) -> PyResult<()> {
     resources::use_threads(threads.get()).map_err(|error| of_command(error.into()))
@@ -147,7 +147,8 @@ pub(crate) fn builtin_text(name: &str) -> Option<&'static str> {
     builtin::find(name).ok().map(|scene| scene.text)
 }
 
-/// Returns the versions of this package, of SUNDIALS, and of KLU or its replacement.
+/// Returns the versions of this package, of SUNDIALS and of KLU. Without KLU, the last string names
+/// its replacement.
 #[pyfunction]
 pub(crate) fn versions() -> (&'static str, String, String) {
     let versions = myovib_scene::versions::Versions::found();
@@ -163,7 +164,7 @@ pub(crate) fn program(py: Python<'_>, arguments: Vec<OsString>) -> i32 {
     py.detach(|| myovib_cli::command(arguments) as i32)
 }
 
-/// Returns the policy for earlier results that has this name.
+/// Parses the name of a policy for existing results.
 pub(crate) fn existing_of(name: &str) -> PyResult<Existing> {
     match name {
         "refuse" => Ok(Existing::Refuse),

@@ -1,4 +1,4 @@
-//! Checks of the arguments before an integration, and of the equations between the ends of steps.
+//! Checks of the arguments before an integration, and of the equations within steps.
 
 use std::sync::PoisonError;
 
@@ -13,8 +13,8 @@ use pyo3::prelude::*;
 use super::{Failure, Request};
 use crate::problem::PythonDae;
 
-/// Clears an exception raised by a trial evaluation, whose failure does not end the integration. Ctrl-C and similar
-/// exceptions are returned as an error.
+/// Clears an exception raised by a trial evaluation, whose failure does not end the integration. Returns Ctrl-C and
+/// similar exceptions as an error.
 pub(super) fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
     let raised = problem.raised.lock();
     match raised.unwrap_or_else(PoisonError::into_inner).take() {
@@ -57,14 +57,16 @@ pub(super) fn check_matrices(
     }
 }
 
-/// Positions within a step, as fractions of it, at which the equations are checked, one position per step.
+/// Positions within a step, as fractions of its length, at which the equations are checked; one of them is
+/// used in each step, in turn.
 const FRACTIONS: [f64; 3] = [0.31, 0.62, 0.87];
 
-/// Number of checked first steps; after them, only steps whose number is a power of two are checked.
+/// Number of initial steps that are all checked. Later, only steps whose number is a power of two
+/// are checked.
 pub(super) const FIRST_STEPS: usize = 12;
 
-/// Checks the equations within the last step, which is step number `n_steps`. Returns a violated
-/// equation.
+/// Checks the equations within the last step, whose number is `n_steps`. Returns a violated
+/// equation, if any.
 pub(super) fn check_last_step<I: Integrator<PythonDae>>(
     solver: &mut I,
     tolerances: &Tolerances,
@@ -88,9 +90,9 @@ pub(super) fn check_last_step<I: Integrator<PythonDae>>(
     }
 }
 
-/// Rejects full matrices that exceed the memory.
+/// Rejects full matrices that do not fit into memory.
 pub(super) fn expect_room(n: usize, method: &str) -> Result<(), Failure> {
-    // Values of 8 bytes for each entry. BDF: two copies of the pattern during construction, the
+    // Number of 8-byte values per entry. BDF: two copies of the pattern during construction, the
     // matrix, its factors and the user's two parts. Radau IIA: the pattern, its analysis and both
     // parts; the real matrix has entries, factors and workspace, and so has each of the (s - 1)/2
     // complex matrices, with two values per entry.

@@ -12,15 +12,17 @@ pub(super) struct Record {
     pub(super) t: Vec<f64>,
     pub(super) y: Vec<f64>,
     pub(super) y_dot: Vec<f64>,
-    /// Index of the event, time and solution of each crossing.
+    /// For each crossing, the index of the event, the time and the solution.
     pub(super) events: Vec<(usize, f64, Vec<f64>)>,
-    /// Step ends and nodal values of y for each step; empty unless stored.
+    /// Start and end of each step; empty unless `dense` is set.
     pub(super) segments: Vec<f64>,
+    /// Values of y at the interpolation nodes of each step.
     pub(super) samples: Vec<f64>,
-    /// 0 at the end of the span, 1 after an event, −1 if the integrator failed.
+    /// 0 at the end of the span, 1 after a terminal event, −1 if the integrator failed or reached
+    /// `max_steps`.
     pub(super) status: i8,
     pub(super) message: String,
-    /// Equation violated between the ends of a step.
+    /// Equation violated within a step, if any.
     pub(super) unsatisfied: Option<Unsatisfied>,
     /// Warnings about the Jacobian and about inputs faster than the steps, each with its subject: `jacobian` or `input`.
     pub(super) warnings: Vec<(&'static str, String)>,
@@ -35,14 +37,13 @@ impl Record {
     }
 }
 
-/// Returns the nodes of the polynomial of degree `degree` on [−1, 1]: Chebyshev nodes with both
-/// ends.
+/// Returns the `degree + 1` Chebyshev–Lobatto points on [−1, 1], in ascending order.
 pub(super) fn nodes(degree: usize) -> Vec<f64> {
     let angle = |k: usize| std::f64::consts::PI * k as f64 / degree as f64;
     (0..=degree).map(|k| -angle(k).cos()).collect()
 }
 
-/// Replaces names of the library in a message by arguments of `solve_dae`.
+/// Replaces names of the Rust API in a message with arguments of `solve_dae`.
 pub(super) fn in_python(message: &str) -> String {
     let at_break = Remedy::RestartAtBreak.to_string();
     let names = [

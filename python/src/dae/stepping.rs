@@ -39,7 +39,8 @@ fn correct<I: Integrator<PythonDae>>(
     failed.map_or(Ok(()), Err)
 }
 
-/// Corrects the initial values and records them. Returns the output times after the start.
+/// Corrects the initial values, and records them unless `t_eval` excludes the initial time. Returns
+/// the output times after the start.
 fn start<'a, I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &'a Request,
@@ -85,7 +86,7 @@ fn record_segment<I: Integrator<PythonDae>>(
     Ok(())
 }
 
-/// Integrates over the span. With `tolerances`, equations are checked between the ends of steps.
+/// Integrates over the span. If `tolerances` are given, also checks the equations within steps.
 pub(super) fn integrate<I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &Request,
@@ -197,11 +198,11 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
 /// tighter tolerances are suggested.
 const LOOSE: f64 = 1e-5;
 
-/// Number of distances from the present time, before and after it, at which inputs are compared with their present
-/// values. Each distance is half as long as the one before, down to the rounding of times.
+/// Number of time offsets, in each direction, at which F is compared with its value at the current time. The
+/// offsets are halved from the whole span down to about rounding error.
 const DISTANCES: i32 = 48;
 
-/// Returns whether F has the same values at other times, so that no input has breaks.
+/// Returns whether F has the same values at other times, so that no input can have a break.
 fn is_autonomous<I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &Request,
@@ -243,7 +244,7 @@ fn events_at_break<I: Integrator<PythonDae>>(
     Ok((0..before.len()).filter(crosses).collect())
 }
 
-/// Records the events that occurred at (t, y). Returns the end of the integration, if one of them ends it.
+/// Records the events at (t, y). Returns the status and message if one of them ends the integration.
 fn count(
     crossed: Vec<usize>,
     (t, y): (f64, &[f64]),
@@ -261,13 +262,14 @@ fn count(
     last
 }
 
-/// Returns whether a function has raised an exception, which is passed on.
+/// Returns whether a function of the problem has raised an exception. [`solve`](super::solve)
+/// re-raises it.
 fn has_raised(problem: &PythonDae) -> bool {
     let raised = problem.raised.lock();
     raised.unwrap_or_else(PoisonError::into_inner).is_some()
 }
 
-/// Explains that the step limit was reached at `t`; half of the steps had been taken at `t_halfway`.
+/// Explains that the step limit was reached at `t`; half of the steps had been taken by `t_halfway`.
 fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) -> String {
     let (t0, _) = request.t_span;
     let limit = match request.has_default_limit {
