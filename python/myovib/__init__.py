@@ -1,7 +1,7 @@
 """Differential-algebraic equations and constrained soft-tissue mechanics.
 
-`solve_dae` integrates custom systems F(t, y, y') = 0 of index up to 3, by the BDF
-of SUNDIALS' IDAS or by Radau IIA of order 5, 9 or 13. `Scene` computes
+`solve_dae` integrates custom systems F(t, y, y') = 0 of index up to 3, with the BDF
+method of SUNDIALS' IDAS or with Radau IIA of order 5, 9 or 13. `Scene` computes
 soft-tissue mechanics: meshes, materials, loads and chains of oscillators. Its results
 are bitwise equal to those of the program `myovib`.
 """
@@ -11,7 +11,7 @@ try:
 except ImportError as error:
     raise ImportError(
         "the compiled module of myovib is missing or was built for another system: install the wheel "
-        "(`scripts/wheel` builds it from the sources)"
+        "(`scripts/wheel` builds it from source)"
     ) from error
 from ._consistent import consistent_start
 from ._dae import DaeSolution, DenseOutput, solve_dae

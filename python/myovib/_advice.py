@@ -54,7 +54,7 @@ class _Facts(NamedTuple):
     # Whether the velocities at the start violate constraints.
     has_wrong_velocities: bool
     has_jacobian: bool
-    # Description of missing, wrong or too high indices; may be empty.
+    # Description of indices that are missing, wrong or too high; may be empty.
     index_note: str
     span: float
     # Whether `t_eval` replaces the steps in the results.
@@ -63,7 +63,7 @@ class _Facts(NamedTuple):
     t_end: float
 
 
-# Message of IDAS if all attempts of the first step fail its error test. The group is the size of the last attempt.
+# Message of IDAS if all attempts of the first step fail the error test. The group is the size of the last attempt.
 FAILED_AT_START = re.compile("after 0 steps .*error_test_failures.* h = -?([^,]+),")
 
 # Beginning of the message if no values are found after a break.
@@ -72,7 +72,7 @@ VALUELESS = "no consistent initial values"
 # Beginning of messages with the time of the last step, which may be after the last output time.
 STOPPED = re.compile(r"(?:stopped|the limit .* was reached) at t = ([-+.\de]+)")
 
-# Fraction of the span covered by the first 100 steps below which steps are too short from the start on.
+# Fraction of the span. If the first 100 steps cover less, the steps are too short from the start.
 SLOW = 1e-3
 
 # Ratio of failed error tests to steps of BDF above which advice is given. It is at most 0.14 in runs of stiff and
@@ -121,16 +121,16 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         is_guess = initial == "given"
         advice = (
             f"the error test fails in a first step of {failed[1]}: give `first_step={failed[1]}`, or `yp0` with the derivatives "
-            "of all variables, algebraic ones included"
+            "of all variables, including the algebraic ones"
         )
         small = np.flatnonzero(rtol * np.abs(y) < atol)
         if 0 < len(small) < len(y):
             near = f"the variables {listed(small.tolist())} (counted from 0) start at or near 0"
-            advice += f"; {near}: a larger `atol` may suit them"
+            advice += f"; {near}: a larger `atol` may help"
     elif is_bdf and len(y) > LARGEST and FAILED_AT_START.search(solution.message):
         advice = (
-            f"after a break, the derivatives of algebraic variables are computed for at most {LARGEST} variables, and the "
-            "first step of BDF uses them: use a larger `rtol`, or a Radau method"
+            "the first step of BDF after a break uses the derivatives of algebraic variables, which are computed only for "
+            f"systems of at most {LARGEST} variables: use a larger `rtol`, or a Radau method"
         )
     elif solution.nsteps and ("after 0 steps" in solution.message if is_hidden else hidden and VALUELESS in solution.message):
         advice = (
@@ -145,7 +145,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         if variable is None and abs(t_end - stop) < INSTANTS[-1] * np.spacing(max(abs(t_end), span)):
             advice += f"at the end of the span: also list {t_end} in `breaks`"
         elif variable is None:
-            advice += "at this time: give the times at which inputs jump in `breaks`"
+            advice += "at this time: list the times at which inputs jump in `breaks`"
         else:
             advice += (
                 f"near this value of variable {variable}, and F may switch at every step (chattering), as dry friction and "
@@ -160,7 +160,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     elif is_hidden and not (solution.success or has_outputs) and _is_slow_from_the_start(solution, span):
         exact = "" if has_jacobian else "the exact `jacobian`, tighter tolerances or "
         advice = (
-            f"steps are very short from the start: give {exact}a `first_step` of about 1/1000 of the time within which "
+            f"steps are very short from the start: use {exact}a `first_step` of about 1/1000 of the time within which "
             "the solution changes"
         )
     elif (
@@ -188,15 +188,15 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         # constant, and then each longer step fails and the order remains 1.
         excluded = np.array(suppress or np.zeros(len(y), bool))
         algebraic = np.flatnonzero(structure.algebraic & ~excluded).tolist() if structure else []
-        other = f"excluding the algebraic variables {algebraic} (counted from 0) by `suppress` or " if algebraic else ""
+        other = f"excluding the algebraic variables {algebraic} (counted from 0) with `suppress` or " if algebraic else ""
         advice = (
             f"BDF failed {solution.netf} error tests in {solution.nsteps} steps: {other}a Radau method may "
             "need far fewer steps"
         )
         if structure and structure.undetermined():
             advice += (
-                ", and so may a larger `atol` or new variables for the combinations of derivatives in F, as of voltages "
-                "at coupling capacitors"
+                "; a larger `atol` may also help, or new variables for the combinations of derivatives in F, such as "
+                "voltages across coupling capacitors"
             )
     elif not (solution.success or has_jacobian) and (
         _fails_to_converge(solution.message) or "max_steps" in solution.message and FREQUENT * solution.ncfn > solution.nsteps
@@ -231,8 +231,8 @@ def _wrong_entry(
 ) -> str | None:
     """Return a note on an entry of the Jacobian that differs from difference quotients, if Newton's method fails often.
 
-    If such a failure ended the integration, the last state is examined in particular, because the Jacobian may be wrong
-    only there.
+    If such a failure ended the integration, the last state is also examined, because the Jacobian may be wrong only
+    there.
     """
     is_slow = not solution.success or solution.nsteps > 10
     is_stopped = not solution.success and _fails_to_converge(solution.message)
@@ -265,7 +265,7 @@ def _wrong_entry(
     matrix, row, column = max(counts, key=lambda entry: counts[entry])
     return (
         f"Newton's iteration failed {solution.ncfn} times in {solution.nsteps} steps, and in row {row}, column {column} "
-        f"(counted from 0) the `jacobian` differs from {matrix} by difference quotients: the results may be wrong. "
+        f"(counted from 0) the `jacobian` differs from difference quotients for {matrix}: the results may be wrong. "
         "Correct it, or call without `jacobian`"
     )
 
@@ -298,13 +298,13 @@ def _is_late(solution: DaeSolution, rtol: float, atol: Array) -> bool:
     return bool((np.median(changes - tolerances, axis=1) > 0.0).any())
 
 
-# Distance, in tolerances, of two states at which a Jacobian is compared with differences after the last step.
+# Distance, in tolerances, between the two states after the last step at which a Jacobian is compared with differences.
 MOVED = 10.0
 
 # Number of steps per failure of Newton's iteration below which an exact Jacobian is compared with differences.
 FREQUENT = 5
 
-# Relative tolerance from which on tighter tolerances improve difference quotients.
+# Smallest relative tolerance at which tighter tolerances improve difference quotients.
 LOOSE = 1e-5
 
 # Growth of a derivative that indicates a singularity of the solution.
@@ -321,7 +321,7 @@ def _growing(solution: DaeSolution) -> list[int]:
     return np.flatnonzero((before > 0) & (sizes[:, -1] > GROWTH * before)).tolist()
 
 
-# Displacements, in tolerances, within which kinks of F are searched, and the relative change of slope of a kink.
+# Distances, in tolerances, within which to search for kinks of F, and the smallest relative change of slope at a kink.
 DISTANCES = (0.01, 0.1, 1.0, 10.0, 100.0)
 BEND = 0.1
 
@@ -350,7 +350,7 @@ def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array)
                 # At a quarter of the distance, the bend of a smooth function is 1/16 and the bend of a kink 1/4 as large.
                 is_bent = bend > BEND * (np.abs(changes[0]) + np.abs(changes[1]))
                 is_bent &= (near > 0.2 * bend) & (near < 0.3 * bend)
-                # Bends by rounding differ between distances.
+                # Bends caused by rounding differ between distances.
                 found |= is_bent & was_bent
                 was_bent = is_bent
     except Exception:  # outside of the domain of F
@@ -358,14 +358,14 @@ def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array)
     return np.flatnonzero(found).tolist()
 
 
-# Width, in tolerances, of smooth functions instead of jumps: all methods integrate them.
+# Recommended width, in tolerances, of smooth functions that replace jumps: all methods integrate them.
 WIDTH = 100.0
 
-# Recommended width of smooth functions instead of kinks. Over 1 tolerance, 9 of 36 runs of a rectifier stopped; over 10 and
-# 100 tolerances, one.
+# Recommended width of smooth functions that replace kinks. Over 1 tolerance, 9 of 36 runs of a rectifier stopped; over 10
+# and 100 tolerances, one.
 SMOOTH = "10 to 100 tolerances"
 
-# Distances from the last time, in roundings of it, within which jumps are searched.
+# Distances from the last time, in units of its rounding error, within which to search for jumps.
 INSTANTS = (1e3, 1e4, 1e5, 1e6)
 # Number of bisections that locate a jump.
 BISECTIONS = 20
@@ -455,8 +455,8 @@ def _explain(initial: str, residual: Function, t: float, y: Array, yp: Array, to
     equations = structure.contradictory(initial)
     if equations:
         return (
-            f"; the corrected values do not occur in a combination of the equations {equations} (counted from "
-            '0), so that y0 must satisfy it; for index 2 and 3 use initial="given" and consistent values'
+            f"; a combination of the equations {equations} (counted from 0) does not contain the corrected values, so "
+            'y0 must satisfy it; for index 2 and 3 use initial="given" and consistent values'
         )
     left = np.asarray(residual(t, y, yp), dtype=float)
     violated = np.flatnonzero(np.abs(left) > structure.effect(tolerance)).tolist()

@@ -136,7 +136,7 @@ def _pattern_of_jacobian(
     parts = list(jacobian(t, y, yp))
     if not all(hasattr(part, "tocoo") for part in parts):
         return None
-    # Entries that vanish at the start, for example at rest.
+    # Also find entries that vanish at the start, for example at rest.
     steps = 1.0 + 0.618 * np.arange(len(y)) % 1.0
     try:
         nearby = jacobian(t, y + steps * (1.0 + np.abs(y)), yp + steps * (1.0 + np.abs(yp)))

@@ -52,7 +52,7 @@ def values_after(
     complement: the combinations of which F contains the derivatives are continuous. Derivatives that F does not contain
     satisfy the derivative of F = 0. They are computed if the method uses them and dF/dy' is singular; `free_rates` contains
     both conditions, the second at the start of the integration. After a jump, dF/dy' at the second time is used instead.
-    Returns None without a solution, for example if the index is above 1.
+    Returns None if no solution is found, for example if the index is above 1.
     """
     (before, after, _), (y, yp), (rtol, atol) = times, state, tolerances
 
@@ -93,8 +93,8 @@ def _with_free_rates(
 ) -> Array:
     """Return y' with the part that F does not contain, from the derivative of F = 0 at the first time.
 
-    BDF predicts the first step by these derivatives, and fails its error test if they are wrong. Returns y' itself if F = 0
-    does not determine this part, or if F has a kink at y.
+    BDF predicts the first step with these derivatives, and fails its error test if they are wrong. Returns y' itself if
+    F = 0 does not determine this part, or if F has a kink at y.
     """
     (y, yp), (rtol, atol) = state, tolerances
     correct = _correction(structure)
@@ -121,7 +121,7 @@ def _derivative(
     state: State,
     tolerances: tuple[float, Array],
 ) -> Array:
-    """Return the derivative of F at the first time along the direction (1, y', 0), from differences forward."""
+    """Return the derivative of F at the first time along the direction (1, y', 0), from forward differences."""
     (t, end), (y, yp), (rtol, atol) = times, state, tolerances
     size = np.abs(y) + atol / rtol
     motion = MOTION * np.divide(size, np.abs(yp), out=np.full(len(y), np.inf), where=yp != 0.0).min()
@@ -139,7 +139,8 @@ def _solve(
 ) -> tuple[State, Structure] | None:
     """Apply the damped Newton method with a new matrix in each step. Return y and y', and the last matrices.
 
-    The scales are the length of the integration, and the changes of F by changes within the tolerances.
+    The scales are the length of the integration, and the change of F when y and y' change within the
+    tolerances.
     """
     (y, yp), (rtol, atol), (span, effect) = state, tolerances, scales
     last = np.inf
@@ -213,7 +214,8 @@ def values_of_index_2(
 ) -> State | None:
     """Return y and y' at the first time, with the part of y that F = 0 and its derivative determine for index 2.
 
-    The differences in time end before the second time. Returns None without a solution, for example if the index is above 2.
+    The differences in time end before the second time. Returns None if no solution is found, for example if the index is
+    above 2.
     """
 
     def evaluate(t: float, y: Array, yp: Array) -> Array:

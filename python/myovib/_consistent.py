@@ -14,7 +14,7 @@ __all__ = ["consistent_start"]
 
 Array = NDArray[np.float64]
 
-# Steps of Newton's method.
+# Maximum number of steps of Newton's method.
 ITERATIONS = 30
 # Relative size of central differences: the cube root of rounding.
 DIFFERENCE = 6e-6
@@ -36,9 +36,9 @@ def consistent_start(
 ) -> tuple[Array, Array]:
     """Move positions and velocities onto a position constraint g(t, q) = 0.
 
-    The change of each is the smallest possible: q by Newton's method, v so that
-    dg/dt + (dg/dq) v = 0. Derivatives are computed by central differences, which have
-    a relative error of about 1e-10. Constraints may be redundant.
+    Each is changed as little as possible: q by Newton's method, v so that dg/dt +
+    (dg/dq) v = 0. Derivatives are computed by central differences, which have a
+    relative error of about 1e-10. Constraints may be redundant.
 
     Parameters
     ----------

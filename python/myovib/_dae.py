@@ -62,9 +62,9 @@ OTHER_NAMES = {
     "fun": "it is `residual` here, F(t, y, y'), not y' = f(t, y)",
     "jac": "it is `jacobian` here, and returns the pair dF/dy, dF/dy' at (t, y, yp)",
     "jac_sparsity": "it is `sparsity` here, the pattern of dF/dy and dF/dy' together",
-    "lband": "give the pattern by `sparsity`",
-    "uband": "give the pattern by `sparsity`",
-    "min_step": "a minimum step cannot be set; limit the number of steps by `max_steps`",
+    "lband": "give the pattern as `sparsity`",
+    "uband": "give the pattern as `sparsity`",
+    "min_step": "a minimum step cannot be set; limit the number of steps with `max_steps`",
     "vectorized": "the residual is called for one state at a time",
     "reltol": "it is `rtol` here",
     "abstol": "it is `atol` here",
@@ -122,8 +122,9 @@ def solve_dae(
     y0, yp0 : array_like, shape (n,)
         Solution and derivative at the start. They must be consistent unless
         `initial` requests a correction. Radau methods with `index` move values that
-        violate constraints by less than the tolerances onto these. Equations that
-        contain derivatives are not checked: a wrong `yp0` is the first column of `yp`.
+        violate constraints by less than the tolerances onto the constraints. Equations
+        that contain derivatives are not checked: a wrong `yp0` appears in the first
+        column of `yp`.
     method : {"bdf", "radau5", "radau9", "radau13"}
         BDF of order 1 to 5, for index 0 and 1 (and index 2 with the algebraic
         components excluded from the error test, see `suppress`), or Radau IIA of
@@ -139,13 +140,13 @@ def solve_dae(
         y'_i. By default the pattern of a sparse `jacobian` with more than 200 rows at
         the start, otherwise full. Without `jacobian`, the pattern is compared with the
         residual at the start only, and a `ValueError` names an entry that is missing and
-        nonzero there. Later ones are searched if the integration fails.
+        nonzero there. If the integration fails, it is also compared at the last state.
     index : sequence of int, optional
         Index of each variable, 0 to 3. Radau's error test needs it for systems of
         index 2 and 3: in mechanics, 1 (or 0) for positions, 2 for velocities, 3 for
         multipliers of the position constraint. In the GGL form, 1 for positions and
         velocities, 2 for all multipliers. "bdf" does not use it: exclude components of
-        index 2 by `suppress`. For index 3 use Radau.
+        index 2 with `suppress`. For index 3 use Radau.
     algebraic : array_like of bool, optional
         True if y'_i does not occur in F. By default determined from the Jacobian
         at the start.
@@ -154,13 +155,13 @@ def solve_dae(
         in `algebraic`, which is then required.
     events : callable or list of callables, optional
         ``event(t, y, yp)`` returns a number, whose zeros are events, or a bool,
-        whose changes are events (True counts as positive). If a number stays at
-        zero, the event is the start of this interval. The attributes are the same
-        as in `solve_ivp`: ``terminal`` (bool, or the number of the occurrence that
-        ends the integration) and ``direction`` (its sign). A zero at the start of
-        the integration is not reported, and a zero at its end only if rounding does
-        not keep the number from reaching it. A change of sign at a break is an event
-        at the break.
+        whose changes are events (True counts as positive). If a number stays at zero
+        for an interval, the event is at the start of the interval. The attributes are
+        the same as in `solve_ivp`: ``terminal`` (bool, or the number of the occurrence
+        that ends the integration) and ``direction`` (its sign). A zero at the start of
+        the integration is not reported, and a zero at its end only if rounding does not
+        keep the number from reaching it. A change of sign at a break is an event at the
+        break.
     rtol, atol : float; float or array_like, shape (n,)
         Tolerances: the local error may be ``rtol |y_i| + atol_i``. `rtol` is a
         scalar.
@@ -177,7 +178,7 @@ def solve_dae(
     max_order : int, optional
         Maximum order of "bdf"; 5 by default.
     max_steps : int or inf, optional
-        Maximum number of steps, up to each break; 200 000 by default.
+        Maximum number of steps between breaks; 200 000 by default.
     breaks : array_like, optional
         Times at which an input jumps or has a kink. The integration stops there
         and starts again. The functions are not called within a few rounding errors of these
@@ -185,11 +186,10 @@ def solve_dae(
         are kept if F does not jump there by more than the tolerances allow; otherwise
         algebraic variables and derivatives are computed again. The derivatives of
         algebraic variables, which "bdf" uses in the first step, are always computed again
-        for at most 200 variables in total. If `t_eval` is not given, a break
-        occurs twice in `t`, with the values before and after it, but once, with the values
-        before it, for Radau methods with an `index` above 1. Times outside
-        `t_span` are ignored; times that differ by less than 1e-12 of the largest time
-        are one break.
+        if there are at most 200 variables. If `t_eval` is not given, a break occurs twice
+        in `t`, with the values before and after it, but once, with the values before it,
+        for Radau methods with an `index` above 1. Times outside `t_span` are ignored; times
+        that differ by less than 1e-12 of the largest time count as one break.
     initial : {"given", "algebraic", "states"}
         Values to correct at the start so that F = 0: none; the algebraic
         components and the derivatives of the others (index 1); all of y.
@@ -229,7 +229,7 @@ def solve_dae(
         raise ValueError(f"rtol = {rtol}: must be a number (only `atol` may be a vector)")
     _real("rtol", rtol)
     if not SMALLEST_RTOL <= rtol < 1:
-        raise ValueError(f"rtol = {rtol}: must be at least {SMALLEST_RTOL:.2e}, 100 rounding errors, and below 1")
+        raise ValueError(f"rtol = {rtol}: must be at least {SMALLEST_RTOL:.2e} (100 rounding errors) and below 1")
     start = _vector("y0", y0)
     n = len(start)
     rates = _vector("yp0", yp0, n)
@@ -267,13 +267,13 @@ def solve_dae(
     if family == "bdf" and excluded is None and indices is not None and max(indices) > 1:
         raise ValueError(
             f'index has a {max(indices)}, which "bdf" does not use: use a Radau method, or, for '
-            "index 2, exclude these components from the error test by `suppress`"
+            "index 2, exclude these components from the error test with `suppress`"
         )
     highest = max(indices or [0])
     is_hidden = highest > 1
     if initial == "algebraic" and is_hidden:
         raise ValueError(
-            f'initial = "algebraic" is for index 0 and 1, and index has a {highest}: give initial '
+            f'initial = "algebraic" is for index 0 and 1, but index has a {highest}: give initial '
             "values that satisfy the constraints and their derivatives"
         )
     if not isinstance(args, Sequence) or isinstance(args, str):
@@ -299,7 +299,7 @@ def solve_dae(
         "first_step": None if first_step is None else float(first_step),
         "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
         "max_order": int(max_order),
-        # Any time that follows the unit of time makes the steps independent of it.
+        # Any time that scales with the unit of time makes the steps independent of this unit.
         "time_scale": abs(t_end - t0),
         "max_steps": limit,
         "has_default_limit": max_steps is None,
@@ -345,8 +345,8 @@ def solve_dae(
         )
     if matrices is None and pattern is None and (share := _share_of_entries(residual, first_limits[0], start, rates)):
         notes.append(
-            f"about {share:.1%} of the entries of the Jacobian are nonzero, and full matrices with {n} differences each "
-            "are computed: `sparsity` makes them much cheaper"
+            f"only about {share:.1%} of the entries of the Jacobian are nonzero, but full matrices are computed, with {n} "
+            "differences each: `sparsity` makes them much cheaper"
         )
     shown: set[str] = set()
 
@@ -355,7 +355,7 @@ def solve_dae(
             shown.add(text)
             warnings.warn(text, stacklevel=stacklevel + 1)
 
-    # Before an integration that may last long.
+    # Warn before the integration, which may take long.
     for text in notes:
         warn(text, 2)
     notes.clear()
@@ -378,7 +378,7 @@ def solve_dae(
         raise RuntimeError(f"{failed}{explained}") from None
     of_functions = found.pop("warnings")
     solution = _solution(found, n, len(watched.functions), family)
-    # Before the first output time, the state of the start is known.
+    # Before the first output time, only the initial state is known.
     last = solution
     if not (solution.t.size or solution.success):
         last = replace(solution, t=np.array([t0]), y=start[:, None], yp=rates[:, None])
@@ -398,7 +398,7 @@ def solve_dae(
         notes.append(advice)
         solution.message = last.message
     elif solution.success and solution.t.size and is_index_known and structure and _singular(structure):
-        # Constraints may also depend on each other at the start alone.
+        # Constraints may also depend on each other only at the start.
         end = (solution.t[-1], solution.y[:, -1], solution.yp[:, -1])
         at_end = Structure.at(_within(residual, last_limits), *end, rtol * np.abs(end[1]) + tolerances)
         if singular := _singular(at_end):
@@ -409,7 +409,7 @@ def solve_dae(
         at_end = Structure.at(_within(residual, last_limits), *end, rtol * np.abs(end[1]) + tolerances)
         if at_end and index_note(at_end, family, indices, excluded)[1]:
             solution.status, solution.message = -1, f"{solution.message}, but the results may be wrong: {note}"
-    # The differences of a higher index look like an input that acts between the stages.
+    # Errors caused by a higher index look like an input that acts between the stages.
     notes += [] if is_of_index_4 and not solution.success else [text for _, text in of_functions]
     jumping = []
     if family == "bdf" and excluded is not None and initial == "given" and structure and structure.of_higher_index:
@@ -451,7 +451,7 @@ def _checked_choices(
     if method not in METHODS:
         other = SCIPY_METHODS.get(method) if isinstance(method, str) else None
         known = f"; SciPy's {method!r} is {other!r} here" if other else ""
-        raise ValueError(f"method = {method!r}: allowed: {', '.join(METHODS)}{known}")
+        raise ValueError(f"method = {method!r}: must be one of {', '.join(METHODS)}{known}")
     method = "bdf" if method == "ida" else method
     if initial not in ("given", "algebraic", "states"):
         raise ValueError(f"initial = {initial!r}: must be given, algebraic or states")
@@ -565,7 +565,7 @@ def _expect_finite(residual: Any, t: float, y: Array, yp: Array) -> None:
     wrong = np.flatnonzero(~np.isfinite(values))
     if wrong.size:
         raise RuntimeError(
-            f"the residual has {values[wrong[0]]} in equation {wrong[0]} (counted from 0) at the "
+            f"the residual is {values[wrong[0]]} in equation {wrong[0]} (counted from 0) at the "
             f"start, t = {t}: these values cannot be corrected"
         )
 
@@ -578,7 +578,7 @@ FAR = 10.0
 class _PositionConstraints(NamedTuple):
     """Constraints on positions at the start."""
 
-    # Whether the positions violate one.
+    # Whether the positions violate a constraint.
     are_violated: bool
     # Constraints whose derivative along the velocities is not zero within the tolerances, and the derivatives of all equations.
     changing: list[int]

@@ -13,10 +13,10 @@ from ._structure import Structure
 
 Array = NDArray[np.float64]
 
-# Highest index of Radau methods.
+# Highest index that Radau methods support.
 HIGHEST = 3
 
-# Positions of the first stages in a step. Rounding is divided by the square of the distance of stages.
+# Positions of the first stages in a step. Rounding is divided by the square of the distance between stages.
 FIRST_STAGES = {"radau5": 0.155, "radau9": 0.0571, "radau13": 0.0293}
 
 # Ratio that indicates a wrong start: the distance of the initial value of a multiplier from its extrapolation, divided by
@@ -46,7 +46,7 @@ def index_note(
     index = structure.index()
     if index > HIGHEST:
         return (
-            f"the equations seem to have the index {index}, and Radau methods support {HIGHEST} at most: replace "
+            f"the equations seem to have the index {index}, but Radau methods support at most {HIGHEST}: replace "
             "constraints by their derivatives"
         ), True
     tested = [j for j in hidden if suppress is None or not suppress[j]]
@@ -56,13 +56,13 @@ def index_note(
             # Also if all of them are excluded from the error test.
             return (
                 f"the variables {listed(hidden)} (counted from 0) have an index above 1, and the equations have the index 3, "
-                "at which BDF is inaccurate or stops: use a Radau method with `index`, or the GGL form, of index 2"
+                "for which BDF is inaccurate or stops: use a Radau method with `index`, or the GGL form, of index 2"
             ), False
-        remedy = "exclude them from the error test by `suppress`, or use a Radau method with `index`"
+        remedy = "exclude them from the error test with `suppress`, or use a Radau method with `index`"
         return (f"{described}: {remedy}" if tested else ""), False
     if indices is None:
         described = f"the variables {listed(hidden)} (counted from 0) have an index above 1"
-        return f"{described}: give the index of each variable by `index`", False
+        return f"{described}: give the index of each variable in `index`", False
     wrong = [j for j in tested if indices[j] <= 1]
     if wrong:
         return (
@@ -90,8 +90,8 @@ def jumping_multipliers(
 ) -> list[int]:
     """Return the variables of the highest index whose initial values are far from an extrapolation of the first steps.
 
-    ``repeated(h)`` returns the solution with a first step of size h. The first values may have errors by rounding, which
-    change with the steps, and a fast motion is resolved by shorter steps. Neither changes a jump.
+    ``repeated(h)`` returns the solution with a first step of size h. The first values may have rounding errors, which
+    change with the steps, or belong to a fast motion, which shorter steps resolve. A jump remains in both cases.
     """
     if not _has_first_steps(solution):
         return []
@@ -122,7 +122,7 @@ def _has_first_steps(solution: Any) -> bool:
 
 
 def _extrapolated(solution: Any) -> list[Array]:
-    """Return the values at the start of the polynomials of degree 2, 3 and 4 through the ends of the first steps."""
+    """Extrapolate the ends of the first steps to the start by polynomials of degree 2, 3 and 4."""
     times, y = solution.t[1:6] - solution.t[0], solution.y[:, 1:6].T
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # times may be close to each other
@@ -130,7 +130,7 @@ def _extrapolated(solution: Any) -> list[Array]:
 
 
 def _rounding(structure: Structure | None, solution: Any, stage: float) -> Array | float:
-    """Return the errors of variables by rounding of the equations, for multipliers of index 3 divided by h²."""
+    """Return the errors of variables caused by rounding in the equations; for multipliers of index 3, divided by h²."""
     inverse = structure.inverse(1.0 / np.abs(np.diff(solution.t[:6])).min()) if structure else None
     if structure is None or inverse is None:
         return 0.0

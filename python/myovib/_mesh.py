@@ -1,4 +1,4 @@
-"""Meshes of other programs and of arrays, written as files that scenes read."""
+"""Conversion of meshes of other programs, and of arrays, to files that scenes read."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _TYPES = {
     "tetra": (3, 4, 4),
     "tetra10": (3, 4, 10),
 }
-#: Dimension, number of vertices and element type of Gmsh by the number of nodes.
+#: Dimension, number of vertices and Gmsh's element type, by the number of nodes.
 _GMSH = {1: (0, 1, 15), 2: (1, 2, 1), 3: (2, 3, 2), 4: (3, 4, 4), 6: (2, 3, 9), 10: (3, 4, 11)}
 _KINDS = ("point", "curve", "surface", "volume")
-#: Cell arrays of groups that programs write.
+#: Cell arrays in which programs store groups.
 _ARRAYS = (
     "gmsh:physical",
     "medit:ref",
@@ -63,8 +63,8 @@ def read_mesh(
         ``surface 3`` or ``volume 3`` unless the file names them; sets of cells and points keep their names. Cells of the
         body without a group are ``ungrouped``.
     fields
-        Arrays of values at the points. Other arrays at cells are excluded with a warning, except those with
-        a colon in their names, which meshio adds.
+        Arrays of values at the points. Other cell arrays are excluded, with a warning unless their names
+        contain a colon, as the names of meshio's own arrays do.
 
     Example
     -------
@@ -111,7 +111,7 @@ def read_mesh(
         )
     sets = {name: cells for name, cells in mesh.cell_sets.items() if not name.startswith("gmsh:")}
     for name, cells in sets.items():
-        if len(cells) != len(mesh.cells):  # of sets of sets in Abaqus files
+        if len(cells) != len(mesh.cells):  # a set of sets, in Abaqus files
             raise ValueError(f"meshio cannot read the set {name!r} of {path}: list its elements")
     # Names of Gmsh's groups; other programs store data of the file, such as its time.
     named = mesh.field_data.items() if array == "gmsh:physical" else ()
@@ -196,7 +196,7 @@ def write_mesh(
         cells = cells.astype(np.int64)
         dimension, n_vertices, kind = _GMSH[cells.shape[1]]
         names.append(f'{dimension} {tag} "{name}"\n')
-        if cells.shape[1] == 10:  # Gmsh's order of the last two edges is that of VTK reversed.
+        if cells.shape[1] == 10:  # Gmsh and VTK order the last two edges differently.
             cells = cells[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]]
         head = np.tile([kind, 2, tag, tag], (len(cells), 1))
         elements.append(np.hstack([head, cells + 1]))

@@ -57,10 +57,10 @@ def fit(
     progress: Callable[[str], object] | None,
 ) -> str: ...
 def use_threads(threads: int) -> None:
-    """Factorize large bodies in `threads` threads.
+    """Set the number of threads for the assembly and factorization of large bodies.
 
-    All runs of this process share these threads, and results do not depend on their number. The first
-    number above one cannot be changed later.
+    All runs of this process share the threads, and results do not depend on their number. After a
+    call with a number above 1, further calls have no effect.
     """
 
 def builtins() -> list[str]: ...

@@ -17,7 +17,7 @@ class _End(NamedTuple):
     after: float
 
 
-# Distance of breaks, relative to the largest time, below which they only differ by rounding.
+# Distance between breaks, relative to the largest time, below which they only differ by rounding.
 CLOSE = 1e-12
 
 # Rounding of a break, relative to the larger of its time and the span, for example of k P/2 and of t/P: the functions are

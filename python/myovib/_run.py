@@ -228,7 +228,7 @@ class RunResult:
     Attributes
     ----------
     outcome : str
-        ``"finished"`` or ``"stopped"``; ``document["reason"]`` is the reason of a stop.
+        ``"finished"`` or ``"stopped"``; ``document["reason"]`` is the reason for a stop.
     document : dict
         Content of ``run.json``.
     probes : dict of Probe
@@ -316,7 +316,7 @@ class SweepResult:
     axes : list of str
         Keys that are varied.
     folder : Path
-        Folder of the cases' folders.
+        Folder that contains the folders of the cases.
     """
 
     def __init__(self, folder: Path, rows: list[dict[str, Any]], axes: list[str], temporary: Any) -> None:
@@ -333,7 +333,7 @@ class SweepResult:
         Raises
         ------
         FileNotFoundError
-            For an unknown case, or one that failed before its run.
+            For an unknown case, or a case that failed before its run started.
         """
         return RunResult._of(self.folder / f"case-{number:04}", [], self._temporary)
 

@@ -100,7 +100,7 @@ class Scene:
         Parameters
         ----------
         key : str
-            As in ``solid.bulk_modulus`` or ``material[0].c10``.
+            A key such as ``solid.bulk_modulus`` or ``material[0].c10``.
         value : float, str, bool, list, dict or None
             The value; ``None`` removes the key, so that its default applies.
 
@@ -165,7 +165,7 @@ class Scene:
         Returns
         -------
         RunResult
-            The result, even if the run stopped or an equilibrium was only found under a part of
+            The result, even if the run stopped or an equilibrium was found only for a part of
             the load: see `success` and `document["message"]`.
 
         Raises
@@ -196,7 +196,7 @@ class Scene:
         from_neighbor: bool = False,
         progress: Progress = False,
     ) -> SweepResult:
-        """Compute the scene over a grid of values, with one case per core.
+        """Compute the scene over a grid of values, one case per core in parallel.
 
         Parameters
         ----------
@@ -441,8 +441,8 @@ class Scene:
         data : experiment or list of experiments
             An experiment is a file, as for ``myovib fit --data``, or a mapping or data frame with the
             column ``"t"`` (``"f"`` for a response, ``"load"`` for a static analysis) and a column for each
-            measured output (NaN or masked where it was not measured). If the experiment needs other values
-            in the scene, it is a pair of the measurements and a mapping of these values.
+            measured output (NaN or masked where it was not measured). If the experiment requires different
+            values in the scene, it is a pair of the measurements and a mapping of these values.
         out : path-like, optional
             Folder for the files of ``myovib fit``. By default a temporary folder, removed with the
             result.
@@ -552,7 +552,7 @@ def _toml(value: Any) -> str:
         value = value.item()
     if isinstance(value, (int, float)):
         return repr(value)
-    raise TypeError(f"a scene has no values of type {type(value).__name__}")
+    raise TypeError(f"a scene cannot have values of type {type(value).__name__}")
 
 
 def _axis(values: Iterable[Any] | str) -> str:

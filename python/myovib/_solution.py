@@ -59,7 +59,7 @@ class DenseOutput:
         outside = ~((times >= self.t_min - rounding) & (times <= self.t_max + rounding))
         if outside.any():
             raise ValueError(
-                f"t = {times[outside][0]}: the solution is known from {self.t_min} to {self.t_max} only"
+                f"t = {times[outside][0]}: the solution is only known from {self.t_min} to {self.t_max}"
             )
         sign = 1.0 if self._ends[-1, 1] >= self._ends[0, 0] else -1.0
         step = np.searchsorted(sign * self._ends[:, 1], sign * times)
@@ -102,7 +102,8 @@ class DaeSolution:
         event evaluations.
     status : int
         0: the end of the span was reached; 1: an event ended the integration;
-        -1: the integrator failed, or the equations seem to have an index above 3.
+        -1: the integrator failed or reached `max_steps`, or the equations seem to have
+        an index above 3.
     message : str
         Description of the status.
     """

@@ -45,7 +45,7 @@ class Structure:
 
         base = evaluate(y.copy(), yp.copy())
         if base.shape != y.shape:
-            raise ValueError  # named when the integration begins
+            raise ValueError  # reported when the integration begins
         n, largest = len(y), np.abs(yp).max()
         small = np.sqrt(np.finfo(float).eps)
         sizes = np.maximum(small * np.abs(y), tolerance)
@@ -70,7 +70,7 @@ class Structure:
 
     @property
     def differential(self) -> Array:
-        """Return the variables whose derivatives occur in F by more than the rounding of quotients."""
+        """Return the variables whose derivatives occur in F beyond the rounding of the quotients."""
         rows = np.maximum(np.abs(self.df_dy).max(axis=1), np.abs(self.df_dyp).max(axis=1))
         return np.asarray((np.abs(self.df_dyp) > RANK * rows[:, None]).any(axis=0))
 

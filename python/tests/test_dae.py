@@ -718,7 +718,7 @@ def test_results_are_pickled_whole():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (dict(method="euler"), "allowed: bdf, ida, radau5"),
+        (dict(method="euler"), "must be one of bdf, ida, radau5"),
         (dict(t_span=(0, 0)), "two different finite times"),
         (dict(y0=[1, 2]), "shape"),
         (dict(y0=[np.nan]), "non-finite"),
