@@ -160,7 +160,7 @@ fn one_run_at_a_time_writes_into_a_folder_and_signals_keep_its_output() {
         }
         let second = myovib_in(folder.path(), &["run", "init", "--overwrite"]);
         assert_eq!(second.code, 2, "{}", second.stderr);
-        assert!(second.stderr.contains("another process writes to"), "{}", second.stderr);
+        assert!(second.stderr.contains("another process is writing to"), "{}", second.stderr);
         let sent = Command::new("kill").args([signal, &first.id().to_string()]).status();
         assert!(sent.unwrap().success());
         assert_eq!(first.wait().unwrap().code(), Some(130), "{signal}");

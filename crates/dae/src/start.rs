@@ -30,7 +30,7 @@ impl std::fmt::Display for InconsistentStart {
                 "give a y0 that satisfies it or, for index 1, call correct_initial_values",
             ),
             Some(k) => (
-                format!("constraint {k} that the problem states"),
+                format!("constraint {k} of the problem"),
                 "call correct_initial_values with ConsistencyMode::Constraints",
             ),
         };

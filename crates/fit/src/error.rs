@@ -13,7 +13,7 @@ pub enum FitError {
     #[error("{n_residuals} measurements cannot determine {n_parameters} parameters")]
     TooFewMeasurements { n_residuals: usize, n_parameters: usize },
     /// The model cannot be evaluated at the start.
-    #[error("the model cannot be evaluated at the start: {0}")]
+    #[error("the model cannot be evaluated at the starting values: {0}")]
     Start(String),
     /// An invalid option.
     #[error("{option} = {value}: must be {expected}")]

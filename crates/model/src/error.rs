@@ -86,7 +86,8 @@ pub enum ModelError {
     NotWithFeedback { setting: &'static str },
     /// Newton's method found no static equilibrium.
     #[error(
-        "no static equilibrium: Newton's method failed beyond {:.1} % of the load even in small load steps{}; {remedy}",
+        "no static equilibrium was found: Newton's method failed beyond {:.1} % of the load, even with small load \
+         steps{}; {remedy}",
         100.0 * .reached,
         .inverted.map_or(String::new(), |at| format!("; {at}"))
     )]
@@ -109,10 +110,10 @@ pub enum ModelError {
     },
     /// Newton's method found no periodic state.
     #[error(
-        "no periodic state: the ends of the period differ by {residual:.1e} of the size of the state, and Newton's \
-         method does not reduce this to {tolerance:.1e}; start closer to it: use more `periodic.settling_periods`, \
-         or [initial_state] with type = \"equilibrium\" if some loads are constant; or use a smaller `rtol` of \
-         [integrator], such as {map_error:.0e}, or a larger `periodic.tolerance`"
+        "no periodic state was found: the states at the ends of the period differ by {residual:.1e} of their size, \
+         and Newton's method does not reduce this to {tolerance:.1e}; start closer to a periodic state: use more \
+         `periodic.settling_periods`, or [initial_state] with type = \"equilibrium\" if some loads are constant; or \
+         use a smaller `rtol` of [integrator], such as {map_error:.0e}, or a larger `periodic.tolerance`"
     )]
     NoPeriodicState {
         /// Remaining relative difference of the states at the ends of the period.

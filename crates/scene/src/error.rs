@@ -29,7 +29,7 @@ pub enum Error {
     },
     /// Another process has the lock of the folder.
     #[error(
-        "another process writes to `{}`\n    next: wait for it, or choose another folder",
+        "another process is writing to `{}`\n    next: wait for it, or choose another folder",
         plain(&.0.display().to_string())
     )]
     Busy(PathBuf),

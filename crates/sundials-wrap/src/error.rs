@@ -27,7 +27,7 @@ pub enum Error {
     },
     /// A restart at a time other than the start: the sensitivities there are unknown.
     #[error(
-        "the sensitivities are known only at the start, t = {t_start}, not at t = {t}: give them by \
+        "the sensitivities are known only at the start, t = {t_start}, not at t = {t}: provide them with \
          IdaSolver::reinit_with_sensitivities"
     )]
     SensitivitiesDue {

@@ -134,7 +134,7 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
             "the scene fixes only some components of `{group}`; this command requires all of them to be fixed"
         ));
         return Err(error
-            .next("name the fixed groups with --fixed; `myovib check` measures the scene itself")
+            .next("name the fixed groups with --fixed; `myovib check` computes the constant of the scene itself")
             .into());
     }
     let groups = || all.iter().map(|(group, _)| (*group).clone()).collect();
@@ -197,7 +197,7 @@ fn text(families: &[Family], elements: &'static str) -> String {
     text.push_str(
         "\ninf–sup: the smallest non-zero constant of (27), pressures in the L2 norm, displacements in the H1 \
          seminorm; bounded\naway from zero for stable spaces. σ_min(B), the smallest non-zero singular value, decays \
-         for all spaces. uncontrolled:\npressures that no displacement controls; with one of these and κ = ∞ the \
+         for all spaces. uncontrolled:\npressures that no displacement controls; if there are any and κ = ∞, the \
          pencil is singular and there is no index.\n",
     );
     text

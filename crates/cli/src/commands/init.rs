@@ -74,7 +74,7 @@ fn create(path: &Path, text: &str) -> anyhow::Result<()> {
     let name = path.display();
     let mut file = OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| {
         if error.kind() == io::ErrorKind::AlreadyExists {
-            InputError::new(format!("`{name}` exists and is not replaced"))
+            InputError::new(format!("`{name}` already exists and is not replaced"))
                 .next("choose another name: myovib init other.toml")
                 .into()
         } else {

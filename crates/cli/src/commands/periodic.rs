@@ -19,11 +19,11 @@ use crate::values;
     myovib periodic scene.toml --set periodic.settling_periods=20 --set periodic.multipliers=8\n  \
     myovib periodic scene.toml --continue traction[0].y.frequency=5..15\n\n\
     Finds the motion that repeats with the period of the loads, without computing the transient, by Newton's method \
-    for a state that recurs after one period. It starts from harmonic balance if the motion is nearly linear, or from \
-    the motion after periodic.settling_periods periods. The largest Floquet multipliers show whether the motion is \
-    stable. Writes NAME.csv for each [[probe]] over one period; run.json with multipliers and harmonics; state.json, \
-    from which a motion can start; and report.html. --continue also writes continuation.csv: amplitudes of the first \
-    harmonics and stability along the curve.")]
+    for a state that recurs after one period. The search starts from harmonic balance if the motion is nearly linear, \
+    or from the motion after periodic.settling_periods periods. The largest Floquet multipliers show whether the \
+    motion is stable. Writes NAME.csv for each [[probe]] over one period; run.json with multipliers and harmonics; \
+    state.json, from which a motion can start; and report.html. --continue also writes continuation.csv: amplitudes \
+    of the first harmonics and stability along the curve.")]
 pub struct PeriodicArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]

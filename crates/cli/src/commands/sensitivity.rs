@@ -29,10 +29,10 @@ const DOCUMENT: &str = "sensitivity.json";
     myovib sensitivity scene.toml\n  \
     myovib sensitivity scene.toml --out soft --set 'material[0].c10=5e3'\n  \
     myovib sensitivity scene.toml --map\n\n\
-    The scene names its parameters in [[parameter]]. Writes sensitivity.csv with each output and its \
-    derivatives, sensitivity.svg and sensitivity.json. With --map, no [[parameter]] is needed; writes stiffness.vtu for \
-    ParaView, stiffness.svg and stiffness.json. Motions are integrated by \
-    Radau IIA (radau9 unless the scene names another); a static analysis is differentiated at its load factors.")]
+    The scene names its parameters in [[parameter]]. Writes sensitivity.csv with each output and its derivatives, \
+    sensitivity.svg and sensitivity.json. With --map, no [[parameter]] is needed; writes stiffness.vtu for ParaView, \
+    stiffness.svg and stiffness.json. Motions are integrated by Radau IIA (radau9 unless the scene selects another \
+    method); a static analysis is differentiated at its load factors.")]
 pub struct SensitivityArgs {
     /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]

@@ -176,7 +176,10 @@ impl Advice {
         (weighed && self.weighs_plainly()).then(|| {
             let remedies = vec![Remedy::WeighByStep];
             self.of_highest_index(
-                format!("{}, even if it is excluded from the error test", self.small_steps()),
+                format!(
+                    "{}; excluding multipliers from the error test does not change this",
+                    self.small_steps()
+                ),
                 remedies,
             )
         })
@@ -207,7 +210,7 @@ impl Advice {
     fn magnified(&self) -> String {
         let index = self.index();
         format!(
-            "{}, of index {index}, amplifies the residual of Newton's method by 1/h^{}",
+            "the index {index} of {} amplifies the residual of Newton's method by 1/h^{}",
             symbols(&self.highest()),
             index - 1
         )

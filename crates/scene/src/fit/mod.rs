@@ -465,7 +465,7 @@ fn experiments(
     let twice = (1..given.len()).find(|&k| (0..k).any(|j| is_same(j, k)));
     if let Some(k) = twice {
         let error = InputError::new("duplicate measurements").at("--data");
-        return Err(error.found(given[k].0.display()).next("name each experiment once"));
+        return Err(error.found(given[k].0.display()).next("list each experiment once"));
     }
     Ok(experiments)
 }

@@ -119,7 +119,7 @@ impl Values {
                 return Err(ModelError::OutOfRange {
                     name: "the denominator of a ratio",
                     value: 0.0,
-                    allowed: "nonzero values; velocities and accelerations are zero at 0 Hz",
+                    allowed: "must be nonzero; velocities and accelerations are zero at 0 Hz",
                 });
             }
             values.push(ratio.numerator.of(s, &values) / denominator);

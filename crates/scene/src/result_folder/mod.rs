@@ -228,7 +228,9 @@ impl<'a> FolderRequest<'a> {
                     false => "",
                 };
                 let error = self.wrong("already contains results".to_owned());
-                return Err(error.next(format!("choose another folder, or --overwrite{resume}")));
+                return Err(
+                    error.next(format!("choose another folder, or use --overwrite{resume}"))
+                );
             }
             // A program that was killed before it wrote the manifest leaves its lock.
             (None, Existing::Resume) if !(is_bare(self.path) && self.path.join(LOCK).exists()) => {

@@ -209,7 +209,7 @@ impl Builder<'_> {
                 "the chains `{name}` at several points have no part of the body to act on"
             ));
             return wrong(error.next(
-                "put one into each element, `at = { elements = \"group\" }`, or use one chain at a point",
+                "place one in each element, `at = { elements = \"group\" }`, or use one chain at a point",
             ));
         }
         Ok(number)

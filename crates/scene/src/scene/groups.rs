@@ -140,7 +140,8 @@ impl Builder<'_> {
             let path = format!("{path}.groups[{i}]");
             let group = self.at(&path, mesh.group_of_dimension(name, dimension))?;
             set_of(group, dimension, mesh.dimension()).ok_or_else(|| {
-                let error = InputError::new(format!("the group `{name}` has other members"));
+                let error =
+                    InputError::new(format!("the group `{name}` has members of a different type"));
                 let is_allowed = |group| set_of(group, dimension, mesh.dimension()).is_some();
                 let allowed = mesh.groups().iter().filter(|(_, group)| is_allowed(group));
                 let names: Vec<&str> = allowed.map(|(name, _)| name.as_str()).collect();
@@ -148,7 +149,7 @@ impl Builder<'_> {
                     true => error,
                     false => error.allowed(names.join(", ")),
                 };
-                let next = "set `members` of the new group to the type of its groups";
+                let next = "set `members` of the new group to the member type of its `groups`";
                 self.wrong(&path, error.next(next))
             })
         };

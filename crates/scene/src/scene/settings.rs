@@ -86,7 +86,7 @@ impl Builder<'_> {
             let of_muscle = key != "max_order";
             if file.solid.is_none() && wanted.max_order == Some(MaxOrder::Auto) {
                 let error =
-                    InputError::new("`auto` requires a muscle, whose damping determines the order")
+                    InputError::new("`auto` requires a body, whose damping determines the order")
                         .next("set an order, 1 to 5, or remove `max_order`");
                 return Err(self.wrong(&path, error));
             }

@@ -204,7 +204,7 @@ fn no_column(scene: &Scene, i: usize, names: &[String]) -> InputError {
         }
         Some(_) if names.is_empty() => {
             let error = InputError::new(format!("the probe `{probe}` has no harmonic amplitude"));
-            ("probe", error.next("give a probe with type = \"reaction\""))
+            ("probe", error.next("use a probe with type = \"reaction\""))
         }
         _ => {
             let error = InputError::new(format!("`{probe}` has no column `{column}`"));

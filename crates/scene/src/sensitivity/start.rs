@@ -23,7 +23,10 @@ impl Parameterized {
                 let near = self.neighbor(j, values, body, value + known.step(STEP, value))?;
                 let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
                 initial(&near, &mut dae, Watcher::NOBODY).map_err(|cause| {
-                    let message = format!("a change of `{}` loads the body at t = 0", known.key);
+                    let message = format!(
+                        "a change of `{}` would load the body at t = 0, but it starts at rest",
+                        known.key
+                    );
                     let place = format!("parameter[{j}].key");
                     self.scene.wrong(&place, InputError::new(message).found(cause))
                 })?;

@@ -127,7 +127,7 @@ fn parameters_that_end_the_rest_at_the_start_are_refused() {
     let it = Parameterized::load(&path, &more).unwrap();
     let message = it.dependences(&it.values()).unwrap_err().to_string();
     for part in [
-        "a change of `traction[0].y.phase` loads the body at t = 0",
+        "a change of `traction[0].y.phase` would load the body at t = 0",
         "key = \"traction[0].y.phase\"",
         "or start in equilibrium with them",
     ] {

@@ -9,10 +9,12 @@ use serde_json::{Value, json};
 pub(super) fn of_period(trial: &PeriodTrial) -> String {
     let PeriodTrial { unknowns, differential_variables, part, steps, seconds, stopped } = trial;
     let cost = match stopped {
-        Some(reason) => format!("unknown: the trial from the initial state stopped: {reason}"),
+        Some(reason) => {
+            format!("unknown, because the trial from the initial state stopped: {reason}")
+        }
         None => format!(
-            "{:.1e} s for each period, estimated by a trial of {} over {:.0} % of a period; the number of \
-             periods depends on damping and nonlinearity",
+            "{:.1e} s per period, estimated by a trial of {} over {:.0} % of a period; the number of periods depends \
+             on damping and nonlinearity",
             seconds / part,
             counted(*steps, "step"),
             100.0 * part

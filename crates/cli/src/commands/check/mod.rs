@@ -39,11 +39,12 @@ use myovib_scene::{Body, Scene, plain};
     myovib check scene.toml\n  \
     myovib check table2-4\n  \
     myovib check scene.toml --set solid.bulk_modulus=inf --json\n\n\
-    Prints each block of unknowns with its index, and whether the integrator tests its error; the \
-    size of the body; the index of the system; how well the pressures are controlled (inf–sup); the start; \
-    eigenfrequencies; the first steps of the run, computed for one second of CPU time; then warnings with suggested \
-    changes. For an equilibrium: the displacement according to linear elasticity, and the time per iteration. To \
-    exclude the pressure p from the error test, use `--set 'integrator.error_test.exclude=[\"p\"]'`.\n\n\
+    Prints each block of unknowns with its index, and whether the integrator tests its error; the size of the body; \
+    the index of the system; how well the pressures are controlled (inf–sup); whether the initial state satisfies the \
+    equations; eigenfrequencies; the first steps of the run, computed for one second of CPU time; then warnings with \
+    suggested changes. For an equilibrium: the displacement according to linear elasticity, and the time per \
+    iteration. To exclude the pressure p from the error test, use `--set \
+    'integrator.error_test.exclude=[\"p\"]'`.\n\n\
     Writes no files. Warnings do not change the exit code.")]
 pub struct CheckArgs {
     /// Scene: a TOML file or the name of a built-in scene.

@@ -90,8 +90,8 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
             counted(n, "solution")
         ),
         None => format!(
-            "cost            {seconds:.1e} s for each frequency; at most {MAX_FREQUENCIES}, chosen during the \
-             computation, take {total:.1} s on one thread"
+            "cost            {seconds:.1e} s per frequency; at most {MAX_FREQUENCIES}, chosen during the computation, \
+             take {total:.1} s on one thread"
         ),
     });
     let text = format!("harmonic response: {} unknowns\n\n{}\n", found.unknowns, lines.join("\n"));

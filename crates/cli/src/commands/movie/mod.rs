@@ -139,15 +139,18 @@ impl MovieArgs {
         let (without_effect, next) = match &self.subject {
             Subject::Run(_) => (
                 vec![mesh, integrator, set],
-                "the run is already stored; run its scene again to use other settings",
+                "the run is already stored; run its scene again to use different settings",
             ),
             Subject::Film(Film::Chain) => {
                 (vec![mesh], "the chain moves on a rod, which has no mesh")
             }
-            Subject::Film(Film::Muscle) => (vec![from], "it shows the last cycle of the load"),
+            Subject::Film(Film::Muscle) => {
+                (vec![from], "this movie shows the last cycle of the load")
+            }
             Subject::Film(Film::Hardening | Film::Muscle3d) => (
                 vec![mesh, from],
-                "it shows the built-in scene of this name; for another scene, run it with [fields] and name its folder",
+                "this movie shows the built-in scene of the same name; for another scene, run it with [fields] and \
+                 name its folder",
             ),
         };
         if let Some(option) = without_effect.into_iter().flatten().next() {
