@@ -254,7 +254,7 @@ def solve_dae(
         raise ValueError("suppress = True excludes the algebraic components: specify them in `algebraic`")
     excluded = marks if suppress is True else _marks("suppress", None if suppress is False else suppress, n)
     if excluded is not None and all(excluded):
-        raise ValueError("suppress excludes all variables: the error test must have at least one")
+        raise ValueError("suppress excludes all variables: the error test must include at least one")
     is_tested = np.ones(n, bool) if excluded is None else ~np.array(excluded)
     if without := np.flatnonzero(is_tested & (tolerances == 0.0) & (start == 0.0)).tolist():
         raise ValueError(f"atol is 0 for the variables {listed(without)} (counted from 0), which start at 0: it must be above 0")

@@ -23,8 +23,8 @@ use myovib_scene::InputError;
 #[command(after_help = "Examples:\n  \
     myovib-bench bench rows --repeats 3 --json=rows.json\n  \
     myovib-bench bench large --cases spindle-bdf,growth\n\n\
-    CPU times are those of one thread; compare them only within one call. After Ctrl-C, the current run finishes, and \
-    the results so far are printed.")]
+    CPU times are for one thread; compare only times from the same invocation. After Ctrl-C, the current run \
+    finishes, and the results so far are printed.")]
 pub(crate) struct BenchArgs {
     /// Measurement to run
     #[arg(value_enum, default_value = "rows")]

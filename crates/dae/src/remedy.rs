@@ -45,8 +45,8 @@ impl fmt::Display for Remedy {
                 "the derivative of the constraint instead of the constraint, which lowers the index"
             }
             Self::ConsistentStart => {
-                "initial values that satisfy the equations (for index 1, call \
-                 correct_initial_values) and, above index 1, the derivatives of the constraints"
+                "initial values that satisfy the equations (for index 1, call correct_initial_values) and, for an \
+                 index above 1, the derivatives of the constraints"
             }
             Self::RestartAtBreak => {
                 "integrating to the time at which an input or a characteristic jumps or has a kink, if such a time \

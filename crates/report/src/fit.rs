@@ -157,7 +157,7 @@ fn findings(result: &FitResult) -> Vec<String> {
     lines.extend(passing(result));
     for (name, profile) in result.fit.names.iter().zip(&result.profiles) {
         if let Err(why) = profile {
-            lines.push(format!("profile of {name}: not computed: {why}"));
+            lines.push(format!("profile of {name} not computed: {why}"));
         }
     }
     let unknown = result.unknown();

@@ -39,7 +39,7 @@ pub(crate) enum ExpressionError {
     #[error("`{0}` is not a function; known functions: {known}", known = functions().join(", "))]
     UnknownFunction(String),
     /// Expression above the limits of length or nesting.
-    #[error("it is too long or nested too deeply: at most {LENGTH} characters, {DEPTH} levels")]
+    #[error("it is too long or nested too deeply (at most {LENGTH} characters, {DEPTH} levels)")]
     TooLarge,
 }
 

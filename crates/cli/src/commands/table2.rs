@@ -210,7 +210,7 @@ impl Table2Args {
                 let keys: Vec<_> = offered().map(|row| row.key).collect();
                 let known = ROWS.iter().any(|row| row.key == key);
                 InputError::new(match known {
-                    true => "this row differs from another one only in settings of BDF",
+                    true => "this row differs from another row only in BDF settings",
                     false => "unknown row",
                 })
                 .at("--rows")
@@ -229,7 +229,7 @@ impl Table2Args {
                 .next("remove `--max-order`, or use --integrator bdf"));
         }
         if self.probe.is_some() && rows.len() != 1 {
-            return Err(InputError::new("the CSV of a probe contains one run")
+            return Err(InputError::new("the CSV file of a probe contains a single run")
                 .at("--probe")
                 .found(format!("{} rows", rows.len()))
                 .allowed("one row")

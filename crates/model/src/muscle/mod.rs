@@ -126,7 +126,7 @@ impl Muscle {
             let objection = match () {
                 () if component >= dofs.n_full() => "the body does not have this component",
                 () if dofs.free_to_full().binary_search(&component).is_ok() => {
-                    "it is free: constrain it in the solid's DofMap"
+                    "it is free; constrain it in the solid's DofMap"
                 }
                 () if self.prescribed[..k].iter().any(again) => "it is prescribed twice",
                 () => match unfit(&prescribed.signal) {
@@ -148,12 +148,12 @@ impl Muscle {
             let is_active = stresses.get(*number).map(|stress| stress.active.is_some());
             let objection = match is_active {
                 None => "the solid has no such added stress",
-                Some(false) => "it is not active: give it an active stress",
+                Some(false) => "it is not active; give it an active stress",
                 Some(true) if self.activations[..k].iter().any(again) => {
                     "its tension is given twice"
                 }
                 Some(true) if activation.is_coherent() && is_negative(activation) => {
-                    "its tension is negative: a muscle can only pull"
+                    "its tension is negative, but a muscle can only pull"
                 }
                 Some(true) => {
                     if let Some(model) = activation.model() {

@@ -66,7 +66,8 @@ impl MuscleDae {
             let (force, group) = (contact.signals()[0].at(t).value, contact.group());
             if force < 0.0 {
                 let message = format!(
-                    "the force of the obstacle at the group `{group}` is {force} N at t = {t} s: an obstacle can only press, not pull"
+                    "the force on the obstacle at the group `{group}` is {force} N at t = {t} s: an obstacle can only \
+                     press, not pull"
                 );
                 return Err(StepError::Fatal(message.into()));
             }

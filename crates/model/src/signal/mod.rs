@@ -192,10 +192,10 @@ impl Signal {
     /// value and slope are continuous.
     pub fn unfit_for_motion(&self) -> Option<&'static str> {
         match self.lowest_jump() {
-            0 => Some("it jumps: give the step a rise"),
+            0 => Some("it jumps; give the step a rise"),
             1 => Some(
-                "its slope jumps: use a `step`, whose rise is smooth, instead of a `ramp`, and `interpolation = \"pchip\"` \
-                 for a table",
+                "its slope jumps; use a `step`, whose rise is smooth, instead of a `ramp`, and `interpolation = \
+                 \"pchip\"` for a table",
             ),
             _ => None,
         }

@@ -172,7 +172,7 @@ impl Builder<'_> {
             return Err(self.wrong(&of_force, error));
         }
         if contact.friction > 0.0 {
-            let error = InputError::new("an obstacle that follows a force has no friction")
+            let error = InputError::new("an obstacle driven by a force cannot have friction")
                 .next("remove `friction`, or give the displacement of the obstacle as x, y, z");
             return Err(self.wrong(&format!("{path}.friction"), error));
         }
@@ -183,7 +183,7 @@ impl Builder<'_> {
             return Err(self.wrong(&format!("{path}.{}", NAMES[axis]), error));
         }
         let Some(direction) = &contact.direction else {
-            let error = InputError::new("the force of an obstacle requires a direction")
+            let error = InputError::new("the force on an obstacle requires a direction")
                 .next("add `direction`, for example [0.0, -1.0]");
             return Err(self.wrong(path, error));
         };
@@ -192,7 +192,7 @@ impl Builder<'_> {
             .to_vec();
         let signal = self.signal(force, &of_force)?;
         if file.analysis == Analysis::Dynamic && signal.lowest_jump() == 0 {
-            let error = InputError::new("the force of a massless obstacle must not jump")
+            let error = InputError::new("the force on a massless obstacle must not jump")
                 .next("give the step a `rise`");
             return Err(self.wrong(&of_force, error));
         }

@@ -126,7 +126,7 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Springpot, InputError> {
         if file.analysis.is_in_time() || file.analysis == Analysis::Periodic {
-            let error = InputError::new("a springpot has no stress in the time domain")
+            let error = InputError::new("springpots are not supported in the time domain")
                 .next("compute a response, or use `prony` for a motion");
             return Err(self.wrong(path, error));
         }

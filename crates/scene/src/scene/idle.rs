@@ -31,7 +31,7 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         .filter(|(_, own)| file.chain.is_empty() && own.fiber.is_some() && is_isotropic(own));
     notes.extend(without_fibers.map(|(i, _)| {
         format!(
-            "material[{i}].fiber has no effect: the law is isotropic and active tension is missing"
+            "material[{i}].fiber has no effect: the law is isotropic and there is no active tension"
         )
     }));
     if matches!(file.analysis, Analysis::Dynamic | Analysis::QuasiStatic | Analysis::Static) {

@@ -44,8 +44,8 @@ pub(super) fn coarse_probes(file: &SceneFile, t_end: f64, drive: Option<f64>) ->
     let names: Vec<String> = coarse.iter().map(|probe| format!("`{}`", probe.name)).collect();
     let interval = coarse.iter().map(|probe| probe.interval).reduce(f64::max)?;
     Some(format!(
-        "the interval of {interval} s of the probes {} does not resolve the load's frequency of {drive} Hz: set `interval` \
-         to 1/20 of its period, {:.1e} s, or less",
+        "the interval of {interval} s of the probes {} does not resolve the load frequency of {drive} Hz: set \
+         `interval` to 1/20 of the load period, {:.1e} s, or less",
         names.join(", "),
         0.05 / drive
     ))

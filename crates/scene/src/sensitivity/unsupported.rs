@@ -49,7 +49,7 @@ impl Unsupported {
             Self::MapAnalysis => "set analysis = \"dynamic\"",
             Self::ArcLength => "set static.method = \"load\"",
             Self::NoBody => "add a [mesh] with [solid]",
-            Self::Feedback => "remove [[feedback]] and tensions of the type coherence",
+            Self::Feedback => "remove [[feedback]] and tensions of type = \"coherence\"",
             Self::Stop => "remove [[stop]]",
             Self::Jump => "give the step a `rise` above 0",
             Self::ContactStiffness => "give `stiffness`; `myovib check` prints the default",

@@ -223,7 +223,7 @@ fn existing(
             Err(InputError::new(format!("{} contains another sweep", options.out.display()))
                 .at("--out")
                 .found(other)
-                .next("choose another folder, or --overwrite"))
+                .next("choose another folder, or use --overwrite"))
         }
         _ => Ok(Existing::Add),
     }

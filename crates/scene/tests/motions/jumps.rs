@@ -174,7 +174,7 @@ fn jumps_of_smooth_quantities_are_rejected_with_their_location() {
         (
             "prescribed_displacement",
             "[{ group = \"right\", y = { type = \"step\", value = 0.01, rise = 0 } }]",
-            "it jumps: give the step a rise",
+            "it jumps; give the step a rise",
         ),
         (
             "prescribed_displacement",
