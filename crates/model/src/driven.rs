@@ -8,8 +8,9 @@ use num_complex::ComplexFloat;
 
 use crate::muscle::load::Contact;
 
-/// Equations F_k(u, s_k) = force of driven obstacles, linearized. With c = ∂F/∂u and the force on the body −c with respect
-/// to s, elimination of s subtracts c cᵀ/(∂F/∂s) from the matrix, one obstacle after the other (Sherman and Morrison).
+/// Equations F_k(u, s_k) = force of driven obstacles, linearized. With c = ∂F/∂u, and −c the derivative of the force on
+/// the body with respect to s, elimination of s subtracts c cᵀ/(∂F/∂s) from the matrix, one obstacle after another
+/// (Sherman–Morrison).
 #[derive(Debug, Default)]
 pub(crate) struct DrivenObstacles<T> {
     obstacles: Vec<Driven<T>>,
@@ -21,15 +22,15 @@ struct Driven<T> {
     by_nodes: Vec<f64>,
     /// Positions of the displacement components among the unknowns.
     columns: Range<usize>,
-    /// Solution of the linear system with the right-hand side c, if the obstacles before this one follow their forces.
+    /// Solution of the linear system with the right-hand side c, in which the preceding obstacles follow their forces.
     response: Vec<T>,
     /// ∂F/∂s minus cᵀ times the response.
     pivot: T,
 }
 
-/// Returns the derivatives of the contact forces for the free displacement components, at the displacement `u` of all
-/// nodes under a `part` of the loads at time `t`, and the forces under the full load. Obstacles without contact have no
-/// derivatives.
+/// Returns, for each obstacle in contact that follows a force, the derivatives of the contact force with respect to the
+/// obstacle and the free displacement components, and the force under the full load. `u` is the displacement of all
+/// nodes under a `part` of the loads at time `t`.
 pub(crate) fn slopes(
     dofs: &DofMap,
     contacts: &[Contact],
@@ -45,8 +46,8 @@ pub(crate) fn slopes(
 }
 
 impl<T: Scalar> DrivenObstacles<T> {
-    /// Prepares [`correct`](Self::correct) after a factorization for `n` unknowns, from which `solve` solves the linear system.
-    /// The balance of momentum is in the rows `rows`, the displacement in the columns `columns`.
+    /// Prepares [`correct`](Self::correct) after a factorization for `n` unknowns, with which `solve` solves the linear
+    /// system. The balance of momentum is in the rows `rows`, the displacement in the columns `columns`.
     pub(crate) fn factorize(
         &mut self,
         slopes: &[DrivenSlope],

@@ -1,6 +1,6 @@
-//! Errors detected before the first time step.
+//! Errors of building, analyzing or running a model.
 
-/// Errors of building or running a model.
+/// An error of building, analyzing or running a model.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages name the fields")]
 pub enum ModelError {
@@ -59,7 +59,7 @@ pub enum ModelError {
     OutsideMesh {
         /// Coordinates, m.
         point: Vec<f64>,
-        /// A point of the mesh close to this point, and the distance between them, m.
+        /// A nearby point of the mesh, and its distance, m.
         nearest: Option<(Vec<f64>, f64)>,
     },
     /// A point with the wrong number of coordinates for the body.
@@ -122,7 +122,7 @@ pub enum ModelError {
         /// Relative error of the integration over a period.
         map_error: f64,
     },
-    /// A curve of periodic states does not end within its number of points.
+    /// A curve of periodic states did not reach the end of its range within the maximum number of points.
     #[error(
         "the limit of max_points = {max_points} points is reached before the end of the range: increase \
          `max_points` or `max_step`"
@@ -174,7 +174,8 @@ pub enum ModelError {
         "no incompressible displacement was found near the given displacement: a projected volume residual of {volume_residual:.1e} remains"
     )]
     NotIncompressible {
-        /// Largest remaining projected residual, defined as in the constraint drift.
+        /// Maximum projected volume residual after the last iteration, in the norm of
+        /// [`constraint_drift`](crate::MuscleDae::constraint_drift).
         volume_residual: f64,
     },
     /// The system is too large for the dense computation of the index.
@@ -185,7 +186,7 @@ pub enum ModelError {
     /// The structural analysis failed.
     #[error(transparent)]
     Structure(#[from] myovib_structure::StructureError),
-    /// The requested measurement refers to a part that the system does not have.
+    /// A measurement of a part that the system does not have.
     #[error("the system has no {part}")]
     NoSuchPart { part: &'static str },
     /// A recorder failed to write.

@@ -21,8 +21,7 @@ struct Description {
     equation: &'static str,
     /// Each block of unknowns with the equation in its rows, in the order of the vector.
     rows: &'static [(Field, Equation)],
-    /// Perturbation index of each block: for β = 0 with κ < ∞ and κ = ∞, then for β > 0 with κ < ∞
-    /// and κ = ∞.
+    /// Perturbation index of each block of `rows`, as the array element `[β > 0][κ = ∞]`.
     index: &'static [[[u8; 2]; 2]],
     /// Fields whose time derivative does not occur.
     algebraic: fn(Case) -> &'static [Field],
@@ -112,7 +111,7 @@ formulations! {
         algebraic: |case| if case.incompressible { &[Field::Pressure] } else { &[] },
         objection: undamped,
     }
-    /// Both constraints, by Gear, Gupta and Leimkuhler (33); β = 0, κ = inf.
+    /// Volume constraint and its time derivative, after Gear, Gupta and Leimkuhler (33); β = 0, κ = inf.
     Stabilized {
         name: "stabilized",
         equation: "33",
@@ -131,7 +130,7 @@ formulations! {
     /// Pressure rate taken from the integrator (26); β > 0.
     ImplicitRate {
         name: "implicit-rate",
-        equation: "26", // for the linear law; ours for the nonlinear
+        equation: "26", // for the linear law; the nonlinear form is not in the paper
         rows: &[
             (Field::Displacement, Kinematic),
             (Field::Velocity, Momentum),
@@ -207,7 +206,8 @@ impl Formulation {
         })
     }
 
-    /// Returns whether the time derivative of `field` occurs in the equations (`id` of IDAS).
+    /// Returns whether the variables of `field` are differential or algebraic, that is, whether their time derivatives
+    /// occur in the equations (`id` of IDAS).
     pub fn kind(self, field: Field, parameters: &Parameters) -> VariableKind {
         let algebraic = (self.description().algebraic)(Case::of(parameters));
         match algebraic.contains(&field) {

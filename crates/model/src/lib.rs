@@ -17,7 +17,7 @@
 //! - [`index`], [`table1`], [`inf_sup`], [`spectrum`], [`check`]: analysis of the matrices of a
 //!   model (folder `analysis`).
 //! - [`harmonic`]: harmonic response about an equilibrium.
-//! - [`periodic`]: periodic states, their multipliers, and curves of them.
+//! - [`periodic`]: periodic states, their Floquet multipliers, and curves of periodic states.
 //! - [`advice`]: likely causes and remedies for a run that stopped.
 #![doc = include_str!("../notes/0001-formulations.md")]
 #![forbid(unsafe_code)]

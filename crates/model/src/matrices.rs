@@ -18,13 +18,13 @@ pub(crate) struct Matrices {
     displacement_identity: SparsityPattern,
     pressure_identity: SparsityPattern,
     tension_identity: SparsityPattern,
-    /// Entries that couple equal components: a subset of the displacement pattern.
+    /// Entries that couple the same component of two nodes: a subset of the displacement pattern.
     mass: SparsityPattern,
     /// Nonzero entries of the stiffness and damping of the elastic foundations.
     foundations: [SparsityPattern; 2],
     /// Rows: free components of each active region whose tension is an unknown.
     tensions: SparsityPattern,
-    /// Values of the matrices in use, except for the two groups below.
+    /// Values of the matrices in use, except for those in `relaxing` and `coherence`.
     values: HashMap<Matrix, Vec<f64>>,
     /// Tangents of the regions with viscoelastic (Prony) stress, if there are any.
     relaxing: Option<ViscoelasticMatrices>,
@@ -128,8 +128,7 @@ impl Matrices {
         }
     }
 
-    /// Returns the pattern in which the values of `matrix` are ordered and whether `matrix` is its
-    /// transpose.
+    /// Returns the pattern that orders the values of `matrix`, and whether `matrix` has the transpose of this pattern.
     pub(crate) fn pattern<'a>(
         &'a self,
         solid: &'a Solid,
@@ -166,8 +165,8 @@ impl Matrices {
         stored.expect("only matrices in use are requested")
     }
 
-    /// Returns the contribution of eliminated oscillators to stiffness and damping, to be filled.
-    /// Allocates it at the first call.
+    /// Returns the buffers for the contribution of eliminated oscillators to stiffness and damping. Allocates them at
+    /// the first call.
     pub(crate) fn coherence_mut(&mut self, solid: &Solid) -> &mut [Vec<f64>; 2] {
         let nnz = solid.displacement_pattern().nnz();
         self.coherence.get_or_insert_with(|| [vec![0.0; nnz], vec![0.0; nnz]])
@@ -191,8 +190,8 @@ impl Matrices {
         }
     }
 
-    /// Evaluates the stiffness of the muscle's boundary forces and its symmetric part, if used: under a `part` of the
-    /// loads at time `t` and displacement `u` of all nodes.
+    /// Evaluates the stiffness of the boundary forces at time `t` and nodal displacements `u`, with the loads scaled by
+    /// `part`. Also evaluates its symmetric part, if used.
     pub(crate) fn update_boundary_forces<'a>(
         &mut self,
         forces: impl Iterator<Item = &'a dyn BoundaryForce>,
@@ -208,7 +207,7 @@ impl Matrices {
         self.symmetrize(Matrix::PressureSymmetricStiffness);
     }
 
-    /// Computes the symmetric part of another matrix, if used.
+    /// Computes `part`, the symmetric part of another matrix, if used.
     pub(crate) fn symmetrize(&mut self, part: Matrix) {
         let Source::SymmetricPartOf(whole) = part.properties().source else {
             return;
@@ -238,7 +237,7 @@ impl Matrices {
         }
     }
 
-    /// Returns the tangents of added stresses, to be filled by the solid.
+    /// Returns the buffers that the solid fills with the tangents of added stresses.
     pub(crate) fn requested_added(&mut self) -> AddedTangents<'_> {
         let requested = [&Matrix::AddedStiffness, &Matrix::AddedDamping];
         let [by_displacement, by_velocity] = self.requested_of(requested);
@@ -250,8 +249,7 @@ impl Matrices {
         stored.map(|values| values.map(|values| &mut values[..]))
     }
 
-    /// Evaluates the matrices of the tensions at time `t` for displacement and velocity of all
-    /// nodes.
+    /// Evaluates the matrices of the tensions at time `t` for the displacement `u` and the velocity `v` of all nodes.
     pub(crate) fn update_tensions(&mut self, muscle: &Muscle, t: f64, u: &[f64], v: &[f64]) {
         let Muscle { solid, .. } = muscle;
         let [force, tensions] = &mut self.tension_workspace;
@@ -275,7 +273,7 @@ impl Matrices {
         }
     }
 
-    /// Returns the state-dependent matrices, to be filled by the solid.
+    /// Returns the buffers that the solid fills with the state-dependent matrices.
     pub(crate) fn requested(&mut self) -> Tangents<'_> {
         Tangents::from(self.requested_of([
             &Matrix::Stiffness,

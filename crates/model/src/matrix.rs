@@ -1,13 +1,14 @@
 //! The matrices of the muscle and their positions in a formulation's Jacobian.
 //!
-//! Each [`Equation`](crate::equation::Equation) lists its Jacobian as [`Term`]s: a matrix, the
-//! block of unknowns it multiplies, and its coefficients in ∂F/∂y and ∂F/∂ẏ. The matrix `a ∂F/∂y +
-//! b ∂F/∂ẏ` is then a sum of few matrices in one fixed pattern for every formulation. Condensed and
-//! complex Newton matrices are the same sum with other coefficients.
+//! Each [`Equation`](crate::equation::Equation) lists its Jacobian as [`Term`]s: a matrix, the block of unknowns it
+//! multiplies, and its coefficients in ∂F/∂y and ∂F/∂ẏ. The matrix `a ∂F/∂y + b ∂F/∂ẏ` is then a sum of a few matrices
+//! in one fixed pattern for every formulation. Condensed and complex Newton matrices are the same sum with other
+//! coefficients.
 
 use crate::field::Field;
 
-/// A matrix over free displacement components (`n_free`) and vertices (`n_vertices`).
+/// A matrix whose rows and columns are free displacement components (`n_free`), vertices (`n_vertices`) or unknown
+/// tensions (`n_tensions`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Matrix {
     /// I, `n_free × n_free`.
@@ -30,9 +31,9 @@ pub enum Matrix {
     DampedDivergenceTransposed,
     /// Transpose of ∂(B(q) v)/∂q with the same scaling.
     DampedDivergenceRateTransposed,
-    /// ∂/∂q of follower pressure loads on the deformed boundary.
+    /// ∂/∂q of the forces on the deformed boundary: follower pressures and contacts.
     PressureStiffness,
-    /// Its symmetric part, used in Newton's method in 3D.
+    /// Symmetric part of `PressureStiffness`, used in Newton's method in 3D.
     PressureSymmetricStiffness,
     /// B(q), `n_vertices × n_free`.
     Divergence,
@@ -50,7 +51,7 @@ pub enum Matrix {
     FoundationDamping,
     /// ∂/∂q of the force of active and viscous stresses; symmetric unless one depends on v.
     AddedStiffness,
-    /// Its symmetric part, used in Newton's method if all other matrices are symmetric.
+    /// Symmetric part of `AddedStiffness`, used in Newton's method if all other matrices are symmetric.
     AddedSymmetricStiffness,
     /// ∂/∂v of the force of active and viscous stresses; symmetric.
     AddedDamping,
@@ -60,9 +61,9 @@ pub enum Matrix {
     TensionIdentity,
     /// −∂Ṫ/∂T of the activation models, diagonal.
     TensionDecay,
-    /// Stiffness added by oscillators that act back on their own elements, after their elimination for one c.
+    /// Stiffness from the elimination, for one c, of oscillators that act on the elements that drive them.
     CoherenceStiffness,
-    /// Damping added by these oscillators.
+    /// Damping from the same elimination.
     CoherenceDamping,
     /// ∂/∂q ∫F H:∇φ at constant overstress H = Σ g S − Σ Q.
     RelaxingGeometric,
@@ -77,7 +78,7 @@ pub(crate) enum Pattern {
     DisplacementIdentity,
     PressureIdentity,
     TensionIdentity,
-    /// Entries that couple equal components.
+    /// Entries that couple the same component of two nodes.
     Mass,
     FoundationStiffness,
     FoundationDamping,
@@ -94,11 +95,11 @@ pub(crate) enum Source {
     Constant,
     /// Computed at each state.
     Computed,
-    /// Uses the values of another matrix.
+    /// Transpose of another matrix, with the same stored values.
     TransposeOf(Matrix),
     /// Transpose of another matrix with scaled rows.
     ScaledRows(Matrix),
-    /// Computed from another matrix.
+    /// Symmetric part of another matrix.
     SymmetricPartOf(Matrix),
     /// Computed with the other tangents of viscoelastic stress.
     Relaxation,
@@ -110,13 +111,12 @@ pub(crate) enum Source {
 pub(crate) struct Properties {
     pub(crate) pattern: Pattern,
     pub(crate) source: Source,
-    /// Transpose among the other matrices, if it exists. The stiffness of added stresses counts as
-    /// symmetric, because its symmetric part is used if it is not.
+    /// The transposed matrix, if any. The stiffness of added stresses counts as symmetric: if it is not, its symmetric
+    /// part is used.
     pub(crate) transpose: Option<Matrix>,
 }
 
 impl Matrix {
-    /// Returns the pattern, the source and the transpose.
     pub(crate) fn properties(self) -> Properties {
         use Matrix::*;
         use Source::*;

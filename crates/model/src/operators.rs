@@ -50,8 +50,8 @@ pub(crate) fn no_pressure(solid: &Solid) -> Vec<f64> {
     vec![0.0; solid.space().n_pressures()]
 }
 
-/// Returns the size of the gradient of a displacement `u` of all nodes: the largest difference of
-/// the displacements of two vertices of an element divided by their distance.
+/// Returns the size of the gradient of a displacement `u` of all nodes: over all element edges, the largest difference
+/// of the displacements of the two vertices divided by the edge length.
 pub(crate) fn largest_gradient(space: &Space, u: &[f64]) -> f64 {
     let (mesh, dimension) = (space.mesh(), space.dimension());
     let distance = |values: &[f64], [a, b]: [usize; 2]| {

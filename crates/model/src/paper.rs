@@ -34,7 +34,7 @@ pub const LOAD_AMPLITUDE: f64 = 100.0;
 pub const LOAD_FREQUENCY: f64 = 8.0;
 /// Steepness of the sigmoid that ramps the load up, 1/s.
 pub(crate) const LOAD_STEEPNESS: f64 = 10.0;
-/// Shift of that sigmoid.
+/// Shift of the sigmoid.
 pub(crate) const LOAD_SHIFT: f64 = 8.0;
 /// Physical group of the fixed nodes.
 pub const FIXED_GROUP: &str = "fixed";
@@ -98,8 +98,8 @@ pub fn rod() -> Result<RodDae, ModelError> {
 /// Position of the rod's point that drives the chain, L/2.
 pub const ROD_POINT: f64 = 0.05;
 
-/// Returns the chain of `n` oscillators with frequencies 16π ± `half_width` rad/s: 20 and 0.05 for
-/// the rod of section 3.1, 5 and 0.5 for the muscle of section 3.2.
+/// Returns a chain of `n` oscillators with frequencies 16π ± `half_width` rad/s. The paper uses n = 20 and 0.05 rad/s
+/// for the rod (section 3.1), n = 5 and 0.5 rad/s for the muscle (section 3.2).
 ///
 /// # Errors
 /// [`ModelError::Oscillators`] for n = 0 or a negative width.

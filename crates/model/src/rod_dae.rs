@@ -16,7 +16,7 @@ use crate::start::saddle::Saddle;
 /// F(t, y, ẏ) = 0 for a [`Rod`] under a signal at its free end. Paper: eqs. (35), (36).
 ///
 /// # Shapes
-/// y = (q, v): the free nodes from the fixed end to the loaded end.
+/// y = (q, v) at the free nodes, from the fixed end to the loaded end.
 #[derive(Debug, Clone)]
 pub struct RodDae {
     rod: Rod,

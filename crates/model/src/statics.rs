@@ -46,7 +46,7 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
-    /// Returns the body without loads, prescribed displacements and tensions.
+    /// Returns the state of the body without loads, prescribed displacements or tensions.
     pub fn unloaded(muscle: &Muscle) -> Self {
         let solid = &muscle.solid;
         Self {
@@ -65,7 +65,7 @@ impl Equilibrium {
 pub struct Approach {
     /// The last equilibrium that was found.
     pub equilibrium: Equilibrium,
-    /// Fraction of the load for which it is the equilibrium.
+    /// Fraction of the load at which `equilibrium` was found.
     pub reached: f64,
     /// Reason why the full load was not reached, if applicable.
     pub shortfall: Option<Shortfall>,
@@ -113,11 +113,11 @@ impl Shortfall {
 pub struct Search {
     /// Number of the load step, from 1; a failed step and its repetition with less load count once.
     pub load_step: usize,
-    /// Fraction of the load that is in equilibrium.
+    /// Fraction of the load at which the last equilibrium was found.
     pub reached: f64,
     /// Fraction of the load that this load step is intended to reach.
     pub target: f64,
-    /// Newton's iteration for it, from 1.
+    /// Newton iteration of this load step, from 1.
     pub iteration: usize,
     /// Number of iterations over all load steps, including the next one.
     pub iterations: usize,
@@ -126,12 +126,11 @@ pub struct Search {
 /// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + g(J)) = 0 for the loads at time `t`, or, for a `formulation`
 /// without pressure, ∫P:∇φ = f(t) with the energy κ/2 g(J)² in P.
 ///
-/// The path of equilibria is followed from the unloaded body. Each load step is predicted by the
-/// equations linearized at its start. Its size is limited so that the prediction changes no
-/// displacement gradient by more than 0.2. It is repeated with half the load if Newton's method
-/// fails or moves the body by more than the prediction. Prescribed displacements and the tensions
-/// of active stresses are part of the load. A tension that follows a model of activation has its
-/// initial value, zero.
+/// The path of equilibria is followed from the unloaded body. Each load step is predicted by the equations linearized
+/// at its start. Its size is limited so that the prediction changes no displacement gradient by more than 0.2. A step
+/// is repeated with half the load if Newton's method fails or moves the body by more than the prediction. Prescribed
+/// displacements and the tensions of active stresses are part of the load. Tensions governed by activation models have
+/// their initial value, zero.
 ///
 /// # Errors
 /// [`ModelError::NotHeld`] for a body that can move without strain; [`ModelError::NoEquilibrium`]
@@ -215,8 +214,8 @@ const LIMIT_LOAD: &str =
 /// Remedy at the limit of Gent's law.
 const LOCKING: &str = "the law `gent` locks where Ī1 - 3 approaches its `limit`: reduce the load, or increase `limit`";
 
-/// Remedy for contacts with augmented Lagrange multipliers. Without penetration, equilibria jump where another facet of a coarse
-/// mesh meets the obstacle; loading paths by arc length have no multipliers.
+/// Remedy for contacts with augmented Lagrange multipliers. Without penetration, equilibria jump where another facet of
+/// a coarse mesh meets the obstacle; arc-length continuation does not support multipliers.
 const MULTIPLIERS: &str =
     "use `method = \"penalty\"` of [[contact]], refine the mesh there, or use a damped motion";
 

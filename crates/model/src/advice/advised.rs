@@ -1,4 +1,4 @@
-//! Integrators that add advice to the message of a stop.
+//! Integrators that add advice to their message when they stop.
 
 use myovib_dae::Problem;
 
@@ -69,7 +69,7 @@ impl WithMuscle for FeedbackDae {
     }
 }
 
-/// An integrator that adds advice to the message of a stop.
+/// An integrator that adds advice to its message when it stops.
 pub struct Advised<P> {
     inner: Box<dyn Integrator<P>>,
     advice: Advice,
@@ -81,8 +81,8 @@ impl<P: WithMuscle> Advised<P> {
         Self { inner, advice }
     }
 
-    /// Returns the advice on a stop without inverted elements, based on the current state. Before the first step there
-    /// is no such state.
+    /// Returns the advice on a stop without inverted elements, based on the current state. Before the first step, no
+    /// state is available.
     fn explain(&mut self) -> String {
         let t = self.inner.time();
         let mut y = vec![0.0; self.inner.problem().unknowns()];

@@ -27,9 +27,8 @@ pub use advised::{Advised, WithMuscle};
 use remedy::symbols;
 pub use remedy::{Finding, Remedy};
 
-/// Half the opening angle of the sector of stability of BDF, degrees, for orders 3, 4, 5 (order 2 is
-/// stable in the whole half-plane). E. Hairer, G. Wanner, *Solving Ordinary Differential Equations
-/// II*, section V.2.
+/// Angle α of the A(α)-stability of BDF, degrees, for orders 5, 4 and 3 (order 2 is A-stable). E. Hairer, G. Wanner,
+/// *Solving Ordinary Differential Equations II*, section V.2.
 const SECTORS: [(u8, f64); 3] = [(5, 51.84), (4, 73.35), (3, 86.03)];
 /// Ratio of a mode's frequency to the driving frequency above which steps that resolve the drive do not resolve the
 /// mode.
@@ -50,7 +49,7 @@ pub struct Advice {
     settings: Settings,
     /// [`Muscle::forcing_frequency`].
     drive: Option<f64>,
-    /// Whether its elements [collapse](statics::collapses) because of their law.
+    /// Whether the elements [collapse](statics::collapses) because of their law.
     collapses: bool,
     /// Whether a contact has friction.
     has_friction: bool,
@@ -282,7 +281,7 @@ impl Advice {
         (self.is_bdf() && self.settings.max_order > bound).then_some(Remedy::MaxOrder(bound))
     }
 
-    /// Returns the possible causes of a stop, the likeliest first. The remedies of each finding are expected to be
+    /// Returns the possible causes of a stop, most likely first. The remedies of each finding are expected to be
     /// sufficient on their own.
     pub fn causes(&self) -> Vec<Finding> {
         let settings = self.error_test().or_else(|| self.order());
@@ -331,9 +330,8 @@ impl Advice {
         })
     }
 
-    /// Returns a finding if `ratio`, the smallest det F of the state at a stop, is small. It occurs
-    /// in `element`. Near det F = 0 the stress of the law grows without bound, so time steps and
-    /// Newton's method fail.
+    /// Returns a finding if the smallest det F at a stop, `ratio` in `element`, is small. Near det F = 0 the stress of
+    /// the law grows without bound, so time steps and Newton's method fail.
     pub(crate) fn flatness(&self, ratio: f64, element: usize) -> Option<Finding> {
         (ratio < FLAT).then(|| Finding {
             fields: Vec::new(),
@@ -342,8 +340,8 @@ impl Advice {
         })
     }
 
-    /// Returns the possible causes of a stop at an inverted element, the likeliest first. They are
-    /// unrelated to the index.
+    /// Returns the possible causes of a stop at an inverted element, most likely first. They are unrelated to the
+    /// index.
     pub fn causes_of_inversion(&self, at: Inverted) -> Vec<Finding> {
         let finding = |why: &str, remedy| Finding {
             fields: Vec::new(),

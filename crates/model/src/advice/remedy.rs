@@ -29,7 +29,7 @@ pub enum Remedy {
 }
 
 impl Remedy {
-    /// Applies the change, except for changes of the scene. A new formulation also sets its default
+    /// Applies the change, except for changes of the scene. A new formulation also sets its default ordering and
     /// exclusions from the error test.
     pub fn apply(&self, formulation: &mut Formulation, settings: &mut Settings) {
         match self {

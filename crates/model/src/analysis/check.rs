@@ -217,8 +217,8 @@ pub struct StaticReport {
     pub held: Option<Held>,
     /// Predicted cost of the factors of the iteration matrix, if known.
     pub factors: Option<FactorizationCost>,
-    /// Largest displacement under the whole load by linear elasticity, m; `None` for a body that is too large or
-    /// insufficiently supported.
+    /// Largest displacement under the whole load by linear elasticity, m; `None` if the body is too large, has contacts
+    /// or is insufficiently supported.
     pub linear_displacement: Option<f64>,
     /// CPU time of one Newton iteration, s: measured, or predicted if the body is too large.
     pub iteration_time: Option<f64>,
@@ -346,7 +346,7 @@ impl Sizes {
         })
     }
 
-    /// Returns the predictions if the run factorizes these matrices.
+    /// Returns the predicted cost if the run factorizes these matrices.
     fn factors(&self, settings: &Settings) -> Result<Option<FactorizationCost>, ModelError> {
         let condensed = settings.linear_solver == LinearSolverKind::Condensed;
         let Some(needs) = self.all.filter(|_| condensed) else {

@@ -9,14 +9,14 @@ use crate::error::ModelError;
 use crate::integration::settings::Settings;
 use crate::muscle_dae::MuscleDae;
 
-/// Matrix setups, matrix evaluations and Newton iterations per step of Radau IIA, measured on the
-/// coarse ventricle, whose stiffness changes throughout.
+/// Matrix setups, matrix evaluations and Newton iterations per step of Radau IIA, measured on the coarse ventricle,
+/// whose stiffness changes throughout the motion.
 const OF_RADAU: [f64; 3] = [0.8, 0.4, 3.2];
 /// Matrix setups, matrix evaluations and Newton iterations per step of BDF, measured on row 1 of Table 2.
 const OF_BDF: [f64; 3] = [0.13, 0.13, 1.6];
 
-/// Predicts the CPU time of a step from `y` and ẏ, s, from the cost of its matrices and the speed
-/// of this machine.
+/// Predicts the CPU time, s, of a step that starts at `y` and ẏ, based on the cost of its matrices and the speed of
+/// this machine.
 pub(super) fn step(
     dae: &mut MuscleDae,
     settings: &Settings,

@@ -1,8 +1,7 @@
 //! The paper's remark in section 2: (34), with the additional multiplier in a richer space than the
 //! pressure, is not equivalent to (33).
 //!
-//! With the pressures' operator B and a different operator B̃ for the additional multiplier the
-//! equations are
+//! With the pressures' operator B and a different operator B̃ for the additional multiplier, the equations are
 //!
 //! ```text
 //! M q̇ = M v - B̃ᵀμ,   M v̇ = f - A q - D v - Bᵀλ,   0 = B̃ q,   0 = B v.
@@ -11,10 +10,10 @@
 //! v satisfies only B v = 0. If B̃ is more restrictive than B, the multiplier μ must remove the part of v that B̃
 //! excludes, so that μ ≠ 0 and q̇ ≠ v. With B̃ = B this is (33), and μ = 0.
 //!
-//! For small strains all matrices are constant, and projections eliminate the multipliers: in
-//! coordinates in which M is the identity, q̇ = P̃ v, v̇ = P (f - A q - D v) with the orthogonal
-//! projections P and P̃ onto the kernels of B and B̃. The result is the solution of the DAE
-//! independent of the integrator. It also exists if B̃ has dependent rows, where μ is not unique.
+//! For small strains all matrices are constant, and projections eliminate the multipliers: in coordinates in which M is
+//! the identity, q̇ = P̃ v, v̇ = P (f - A q - D v) with the orthogonal projections P and P̃ onto the kernels of B and
+//! B̃. This solves the DAE without a DAE integrator. A solution also exists if B̃ has dependent rows; μ is then not
+//! unique.
 
 use myovib_fem::element::{Degree, TRIANGLE, inverse_map};
 use myovib_fem::quadrature::Rule;
@@ -53,16 +52,16 @@ pub struct Solution {
     pub multipliers: usize,
     /// Number of linearly dependent rows of B̃.
     pub dependent: usize,
-    /// max over time of the largest displacement, m.
+    /// Largest displacement component over time, m.
     pub amplitude: f64,
-    /// max over time of |M⁻¹B̃ᵀμ| = |v - q̇| over max |v|, in the norm of the kinetic energy.
+    /// Maximum over time of |M⁻¹B̃ᵀμ| = |v - q̇|, divided by max |v|, in the norm of the kinetic energy.
     pub multiplier: f64,
     /// Displacement, one column per step.
     displacement: DMatrix<f64>,
 }
 
 impl Solution {
-    /// Returns max |q - q'| over max |q'|.
+    /// Returns max |q - q'| / max |q'|, where q' is the reference.
     pub fn error(&self, reference: &Self) -> f64 {
         (&self.displacement - &reference.displacement).amax() / reference.displacement.amax()
     }

@@ -71,7 +71,7 @@ fn gram(b: &CscMatrix<f64>) -> CscMatrix<f64> {
     CscMatrix::from(&scaled)
 }
 
-/// Returns the pivots of a symmetric matrix by row; `None` if an engine factorizes that does not return them.
+/// Returns the pivots of a symmetric matrix by row; `None` if the sparse solver does not provide them.
 fn pivots(matrix: CscMatrix<f64>) -> Result<Option<Vec<f64>>, ModelError> {
     let structure = Structure { kind: Kind::Symmetric, ..Structure::default() };
     let options = SparseOptions { precision: Precision::Double, ..SparseOptions::default() };

@@ -39,7 +39,7 @@ impl fmt::Display for FreePart {
     }
 }
 
-/// Maximum number of parts listed in a message; the rest is counted.
+/// Maximum number of parts listed in a message; the others are only counted.
 const NAMED: usize = 5;
 
 impl fmt::Display for FreeParts {

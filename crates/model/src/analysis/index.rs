@@ -12,8 +12,7 @@ use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 use crate::start::InitialValues;
 
-/// Largest number of unknowns for the dense method: 2 s of work, with rounding errors far below its
-/// rank gaps.
+/// Largest number of unknowns for the dense method, which then takes 2 s, with rounding errors far below its rank gaps.
 pub(crate) const LARGEST_SYSTEM: usize = 400;
 
 /// Index of a DAE at a state and perturbation index of each block of unknowns.

@@ -18,23 +18,23 @@ use crate::statics::Equilibrium;
 const SLOW_MODES: usize = 3;
 /// Relative distance between drive and eigenfrequency below which the drive counts as resonant.
 const RESONANCE: f64 = 0.1;
-/// A load this many times faster than the slowest mode only moves the vicinity of the loaded
-/// surface, since the body is many wavelengths long. Such values exceed practical tests of tissue
-/// and suggest a mesh in mm.
+/// Ratio of the load frequency to the lowest eigenfrequency above which a load only moves the vicinity of the loaded
+/// surface, since the body is many wavelengths long. Practical tests of tissue stay below this ratio; larger ratios
+/// suggest a mesh in mm.
 const FAR_ABOVE_MODES: f64 = 200.0;
 /// Ratio of the load frequency to the lowest eigenfrequency below which a scene is unusual: inertia
 /// has no effect. Such values suggest moduli that are wrong by a factor of 1000, or a mesh in km.
 const FAR_BELOW_MODES: f64 = 1e-5;
-/// Assumed maximum ratio of the frequency of a stretching mode to the slowest mode, which is large for slender bodies
-/// because they bend.
+/// Assumed maximum ratio of the frequency of a stretching mode to that of the slowest mode. It is large for slender
+/// bodies because they bend.
 const ABOVE_SLOWEST: f64 = 100.0;
-/// Number of load periods above which a run is assumed to be a typing error. It would take days
-/// even at 1 ms per period, which is less than a period costs.
+/// Number of load periods above which the scene is assumed to contain a typing error. The run would take more than a
+/// day even at 1 ms per period, which is less than a period costs.
 const MAX_PERIODS: f64 = 1e8;
 /// Ratio of the linear displacement to the length of the body above which load and moduli are
 /// assumed to be in different units, such as kPa and Pa.
 const FAR: f64 = 100.0;
-/// Residual relative to the size of its terms above which it is not a rounding error.
+/// Residual, relative to the size of its terms, above which it is not a rounding error.
 pub const INCONSISTENT: f64 = 1e-9;
 
 /// Returns the lowest eigenfrequencies at rest, Hz.
@@ -116,7 +116,7 @@ pub(super) fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Findin
     })
 }
 
-/// Returns the warnings of [`check`](super::check::check) that cost little compared with a run.
+/// Returns the warnings of [`check`](super::check::check) that are cheap compared with a run.
 pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) -> Vec<Finding> {
     let mut findings = Advice::new(muscle, formulation, settings).findings();
     findings.extend(free_parts(muscle).map(not_held));
@@ -178,8 +178,8 @@ pub(super) fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<
     })
 }
 
-/// Detects loads that are inconsistent with the moduli: a body of length `size` (m) that they move
-/// by `displacement` (m) according to linear elasticity.
+/// Detects loads that are inconsistent with the moduli, from the `displacement` (m) that linear elasticity predicts for
+/// a body of length `size` (m).
 pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
     (displacement > FAR * size).then(|| Finding {
         fields: Vec::new(),
@@ -195,7 +195,7 @@ pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
     })
 }
 
-/// Formats a value with few significant digits.
+/// Formats a value with a few significant digits.
 pub fn readable(value: f64) -> String {
     match value {
         1e-2..1e6 => format!("{value:.3}"),

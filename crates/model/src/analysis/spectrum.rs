@@ -18,8 +18,8 @@ use crate::statics::Equilibrium;
 
 /// Maximum number of Lanczos steps for the fastest mode.
 const MAX_STEPS: usize = 60;
-/// Relative change of ω² per Lanczos step at which the iteration ends. The frequency, which
-/// increases from step to step, then has two digits.
+/// Relative change of ω² per Lanczos step at which the iteration ends. The frequency, which increases from step to
+/// step, is then accurate to two digits.
 const SETTLED: f64 = 2e-3;
 
 /// Shift below ω² = 0 for an unsupported body, as a fraction of the Rayleigh quotient of a
@@ -38,8 +38,8 @@ const SYMMETRIC: f64 = 1e-10;
 /// Viscoelastic (Prony) stress is relaxed.
 ///
 /// # Errors
-/// [`ModelError::Inverted`] for a state without stress; [`ModelError::NoEnergy`] for
-/// follower pressures if the edge of their surface moves.
+/// [`ModelError::Inverted`] for a state with an inverted element; [`ModelError::NoEnergy`] for follower pressures if
+/// the edge of their surface moves.
 ///
 /// # Panics
 /// Panics if a length is wrong.
@@ -116,8 +116,8 @@ pub fn lowest(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Vec<Mod
     Ok(found)
 }
 
-/// Computes the modes up to a `frequency` (Hz) and the next one, or the `most` lowest if there are more or if the body is
-/// not supported.
+/// Computes the modes up to `frequency` (Hz) and the next one, or the `most` lowest modes if there are more or if the
+/// body is not supported.
 ///
 /// # Errors
 /// As for [`lowest`].
@@ -143,7 +143,7 @@ pub fn up_to(
 /// does not oscillate.
 ///
 /// # Errors
-/// [`ModelError::Inverted`] for a state without stress.
+/// [`ModelError::Inverted`] for a state with an inverted element.
 pub fn damping_ratio(
     muscle: &Muscle,
     at: &Equilibrium,
@@ -180,8 +180,8 @@ pub fn damping_ratio(
     Ok(Some(lost / (2.0 * omega)))
 }
 
-/// Returns the participation factors φᵀ M r of a `mode`, √kg (in the plane √(kg/m)), for unit translations r of all nodes
-/// along the axes, supports included. Their squares are the effective masses.
+/// Returns the participation factors φᵀ M r of a `mode`, √kg (in the plane √(kg/m)), for unit translations r of all
+/// nodes along the axes, including supports. Their squares are the effective masses.
 pub fn participation(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
     let solid = &muscle.solid;
     let dimension = solid.space().dimension();
@@ -191,8 +191,8 @@ pub fn participation(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
     (0..dimension).map(|axis| inertia.iter().skip(axis).step_by(dimension).sum()).collect()
 }
 
-/// Returns M φ of a `mode` at the free components of all nodal components, and zeros at the supports. Its product with an
-/// amplitude û is the coordinate of the mode in û, because modes are orthonormal in the inner product of M.
+/// Returns M φ of a `mode` as a nodal array with zeros at the supports. Its product with an amplitude û is the
+/// coordinate of the mode in û, because modes are orthonormal in the inner product of M.
 pub fn inertia(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
     let dofs = muscle.solid.dofs();
     let [mut shape, mut inertia, mut at_free] = [(); 3].map(|()| operators::rest(&muscle.solid));
@@ -202,11 +202,11 @@ pub fn inertia(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
     at_free
 }
 
-/// Returns the frequency of a stretch along the first axis without pressures, Hz. It has the order
-/// of magnitude of the modes that strain the body and is above the lowest. Costs one element pass.
+/// Returns the frequency of a stretch along the first axis without pressures, Hz. It has the order of magnitude of the
+/// modes that strain the body, and is above the lowest eigenfrequency. Costs one element pass.
 ///
 /// # Errors
-/// [`ModelError::Inverted`] for a state without stress.
+/// [`ModelError::Inverted`] for a state with an inverted element.
 pub(crate) fn stretching_frequency(muscle: &Muscle) -> Result<f64, ModelError> {
     let solid = &muscle.solid;
     let no_pressure = operators::no_pressure(solid);
@@ -234,14 +234,12 @@ fn stretching(muscle: &Muscle) -> Vec<f64> {
     solid.dofs().free_to_full().iter().map(stretched).collect()
 }
 
-/// Returns a lower bound for the angular frequency of the fastest mode about rest, rad/s, with
-/// about two digits.
+/// Returns a lower bound for the angular frequency of the fastest mode about rest, rad/s, accurate to about two digits.
 ///
-/// The frequency depends on the mesh rather than the muscle: it is a wave across the smallest
-/// element.
+/// The frequency depends on the mesh rather than the muscle: it belongs to a wave across the smallest element.
 ///
 /// # Errors
-/// [`ModelError::Factorization`] if no displacement controls some pressure.
+/// [`ModelError::Factorization`] if some pressure is not controlled by any displacement.
 pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     let solid = &muscle.solid;
     let rest = operators::rest(solid);

@@ -9,8 +9,8 @@ use num_complex::Complex64;
 
 use crate::cpu::CpuClock;
 
-/// Nodes per edge of the factorized cube: its fronts are as wide as those of real bodies, and it
-/// takes tenths of a second.
+/// Nodes per edge of the cube whose matrix is factorized: large enough for fronts as wide as in real bodies, small
+/// enough to factorize in a few tenths of a second.
 const SIDE: usize = 13;
 /// Unknowns per node.
 const COMPONENTS: usize = 3;
@@ -45,7 +45,7 @@ impl Speed {
     }
 }
 
-/// Amount of work and its time, s.
+/// Amounts of work and the CPU times they take, s.
 struct Timing {
     operations: f64,
     factorizing: f64,

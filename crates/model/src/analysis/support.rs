@@ -9,8 +9,8 @@ use crate::analysis::free_parts::{FreePart, FreeParts};
 use crate::error::ModelError;
 use crate::muscle::Muscle;
 
-/// Number of parts connected at single nodes up to which they are treated separately. Above it, the
-/// mesh counts as one body, and hinges in it are not detected.
+/// Maximum number of parts connected at single nodes that are treated separately. With more parts, the mesh counts as
+/// one body, and its hinges are not detected.
 const MAX_PARTS: usize = 100;
 
 /// Returns the parts of the body that can move rigidly, if there are any: compares the rank of the
@@ -91,7 +91,7 @@ impl Parts {
     }
 }
 
-/// Adds the conditions of elastic foundations with a stiffness to the parts that they hold.
+/// Adds the conditions of elastic foundations with nonzero stiffness to the parts that they hold.
 fn hold_by_foundations(bodies: &mut RigidBodies, muscle: &Muscle, parts_at: &[Vec<usize>]) {
     let space = muscle.solid.space();
     let dimension = space.dimension();

@@ -94,7 +94,7 @@ pub(crate) fn coarse_block() -> Result<Mesh, FemError> {
 /// Index of a case on one mesh at one state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
-    /// Triangles of the mesh.
+    /// Number of triangles of the mesh.
     pub triangles: usize,
     /// Seed of the random state.
     pub seed: u64,
@@ -145,8 +145,8 @@ impl Case {
 
 /// Computes the index of (29) along a sequence with κ → ∞ and β → 0.
 ///
-/// The index is 2 for every member of the sequence and 4 in the limit, while the rank gap shrinks.
-/// At the last κ of the sequence, the rank decisions are barely possible.
+/// The index is 2 for every member of the sequence and 4 in the limit, while the rank gap shrinks. At the last finite
+/// κ, the rank decisions are barely possible.
 pub fn limit() -> Result<Vec<(Case, IndexReport)>, ModelError> {
     let mesh = coarse_beam(3)?;
     let kappas = [1e5, 1e7, 1e9, 1e11, 1e13, INF];
