@@ -19,7 +19,7 @@ use crate::start::Consistent;
 /// Linear solver of a system without its oscillators.
 pub type SystemMatrices<B> = Box<dyn LinearSolver<B> + Send>;
 
-/// The result of a search for a condensed solver of a system.
+/// A condensed solver of a system, if one is available.
 pub(super) type SolverIfCondensed<B> = Result<Option<SystemMatrices<B>>, SparseError>;
 
 /// A body that can drive oscillators, or such a body together with its oscillators.
@@ -59,7 +59,7 @@ impl Consistent for RodDae {
 }
 
 impl<B: Body> Body for CoupledDae<B> {
-    /// Returns the excitation of body and oscillators, and the oscillators' periods.
+    /// Returns the excitation of the body and the oscillators, and the oscillators' periods.
     fn schedule(&self) -> Schedule {
         let mut schedule = self.body().schedule();
         for k in 0..self.n_networks() {

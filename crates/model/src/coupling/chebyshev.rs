@@ -40,7 +40,7 @@ pub(super) fn weights(x: f64, n: usize, mut add: impl FnMut(usize, f64)) {
     (0..n).for_each(|k| add(k, barycentric[k] / sum));
 }
 
-/// Evaluates the polynomial through `values` at the points.
+/// Evaluates at `x` the polynomial that has the `values` at the Chebyshev points.
 pub(super) fn interpolate(values: &[f64], x: f64) -> f64 {
     let mut value = 0.0;
     weights(x, values.len(), |k, weight| value += weight * values[k]);

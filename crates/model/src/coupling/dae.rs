@@ -119,23 +119,23 @@ impl<B: Problem> CoupledDae<B> {
         self.parts.len()
     }
 
-    /// Returns network number `k`.
+    /// Returns network `k`.
     pub fn oscillators(&self, k: usize) -> &Oscillators {
         &self.parts[k].oscillators
     }
 
-    /// Returns the range of the states of network number `k` in Y.
+    /// Returns the range of the states of network `k` in Y.
     pub fn range(&self, k: usize) -> Range<usize> {
         self.parts[k].range.clone()
     }
 
-    /// Swaps the oscillators of network number `k` with others that have equally many states and
-    /// the same sources.
+    /// Swaps the oscillators of network `k` with `other`, which must have the same number of states and the same
+    /// sources.
     pub(crate) fn exchange(&mut self, k: usize, other: &mut Oscillators) {
         std::mem::swap(&mut self.parts[k].oscillators, other);
     }
 
-    /// Evaluates the residual of network number `k`, or of `other` oscillators in its position.
+    /// Evaluates the residual of network `k`. If `other` is given, its oscillators replace those of the network.
     ///
     /// # Shapes
     /// `y`, `y_dot`: all unknowns; `residual`: states of the network.
@@ -157,7 +157,7 @@ impl<B: Problem> CoupledDae<B> {
         Ok(())
     }
 
-    /// Returns ÿ of the oscillators of network number `k` from their equations.
+    /// Returns ÿ of the oscillators of network `k` from their equations.
     ///
     /// # Errors
     /// A recording that does not cover `t`.

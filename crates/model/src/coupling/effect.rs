@@ -47,8 +47,8 @@ pub struct Feedback {
     pub unsynchronized: f64,
     /// g_∞ or T_1: stiffness factor or tension at full coherence.
     pub coherent: f64,
-    /// For each place of the network (all have equally many oscillators): index and weight w of
-    /// each value that it affects, ordered by element.
+    /// For each place of the network, the index and weight w of each value that it affects, ordered by element. All
+    /// places have the same number of oscillators.
     pub weights: Vec<Vec<(usize, f64)>>,
 }
 

@@ -1,10 +1,9 @@
 //! Error-test weights of coupled systems, component by component.
 //!
-//! IDAS has one relative tolerance, and its norm is the root mean square over all N components:
-//! among the 3034 unknowns of the muscle the error of ten oscillators would be scaled by √(10/3034)
-//! = 1/17. Here each component has a relative tolerance, and the weights of a network of n states
-//! are multiplied by √(N/n), so that each network is tested by its own root mean square. The body's
-//! part of the norm changes only through N.
+//! IDAS has one relative tolerance, and its norm is the root mean square over all N components: among the 3034 unknowns
+//! of the muscle, the error of ten oscillators would be scaled by √(10/3034) = 1/17. Here each component has a relative
+//! tolerance, and the weights of a network of n states are multiplied by √(N/n), so that each network is tested by its
+//! own root mean square. The body's part of the norm changes only through N.
 //!
 //! Internal stresses of Prony terms may outnumber all other unknowns of a muscle. The same scaling
 //! is applied to these two parts.
@@ -24,7 +23,7 @@ use crate::muscle_dae::MuscleDae;
 pub struct StateTolerances {
     /// Relative tolerance.
     pub relative: f64,
-    /// Absolute tolerance; the response of an oscillator starts near 2e-5.
+    /// Absolute tolerance. For comparison, the response of an oscillator starts near 2e-5.
     pub absolute: f64,
     /// Whether the states are included in the error test.
     pub tested: bool,

@@ -137,7 +137,7 @@ impl FeedbackDae {
         means
     }
 
-    /// As [`CoupledDae::derivatives_at`].
+    /// Like [`CoupledDae::derivatives_at`], with the stiffness and tensions of the muscle set for `y`.
     pub fn derivatives_at(&mut self, t: f64, y: &[f64]) -> Result<(Vec<f64>, f64), StepError> {
         self.adapt(y);
         self.one_way.derivatives_at(t, y)

@@ -89,7 +89,7 @@ pub struct FeedbackSolver {
     complex: Vec<Matrix<Complex64>>,
 }
 
-/// Data for one c.
+/// Data of the matrix for one c.
 #[derive(Debug)]
 struct Matrix<T: ComplexField> {
     /// J_o⁻¹ γ e of each network.

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::dae::CoupledDae;
 use crate::error::ModelError;
 
-/// Ψ, χ, oscillators in the complex plane and frequency of the centroid at sample times.
+/// Ψ, χ, the phasors of the oscillators and the frequency of the centroid at sample times.
 #[derive(Debug, Clone, Default)]
 pub struct CoherenceHistory {
     /// Times, s.
@@ -23,7 +23,7 @@ pub struct CoherenceHistory {
     pub frequency: Vec<f64>,
 }
 
-/// Settled values over a trailing window.
+/// Mean, range and standard deviation over a trailing window.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Settling {
     /// Length of the window, s.
@@ -34,14 +34,13 @@ pub struct Settling {
     /// |χ|.
     #[serde(rename = "chi")]
     pub phase: Settled,
-    /// Frequency of the centroid, Hz. The mean is the number of turns per window, NaN if the
-    /// centroid is at rest. Range and deviation refer to the instantaneous frequency where it is
-    /// defined.
+    /// Frequency of the centroid, Hz. The mean is the number of turns divided by the time, or NaN if the centroid is at
+    /// rest. The range and the deviation are those of the instantaneous frequency where it is defined.
     pub frequency: Settled,
 }
 
 impl CoherenceHistory {
-    /// Appends the state of network number `k` of `dae` at time `t`.
+    /// Appends the state of network `k` of `dae` at time `t`.
     ///
     /// The frequency uses ÿ from the equations, not differences of samples.
     pub fn record<B: Problem>(
@@ -75,7 +74,8 @@ impl CoherenceHistory {
         self.phase.iter().map(|z| z.norm()).collect()
     }
 
-    /// Returns settled values over the last `window` seconds.
+    /// Returns the mean, range and standard deviation of |Ψ|, |χ| and the centroid frequency over the last `window`
+    /// seconds.
     ///
     /// # Errors
     /// [`ModelError::Oscillators`] if the window holds fewer than two samples.

@@ -11,7 +11,7 @@ use crate::integration::ida::{IdaIntegrator, builder};
 use crate::integration::settings::LinearSolverKind;
 
 impl<P: Body> IdaIntegrator<P> {
-    /// Starts a system from a state with consistent derivatives over the time interval `[start, end]`. Factorizes the
+    /// Starts the integration of a system over `[t, t_end]` from a state with consistent derivatives. Factorizes the
     /// full Newton matrix if the body has no condensed solver.
     ///
     /// `error_test` replaces the tolerances and the excluded components of the options.

@@ -53,7 +53,7 @@ impl Synchrony {
 }
 
 impl LockCriterion {
-    /// Evaluates settled oscillators against a drive of frequency `drive` (Hz).
+    /// Compares settled oscillators with a drive of frequency `drive` (Hz).
     pub fn judge(&self, settled: &Settling, drive: f64) -> Synchrony {
         let slip = (settled.frequency.mean - drive).abs() * settled.window;
         Synchrony { follows: slip < self.slip, coherent: settled.phase.min >= self.coherence }

@@ -1,15 +1,15 @@
 //! A body and its oscillators, each integrated with its own steps.
 //!
-//! Oscillators without feedback never act on the body. The body therefore takes the steps that it
-//! takes without them. After each accepted step, the oscillators are integrated over the same
-//! interval with their own steps and tolerances, driven by the body's dense output:
+//! Oscillators without feedback never act on the body. The body therefore takes the same steps as without them. After
+//! each accepted step, the oscillators are integrated over the same interval with their own steps and tolerances,
+//! driven by the body's dense output:
 //!
 //! ```text
 //! F_b(t, y, ẏ) = 0 over [t_n, t_{n+1}],   then   F_o(s, ṡ; γ ũ(t)) = 0,  ũ the dense output of u.
 //! ```
 //!
 //! # Error
-//! The error of the forcing, γ |ũ − u|, adds to the tolerance error of the oscillators: it is the gain times the error
+//! The error of the forcing, γ |ũ − u|, adds to the oscillators' own integration error. It is the gain times the error
 //! δu of the body's displacement at the driving point. A constant error moves an oscillator by γ δu/ω². At resonance,
 //! or along a limit cycle, whose phase is free, the effects of the error add up to γ δu T/(2ω) in the time T.
 //! [`Driving`] contains the factors of the bound γ δu (1/ω² + T/(2ω)). With BDF, δu is the sum of the local errors of
@@ -35,8 +35,8 @@ use serde::{Deserialize, Serialize};
 /// Integrator of oscillators without a body.
 pub type ChainIntegrator = Box<dyn Integrator<CoupledDae<NoBody>>>;
 
-/// A body `B` and the oscillators it drives, with an integrator for each. It is the integrator of
-/// both, and the system that this integrator solves: Y = (y, s_1, s_2, …), as for [`CoupledDae`].
+/// A body `B` and the oscillators it drives, with an integrator for each. This type is both the integrator and the
+/// system that it solves: Y = (y, s_1, s_2, …), as for [`CoupledDae`].
 pub struct Multirate<B> {
     body: Box<dyn Integrator<B>>,
     n_body: usize,
@@ -65,10 +65,10 @@ pub struct Driven {
     positions: Vec<f64>,
 }
 
-/// The driving of a network over a run.
+/// Magnitude and error of the driving of a network over a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Driving {
-    /// Largest change of the position by a unit displacement, γ (1/ω² + T/(2ω)) until now, 1/m.
+    /// Bound on the change of a position per unit error of the displacement, γ (1/ω² + T/(2ω)) up to now, 1/m.
     pub response: f64,
     /// Largest displacement of the driving points without prescribed parts, m.
     pub displacement: f64,
@@ -137,7 +137,7 @@ impl Steps {
         let Some(step) = steps.get(after).or(steps.last()) else {
             return false;
         };
-        // The body's step begins later than the first of these steps by rounding after a jump.
+        // After a jump, rounding can make the body's step begin later than the first of these steps.
         let x = ((t - step.from) / (step.to - step.from)).clamp(0.0, 1.0);
         out.fill(0.0);
         chebyshev::weights(x, self.n_points, |k, weight| {
@@ -151,8 +151,8 @@ impl Steps {
 }
 
 impl<B> Multirate<B> {
-    /// Combines the integrator of a `body`, at time `t` in state `y`, with `oscillators` that it
-    /// drives. `start` creates the integrator of the oscillators, of the given kind.
+    /// Combines the integrator of a `body`, at time `t` in state `y`, with `oscillators` that it drives. `start`
+    /// creates the integrator of the oscillators, which is of this `kind`.
     ///
     /// # Errors
     /// Errors of `start`.
@@ -224,8 +224,8 @@ impl<B> Multirate<B> {
         &self.driven
     }
 
-    /// Continues the magnitudes of an earlier part of the run. Returns `false`, without a change, if they have other
-    /// numbers of driving points or networks.
+    /// Continues the magnitudes of an earlier part of the run. Returns `false` and changes nothing if the number of
+    /// driving points or networks differs.
     pub fn set_driven(&mut self, driven: &Driven) -> bool {
         let n = |own: &Driven| [own.places.len(), own.positions.len()];
         let fits = n(driven) == n(&self.driven);

@@ -11,7 +11,7 @@ use crate::integration::radau::RadauIntegrator;
 use crate::integration::settings::LinearSolverKind;
 
 impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
-    /// Starts a system from a state with consistent derivatives over the time interval `[start, end]`.
+    /// Starts the integration of a system over `[t, t_end]` from a state with consistent derivatives.
     ///
     /// `error_test` replaces the tolerances and the excluded components of the options.
     ///

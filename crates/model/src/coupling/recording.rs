@@ -1,4 +1,4 @@
-//! Motion of a body's point, stored as the integrator's interpolating polynomials.
+//! Motion of a point of a body, stored as the integrator's interpolating polynomials.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -31,7 +31,7 @@ pub struct Recording {
     ends: Vec<f64>,
     values: Vec<[f64; POINTS]>,
     prescribed: Displacement,
-    /// Minimum and maximum; `None` if the motion is prescribed.
+    /// Minimum and maximum without the prescribed motion; `None` if nothing is recorded.
     extent: Option<[f64; 2]>,
 }
 

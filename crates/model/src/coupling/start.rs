@@ -18,7 +18,7 @@ use crate::muscle_dae::MuscleDae;
 /// [`ErrorTest`](super::ErrorTest).
 #[derive(Debug, Clone)]
 pub struct CoupledOptions {
-    /// The integrator; it uses its options below.
+    /// The integrator; only its own options below are used.
     pub integrator: IntegratorKind,
     /// Options of IDAS.
     pub ida: IdaOptions,
@@ -91,12 +91,10 @@ pub fn start_coupled<P: Body>(
     start_coupled_from(dae, error_test, options, [0.0, t_end], &y, &y_dot)
 }
 
-/// Starts a coupled system from a state with consistent derivatives over the time interval `[start,
-/// end]`.
+/// Starts the integration of a coupled system over the time interval `times` from a state with consistent derivatives.
 ///
 /// # Errors
-/// As [`IdaIntegrator::coupled_at`] and [`RadauIntegrator::coupled_at`];
-/// [`ModelError::OnlyBdf`].
+/// Errors of [`IdaIntegrator::coupled_at`] and [`RadauIntegrator::coupled_at`]; [`ModelError::OnlyBdf`].
 pub fn start_coupled_from<P: Body>(
     dae: P,
     error_test: ErrorTest,
@@ -123,11 +121,11 @@ pub fn start_coupled_from<P: Body>(
     })
 }
 
-/// Starts a muscle with feedback from a state with consistent derivatives over the time interval
-/// `[start, end]`.
+/// Starts the integration of a muscle with feedback over the time interval `times` from a state with consistent
+/// derivatives.
 ///
 /// # Errors
-/// As [`start_coupled_from`]; [`ModelError::NotWithFeedback`].
+/// Errors of [`start_coupled_from`]; [`ModelError::NotWithFeedback`].
 pub fn start_with_feedback(
     dae: FeedbackDae,
     error_test: ErrorTest,

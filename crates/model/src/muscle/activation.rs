@@ -39,7 +39,7 @@ impl Activation {
         }
     }
 
-    /// Returns whether the tension follows a coherence.
+    /// Returns whether the tension follows the coherence of oscillators.
     pub(crate) fn is_coherent(&self) -> bool {
         matches!(self, Self::Coherence { .. })
     }
@@ -78,10 +78,10 @@ impl Activation {
     }
 }
 
-/// Distance from its center beyond which tanh is constant to 1e-17, in units of its width.
+/// Distance from the center of a switch beyond which tanh is constant to 1e-17, in units of its width.
 const SWITCH_WIDTH: f64 = 20.0;
 
-/// Steps resolve switches by a fraction of their duration, and end at the kinks of |a|.
+/// Steps near a switch are limited to a fraction of its duration. Steps end at the kinks of |a|.
 impl TimeScales for Bestel {
     fn next_break(&self, after: f64) -> Option<Break> {
         let t = self.breakpoints().into_iter().find(|t| *t > after)?;

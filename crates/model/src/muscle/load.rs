@@ -23,10 +23,10 @@ pub struct Load {
 }
 
 impl Load {
-    /// Creates a load `vector · signal(t)`, in N, or in N per m of thickness in the plane.
+    /// Creates a load `vector · signal(t)`, in N, or in N per m of thickness in 2D.
     ///
     /// # Shapes
-    /// `vector`: all nodal components of the body. Analyses of a body with another number of components panic.
+    /// `vector`: all nodal components of the body. Analyses of a body with a different number of components panic.
     pub fn new(vector: &[f64], signal: Signal) -> Self {
         let entries =
             vector.iter().copied().enumerate().filter(|(_, value)| *value != 0.0).collect();
@@ -44,7 +44,7 @@ impl Load {
         Self { signal: self.signal.scaled(part), ..self.clone() }
     }
 
-    /// Returns the sum of the magnitudes of the nodal forces for a function of time equal to 1, N.
+    /// Returns the sum of the absolute nodal force components, N, for a signal equal to 1.
     pub(crate) fn magnitude(&self) -> f64 {
         self.entries.iter().map(|(_, value)| value.abs()).sum()
     }
@@ -64,12 +64,12 @@ impl Load {
 
 /// A force on the deformed boundary.
 pub(crate) trait BoundaryForce {
-    /// Adds `sign` times the force at time `t` under a `part` of all loads and motions, at the displacement `u` of all
-    /// nodes, to `total`.
+    /// Adds to `total` the force at time `t` and nodal displacements `u`, multiplied by `sign`. All loads and motions
+    /// are scaled by `part`.
     fn add_force(&self, t: f64, part: f64, sign: f64, u: &[f64], total: &mut [f64]);
 
-    /// Adds the derivative of the force with respect to the free components of u, at `u`, to `values`. Obstacles that a force
-    /// drives are at rest.
+    /// Adds to `values` the derivative of the force with respect to the free components of `u`, with obstacles driven
+    /// by a force kept in place.
     fn add_stiffness(&self, t: f64, part: f64, u: &[f64], values: &mut [f64]);
 }
 
@@ -90,7 +90,7 @@ pub struct SurfaceLoad {
 }
 
 impl SurfaceLoad {
-    /// Creates the load of the size `signal`.
+    /// Creates a load whose size follows `signal`.
     pub fn new(operator: Arc<dyn SurfaceOperator>, signal: Signal) -> Self {
         Self { operator, signal }
     }
@@ -115,14 +115,15 @@ impl SurfaceLoad {
         Self { operator: Arc::clone(&self.operator), signal: self.signal.scaled(part) }
     }
 
-    /// Returns the sum of the magnitudes of the nodal forces of size 1 on the undeformed body with `n` nodal components, N.
+    /// Returns the sum of the absolute nodal force components, N, on the undeformed body for a signal equal to 1. `n`:
+    /// number of nodal components.
     pub(crate) fn magnitude(&self, n: usize) -> f64 {
         let mut force = vec![0.0; n];
         self.operator.add_force(1.0, &vec![0.0; n], &mut force);
         force.iter().map(|f| f.abs()).sum()
     }
 
-    /// Adds `factor` times the load at time `t` and the displacement `u` of all nodes to `total`.
+    /// Adds to `total` the nodal forces at time `t` and nodal displacements `u`, multiplied by `factor`.
     pub fn add_at(&self, t: f64, factor: f64, u: &[f64], total: &mut [f64]) {
         let size = factor * self.signal.at(t).value;
         self.operator.add_force(size, u, total);
@@ -171,8 +172,8 @@ fn rests(own: &Signal) -> bool {
 }
 
 impl Contact {
-    /// Creates the contact of a group of the boundary with an obstacle. The default of the
-    /// `stiffness` (Pa/m) follows from the body: see [`RigidContact::new`].
+    /// Creates the contact of a group of the boundary with an obstacle. The default `stiffness` (Pa/m) depends on the
+    /// body: see [`RigidContact::new`].
     ///
     /// # Shapes
     /// `motion`: one component per axis.
@@ -196,7 +197,7 @@ impl Contact {
         })
     }
 
-    /// Adds friction, which acts in motions only: equilibria have no slip velocity.
+    /// Adds friction, which acts only in motions: equilibria have no slip velocity.
     #[must_use]
     pub fn with_friction(self, friction: Friction) -> Self {
         Self { friction: Some(friction), ..self }
@@ -292,7 +293,7 @@ impl Contact {
         Self { motion, ..self.clone() }
     }
 
-    /// Returns the displacement of the obstacle, as for [`sums`](Self::sums).
+    /// Returns the displacement of the obstacle, for the arguments of [`sums`](Self::sums).
     fn offset(&self, t: f64, part: f64, u: &[f64]) -> Vec<f64> {
         match &self.motion {
             ObstacleMotion::Given(motion) => {
@@ -306,7 +307,7 @@ impl Contact {
         }
     }
 
-    /// Returns the displacement of a driven obstacle along its direction, as for [`sums`](Self::sums).
+    /// Returns the displacement of a driven obstacle along its direction, for the arguments of [`sums`](Self::sums).
     pub fn driven_distance(&self, t: f64, part: f64, u: &[f64]) -> Option<f64> {
         let ObstacleMotion::Driven { direction, force } = &self.motion else {
             return None;
@@ -315,10 +316,10 @@ impl Contact {
         Some(self.operator.displacement_under(force, direction, u))
     }
 
-    /// Returns the displacement of the obstacle as one number, for the arguments of [`sums`](Self::sums); `None` for
-    /// an obstacle at rest. If a force drives the obstacle, this is the displacement along the direction of the
-    /// force. A prescribed motion along one axis is positive toward the body or, if it is tangential, along the axis.
-    /// A motion along several axes is projected on the direction to the nearest point of the undeformed body.
+    /// Returns the displacement of the obstacle as one number, for the arguments of [`sums`](Self::sums); `None` for an
+    /// obstacle at rest. If a force drives the obstacle, this is the displacement along the direction of the force. A
+    /// prescribed motion along one axis is positive toward the body or, if it is tangential, along the axis. A motion
+    /// along several axes is projected onto the direction to the nearest point of the undeformed body.
     pub fn distance(&self, t: f64, part: f64, u: &[f64]) -> Option<f64> {
         let ObstacleMotion::Given(motion) = &self.motion else {
             return self.driven_distance(t, part, u);
@@ -336,8 +337,8 @@ impl Contact {
         self.is_driven() || !self.signals().iter().all(rests)
     }
 
-    /// Returns the derivatives of the force of a driven obstacle, as for [`sums`](Self::sums), and the force under the
-    /// full load; `None` if no force drives the obstacle.
+    /// Returns the derivatives of the contact force of a driven obstacle, for the arguments of [`sums`](Self::sums),
+    /// and the force under the full load; `None` if the obstacle is not driven by a force or not in contact.
     pub(crate) fn driven_slope(&self, t: f64, part: f64, u: &[f64]) -> Option<(DrivenSlope, f64)> {
         let ObstacleMotion::Driven { direction, force } = &self.motion else {
             return None;
@@ -348,13 +349,13 @@ impl Contact {
         (part * force > 0.0 && slope.by_obstacle > 0.0).then_some((slope, force))
     }
 
-    /// Returns the sums at time `t` under a `part` of all loads and motions, at the displacement `u`
-    /// of all nodes.
+    /// Returns the [`ContactSums`] at time `t` and nodal displacements `u`, with all loads and motions scaled by
+    /// `part`.
     pub fn sums(&self, t: f64, part: f64, u: &[f64]) -> ContactSums {
         self.operator.sums(&self.offset(t, part, u), u)
     }
 
-    /// Returns the undeformed area in contact, m² (length in 2D, m), as for [`sums`](Self::sums).
+    /// Returns the undeformed area in contact, m² (length in 2D, m), for the arguments of [`sums`](Self::sums).
     pub fn area(&self, t: f64, part: f64, u: &[f64]) -> f64 {
         self.operator.area(&self.offset(t, part, u), u)
     }
@@ -400,7 +401,7 @@ impl Contact {
         });
     }
 
-    /// Returns the sums of friction, in a `motion` of displacements and velocities of all nodes; zero without friction.
+    /// Returns the [`FrictionSums`] for the displacement and velocity `motion` of all nodes; zero without friction.
     pub fn friction_sums(&self, t: f64, motion: [&[f64]; 2]) -> FrictionSums {
         let sums = self
             .slide(t, motion, |friction, sliding| self.operator.friction_sums(friction, sliding));
@@ -416,8 +417,8 @@ impl Contact {
         [sums.dissipation, obstacle]
     }
 
-    /// Returns the stored energy at time `t`, and the power of the obstacle minus the power of the contact force on the
-    /// body: the rate of this energy, at the displacement `u` and velocity `v` of all nodes.
+    /// Returns the stored energy and its rate at time `t`, for the displacement `u` and velocity `v` of all nodes. The
+    /// rate is the power of the obstacle minus the power of the contact force on the body.
     pub(crate) fn stored_energy(&self, t: f64, u: &[f64], v: &[f64]) -> [f64; 2] {
         let sums = self.sums(t, 1.0, u);
         let obstacle: f64 = match &self.motion {

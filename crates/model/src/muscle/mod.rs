@@ -57,8 +57,8 @@ impl Muscle {
 
     /// Creates a body without loads whose elements have separate κ, α and β.
     ///
-    /// [`parameters`](Self::parameters) then returns the maximum of each. Either all elements have
-    /// infinite κ or all have finite κ; either all have β = 0 or all have β > 0.
+    /// [`parameters`](Self::parameters) then contains the maximum of each. Either all elements have infinite κ or all
+    /// have finite κ; either all have β = 0 or all have β > 0.
     ///
     /// # Errors
     /// [`ModelError::MixedParameters`] if κ = ∞ and κ < ∞, or β = 0 and β > 0, are mixed: the index
@@ -168,14 +168,13 @@ impl Muscle {
         Ok(())
     }
 
-    /// Returns the models of activation, whose tensions are unknowns, with the index of their
-    /// stress.
+    /// Returns the activation models, whose tensions are unknowns, with the index of their stress.
     pub fn models(&self) -> impl Iterator<Item = (usize, &Bestel)> {
         let activations = self.activations.iter();
         activations.filter_map(|(number, activation)| Some((*number, activation.model()?)))
     }
 
-    /// Returns the tension of each element of a body at rest at time `t`. For models of activation it is the initial
+    /// Returns the tension of each element of a body at rest at time `t`. For activation models, this is the initial
     /// value, zero; for tensions that follow chains, the value for incoherent oscillators.
     pub(crate) fn tensions_at_rest(&self, t: f64) -> Vec<f64> {
         let mut tensions = vec![0.0; self.solid.n_tensions()];
@@ -264,7 +263,7 @@ impl Muscle {
         muscle
     }
 
-    /// Returns the body with supports that keep their displacement at time `t`, as in an equilibrium.
+    /// Returns the body with supports fixed at their displacements at time `t`, as in an equilibrium.
     #[must_use]
     pub fn with_supports_at(mut self, t: f64) -> Self {
         for Prescribed { signal, .. } in &mut self.prescribed {
@@ -297,7 +296,7 @@ impl Muscle {
         frequencies.reduce(f64::max)
     }
 
-    /// Returns the lowest and the highest frequency of each sweep up to a time, Hz.
+    /// Returns the lowest and the highest frequency of each sweep up to the time `to`, Hz.
     pub fn sweeps(&self, to: f64) -> Vec<[f64; 2]> {
         let mut sweeps: Vec<_> = self.signals().filter_map(|signal| signal.sweep(to)).collect();
         sweeps.dedup();

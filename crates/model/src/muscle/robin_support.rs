@@ -21,8 +21,8 @@ impl RobinSupport {
     /// k in Pa/m, c in Pa·s/m.
     ///
     /// # Errors
-    /// [`ModelError::Fem`] for a group that is not a boundary; [`ModelError::OutOfRange`] if k or c
-    /// is negative or not finite.
+    /// [`ModelError::Fem`] for a group that is not on the boundary; [`ModelError::OutOfRange`] if k or c is negative or
+    /// not finite.
     pub fn new(
         solid: &Solid,
         group: &str,
@@ -37,7 +37,7 @@ impl RobinSupport {
     /// vector.
     ///
     /// # Units
-    /// k in N/m, c in N·s/m; in the plane per meter of depth.
+    /// k in N/m, c in N·s/m; in 2D per meter of depth.
     ///
     /// # Errors
     /// [`ModelError::OutOfRange`] if k or c is negative or not finite.
@@ -65,7 +65,8 @@ impl RobinSupport {
         self.damping
     }
 
-    /// Returns the integrals over the group, or the matrix of the point.
+    /// Returns the support matrix for unit stiffness: integrated over the group, or concentrated at the point of a
+    /// spring.
     pub fn operator(&self) -> &RobinMatrix {
         &self.operator
     }
