@@ -77,7 +77,7 @@ pub struct Context {
     pub has_pressure: bool,
     /// Source of ṗ.
     pub pressure_rate: PressureRateSource,
-    /// Whether follower pressures act on the deformed boundary.
+    /// Whether follower pressures or contacts act on the deformed boundary.
     pub pressed: bool,
     /// Forces in addition to the law's stress.
     pub added: Added,
@@ -139,7 +139,7 @@ pub struct Needs {
 }
 
 impl Needs {
-    /// Returns the union of both.
+    /// Returns the union of `self` and `other`.
     pub fn or(self, other: Self) -> Self {
         Self {
             force: self.force || other.force,
@@ -209,7 +209,7 @@ impl Equation {
     }
 }
 
-/// Writes the rates of `field` minus their given values.
+/// Writes the rates of `field` minus `values`.
 fn rate_residual(field: Field, values: &[f64], state: &State<'_>, rows: &mut [f64]) {
     let rates = state.rate(field).iter();
     for ((row, rate), value) in rows.iter_mut().zip(rates).zip(values) {

@@ -99,7 +99,7 @@ pub struct HarmonicResponse {
     matrices: Mutex<Vec<Factorized>>,
 }
 
-/// A matrix with the work for its factorizations and solves.
+/// A matrix with the work counters of its factorizations and solves.
 struct Factorized {
     matrix: Condensed<Complex64>,
     work: LinearWork,
@@ -109,7 +109,7 @@ impl DynamicStiffness {
     /// Linearizes `muscle` about the equilibrium `at` of a formulation with or without pressure.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for a state without stress.
+    /// [`ModelError::Inverted`] for a state with an inverted element.
     pub fn about(
         muscle: &Muscle,
         formulation: Formulation,
@@ -191,7 +191,7 @@ impl HarmonicResponse {
     /// Linearizes `muscle` about the equilibrium `at` of a formulation with or without pressure.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for a state without stress; errors of the symbolic analysis.
+    /// [`ModelError::Inverted`] for a state with an inverted element; errors of the symbolic analysis.
     pub fn about(
         muscle: &Muscle,
         formulation: Formulation,
@@ -214,7 +214,7 @@ impl HarmonicResponse {
         })
     }
 
-    /// Returns the dynamic stiffness, for readings of amplitudes.
+    /// Returns the dynamic stiffness, for measurements of amplitudes.
     pub fn stiffness(&self) -> &DynamicStiffness {
         &self.stiffness
     }
@@ -236,9 +236,10 @@ impl HarmonicResponse {
         self.elimination.prediction::<Complex64>()
     }
 
-    /// Solves for each frequency (Hz) and returns pairs of frequency and result of `read` for the amplitudes, in the order
-    /// of the frequencies. Frequencies are distributed over the threads of this process, as far as memory permits; the
-    /// results do not depend on their number. If `read` returns [`ModelError::Interrupted`], the results so far are returned.
+    /// Solves for each frequency (Hz), calls `read` with the amplitude, and returns pairs of frequency and result in
+    /// the order of the frequencies. Frequencies are distributed over the threads of this process, as far as memory
+    /// permits; the results do not depend on the number of threads. If `read` returns [`ModelError::Interrupted`], the
+    /// results so far are returned.
     ///
     /// # Errors
     /// [`ModelError::NotHeld`] for frequency 0 of a body that can move without strain; factors that exceed the memory;
@@ -335,8 +336,8 @@ impl HarmonicResponse {
         self.balance(factorized, s, &moved, supports)
     }
 
-    /// Returns the motion of the free components that balances `unbalanced`, together with `supports`, by a matrix that
-    /// is factorized for `s`.
+    /// Solves for the free displacements and the pressures that cancel `unbalanced`, with the matrix already factorized
+    /// at `s`. The supported components of the result are those of `supports`.
     fn balance(
         &self,
         factorized: &mut Factorized,
@@ -399,7 +400,7 @@ impl DynamicStiffness {
     /// zero up to rounding for free components.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for an equilibrium without stress.
+    /// [`ModelError::Inverted`] for an equilibrium with an inverted element.
     pub fn reactions(&self, at: &Amplitude) -> Result<Vec<Complex64>, ModelError> {
         Ok(self.unbalanced(at.s, &at.displacement, &at.pressure)?.force)
     }

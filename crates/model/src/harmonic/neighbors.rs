@@ -9,7 +9,7 @@ use crate::sensitivity::Stencil;
 /// A body at neighboring values of a parameter, each linearized about its own equilibrium.
 pub struct Neighbors {
     stencil: Stencil,
-    /// Distance of adjacent values.
+    /// Distance between adjacent values.
     step: f64,
     bodies: Vec<DynamicStiffness>,
 }
@@ -30,8 +30,8 @@ impl Neighbors {
         points.map(|((_, weight), body)| (weight / self.step, body))
     }
 
-    /// Returns the derivatives of functions of a body and its amplitude, which are linear in the amplitude. `at` is the
-    /// amplitude, and `derivative` its derivative with respect to the parameter.
+    /// Returns the derivatives of functions of a body and its amplitude. The functions must be linear in the amplitude.
+    /// `at` is the amplitude, and `derivative` its derivative with respect to the parameter.
     ///
     /// # Errors
     /// Errors of `read`.

@@ -24,7 +24,7 @@ impl DynamicStiffness {
     /// Returns the unbalanced forces and volumes of the motion (û, p̂) under its loads.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for an equilibrium without stress.
+    /// [`ModelError::Inverted`] for an equilibrium with an inverted element.
     pub(super) fn unbalanced(
         &self,
         s: Complex64,
@@ -41,7 +41,7 @@ impl DynamicStiffness {
     /// Applies the dynamic stiffness for s = iω to the motion (û, p̂), without forming a matrix.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for an equilibrium without stress.
+    /// [`ModelError::Inverted`] for an equilibrium with an inverted element.
     fn product(
         &self,
         s: Complex64,
@@ -202,7 +202,7 @@ impl DynamicStiffness {
         }
     }
 
-    /// Returns the reading of the equilibrium plus `step` times a motion.
+    /// Reads the state at the equilibrium plus `step` times a motion.
     pub(super) fn with_snapshot<R>(
         &self,
         motion: &Part,

@@ -109,8 +109,8 @@ impl<P: Problem> IdaIntegrator<P> {
     }
 }
 
-/// Maximum number of restarts with a smaller first step, and the reduction per restart. The first
-/// step of the last attempt is 1e-18 times the original one and below rounding at t = 0.
+/// Maximum number of restarts with a smaller first step, and the reduction per restart. The first step of the last
+/// attempt is 1e-18 times the original one.
 const RESTARTS: usize = 3;
 const SMALLER: f64 = 1e-6;
 

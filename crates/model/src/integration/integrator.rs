@@ -50,13 +50,13 @@ pub trait Integrator<P> {
     /// [`advance`]: Integrator::advance
     ///
     /// # Errors
-    /// No consistent state.
+    /// Returns an error if no consistent state is found.
     fn pass_jump(&mut self) -> Result<(), ModelError>;
 
     /// Takes one internal step, at most to the end time.
     ///
     /// # Errors
-    /// Misuse and fatal errors of the problem; giving up is [`Advance::Stopped`].
+    /// Misuse and fatal errors of the problem. If the integrator gives up, the result is [`Advance::Stopped`].
     fn advance(&mut self) -> Result<Advance, ModelError>;
 
     /// Returns the time reached, s.
@@ -176,7 +176,7 @@ impl Advance {
     }
 }
 
-/// Converts a solver's reason to the common names.
+/// Converts a solver's reason to an [`EndReason`].
 fn reason(reason: wrap::StopReason) -> EndReason {
     use wrap::StopReason as Ida;
     match reason {
@@ -187,7 +187,7 @@ fn reason(reason: wrap::StopReason) -> EndReason {
         Ida::StepTooSmall => EndReason::StepTooSmall,
         Ida::LinearSetupFailed | Ida::LinearSolveFailed => EndReason::LinearSetupFailed,
         Ida::MaxSteps => EndReason::MaxSteps,
-        // A function of the problem; the message names it.
+        // A function of the problem failed; the message names it.
         _ => EndReason::ResidualFailed,
     }
 }

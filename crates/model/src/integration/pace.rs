@@ -4,8 +4,8 @@ use myovib_dae::Statistics;
 
 use crate::signal::schedule::Schedule;
 
-/// Largest growth of the step after a shortened step, which contains no information on the step
-/// size that accuracy allows. Equal to the growth limit of Radau IIA.
+/// Largest growth of the step after a shortened step, which gives no information on the step size that accuracy allows.
+/// Equal to the growth limit of Radau IIA.
 const GROWTH: f64 = 8.0;
 
 /// The schedule of a run and its progress.
@@ -22,7 +22,7 @@ pub(crate) struct Bounds {
     pub(crate) t_out: f64,
     /// Time that the step must not pass.
     pub(crate) stop_time: f64,
-    /// Whether no input can act between the stages of the step undetected.
+    /// Whether the step resolves all inputs, so that none can act undetected between its stages.
     pub(crate) is_resolved: bool,
 }
 
@@ -54,7 +54,7 @@ impl Pace {
 
     /// Returns the bounds of the next step at `t` for an integrator with these counters.
     pub(crate) fn bounds(&mut self, t: f64, statistics: &Statistics) -> Bounds {
-        // After a jump the step size of earlier steps does not apply.
+        // After a jump, the step size of earlier steps does not apply.
         let is_first = statistics.steps == 0;
         let shortened = self.shortened && !is_first;
         let t_out = match is_first {

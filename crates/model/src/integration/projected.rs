@@ -1,10 +1,9 @@
 //! Periodic projection onto the constraint, for formulations whose constraint drifts.
 //!
-//! `velocity` integrates the differentiated constraint, so displacement and velocity leave the
-//! incompressible motions by the accumulated errors of the steps. IDAS has no hook for projections.
-//! Here the state is projected between two steps and made consistent ([`Consistent`]), and the
-//! integrator restarts from it at order 1. The counts accumulate over all starts and thus include
-//! this cost.
+//! `velocity` integrates the differentiated constraint, so displacement and velocity drift away from incompressible
+//! motions as the errors of the steps accumulate. IDAS has no hook for projections. Here, the state is projected
+//! between two steps and made consistent ([`Consistent`]), and the integrator restarts from it at order 1. The counts
+//! accumulate over all starts and thus include this cost.
 //!
 //! Reference: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, section VII.2
 //! (projection methods).
@@ -14,7 +13,7 @@ use crate::integration::ida::IdaIntegrator;
 use crate::integration::integrator::{Advance, Integrator, forward_to_inner};
 use crate::start::Consistent;
 
-/// IDAS with a projection after the first step at or beyond each multiple of a time interval.
+/// IDAS with a projection after the first step that reaches each multiple of a time interval.
 pub struct Projected<P: Consistent> {
     inner: IdaIntegrator<P>,
     every: f64,

@@ -49,7 +49,7 @@ impl RadauIntegrator<MuscleDae, SystemMatrices<MuscleDae>> {
 }
 
 impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
-    /// Starts `problem` at the first of the times from consistent values and runs it to the second.
+    /// Creates the integrator of `problem` from consistent values at time `t` up to `t_end`.
     ///
     /// # Errors
     /// [`ModelError::Radau`] for invalid options of Radau IIA.
@@ -112,7 +112,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         self.pace.after_jump(self.solver.t())
     }
 
-    /// Sets the `schedule` that excites the system.
+    /// Sets the `schedule` of the excitation.
     pub(crate) fn with_schedule(self, schedule: Schedule) -> Self {
         let pace = Pace::new(schedule, self.pace.t_end());
         Self { pace, ..self }
@@ -123,7 +123,6 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         &self.solver
     }
 
-    /// Returns the solver for exclusive access.
     pub(crate) fn solver_mut(&mut self) -> &mut RadauSolver<P, M> {
         &mut self.solver
     }
@@ -168,8 +167,8 @@ const UNDAMPED_NEWTON_ERROR: f64 = 1e-2;
 ///
 /// With a Jacobian evaluated at rest, Newton's method has a contraction rate of a few percent throughout the paper's
 /// load, and a factorization costs as much as ten solves. Therefore the Jacobian is kept up to a contraction rate of
-/// 0.1, and the step size is kept until it may double. On row 1 of Table 2 this requires a sixth of the factorizations
-/// of RADAU5's values (0.001 and 1.2), and 10 % more steps.
+/// 0.1, and the step size is kept until it may double. On row 1 of Table 2, this requires a sixth of the factorizations
+/// that RADAU5's values (0.001 and 1.2) require, but 10 % more steps.
 pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
     let layout = dae.layout();
     let options = settings.steps.in_radau(RadauOptions {

@@ -54,8 +54,8 @@ pub struct Sampler<S> {
 }
 
 impl<S> Sampler<S> {
-    /// Samples a vector of `n` unknowns into `sink(problem, t, y)`. A run that starts later than
-    /// the first time must [`skip`](SampleTimes::skip) the earlier times.
+    /// Passes samples of `n` unknowns to `sink(problem, t, y)`. A run that starts later than the first time must
+    /// [`skip`](SampleTimes::skip) the earlier times.
     pub fn new(times: SampleTimes, n: usize, sink: S) -> Self {
         Self { times, sink, y: vec![0.0; n] }
     }

@@ -131,7 +131,7 @@ impl MultiplierWeights {
     }
 }
 
-/// Options of adaptive steps of both integrators. They are keys of scenes.
+/// Step size options of BDF and Radau IIA. Each field is a scene key.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct StepOptions {
@@ -185,7 +185,7 @@ pub struct Settings {
     pub btf: bool,
     /// Implementation of IDAS' vector operations.
     pub vectors: VectorArithmetic,
-    /// Adaptive steps.
+    /// Options of adaptive steps.
     pub steps: StepOptions,
     /// Constant step without error test, s; adaptive steps by default (Radau IIA).
     pub fixed_step: Option<f64>,

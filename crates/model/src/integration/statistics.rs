@@ -114,15 +114,15 @@ pub struct Counts {
     pub steps: u64,
     /// Steps rejected by the error test (the paper's NRJ).
     pub error_test_failures: u64,
-    /// Steps lost to Newton's method (the paper's NCF).
+    /// Steps rejected because Newton's method failed (the paper's NCF).
     pub step_solve_failures: u64,
     /// All failures of Newton's method, including those resolved by a fresh Jacobian.
     pub newton_failures: u64,
     /// Newton iterations.
     pub newton_iterations: u64,
-    /// Residuals evaluated.
+    /// Residual evaluations.
     pub residual_evaluations: u64,
-    /// Jacobians evaluated.
+    /// Jacobian evaluations.
     pub jacobian_evaluations: u64,
     /// Setups of the linear solver (factorizations).
     pub linear_setups: u64,

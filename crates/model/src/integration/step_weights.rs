@@ -1,11 +1,10 @@
 //! Error weights of multipliers that depend on the step size.
 //!
-//! A perturbation δ of the constraint (the residual of Newton's method, or the error of the
-//! displacement) causes an error δ/h^(i−1) in a multiplier of index i. Its error estimate therefore
-//! does not decrease with the step: the error test rejects, the next step is smaller and the
-//! estimate larger until the step underflows. With the weight factor (Ωh)^(i−1), where Ω is the
-//! angular frequency of the drive, the multiplier's error is measured by its effect on the velocity
-//! (i = 2) or displacement (i = 3) within the step, which decreases. If steps do not resolve the
+//! A perturbation δ of the constraint (the residual of Newton's method, or the error of the displacement) causes an
+//! error δ/h^(i−1) in a multiplier of index i. Its error estimate therefore does not decrease with the step: the error
+//! test rejects the step, the next step is smaller and its estimate larger, until the step size underflows. With the
+//! weight factor (Ωh)^(i−1), where Ω is the angular frequency of the drive, the multiplier's error is measured by its
+//! effect on the velocity (i = 2) or displacement (i = 3) within the step, which decreases. If steps do not resolve the
 //! drive, Ωh > 1, the factor is 1.
 //!
 //! Reference: E. Hairer, C. Lubich, M. Roche, *The Numerical Solution of Differential-Algebraic
@@ -38,7 +37,7 @@ impl SharedStepSize {
     }
 }
 
-/// Error weights w_i of all unknowns: `1/(rtol |y_i| + atol_i)`, for multipliers times (Ωh)^(i−1).
+/// Error weights of all unknowns y_j: `1/(rtol |y_j| + atol_j)`, times (Ωh)^(i−1) for multipliers.
 ///
 /// The index i is the index for the incompressible body: a large κ is a singular perturbation, and
 /// the multiplier behaves as in the limit as long as the steps do not resolve compression waves.

@@ -11,7 +11,7 @@ use crate::signal::Signal;
 /// Number of intervals at which loads are sampled. It is prime, because with a round number of samples a load with a
 /// round number of periods could vanish at all sample times.
 const INTERVALS: u32 = 997;
-/// Maximum number of breaks of a load around which it is sampled too.
+/// Maximum number of breaks of a load around which it is also sampled.
 const BREAKS: usize = 100;
 /// Approximate number of prescribed components whose motion is sampled.
 const MOVED: usize = 100;
@@ -20,7 +20,8 @@ const MOVED: usize = 100;
 const SMALL: f64 = 0.1;
 /// Typical strain of a body that starts at rest and has no load with a known size, such as a body with feedback alone.
 const UNKNOWN_STRAIN: f64 = 1e-2;
-/// Smallest resolved change of the strain, relative to the strain at the start; rounding is far below.
+/// Smallest resolved change of the strain, relative to the strain under the whole loads; rounding errors are far
+/// smaller.
 const SMALLEST_CHANGE: f64 = 1e-6;
 
 /// Typical magnitudes of the unknowns of a body.
@@ -33,8 +34,8 @@ const SMALLEST_CHANGE: f64 = 1e-6;
 ///
 /// and at most 1. In a motion that starts in equilibrium, loads, tensions and prescribed displacements are measured
 /// from their values at the start, unless nothing changes. A load and its response thus have the same ratio in all
-/// units and, for small strains, for all magnitudes of the load. Slender bodies bend farther than εL; their
-/// tolerances are on the safe side.
+/// units and, for small strains, for all magnitudes of the load. Slender bodies move by more than εL when they bend;
+/// their tolerances are stricter than necessary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TypicalValues {
     /// ε L, m.
@@ -48,7 +49,7 @@ pub struct TypicalValues {
 }
 
 impl TypicalValues {
-    /// Returns the magnitudes for the loads of `muscle` up to the time `t_end` (s) and its start.
+    /// Returns the magnitudes for the loads of `muscle` up to the time `t_end` (s) and the start of its motion.
     pub fn of(muscle: &Muscle, t_end: f64, start: TypicalStart) -> Self {
         let magnitudes = |signal: &Signal| largest(signal, t_end, 0.0);
         let Scale { strain, modulus } = match start {
@@ -94,7 +95,7 @@ impl TypicalValues {
 pub enum TypicalStart {
     /// Largest displacement, m, and velocity, m/s, at the start.
     At([f64; 2]),
-    /// The equilibrium of the loads at the start.
+    /// Equilibrium under the loads at the start.
     Equilibrium,
 }
 
@@ -125,7 +126,7 @@ pub(crate) fn transit_time(muscle: &Muscle) -> f64 {
     extent(muscle) / (mean_shear_modulus(muscle) / mean_density(muscle)).sqrt()
 }
 
-/// Returns the shear modulus of the mean compliance over the volume (Reuss average), Pa.
+/// Returns the reciprocal of the mean shear compliance over the volume (Reuss average), Pa.
 fn mean_shear_modulus(muscle: &Muscle) -> f64 {
     let space = muscle.solid.space();
     let (mut compliance, mut volume) = (0.0, 0.0);
@@ -183,7 +184,7 @@ pub fn mass(muscle: &Muscle) -> f64 {
     densities.map(|(element, density)| density * space.measure_of(element)).sum()
 }
 
-/// Returns the sum of the magnitudes of the nodal forces of all loads, N, for signals of the given sizes.
+/// Returns the sum of the absolute nodal force components of all loads, N, for signals of the given sizes.
 fn total_force(muscle: &Muscle, size: impl Fn(&Signal) -> f64) -> f64 {
     let loads = muscle.loads.iter();
     let mut total: f64 = loads.map(|load| load.magnitude() * size(load.signal())).sum();

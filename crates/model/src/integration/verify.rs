@@ -9,8 +9,8 @@ use crate::integration::settings::IntegratorKind;
 /// Largest relative tolerance of a second run.
 const LOOSEST: f64 = 0.5;
 
-/// Returns the ratio of the tolerances of the second run to the largest relative tolerance `rtol` of
-/// the first.
+/// Returns the ratio of the tolerances of the second run to those of the first, whose largest relative tolerance is
+/// `rtol`.
 ///
 /// The steps of a method of high order depend little on the tolerance. If both runs take similar
 /// steps, their errors are similar and the difference is small. `scripts/errors` measures how often the

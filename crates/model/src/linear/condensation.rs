@@ -236,8 +236,8 @@ impl Arrangement {
         [condensed, coupling]
     }
 
-    /// Returns the condensed matrix and the row signs that make it symmetric. If there are none and
-    /// it is requested, a nearly symmetric matrix is replaced by a symmetric one.
+    /// Returns the condensed matrix and the row signs that make it symmetric. If no signs do and `is_requested` is set,
+    /// replaces a nearly symmetric matrix by a symmetric one.
     fn symmetrized(
         &mut self,
         entries: Vec<Entry<Quadratic>>,
@@ -284,7 +284,7 @@ pub struct Condensation {
 }
 
 impl Condensation {
-    /// Analyzes the condensed pattern for all matrices with this pattern.
+    /// Analyzes the condensed pattern, once for all matrices.
     pub fn elimination(&self, options: SparseOptions) -> Result<Elimination, SparseError> {
         Elimination::new(self.condensed.pattern(), self.structure.clone(), options)
     }
@@ -297,9 +297,9 @@ impl Condensation {
         Self::build(dae, symmetrizes, dae.has_viscous_stress())
     }
 
-    /// Sets up the elimination for matrices at states without velocities. There the terms that
-    /// [`NearlySymmetric`] replaces and the stiffness of viscous stresses are symmetric; only
-    /// follower pressures are not.
+    /// Sets up the elimination for matrices at states without velocities. At these states, the terms that
+    /// [`NearlySymmetric`] replaces and the stiffness of viscous stresses are symmetric; only the stiffness of follower
+    /// pressures is not.
     pub(crate) fn at_rest(dae: &MuscleDae) -> Self {
         Self::build(dae, !dae.muscle().has_boundary_forces(), false)
     }

@@ -61,8 +61,7 @@ impl Reduction {
         Ok(Self { body, tensions: tensions.map(Arc::new) })
     }
 
-    /// Predicts the size of one matrix with values `T` and of its factors; `None` for an external
-    /// solver.
+    /// Predicts the size of one matrix with values of type `T` and of its factors; `None` for an external solver.
     pub fn prediction<T: Scalar>(&self) -> Option<Prediction> {
         match &self.body {
             ReductionOfBody::Condensed(_, elimination) => elimination.prediction::<T>(),

@@ -6,10 +6,9 @@
 //! (c + 1/τ) δQ − g/τ δS = b_Q,        momentum: … − ∂/∂q ∫F δQ:∇φ = b.
 //! ```
 //!
-//! So δQ = (g δS + τ b_Q)/(1 + cτ): the material part of the stiffness is multiplied by φ(c) − 1
-//! ([`Series`]), ∫F τ b_Q/(1 + cτ):∇φ is added to the right-hand side, and once δq is known, δS
-//! gives δQ. The factorized matrix keeps its size. A solve needs two additional element passes,
-//! whatever the number of right-hand sides.
+//! So δQ = (g δS + τ b_Q)/(1 + cτ): the material part of the stiffness is multiplied by φ(c) − 1 ([`Series`]), ∫F τ
+//! b_Q/(1 + cτ):∇φ is added to the right-hand side, and once δq is known, δQ follows from δS. The factorized matrix
+//! keeps its size. A solve needs two additional element passes, whatever the number of right-hand sides.
 
 use std::ops::Range;
 
@@ -165,8 +164,8 @@ impl Relaxation {
         }
     }
 
-    /// Replaces the right-hand sides of the internal stresses by the solution, given the
-    /// displacements.
+    /// Replaces the right-hand sides of the internal stresses by the solution, using the displacements already in
+    /// `rhs`.
     pub(super) fn recover<T: Parts>(
         &mut self,
         dae: &mut MuscleDae,

@@ -106,8 +106,8 @@ impl CondensedSolver {
         Ok(result?)
     }
 
-    /// Rejects a transposed solve if internal stresses are eliminated: the adjoint does not support
-    /// them.
+    /// Rejects a transposed solve with eliminated internal stresses or obstacles under a force, which the adjoint does
+    /// not support.
     fn expect_nothing_relaxes(&self) -> Result<(), StepError> {
         match self.relaxation {
             None if self.driven.0.is_empty() => Ok(()),

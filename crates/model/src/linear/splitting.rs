@@ -2,7 +2,7 @@
 //!
 //! The first line of (33), M (q̇ − v) + B(q)ᵀμ = 0, is not a kinematic equation: eliminating δv would require M⁻¹,
 //! which is dense. However, μ occurs in the kinematic equation in the same way as λ in the momentum balance. With s = c
-//! + α the rows of the Newton system for a given c are
+//! + α, the rows of the Newton system for a given c are
 //!
 //! ```text
 //! (c M + K_μ) δq − M δv + Bᵀ δμ = b_q        B δv + Ḃ δq = b_λ
@@ -22,8 +22,8 @@
 //! ( −B      ) ( δλ   ) = ( −s (b_λ − Ḃ δq) )  or  ( −B      ) ( s δμ ) = ( −s (b_λ − Ḃ δq)          ).
 //! ```
 //!
-//! The two variants differ by rounding: a variant loses digits if its product with δq is the larger
-//! part of the first system. The smaller of K and s c M is therefore used ([`Source`]).
+//! The two variants differ only by rounding errors: a variant loses digits if its product with δq is the larger part of
+//! the first system. The smaller of K and s c M is therefore used ([`Source`]).
 
 use std::ops::Range;
 
@@ -112,9 +112,8 @@ impl Ranges {
 }
 
 impl Splitting {
-    /// Sets up the two problems for `dae`. Returns `None` unless it has the stabilized kinematic
-    /// equation, or if a viscous stress or foundation, or α that varies between elements, damps it:
-    /// adding s times the first line then does not eliminate δv.
+    /// Sets up the two problems for `dae`. Returns `None` if it lacks the stabilized kinematic equation, or if it has
+    /// damping other than α times the mass matrix: adding s times the first line then does not eliminate δv.
     pub fn new(dae: &MuscleDae) -> Option<Self> {
         let rows = dae.formulation().rows();
         let stabilized = rows.contains(&(Field::Displacement, Equation::StabilizedKinematic));
@@ -179,8 +178,8 @@ impl Splitting {
         })
     }
 
-    /// Analyzes the patterns of both problems. Factors are in double precision: the multipliers are
-    /// differences of both solutions, and errors of 1e-7 become errors of percents.
+    /// Analyzes the patterns of both problems. Factors are in double precision: the multipliers are differences of both
+    /// solutions, and errors of 1e-7 become errors of several percent.
     pub(crate) fn eliminations(
         &self,
         options: SparseOptions,

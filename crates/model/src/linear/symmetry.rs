@@ -6,8 +6,8 @@ use super::Quadratic;
 use crate::assembly::Entry;
 use crate::matrix::Matrix;
 
-/// Returns the row signs that make the matrix of these `entries` symmetric for every c, by the first row of each
-/// block; the sign of the first block is positive. Returns `None` if there are no such signs.
+/// Returns the row signs that make the matrix of these `entries` symmetric for every c, indexed by the first row of
+/// each block; the sign of the first block is positive. Returns `None` if there are no such signs.
 pub(super) fn symmetric_signs(entries: &[Entry<Quadratic>]) -> Option<HashMap<usize, f64>> {
     signs_of(&sums(entries), |matrix| matrix.properties().transpose)
 }
@@ -56,10 +56,10 @@ fn signs_of(
 
 /// A symmetric matrix close to the matrix of a body with damping by β or under follower pressures.
 ///
-/// With the rows of the constraint multiplied by −(1 + βc), the unsymmetric terms are D = ∂(B
-/// v)/∂q, whose transpose does not occur, and the stiffness of pressures and of stresses that
-/// depend on the velocity (which the caller replaces). Each is replaced by its symmetric part. The
-/// neglected part is a small part of a small term, and the factorization costs half.
+/// With the rows of the constraint multiplied by −(1 + βc), the unsymmetric terms are D = ∂(B v)/∂q, whose transpose
+/// does not occur, and the stiffness of pressures and of stresses that depend on the velocity (which the caller
+/// replaces). Each is replaced by its symmetric part. The neglected part is a small part of a small term, and the
+/// factorization costs half as much.
 pub(super) struct NearlySymmetric {
     pub(super) entries: Vec<Entry<Quadratic>>,
     /// First row of the balance of momentum.
@@ -103,7 +103,7 @@ impl NearlySymmetric {
             near.push(entry);
         }
         let signs = signs_of(&sums(&near), |matrix| match matrix {
-            // Third derivatives of an energy along a velocity, and parts of the stiffness.
+            // Symmetric: third derivatives of an energy along a velocity, and scaled parts of the stiffness.
             Matrix::RateStiffness | Matrix::DampedStiffness => Some(matrix),
             _ => matrix.properties().transpose,
         });

@@ -45,7 +45,7 @@ impl MuscleDae {
         self.muscle.fill_tensions(t, unknown, coherent, &mut work.tensions);
     }
 
-    /// Rejects negative tensions, since a muscle only pulls.
+    /// Rejects negative tensions, since a muscle can only pull.
     fn expect_tensions(&self, t: f64) -> Result<(), StepError> {
         for (_, activation) in &self.muscle.activations {
             let tension = activation.at(t, 0.0);
@@ -60,7 +60,8 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Rejects a motion in which an obstacle passes the body, so that no displacement balances its force.
+    /// Rejects obstacles that pull, and motions in which a force moves an obstacle past the body, so that no
+    /// displacement balances the force.
     fn expect_contact(&self, t: f64) -> Result<(), StepError> {
         for contact in self.muscle.contacts.iter().filter(|own| own.is_driven()) {
             let (force, group) = (contact.signals()[0].at(t).value, contact.group());
@@ -191,7 +192,7 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Adds `factor` times the load at (t, y) to its rows in `rows`.
+    /// Adds `factor` times the load at (t, y) to the momentum rows of `rows`.
     pub(crate) fn add_load(&mut self, t: f64, y: &[f64], factor: f64, rows: &mut [f64]) {
         if self.muscle.has_boundary_forces() {
             self.expand(t, y, None);
@@ -217,7 +218,7 @@ impl MuscleDae {
         self.integrate(t, y, y_dot)
     }
 
-    /// Computes the change of the element integrals at a state for a change of motion and pressure.
+    /// Computes the changes of the element integrals at a state for changes of motion and pressure.
     ///
     /// # Errors
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.
@@ -236,7 +237,7 @@ impl MuscleDae {
         self.counters.passed(pass)
     }
 
-    /// Adds `factor` times the element forces of the last integrals to their rows in `rows`.
+    /// Adds `factor` times the element forces of the last integrals to the momentum rows of `rows`.
     pub(crate) fn add_forces(&self, factor: f64, rows: &mut [f64]) {
         let balance = self.layout.range(Field::Velocity);
         let rows = &mut rows[balance.unwrap_or_default()];

@@ -92,9 +92,8 @@ impl MuscleDae {
         own.extend_from_slice(tensions);
     }
 
-    /// Adds the force of the active stresses under these tensions of the elements to the rows of
-    /// the momentum balance. The force is linear in the tensions, so this is ∂F/∂T in that
-    /// direction.
+    /// Adds the force of the active stresses for these element `tensions` to the rows of the momentum balance. The
+    /// force is linear in the tensions, so this is ∂F/∂T in that direction.
     pub(crate) fn add_tension_response(
         &mut self,
         t: f64,

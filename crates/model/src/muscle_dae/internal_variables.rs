@@ -33,7 +33,7 @@ impl InternalVariableDae {
     /// stresses in `y` with their `absolute` tolerance.
     ///
     /// # Panics
-    /// Panics if it has no internal stresses.
+    /// Panics if `dae` has no internal stresses.
     pub(crate) fn new(mut dae: MuscleDae, y: &[f64], absolute: f64) -> (Self, InternalVariables) {
         let internal = dae.layout.range(Field::InternalStress);
         let internal = internal.expect("a body with Prony terms");

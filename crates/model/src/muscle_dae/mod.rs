@@ -69,7 +69,7 @@ pub struct MuscleDae {
     mass_analysis: Shared<Arc<Elimination>>,
 }
 
-/// A result of the equations and the mesh, which all clones share.
+/// A result that depends only on the equations and the mesh, shared by all clones.
 type Shared<T> = Arc<Mutex<Option<T>>>;
 
 fn lock<T>(shared: &Shared<T>) -> MutexGuard<'_, Option<T>> {

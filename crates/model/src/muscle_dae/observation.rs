@@ -28,8 +28,8 @@ impl MuscleDae {
         self.context.beta > 0.0 && self.context.pressure_rate == PressureRateSource::Derivative
     }
 
-    /// Returns the body at time `t` for measurements. `y_dot` may be empty if the body is at rest, or if neither
-    /// accelerations nor stresses that [depend on it](Self::stress_needs_rates) are measured.
+    /// Returns a snapshot of the body at time `t` for measurements. `y_dot` may be empty if the body is at rest, or if
+    /// neither accelerations nor stresses that [depend on it](Self::stress_needs_rates) are measured.
     pub fn snapshot<'a>(&'a mut self, t: f64, y: &'a [f64], y_dot: &'a [f64]) -> Snapshot<'a> {
         if y_dot.is_empty() {
             self.expand(t, y, None);
@@ -108,8 +108,8 @@ impl MuscleDae {
     }
 
     /// Returns the rate of the contact energy (as power of the loads), the dissipation of foundations and viscous
-    /// stresses, and the power of active stresses. The residual must have been evaluated last at this time `t` and state
-    /// `y`. Other entries are zero.
+    /// stresses, and the power of active stresses. The last residual must have been evaluated at this time `t` and
+    /// state `y`. Other entries are zero.
     pub(crate) fn added_powers(&self, t: f64, y: &[f64]) -> Powers {
         let Workspace { displacement: u, velocity: v, tensions, .. } = &self.work;
         let Muscle { solid, foundations, contacts, .. } = &self.muscle;
