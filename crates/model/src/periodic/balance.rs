@@ -8,21 +8,22 @@ use myovib_dae::{LinearSolver, Linearization, Problem, StepError};
 use num_complex::Complex64;
 
 const HARMONICS: usize = 10;
-/// Number of times in a period. With 3 H + 1 times for H harmonics, products of two harmonics alias no harmonic.
+/// Number of sample times in a period. With 3 H + 1 sample times or more for H harmonics, products of two harmonics are
+/// not aliased to any of them.
 const TIMES: usize = 32;
 const MAX_ITERATIONS: usize = 30;
-/// Ratio of consecutive corrections above which the motion is not nearly linear.
+/// Ratio of consecutive corrections above which the motion does not count as nearly linear.
 const CONTRACTION: f64 = 0.5;
 
 /// Returns y at the start of the periodic motion near the constant state `y`, or `None` if the motion is not nearly
 /// linear or `interrupt` is set.
 ///
-/// The iterations are Newton's for Σ ŷ_k e^(ikωt) with the Jacobian of the constant state: each harmonic of the
-/// residual has one linear system, ∂F/∂y + ikω ∂F/∂ẏ. They end when the corrections are below `tolerance`, relative to the
-/// largest value in each of the `blocks`.
+/// Applies Newton's method to Σ ŷ_k e^(ikωt) with the Jacobian of the constant state: each harmonic has a separate
+/// linear system, with the matrix ∂F/∂y + ikω ∂F/∂ẏ. The iteration ends when the corrections are below `tolerance`,
+/// relative to the largest value in each of the `blocks`.
 ///
 /// # Errors
-/// Errors of the problem and singular matrices: an equation that determines only a rate has no mean.
+/// Errors of the problem, and singular matrices: if an equation determines only a rate, the mean is undetermined.
 pub fn balance<P: Problem, M: LinearSolver<P>>(
     problem: &mut P,
     matrices: &mut M,

@@ -24,9 +24,9 @@ pub(super) type Family<'a> = dyn FnMut(&[f64], f64) -> Result<Vec<f64>, ModelErr
 pub struct Continuation {
     /// Options of shooting.
     pub shooting: Shooting,
-    /// Size of the parameter, to which its changes are relative.
+    /// Scale of the parameter; its changes are relative to this scale.
     pub parameter_scale: f64,
-    /// The curve ends at an end of this range.
+    /// Range of the parameter; the curve ends when it reaches either end.
     pub range: [f64; 2],
     /// Whether the parameter decreases at the start.
     pub is_descending: bool,
@@ -43,12 +43,12 @@ pub struct Point {
     pub state: Vec<f64>,
     /// Parameter.
     pub parameter: f64,
-    /// Whether the curve turns back in the parameter here.
+    /// Whether the parameter turns back here.
     pub is_fold: bool,
 }
 
-/// Follows the curve of periodic states from the state at a parameter, which must be periodic, to an end of the range.
-/// `visit` receives the points along the curve, the start and folds included.
+/// Follows the curve of periodic states from the periodic `state` at `parameter` to an end of the range. `visit`
+/// receives the points along the curve, including the start and folds.
 ///
 /// # Errors
 /// Reasons why the curve ends inside the range: [`ModelError::NoPeriodicState`] if even short steps fail,
@@ -88,7 +88,7 @@ pub fn follow(
 struct Advance {
     x: Vec<f64>,
     tangent: Vec<f64>,
-    /// Fold before the point.
+    /// Fold between the previous point and this one.
     fold: Option<Vec<f64>>,
     iterations: usize,
 }
@@ -109,7 +109,7 @@ impl Tracer<'_, '_> {
         Ok(end.iter().zip(state).map(|(end, y)| end - y).collect())
     }
 
-    /// Returns the unit tangent of the curve at x in the `direction` of an approximation.
+    /// Returns the unit tangent of the curve at x that points along `direction`, an approximation.
     fn tangent(&mut self, x: &[f64], direction: &[f64]) -> Result<Vec<f64>, ModelError> {
         let continuation = self.continuation;
         let shooting = &continuation.shooting;
@@ -127,7 +127,7 @@ impl Tracer<'_, '_> {
         Ok(tangent)
     }
 
-    /// Returns the point of the curve at a distance along the tangent at x, and the number of iterations.
+    /// Returns the point of the curve at the distance `step` along the tangent at x, and the number of iterations.
     fn step(
         &mut self,
         x: &[f64],
@@ -147,8 +147,8 @@ impl Tracer<'_, '_> {
         Ok((x, iterations))
     }
 
-    /// Returns the next point at a distance of at most `step`, so that its prediction is in the range. Halves `step` while
-    /// Newton's method or the map fail.
+    /// Returns the next point, at a distance of at most `step` and such that its prediction is in the range. Halves
+    /// `step` while Newton's method or the map fails.
     fn advance_in_range(
         &mut self,
         x: &[f64],
@@ -205,7 +205,8 @@ impl Tracer<'_, '_> {
         Ok(Point { state: shooting.unscaled(&state), parameter: bound, is_fold: false })
     }
 
-    /// Returns the point at the distance `step` along the tangent at x, with the fold between both points if there is one.
+    /// Returns the point at the distance `step` along the tangent at x, with the fold between the two points if there
+    /// is one.
     fn advance(&mut self, x: &[f64], tangent: &[f64], step: f64) -> Result<Advance, ModelError> {
         let n = x.len() - 1;
         let (next, iterations) = self.step(x, tangent, step)?;
@@ -217,7 +218,7 @@ impl Tracer<'_, '_> {
         Ok(Advance { x: next, tangent: next_tangent, fold, iterations })
     }
 
-    /// Returns the point between x and the point at the distance `end` at which the parameter is constant along the
+    /// Returns the fold between x and the point at the distance `end`, where the parameter is constant along the
     /// tangent, by the Illinois method.
     fn fold(
         &mut self,

@@ -8,7 +8,7 @@ use crate::error::ModelError;
 /// A function that computes the product of a matrix with a vector.
 pub(super) type Product<'a> = dyn FnMut(&[f64]) -> Result<Vec<f64>, ModelError> + 'a;
 
-/// Norm of a new basis vector, relative to its product, below which the space is invariant.
+/// Norm of a new basis vector, relative to the product it comes from, below which the space counts as invariant.
 const INVARIANT: f64 = 1e-13;
 
 /// Orthonormal basis V of a Krylov space, and H with A V_k = V_(k+1) H.
@@ -108,7 +108,7 @@ pub(super) fn eigenvalues(
         let values = square.complex_eigenvalues();
         let mut values: Vec<Complex64> = values.iter().copied().collect();
         values.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.im.total_cmp(&a.im)));
-        // Both values of a conjugate pair count.
+        // Conjugate pairs are not split.
         let cut = match values.get(count.wrapping_sub(1)) {
             Some(last) if last.im > 0.0 => count + 1,
             _ => count,

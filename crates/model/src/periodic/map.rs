@@ -33,8 +33,8 @@ impl<P, S> StartInterval<P> for S where
 /// Integrates a system over one period from consistent values.
 ///
 /// The unknowns of the map are the differential variables. Before each integration they are projected onto the
-/// constraints ([`Consistent`]), which also determines the algebraic variables and the derivatives. A state that
-/// returns to itself satisfies the constraints, because the end of an integration does.
+/// constraints ([`Consistent`]), which also determines the algebraic variables and the derivatives. A periodic state
+/// satisfies the constraints, because the end of an integration does.
 pub struct PeriodMap<P, S> {
     dae: P,
     start: S,
@@ -112,7 +112,7 @@ impl<P: Consistent + Clone, S: StartInterval<P>> PeriodMap<P, S> {
         self.counts
     }
 
-    /// Returns consistent y at the start for these differential variables.
+    /// Returns consistent y and ẏ at the start for these differential variables.
     ///
     /// # Errors
     /// Errors of [`Consistent::consistent`].

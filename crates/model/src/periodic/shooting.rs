@@ -1,4 +1,4 @@
-//! Newton's method for states that return to themselves, and their multipliers.
+//! Shooting: periodic states by Newton's method, and their Floquet multipliers.
 
 use num_complex::Complex64;
 
@@ -26,7 +26,7 @@ pub struct Shooting {
     pub is_one_sided: bool,
     /// Maximum number of Newton iterations.
     pub max_iterations: usize,
-    /// Maximum number of products of a linear solve or a set of multipliers.
+    /// Maximum number of matrix-vector products per linear solve or set of multipliers.
     pub max_products: usize,
 }
 
@@ -71,7 +71,7 @@ impl Shooting {
         Ok(both.map(|(a, b)| (a - b) / (2.0 * h)).collect())
     }
 
-    /// Returns the product of the derivative of `function` at `x` with `v`, by a difference to the value at `x`.
+    /// Returns the product of the derivative of `function` at `x` with `v`, by a one-sided difference.
     fn one_sided_product(
         &self,
         function: &mut Product<'_>,
@@ -138,7 +138,7 @@ impl Shooting {
     }
 }
 
-/// A state that returns to itself.
+/// A periodic state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PeriodicState {
     /// State at the start of the period.
@@ -149,7 +149,7 @@ pub struct PeriodicState {
     pub iterations: usize,
 }
 
-/// Finds a state near `guess` that returns to itself after one period.
+/// Finds a periodic state near `guess`.
 ///
 /// # Errors
 /// [`ModelError::NoPeriodicState`] if Newton's method fails; errors of the map at the guess.
@@ -173,13 +173,13 @@ pub struct Multipliers {
     pub values: Vec<Complex64>,
     /// Residual norm of each multiplier, an estimate of its error.
     pub residuals: Vec<f64>,
-    /// Error of the differences.
+    /// Error of the finite differences.
     pub resolution: f64,
 }
 
 impl Multipliers {
-    /// Returns the `count` leading multipliers of two parts, of which only the first acts on the other. If the last
-    /// of them is complex, its conjugate is included.
+    /// Returns the `count` leading multipliers of a system of two parts, of which only the first acts on the other. If
+    /// the last of them is complex, its conjugate is included.
     pub fn with(&self, other: &Self, count: usize) -> Self {
         let all = [self, other].into_iter();
         let pairs =
@@ -202,7 +202,7 @@ impl Multipliers {
         self.residuals.first().map_or(self.resolution, |left| left.max(self.resolution))
     }
 
-    /// Returns whether all multipliers are inside the unit circle; `None` if the largest is on it to its
+    /// Returns whether all multipliers are inside the unit circle; `None` if the largest is on it within its
     /// [`error`](Self::error), as without damping.
     pub fn is_stable(&self) -> Option<bool> {
         let distance = self.spectral_radius() - 1.0;
@@ -228,7 +228,7 @@ pub fn multipliers(
         true => shooting.one_sided_product(&mut image, (&x, &at_x), v),
         false => shooting.product(&mut image, &x, v),
     };
-    // One application removes what decays within a period. Equidistributed components exclude no direction.
+    // One application removes the components that decay within a period. Equidistributed values exclude no direction.
     let golden = 0.5 * (5_f64.sqrt() - 1.0);
     let all: Vec<f64> = (1..=x.len()).map(|i| (golden * i as f64).fract() - 0.5).collect();
     let start = product(&all)?;

@@ -2,8 +2,7 @@
 
 use crate::signal::Signal;
 
-/// `u(ξ, t) = Σ w_i y_i + Σ w_k s_k(t)`: a combination of few unknowns and prescribed
-/// displacements.
+/// `u(ξ, t) = Σ w_i y_i + Σ w_k s_k(t)`: a combination of a few unknowns and prescribed displacements.
 #[derive(Debug, Clone, Default)]
 pub struct Displacement {
     /// Unknowns (index in y) with their weights.

@@ -3,40 +3,40 @@
 use crate::error::ModelError;
 use crate::muscle_dae::MuscleDae;
 
-/// Energies at one time, in 2D per meter of depth.
+/// Energies at one time; in 2D, per meter of depth.
 ///
 /// The equations of motion satisfy `d/dt (kinetic + elastic) = load + support + active -
 /// dissipation` with the [`Powers`] as long as the constraint holds.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Energies {
-    /// ½ vᵀMv, J/m.
+    /// ½ vᵀMv, J (J/m in 2D).
     pub kinetic: f64,
-    /// Stored energy ∫W + κ/2 (J−1)² and the energies of elastic foundations and of contacts, J/m.
+    /// Stored energy ∫W + κ/2 (J−1)² and the energies of elastic foundations and of contacts, J (J/m in 2D).
     pub elastic: f64,
 }
 
-/// Powers at one time, in 2D per meter of depth.
+/// Powers at one time; in 2D, per meter of depth.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Powers {
-    /// Power of the loads and of moving obstacles, W/m.
+    /// Power of the loads and of moving obstacles, W (W/m in 2D).
     pub load: f64,
-    /// Power of moving supports, W/m.
+    /// Power of moving supports, W (W/m in 2D).
     pub support: f64,
-    /// Power of the active stresses, W/m.
+    /// Power of the active stresses, W (W/m in 2D).
     pub active: f64,
-    /// α vᵀMv + β ∫Ṗ:∇v + ∫η Ė:Ė, viscous foundations, friction, and ∫H:Ė of viscoelastic stress, W/m. The
+    /// α vᵀMv + β ∫Ṗ:∇v + ∫η Ė:Ė, viscous foundations, friction, and ∫H:Ė of viscoelastic stress, W (W/m in 2D). The
     /// last term is negative while Prony terms release stored energy.
     pub dissipation: f64,
 }
 
 impl MuscleDae {
-    /// Computes the energies at a state and its derivative, without a residual.
+    /// Computes the energies at a state and its derivative, without evaluating the residual.
     pub fn energies(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Energies {
         let snapshot = self.snapshot(t, y, y_dot);
         let (solid, velocity) = (snapshot.solid, snapshot.velocity);
         let (kinetic, strain) =
             (solid.kinetic_energy(velocity), solid.strain_energy(&snapshot.fields()));
-        // With p = -κ g(J) the mixed energy is the stored energy plus pᵀM_p p/(2κ).
+        // With p = -κ g(J), the mixed energy is the stored energy plus pᵀM_p p/(2κ).
         let doubled = self.pressure(y).map_or(0.0, |p| {
             let mut product = vec![0.0; p.len()];
             self.muscle().solid.apply_compliance(p, &mut product);

@@ -1,6 +1,6 @@
 //! Measurements of a body at one time: values at points, averages, support forces.
 //!
-//! Values are computed on request only.
+//! Values are only computed on request.
 
 use myovib_fem::{ElementPoint, Space};
 
@@ -19,8 +19,8 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// Measures quantities at a point. A point slightly outside the mesh is replaced by a
-    /// near point of the mesh, as in [`Probe::near`](crate::Probe::near).
+    /// Measures quantities at a point. A point slightly outside the mesh is replaced by a nearby point of the mesh, as
+    /// in [`Probe::near`](crate::Probe::near).
     ///
     /// # Errors
     /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].

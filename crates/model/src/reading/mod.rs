@@ -12,7 +12,7 @@ use myovib_fem::{ElementPoint, Near, Space};
 use crate::error::ModelError;
 
 /// Maximum distance of a point outside the mesh, relative to the size of the nearest element, for which the nearest
-/// point of the mesh is used instead. The distance between a curved surface and its chord may be as large.
+/// point of the mesh is used instead. The distance between a curved surface and its chord may be this large.
 const NEAR: f64 = 0.05;
 
 /// Returns the position of a point in the mesh, for any dimension.

@@ -33,8 +33,8 @@ impl Probe {
         Ok(Self::new(space, locate(space, point)?, point.to_vec()))
     }
 
-    /// Locates a point. A point outside the mesh by at most a twentieth of an element is replaced by
-    /// a near point of the mesh. Also returns the distance between the two points, m.
+    /// Locates a point. A point outside the mesh by at most a twentieth of an element is replaced by a nearby point of
+    /// the mesh. Also returns the distance between the two points, m.
     ///
     /// # Errors
     /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].

@@ -1,4 +1,4 @@
-//! Quantities that can be measured on a body: one entry of [`quantities`] each.
+//! Quantities that can be measured on a body. Each has an entry in [`quantities`].
 
 use myovib_fem::material::three::Tensor3;
 use myovib_fem::output::PointState;
@@ -31,7 +31,7 @@ struct Description {
     evaluation: Evaluation,
 }
 
-/// Computation of the components. Components of symmetric tensors are in the order of 3D.
+/// Computation of the components. Components of symmetric tensors are in the 3D order.
 enum Evaluation {
     /// From the fields.
     Fields(fn(&Snapshot<'_>, &ElementPoint) -> Vec<f64>),

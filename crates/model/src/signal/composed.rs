@@ -19,7 +19,7 @@ impl TimeFunction for f64 {
     }
 }
 
-/// Steps must resolve the curvature of the spline. Its knots are smooth enough that steps need not end at them.
+/// Steps must resolve the curvature of the spline, which is smooth enough at its knots that steps need not end there.
 impl TimeFunction for Spline {
     fn at(&self, t: f64) -> Jet {
         self.at(t)

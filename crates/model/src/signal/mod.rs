@@ -3,8 +3,8 @@
 //! Loads need the value, the rod's Rayleigh load also the first derivative, and prescribed
 //! displacements both derivatives, which enter the differentiated constraints.
 //!
-//! Any type that implements [`TimeFunction`] can be used. [`formula`] lists the functions that
-//! scenes know by name, each with a file.
+//! Any type that implements [`TimeFunction`] can be used. [`formula`] lists the functions that scenes select by name,
+//! each defined in its own file.
 
 mod composed;
 pub mod formula;
@@ -103,7 +103,7 @@ pub trait TimeFunction: Debug + Send + Sync {
 /// Reason why the parameters of a function are invalid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Objection {
-    /// The number's name.
+    /// Name of the parameter.
     pub key: &'static str,
     /// Description of the problem.
     pub problem: &'static str,
@@ -217,7 +217,7 @@ impl Signal {
         self.0.constant_over(from, to)
     }
 
-    /// Returns the breaks after the first and up to the second of two times.
+    /// Returns the breaks in the interval (`from`, `to`].
     pub fn breaks(&self, from: f64, to: f64) -> impl Iterator<Item = Break> {
         std::iter::successors(self.next_break(from), |last| self.next_break(last.t))
             .take_while(move |next| next.t <= to)

@@ -10,10 +10,9 @@ use std::sync::Arc;
 
 use super::timing::{Break, TimeScales, just_after, shortest};
 
-/// Ratio of t_out − t of a first step to the system's shortest time scale. Both integrators begin
-/// with `min(0.001 · (t_out − t), 0.5/‖ẏ‖)`. At rest ẏ provides no scale, so the first term
-/// decides: it is 0.08 of the time scale, half a radian of a sine. For the paper's 8 Hz t_out is 10
-/// s, the end of Table 2's runs.
+/// Ratio of t_out − t of a first step to the system's shortest time scale. Both integrators begin with `min(0.001 ·
+/// (t_out − t), 0.5/‖ẏ‖)`. At rest, ẏ provides no scale, so the first term decides: it is 0.08 of the time scale, half
+/// a radian of a sine. For the paper's 8 Hz, t_out is 10 s, the end of Table 2's runs.
 const AHEAD: f64 = 80.0;
 
 /// Times whose relative difference is below this value count as equal: a few thousand times the
@@ -35,7 +34,7 @@ impl Schedule {
         self.drives.push((Arc::new(drive), derivatives));
     }
 
-    /// Adds times in which the system changes without excitation (s). They limit the first step only.
+    /// Adds time scales (s) on which the system changes without excitation. They only limit the first step.
     pub(crate) fn add_own_times(&mut self, times: impl IntoIterator<Item = f64>) {
         self.own_time = shortest(times.into_iter().chain(self.own_time));
     }
@@ -72,8 +71,8 @@ impl Schedule {
         shortest(drives.filter_map(|(drive, _)| drive.time_scale(from, to)))
     }
 
-    /// Returns whether all changes between two times are resolved by limits of the steps. Without any driving function, the
-    /// schedule contains no information.
+    /// Returns whether all changes between two times are resolved by limits of the steps. Returns `false` without
+    /// driving functions, because the schedule then contains no information.
     pub(crate) fn is_resolved(&self, from: f64, to: f64) -> bool {
         !self.drives.is_empty() && self.drives.iter().all(|(drive, _)| drive.is_resolved(from, to))
     }

@@ -1,14 +1,16 @@
-//! Natural cubic splines: tables of values as functions with two continuous derivatives.
+//! Cubic splines: tables of values as functions with two continuous derivatives.
 
 use super::jet::Jet;
 use super::table::Points;
 use super::timing::shortest;
 use crate::error::ModelError;
 
-/// The interpolating cubic spline whose second derivative vanishes at both ends.
+/// Cubic spline through given points.
 ///
-/// Among all functions through the points, it has the smallest `∫ s''² dt`. Between points it may overshoot by a
-/// fraction of their difference. Its error for a smooth function is of order h⁴ inside and h² next to the ends.
+/// [`new`](Self::new) creates the natural spline, whose second derivative vanishes at both ends: of all twice
+/// differentiable functions through the points, it minimizes `∫ s''² dt`. Between points, it may overshoot by a
+/// fraction of their difference. Its error for a smooth function is of order h⁴ inside and h² near the ends.
+/// [`of_acceleration`](Self::of_acceleration) integrates a piecewise linear acceleration twice.
 ///
 /// # Examples
 /// ```
@@ -23,7 +25,7 @@ pub struct Spline {
     points: Points,
     /// Second derivatives at the points.
     moments: Vec<f64>,
-    /// The acceleration of which the spline is the second integral, if any.
+    /// The acceleration whose second integral is the spline, if any.
     acceleration: Option<Points>,
 }
 

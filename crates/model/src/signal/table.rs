@@ -19,10 +19,10 @@ pub struct Points {
 }
 
 impl Points {
-    /// Checks times (s) and values.
+    /// Creates the points after checking `times` (s) and `values`.
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] for fewer than two points, times that do not ascend, or NaN and infinite numbers.
+    /// [`ModelError::OutOfRange`] for fewer than two points, times that do not ascend, or non-finite numbers.
     ///
     /// # Panics
     /// Panics if the lengths differ.
@@ -53,7 +53,7 @@ impl Points {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
-    /// Returns the index of the interval of a time: the first or last interval outside the range.
+    /// Returns the index of the interval that contains time `t`; outside the range, the first or last interval.
     pub(super) fn interval(&self, t: f64) -> usize {
         let after = self.times.partition_point(|&start| start <= t);
         after.saturating_sub(1).min(self.times.len() - 2)
@@ -119,8 +119,8 @@ impl TimeFunction for Polyline {
     }
 }
 
-/// The monotone cubic through the points: its slope is continuous, and between two points its values are between
-/// theirs.
+/// Monotone cubic interpolation: the slope is continuous, and between two points the values stay between those at the
+/// two points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pchip {
     points: Points,

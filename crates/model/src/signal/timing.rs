@@ -33,7 +33,7 @@ pub(crate) fn just_after(t: f64) -> f64 {
     t + PASSED * t.abs().max(LEAST_TIME)
 }
 
-/// Properties of a signal that the choice of steps requires; by default, of a constant.
+/// Properties of a signal that are needed to choose steps. The defaults are those of a constant.
 pub trait TimeScales: Send + Sync {
     /// Returns the first break later than `after`.
     fn next_break(&self, _after: f64) -> Option<Break> {
@@ -76,13 +76,13 @@ pub(crate) fn shortest(times: impl IntoIterator<Item = f64>) -> Option<f64> {
     times.into_iter().filter(meaningful).reduce(f64::min)
 }
 
-/// Returns the first of two times later than `after`, at which a derivative of this order jumps.
+/// Returns the first of the two `times` later than `after`, as a break of this `order`.
 pub(super) fn first(times: [f64; 2], after: f64, order: u8) -> Option<Break> {
     let later = times.into_iter().find(|t| *t > after)?;
     Some(Break { t: later, order })
 }
 
-/// Returns 0 if both times are before the rise of a function, `value` if both are after it.
+/// Returns 0 if both times are before the rise of a function, `value` if both are after it, otherwise `None`.
 pub(super) fn between([start, end]: [f64; 2], value: f64, from: f64, to: f64) -> Option<f64> {
     match () {
         () if to <= start => Some(0.0),

@@ -1,4 +1,5 @@
-//! Loading paths by arc length: the load is unknown, and the distance between two states is given (Crisfield 1981).
+//! Arc-length continuation of loading paths: the load is unknown, and the distance between two states is given
+//! (Crisfield 1981).
 
 use std::ops::ControlFlow;
 
@@ -11,7 +12,7 @@ use crate::error::ModelError;
 const ITERATIONS: f64 = 5.0;
 /// Target distance between an equilibrium and its prediction, relative to the step length, which is chosen accordingly.
 const DISTANCE: f64 = 0.1;
-/// Smallest cosine of the angle between the tangents at the ends of a step; beyond it the step may leave the branch.
+/// Smallest cosine of the angle between the tangents at the ends of a step; below it, the step may leave the branch.
 const SMALLEST_COSINE: f64 = 0.5;
 /// Smallest length of a step relative to the first one.
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
@@ -20,7 +21,7 @@ const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 const NO_PULL: &str = "the load returns to zero, where an obstacle under a force loses contact: prescribe its \
                        displacement instead";
 
-/// A path in steps of given length.
+/// A path followed in steps of controlled arc length.
 pub(super) struct ArcLength<'n, 'm> {
     newton: &'n mut Newton<'m>,
     metric: Metric,
@@ -54,7 +55,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
         })
     }
 
-    /// Takes at most `max_steps` steps, until the load factor is 1 or -1.
+    /// Takes steps until the load factor is 1 or -1, at most `max_steps`.
     pub(super) fn follow(
         mut self,
         max_steps: usize,
@@ -213,7 +214,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
 /// A step to another equilibrium.
 struct PathStep {
     to: Point,
-    /// Unit tangent of the path there.
+    /// Unit tangent of the path at `to`.
     tangent: Point,
     length: f64,
 }

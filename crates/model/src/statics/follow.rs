@@ -19,10 +19,12 @@ use crate::muscle::Muscle;
 pub enum Control {
     /// Equilibria under these load factors, in this order. Intermediate steps are taken where necessary.
     Load(Vec<f64>),
-    /// The equilibrium under the whole load, continued from an equilibrium of a body with the same mesh and other loads or
-    /// constants, with this displacement of all nodes. If this fails, the search starts from the unloaded body.
+    /// The equilibrium under the whole load, continued from the equilibrium of a body with the same mesh but different
+    /// loads or constants, whose displacement of all nodes is given. If this fails, the search starts from the unloaded
+    /// body.
     Neighbor(Vec<f64>),
-    /// Steps of given arc length along the path, which can pass limit points, until the load factor is 1 or -1.
+    /// Arc-length continuation, which can pass limit points, until the load factor is 1 or -1. The step length is
+    /// adapted.
     ArcLength {
         /// Load factor predicted for the first step, which determines its length. Must be positive.
         first_load: f64,

@@ -11,14 +11,14 @@ use crate::error::ModelError;
 const QUICK: usize = 4;
 /// Largest second-order part of a prediction, relative to the first-order part.
 const LARGEST_CHANGE: f64 = 0.5;
-/// A path ends if a step fails whose load increment is below this fraction of the whole load, and whose change of
-/// displacement gradients is below this fraction of the allowed change. A soft body may need smaller load increments:
-/// before a limit point, or at the start of a contact.
+/// A path ends if a step fails even though its load increment is below this fraction of the whole load, and its change
+/// of displacement gradients is below this fraction of the allowed change. A soft body may need smaller load
+/// increments: before a limit point, or at the start of a contact.
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 /// Load increment, as a fraction of the whole load, below which a failed step always ends the path.
 const SMALLEST_LOAD_STEP: f64 = 1e-9;
 
-/// A path in steps of the load.
+/// A path followed in load steps.
 pub(super) struct LoadSteps<'n, 'm> {
     newton: &'n mut Newton<'m>,
     x: Vec<f64>,
@@ -78,7 +78,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         })
     }
 
-    /// Advances to the `end` load factor, or as far as possible.
+    /// Advances to the load factor `end`, or as far as possible.
     fn advance_to(
         &mut self,
         end: f64,
@@ -198,7 +198,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         self.stability.observe(self.newton, negative, self.reached, None);
     }
 
-    /// Converges the last equilibrium fully.
+    /// Ends the path with `shortfall` after converging the last equilibrium fully.
     fn give_up(&mut self, shortfall: Shortfall) -> Result<Option<Shortfall>, ModelError> {
         if self.load_steps > 0 {
             let goes_on = |_| ControlFlow::Continue(());

@@ -41,10 +41,11 @@ const RELATIVE_INCREMENT_ON_PATH: f64 = 1e-4;
 const BALANCED: f64 = 1e-13;
 const MAX_ITERATIONS: usize = 16;
 /// Maximum distance between the result of Newton's iteration and the predicted displacement, relative to the length of
-/// the prediction. Beyond it the prediction carries no information, and the iteration may end on another branch.
+/// the prediction. Beyond this distance, the prediction carries no information, and the iteration may end on another
+/// branch.
 const CORRECTION: f64 = 0.25;
-/// Displacement gradient of a correction that is always accepted: at a kink of a law, such as
-/// fibers becoming slack, the correction is as long as the prediction for any step size.
+/// Displacement gradient up to which a correction is always accepted: at a kink of a law, such as fibers becoming
+/// slack, the correction is as long as the prediction for any step size.
 const SMALL_GRADIENT: f64 = 1e-3;
 /// Displacement gradient of the motion of supports with which the derivative of the forces with respect to the load is
 /// computed: truncation and rounding errors are both below 1e-9 of the derivative.
@@ -93,12 +94,12 @@ pub(super) struct Newton<'a> {
     pub(super) iterations: usize,
     /// Subtracted from the residual by [`solve`](Self::solve); empty if zero.
     pub(super) offset: Vec<f64>,
-    /// Components of supports and their distances from their prescribed places at the start of a continuation from a
+    /// Components of supports and their distances from their prescribed positions at the start of a continuation from a
     /// similar body.
     pub(super) distances: Vec<(usize, f64)>,
     /// Fraction of these distances that remains.
     pub(super) distant: f64,
-    /// The last element turned inside out by a trial of the present load step.
+    /// The element inverted last by a trial of the current load step.
     pub(super) inverted: Option<Inverted>,
 }
 
@@ -201,9 +202,9 @@ impl<'a> Newton<'a> {
 
     /// Returns the negative derivative of the residual with respect to the load factor at fixed unknowns.
     ///
-    /// Supports move only by a small part of their displacement, so that no element inverts for any total displacement.
-    /// The forces of moved obstacles are differentiated exactly, because a contact may change over a much smaller
-    /// part.
+    /// Supports are moved by only a small part of their displacement, so that no element inverts even if the total
+    /// displacement is large. The forces of moved obstacles are differentiated exactly, because a contact may change
+    /// over a much smaller part.
     fn load_derivative(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, Inverted> {
         let n_free = self.muscle.solid.dofs().n_free();
         let gradient = self.gradient(&vec![0.0; n_free], 1.0);
@@ -249,7 +250,7 @@ impl<'a> Newton<'a> {
         self.contacts.iter().any(Contact::is_driven)
     }
 
-    /// Returns the size of the displacement gradient if the free components are `q` and the
+    /// Returns the [size](largest_gradient) of the displacement gradient if the free components are `q` and the
     /// prescribed components are multiplied by `factor`.
     pub(super) fn gradient(&mut self, q: &[f64], factor: f64) -> f64 {
         self.deform(q, factor);
@@ -264,8 +265,8 @@ impl<'a> Newton<'a> {
         sums.fold(0.0, |max, sums| max.max(sums.penetration))
     }
 
-    /// Returns whether an obstacle passes the body at the displacement of the last residual, so that no displacement
-    /// of the obstacle balances its force.
+    /// Returns whether an obstacle moves past the body at the displacement of the last residual, so that no
+    /// displacement of the obstacle balances its force.
     fn obstacle_passes(&self, factor: f64) -> bool {
         let contacts = self.contacts.iter();
         let mut distances =
@@ -392,8 +393,8 @@ impl<'a> Newton<'a> {
         square(constraint).sqrt() <= RELATIVE_INCREMENT_ON_PATH * self.muscle.solid.volume()
     }
 
-    /// Returns the size of the residual: forces relative to the initial forces, volume residuals
-    /// relative to the body's volume.
+    /// Returns the square of the relative residual: forces are relative to the reference force, volume residuals to the
+    /// body's volume.
     fn size(&self, r: &[f64]) -> f64 {
         let (momentum, constraint) = r.split_at(self.muscle.solid.dofs().n_free());
         let volume = self.muscle.solid.volume();

@@ -9,7 +9,7 @@ use crate::field::Layout;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 
-/// A search for an equilibrium that has not begun.
+/// A prepared search for an equilibrium that has not begun.
 pub(crate) struct Prospect<'a> {
     newton: Newton<'a>,
 }
@@ -57,7 +57,7 @@ impl<'a> Prospect<'a> {
     /// Returns the CPU time of an evaluation of the iteration matrix at rest, s.
     ///
     /// # Errors
-    /// No errors for a body at rest.
+    /// Returns no error for a body at rest.
     pub(crate) fn evaluation(&mut self) -> Result<f64, ModelError> {
         let clock = CpuClock::start();
         let rest = vec![0.0; self.newton.layout.n_unknowns()];

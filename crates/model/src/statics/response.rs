@@ -8,9 +8,8 @@ use crate::muscle::Muscle;
 
 /// Derivatives of equilibria with respect to parameters.
 ///
-/// G(x, p) = 0 gives `∂G/∂x ∂x/∂p = −∂G/∂p`, with one factorization for all parameters. A parameter
-/// is a stencil of muscles with different values of the parameter: the weighted sum of their G at
-/// the same x is ∂G/∂p.
+/// G(x, p) = 0 gives `∂G/∂x ∂x/∂p = −∂G/∂p`, with one factorization for all parameters. A parameter is given as a
+/// stencil of muscles with different values of the parameter: the weighted sum of their G at the same x is ∂G/∂p.
 pub struct EquilibriumDerivatives<'a> {
     newton: Newton<'a>,
     parameters: Vec<Vec<(f64, Newton<'a>)>>,

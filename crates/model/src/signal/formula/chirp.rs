@@ -30,7 +30,7 @@ pub struct Chirp {
 }
 
 impl Chirp {
-    /// The frequency at a time, Hz.
+    /// Returns the frequency at time `t`, Hz.
     fn frequency_at(&self, t: f64) -> f64 {
         let passed = (t / self.duration).min(1.0);
         self.frequency + passed * (self.end_frequency - self.frequency)

@@ -8,11 +8,11 @@ use super::Signal;
 /// Dependence of a function of time on a constant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// The function is proportional to it.
+    /// The function is proportional to the constant.
     Factor,
-    /// The function has continuous derivatives with respect to it.
+    /// The function has continuous derivatives with respect to the constant.
     Smooth,
-    /// It moves a discontinuity of a derivative in time.
+    /// The constant shifts a discontinuity of a time derivative.
     Break,
 }
 

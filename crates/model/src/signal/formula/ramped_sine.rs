@@ -1,4 +1,4 @@
-//! A sine introduced by a sigmoid.
+//! A sine ramped up by a sigmoid.
 
 use std::f64::consts::TAU;
 
@@ -76,7 +76,8 @@ impl TimeFunction for RampedSine {
         shortest(rise.chain([self.frequency.abs().recip()]))
     }
 
-    /// No limit: the function is smooth and increases gradually, so error estimates detect it.
+    /// Limits steps only while the sigmoid rises. The rise is smooth and gradual, so steps of the rise time suffice for
+    /// error estimates to detect it.
     fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
         self.rise(from, to)
     }

@@ -6,8 +6,8 @@ use super::Newton;
 use crate::error::ModelError;
 use crate::muscle::load::{Contact, set_multipliers};
 
-/// Maximum number of updates of multipliers. If the contact is stiffer than the body, each update divides the penetration
-/// by about the ratio of both stiffnesses.
+/// Maximum number of updates of multipliers. If the contact is stiffer than the body, each update divides the
+/// penetration by about the ratio of the two stiffnesses.
 const MAX_AUGMENTATIONS: usize = 50;
 /// Maximum number of halvings of an update if the equilibrium after it is not found.
 const HALVINGS: usize = 6;
@@ -18,7 +18,7 @@ const SLOW: f64 = 0.5;
 const STIFFENING: f64 = 4.0;
 /// Largest stiffness of such a contact, relative to the given one.
 const STIFFEST: f64 = 64.0;
-/// Smallest penetration of an unloaded body, as a fraction of the size of facets, that can prevent convergence.
+/// Smallest penetration of an unloaded body, as a fraction of the facet size, that can prevent convergence.
 const OVERLAP: f64 = 0.01;
 
 impl Newton<'_> {
