@@ -2,8 +2,8 @@
 
 use crate::coupling::Oscillators;
 
-/// Dependence of a network of oscillators on one parameter: a stencil of perturbed networks, or its
-/// initial position.
+/// Dependence of a network of oscillators on one parameter: a stencil of perturbed networks, or the initial position of
+/// the oscillators.
 #[derive(Debug, Clone)]
 pub struct ChainDependence {
     pub(super) network: usize,
@@ -14,13 +14,13 @@ pub struct ChainDependence {
 }
 
 impl ChainDependence {
-    /// Creates the dependence of network number `network`. The derivative of a quantity is `own_weight` times its
-    /// value for the network itself, plus each weight in `perturbed` times its value for the perturbed network.
+    /// Creates the dependence of the network with index `network`. The derivative of a quantity is `own_weight` times
+    /// its value for the network itself, plus each weight in `perturbed` times its value for the perturbed network.
     pub fn new(network: usize, own_weight: f64, perturbed: Vec<(f64, Oscillators)>) -> Self {
         Self { network, own_weight, perturbed, is_start: false }
     }
 
-    /// Creates the dependence of network number `network` on the common initial position of its oscillators.
+    /// Creates the dependence of the network with index `network` on the common initial position of its oscillators.
     pub fn of_start(network: usize) -> Self {
         Self { is_start: true, ..Self::new(network, 0.0, Vec::new()) }
     }

@@ -57,8 +57,8 @@ impl Dependence {
         }
     }
 
-    /// Creates the dependence on a parameter in which the equations are smooth: a fourth-order
-    /// difference of the muscles returned by `stencil`, with step `delta`.
+    /// Creates the dependence on a parameter in which the equations are smooth: a fourth-order difference of the
+    /// `muscles` at the points of `stencil`, with step `delta`.
     pub fn smooth(
         parameter: Parameter,
         formulation: Formulation,
@@ -105,21 +105,20 @@ impl Dependence {
         std::iter::once((self.own_weight, own)).chain(perturbed).collect()
     }
 
-    /// States that the parameter does not affect the element integrals. Examples are parameters of inertia or
+    /// Declares that the parameter does not affect the element integrals. Examples are parameters of inertia or
     /// damping, and of compressibility if the pressure is an unknown. Perturbed muscles then need no element passes.
     #[must_use]
     pub fn outside_elements(self) -> Self {
         Self { scope: Scope::OutsideElements, ..self }
     }
 
-    /// States that the parameter only affects the law's stress, so that only element forces are
-    /// computed for it.
+    /// Declares that the parameter only affects the law's stress, so that only element forces are computed for it.
     #[must_use]
     pub fn on_forces(self) -> Self {
         Self { scope: Scope::ElementForces, ..self }
     }
 
-    /// States that the parameter only affects loads, so that only loads are computed for it.
+    /// Declares that the parameter only affects loads, so that only loads are computed for it.
     #[must_use]
     pub fn on_loads(self) -> Self {
         Self { scope: Scope::Loads, ..self }

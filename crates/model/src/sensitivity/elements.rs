@@ -38,8 +38,8 @@ struct Column {
 }
 
 impl ElementProduct {
-    /// Creates the product for a muscle. Returns `None` if a state-dependent matrix is not a
-    /// tangent of its integrals.
+    /// Creates the product for a muscle. Returns `None` if a state-dependent matrix is not a tangent of the element
+    /// integrals.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
         let blocks = dae.blocks();
         let terms = blocks.iter().flat_map(|(_, terms)| terms);

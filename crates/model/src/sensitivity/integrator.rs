@@ -51,7 +51,7 @@ impl SensitiveIntegrator {
             if dae.muscle().solid.has_inertia() {
                 expect_no_jump(&dae, settings.t_end)?;
             } else if let Some(t) = dae.muscle().first_jump(settings.t_end) {
-                // The state is continuous where slopes jump, at times that do not depend on parameters.
+                // Where only slopes jump, at times that do not depend on parameters, the state is continuous.
                 return Err(ModelError::Jump { t });
             }
         }
@@ -123,9 +123,9 @@ where
         read(self.inner.problem_mut(), t, &y, &y_dot)
     }
 
-    /// Returns the derivative with respect to parameter j of quantities at a time within the last
-    /// step: through the state by a central difference along ∂y/∂p, plus the explicit derivative of
-    /// the reading. `own` is the value of the reading. The derivative is NaN at a kink.
+    /// Returns the derivative with respect to parameter j of quantities at a time within the last step: a central
+    /// difference of the reading along ∂y/∂p, plus its explicit derivative. `own` is the value of the reading. The
+    /// derivative is NaN at a kink.
     ///
     /// # Panics
     /// Panics if the parameter does not exist.
@@ -185,14 +185,15 @@ where
     }
 }
 
-/// Steps of differences along p̄ S, which has the magnitude of y. ε^(1/3) balances truncation and rounding errors. Most
-/// readings are linear; the shorter steps are used if a reading has a kink nearby.
+/// Steps of differences along ∂y/∂p, in units of the parameter's scale p̄: p̄ ∂y/∂p has the magnitude of y. ε^(1/3)
+/// balances truncation and rounding errors. Most readings are linear; the shorter steps are used if a reading has a
+/// kink nearby.
 const STEPS: [f64; 3] = [6e-6, 6e-9, 6e-12];
 
 /// Returns whether three values at equal short distances indicate a smooth function, rather than a function with a kink
-/// or jump in the middle. Examples of the latter are modulus and argument of an order parameter if all oscillators are
-/// at rest. `bends` are the second differences over the previous step, if any, and over this step, which is a thousand
-/// times shorter.
+/// or jump in the middle. Examples of the latter are the modulus and the argument of an order parameter if all
+/// oscillators are at rest. `bends` are the second differences over the previous step, if any, and over this step,
+/// which is a thousand times shorter.
 fn is_smooth([above, own, below]: [f64; 3], bends: [f64; 2]) -> bool {
     let [before, bend] = bends;
     if bend <= 0.1 * (above - below).abs() {

@@ -1,13 +1,11 @@
 //! Sensitivities of a muscle's motion to parameters.
 //!
-//! A [`Dependence`] is a parameter with perturbed muscles whose residuals form ∂F/∂p by a
-//! [`Stencil`]; a [`ChainDependence`] is its counterpart for networks. [`Dependences`] collects all
-//! parameters of a muscle and its chains. [`SensitiveIntegrator`] is Radau IIA that integrates
-//! ∂y/∂p together with the motion. `Tangents` computes products with ∂F/∂y for it, by element
-//! passes where an `ElementProduct` is available. [`PerturbedSystems`] provides the perturbed systems for the
-//! explicit derivative of a reading. [`ElementStiffness`] is a field of parameters for an
-//! [`Adjoint`](myovib_radau::Adjoint), with which a [`RecordedIntegrator`] traverses its steps
-//! backward.
+//! A [`Dependence`] is a parameter with perturbed muscles whose residuals form ∂F/∂p with a [`Stencil`]; a
+//! [`ChainDependence`] is its counterpart for networks. [`Dependences`] collects all parameters of a muscle and its
+//! chains. [`SensitiveIntegrator`] integrates ∂y/∂p together with the motion by Radau IIA. `Tangents` computes products
+//! with ∂F/∂y for it, by element passes where an `ElementProduct` is available. [`PerturbedSystems`] provides the
+//! perturbed systems for the explicit derivative of a reading. [`ElementStiffness`] is a field of parameters for an
+//! [`Adjoint`](myovib_radau::Adjoint), with which a [`RecordedIntegrator`] traverses its steps backward.
 
 mod chain;
 mod dependence;

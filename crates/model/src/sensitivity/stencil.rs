@@ -1,6 +1,6 @@
 //! Fourth-order finite differences in a parameter.
 
-/// Points at which a function is evaluated for its derivative.
+/// Points at which a function is evaluated to compute its derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stencil {
     /// Points on both sides.
@@ -10,7 +10,7 @@ pub enum Stencil {
 }
 
 impl Stencil {
-    /// Returns the distances from the point in units of the step, with their weights divided by the
+    /// Returns the distances from the point in units of the step, with their weights, which must be divided by the
     /// step.
     pub fn points(self) -> &'static [(f64, f64)] {
         match self {

@@ -62,7 +62,7 @@ struct Operand {
 }
 
 impl Operand {
-    /// Returns whether the matrix multiplies the unknowns with coefficient 1 and not their rates.
+    /// Returns whether the matrix multiplies the unknowns with coefficient 1, but not their rates.
     fn is_value(&self) -> bool {
         self.df_dy == 1.0 && self.df_dyp == 0.0
     }
@@ -94,8 +94,7 @@ impl Tangents {
                 if elements.is_some() && ElementProduct::takes(term.matrix) {
                     continue;
                 }
-                // At constant internal stresses; condensed matrices use other factors instead of Σ
-                // g.
+                // The tangent at constant internal stresses has the factor Σ g; condensed matrices have other factors.
                 let factor = match term.matrix {
                     Matrix::RelaxingStiffness(k) => parts[k].prony.instantaneous() - 1.0,
                     _ => 1.0,

@@ -71,8 +71,8 @@ impl Dynamics {
         }
     }
 
-    /// Computes the pressure for κ < ∞ from M_p λ/κ = -∫ψ g(J), and its rates from the first and
-    /// second derivatives.
+    /// Computes the pressure for κ < ∞ from M_p λ/κ = -∫ψ g(J), and its rates from the first and second time
+    /// derivatives of this equation.
     fn compressible(
         mut dae: MuscleDae,
         muscle: &Muscle,

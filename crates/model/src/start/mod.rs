@@ -1,7 +1,7 @@
 //! Consistent initial values for every formulation, from displacements and velocities.
 //!
-//! [`InitialValues`] contains y and ẏ that satisfy F(t, y, ẏ) = 0 and, for index 2 or 3, the hidden
-//! equations in its derivatives; [`BlockResidual`] measures the error.
+//! [`InitialValues`] contains y and ẏ that satisfy F(t, y, ẏ) = 0 and, for index 2 or 3, the hidden equations that
+//! follow from its derivatives; [`BlockResidual`] measures the error.
 //!
 //! Reference: U. M. Ascher, L. R. Petzold, *Computer Methods for Ordinary Differential Equations
 //! and Differential-Algebraic Equations*, SIAM 1998, section 9.2 (hidden constraints).
@@ -35,7 +35,7 @@ use crate::statics::{self, Search};
 pub struct InitialValues {
     /// y.
     pub y: Vec<f64>,
-    /// ẏ, including algebraic variables.
+    /// ẏ, including the derivatives of algebraic variables.
     pub y_dot: Vec<f64>,
     /// Largest change of a displacement component by the projection onto the constraint, m.
     pub displacement_moved: f64,
@@ -82,12 +82,11 @@ impl InitialValues {
     /// tensions start from zero, and stress is relaxed (H = 0).
     ///
     /// # Method
-    /// For κ = ∞ both are first projected, q onto ∫ψ (J - 1) = 0 in the H1 norm, v onto ∫ψ cof F:∇v
-    /// = 0 in the norm of the kinetic energy. λ and v̇ follow from the balance of momentum with the
-    /// second derivative of the constraint, λ̇ and v̈ from the derivatives of these equations. With
-    /// β > 0 only λ + β λ̇ is determined. Of all λ(0), the value with λ̈ = 0 is chosen, so that
-    /// e^(-t/β) is excited only by terms of order β² λ̈ (the slow manifold to first order in β).
-    /// For κ < ∞ the constraint gives λ and λ̇, so p/κ + g(J) = 0, which `velocity` conserves,
+    /// For κ = ∞, both are first projected: q onto ∫ψ (J - 1) = 0 in the H1 norm, v onto ∫ψ cof F:∇v = 0 in the norm of
+    /// the kinetic energy. λ and v̇ follow from the balance of momentum with the second derivative of the constraint,
+    /// λ̇ and v̈ from the derivatives of these equations. With β > 0, only λ + β λ̇ is determined. Of all λ(0), the
+    /// value with λ̈ = 0 is chosen, so that e^(-t/β) is excited only by terms of order β² λ̈ (the slow manifold to
+    /// first order in β). For κ < ∞, the constraint gives λ and λ̇, so p/κ + g(J) = 0, which `velocity` conserves,
     /// holds from the start.
     ///
     /// # Shapes
@@ -197,7 +196,7 @@ impl InitialValues {
         if muscle.solid.has_inertia() {
             return Self::new(dae, t, &equilibrium.displacement, &rest);
         }
-        // Without inertia, the equilibrium has all unknowns.
+        // Without inertia, displacements and pressures are those of the equilibrium.
         let [internal, _] = internal_stresses(muscle, t, [&equilibrium.displacement, &rest], None);
         let layout = dae.layout();
         let mut y = vec![0.0; layout.n_unknowns()];
@@ -224,8 +223,8 @@ impl InitialValues {
         Self::without_inertia(dae, 0.0, y)
     }
 
-    /// Completes the displacements, tensions and internal stresses in `y`. Without viscous stresses, the
-    /// velocity follows from the first step.
+    /// Completes the state `y`, in which displacements, tensions and internal stresses are given. Without viscous
+    /// stresses, the velocity follows from the first step.
     fn without_inertia(dae: &mut MuscleDae, t: f64, mut y: Vec<f64>) -> Result<Self, ModelError> {
         if Added::of(dae.muscle()).is_damped() {
             creep::balance(dae, t, &mut y)?;

@@ -29,7 +29,7 @@ pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64
         let volume_residual = motion.volume_residual()?;
         let size = largest_projected(solid, &volume_residual);
         let rounding = f64::EPSILON * largest(&motion.displacement) / extent(muscle);
-        // Newton's last step reduces the residual to rounding, and it does not decrease any further.
+        // Newton's last step reduces the residual to rounding errors, after which it does not decrease any further.
         if size <= rounding || (size < CONVERGED && size >= 0.5 * last) {
             return Ok(q);
         }

@@ -59,7 +59,7 @@ pub fn residuals(
     };
     let rows = dae.rows().to_vec().into_iter().zip(dae.layout().blocks());
     Ok(rows
-        // If every node is held, there are no unknown displacements.
+        // If every node is fixed, there are no unknown displacements.
         .filter(|(_, (_, range))| !range.is_empty())
         .map(|((field, equation), (_, range))| {
             let worst = range
