@@ -8,7 +8,7 @@ use num_complex::ComplexFloat;
 
 use crate::muscle::load::Contact;
 
-/// Equations F_k(u, s_k) = force of driven obstacles, linearized. With c = ∂F/∂u, and −c the derivative of the force on
+/// Linearized equations F_k(u, s_k) = force of driven obstacles. With c = ∂F/∂u, and −c the derivative of the force on
 /// the body with respect to s, elimination of s subtracts c cᵀ/(∂F/∂s) from the matrix, one obstacle after another
 /// (Sherman–Morrison).
 #[derive(Debug, Default)]
@@ -78,7 +78,8 @@ impl<T: Scalar> DrivenObstacles<T> {
         Ok(())
     }
 
-    /// Turns solutions `x` for obstacles at rest, stored row by row, into solutions for obstacles that follow their forces.
+    /// Turns solutions `x` for fixed obstacles, stored row by row, into solutions for obstacles that follow their
+    /// forces.
     pub(crate) fn correct(&self, x: &mut [T], n_columns: usize) {
         for own in &self.obstacles {
             for j in 0..n_columns {

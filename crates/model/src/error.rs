@@ -78,7 +78,7 @@ pub enum ModelError {
     /// Invalid settings of Radau IIA or a fatal error of the problem.
     #[error(transparent)]
     Radau(#[from] myovib_radau::RadauError),
-    /// A setting that Radau IIA does not have.
+    /// A setting that Radau IIA does not support.
     #[error("Radau IIA has no `{setting}`: it is a setting of BDF (IDAS)")]
     OnlyBdf { setting: &'static str },
     /// A setting that is not available for a body with feedback.
@@ -145,7 +145,7 @@ pub enum ModelError {
          fixed direction"
     )]
     NoEnergy,
-    /// Supports that leave motions without strain.
+    /// Supports that do not prevent motions without strain.
     #[error(
         "the supports do not fix the body: {0}; fix more components or more nodes of each part"
     )]

@@ -34,11 +34,11 @@ const SECTORS: [(u8, f64); 3] = [(5, 51.84), (4, 73.35), (3, 86.03)];
 /// mode.
 const UNRESOLVED: f64 = 10.0;
 
-/// If no step succeeds from a state with an element whose det F is below this value, the
-/// deformation is a likelier cause than the index. The value is based on few observed stops: near
-/// 0.1 at a hundred times the paper's load, above 0.95 when the index was the cause.
+/// If no step succeeds from a state with an element whose det F is below this value, the deformation is a likelier
+/// cause than the index. The value is based on only a few observed stops: near 0.1 at a hundred times the paper's load,
+/// above 0.95 when the index was the cause.
 const FLAT: f64 = 0.2;
-/// Suggested change if elements are strained too far.
+/// Suggested change if elements are strained too much.
 const EASE: &str = "apply the load more slowly, reduce it, or refine the mesh there";
 
 /// A formulation with its indices and the settings of its integration.
@@ -112,7 +112,7 @@ impl Advice {
         let Parameters { alpha, beta, .. } = self.parameters;
         let resolved = UNRESOLVED * TAU * self.drive.unwrap_or(0.0);
         let ratio = |omega: f64| 0.5 * (alpha / omega + beta * omega);
-        // Without β the fastest modes are undamped.
+        // Without β, the fastest modes are undamped.
         if beta > 0.0 {
             let slowest = resolved.max((alpha / beta).sqrt());
             if slowest > 0.0 { ratio(slowest) } else { 0.0 }
@@ -161,7 +161,7 @@ impl Advice {
         Some(Remedy::Reformulate(other, other.index(&self.parameters)))
     }
 
-    /// Returns the likely causes of failure, before the run is tried.
+    /// Returns the likely causes of failure, before the run starts.
     pub fn findings(&self) -> Vec<Finding> {
         let of_multipliers = self.error_test().or_else(|| self.newton());
         of_multipliers.into_iter().chain(self.order()).collect()
@@ -330,7 +330,7 @@ impl Advice {
         })
     }
 
-    /// Returns a finding if the smallest det F at a stop, `ratio` in `element`, is small. Near det F = 0 the stress of
+    /// Returns a finding if the smallest det F at a stop, `ratio` in `element`, is small. Near det F = 0, the stress of
     /// the law grows without bound, so time steps and Newton's method fail.
     pub(crate) fn flatness(&self, ratio: f64, element: usize) -> Option<Finding> {
         (ratio < FLAT).then(|| Finding {
@@ -360,7 +360,7 @@ impl Advice {
         loose.into_iter().chain([strained]).collect()
     }
 
-    /// Returns the remedy for elements strained too far.
+    /// Returns the remedy for elements strained too much.
     fn ease(&self) -> &'static str {
         if self.collapses { COLLAPSE } else { EASE }
     }

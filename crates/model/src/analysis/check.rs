@@ -335,7 +335,7 @@ impl Sizes {
         let dae = &mut undeformed(muscle, formulation)?;
         let at_rest = vec![0.0; dae.n_unknowns()];
         dae.update_matrices(0.0, &at_rest, &at_rest)?;
-        // Each conjugate pair of stages has a complex matrix; the odd stage has the real matrix.
+        // Each conjugate pair of stages has a complex matrix; the remaining stage has the real matrix.
         let n_complex = settings.integrator.stages().unwrap_or(1) / 2;
         let reduction = Reduction::new(dae, settings.sparse_options())?;
         Ok(Self {

@@ -8,11 +8,11 @@
 //! ```
 //!
 //! v satisfies only B v = 0. If B̃ is more restrictive than B, the multiplier μ must remove the part of v that B̃
-//! excludes, so that μ ≠ 0 and q̇ ≠ v. With B̃ = B this is (33), and μ = 0.
+//! excludes, so that μ ≠ 0 and q̇ ≠ v. With B̃ = B, this is (33), and μ = 0.
 //!
-//! For small strains all matrices are constant, and projections eliminate the multipliers: in coordinates in which M is
-//! the identity, q̇ = P̃ v, v̇ = P (f - A q - D v) with the orthogonal projections P and P̃ onto the kernels of B and
-//! B̃. This solves the DAE without a DAE integrator. A solution also exists if B̃ has dependent rows; μ is then not
+//! For small strains, all matrices are constant, and projections eliminate the multipliers: in coordinates in which M
+//! is the identity, q̇ = P̃ v, v̇ = P (f - A q - D v) with the orthogonal projections P and P̃ onto the kernels of B
+//! and B̃. This solves the DAE without a DAE integrator. A solution also exists if B̃ has dependent rows; μ is then not
 //! unique.
 
 use myovib_fem::element::{Degree, TRIANGLE, inverse_map};

@@ -70,7 +70,7 @@ pub struct Level {
 }
 
 impl Level {
-    /// Measures `pair` on `mesh` at rest with the nodes of the groups `fixed` fixed.
+    /// Measures `pair` on `mesh` at rest, with all nodes of the groups in `fixed` held in place.
     ///
     /// # Errors
     /// [`ModelError::Fem`] for an unknown group, [`ModelError::Structure`] if B cannot be

@@ -153,7 +153,7 @@ fn requested(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
     }
 }
 
-/// Detects inconsistent units by a time scale of the scene far from the time scale of the body.
+/// Detects inconsistent units from a time scale of the scene that is far from the time scale of the body.
 pub(super) fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<Finding> {
     let slowest = slow_modes.iter().copied().find(|mode| *mode > 0.0)?;
     let (requested, what) = requested(muscle, t_end);

@@ -32,10 +32,9 @@ const ROUNDING: f64 = 1e-6;
 /// symmetric.
 const SYMMETRIC: f64 = 1e-10;
 
-/// Builds the undamped small vibrations about an equilibrium of a formulation with pressures: M ü +
-/// K u - Bᵀ p = 0, M_p p/κ + B u = 0, with all matrices at the equilibrium. K contains the law,
-/// elastic foundations and, under loads, tensions (which are constant) and follower pressures.
-/// Viscoelastic (Prony) stress is relaxed.
+/// Builds the problem of undamped small vibrations about an equilibrium of a formulation with pressures: M ü + K u - Bᵀ
+/// p = 0, M_p p/κ + B u = 0, with all matrices at the equilibrium. K contains the law, elastic foundations and, under
+/// loads, tensions (which are constant) and follower pressures. Viscoelastic (Prony) stress is relaxed.
 ///
 /// # Errors
 /// [`ModelError::Inverted`] for a state with an inverted element; [`ModelError::NoEnergy`] for follower pressures if
@@ -137,10 +136,9 @@ pub fn up_to(
     lowest(muscle, at, most)
 }
 
-/// Returns the damping ratio of a `mode` about an equilibrium, vᵀ D v / (2 ω vᵀ M v). D collects
-/// all forces proportional to velocities: Rayleigh damping, Kelvin–Voigt damping and foundations.
-/// For uniform α and β it is (α/ω + βω)/2. Prony terms are not included. Returns `None` if the mode
-/// does not oscillate.
+/// Returns the damping ratio of a `mode` about an equilibrium, vᵀ D v / (2 ω vᵀ M v). D collects all forces
+/// proportional to velocities: Rayleigh damping, Kelvin–Voigt damping and foundations. For uniform α and β, it is
+/// (α/ω + βω)/2. Prony terms are not included. Returns `None` if the mode does not oscillate.
 ///
 /// # Errors
 /// [`ModelError::Inverted`] for a state with an inverted element.
@@ -180,8 +178,8 @@ pub fn damping_ratio(
     Ok(Some(lost / (2.0 * omega)))
 }
 
-/// Returns the participation factors φᵀ M r of a `mode`, √kg (in the plane √(kg/m)), for unit translations r of all
-/// nodes along the axes, including supports. Their squares are the effective masses.
+/// Returns the participation factors φᵀ M r of a `mode`, √kg (√(kg/m) in 2D), for unit translations r of all nodes
+/// along the axes, including supports. Their squares are the effective masses.
 pub fn participation(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
     let solid = &muscle.solid;
     let dimension = solid.space().dimension();

@@ -16,7 +16,7 @@ use crate::rod_dae::RodDae;
 use crate::signal::schedule::Schedule;
 use crate::start::Consistent;
 
-/// Linear solver of a system without its oscillators.
+/// Linear solver for the Newton systems of `B`.
 pub type SystemMatrices<B> = Box<dyn LinearSolver<B> + Send>;
 
 /// A condensed solver of a system, if one is available.

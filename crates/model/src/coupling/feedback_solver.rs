@@ -33,7 +33,7 @@ use crate::field::Field;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 
-/// Positions of f wᵀ of a place in the stiffness.
+/// Positions in the stiffness of the entries of f wᵀ of one place.
 #[derive(Debug)]
 struct Local {
     /// w.

@@ -11,12 +11,11 @@
 //! The vector e selects the rows on which the forcing acts, and w contains the weights of the unknowns that form u.
 //! Systems without oscillators have no such states; systems without a body ([`NoBody`]) have no mesh.
 //!
-//! Main types: [`CoupledDae`] is the system of a [`Body`] and [`Oscillators`] with a [`Source`] for
-//! each direction. A [`Recording`] replays a body's motion to oscillators integrated
-//! later. [`ErrorTest`] holds the tolerances of each part. [`CoupledSolver`] extends a body's
-//! linear solver to the oscillators. [`start_coupled`] creates an integrator. [`CoherenceHistory`]
-//! records the coherence, and [`LockCriterion`] evaluates it. [`Multirate`] integrates a body and its
-//! oscillators with separate steps. With a [`Feedback`] the coupling is two-way: [`FeedbackDae`] and
+//! Main types: [`CoupledDae`] is the system of a [`Body`] and [`Oscillators`] with a [`Source`] for each direction. A
+//! [`Recording`] replays a body's motion to oscillators integrated later. [`ErrorTest`] holds the tolerances of each
+//! part. [`CoupledSolver`] extends a body's linear solver to the oscillators. [`start_coupled`] creates an integrator.
+//! [`CoherenceHistory`] records the coherence, and [`LockCriterion`] evaluates it. [`Multirate`] integrates a body and
+//! its oscillators with separate steps. With a [`Feedback`], the coupling is two-way: [`FeedbackDae`] and
 //! [`FeedbackSolver`].
 #![doc = include_str!("../../notes/0003-a-chain-beside-a-muscle.md")]
 

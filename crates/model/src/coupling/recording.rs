@@ -49,7 +49,7 @@ impl Recording {
     /// Returns u at time `t`, or `None` outside the recorded interval.
     pub fn at(&self, t: f64) -> Option<f64> {
         let [start, end] = self.covers()?;
-        // An integrator that stops at the end may pass it by rounding.
+        // An integrator that stops at the end may pass it by a rounding error.
         let slack = 1e-12 * (end - start);
         if !(start - slack..=end + slack).contains(&t) {
             return None;

@@ -19,7 +19,7 @@ pub(super) fn pressure_terms() -> Vec<Term> {
     ]
 }
 
-/// Computes M (q̇ - v) + B(q)ᵀ μ. At constrained nodes q̇ and v are the same prescribed velocity.
+/// Computes M (q̇ - v) + B(q)ᵀ μ. At constrained nodes, q̇ and v are the same prescribed velocity.
 pub(super) fn stabilized_residual(
     state: &State<'_>,
     integrals: &mut Integrals<'_>,

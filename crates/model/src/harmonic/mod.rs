@@ -44,7 +44,7 @@ pub use neighbors::Neighbors;
 pub struct Excitation {
     /// Forces of fixed direction at all nodal components, N.
     pub force: Vec<Complex64>,
-    /// Loads of size 1 on the deformed boundary, each with its amplitude.
+    /// Unit loads on the deformed boundary, each with its amplitude.
     pub surface_loads: Vec<(SurfaceLoad, Complex64)>,
     /// Prescribed components of the nodal displacement with their amplitudes, m.
     pub displacement: Vec<(usize, Complex64)>,
@@ -255,8 +255,8 @@ impl HarmonicResponse {
     /// Solves like [`map`](Self::map), and also for the derivatives of the amplitudes with respect to parameters. Each
     /// derivative costs one additional solve with the same factors, and a product with the matrix of each neighbor.
     ///
-    /// An adjoint solve for each output could replace the solves, but not the products, which cost about four times as much: with 20
-    /// parameters and one output, it would save 17 % of the time (21 000 unknowns in space, 15 000 in the plane).
+    /// An adjoint solve for each output could replace the solves, but not the products, which cost about four times as
+    /// much: with 20 parameters and one output, it would save 17 % of the time (21 000 unknowns in 3D, 15 000 in 2D).
     ///
     /// # Errors
     /// As for [`map`](Self::map).

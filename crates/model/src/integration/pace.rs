@@ -73,7 +73,7 @@ impl Pace {
             false => stop_time,
         };
         self.shortened = stop_time - t < statistics.current_step;
-        // The stop time may be far, and signals such as recordings examine the whole interval.
+        // The stop time may be far away, and signals such as recordings examine the whole interval.
         let is_resolved = self.schedule.is_resolved(t, stop_time.min(t + proposed));
         Bounds { t_out, stop_time, is_resolved }
     }

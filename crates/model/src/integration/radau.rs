@@ -158,9 +158,9 @@ fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBu
 /// Newton's tolerance for undamped compressible bodies, as a fraction of the smaller of the tolerances for the estimate and
 /// for the solution.
 ///
-/// The estimate of the next step amplifies the remaining error of Newton's method in vibrations of the volume, which nothing
-/// damps. With the default, which is three times as large, tolerances of 1e-2 and 1e-4 needed up to ten times as many steps
-/// as 1e-6. Below 1e-5 the default suffices.
+/// The estimate of the next step amplifies the remaining error of Newton's method in vibrations of the volume, which
+/// nothing damps. With the default, which is three times as large, tolerances of 1e-2 and 1e-4 needed up to ten times
+/// as many steps as 1e-6. Below 1e-5, the default suffices.
 const UNDAMPED_NEWTON_ERROR: f64 = 1e-2;
 
 /// Returns the options of Radau IIA for a muscle with `settings`.

@@ -135,7 +135,7 @@ impl MultiplierWeights {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct StepOptions {
-    // The estimate from ẏ is at most 0.08 of the shortest time scale of the loads, independent of the end time.
+    // The estimate from ẏ is at most 0.08 of the shortest time scale of the loads, independently of the end time.
     /// First step, s [default: estimated].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub initial_step: Option<f64>,

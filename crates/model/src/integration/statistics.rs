@@ -71,7 +71,7 @@ pub enum EndReason {
     MaxSteps,
     /// No equilibrium under the whole load was found.
     NoEquilibrium,
-    /// Elements are turned inside out in the equilibrium.
+    /// Elements are inverted in the equilibrium.
     Inverted,
     /// The limit on CPU time or work was reached.
     WorkCap,

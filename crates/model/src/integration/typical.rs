@@ -8,7 +8,7 @@ use crate::muscle::Muscle;
 use crate::muscle::activation::Activation;
 use crate::signal::Signal;
 
-/// Number of intervals at which loads are sampled. It is prime, because with a round number of samples a load with a
+/// Number of intervals at which loads are sampled. It is prime, because with a round number of samples, a load with a
 /// round number of periods could vanish at all sample times.
 const INTERVALS: u32 = 997;
 /// Maximum number of breaks of a load around which it is also sampled.
@@ -177,7 +177,7 @@ pub(crate) fn mean_density(muscle: &Muscle) -> f64 {
     mass(muscle) / muscle.solid.volume()
 }
 
-/// Returns the mass, kg, also of a body whose inertia is neglected; in the plane per meter of thickness.
+/// Returns the mass, kg, also of a body whose inertia is neglected; in 2D, per meter of thickness.
 pub fn mass(muscle: &Muscle) -> f64 {
     let (solid, space) = (&muscle.solid, muscle.solid.space());
     let densities = solid.densities().iter().enumerate();
@@ -268,8 +268,8 @@ mod tests {
         assert!((found.displacement / (1e-3 * rest.displacement) - 1.0).abs() < 2e-6);
     }
 
-    /// Regression: absolute tolerances were numbers of SI units, and the same body in other units took up to 70 times as
-    /// many steps.
+    /// Regression: absolute tolerances were fixed numbers in SI units, and the same body in other units took up to 70
+    /// times as many steps.
     #[test]
     fn magnitudes_follow_units_and_loads() {
         let si = typical([1.0, 1.0, 1.0], 50.0);

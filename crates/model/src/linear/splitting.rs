@@ -1,8 +1,8 @@
 //! The Newton system of the stabilized equations (33), split into two systems.
 //!
 //! The first line of (33), M (q̇ − v) + B(q)ᵀμ = 0, is not a kinematic equation: eliminating δv would require M⁻¹,
-//! which is dense. However, μ occurs in the kinematic equation in the same way as λ in the momentum balance. With s = c
-//! + α, the rows of the Newton system for a given c are
+//! which is dense. However, μ occurs in the kinematic equation in the same way as λ in the momentum balance. With
+//! s = c + α, the rows of the Newton system for a given c are
 //!
 //! ```text
 //! (c M + K_μ) δq − M δv + Bᵀ δμ = b_q        B δv + Ḃ δq = b_λ

@@ -9,7 +9,7 @@ use myovib_fem::{
 
 use crate::signal::Signal;
 
-/// Cosine of the angle between the motion of an obstacle and the direction to the body below which the motion is
+/// Cosine of the angle between the motion of an obstacle and the direction to the body below which the motion counts as
 /// tangential, up to rounding.
 const TANGENTIAL: f64 = 1e-12;
 
@@ -466,7 +466,7 @@ impl BoundaryForce for Contact {
     }
 }
 
-/// Sets the depths of the multipliers of each contact; empty lists are for contacts without multipliers.
+/// Sets the depths of the multipliers of each contact; the lists of contacts without multipliers are empty.
 pub(crate) fn set_multipliers(contacts: &mut [Contact], depths: Vec<Vec<f64>>) {
     let augmented = contacts.iter_mut().zip(depths).filter(|(_, depths)| !depths.is_empty());
     augmented.for_each(|(contact, depths)| contact.set_depths(depths));

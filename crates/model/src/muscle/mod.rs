@@ -92,9 +92,8 @@ impl Muscle {
         Ok(Self::unloaded(solid, body))
     }
 
-    /// Checks the prescribed motions and tensions: each prescribed component is constrained, occurs
-    /// once and moves with continuous velocity, which may jump if the body has no inertia; each
-    /// tension belongs to an active stress.
+    /// Checks the prescribed motions and tensions: each prescribed component is constrained, occurs once and moves
+    /// continuously, with continuous velocity if the body has inertia; each tension belongs to an active stress.
     ///
     /// # Errors
     /// [`ModelError::Prescribed`], [`ModelError::Activation`].

@@ -163,8 +163,8 @@ impl MuscleDae {
         self.displacement_along(probe, direction)
     }
 
-    /// Returns the displacement d·u at a probe along a vector d, including prescribed components.
-    /// Only the first components of d, as many as the body has dimensions, are used.
+    /// Returns the displacement d·u at a probe along a vector d, including prescribed components. Components of d
+    /// beyond the dimension of the body are ignored.
     pub fn displacement_along(&self, probe: &Probe, direction: [f64; 3]) -> Displacement {
         let start = self.layout.range(Field::Displacement).expect("all formulations have q").start;
         let dimension = self.muscle.solid.space().dimension();

@@ -32,7 +32,7 @@ impl<P, S> StartInterval<P> for S where
 
 /// Integrates a system over one period from consistent values.
 ///
-/// The unknowns of the map are the differential variables. Before each integration they are projected onto the
+/// The unknowns of the map are the differential variables. Before each integration, they are projected onto the
 /// constraints ([`Consistent`]), which also determines the algebraic variables and the derivatives. A periodic state
 /// satisfies the constraints, because the end of an integration does.
 pub struct PeriodMap<P, S> {

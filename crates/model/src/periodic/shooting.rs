@@ -20,7 +20,7 @@ pub struct Shooting {
     pub scales: Vec<f64>,
     /// Maximum relative difference of the states at the ends of the period.
     pub tolerance: f64,
-    /// Relative error of the map, which determines the increment of differences.
+    /// Relative error of the map, which determines the increment of the differences.
     pub map_error: f64,
     /// Whether multipliers use one-sided differences, at half the cost of central differences.
     pub is_one_sided: bool,

@@ -36,8 +36,8 @@ impl Measurement {
         })
     }
 
-    /// Measures quantities averaged over a group of elements or boundary facets, weighted by
-    /// undeformed measure.
+    /// Measures quantities averaged over a group of elements or boundary facets, weighted by undeformed length, area or
+    /// volume.
     ///
     /// # Errors
     /// [`FemError::UnknownGroup`](myovib_fem::FemError::UnknownGroup), or

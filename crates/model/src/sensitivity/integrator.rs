@@ -36,8 +36,8 @@ pub type DrivingIntegrator =
 type Driving = CoupledDae<MuscleDae>;
 
 impl SensitiveIntegrator {
-    /// Starts a muscle at t = 0 from a state with consistent derivatives. `dependences` contains
-    /// the derivatives of this state; without parameters it is a plain integration.
+    /// Starts a muscle at t = 0 from a state with consistent derivatives. `dependences` contains the derivatives of
+    /// this state; without parameters, this is a plain integration.
     ///
     /// # Errors
     /// [`ModelError::Jump`] for a body with inertia, [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for invalid settings of Radau IIA.

@@ -350,7 +350,7 @@ mod tests {
         assert_eq!(jumps.lowest_jump(), 0);
     }
 
-    /// The step has its own value on each side, up to the last times of stages, and no derivatives.
+    /// The step is constant on each side, up to the last stage times, and has no derivatives.
     #[test]
     fn a_step_without_a_rise_has_a_value_on_each_side() {
         for start in [0.0, 0.3, 7.0, -2.0] {
@@ -370,7 +370,7 @@ mod tests {
     fn the_papers_load_starts_from_rest_and_reaches_its_amplitude() {
         let load = Signal::paper(100.0);
         assert_eq!(load.at(0.0).value, 0.0);
-        // At t = 5 + 1/32 s the sine is 1 and the sigmoid is 1 to exp(-42).
+        // At t = 5 + 1/32 s, the sine is 1, and the sigmoid is 1 up to exp(-42).
         let expected = 100.0 * (1.0 - 1.0 / (1.0 + 8f64.exp()));
         assert!((load.at(5.0 + 1.0 / 32.0).value - expected).abs() < 1e-10);
     }

@@ -10,9 +10,9 @@ use std::sync::Arc;
 
 use super::timing::{Break, TimeScales, just_after, shortest};
 
-/// Ratio of t_out − t of a first step to the system's shortest time scale. Both integrators begin with `min(0.001 ·
-/// (t_out − t), 0.5/‖ẏ‖)`. At rest, ẏ provides no scale, so the first term decides: it is 0.08 of the time scale, half
-/// a radian of a sine. For the paper's 8 Hz, t_out is 10 s, the end of Table 2's runs.
+/// Ratio of t_out − t of a first step to the system's shortest time scale. Both integrators begin with
+/// `min(0.001 · (t_out − t), 0.5/‖ẏ‖)`. At rest, ẏ provides no scale, so the first term decides: it is 0.08 of the time
+/// scale, half a radian of a sine. For the paper's 8 Hz, t_out is 10 s, the end of Table 2's runs.
 const AHEAD: f64 = 80.0;
 
 /// Times whose relative difference is below this value count as equal: a few thousand times the

@@ -47,7 +47,7 @@ impl From<Points> for Spline {
 }
 
 impl Spline {
-    /// Creates the spline through `values` at ascending `times` (s).
+    /// Creates the natural spline through `values` at ascending `times` (s).
     ///
     /// # Errors
     /// [`ModelError::OutOfRange`] for fewer than two points, times that do not ascend, or

@@ -67,8 +67,8 @@ impl<'a> Motion<'a> {
     /// Computes the second derivative of ∫ψ g(J) with respect to time: ∫ψ (N:∇v̇ + (∂N/∂F:∇v):∇v) with N = g' cof F.
     ///
     /// The solid provides no product with ∂N/∂F for nodal v. Therefore the second term is the central difference of ∫ψ
-    /// N:∇v between the bodies displaced by ±τ v. For g = J - 1 it is exact, because cof F is a polynomial of degree 1
-    /// in plane strain and 2 in 3D. For g = ln J its relative error is about the square of the strain of τ v.
+    /// N:∇v between the bodies displaced by ±τ v. For g = J - 1, it is exact, because cof F is a polynomial of degree 1
+    /// in plane strain and 2 in 3D. For g = ln J, its relative error is about the square of the strain of τ v.
     pub(crate) fn volume_residual_acceleration(&self) -> Result<Vec<f64>, Inverted> {
         let mut sum = self.flux_at(&self.displacement, &self.acceleration)?;
         let fastest = largest(&self.velocity);

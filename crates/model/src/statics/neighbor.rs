@@ -18,8 +18,8 @@ pub(super) struct Continued {
 }
 
 /// Follows the solutions of R(x) = (1 − s) R(x₀) from the state x₀ with the given nodal `displacement` at s = 0 to the
-/// equilibrium at s = 1, with the residual R under the whole load. Supports move at constant rates from their places in
-/// x₀. Returns `None` if small steps fail, or if `watch` ends the search.
+/// equilibrium at s = 1, with the residual R under the whole load. Supports move at constant rates from their positions
+/// in x₀. Returns `None` if small steps fail, or if `watch` ends the search.
 pub(super) fn follow(
     newton: &mut Newton<'_>,
     displacement: &[f64],

@@ -72,7 +72,7 @@ impl PathState {
     }
 }
 
-/// Changes along a path of the number of directions in which the energy decreases.
+/// Number of directions in which the energy decreases, tracked along a path.
 #[derive(Debug, Default)]
 pub(super) struct Stability {
     /// Load factor and number of these directions at the last state with a known number.

@@ -1,4 +1,4 @@
-//! Functions of time that scenes select by `type`, one file each.
+//! Functions of time that scenes select by `type`, each defined in its own file.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

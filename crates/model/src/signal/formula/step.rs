@@ -7,7 +7,7 @@ use super::{Constants, Role};
 use crate::signal::timing::{Break, between, first, just_after, shortest};
 use crate::signal::{Jet, TimeFunction};
 
-/// Smooth step from 0 at `start` to `value`; `rise = 0` is a jump, not for displacements.
+/// Smooth step from 0 at `start` to `value`; `rise = 0` is a jump, for displacements only in static analyses.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct StepFunction {

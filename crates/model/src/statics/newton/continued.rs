@@ -7,8 +7,8 @@ use crate::error::ModelError;
 use crate::operators::largest_gradient;
 
 impl Newton<'_> {
-    /// Moves the supports to their places in the nodal `displacement` of a similar body. Returns the free components,
-    /// with pressures of zero.
+    /// Moves the supports to their positions in the nodal `displacement` of a similar body. Returns the free
+    /// components, with pressures of zero.
     pub(in crate::statics) fn take_over(&mut self, displacement: &[f64]) -> Vec<f64> {
         let free = self.muscle.solid.dofs().free_to_full();
         let mut x: Vec<f64> = free.iter().map(|&i| displacement[i]).collect();

@@ -22,10 +22,10 @@ const STIFFEST: f64 = 64.0;
 const OVERLAP: f64 = 0.01;
 
 impl Newton<'_> {
-    /// Updates the multipliers of contacts and solves for the equilibrium `x` again, in turn, until no contact penetrates
-    /// (method of Uzawa). Updates after which the equilibrium is not found are halved. Contacts that converge slowly are
-    /// stiffer during the updates. Returns whether this converges; if not, `x` and the multipliers belong to the last
-    /// equilibrium.
+    /// Updates the multipliers of contacts and solves for the equilibrium `x` again, in turn, until no contact
+    /// penetrates (method of Uzawa). Updates after which the equilibrium is not found are halved. Contacts that
+    /// converge slowly are stiffened during the updates. Returns whether the updates converge; if not, `x` and the
+    /// multipliers belong to the last equilibrium.
     pub(in crate::statics) fn augment(
         &mut self,
         x: &mut Vec<f64>,
