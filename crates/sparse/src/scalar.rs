@@ -57,6 +57,12 @@ pub trait Number:
     /// Returns `self` + a b, with fused multiply-adds: one instruction if the processor has it.
     fn plus_product(self, a: Self, b: Self) -> Self;
 
+    /// Returns `self` + a x for a real number x, with fused multiply-adds.
+    fn plus_real_product(self, a: Self, x: <Self as ComplexFloat>::Real) -> Self;
+
+    /// Returns Σ a b from the sums Σ a Re b and Σ a Im b.
+    fn of_sums(with_re: Self, with_im: Self) -> Self;
+
     /// [`Supernodal::factor`].
     ///
     /// # Errors
@@ -127,7 +133,10 @@ pub trait Scalar:
 }
 
 macro_rules! numbers {
-    ($($T:ident: $Columns:ident<$F:ident>, |$s:ident, $a:ident, $b:ident| $product:expr;)*) => {$(
+    ($(
+        $T:ident: $Columns:ident<$F:ident>, |$s:ident, $a:ident, $b:ident| $product:expr,
+        |$x:ident| $real_product:expr, |$re:ident, $im:ident| $of_sums:expr;
+    )*) => {$(
         impl Number for $T {
             type Columns<const C: usize> = $Columns<$F, C>;
 
@@ -135,6 +144,17 @@ macro_rules! numbers {
             fn plus_product(self, $a: Self, $b: Self) -> Self {
                 let $s = self;
                 $product
+            }
+
+            #[inline(always)]
+            fn plus_real_product(self, $a: Self, $x: $F) -> Self {
+                let $s = self;
+                $real_product
+            }
+
+            #[inline(always)]
+            fn of_sums($re: Self, $im: Self) -> Self {
+                $of_sums
             }
 
             fn factor(factors: &mut Supernodal<$T>, values: &[$T]) -> Result<(), SparseError> {
@@ -152,17 +172,24 @@ macro_rules! numbers {
     )*};
 }
 
-numbers! {
-    f32: Reals<f32>, |sum, a, b| a.mul_add(b, sum);
-    f64: Reals<f64>, |sum, a, b| a.mul_add(b, sum);
-    Complex32: Complexes<f32>, |sum, a, b| Self {
-        re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, sum.re)),
-        im: a.im.mul_add(b.re, a.re.mul_add(b.im, sum.im)),
+macro_rules! real_and_complex {
+    ($($F:ident, $Complex:ident;)*) => {
+        numbers! {$(
+            $F: Reals<$F>, |sum, a, b| a.mul_add(b, sum),
+                |x| a.mul_add(x, sum), |re, _im| re;
+            $Complex: Complexes<$F>, |sum, a, b| Self {
+                re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, sum.re)),
+                im: a.im.mul_add(b.re, a.re.mul_add(b.im, sum.im)),
+            },
+                |x| Self { re: a.re.mul_add(x, sum.re), im: a.im.mul_add(x, sum.im) },
+                |re, im| Self { re: re.re - im.im, im: re.im + im.re };
+        )*}
     };
-    Complex64: Complexes<f64>, |sum, a, b| Self {
-        re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, sum.re)),
-        im: a.im.mul_add(b.re, a.re.mul_add(b.im, sum.im)),
-    };
+}
+
+real_and_complex! {
+    f32, Complex32;
+    f64, Complex64;
 }
 
 macro_rules! scalars {
