@@ -151,7 +151,6 @@ impl DynamicStiffness {
         let preload = Vec::new();
         let mut stiffness = Self { dae, u, p, preload, tensions, t, force, supports };
         let y = stiffness.state();
-        // Without overstress, because the body is in equilibrium.
         stiffness.preload = stiffness.dae.unbalanced_force(t, &y, &vec![0.0; y.len()])?;
         stiffness.dae.relax_overstress();
         Ok(stiffness)
@@ -162,7 +161,7 @@ impl DynamicStiffness {
         (&self.u, &self.preload)
     }
 
-    /// Returns the unknowns of the equilibrium; internal variables are zero.
+    /// Returns the unknowns of the equilibrium, with relaxed overstress.
     fn state(&self) -> Vec<f64> {
         let layout = self.dae.layout();
         let mut y = vec![0.0; layout.n_unknowns()];
@@ -173,6 +172,9 @@ impl DynamicStiffness {
         }
         if let Some(range) = layout.range(Field::Pressure) {
             y[range].copy_from_slice(&self.p);
+        }
+        if let Some(range) = layout.range(Field::InternalStress) {
+            y[range].copy_from_slice(&self.dae.muscle().solid.equilibrium_overstress(&self.u));
         }
         y
     }
