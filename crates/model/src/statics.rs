@@ -46,6 +46,18 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
+    /// Returns the displacement of all nodal components of `muscle`, m.
+    pub fn nodal_displacement(&self, muscle: &Muscle) -> Vec<f64> {
+        let mut u = operators::rest(&muscle.solid);
+        muscle.solid.dofs().expand(&self.displacement, &mut u);
+        if let Some(t) = self.preload_time {
+            for prescribed in &muscle.prescribed {
+                u[prescribed.component] = prescribed.signal.at(t).value;
+            }
+        }
+        u
+    }
+
     /// Returns the state of the body without loads, prescribed displacements or tensions.
     pub fn unloaded(muscle: &Muscle) -> Self {
         let solid = &muscle.solid;

@@ -122,7 +122,7 @@ impl Modes {
     ///
     /// # Errors
     /// A scene without a body; an equilibrium under tensions of an activation model, which start
-    /// from zero; errors of the search for the equilibrium and of [`BodyModes::about`].
+    /// from zero; inverted elements; errors of the search for the equilibrium and of [`BodyModes::about`].
     pub fn of_scene(
         scene: &Scene,
         count: Option<usize>,
@@ -145,10 +145,12 @@ impl Modes {
             let error = error.next("give the displacement of the obstacle instead of its force");
             return Err(scene.wrong(key, error).into());
         }
-        let at = equilibrium(scene, muscle, Formulation::Position, (key, preload_time), watcher)?;
+        let (at, volume_note) =
+            equilibrium(scene, muscle, Formulation::Position, (key, preload_time), watcher)?;
         let count = count.or(requested.map(|modes| modes.count));
         let count = count.unwrap_or(DEFAULT_MODES);
         let mut modes = BodyModes::about(muscle, &at, count)?;
+        modes.notes.extend(volume_note);
         modes.notes.extend(oscillating_preload(muscle, preload_time));
         let is_active = scene.file.material.iter().any(|own| own.active.is_some());
         if preload_time.is_none() && is_active && muscle.models().next().is_none() {

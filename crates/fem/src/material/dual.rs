@@ -133,8 +133,9 @@ impl<R: Real> Real for Dual<R> {
 
     #[inline(always)]
     fn ln_1p(self) -> Self {
-        let one = self.value.like(1.0);
-        self.chain(self.value.ln_1p(), one / (one + self.value))
+        let (one, value) = (self.value.like(1.0), self.value.ln_1p());
+        // NaN below −1, as the value.
+        self.chain(value, one / (one + self.value) + value * 0.0)
     }
 
     #[inline(always)]
@@ -167,6 +168,12 @@ mod tests {
             (x * y).ln_1p(),
             (x - y).choose(x * x, y) + (y - x).choose(x, y * y),
         ]
+    }
+
+    /// Regression: laws with a logarithm had finite stresses beyond their limit.
+    #[test]
+    fn the_logarithm_has_no_rate_outside_its_domain() {
+        assert!(Dual { value: -1.5, rate: 1.0 }.ln_1p().rate.is_nan());
     }
 
     #[test]

@@ -44,7 +44,7 @@ const SYMMETRIC: f64 = 1e-10;
 /// Panics if a length is wrong.
 pub fn vibration(muscle: &Muscle, at: &Equilibrium) -> Result<Vibration, ModelError> {
     let solid = &muscle.solid;
-    let u = &displacement(muscle, at)[..];
+    let u = &at.nodal_displacement(muscle)[..];
     let mut stiffness = bedded(muscle, operators::stiffness(solid, u, &at.pressure)?);
     if let Some(t) = at.preload_time {
         if !solid.added_stresses().is_empty() {
@@ -151,7 +151,7 @@ pub fn damping_ratio(
         return Ok(None);
     };
     let Muscle { solid, parameters, .. } = muscle;
-    let u = displacement(muscle, at);
+    let u = at.nodal_displacement(muscle);
     let mut v = vec![0.0; u.len()];
     solid.dofs().expand(&mode.shape, &mut v);
     let mut force = vec![0.0; u.len()];
@@ -314,16 +314,4 @@ fn bedded(muscle: &Muscle, mut stiffness: CscMatrix<f64>) -> CscMatrix<f64> {
         foundation.operator().add_values(foundation.stiffness(), &muscle.solid, values);
     }
     stiffness
-}
-
-/// Returns the displacement of all nodes.
-pub(crate) fn displacement(muscle: &Muscle, at: &Equilibrium) -> Vec<f64> {
-    let mut u = operators::rest(&muscle.solid);
-    muscle.solid.dofs().expand(&at.displacement, &mut u);
-    if let Some(t) = at.preload_time {
-        for prescribed in &muscle.prescribed {
-            u[prescribed.component] = prescribed.signal.at(t).value;
-        }
-    }
-    u
 }

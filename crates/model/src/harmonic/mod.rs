@@ -23,7 +23,6 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use myovib_sparse::{LinearWork, Ordering, Prediction, SparseOptions, resources};
 use num_complex::Complex64;
 
-use crate::analysis::spectrum;
 use crate::analysis::support::expect_held;
 use crate::error::ModelError;
 use crate::field::Field;
@@ -122,7 +121,7 @@ impl DynamicStiffness {
         };
         let t = at.preload_time.unwrap_or(0.0);
         let muscle = muscle.with_supports_at(t);
-        let u = spectrum::displacement(&muscle, at);
+        let u = at.nodal_displacement(&muscle);
         let formulation = match (formulation.has(Field::Pressure), muscle.parameters.is_damped()) {
             (false, _) => Formulation::Displacement,
             (true, false) => Formulation::Position,

@@ -19,6 +19,7 @@ use serde::Serialize;
 
 use crate::modes::{instability, negative_damping, one_sided, oscillating_preload};
 use crate::probe::{ColumnKind, HarmonicMotion, Reading};
+use crate::run::volume::Volumes;
 use crate::scene_file::response::{Adaptive, Grid};
 use crate::watch::{Watcher, search};
 use crate::{Body, Error, InputError, Scene, vtu};
@@ -345,7 +346,8 @@ fn of_body(
         let error = error.next("use frequencies above 0 Hz, or fix more components");
         return Err(scene.wrong("response.frequencies", error).into());
     }
-    let at = equilibrium(scene, muscle, body.formulation, (PRELOAD, preload_time), watcher)?;
+    let (at, volume_note) =
+        equilibrium(scene, muscle, body.formulation, (PRELOAD, preload_time), watcher)?;
     // Computed first: their factors are released before the response needs memory. Bodies under follower pressures without
     // an energy have no modes here; their peaks are still valid.
     let has_modes = first < last && body.formulation.has(Field::Pressure);
@@ -389,6 +391,7 @@ fn of_body(
         found.fields = fields(&response, &vtu::Grid::of_body(body), &own.fields)?;
     }
     found.notes.extend(at.instabilities.and_then(instability));
+    found.notes.extend(volume_note);
     found.notes.extend(one_sided(muscle, &at));
     found.notes.extend(oscillating_preload(muscle, preload_time));
     found.notes.extend(notes::undamped(muscle));
@@ -426,16 +429,20 @@ fn fields(
 /// Key of the time of the preload.
 pub(crate) const PRELOAD: &str = "response.preload_time";
 
-/// Returns the equilibrium under the loads at the time with this key, or the unloaded body.
+/// Returns the equilibrium under the loads at the time with this key, or the unloaded body, and a note on implausible
+/// volumes.
+///
+/// # Errors
+/// No equilibrium, or one with inverted elements, unless the scene accepts it.
 pub(crate) fn equilibrium(
     scene: &Scene,
     muscle: &Muscle,
     formulation: Formulation,
     (key, preload_time): (&str, Option<f64>),
     watcher: Watcher<'_>,
-) -> Result<Equilibrium, Error> {
+) -> Result<(Equilibrium, Option<String>), Error> {
     match preload_time {
-        None => Ok(Equilibrium::unloaded(muscle)),
+        None => Ok((Equilibrium::unloaded(muscle), None)),
         Some(_) if muscle.models().next().is_some() => {
             let error = InputError::new(
                 "the activation model `bestel` needs a motion: its tension is 0 at the start",
@@ -445,7 +452,17 @@ pub(crate) fn equilibrium(
         }
         Some(t) => {
             let watch = &mut search(watcher);
-            Ok(statics::equilibrium_watched(muscle, formulation, t, watch)?)
+            let found = statics::equilibrium_watched(muscle, formulation, t, watch)?;
+            let mut volumes = Volumes::default();
+            volumes.see(t, &muscle.solid, &found.nodal_displacement(muscle));
+            match volumes.inversion().filter(|_| !scene.allows_inverted()) {
+                None => Ok((found, volumes.note(muscle, false))),
+                Some(inversion) => {
+                    let error = InputError::new(inversion.note(false));
+                    let error = error.next("`solid.allow_inverted = true` accepts it");
+                    Err(scene.wrong(key, error).into())
+                }
+            }
         }
     }
 }

@@ -28,7 +28,7 @@ pub(crate) mod statics;
 mod stop;
 mod trial;
 mod verify;
-mod volume;
+pub(crate) mod volume;
 
 pub use options::{RunOptions, RunResult};
 pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};

@@ -92,7 +92,8 @@ impl Outputs<'_> {
         }
         if let Some(t) = looked_at {
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
-            self.volumes.see(t, &dae.snapshot(t, &self.y[range.clone()], &[]));
+            let snapshot = dae.snapshot(t, &self.y[range.clone()], &[]);
+            self.volumes.see(t, snapshot.solid, snapshot.displacement);
             self.volumes.see_contacts(t, dae, &self.y[range]);
         }
         if let Some((_, stopped)) = stopped {
@@ -163,7 +164,7 @@ impl Outputs<'_> {
             let measured = oscillations.measure(integrator.problem(), &self.y)?;
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
             let snapshot = dae.snapshot(inside, &self.y[range.clone()], &self.y_dot[range]);
-            self.volumes.see(t, &snapshot);
+            self.volumes.see(t, snapshot.solid, snapshot.displacement);
             for name in series.next_files().into_iter().chain(oscillations.next_files()) {
                 self.folder.claim(&name).map_err(failed_output)?;
             }

@@ -222,7 +222,7 @@ impl<'a> Recording<'a> {
         }
         self.volumes.see_contacts(t, &mut dae, &y);
         let snapshot = dae.snapshot(t, &y, &rest);
-        self.volumes.see(t, &snapshot);
+        self.volumes.see(t, snapshot.solid, snapshot.displacement);
         if let (Some(series), Some(folder)) = (&mut self.series, &self.folder) {
             for name in series.next_files() {
                 folder.claim(&name)?;

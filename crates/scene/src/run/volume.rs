@@ -3,7 +3,8 @@
 
 use std::ops::RangeInclusive;
 
-use myovib_model::{EndReason, Muscle, MuscleDae, Outcome, Snapshot};
+use myovib_fem::Solid;
+use myovib_model::{EndReason, Muscle, MuscleDae, Outcome};
 use serde::{Deserialize, Serialize};
 
 /// Ratio of bulk to shear modulus above which a body counts as nearly incompressible; Poisson's ratio is then at least
@@ -23,7 +24,7 @@ const INSIDE: f64 = 0.5;
 /// elements, or weighted averages around a vertex in formulations with pressure, so they do not detect an inversion at
 /// a vertex.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Volumes {
+pub(crate) struct Volumes {
     /// Smallest and largest det F; `None` before the first observation.
     ratios: Option<[f64; 2]>,
     inversion: Option<Inversion>,
@@ -33,7 +34,7 @@ pub(super) struct Volumes {
 
 /// Vertex of an element with det F ≤ 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Inversion {
+pub(crate) struct Inversion {
     /// Time of the first observation, s.
     t: f64,
     element: usize,
@@ -44,15 +45,15 @@ pub(super) struct Inversion {
 }
 
 impl Volumes {
-    /// Updates the range with the volume ratios of the body at time `t`.
-    pub(super) fn see(&mut self, t: f64, snapshot: &Snapshot<'_>) {
-        let seen = snapshot.solid.vertex_volume_ratios(snapshot.displacement);
+    /// Updates the range with the volume ratios of the body with this displacement of all nodes at time `t`.
+    pub(crate) fn see(&mut self, t: f64, solid: &Solid, displacement: &[f64]) {
+        let seen = solid.vertex_volume_ratios(displacement);
         let [smallest, largest] = self.ratios.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
         self.ratios = Some([smallest.min(seen.smallest), largest.max(seen.largest)]);
         if self.inversion.is_some() || seen.smallest > 0.0 {
             return;
         }
-        let space = snapshot.solid.space();
+        let space = solid.space();
         let vertices = space.element_nodes(seen.at.element).iter();
         let mut weighed = vertices.zip(seen.at.barycentric.iter());
         let vertex = weighed.find(|(_, lambda)| **lambda > 0.0);
@@ -100,7 +101,7 @@ impl Volumes {
 
     /// Returns a note on an inversion, or on implausible volumes of a nearly incompressible `muscle`. The note contains
     /// the time of an inversion only if `is_motion`.
-    pub(super) fn note(&self, muscle: &Muscle, is_motion: bool) -> Option<String> {
+    pub(crate) fn note(&self, muscle: &Muscle, is_motion: bool) -> Option<String> {
         if let Some(inversion) = &self.inversion {
             return Some(inversion.note(is_motion));
         }
@@ -126,7 +127,7 @@ impl Volumes {
     }
 
     /// Returns the first observed inversion.
-    pub(super) fn inversion(&self) -> Option<&Inversion> {
+    pub(crate) fn inversion(&self) -> Option<&Inversion> {
         self.inversion.as_ref()
     }
 }
@@ -142,7 +143,7 @@ fn is_nearly_incompressible(muscle: &Muscle) -> bool {
 
 impl Inversion {
     /// Returns the note for the user, with the time only if `is_motion`.
-    pub(super) fn note(&self, is_motion: bool) -> String {
+    pub(crate) fn note(&self, is_motion: bool) -> String {
         let place: Vec<String> = self.at.iter().map(|x| format!("{x:.4}")).collect();
         let (element, jacobian, place) = (self.element, self.jacobian, place.join(", "));
         let when = match is_motion {
@@ -190,7 +191,8 @@ mod tests {
                 };
             }
             let mut volumes = Volumes::default();
-            volumes.see(0.5, &dae.snapshot(0.5, &y, &[]));
+            let snapshot = dae.snapshot(0.5, &y, &[]);
+            volumes.see(0.5, snapshot.solid, snapshot.displacement);
             volumes
         };
         let whole = seen(0.49);

@@ -96,7 +96,9 @@ pub fn respond(
 fn preloaded(scene: &Scene, body: &Body, watcher: Watcher<'_>) -> Result<Equilibrium, Error> {
     let response = scene.file.response.as_ref();
     let preload_time = response.and_then(|response| response.preload_time);
-    equilibrium(scene, &body.muscle, body.formulation, (PRELOAD, preload_time), watcher)
+    let key = (PRELOAD, preload_time);
+    let (found, _) = equilibrium(scene, &body.muscle, body.formulation, key, watcher)?;
+    Ok(found)
 }
 
 /// Returns the complex value of each output; each probe is read once.

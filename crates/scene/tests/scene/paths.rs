@@ -6,7 +6,10 @@ use std::path::Path;
 use myovib_model::EndReason;
 use myovib_scene::Scene;
 use myovib_scene::csv::Table;
+use myovib_scene::modes::Modes;
+use myovib_scene::response::Response;
 use myovib_scene::run::{RunOptions, RunResult, compute};
+use myovib_scene::watch::Watcher;
 
 fn build(text: &str, folder: &Path) -> Scene {
     Scene::build("scene.toml", text, &[], folder).unwrap()
@@ -186,6 +189,29 @@ fn inverted_elements_end_a_static_run_and_implausible_volumes_are_noted() {
     for (kappa, notes) in [(1.1e6, 1), (0.9e6, 0)] {
         let found = squeezed(0.3, kappa, "");
         assert_eq!((reason(&found), found.notes.len()), (None, notes), "{kappa}");
+    }
+}
+
+/// Regression: modes and responses about an equilibrium with inverted elements were computed without a warning.
+#[test]
+fn modes_and_responses_about_inverted_equilibria_are_rejected() {
+    let analysis = "analysis = \"response\"\n[response]\nfrequencies = [1.0]\npreload_time = 0.0\n\
+                    [modes]\npreload_time = 0.0\n[[body_force]]\nresponse = { y = 1.0 }";
+    let found = |factor: &str, more: &str| {
+        let text = square_squeezed(analysis, factor, 1e5, more);
+        let response = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        let text =
+            text.replacen("\"response\"", "\"modes\"", 1).replace("response = {", "x = 0.0 #");
+        let modes = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        let response = Response::of_scene(&response, Watcher::NOBODY).map(drop);
+        [response, Modes::of_scene(&modes, Some(1), Watcher::NOBODY).map(drop)]
+    };
+    for outcome in found("-0.51", "") {
+        let error = outcome.unwrap_err().to_string();
+        assert!(error.contains("preload_time") && error.contains("allow_inverted"), "{error}");
+    }
+    for outcome in found("-0.51", "allow_inverted = true\n").into_iter().chain(found("-0.3", "")) {
+        outcome.unwrap();
     }
 }
 
