@@ -70,8 +70,9 @@ impl fmt::Display for MeshNote {
             Self::NearlyDegenerate { elements, ratio, near } => write!(
                 f,
                 "{elements} curved elements are nearly degenerate: near ({}) the Jacobian determinant is {ratio:.2} of \
-                 its value in the straight element (limit {NEARLY_DEGENERATE}), and solutions are inaccurate there; refine the mesh at \
-                 curved boundaries, or move the nodes on the edges toward the midpoints",
+                 its value in the straight element (limit {NEARLY_DEGENERATE}), where solutions are inaccurate and loads may invert \
+                 the element; optimize the mesh (Gmsh: `Mesh.OptimizeNetgen = 1`), refine it at curved boundaries, or move \
+                 the nodes on the edges toward the midpoints",
                 coordinates(near)
             ),
         }
