@@ -8,13 +8,12 @@ from contextlib import suppress as ignoring
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ._arguments import LARGE
 from ._index import index_note, listed
 from ._parts import _is_counted_from_start
 from ._solution import Array, DaeSolution, Function
-from ._structure import LARGEST, Structure
+from ._structure import LARGEST, Pattern, Structure
 
 # Remedy for initial values that violate constraints.
 START = (
@@ -61,10 +60,11 @@ class _Facts(NamedTuple):
     has_outputs: bool
     initial: str
     t_end: float
+    pattern: Pattern | None
 
 
 # Message of IDAS if all attempts of the first step fail the error test. The group is the size of the last attempt.
-FAILED_AT_START = re.compile("after 0 steps .*error_test_failures.* h = -?([^,]+),")
+FAILED_AT_START = re.compile(r"after 0 steps .*error_test_failures.* h = -?([-+.\de]+), the error test")
 
 # Beginning of the message if no values are found after a break.
 VALUELESS = "no consistent initial values"
@@ -90,7 +90,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     The advice is also added to the message of a solution that ends early. It replaces the remedies of the library there,
     unless it is a guess.
     """
-    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs, initial, t_end = known
+    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs, initial, t_end, pattern = known
     is_bdf = solution.method == "bdf"
     many = is_bdf and solution.nsteps > 1000 and solution.netf > FAILED * solution.nsteps
     if not solution.t.size:
@@ -101,7 +101,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     if not (many or is_late or solution.status < 0):
         return None
     y, yp = solution.y[:, -1], solution.yp[:, -1]
-    structure = Structure.at(residual, solution.t[-1], y, yp, rtol * np.abs(y) + atol)
+    structure = Structure.at(residual, solution.t[-1], y, yp, rtol * np.abs(y) + atol, pattern=pattern)
     singular = _singular(structure)
     hidden = structure.of_higher_index if structure and is_bdf else []
     tested = [j for j in hidden if suppress is None or not suppress[j]]
@@ -271,7 +271,7 @@ def _wrong_entry(
 
 
 def _missing_entry(
-    solution: DaeSolution, residual: Function, pattern: tuple[NDArray[np.int64], NDArray[np.int64]], rtol: float, atol: Array
+    solution: DaeSolution, residual: Function, pattern: Pattern, rtol: float, atol: Array
 ) -> str | None:
     """Return a note on an entry of the Jacobian that is nonzero at the last state but missing in the pattern."""
     if not solution.t.size:
@@ -444,9 +444,11 @@ def _singular(structure: Structure | None) -> str:
     )
 
 
-def _explain(initial: str, residual: Function, t: float, y: Array, yp: Array, tolerance: Array) -> str:
+def _explain(
+    initial: str, residual: Function, t: float, y: Array, yp: Array, tolerance: Array, pattern: Pattern | None
+) -> str:
     """Explain why no consistent initial values are found; may be empty."""
-    structure = Structure.at(residual, t, y, yp, tolerance)
+    structure = Structure.at(residual, t, y, yp, tolerance, pattern=pattern)
     if structure is None:
         return ""
     singular = _singular(structure)

@@ -310,7 +310,8 @@ def solve_dae(
     notes: list[str] = []
     if initial != "given":
         _expect_finite(_in_bytes(residual, n), first_limits[0], start, rates)
-    structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
+    weights = rtol * np.abs(start) + tolerances
+    structure = Structure.at(residual, first_limits[0], start, rates, weights, pattern=pattern)
     if structure and marks is not None and (occurring := np.flatnonzero(np.array(marks) & structure.differential).tolist()):
         raise ValueError(
             f"algebraic: the derivatives of the variables {listed(occurring)} (counted from 0) occur in F, so "
@@ -320,10 +321,10 @@ def solve_dae(
     is_index_known = excluded is not None if family == "bdf" else indices is not None
     constraints, positions = None, None
     if indices is not None and highest == 3 and initial == "given":
-        weights = (rtol * np.abs(start) + tolerances, rtol * np.abs(rates) + tolerances)
+        of_rates = rtol * np.abs(rates) + tolerances
         positions = np.array(indices) <= 1
         positions &= ~structure.algebraic if structure else True
-        constraints = _PositionConstraints.at(residual, first_limits, (start, rates), positions, weights)
+        constraints = _PositionConstraints.at(residual, first_limits, (start, rates), positions, (weights, of_rates))
     if constraints is not None:
         rates = constraints.yp
         for equation in constraints.changing:
@@ -333,6 +334,8 @@ def solve_dae(
                 "first step. `consistent_start` computes consistent ones",
                 stacklevel=2,
             )
+    if structure and n <= LARGE and initial == "given":
+        _expect_consistent(structure, residual, first_limits[0], weights)
     note, is_of_index_4 = "", False
     if structure:
         note, is_of_index_4 = index_note(structure, family, indices, excluded)
@@ -374,7 +377,7 @@ def solve_dae(
         explained = f"; {START}" if is_violated else ""
         if initial != "given":
             tolerance = rtol * np.abs(start) + tolerances
-            explained = _explain(initial, residual, first_limits[0], start, rates, tolerance)
+            explained = _explain(initial, residual, first_limits[0], start, rates, tolerance, pattern)
         raise RuntimeError(f"{failed}{explained}") from None
     of_functions = found.pop("warnings")
     solution = _solution(found, n, len(watched.functions), family)
@@ -385,7 +388,7 @@ def solve_dae(
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
     has_outputs = outputs is not None
     known = _Facts(
-        excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), has_outputs, initial, t_end
+        excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), has_outputs, initial, t_end, pattern
     )
     wrong = next((text for subject, text in of_functions if subject == "jacobian"), None)
     if pattern is not None and jacobian is None and not solution.success:
@@ -397,18 +400,18 @@ def solve_dae(
     elif advice := _advice(last, _within(residual, last_limits), rtol, tolerances, known):
         notes.append(advice)
         solution.message = last.message
-    elif solution.success and solution.t.size and is_index_known and structure and _singular(structure):
-        # Constraints may also depend on each other only at the start.
+    may_be_singular = structure is not None and bool(_singular(structure))
+    if (is_of_index_4 or may_be_singular) and solution.success and solution.t.size:
+        # The linearized equations may be singular, or their index too high, only at the start.
         end = (solution.t[-1], solution.y[:, -1], solution.yp[:, -1])
-        at_end = Structure.at(_within(residual, last_limits), *end, rtol * np.abs(end[1]) + tolerances)
-        if singular := _singular(at_end):
-            notes.append(singular)
-    if is_of_index_4 and solution.success and solution.t.size:
-        # The index of the linearized equations may be too high at a single state.
-        end = (solution.t[-1], solution.y[:, -1], solution.yp[:, -1])
-        at_end = Structure.at(_within(residual, last_limits), *end, rtol * np.abs(end[1]) + tolerances)
-        if at_end and index_note(at_end, family, indices, excluded)[1]:
-            solution.status, solution.message = -1, f"{solution.message}, but the results may be wrong: {note}"
+        weights = rtol * np.abs(end[1]) + tolerances
+        at_end = Structure.at(_within(residual, last_limits), *end, weights, pattern=pattern)
+        reason = _singular(at_end) if may_be_singular else ""
+        if is_of_index_4 and at_end and index_note(at_end, family, indices, excluded)[1]:
+            reason = note
+        if reason:
+            notes += [reason] if may_be_singular else []
+            solution.status, solution.message = -1, f"{solution.message}, but the results may be wrong: {reason}"
     # Errors caused by a higher index look like an input that acts between the stages.
     notes += [] if is_of_index_4 and not solution.success else [text for _, text in of_functions]
     jumping = []
@@ -567,6 +570,25 @@ def _expect_finite(residual: Any, t: float, y: Array, yp: Array) -> None:
         raise RuntimeError(
             f"the residual is {values[wrong[0]]} in equation {wrong[0]} (counted from 0) at the "
             f"start, t = {t}: these values cannot be corrected"
+        )
+
+
+def _expect_consistent(structure: Structure, residual: Function, t: float, tolerance: Array) -> None:
+    """Reject initial values that violate a combination of equations without derivatives.
+
+    The integrators examine single equations only.
+    """
+    y = structure.state[0]
+    try:
+        found = structure.contradiction(lambda yp: np.array(residual(t, y.copy(), yp), dtype=float), tolerance)
+    except Exception:  # outside of the domain of F
+        return
+    if found:
+        equations, value, change = found
+        raise RuntimeError(
+            f"the initial values are not consistent at t = {t}: a combination of the equations {listed(equations)} (counted "
+            f"from 0), which contains no derivatives, has the residual {value:.2e}, but changes of y within the tolerances "
+            f"change it only by {change:.2e}: give a y0 that satisfies it"
         )
 
 

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Pattern = tuple[NDArray[np.int64], NDArray[np.int64]]
 
-# Number of variables above which the matrices are not computed.
+# Number of variables above which the matrices are computed only if they are sparse.
 LARGEST = 200
 
 # Singular values below this fraction of the largest count as zero; differences have half of the digits.
@@ -25,6 +26,13 @@ CONDITION = 1e10
 # Largest deviation of an exponent of h from an integer for which an index is clear.
 CLEAR = 0.05
 
+# Exponents of the values of c for which the size of the inverse of dF/dy + c dF/dy' is computed.
+EXPONENTS = np.arange(12, -9, -1)
+
+# Residual of a combination of equations, in units of its change within the tolerances, above which y violates it, as for
+# single equations.
+FAR = 2.0
+
 # Entries above this limit belong to functions that overflow.
 HUGE = 1e100
 
@@ -35,38 +43,55 @@ class Structure:
     def __init__(
         self, residual: Callable[[float, Array, Array], Any], t: float, y: Array, yp: Array, tolerance: Array
     ) -> None:
-        def evaluate(y: Array, yp: Array) -> Array:
-            return np.asarray(residual(t, y, yp)).astype(float, casting="same_kind")
-
         def column(j: int, size: float, rate: bool) -> Array:
-            values, rates = y.copy(), yp.copy()
-            (rates if rate else values)[j] += size
-            return (evaluate(values, rates) - base) / size
+            moved = [y.copy(), yp.copy()]
+            moved[rate][j] += size
+            return (self._evaluate(residual, t, *moved) - base) / size
 
-        base = evaluate(y.copy(), yp.copy())
-        if base.shape != y.shape:
-            raise ValueError  # reported when the integration begins
-        n, largest = len(y), np.abs(yp).max()
-        small = np.sqrt(np.finfo(float).eps)
-        sizes = np.maximum(small * np.abs(y), tolerance)
+        self._set_state(y, yp, tolerance)
+        base = self._evaluate(residual, t, y, yp)
         self.quotient = column
-        self.state = (y.copy(), yp.copy())
-        self.sizes = (sizes, np.full(n, 1e-3 * largest or 1.0))
-        self.df_dy = np.column_stack([column(j, sizes[j], False) for j in range(n)])
-        self.df_dyp = np.column_stack([column(j, 1e-3 * largest or 1.0, True) for j in range(n)])
+        by_y, by_yp = ([column(j, size, rate) for j, size in enumerate(self.sizes[rate])] for rate in (False, True))
+        self.df_dy, self.df_dyp = np.column_stack(by_y), np.column_stack(by_yp)
         self.algebraic = ~self.df_dyp.any(axis=0)
 
+    def _set_state(self, y: Array, yp: Array, tolerance: Array) -> None:
+        """Set the state, and the increments of all variables and derivatives."""
+        self.state = (y.copy(), yp.copy())
+        small = np.sqrt(np.finfo(float).eps)
+        self.sizes = (np.maximum(small * np.abs(y), tolerance), np.full(len(y), 1e-3 * np.abs(yp).max() or 1.0))
+
+    @staticmethod
+    def _evaluate(residual: Callable[[float, Array, Array], Any], t: float, y: Array, yp: Array) -> Array:
+        values = np.asarray(residual(t, y.copy(), yp.copy())).astype(float, casting="same_kind")
+        if values.shape != y.shape:
+            raise ValueError  # reported when the integration begins
+        return values
+
     @classmethod
-    def at(cls, *arguments: Any) -> Structure | None:
-        """Return the structure, or None if F cannot be evaluated near the state or the system is large."""
-        if len(arguments[2]) > LARGEST:
-            return None
+    def at(cls, *arguments: Any, pattern: Pattern | None = None) -> Structure | None:
+        """Return the structure, or None if F cannot be evaluated near the state, or a large system has no `pattern`.
+
+        The arguments are those of `Structure`; `pattern` has the offsets of columns and the rows of entries.
+        """
+        from ._sparse_structure import SparseStructure
+
+        n = len(arguments[2])
         try:
             with np.errstate(all="ignore"):
-                found = cls(*arguments)
+                if n <= LARGEST:
+                    found = cls(*arguments)
+                elif pattern is not None and SparseStructure.is_possible(n):
+                    found = SparseStructure(*arguments, pattern)
+                else:
+                    return None
         except Exception:
             return None
-        return found if np.isfinite([found.df_dy, found.df_dyp]).all() else None
+        return found if found.is_finite else None
+
+    @property
+    def is_finite(self) -> bool:
+        return bool(np.isfinite([self.df_dy, self.df_dyp]).all())
 
     @property
     def differential(self) -> Array:
@@ -106,7 +131,7 @@ class Structure:
 
     def is_huge(self) -> bool:
         """Return whether entries are too large to decide whether equations depend on each other."""
-        return bool(max(np.abs(self.df_dy).max(), np.abs(self.df_dyp).max()) > HUGE)
+        return bool(max(abs(self.df_dy).max(), abs(self.df_dyp).max()) > HUGE)
 
     def index(self) -> int:
         """Return the highest clear index of a variable. If it is at least 1, it is the index of the equations."""
@@ -114,12 +139,12 @@ class Structure:
 
     def has_free_rates(self) -> bool:
         """Return whether F = 0 does not determine all derivatives, because dF/dy' is singular."""
-        return bool(_null(self.df_dyp).any())
+        return bool(self._null(self.df_dyp).any())
 
     def undetermined(self) -> list[int]:
         """Return the differential variables whose derivatives F = 0 does not determine."""
         differential = np.flatnonzero(~self.algebraic)
-        parts = _null(self.df_dyp[:, differential])
+        parts = self._null(self.df_dyp[:, differential])
         return [int(j) for j, part in zip(differential, parts, strict=True) if part]
 
     @cached_property
@@ -129,21 +154,52 @@ class Structure:
         Both are empty unless dF/dy + c dF/dy' is singular for all c, beyond rounding.
         """
         # A pencil of index 3 is nearly singular for most c.
-        pencil = [self.df_dy + c * self.df_dyp for c in 2.3 * np.logspace(-9, 9, 7)]
-        columns = np.all([_null(matrix) for matrix in pencil], axis=0)
-        rows = np.all([_null(matrix.T) for matrix in pencil], axis=0)
-        if not (columns.any() and rows.any()):
-            return [], []
+        columns = rows = np.ones(len(self.algebraic), dtype=bool)
+        for c in 2.3 * np.logspace(-9, 9, 7):
+            matrix = self.df_dy + c * self.df_dyp
+            columns = columns & self._null(matrix)
+            rows = rows & self._null(matrix.T)
+            if not (columns.any() and rows.any()):
+                return [], []
         return np.flatnonzero(columns).tolist(), np.flatnonzero(rows).tolist()
 
     def contradictory(self, initial: str) -> list[int]:
         """Return the equations of which some combination is independent of all values that `initial` corrects."""
-        columns = self.df_dy if initial == "states" else np.where(self.algebraic, self.df_dy, self.df_dyp)
-        return np.flatnonzero(_null(columns.T)).tolist()
+        columns = self.df_dy if initial == "states" else self._combined()
+        return np.flatnonzero(self._null(columns.T)).tolist()
+
+    def contradiction(self, evaluate: Callable[[Array], Array], tolerance: Array) -> tuple[list[int], float, float] | None:
+        """Return a combination of equations that contains no derivatives and that y violates by more than the tolerance.
+
+        ``evaluate(yp)`` returns F at y. Returns the equations, the residual of their combination, and its change if y
+        changes by the tolerance; or None.
+        """
+        y, yp = self.state
+        sizes = np.abs(self.df_dyp).max(axis=1)
+        rows = np.flatnonzero(sizes)
+        matrix = self.df_dyp[rows] / sizes[rows, None]
+        vectors, values = np.linalg.svd(matrix)[:2]
+        rank = int((values > RANK * values.max(initial=0.0)).sum())
+        if rank == len(rows):
+            return None
+        golden = (np.sqrt(5.0) - 1.0) / 2.0
+        steps = (1.0 + golden * np.arange(len(yp)) % 1.0) * (1.0 + np.abs(yp))
+        base, moved = (evaluate(rates)[rows] / sizes[rows] for rates in (yp, yp + steps))
+        found = None
+        for combination in vectors[:, rank:].T:
+            terms = np.abs(combination) @ np.abs(matrix) @ (steps + np.abs(yp))
+            rounding = np.abs(combination) @ (np.abs(self.df_dy[rows]) / sizes[rows, None]) @ np.abs(y)
+            rounding = 1e3 * np.finfo(float).eps * (terms + rounding)
+            change = float(np.abs(combination @ (self.df_dy[rows] / sizes[rows, None])) @ tolerance)
+            residual = float(combination @ base)
+            # A derivative that occurs nonlinearly, or with a small factor, changes the combination.
+            if abs(combination @ (moved - base)) <= rounding < abs(residual) - FAR * change:
+                found = rows[np.abs(combination) > PART].tolist(), residual, change
+        return found
 
     def effect(self, tolerance: Array) -> Array:
         """Return the change of each equation if y changes by the tolerance."""
-        return np.abs(self.df_dy) @ tolerance
+        return np.asarray(abs(self.df_dy) @ tolerance)
 
     @cached_property
     def variable_indices(self) -> Array:
@@ -152,23 +208,42 @@ class Structure:
         An error of the equations changes a variable of index i by the error divided by h^(i-1), in steps of size h.
         """
         changes: list[Array] = []
-        for c in 2.3 * 10.0 ** np.arange(12, -9, -1):
-            inverse = _inverse(self.df_dy + c * self.df_dyp)
-            changes = [] if inverse is None else [*changes, np.abs(inverse).max(axis=1)]
+        for c in 2.3 * 10.0**EXPONENTS:
+            sizes = self._inverse_sizes(c)
+            changes = [] if sizes is None else [*changes, sizes]
             if len(changes) == 4:
                 powers = -np.diff(np.log10(changes), axis=0)
                 found = np.maximum(np.rint(powers[0]) + 1.0, 1.0)
                 is_clear = (np.abs(powers - np.rint(powers[0])) < CLEAR).all(axis=0)
                 return found * is_clear
-        return np.zeros(len(self.df_dy))
+        return np.zeros(len(self.algebraic))
 
     @cached_property
     def of_higher_index(self) -> list[int]:
         """Return the algebraic variables that F = 0 does not determine, whose index is above 1."""
-        columns = np.where(self.algebraic, self.df_dy, self.df_dyp)
+        columns = self._combined()
         # Rounding of quotients is small in the given units, and small entries of null vectors count in balanced ones.
-        is_free = _null(columns) | _null(_balanced(columns))
+        is_free = self._null(columns) | self._null(self._balanced(columns))
         return np.flatnonzero(is_free & self.algebraic).tolist()
+
+    def _combined(self) -> Array:
+        """Return the columns of dF/dy for algebraic and of dF/dy' for differential variables."""
+        return np.where(self.algebraic, self.df_dy, self.df_dyp)
+
+    def _inverse_sizes(self, c: float) -> Array | None:
+        """Return the largest entry in each row of the inverse of dF/dy + c dF/dy', or None if it is inaccurate."""
+        inverse = self.inverse(c)
+        return None if inverse is None else np.asarray(np.abs(inverse).max(axis=1))
+
+    @staticmethod
+    def _null(matrix: Array) -> NDArray[np.bool_]:
+        """Return which columns have a nonzero entry in some vector of the null space."""
+        return _null(matrix)
+
+    @staticmethod
+    def _balanced(matrix: Array) -> Array:
+        """Return the matrix with rows and columns scaled so that its nonzero entries are as close to 1 as possible."""
+        return _balanced(matrix)
 
 
 def _inverse(matrix: Array) -> Array | None:

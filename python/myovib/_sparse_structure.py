@@ -1,0 +1,185 @@
+"""Structure of large systems with a sparsity pattern, by sparse factorizations of SciPy, if it is installed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._structure import PART, RANK, Array, Pattern, Structure
+
+try:
+    import scipy.sparse as sparse
+    from scipy.sparse.linalg import splu
+except ImportError:
+    sparse = None
+
+# Largest number of variables and of residuals for each matrix.
+LARGEST = 20_000
+MOST_GROUPS = 100
+
+# Number of random vectors from which null spaces and sizes of inverses are estimated.
+SAMPLES = 4
+
+# Repetitions after which parts with singular values above 3 RANK are negligible.
+REPEATS = 3
+
+# Relative change of a matrix that must not change its inverse by more than the second number.
+PERTURBATION, CHANGE = 1e-13, 1e-3
+
+# Sweeps that scale rows and columns in turn.
+SWEEPS = 50
+
+
+class SparseStructure(Structure):
+    """Sparse matrices dF/dy and dF/dy' at (t, y, yp).
+
+    Null spaces and sizes of inverses are estimated from random vectors, the same in each call.
+    """
+
+    @classmethod
+    def is_possible(cls, n: int) -> bool:
+        return sparse is not None and n <= LARGEST
+
+    def __init__(
+        self,
+        residual: Callable[[float, Array, Array], Any],
+        t: float,
+        y: Array,
+        yp: Array,
+        tolerance: Array,
+        pattern: Pattern,
+    ) -> None:
+        n = len(y)
+        offsets, rows = pattern
+        columns = np.repeat(np.arange(n), np.diff(offsets))
+        groups = _independent_columns(offsets, rows)
+        if groups.max() >= MOST_GROUPS:
+            raise ValueError
+        self._set_state(y, yp, tolerance)
+        base = self._evaluate(residual, t, y, yp)
+
+        def matrix(rate: bool) -> Any:
+            values = np.zeros(len(rows))
+            sizes = self.sizes[rate]
+            for group in range(groups.max() + 1):
+                moved = [y.copy(), yp.copy()]
+                moved[rate] += np.where(groups == group, sizes, 0.0)
+                change = self._evaluate(residual, t, *moved) - base
+                own = groups[columns] == group
+                values[own] = change[rows[own]] / sizes[columns[own]]
+            found = sparse.csc_matrix((values, rows, offsets), shape=(n, n), copy=True)
+            found.eliminate_zeros()
+            return found
+
+        self.df_dy, self.df_dyp = matrix(False), matrix(True)
+        self.algebraic = np.diff(self.df_dyp.indptr) == 0
+
+    @property
+    def is_finite(self) -> bool:
+        return bool(np.isfinite(self.df_dy.data).all() and np.isfinite(self.df_dyp.data).all())
+
+    @property
+    def differential(self) -> Array:
+        rows = np.maximum(*(abs(part).max(axis=1).toarray().ravel() for part in (self.df_dy, self.df_dyp)))
+        entries = abs(self.df_dyp).tocoo()
+        found = np.zeros(self.df_dyp.shape[1], dtype=bool)
+        found[entries.col[entries.data > RANK * rows[entries.row]]] = True
+        return found
+
+    def inverse(self, c: float) -> None:
+        """Return None: the inverse of a large matrix is not computed."""
+
+    def _combined(self) -> Any:
+        is_algebraic = self.algebraic.astype(float)
+        return (self.df_dy @ sparse.diags(is_algebraic) + self.df_dyp @ sparse.diags(1.0 - is_algebraic)).tocsc()
+
+    def _inverse_sizes(self, c: float) -> Array | None:
+        matrix = (self.df_dy + c * self.df_dyp).tocsc()
+        scales = _scales(matrix, lambda sizes, groups, n: _largest(sizes, groups, n) ** 0.5, 5)
+        if scales is None:
+            return None
+        rows, columns = scales
+        scaled = (sparse.diags(rows) @ matrix @ sparse.diags(columns)).tocsc()
+        random = np.random.default_rng(0)
+        right = rows[:, None] * random.choice([-1.0, 1.0], (len(rows), SAMPLES))
+        found = []
+        for _ in range(2):
+            try:
+                found.append(splu(scaled).solve(right))
+            except RuntimeError:  # singular
+                return None
+            scaled = scaled.copy()
+            scaled.data *= 1.0 + PERTURBATION * random.standard_normal(len(scaled.data))
+        sizes = np.abs(found).max(axis=2)
+        if not (np.abs(found[1] - found[0]).max(axis=1) <= CHANGE * sizes[0]).all():
+            return None
+        return np.asarray(columns * sizes[0])
+
+    @staticmethod
+    def _null(matrix: Any) -> NDArray[np.bool_]:
+        n_rows, n_columns = matrix.shape
+        if not (n_rows and n_columns):
+            return np.zeros(n_columns, dtype=bool)
+        for axis in (0, 1):
+            scale = abs(matrix).max(axis=1 - axis).toarray().ravel()
+            factors = sparse.diags(1.0 / np.where(scale > 0.0, scale, 1.0))
+            matrix = factors @ matrix if axis == 0 else matrix @ factors
+        # By x ← ε² (AᵀA + ε²)⁻¹ x, random vectors lose their parts outside of the null space of A.
+        regular = RANK**2 * sparse.identity(n_columns)
+        extended = sparse.bmat([[sparse.identity(n_rows), matrix], [matrix.T, -regular]], format="csc")
+        factors = splu(extended)
+        vectors = np.random.default_rng(0).standard_normal((n_columns, SAMPLES))
+        for _ in range(REPEATS):
+            right = np.vstack([np.zeros((n_rows, SAMPLES)), -(RANK**2) * vectors])
+            vectors = factors.solve(right)[n_rows:]
+        return np.asarray((np.abs(vectors) > PART).any(axis=1))
+
+    @staticmethod
+    def _balanced(matrix: Any) -> Any:
+        scales = _scales(matrix, _geometric_mean, SWEEPS)
+        if scales is None:
+            return matrix
+        return sparse.diags(scales[0]) @ matrix @ sparse.diags(scales[1])
+
+
+def _scales(matrix: Any, size: Callable[[Array, Array, int], Array], sweeps: int) -> tuple[Array, Array] | None:
+    """Return factors of rows and columns that bring the `size` of each to 1, or None if one has no entries."""
+    entries = matrix.tocoo()
+    entries.eliminate_zeros()
+    factors = [np.ones(n) for n in entries.shape]
+    places = (entries.row, entries.col)
+    if any(len(np.unique(place)) < n for place, n in zip(places, entries.shape, strict=True)):
+        return None
+    for _ in range(sweeps):
+        for axis in (0, 1):
+            sizes = np.abs(entries.data) * factors[0][entries.row] * factors[1][entries.col]
+            factors[axis] /= size(sizes, places[axis], entries.shape[axis])
+    return factors[0], factors[1]
+
+
+def _largest(sizes: Array, groups: Array, n: int) -> Array:
+    found = np.zeros(n)
+    np.maximum.at(found, groups, sizes)
+    return found
+
+
+def _geometric_mean(sizes: Array, groups: Array, n: int) -> Array:
+    return np.asarray(np.exp(np.bincount(groups, np.log(sizes), n) / np.bincount(groups, minlength=n)))
+
+
+def _independent_columns(offsets: Array, rows: Array) -> NDArray[np.int64]:
+    """Return a group for each column such that the columns of a group have no row in common."""
+    n = len(offsets) - 1
+    used: list[set[int]] = [set() for _ in range(n)]
+    groups = np.zeros(n, dtype=np.int64)
+    for column in range(n):
+        own = rows[offsets[column] : offsets[column + 1]]
+        taken = set().union(*(used[row] for row in own))
+        group = next(k for k in range(len(taken) + 1) if k not in taken)
+        groups[column] = group
+        for row in own:
+            used[row].add(group)
+    return groups

@@ -1,0 +1,123 @@
+"""Structure of systems with more than 200 variables, which `solve_dae` examines by sparse factorizations."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from myovib import solve_dae
+from myovib._structure import LARGEST, Structure
+
+from test_dae_diagnosis import JOINT, PENDULUM, flexible_joint, pendulum, solved
+
+# More blocks of five variables than dense matrices are computed for.
+BLOCKS = LARGEST // 5 + 1
+
+
+def blocks_of(function, n_blocks=BLOCKS):
+    """Return F of independent blocks, and its sparsity."""
+
+    def residual(t, y, yp):
+        pairs = zip(y.reshape(n_blocks, -1), yp.reshape(n_blocks, -1), strict=True)
+        return np.concatenate([function(t, *pair) for pair in pairs])
+
+    return residual, sp.kron(sp.eye(n_blocks), np.ones((5, 5)))
+
+
+def stokes(n_cells, with_gauge):
+    """Return Stokes flow on a staggered grid with the velocity (1 + t) U: F, sparsity, U, pressure and index.
+
+    `with_gauge` fixes a value of the pressure.
+    """
+    h, identity = 1.0 / n_cells, sp.identity(n_cells)
+    d = sp.diags([-np.ones(n_cells), np.ones(n_cells)], [0, 1], shape=(n_cells - 1, n_cells)) / h
+    gradient = sp.vstack([sp.kron(d, identity), sp.kron(identity, d)]).tocsr()
+    n, m = gradient.shape
+    x = np.linspace(0.0, 1.0, n_cells + 1)
+    psi = np.outer(np.sin(np.pi * x) ** 2, np.sin(np.pi * x) ** 2)
+    u = np.r_[(np.diff(psi, axis=1)[1:n_cells] / h).ravel(), (-np.diff(psi, axis=0)[:, 1:n_cells] / h).ravel()]
+    p = np.arange(m) / m
+    gauge = sp.csr_matrix(([1.0 if with_gauge else 0.0], ([0], [0])), shape=(m, m))
+    by_y = sp.bmat([[sp.identity(n), gradient], [gradient.T, gauge]]).tocsr()
+    by_yp = sp.diags(np.r_[np.ones(n), np.zeros(m)]).tocsr()
+
+    def residual(t, y, yp):
+        return by_y @ y + by_yp @ yp - np.r_[u + (1.0 + t) * u + gradient @ p, gauge @ p]
+
+    return residual, abs(by_y) + by_yp, u, p, [1] * n + [2] * m
+
+
+@pytest.mark.parametrize("method", ["radau5", "radau9"])
+@pytest.mark.parametrize("n_cells", [12, 14])
+def test_an_undetermined_pressure_of_a_large_system_is_no_success(method, n_cells):
+    """Regression: radau9 ended with status 0, a wrong velocity and a pressure of 1e45 for 12 cells."""
+    for with_gauge in (False, True):
+        residual, sparsity, u, p, index = stokes(n_cells, with_gauge)
+        start = (np.r_[u, p], np.r_[u, np.zeros(len(p))])
+        s, texts = solved(residual, (0, 1), *start, method, index=index, sparsity=sparsity, max_steps=2000)
+        assert s.success == with_gauge, s.message
+        if with_gauge:
+            # A hundred times the default relative tolerance.
+            assert np.abs(s.y[: len(u), -1] - 2.0 * u).max() < 100 * 1e-4 * np.abs(u).max()
+            assert not texts
+        else:
+            assert "do not determine" in s.message and "pressure" in s.message
+
+
+def test_an_index_of_5_of_a_large_system_is_no_success():
+    residual, sparsity = blocks_of(flexible_joint)
+    start = (np.tile(value, BLOCKS) for value in JOINT)
+    s, _ = solved(residual, (0, 2), *start, "radau5", index=[1, 1, 1, 1, 3] * BLOCKS, sparsity=sparsity, max_steps=2000)
+    assert not s.success and "index 5" in s.message
+
+
+@pytest.mark.parametrize(("index", "is_wrong"), [([1, 1, 1, 1, 1], True), ([1, 1, 1, 1, 2], True), ([1, 1, 2, 2, 3], False)])
+def test_stated_indices_of_a_large_system_are_compared_with_the_equations(index, is_wrong):
+    residual, sparsity = blocks_of(pendulum)
+    start = (np.tile(value, BLOCKS) for value in PENDULUM)
+    _, texts = solved(residual, (0, 0.05), *start, "radau5", index=index * BLOCKS, sparsity=sparsity, rtol=1e-6)
+    assert any("index" in text for text in texts) == is_wrong, texts
+
+
+def test_sparse_and_dense_structures_agree():
+    """Both describe the same blocks; the sparse one has one more."""
+    for function, start in [(pendulum, PENDULUM), (flexible_joint, JOINT)]:
+        found = []
+        for n_blocks in (BLOCKS - 1, BLOCKS):
+            residual, sparsity = blocks_of(function, n_blocks)
+            y, yp = (np.tile(np.array(value, dtype=float), n_blocks) for value in start)
+            columns = sparsity.tocsc()
+            pattern = (columns.indptr, columns.indices)
+            structure = Structure.at(residual, 0.0, y, yp, 1e-6 * (1.0 + np.abs(y)), pattern=pattern)
+            found.append(
+                (
+                    structure.index(), structure.singular, structure.has_free_rates(), structure.variable_indices[:5].tolist(),
+                    structure.differential[:5].tolist(), structure.algebraic[:5].tolist(),
+                    [j for j in structure.of_higher_index if j < 5], [j for j in structure.undetermined() if j < 5],
+                    [j for j in structure.contradictory("algebraic") if j < 5],
+                )
+            )  # fmt: skip
+        assert found[0] == found[1]
+
+
+def coupled(t, y, yp):
+    """Two capacitors in series, whose currents determine only the difference of both derivatives: y0 + y1 = 1."""
+    current = yp[0] - yp[1]
+    return [current + y[0] - 1.0, -current + y[1]]
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau5", "radau9"])
+def test_violated_combinations_of_equations_are_rejected(method):
+    """Regression: radau5 ended with status 0 and a jump to (0.65, 0.35)."""
+    with pytest.raises(RuntimeError, match=r"combination of the equations \[0, 1\]"):
+        solve_dae(coupled, (0, 1), [0.8, 0.5], [0, 0], method)
+    # (y0 − y1)′ = y1 and y0 + y1 = 1.
+    s = solve_dae(coupled, (0, 1), [0.65, 0.35], [0.175, -0.175], method)
+    # A hundred times the default relative tolerance.
+    assert s.success and s.y[:, -1] == pytest.approx([1 - 0.35 * np.exp(-0.5), 0.35 * np.exp(-0.5)], rel=1e-2)
+
+
+def test_derivatives_with_small_or_vanishing_factors_are_no_contradiction():
+    small = lambda t, y, yp: [yp[0] - yp[1] + y[0] - 1.0, -yp[0] + (1 + 1e-9) * yp[1] + y[1]]
+    vanishing = lambda t, y, yp: [yp[0] ** 2 + y[0] - 1.0, yp[1] + y[1]]
+    for residual in (small, vanishing):
+        s, _ = solved(residual, (0, 1e-3), [0.8, 0.5], [0.0, -0.5], "radau5", max_steps=2000)
+        assert s.message
