@@ -16,6 +16,8 @@ try:
 except ImportError:
     sparse = None
 
+Indices = NDArray[np.int64]
+
 # Largest number of variables and of residuals for each matrix.
 LARGEST = 20_000
 MOST_GROUPS = 100
@@ -145,7 +147,7 @@ class SparseStructure(Structure):
         return sparse.diags(scales[0]) @ matrix @ sparse.diags(scales[1])
 
 
-def _scales(matrix: Any, size: Callable[[Array, Array, int], Array], sweeps: int) -> tuple[Array, Array] | None:
+def _scales(matrix: Any, size: Callable[[Array, Indices, int], Array], sweeps: int) -> tuple[Array, Array] | None:
     """Return factors of rows and columns that bring the `size` of each to 1, or None if one has no entries."""
     entries = matrix.tocoo()
     entries.eliminate_zeros()
@@ -160,17 +162,17 @@ def _scales(matrix: Any, size: Callable[[Array, Array, int], Array], sweeps: int
     return factors[0], factors[1]
 
 
-def _largest(sizes: Array, groups: Array, n: int) -> Array:
+def _largest(sizes: Array, groups: Indices, n: int) -> Array:
     found = np.zeros(n)
     np.maximum.at(found, groups, sizes)
     return found
 
 
-def _geometric_mean(sizes: Array, groups: Array, n: int) -> Array:
+def _geometric_mean(sizes: Array, groups: Indices, n: int) -> Array:
     return np.asarray(np.exp(np.bincount(groups, np.log(sizes), n) / np.bincount(groups, minlength=n)))
 
 
-def _independent_columns(offsets: Array, rows: Array) -> NDArray[np.int64]:
+def _independent_columns(offsets: Indices, rows: Indices) -> Indices:
     """Return a group for each column such that the columns of a group have no row in common."""
     n = len(offsets) - 1
     used: list[set[int]] = [set() for _ in range(n)]

@@ -40,6 +40,11 @@ HUGE = 1e100
 class Structure:
     """Matrices dF/dy and dF/dy' at (t, y, yp)."""
 
+    df_dy: Any
+    df_dyp: Any
+    # Variables whose derivatives do not occur in F.
+    algebraic: NDArray[np.bool_]
+
     def __init__(
         self, residual: Callable[[float, Array, Array], Any], t: float, y: Array, yp: Array, tolerance: Array
     ) -> None:
@@ -69,20 +74,28 @@ class Structure:
         return values
 
     @classmethod
-    def at(cls, *arguments: Any, pattern: Pattern | None = None) -> Structure | None:
+    def at(
+        cls,
+        residual: Callable[[float, Array, Array], Any],
+        t: float,
+        y: Array,
+        yp: Array,
+        tolerance: Array,
+        pattern: Pattern | None = None,
+    ) -> Structure | None:
         """Return the structure, or None if F cannot be evaluated near the state, or a large system has no `pattern`.
 
-        The arguments are those of `Structure`; `pattern` has the offsets of columns and the rows of entries.
+        The pattern has the offsets of columns and the rows of entries.
         """
         from ._sparse_structure import SparseStructure
 
-        n = len(arguments[2])
+        found: Structure
         try:
             with np.errstate(all="ignore"):
-                if n <= LARGEST:
-                    found = cls(*arguments)
-                elif pattern is not None and SparseStructure.is_possible(n):
-                    found = SparseStructure(*arguments, pattern)
+                if len(y) <= LARGEST:
+                    found = cls(residual, t, y, yp, tolerance)
+                elif pattern is not None and SparseStructure.is_possible(len(y)):
+                    found = SparseStructure(residual, t, y, yp, tolerance, pattern)
                 else:
                     return None
         except Exception:
@@ -154,7 +167,7 @@ class Structure:
         Both are empty unless dF/dy + c dF/dy' is singular for all c, beyond rounding.
         """
         # A pencil of index 3 is nearly singular for most c.
-        columns = rows = np.ones(len(self.algebraic), dtype=bool)
+        columns = rows = np.ones_like(self.algebraic)
         for c in 2.3 * np.logspace(-9, 9, 7):
             matrix = self.df_dy + c * self.df_dyp
             columns = columns & self._null(matrix)
