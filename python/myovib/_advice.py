@@ -138,7 +138,10 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         )
     elif hidden and not solution.success:
         described = f"the variables {listed(hidden)} (counted from 0) have an index above 1"
-        advice = f"{described}: use a Radau method with `index`"
+        advice = (
+            f"{described}, and Newton's iteration must find them: give them a larger `atol`, give the exact `jacobian`, or use "
+            "a Radau method with `index`"
+        )
     elif not solution.success and (jumping := _jumping(residual, solution, rtol, atol, stop)):
         equations, variable = jumping
         advice = f"the equations {equations} (counted from 0) jump "
