@@ -50,8 +50,8 @@ pub enum Computed {
 /// Predicted cost of the factors of the Newton matrices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FactorizationCost {
-    /// Number of matrices stored at the same time: one for BDF and for an equilibrium, one real and
-    /// several complex matrices for Radau IIA.
+    /// Number of matrices stored at the same time: one for BDF and for an equilibrium; for Radau IIA
+    /// with s stages, one real and (s − 1)/2 complex matrices.
     pub matrices: usize,
     /// Number of entries of the factors, operations per factorization, and total memory.
     pub needs: Prediction,
@@ -62,7 +62,7 @@ pub struct FactorizationCost {
 /// Stability of the pressures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
-    /// Smallest inf–sup constant.
+    /// Smallest non-zero inf–sup constant.
     pub inf_sup: f64,
     /// Number of pressure modes that no displacement controls.
     pub nullity: usize,
@@ -119,9 +119,9 @@ pub struct Report {
     pub fastest_mode: f64,
     /// Whether the body is too large to compute modes.
     pub too_large_for_modes: bool,
-    /// Frequency of the load, Hz.
+    /// Highest frequency of the loads and prescribed motions, Hz, if one of them is periodic.
     pub drive: Option<f64>,
-    /// Lowest and highest frequency of each load with a frequency sweep, Hz.
+    /// Lowest and highest frequency of each frequency sweep, Hz.
     pub sweeps: Vec<[f64; 2]>,
     /// Predicted cost of the factors; `None` if the full matrix, or an external solver, is used.
     pub factors: Option<FactorizationCost>,
@@ -198,8 +198,8 @@ fn of_equations(
         let index = index(muscle, formulation)?;
         return Ok((residuals(dae, 0.0, y, y_dot)?, index));
     }
-    // Prony terms change neither the index nor the residual of a body at rest. Their internal
-    // stresses are the last unknowns.
+    // Prony terms do not change the index. The residual is evaluated for relaxed stress, as at rest.
+    // The internal stresses are the last unknowns.
     let relaxed = muscle.relaxed();
     let index = index(&relaxed, formulation)?;
     let mut dae = MuscleDae::new(relaxed, formulation)?;
@@ -217,10 +217,11 @@ pub struct StaticReport {
     pub held: Option<Held>,
     /// Predicted cost of the factors of the iteration matrix, if known.
     pub factors: Option<FactorizationCost>,
-    /// Largest displacement under the whole load by linear elasticity, m; `None` if the body is too large, has contacts
-    /// or is insufficiently supported.
+    /// Largest displacement under the whole load by linear elasticity, m; `None` if the body is too large or has
+    /// contacts, or if its stiffness matrix is singular.
     pub linear_displacement: Option<f64>,
-    /// CPU time of one Newton iteration, s: measured, or predicted if the body is too large.
+    /// CPU time of one Newton iteration, s: measured, or predicted if the body is too large; `None` if the matrix is
+    /// singular.
     pub iteration_time: Option<f64>,
     /// Likely problems with suggested changes.
     pub findings: Vec<Finding>,
@@ -280,7 +281,7 @@ pub struct QuasiStaticReport {
     /// Stability of the pressures; `None` without pressures, or if there are too many to compute it
     /// in seconds.
     pub held: Option<Held>,
-    /// Predicted cost of the factors; `None` if an external solver is used.
+    /// Predicted cost of the factors; `None` if the full matrix, or an external solver, is used.
     pub factors: Option<FactorizationCost>,
     /// Likely problems with suggested changes.
     pub findings: Vec<Finding>,
@@ -335,7 +336,7 @@ impl Sizes {
         let dae = &mut undeformed(muscle, formulation)?;
         let at_rest = vec![0.0; dae.n_unknowns()];
         dae.update_matrices(0.0, &at_rest, &at_rest)?;
-        // Each conjugate pair of stages has a complex matrix; the remaining stage has the real matrix.
+        // Radau IIA with s stages has (s − 1)/2 conjugate pairs of eigenvalues and one real eigenvalue.
         let n_complex = settings.integrator.stages().unwrap_or(1) / 2;
         let reduction = Reduction::new(dae, settings.sparse_options())?;
         Ok(Self {

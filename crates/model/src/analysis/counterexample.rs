@@ -50,7 +50,7 @@ pub struct Solution {
     pub index: Index,
     /// Number of additional multipliers.
     pub multipliers: usize,
-    /// Number of linearly dependent rows of B̃.
+    /// Number of rows of B̃ minus its rank.
     pub dependent: usize,
     /// Largest displacement component over time, m.
     pub amplitude: f64,
@@ -160,7 +160,7 @@ fn integrate(
     motion
 }
 
-/// Returns the orthogonal projection onto the kernel of `b` and the number of dependent rows.
+/// Returns the orthogonal projection onto the kernel of `b` and the number of its rows minus its rank.
 fn kernel_projection(b: &DMatrix<f64>) -> (DMatrix<f64>, usize) {
     let eigen = (b * b.transpose()).symmetric_eigen();
     let bound = DEPENDENT * eigen.eigenvalues.amax();

@@ -11,18 +11,19 @@ use nalgebra_sparse::{CooMatrix, CscMatrix};
 use crate::error::ModelError;
 use crate::operators::{divergence, rest};
 
-/// Added to the unit diagonal of the Gram matrix, so that pivots of dependent rows do not consist of rounding errors.
+/// Added to the unit diagonal of the Gram matrix, so that rounding errors do not dominate the pivots of dependent rows.
 const SHIFT: f64 = 1e-12;
 /// Pivot of the Gram matrix below which a row counts as dependent. Pressures that vary slowly over the body have
-/// pivots above the square of the element size relative to its length.
+/// pivots above (h/L)² for elements of size h and a body of length L.
 const DEPENDENT: f64 = 1e-10;
 /// Column sums of B relative to its largest entry below which a constant pressure does no work.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns the pressures whose rows of B at rest are combinations of the rows of pressures eliminated before them. If the
-/// whole boundary is fixed, one more row is dependent, and the last dependent pressure is not returned.
+/// Returns the pressures whose rows of B at rest are combinations of the rows of pressures eliminated before them. If
+/// the whole boundary is fixed, one more row is dependent, and the last dependent pressure is not returned.
 ///
-/// The rows are compared by a Cholesky factorization of B̂B̂ᵀ with a unit diagonal, where B̂ has columns of unit length.
+/// The rows are compared by a Cholesky factorization of B̂B̂ᵀ, scaled to a unit diagonal; B̂ has columns of unit
+/// length.
 ///
 /// # Errors
 /// [`ModelError::Fem`], [`ModelError::Factorization`].
@@ -51,7 +52,7 @@ pub(super) fn has_no_level(divergence: &CscMatrix<f64>) -> bool {
     net <= ROUNDING * largest
 }
 
-/// Returns B̂B̂ᵀ with a diagonal of 1 + `SHIFT`.
+/// Returns B̂B̂ᵀ scaled to a unit diagonal, plus `SHIFT` on the diagonal.
 fn gram(b: &CscMatrix<f64>) -> CscMatrix<f64> {
     let mut unit = b.clone();
     for mut column in unit.col_iter_mut() {

@@ -18,13 +18,13 @@ pub(crate) const LARGEST_SYSTEM: usize = 400;
 /// Index of a DAE at a state and perturbation index of each block of unknowns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IndexReport {
-    /// The index, or the reason why it is undefined.
+    /// The index, or the reason why it could not be determined.
     pub index: Index,
     /// Narrowest gap of the rank decisions, in decades.
     pub gap: f64,
     /// Rank decisions as text, in the order in which they were made.
     pub decisions: Vec<String>,
-    /// Perturbation index of each block; empty if the index is undefined.
+    /// Perturbation index of each block; empty if the pencil appears to be singular.
     pub blocks: Vec<(Field, VariableIndex)>,
     /// Number of unknowns of the analyzed system.
     pub unknowns: usize,
@@ -74,7 +74,7 @@ impl IndexReport {
         Self::at(dae, t, &start.y, &start.y_dot)
     }
 
-    /// Returns the index if all rank decisions have a clear gap.
+    /// Returns the index if the pencil is regular and all rank decisions have a clear gap.
     pub fn decided(&self) -> Option<usize> {
         match self.index {
             Index::Decided(index) => Some(index),

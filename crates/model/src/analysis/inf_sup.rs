@@ -52,7 +52,7 @@ impl fmt::Display for Pair {
 pub struct Level {
     /// Number of triangles or tetrahedra.
     pub elements: usize,
-    /// Mean edge length of the elements, m.
+    /// Edge length of a regular element of the mean size, m.
     pub mesh_size: f64,
     /// Number of pressures.
     pub pressures: usize,
@@ -63,7 +63,7 @@ pub struct Level {
     /// Smallest non-zero inf–sup constant: pressures in the L2 norm, displacements in the H1
     /// seminorm.
     pub constant: f64,
-    /// Smallest non-zero singular value of B, m.
+    /// Smallest non-zero singular value of B, m (in 3D: m²).
     pub sigma_min: f64,
     /// Index of (28) with κ = ∞ at rest, if the mesh is coarse enough to compute it.
     pub index: Option<IndexReport>,
@@ -132,7 +132,7 @@ pub fn constants(solid: &Solid) -> Result<InfSup, ModelError> {
     Ok(InfSup::of(&divergence(solid)?, &h1, &l2)?)
 }
 
-/// Builds a body of unit shear modulus and density, on which B does not depend.
+/// Builds a body of unit shear modulus and density. B does not depend on these values.
 fn body(pair: Pair, mesh: &Mesh, fixed: &[&str]) -> Result<Solid, ModelError> {
     let space = pair.space(mesh);
     let mut nodes = Vec::new();

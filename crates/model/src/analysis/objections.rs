@@ -14,9 +14,9 @@ use crate::operators::{divergence, rest};
 use crate::start::BlockResidual;
 use crate::statics::Equilibrium;
 
-/// Number of modes compared with the drive.
+/// Number of modes compared with the load frequency.
 const SLOW_MODES: usize = 3;
-/// Relative distance between drive and eigenfrequency below which the drive counts as resonant.
+/// Relative distance between load frequency and eigenfrequency below which the load counts as resonant.
 const RESONANCE: f64 = 0.1;
 /// Ratio of the load frequency to the lowest eigenfrequency above which a load only moves the vicinity of the loaded
 /// surface, since the body is many wavelengths long. Practical tests of tissue stay below this ratio; larger ratios
@@ -25,7 +25,7 @@ const FAR_ABOVE_MODES: f64 = 200.0;
 /// Ratio of the load frequency to the lowest eigenfrequency below which a scene is unusual: inertia
 /// has no effect. Such values suggest moduli that are wrong by a factor of 1000, or a mesh in km.
 const FAR_BELOW_MODES: f64 = 1e-5;
-/// Assumed maximum ratio of the frequency of a stretching mode to that of the slowest mode. It is large for slender
+/// Assumed maximum ratio of the frequency of a stretching mode to the lowest eigenfrequency. It is large for slender
 /// bodies because they bend.
 const ABOVE_SLOWEST: f64 = 100.0;
 /// Number of load periods above which the scene is assumed to contain a typing error. The run would take more than a
@@ -57,8 +57,8 @@ pub(super) fn not_held(free: FreeParts) -> Finding {
     }
 }
 
-/// Returns findings for pressure modes that no displacement controls; `nullity` is their number, if
-/// known.
+/// Returns findings for pressure modes of an incompressible body that no displacement controls;
+/// `nullity` is their number, if known.
 pub(super) fn unheld(nullity: Option<usize>, muscle: &Muscle) -> Vec<Finding> {
     if !muscle.parameters.is_incompressible() {
         return Vec::new();
@@ -116,7 +116,7 @@ pub(super) fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Findin
     })
 }
 
-/// Returns the warnings of [`check`](super::check::check) that are cheap compared with a run.
+/// Returns warnings of [`check`](super::check::check) that are cheap compared with a run.
 pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) -> Vec<Finding> {
     let mut findings = Advice::new(muscle, formulation, settings).findings();
     findings.extend(free_parts(muscle).map(not_held));
@@ -195,7 +195,7 @@ pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
     })
 }
 
-/// Formats a value with a few significant digits.
+/// Formats a value with three decimals, in scientific notation if it is very small or large.
 pub fn readable(value: f64) -> String {
     match value {
         1e-2..1e6 => format!("{value:.3}"),

@@ -34,7 +34,7 @@ const SYMMETRIC: f64 = 1e-10;
 
 /// Builds the problem of undamped small vibrations about an equilibrium of a formulation with pressures: M ü + K u - Bᵀ
 /// p = 0, M_p p/κ + B u = 0, with all matrices at the equilibrium. K contains the law, elastic foundations and, under
-/// loads, tensions (which are constant) and follower pressures. Viscoelastic (Prony) stress is relaxed.
+/// loads, tensions (which are constant), follower pressures and contacts. Viscoelastic (Prony) stress is relaxed.
 ///
 /// # Errors
 /// [`ModelError::Inverted`] for a state with an inverted element; [`ModelError::NoEnergy`] for follower pressures if
@@ -200,8 +200,8 @@ pub fn inertia(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
     at_free
 }
 
-/// Returns the frequency of a stretch along the first axis without pressures, Hz. It has the order of magnitude of the
-/// modes that strain the body, and is above the lowest eigenfrequency. Costs one element pass.
+/// Returns the frequency of a stretch along the first axis, Hz. It has the order of magnitude of the modes that strain
+/// the body, and is an upper bound for the lowest eigenfrequency without pressures. Costs one element pass.
 ///
 /// # Errors
 /// [`ModelError::Inverted`] for a state with an inverted element.
@@ -214,7 +214,7 @@ pub(crate) fn stretching_frequency(muscle: &Muscle) -> Result<f64, ModelError> {
 }
 
 /// Returns the free components of a volume-preserving stretch along the first axis. Its Rayleigh
-/// quotient has the order of magnitude of the lowest ω² of a body in tension.
+/// quotient is about ω² of the lowest mode that stretches the body along this axis.
 fn stretching(muscle: &Muscle) -> Vec<f64> {
     let solid = &muscle.solid;
     let space = solid.space();

@@ -27,7 +27,7 @@ pub(super) struct Speed {
 }
 
 impl Speed {
-    /// Factorizes a real matrix, and also a complex matrix if `with_complex` is set.
+    /// Measures the speed for a real matrix, and also for a complex matrix if `with_complex` is set.
     pub(super) fn measure(with_complex: bool) -> Result<Self, SparseError> {
         let pattern = cube();
         let structure = Structure { kind: Kind::Symmetric, ..Structure::default() };

@@ -9,8 +9,8 @@ use crate::analysis::free_parts::{FreePart, FreeParts};
 use crate::error::ModelError;
 use crate::muscle::Muscle;
 
-/// Maximum number of parts connected at single nodes that are treated separately. With more parts, the mesh counts as
-/// one body, and its hinges are not detected.
+/// Maximum number of parts without common edges (3D: faces) that are treated separately. With more parts, the mesh
+/// counts as one body, and its hinges are not detected.
 const MAX_PARTS: usize = 100;
 
 /// Returns the parts of the body that can move rigidly, if there are any: compares the rank of the
@@ -57,10 +57,10 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
     })
 }
 
-/// Parts of a body connected at single nodes only.
+/// Parts of a body without common edges (3D: faces).
 struct Parts {
     elements: Vec<usize>,
-    /// Mean of the vertices of each part.
+    /// Mean of the element centers of each part.
     centers: Vec<Vec<f64>>,
     at_node: Vec<Vec<usize>>,
 }

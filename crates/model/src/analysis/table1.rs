@@ -17,7 +17,7 @@ use crate::paper;
 
 /// Magnitude of the strains of the random states: large strain without inverted elements.
 const STRAIN: f64 = 0.1;
-/// Rate of these strains, 1/s, as under the paper's load of 8 Hz.
+/// Ratio of the strain rates to the strains of these states, 1/s.
 const RATE: f64 = 5.0;
 
 /// A formulation with its parameters and the index printed in the paper.
@@ -39,8 +39,8 @@ pub struct Case {
 
 const INF: f64 = f64::INFINITY;
 
-/// Returns the eight rows of Table 1, the paper's remark on (29), and the formulations it does not
-/// list.
+/// Returns the eight rows of Table 1, the paper's remark on (29), and the formulations that the table
+/// does not list.
 pub fn cases() -> Vec<Case> {
     use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
     let case = |equation, law, formulation, kappa, beta, printed| Case {
@@ -81,7 +81,7 @@ pub(crate) fn coarse_beam(columns: usize) -> Result<Mesh, FemError> {
     generate::beam(0.1, 0.04, [columns, 2])
 }
 
-/// Returns a block of the muscle's size with six tetrahedra, for the same purpose in 3D.
+/// Returns a block of the muscle's size with six tetrahedra, the 3D counterpart of [`coarse_beam`].
 pub(crate) fn coarse_block() -> Result<Mesh, FemError> {
     let mesh = generate::block([0.0; 3], [0.1, 0.04, 0.04], [1, 1, 1])?;
     let mut groups = mesh.groups().clone();
