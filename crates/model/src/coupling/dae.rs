@@ -45,7 +45,7 @@ impl Coupling {
         let mut entries = CooMatrix::new(network.n_states(), n_body);
         for (channel, source) in oscillators.sources().iter().enumerate() {
             for &(column, weight) in source.unknowns() {
-                // ∂c/∂y_i = γ w_i, and c has a positive sign in its rows.
+                // ∂c/∂y_i = γ w_i for the forcing c = γ u, which has a positive sign in its rows.
                 let slope = oscillators.drive().forcing(weight);
                 let rows = network.forced_rows(channel);
                 rows.for_each(|row| entries.push(row, column, slope));
@@ -119,7 +119,7 @@ impl<B: Problem> CoupledDae<B> {
         self.parts.len()
     }
 
-    /// Returns network `k`.
+    /// Returns the oscillators of network `k`.
     pub fn oscillators(&self, k: usize) -> &Oscillators {
         &self.parts[k].oscillators
     }
@@ -171,8 +171,8 @@ impl<B: Problem> CoupledDae<B> {
         Ok(residual[n / 2..].iter().map(|r| -r).collect())
     }
 
-    /// Returns ẏ of all oscillators from F = 0, and the largest residual of the body at zero
-    /// derivatives: 0 for a body that starts at rest without load.
+    /// Returns Ẏ with the derivatives of the oscillators from F = 0 and zeros for the body, and the
+    /// largest residual of the body at zero derivatives: 0 if it starts at rest without load.
     ///
     /// # Errors
     /// Errors of the body's residual; a recording that does not cover `t`.

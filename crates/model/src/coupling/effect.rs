@@ -37,7 +37,7 @@ impl Effect {
 /// Effect of the coherence of one network on the surrounding body.
 #[derive(Debug, Clone)]
 pub struct Feedback {
-    /// Number of the network.
+    /// Index of the network.
     pub network: usize,
     /// Measure of coherence.
     pub coherence: SmoothCoherence,

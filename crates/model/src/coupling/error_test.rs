@@ -1,12 +1,12 @@
 //! Error-test weights of coupled systems, component by component.
 //!
-//! IDAS has one relative tolerance, and its norm is the root mean square over all N components: among the 3034 unknowns
-//! of the muscle, the error of ten oscillators would be scaled by √(10/3034) = 1/17. Here each component has a relative
-//! tolerance, and the weights of a network of n states are multiplied by √(N/n), so that each network is tested by its
-//! own root mean square. The body's part of the norm changes only through N.
+//! IDAS has one relative tolerance, and its norm is the root mean square over all N components: with the 3034 unknowns
+//! of the muscle, the error of the 20 states of ten oscillators would be scaled by √(20/3054) ≈ 1/12. Here each
+//! component has a relative tolerance, and the weights of a network of n states are multiplied by √(N/n), so that each
+//! network is tested by its own root mean square. The body's part of the norm changes only through N.
 //!
-//! Internal stresses of Prony terms may outnumber all other unknowns of a muscle. The same scaling
-//! is applied to these two parts.
+//! Internal stresses of Prony terms may outnumber all other unknowns of a muscle, so both parts are
+//! scaled in the same way.
 
 use std::ops::Range;
 
@@ -23,7 +23,7 @@ use crate::muscle_dae::MuscleDae;
 pub struct StateTolerances {
     /// Relative tolerance.
     pub relative: f64,
-    /// Absolute tolerance. For comparison, the response of an oscillator starts near 2e-5.
+    /// Absolute tolerance.
     pub absolute: f64,
     /// Whether the states are included in the error test.
     pub tested: bool,
@@ -97,7 +97,7 @@ impl ErrorTest {
         self.excluded.resize(end, !tolerances.tested);
     }
 
-    /// Multiplies all tolerances by a factor that depends on the relative tolerance.
+    /// Multiplies the tolerances of each component by a factor that depends on its relative tolerance.
     #[must_use]
     pub fn scaled(mut self, factor: impl Fn(f64) -> f64) -> Self {
         for (relative, absolute) in self.relative.iter_mut().zip(&mut self.absolute) {
@@ -108,7 +108,7 @@ impl ErrorTest {
         self
     }
 
-    /// Returns the smallest relative tolerance.
+    /// Returns the smallest relative tolerance, at most 1.
     pub(crate) fn smallest_relative(&self) -> f64 {
         self.relative.iter().copied().fold(1.0, f64::min)
     }
@@ -123,7 +123,8 @@ impl ErrorTest {
         &self.excluded
     }
 
-    /// Sets `weights` to importance / (relative |y| + absolute).
+    /// Sets `weights` to importance / (relative |y| + absolute), or to importance times the
+    /// step-dependent weights of the muscle.
     pub fn weights(&self, y: &[f64], weights: &mut [f64]) {
         for (i, (weight, y)) in weights.iter_mut().zip(y).enumerate() {
             let allowed = self.relative[i] * y.abs() + self.absolute[i];
@@ -138,8 +139,8 @@ impl ErrorTest {
     }
 }
 
-/// Returns √(N/n) for the n internal stresses among N unknowns of a muscle, and for the other
-/// unknowns.
+/// Returns √(N/n) for each of the N unknowns of a muscle, where n counts the internal stresses or the
+/// other unknowns; 1 without internal stresses.
 fn importance(layout: &Layout) -> Vec<f64> {
     let n_internal = layout.range(Field::InternalStress).map_or(0, |own| own.len());
     let n = layout.n_unknowns();

@@ -177,7 +177,7 @@ impl FeedbackDae {
         }
     }
 
-    /// Evaluates the derivative of the forces with respect to the coherence at the state `y`.
+    /// Evaluates ∂F/∂g and ∂g/∂s of all places at the state `y`.
     pub(super) fn linearize(&mut self, t: f64, y: &[f64]) -> Result<(), StepError> {
         let places = &mut self.places;
         places.linearize(&mut self.one_way, &self.feedbacks, t, y)
@@ -188,7 +188,6 @@ impl FeedbackDae {
         (&mut self.one_way, &self.places.list, &self.feedbacks)
     }
 
-    /// Returns the places.
     pub(super) fn places(&self) -> &[Place] {
         &self.places.list
     }

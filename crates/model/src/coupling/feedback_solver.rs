@@ -11,7 +11,7 @@
 //! and δs = J_o⁻¹ b_o − (J_o⁻¹ γ e) wᵀ δy without another solve. Each place contributes a single
 //! scalar h. A place that acts only on the elements that drive it changes existing entries of the
 //! stiffness: there is no fill-in, and the factorized matrix has the size of the body. h depends on
-//! c; since h = α + β c with real α and β, it acts as a stiffness and a damping.
+//! the coefficient c of ∂F/∂Ẏ. Written as α + β c with real α and β, it acts as a stiffness and a damping.
 //!
 //! A place that acts on other elements too would fill the stiffness. It is treated as a low-rank
 //! correction ([`NonlocalElimination`]).
@@ -43,7 +43,7 @@ struct Local {
 }
 
 impl Local {
-    /// Returns `None` if the pattern of the stiffness does not contain f wᵀ.
+    /// Returns `None` if the stiffness has no entries for f wᵀ, or without one source per place.
     fn new(one_way: &CoupledDae<MuscleDae>, feedback: &Feedback, place: &Place) -> Option<Self> {
         let body = one_way.body();
         let pattern = body.muscle().solid.displacement_pattern();
@@ -84,7 +84,6 @@ pub struct FeedbackSolver {
     one_way: CoupledSolver<CondensedSolver>,
     /// For each place, its positions in the stiffness; `None` if it also acts on elements that do not drive it.
     places: Vec<Option<Local>>,
-    /// Places and responses for the real matrix and for each complex matrix.
     real: Matrix<f64>,
     complex: Vec<Matrix<Complex64>>,
 }
@@ -229,7 +228,7 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
         let networks = solver.complex.iter_mut();
         self.complex =
             networks.map(|networks| Matrix::new(networks, dae)).collect::<Result<_, _>>()?;
-        // α and β of each place, from its value for each matrix.
+        // α and β of each place, from its h for each matrix.
         let of_real = self.real.gains(dae).into_iter();
         let mut all: Vec<Vec<[f64; 2]>> = vec![of_real.map(|h| [h, 0.0]).collect()];
         for (matrix, c) in self.complex.iter().zip(complex) {

@@ -35,14 +35,14 @@ pub struct Settling {
     #[serde(rename = "chi")]
     pub phase: Settled,
     /// Frequency of the centroid, Hz. The mean is the number of turns divided by the time, or NaN if the centroid is at
-    /// rest. The range and the deviation are those of the instantaneous frequency where it is defined.
+    /// rest. The range and the deviation from this mean refer to the instantaneous frequency where it is defined.
     pub frequency: Settled,
 }
 
 impl CoherenceHistory {
     /// Appends the state of network `k` of `dae` at time `t`.
     ///
-    /// The frequency uses ÿ from the equations, not differences of samples.
+    /// The frequency uses ÿ from the equations, not finite differences of samples.
     pub fn record<B: Problem>(
         &mut self,
         dae: &mut CoupledDae<B>,

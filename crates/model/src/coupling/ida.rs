@@ -12,7 +12,7 @@ use crate::integration::settings::LinearSolverKind;
 
 impl<P: Body> IdaIntegrator<P> {
     /// Starts the integration of a system over `[t, t_end]` from a state with consistent derivatives. Factorizes the
-    /// full Newton matrix if the body has no condensed solver.
+    /// full Newton matrix if this is requested or if the system has no condensed solver.
     ///
     /// `error_test` replaces the tolerances and the excluded components of the options.
     ///

@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     /// Returns 20 s of two oscillators: one follows a drive of 8 Hz, the other runs at 7.75 Hz with
-    /// `ratio` of its amplitude. They are in antiphase five times, always between samples.
+    /// `ratio` times its amplitude. They are in antiphase five times, always between samples.
     fn beats(ratio: f64) -> CoherenceHistory {
         let turning = |frequency: f64, t: f64| Complex64::cis(-TAU * frequency * t);
         let mut history = CoherenceHistory::default();

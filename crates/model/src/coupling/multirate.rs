@@ -13,9 +13,9 @@
 //! δu of the body's displacement at the driving point. A constant error moves an oscillator by γ δu/ω². At resonance,
 //! or along a limit cycle, whose phase is free, the effects of the error add up to γ δu T/(2ω) in the time T.
 //! [`Driving`] contains the factors of the bound γ δu (1/ω² + T/(2ω)). With BDF, δu is the sum of the local errors of
-//! u. Radau IIA has no estimate of its error. The error of its dense output within steps is not dominant: replacing the
-//! dense output by the integral of the dense output of the velocity, which has a higher order, did not change the error
-//! of the oscillators.
+//! u. Radau IIA provides no δu: its estimates have a lower order than its error. The error of its dense output within
+//! steps is not dominant: replacing the dense output by the integral of the dense output of the velocity, which has a
+//! higher order, did not change the error of the oscillators.
 
 use std::sync::Arc;
 
@@ -47,7 +47,8 @@ pub struct Multirate<B> {
     driven: Driven,
     /// Steps of the oscillators within the last step of the body.
     steps: Steps,
-    /// Sum of the magnitudes of the local errors of these steps; `None` without an estimate.
+    /// Sum of the magnitudes of the local errors of these steps and of the effects of driving errors; `None` without an
+    /// estimate.
     error: Option<Vec<f64>>,
     /// Whether the integrator of the oscillators stopped before its end time.
     chains_stopped: bool,
@@ -57,7 +58,7 @@ pub struct Multirate<B> {
 /// Magnitudes of the driving displacements and of the resulting positions over a run.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Driven {
-    /// Largest displacement of each driving point and the sum of its local errors, m.
+    /// Largest displacement of each driving point and the sum of the magnitudes of its local errors, m.
     places: Vec<[f64; 2]>,
     /// Whether the body's integrator estimates its local errors.
     has_errors: bool,

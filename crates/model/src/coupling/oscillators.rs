@@ -75,7 +75,7 @@ pub struct Oscillators {
 
 impl Oscillators {
     /// Creates a network driven by one source per direction of its forcing. Only the gain γ of
-    /// `drive` is used; the network determines which oscillators it reaches.
+    /// `drive` is used; the network determines the forced oscillators.
     ///
     /// # Errors
     /// [`ModelError::OutOfRange`] for a gain that is not finite, [`ModelError::Sources`]
@@ -116,7 +116,7 @@ impl Oscillators {
         &self.network
     }
 
-    /// Returns the gain of the forcing, and the oscillators on which it acts.
+    /// Returns the drive passed to [`new`](Self::new), of which only the gain is used.
     pub fn drive(&self) -> Drive {
         self.drive
     }
@@ -146,7 +146,7 @@ impl Oscillators {
         }
     }
 
-    /// Subtracts γ e wᵀ `body` for several columns, which are stored side by side.
+    /// Subtracts γ e wᵀ `body` for matrices of `n_columns` columns in row-major order.
     pub(crate) fn subtract_forcing_columns(
         &self,
         body: &[f64],
@@ -165,7 +165,7 @@ impl Oscillators {
         }
     }
 
-    /// Returns γ e with all components of the forcing in one vector.
+    /// Returns γ e with all directions of the forcing in one vector.
     pub(super) fn forcing(&self) -> Vec<f64> {
         let mut forcing = vec![0.0; self.network.n_states()];
         for channel in 0..self.sources.len() {
@@ -176,8 +176,8 @@ impl Oscillators {
         forcing
     }
 
-    /// Subtracts J_o⁻¹ γ e wᵀ `body` from `states`, given the `response` J_o⁻¹ γ e of all
-    /// components of the forcing. Each component reaches different oscillators.
+    /// Subtracts J_o⁻¹ γ e wᵀ `body` from `states`, given the `response` J_o⁻¹ γ e to all
+    /// directions of the forcing. Each direction reaches different oscillators.
     pub(super) fn subtract_response<T: Scalar>(
         &self,
         response: &[T],

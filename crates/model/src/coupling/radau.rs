@@ -16,7 +16,7 @@ impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
     /// `error_test` replaces the tolerances and the excluded components of the options.
     ///
     /// # Errors
-    /// [`ModelError::Radau`] for invalid Radau IIA options.
+    /// [`ModelError::Radau`] for invalid options, [`ModelError::OnlyBdf`] for step-dependent weights.
     pub fn coupled_at(
         mut system: P,
         error_test: impl Into<Option<ErrorTest>>,
@@ -37,10 +37,10 @@ impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
     }
 }
 
-/// Returns the Newton matrices of a system: condensed if the linear solver and the system allow it.
+/// Returns the solver for the Newton systems: condensed if this is requested and the system allows it.
 ///
 /// # Errors
-/// [`ModelError::Radau`] for a pattern that cannot be analyzed.
+/// [`ModelError::Factorization`] for a pattern that cannot be analyzed.
 pub fn matrices<P: Body>(
     system: &mut P,
     options: SparseOptions,
@@ -70,7 +70,7 @@ fn tested<P: Problem, M: myovib_dae::LinearSolver<P>>(
         return Err(ModelError::OnlyBdf { setting });
     }
     let options = RadauOptions {
-        // Newton's tolerance derives from this value; the weights below replace the others.
+        // Newton's tolerance depends on this value; the weights below replace it in the error test.
         tolerances: Tolerances::scalar(error_test.smallest_relative(), 0.0),
         suppressed: Suppressed::Components(error_test.excluded().to_vec()),
         ..options

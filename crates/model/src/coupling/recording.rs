@@ -20,7 +20,7 @@ fn place(k: usize) -> f64 {
     chebyshev::points(POINTS)[k]
 }
 
-/// Displacement at a point over a run, as accurate between steps as at their ends.
+/// Displacement at a point over a run, with the accuracy of the dense output.
 ///
 /// Each accepted step stores its interpolating polynomial at nine points, which determine it.
 /// Recording therefore adds no sampling error, whatever the step size.
@@ -70,7 +70,8 @@ impl TimeScales for Arc<Recording> {
     }
 
     /// Returns the period π √(2 range/|ü|) of a sine that has the range of the motion and its largest acceleration
-    /// between the two times. Inertia excludes faster motions within a step.
+    /// between the two times, or the time scale of the prescribed motion if it is shorter. Inertia excludes faster
+    /// motions within a step.
     fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let [low, high] = self.extent?;
         let first = self.ends.partition_point(|end| *end <= from);
@@ -97,9 +98,9 @@ impl TimeScales for Arc<Recording> {
     }
 }
 
-/// Returns the second derivative of the polynomial through `values` at the Chebyshev points of an
-/// interval of length 1, computed from its distance to the chord: x (1 − x)/2 for a second
-/// derivative of 1.
+/// Estimates the magnitude of the second derivative of the polynomial through `values` at the
+/// Chebyshev points of an interval of length 1 from its distance to the chord: x (1 − x)/2 for a
+/// second derivative of 1.
 fn curvature(values: &[f64; POINTS]) -> f64 {
     let (first, last) = (values[0], values[POINTS - 1]);
     let sagitta = values.iter().enumerate().map(|(k, value)| {

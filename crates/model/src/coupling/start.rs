@@ -62,7 +62,7 @@ impl CoupledOptions {
         Self { linear_solver: LinearSolverKind::Condensed, ..Self::of_states(integrator) }
     }
 
-    /// Sets a constant step (s) without error test; `None` for adaptive steps.
+    /// Sets a constant step (s) of Radau IIA without error test; `None` for adaptive steps.
     pub fn with_fixed_step(mut self, step: Option<f64>) -> Self {
         self.radau.step_size = radau::step_size(step);
         self
@@ -75,7 +75,7 @@ impl CoupledOptions {
 }
 
 /// Starts a coupled system at t = 0 from `y` with the body at rest. If a load is not zero at the
-/// start, consistent initial derivatives are computed.
+/// start, consistent initial values and derivatives are computed.
 ///
 /// # Errors
 /// Errors of [`Consistent::consistent`](crate::start::Consistent::consistent) and of
@@ -125,7 +125,7 @@ pub fn start_coupled_from<P: Body>(
 /// derivatives.
 ///
 /// # Errors
-/// Errors of [`start_coupled_from`]; [`ModelError::NotWithFeedback`].
+/// Errors of [`start_coupled_from`]; [`ModelError::NotWithFeedback`] for projections.
 pub fn start_with_feedback(
     dae: FeedbackDae,
     error_test: ErrorTest,

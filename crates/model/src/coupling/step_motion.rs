@@ -18,7 +18,7 @@ pub struct StepMotion(RwLock<Polynomials>);
 struct Polynomials {
     from: f64,
     to: f64,
-    /// Values of each driving point at the [`POINTS`] points of time, without prescribed parts.
+    /// Values of each driving point at [`POINTS`] times of the step, without prescribed parts.
     values: Vec<[f64; POINTS]>,
 }
 
