@@ -1,19 +1,18 @@
 //! Location of the first time within a step at which a function of the state becomes positive.
 //!
-//! The function is sampled on the dense output at Chebyshev points, twice as many as the order of
-//! the step, and at the vertices of the parabolas through neighboring samples. A change of sign is
-//! then bracketed and refined. A peak between two samples that is too narrow for these parabolas
-//! is missed. This cannot happen for a polynomial whose degree is the order of the step, but it can
-//! for a sharp peak of |u| or min det F.
+//! The function is sampled on the dense output at 2k + 1 Chebyshev points for a step of order k, and
+//! at the vertices of the parabolas through neighboring samples. A change of sign is then bracketed
+//! and refined. A peak between two samples that is too narrow for these parabolas is missed.
+//! Polynomials of degree k have no such narrow peaks, but |u| and min det F may have them.
 
 use std::f64::consts::PI;
 
 use crate::error::ModelError;
 use crate::integration::integrator::Integrator;
 
-/// Samples per order of the step.
+/// Intervals between samples per order of the step.
 const SAMPLES: u32 = 2;
-/// Maximum number of bisection and secant iterations; bisection alone needs 53 to resolve a step.
+/// Maximum number of iterations of the Illinois method; bisection would need 53 to resolve a step.
 const MAX_NARROWINGS: usize = 100;
 
 /// Returns the first time in the last step `[from, to]` at which `excess(problem, t, y)` is
@@ -67,8 +66,8 @@ fn top([(t0, f0), (t1, f1), (t2, f2)]: [(f64, f64); 3]) -> Option<f64> {
     bends.then(|| from + (to - from) * left / (left - right))
 }
 
-/// Refines the first sign change between `low` (not positive) and `high` (positive) by the Illinois
-/// method: the secant method with the value at a retained end halved.
+/// Refines a sign change between `low` (not positive) and `high` (positive) by the Illinois method:
+/// the secant method, halving the value at an end that is retained twice in a row.
 fn narrow(
     mut low: (f64, f64),
     mut high: (f64, f64),

@@ -20,7 +20,7 @@ use crate::start::Consistent;
 pub struct IdaIntegrator<P: Problem> {
     pub(crate) solver: IdaSolver<P>,
     pace: Pace,
-    /// Counts of the starts before the current one.
+    /// Counts up to the last restart.
     before: Counts,
     /// Step size shared with step-dependent error weights.
     step_size: SharedStepSize,
@@ -89,9 +89,9 @@ impl<P: Problem> IdaIntegrator<P> {
         }
     }
 
-    /// Takes a step. If the error test rejects every first step, the initial ẏ underestimates the
-    /// time scale, and IDAS gives up after ten attempts. The integration is then restarted with a
-    /// smaller first step.
+    /// Takes a step. If the initial ẏ suggests too long a time scale, the error test rejects every
+    /// attempt at the first step, and IDAS gives up after ten attempts. The integration is then
+    /// restarted with a smaller first step.
     fn step_or_start_smaller(&mut self, t_out: f64) -> Result<Outcome, ModelError> {
         let t = self.solver.t();
         let mut ahead = t_out - t;
@@ -180,7 +180,7 @@ impl<P: Consistent> Integrator<P> for IdaIntegrator<P> {
     }
 
     /// IDAS provides the difference between the solution and its prediction. At order k and constant step size, it is
-    /// k + 1 times the error of the step. The error of a vibration is larger than the sum of the errors of
+    /// k + 1 times the local error. The error of a vibration is larger than the sum of the errors of
     /// its steps, by about this factor.
     fn local_error(&mut self, out: &mut [f64]) -> Result<bool, ModelError> {
         self.solver.estimated_local_errors(out)?;

@@ -32,7 +32,7 @@ impl Pace {
         Self { schedule, t_end, shortened: false }
     }
 
-    /// Returns whether the last step was shorter than the integrator proposed. No other state is stored.
+    /// Returns whether the last step was shorter than the integrator proposed, the only state that changes.
     pub(crate) fn shortened(&self) -> bool {
         self.shortened
     }
@@ -62,7 +62,7 @@ impl Pace {
             false => self.t_end,
         };
         let proposed = match statistics.current_step {
-            // The first step is at most a thousandth of the distance to t_out.
+            // The estimated first step is at most a thousandth of the distance to t_out.
             _ if is_first => 1e-3 * (t_out - t),
             step if shortened => step.min(GROWTH * statistics.last_step),
             step => step,

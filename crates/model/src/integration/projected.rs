@@ -3,7 +3,7 @@
 //! `velocity` integrates the differentiated constraint, so displacement and velocity drift away from incompressible
 //! motions as the errors of the steps accumulate. IDAS has no hook for projections. Here, the state is projected
 //! between two steps and made consistent ([`Consistent`]), and the integrator restarts from it at order 1. The counts
-//! accumulate over all starts and thus include this cost.
+//! accumulate over all starts and thus include the additional steps.
 //!
 //! Reference: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, section VII.2
 //! (projection methods).
@@ -24,7 +24,7 @@ impl<P: Consistent> Projected<P> {
     /// Projects the state of `inner` every `every` seconds.
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] for a time that is not positive.
+    /// [`ModelError::OutOfRange`] for a time that is not positive and finite.
     pub fn new(inner: IdaIntegrator<P>, every: f64) -> Result<Self, ModelError> {
         if !(every > 0.0 && every.is_finite()) {
             return Err(ModelError::OutOfRange {

@@ -22,7 +22,7 @@ use crate::start::Consistent;
 pub struct RadauIntegrator<P: Problem, M = SparseDirectSolver> {
     solver: RadauSolver<P, M>,
     pace: Pace,
-    /// Counts of the starts before the current one.
+    /// Counts up to the last restart.
     before: Counts,
 }
 
@@ -155,8 +155,8 @@ fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBu
     })
 }
 
-/// Newton's tolerance for undamped compressible bodies, as a fraction of the smaller of the tolerances for the estimate and
-/// for the solution.
+/// Newton's tolerance for undamped compressible bodies, as a fraction of the smaller of the tolerances for the estimate
+/// and for the solution.
 ///
 /// The estimate of the next step amplifies the remaining error of Newton's method in vibrations of the volume, which
 /// nothing damps. With the default, which is three times as large, tolerances of 1e-2 and 1e-4 needed up to ten times

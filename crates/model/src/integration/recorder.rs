@@ -32,7 +32,7 @@ impl SampleTimes {
         Self { next: n, ..self }
     }
 
-    /// Returns the next time up to `t`, except for rounding, if there is one.
+    /// Returns the next time if it is at most `t` up to rounding, and advances to the following one.
     pub fn due(&mut self, t: f64) -> Option<f64> {
         // A multiple that differs from the end time only by rounding is the end time.
         let mut time = self.every * self.next as f64;

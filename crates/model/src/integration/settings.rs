@@ -1,4 +1,4 @@
-//! Settings of a time integration. Defaults are the paper's values.
+//! Settings of a time integration. [`Settings::paper`] returns the paper's values.
 
 use myovib_dae::Tolerances;
 use myovib_radau::RadauOptions;
@@ -93,7 +93,7 @@ impl IntegratorKind {
 /// Solution method for the linear systems of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LinearSolverKind {
-    /// Eliminates the velocities; splits the system of (33) in two.
+    /// Eliminates the velocities; splits the system of (33) into two.
     Condensed,
     /// Factorizes the matrix of the full first-order system.
     Full,
@@ -117,7 +117,7 @@ pub enum MultiplierWeights {
     /// The tolerances.
     #[default]
     Plain,
-    /// The tolerances divided by (Ωh)^(i−1), with index i, angular frequency Ω of the load and step h.
+    /// The tolerances divided by min(Ωh, 1)^(i−1), with index i, angular frequency Ω of the load and step h.
     StepScaled,
 }
 
@@ -173,7 +173,7 @@ pub struct Settings {
     pub multiplier_weights: MultiplierWeights,
     /// Maximum BDF order, 1 to 5 (IDAS).
     pub max_order: u8,
-    /// Relative change of c_j above which the Newton matrix is set up again (IDAS).
+    /// δ: the Newton matrix is set up again if c_j changes by more than a factor of (1 + δ)/(1 − δ) (IDAS).
     pub delta_cj: f64,
     /// Solution method for Newton's linear systems.
     pub linear_solver: LinearSolverKind,

@@ -37,7 +37,8 @@ impl SharedStepSize {
     }
 }
 
-/// Error weights of all unknowns y_j: `1/(rtol |y_j| + atol_j)`, times (Ωh)^(i−1) for multipliers.
+/// Error weights of all unknowns y_j: `1/(rtol |y_j| + atol_j)`. Those of multipliers have the factor
+/// min(Ωh, 1)^(i−1), or 1 before the first step.
 ///
 /// The index i is the index for the incompressible body: a large κ is a singular perturbation, and
 /// the multiplier behaves as in the limit as long as the steps do not resolve compression waves.
@@ -91,7 +92,8 @@ impl StepWeights {
         }
     }
 
-    /// Returns (Ωh)^(i−1) for a multiplier of index i, 1 for displacement and velocity.
+    /// Returns min(Ωh, 1)^(i−1) for a multiplier of index i; 1 for displacement and velocity, and before
+    /// the first step.
     fn factor(&self, field: Field) -> f64 {
         let h = self.step_size.get();
         if field.is_displacement_like() || h == 0.0 {

@@ -11,7 +11,7 @@ use crate::signal::Signal;
 /// Number of intervals at which loads are sampled. It is prime, because with a round number of samples, a load with a
 /// round number of periods could vanish at all sample times.
 const INTERVALS: u32 = 997;
-/// Maximum number of breaks of a load around which it is also sampled.
+/// Maximum number of breaks of a load at and between which it is also sampled.
 const BREAKS: usize = 100;
 /// Approximate number of prescribed components whose motion is sampled.
 const MOVED: usize = 100;
@@ -28,12 +28,12 @@ const SMALLEST_CHANGE: f64 = 1e-6;
 ///
 /// They follow from a strain ε, the largest of
 /// - σ/G with the stress σ = f L/V + T and the shear modulus G (σ if it exceeds G); f is the sum of the magnitudes of
-///   the nodal forces on the body at rest, L its length, V its volume and T its active tension,
+///   the nodal force components on the body at rest, L its length, V its volume and T its active tension,
 /// - a prescribed displacement divided by L,
 /// - displacements divided by L, and velocities divided by the speed c = √(G/ρ) of shear waves, at the start,
 ///
-/// and at most 1. In a motion that starts in equilibrium, loads, tensions and prescribed displacements are measured
-/// from their values at the start, unless nothing changes. A load and its response thus have the same ratio in all
+/// and at most 1. In a motion that starts in equilibrium, given loads, tensions and displacements are measured from
+/// their values at the start, unless nothing changes. A load and its response thus have the same ratio in all
 /// units and, for small strains, for all magnitudes of the load. Slender bodies move by more than εL when they bend;
 /// their tolerances are stricter than necessary.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,7 +107,8 @@ struct Scale {
 }
 
 impl Scale {
-    /// Returns the scale for signals of the given sizes and the largest displacement (m) and velocity (m/s) at the start.
+    /// Returns the scale for signals of the given sizes and the largest displacement (m) and velocity (m/s) at the
+    /// start.
     fn of(muscle: &Muscle, size: impl Fn(&Signal) -> f64, start: [f64; 2]) -> Self {
         let (length, volume) = (extent(muscle), muscle.solid.volume());
         let stress = total_force(muscle, &size) * length / volume + tension(muscle, &size);
@@ -152,7 +153,8 @@ fn shear_moduli(muscle: &Muscle) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Returns the longest edge (m) and the speed of shear waves at rest (m/s) of the element that a wave takes longest to cross.
+/// Returns the longest edge (m) and the speed of shear waves at rest (m/s) of the element that a wave takes longest to
+/// cross.
 pub fn slowest_element(muscle: &Muscle) -> [f64; 2] {
     let (solid, space) = (&muscle.solid, muscle.solid.space());
     let corners = |element: usize| &space.element_nodes(element)[..=space.dimension()];
@@ -206,7 +208,8 @@ fn tension(muscle: &Muscle, size: impl Fn(&Signal) -> f64) -> f64 {
     tensions.fold(0.0, |max, tension| max.max(tension.abs()))
 }
 
-/// Returns the largest distance of a function from `origin` between 0 and `t_end`, at samples and around its breaks.
+/// Returns the largest distance of a function from `origin` between 0 and `t_end`, at equidistant times, at its breaks
+/// and midway between them.
 fn largest(signal: &Signal, t_end: f64, origin: f64) -> f64 {
     let uniform = (0..=INTERVALS).map(|i| t_end * f64::from(i) / f64::from(INTERVALS));
     let mut breaks = vec![0.0];

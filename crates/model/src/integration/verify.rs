@@ -2,7 +2,7 @@
 //!
 //! The error test bounds the error of a single step; the accumulated error depends on the motion. The looser run has
 //! the larger error, so the difference of the two runs is approximately this error. It bounds the error of the tighter
-//! run if errors decrease with the tolerance.
+//! run if the looser run has at least twice this error.
 
 use crate::integration::settings::IntegratorKind;
 
@@ -34,7 +34,7 @@ pub struct ErrorEstimate {
 }
 
 impl ErrorEstimate {
-    /// Returns the difference relative to the size; 0 for a quantity that is zero in both runs.
+    /// Returns the difference relative to the size; 0 for a quantity that is equal in both runs.
     pub fn relative(&self) -> f64 {
         match self.difference {
             0.0 => 0.0,
