@@ -167,8 +167,8 @@ impl Advice {
         of_multipliers.into_iter().chain(self.order()).collect()
     }
 
-    /// Finds multipliers of index 3 excluded from the error test but included in Newton's
-    /// convergence test.
+    /// Finds multipliers of index 3 at a tight tolerance. Newton's convergence test includes them even
+    /// if the error test does not.
     fn newton(&self) -> Option<Finding> {
         let index = self.index();
         let weighed = index > 2 && self.is_tighter_than_usual();
@@ -261,7 +261,7 @@ impl Advice {
         })
     }
 
-    /// Finds a BDF order whose sector of stability does not contain all modes.
+    /// Finds a BDF order whose sector of stability does not contain all unresolved modes.
     fn order(&self) -> Option<Finding> {
         let bound = self.order_bound()?;
         Some(Finding {

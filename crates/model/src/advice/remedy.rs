@@ -6,7 +6,7 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::integration::settings::{IntegratorKind, MultiplierWeights, Settings};
 
-/// A change of formulation or settings.
+/// A change of the formulation, the settings or the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remedy {
     /// Exclude these blocks from the error test.
