@@ -26,7 +26,7 @@ pub enum Equation {
     StabilizedKinematic,
     /// λ̇ - μ = 0, second line of (29).
     PressureKinematic,
-    /// M (v̇ + α v) + ∫(P + β Ṗ + added stresses):∇φ + foundations - f(t) = 0.
+    /// M (v̇ + α v) + ∫(P + β Ṗ + added stresses):∇φ + foundations + friction - f(t, q) = 0.
     Momentum,
     /// ∫ψ (p/κ + g(J)) = 0.
     Constraint,
@@ -83,7 +83,7 @@ pub struct Context {
     pub added: Added,
     /// Whether κ, α or β vary between elements.
     pub graded: bool,
-    /// Whether eliminated oscillators act on the stiffness.
+    /// Whether eliminated oscillators contribute to the stiffness and the damping.
     pub coherence: bool,
 }
 
@@ -117,7 +117,7 @@ impl Added {
         }
     }
 
-    /// Returns whether a force other than friction depends on the velocity.
+    /// Returns whether an added force other than friction depends on the velocity.
     pub(crate) fn is_damped(self) -> bool {
         self.foundation[1] || self.stress[1]
     }

@@ -5,8 +5,8 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::state::Integrals;
 
-/// Writes M (v̇ + α v) + ∫(P + β Ṗ + added stresses):∇φ + foundations - f(t) for the free
-/// components.
+/// Writes M (v̇ + α v) + ∫(P + β Ṗ + added stresses):∇φ + foundations + friction - f(t, q) for the
+/// free components.
 pub(super) fn residual(context: &Context, integrals: &mut Integrals<'_>, rows: &mut [f64]) {
     integrals.momentum_balance(context.alpha, context.beta, rows);
 }
