@@ -40,11 +40,11 @@ pub struct Assembly<C> {
 impl<C: Copy> Assembly<C> {
     /// Places `entries` in a matrix of `shape` (rows, columns).
     ///
-    /// `pattern_of` returns the compressed-column pattern of a matrix and whether its values belong
-    /// to the transposed pattern.
+    /// `pattern_of` returns the compressed-column pattern that orders the values of a matrix, and
+    /// whether the matrix has the transpose of this pattern.
     ///
     /// # Panics
-    /// Panics if a block is larger than its matrix, or the assembled matrix has 2³² entries or more.
+    /// Panics if a block exceeds the assembled matrix, or this matrix has 2³² entries or more.
     pub fn new<'a>(
         shape: (usize, usize),
         entries: impl IntoIterator<Item = Entry<C>>,

@@ -69,7 +69,7 @@ impl<T: Scalar> DrivenObstacles<T> {
             self.correct(&mut own.response, 1);
             own.pivot = T::one() * slope.by_obstacle - own.product(&own.response, 0, 1);
             let size = ComplexFloat::abs(own.pivot);
-            // The difference is rounding, or NaN.
+            // The difference is only rounding error, or NaN.
             if size.is_nan() || size <= 16.0 * f64::EPSILON * slope.by_obstacle {
                 return Err(SparseError::Singular { n: n + 1, column: None });
             }

@@ -1,6 +1,6 @@
-//! Errors of building, analyzing or running a model.
+//! Errors that occur while a model is built, analyzed or run.
 
-/// An error of building, analyzing or running a model.
+/// An error while building, analyzing or running a model.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages name the fields")]
 pub enum ModelError {
@@ -169,7 +169,7 @@ pub enum ModelError {
     /// An evaluation outside the time integration failed.
     #[error(transparent)]
     Evaluation(#[from] myovib_dae::StepError),
-    /// No displacement with ∫ψ (J - 1) = 0 was found near the given displacement.
+    /// No displacement with ∫ψ g(J) = 0 was found near the given displacement.
     #[error(
         "no incompressible displacement was found near the given displacement: a projected volume residual of {volume_residual:.1e} remains"
     )]

@@ -49,11 +49,11 @@ pub enum Matrix {
     FoundationStiffness,
     /// Σ c R: damping of elastic foundations, constant.
     FoundationDamping,
-    /// ∂/∂q of the force of active and viscous stresses; symmetric unless one depends on v.
+    /// ∂/∂q of the force of active and viscous stresses and of friction; symmetric unless one depends on v.
     AddedStiffness,
     /// Symmetric part of `AddedStiffness`, used in Newton's method if all other matrices are symmetric.
     AddedSymmetricStiffness,
-    /// ∂/∂v of the force of active and viscous stresses; symmetric.
+    /// ∂/∂v of the same force; symmetric.
     AddedDamping,
     /// ∂/∂T of the force of active stresses, `n_free × n_tensions`.
     TensionForce,

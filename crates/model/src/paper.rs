@@ -84,7 +84,7 @@ pub fn muscle(mesh: &Mesh, kappa: f64, beta: f64) -> Result<Muscle, ModelError> 
     muscle_with_load(mesh, LAW, kappa, beta, Signal::paper(LOAD_AMPLITUDE))
 }
 
-/// Meaning of the rod's end load.
+/// Quantity that the rod's end load prescribes.
 const ROD_END_LOAD: EndLoad = EndLoad::Strain;
 /// Amplitude of the rod's load, a strain.
 const ROD_LOAD_AMPLITUDE: f64 = 1.0;
@@ -95,7 +95,7 @@ pub fn rod() -> Result<RodDae, ModelError> {
     RodDae::new(Rod::new(RodData::default())?, ROD_END_LOAD, load)
 }
 
-/// Position of the rod's point that drives the chain, L/2.
+/// Position of the rod's point that drives the chain, L/2 in m.
 pub const ROD_POINT: f64 = 0.05;
 
 /// Returns a chain of `n` oscillators with frequencies 16π ± `half_width` rad/s. The paper uses n = 20 and 0.05 rad/s

@@ -49,13 +49,13 @@ impl<'a> State<'a> {
     }
 }
 
-/// Nodal arrays of one evaluation, allocated once. Displacement-like arrays cover all nodes,
-/// including constrained ones.
+/// Arrays of one evaluation, allocated once. Displacement-like arrays cover all nodes, including
+/// constrained ones.
 #[derive(Debug, Clone)]
 pub(crate) struct Workspace {
     pub(crate) displacement: Vec<f64>,
     pub(crate) velocity: Vec<f64>,
-    /// v̇, later v̇ + α v.
+    /// v̇; overwritten by [`momentum_balance`](Integrals::momentum_balance).
     pub(crate) acceleration: Vec<f64>,
     pub(crate) inertia: Vec<f64>,
     /// A vector of free components expanded to all nodes.
@@ -133,7 +133,7 @@ impl Integrals<'_> {
         &self.work.volume_residual
     }
 
-    /// Returns ∫ψ cof F:∇v.
+    /// Returns ∫ψ g' cof F:∇v.
     pub(crate) fn volume_residual_rate(&self) -> &[f64] {
         &self.work.volume_residual_rate
     }
@@ -172,7 +172,7 @@ impl Integrals<'_> {
         &self.work.internal_rates
     }
 
-    /// Sets `rows` to M (v̇ + α v) + force + β force rate + added force - load.
+    /// Sets `rows` to M v̇ + α M v + force + β force rate + added force - load.
     pub(crate) fn momentum_balance(&mut self, alpha: f64, beta: f64, rows: &mut [f64]) {
         let Workspace {
             velocity, acceleration, inertia, force, force_rate, added_force, load, ..

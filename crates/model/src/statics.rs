@@ -24,7 +24,7 @@ pub use path::{CriticalKind, CriticalPoint, PathEnd, PathState};
 pub(crate) use prospect::Prospect;
 pub use response::EquilibriumDerivatives;
 
-/// Largest predicted increment of the displacement gradient in a load step.
+/// Increment of the displacement gradient to which the prediction of a load step is limited.
 const GRADIENT_STEP: f64 = 0.2;
 
 /// A body at rest, with or without loads.
@@ -34,14 +34,14 @@ pub struct Equilibrium {
     pub displacement: Vec<f64>,
     /// Pressure at the vertices, Pa; empty for a formulation without pressure.
     pub pressure: Vec<f64>,
-    /// Time at which the loads are evaluated, s; `None` for a body without loads.
+    /// Time at which the loads are evaluated, s; `None` if no load acts.
     pub preload_time: Option<f64>,
     /// Newton iterations over all load steps, excluding predictions.
     pub newton_iterations: usize,
     /// Load steps taken.
     pub load_steps: usize,
-    /// Number of independent small motions from the equilibrium that grow: 0 if it is stable. Unknown if follower
-    /// pressures make the tangent unsymmetric, or if pivots had to be exchanged.
+    /// Number of independent small motions from the equilibrium that grow: 0 if it is stable. Unknown after an
+    /// incomplete search, if surface loads make the tangent unsymmetric, or if pivots had to be exchanged.
     pub instabilities: Option<usize>,
 }
 
@@ -139,15 +139,15 @@ pub struct Search {
 /// without pressure, ∫P:∇φ = f(t) with the energy κ/2 g(J)² in P.
 ///
 /// The path of equilibria is followed from the unloaded body. Each load step is predicted by the equations linearized
-/// at its start. Its size is limited so that the prediction changes no displacement gradient by more than 0.2. A step
-/// is repeated with half the load if Newton's method fails or moves the body by more than the prediction. Prescribed
-/// displacements and the tensions of active stresses are part of the load. Tensions governed by activation models have
-/// their initial value, zero.
+/// at its start. Its size is limited so that the prediction changes no displacement gradient by more than 0.2, but not
+/// to less than 1/1024 of the load. A step is repeated with half the load if Newton's method fails or moves the body by
+/// more than a quarter of the prediction. Prescribed displacements and the tensions of active stresses are part of the
+/// load. Tensions governed by activation models are zero.
 ///
 /// # Errors
 /// [`ModelError::NotHeld`] for a body that can move without strain; [`ModelError::NoEquilibrium`]
 /// with the fraction of the load that was reached, and the inverted element, if any; [`ModelError::Penetration`];
-/// [`ModelError::NotAllowed`] for `displacement` with κ = ∞; errors of [`Muscle::check`].
+/// [`ModelError::NotAllowed`] for `displacement` with κ = ∞; errors of [`Muscle::check`] except for motions that jump.
 pub fn equilibrium(
     muscle: &Muscle,
     formulation: Formulation,
