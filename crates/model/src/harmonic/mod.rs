@@ -10,8 +10,8 @@
 //! K contains the law, φ(s) − 1 times its material part for viscoelastic stress, active stress,
 //! foundations and follower pressures; D contains α, β, Kelvin–Voigt stress and foundations. All
 //! matrices belong to the equilibrium and are evaluated once; each frequency costs one complex
-//! factorization of a matrix in (û, p̂). It is symmetric except under follower pressures and for
-//! damping β that varies between elements.
+//! factorization of a matrix in (û, p̂). It is treated as symmetric except under follower pressures, with
+//! contacts, and for damping β that varies between elements.
 
 mod neighbors;
 mod operator;
@@ -105,7 +105,7 @@ struct Factorized {
 }
 
 impl DynamicStiffness {
-    /// Linearizes `muscle` about the equilibrium `at` of a formulation with or without pressure.
+    /// Linearizes `muscle` about the equilibrium `at`. Of `formulation`, only the presence of a pressure matters.
     ///
     /// # Errors
     /// [`ModelError::Inverted`] for a state with an inverted element.
@@ -189,7 +189,7 @@ impl DynamicStiffness {
 }
 
 impl HarmonicResponse {
-    /// Linearizes `muscle` about the equilibrium `at` of a formulation with or without pressure.
+    /// Linearizes `muscle` about the equilibrium `at`. Of `formulation`, only the presence of a pressure matters.
     ///
     /// # Errors
     /// [`ModelError::Inverted`] for a state with an inverted element; errors of the symbolic analysis.

@@ -9,7 +9,7 @@ use crate::sensitivity::Stencil;
 /// A body at neighboring values of a parameter, each linearized about its own equilibrium.
 pub struct Neighbors {
     stencil: Stencil,
-    /// Distance between adjacent values.
+    /// Step of the stencil, in the unit of the parameter.
     step: f64,
     bodies: Vec<DynamicStiffness>,
 }

@@ -113,7 +113,7 @@ impl DynamicStiffness {
             add(inv_kappa, &volume, &mut total.volume);
         }
         if parameters.is_damped() {
-            // ∫β Ṗ:∇φ with the rates in place of u and p.
+            // ∫β Ṗ:∇φ with u and p as the rates, which are then multiplied by s.
             let at = TangentProduct { beta: parameters.beta, ..at };
             let mut change = Change {
                 u: &still,
