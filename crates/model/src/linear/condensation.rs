@@ -13,7 +13,7 @@
 //! with polynomials in c as coefficients, so all positions are computed once. The signs of some
 //! rows (the rows of B) are changed if this makes the matrix symmetric. In 3D, where
 //! factorizations are most expensive, a nearly symmetric matrix is
-//! [symmetrized](super::symmetry::NearlySymmetric).
+//! [symmetrized](super::symmetry::NearlySymmetric) unless contacts have friction.
 //!
 //! The first line of (33) is not a kinematic equation; its system is [split](super::Splitting)
 //! instead, or retained in full if damping other than Rayleigh damping prevents this.
@@ -297,9 +297,9 @@ impl Condensation {
         Self::build(dae, symmetrizes, dae.has_viscous_stress())
     }
 
-    /// Sets up the elimination for matrices at states without velocities. At these states, the terms that
-    /// [`NearlySymmetric`] replaces and the stiffness of viscous stresses are symmetric; only the stiffness of follower
-    /// pressures is not.
+    /// Sets up the elimination for matrices at states without velocities. At these states, the stiffness of viscous
+    /// stresses and the terms that [`NearlySymmetric`] replaces are symmetric, except for the stiffness of boundary
+    /// forces.
     pub(crate) fn at_rest(dae: &MuscleDae) -> Self {
         Self::build(dae, !dae.muscle().has_boundary_forces(), false)
     }

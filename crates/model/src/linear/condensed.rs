@@ -12,7 +12,7 @@ use myovib_sparse::Product;
 /// The condensed Newton matrix ∂F/∂y + c ∂F/∂ẏ with its factors and workspace.
 ///
 /// Several of them, real and complex, share one [`Condensation`] and one [`Elimination`]. After the
-/// first setup, neither setups nor solves allocate.
+/// first setup, neither setups nor solves for one right-hand side allocate.
 #[derive(Debug)]
 pub struct Condensed<T: Scalar> {
     plan: Arc<Condensation>,

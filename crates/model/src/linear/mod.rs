@@ -1,7 +1,7 @@
 //! Linear systems of Newton's method, reduced by the structure of the formulation.
 //!
 //! Main types: a [`Condensation`] is the elimination of velocities from the Newton matrix, set up
-//! once per formulation; [`Condensed`] holds the values, real or complex, for one c_j. A
+//! once per formulation; [`Condensed`] holds the values, real or complex, for one c. A
 //! [`Splitting`] and a [`Split`] are their counterparts for the stabilized equations, whose system
 //! splits into two. A [`Reduction`] and a [`Reduced`] are either of these. [`SparseSystem`]
 //! factorizes, solves and checks, in the order of one [`Elimination`]. [`CondensedSolver`] is the

@@ -3,7 +3,7 @@
 //! They occur only in the balance of momentum and in their own rows, decoupled from each other:
 //!
 //! ```text
-//! (c + 1/τ) δQ − g/τ δS = b_Q,        momentum: … − ∂/∂q ∫F δQ:∇φ = b.
+//! (c + 1/τ) δQ − g/τ δS = b_Q,        momentum: … − ∫F δQ:∇φ = b.
 //! ```
 //!
 //! So δQ = (g δS + τ b_Q)/(1 + cτ): the material part of the stiffness is multiplied by φ(c) − 1 ([`Series`]), ∫F τ
@@ -45,9 +45,9 @@ impl Series {
     }
 }
 
-/// A real or complex value as a list of real parts for the element passes.
+/// A real or complex value as a list of real numbers (Re, Im) for the element passes.
 pub(super) trait Parts: Scalar {
-    /// Number of real parts.
+    /// Number of real numbers.
     const COUNT: usize;
 
     fn part(self, k: usize) -> f64;
@@ -86,7 +86,7 @@ pub(super) struct Relaxation {
     internal: Range<usize>,
     momentum: Range<usize>,
     displacement: Range<usize>,
-    /// One array per right-hand side and real part.
+    /// One array per right-hand side and real number.
     slots: Vec<Vec<f64>>,
     nodal: Vec<Vec<f64>>,
 }

@@ -73,7 +73,7 @@ impl<T: Scalar> Tensions<T> {
         self.force.copy_from_slice(values(Matrix::TensionForce));
     }
 
-    /// Solves for the tensions and adds their forces to the right-hand side of the body.
+    /// Solves for the tensions and subtracts their forces from the right-hand side of the body.
     pub(super) fn solve(&self, rhs: &mut [T]) {
         let plan = &*self.plan;
         for (k, &inverse) in self.inverse.iter().enumerate() {
