@@ -10,7 +10,7 @@ use crate::signal::timing::{Break, FRACTION, TimeScales, shortest};
 pub enum Activation {
     /// Nonnegative function of time, Pa.
     Given(Signal),
-    /// Unknown that follows Bestel's equation and is zero at the start of a run.
+    /// Unknown that follows Bestel's equation; zero at the start unless the run continues from a saved state.
     Bestel(Bestel),
     /// Tension that follows the coherence of oscillators, by a
     /// [`Feedback`](crate::coupling::Feedback). This value applies while the oscillators are

@@ -203,7 +203,8 @@ impl Contact {
         Self { friction: Some(friction), ..self }
     }
 
-    /// Adds augmented Lagrange multipliers, which loading paths adjust until the penetration vanishes. Elsewhere they are constant.
+    /// Adds augmented Lagrange multipliers, which loading paths adjust until the penetration vanishes. Elsewhere they
+    /// are constant.
     #[must_use]
     pub fn augmented(mut self) -> Self {
         self.set_depths(vec![0.0; self.operator.n_points()]);
@@ -220,7 +221,8 @@ impl Contact {
         self.operator.depths()
     }
 
-    /// Returns the mean distance of the body from the obstacle, as [`RigidContact::distance`] does.
+    /// Returns the mean distance of the body from the obstacle in units of the accepted distance: see
+    /// [`RigidContact::distance`].
     pub(crate) fn mean_distance(&self, t: f64, part: f64, u: &[f64]) -> f64 {
         self.operator.distance(&self.offset(t, part, u), u)
     }
@@ -394,7 +396,8 @@ impl Contact {
         });
     }
 
-    /// Adds the derivatives of [`add_friction`](Self::add_friction) with respect to the free components of `motion` to `values`.
+    /// Adds the derivatives of [`add_friction`](Self::add_friction) with respect to the free components of `motion` to
+    /// `values`.
     pub(crate) fn add_friction_slopes(&self, t: f64, motion: [&[f64]; 2], values: [&mut [f64]; 2]) {
         self.slide(t, motion, |friction, sliding| {
             self.operator.add_friction_slopes(friction, sliding, values);
@@ -440,8 +443,8 @@ impl Contact {
         [sums.energy, obstacle - on_body]
     }
 
-    /// Adds the derivative of the force on the body with respect to the load factor, for the displacement of all nodes and
-    /// its derivative, to `total`. Does nothing if a force drives the obstacle.
+    /// Adds the derivative of the force on the body with respect to the load factor, for the displacement of all nodes
+    /// and its derivative, to `total`. Does nothing if a force drives the obstacle.
     pub(crate) fn add_force_rate(
         &self,
         (t, factor): (f64, f64),

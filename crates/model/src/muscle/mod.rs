@@ -96,7 +96,7 @@ impl Muscle {
     /// continuously, with continuous velocity if the body has inertia; each tension belongs to an active stress.
     ///
     /// # Errors
-    /// [`ModelError::Prescribed`], [`ModelError::Activation`].
+    /// [`ModelError::Prescribed`], [`ModelError::Activation`], [`ModelError::Fem`] for an activation model.
     pub fn check(&self) -> Result<(), ModelError> {
         let has_inertia = self.solid.has_inertia();
         self.check_with(|motion| match has_inertia {
@@ -108,7 +108,7 @@ impl Muscle {
     /// Checks the body for an equilibrium like [`check`](Self::check), except that prescribed motions may jump.
     ///
     /// # Errors
-    /// [`ModelError::Prescribed`], [`ModelError::Activation`].
+    /// As for [`check`](Self::check).
     pub(crate) fn check_at_rest(&self) -> Result<(), ModelError> {
         self.check_with(|_| None)
     }
@@ -183,7 +183,7 @@ impl Muscle {
     }
 
     /// Computes the tension of each element at time `t`. `unknowns` are the tensions of the models,
-    /// `coherent` the tensions of the elements that follow a coherence.
+    /// `coherent` the tension of each element where it follows the coherence of oscillators.
     pub(crate) fn fill_tensions(
         &self,
         t: f64,
@@ -205,8 +205,8 @@ impl Muscle {
         }
     }
 
-    /// Returns the body with forces, pressures, prescribed displacements and tensions scaled by
-    /// `part`, as in an equilibrium of [`approach`](crate::statics::approach).
+    /// Returns the body with forces, pressures, motions of supports and obstacles, and tensions other
+    /// than unknowns scaled by `part`, as in an equilibrium of [`approach`](crate::statics::approach).
     #[must_use]
     pub fn under_part_of_loads(&self, part: f64) -> Self {
         Self {
@@ -288,8 +288,8 @@ impl Muscle {
         self.solid.space().n_components() + self.solid.space().n_pressures()
     }
 
-    /// Returns the highest frequency of the loads and prescribed motions, Hz, if one of them is
-    /// periodic.
+    /// Returns the highest frequency of the loads, tensions and prescribed motions, Hz, if one of
+    /// them has a frequency.
     pub fn forcing_frequency(&self) -> Option<f64> {
         let frequencies = self.signals().filter_map(Signal::frequency);
         frequencies.reduce(f64::max)

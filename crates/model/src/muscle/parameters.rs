@@ -24,7 +24,7 @@ impl Parameters {
     /// Checks the ranges; `kappa` may be infinite.
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] for κ ≤ 0, α < 0, β < 0, or a NaN.
+    /// [`ModelError::OutOfRange`] for κ ≤ 0, a negative or infinite α or β, or a NaN.
     pub fn new(alpha: f64, beta: f64, kappa: f64) -> Result<Self, ModelError> {
         let check = |name, value, holds: bool, allowed| {
             if holds { Ok(()) } else { Err(ModelError::OutOfRange { name, value, allowed }) }
