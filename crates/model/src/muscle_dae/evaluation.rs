@@ -96,7 +96,7 @@ impl MuscleDae {
         }
     }
 
-    /// Evaluates the state-dependent matrices; for a linear law only once.
+    /// Evaluates the state-dependent matrices; the element tangents of a linear law without factors only once.
     ///
     /// # Errors
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.

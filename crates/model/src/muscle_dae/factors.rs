@@ -81,8 +81,8 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Sets the tensions of elements that follow a coherence, Pa, for all further evaluations;
-    /// values of other elements are ignored.
+    /// Sets the tensions that follow the coherence of oscillators, one per element, Pa, for all
+    /// further evaluations; values of other elements are ignored.
     ///
     /// # Panics
     /// Panics at the next evaluation, if there is not one value per element.

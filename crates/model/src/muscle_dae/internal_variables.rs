@@ -22,7 +22,7 @@ pub(crate) struct InternalVariableDae {
     dae: MuscleDae,
     /// Number of unknowns without internal stresses.
     n: usize,
-    /// Rates of S at the quadrature points.
+    /// Changes of S at the quadrature points.
     rates: [Vec<f64>; 1],
     /// Internal stresses used for the next consistent start.
     internal: Vec<f64>,
@@ -30,7 +30,7 @@ pub(crate) struct InternalVariableDae {
 
 impl InternalVariableDae {
     /// Returns the problem of `dae` and its internal variables, which start from the internal
-    /// stresses in `y` with their `absolute` tolerance.
+    /// stresses in `y` and have the tolerance `absolute`, Pa.
     ///
     /// # Panics
     /// Panics if `dae` has no internal stresses.

@@ -58,7 +58,7 @@ pub struct MuscleDae {
     counters: WorkCounters,
     /// Factors of the law's energy, one per vertex of each element; `None` means one everywhere.
     factors: Option<Vec<f64>>,
-    /// Tensions of elements that follow a coherence; `None` means tensions for oscillators at rest.
+    /// Tensions that follow the coherence of oscillators, one per element; `None` means oscillators at rest.
     coherent_tensions: Option<Vec<f64>>,
     /// H at the quadrature points, for vectors that end before the internal stresses; see
     /// [`internal_variables`].

@@ -107,9 +107,9 @@ impl MuscleDae {
         contacts.chain(foundations).sum()
     }
 
-    /// Returns the rate of the contact energy (as power of the loads), the dissipation of foundations and viscous
-    /// stresses, and the power of active stresses. The last residual must have been evaluated at this time `t` and
-    /// state `y`. Other entries are zero.
+    /// Returns the power of contacts (as power of the loads), the dissipation of foundations, friction, viscous and
+    /// viscoelastic stresses, and the power of active stresses. The last residual must have been evaluated at this
+    /// time `t` and state `y`. Other entries are zero.
     pub(crate) fn added_powers(&self, t: f64, y: &[f64]) -> Powers {
         let Workspace { displacement: u, velocity: v, tensions, .. } = &self.work;
         let Muscle { solid, foundations, contacts, .. } = &self.muscle;
