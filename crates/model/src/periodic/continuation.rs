@@ -41,7 +41,7 @@ pub struct Continuation {
 pub struct Point {
     /// State at the start of the period.
     pub state: Vec<f64>,
-    /// Parameter.
+    /// Value of the parameter.
     pub parameter: f64,
     /// Whether the parameter turns back here.
     pub is_fold: bool,
@@ -109,7 +109,7 @@ impl Tracer<'_, '_> {
         Ok(end.iter().zip(state).map(|(end, y)| end - y).collect())
     }
 
-    /// Returns the unit tangent of the curve at x that points along `direction`, an approximation.
+    /// Returns the unit tangent of the curve at x. `direction` is an approximation with the same orientation.
     fn tangent(&mut self, x: &[f64], direction: &[f64]) -> Result<Vec<f64>, ModelError> {
         let continuation = self.continuation;
         let shooting = &continuation.shooting;

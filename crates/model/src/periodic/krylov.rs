@@ -90,7 +90,8 @@ pub(super) fn gmres(
 }
 
 /// Returns the `count` eigenvalues of largest magnitude, by Arnoldi's method with at most `most` products, and their
-/// residual norms. The iteration ends when all residuals are below `tolerance` times the largest magnitude.
+/// residual norms; a conjugate pair is not split. The iteration ends when all residuals are below `tolerance` times the
+/// largest magnitude.
 pub(super) fn eigenvalues(
     product: &mut Product<'_>,
     start: &[f64],
@@ -108,7 +109,6 @@ pub(super) fn eigenvalues(
         let values = square.complex_eigenvalues();
         let mut values: Vec<Complex64> = values.iter().copied().collect();
         values.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.im.total_cmp(&a.im)));
-        // Conjugate pairs are not split.
         let cut = match values.get(count.wrapping_sub(1)) {
             Some(last) if last.im > 0.0 => count + 1,
             _ => count,

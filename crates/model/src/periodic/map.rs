@@ -85,8 +85,8 @@ impl<P: Consistent + Clone, S: StartInterval<P>> PeriodMap<P, S> {
         &mut self.dae
     }
 
-    /// Integrates with this number of equal steps from now on, or with adaptive steps. With equal steps, the end is a smooth
-    /// function of the start, and fast vibrations of a deviation decay instead of shortening the steps.
+    /// Integrates with this number of equal steps from now on, or with adaptive steps for `None`. With equal steps, the
+    /// end is a smooth function of the start, and fast vibrations of a deviation decay instead of shortening the steps.
     pub fn set_steps(&mut self, n_steps: Option<u64>) {
         let [from, to] = self.interval.times;
         self.interval.fixed_step = n_steps.map(|n| (to - from) / n as f64);
