@@ -11,7 +11,7 @@ use crate::muscle_dae::MuscleDae;
 pub struct Energies {
     /// ½ vᵀMv, J (J/m in 2D).
     pub kinetic: f64,
-    /// Stored energy ∫W + κ/2 (J−1)² and the energies of elastic foundations and of contacts, J (J/m in 2D).
+    /// Stored energy ∫W + κ/2 g(J)² and the energies of elastic foundations and of contacts, J (J/m in 2D).
     pub elastic: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Measurements of a body at one time: values at points, averages, support forces.
+//! Measurements of a body at one time: values at points and averages.
 //!
 //! Values are only computed on request.
 
@@ -87,7 +87,7 @@ impl Measurement {
         &self.quantities
     }
 
-    /// Returns the number of states (det F, stress) computed per reading.
+    /// Returns the number of evaluations of det F, strain or stress per reading.
     pub fn stress_evaluations(&self) -> usize {
         let states = self.quantities.iter().filter(|quantity| quantity.needs_state());
         states.count() * self.places.len()

@@ -72,7 +72,7 @@ impl Probe {
         }
     }
 
-    /// Returns the coordinates of the point, m.
+    /// Returns the requested coordinates, m.
     pub fn point(&self) -> &[f64] {
         &self.point
     }

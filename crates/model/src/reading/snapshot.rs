@@ -21,9 +21,9 @@ pub struct Snapshot<'a> {
     pub pressure: Pressure<'a>,
     /// Factors of the law's energy, if any.
     pub factors: Option<&'a [f64]>,
-    /// Pressure rate, if the pressure is a field and β > 0.
+    /// Pressure rate, Pa/s; required by the damping stress if the pressure is an unknown.
     pub p_rate: Option<&'a [f64]>,
-    /// Further variables on which the stress depends.
+    /// Tensions, damping and internal stresses, on which the stress also depends.
     pub stress_context: StressContext<'a>,
 }
 
