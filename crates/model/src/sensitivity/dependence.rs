@@ -30,7 +30,7 @@ pub struct Dependence {
 /// Part of the model that a parameter affects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Scope {
-    /// Unknown: treated as global.
+    /// Any part: all equations are evaluated.
     Global,
     ElementForces,
     /// Terms outside the element integrals, which are then shared with the unperturbed muscle.
@@ -156,7 +156,7 @@ pub struct Dependences {
     copy: Option<Box<MuscleDae>>,
     /// Set at the first step; `None` if they cannot be stored.
     tangents: OnceCell<Option<Box<Tangents>>>,
-    /// The muscle's residual at the last state, which all parameters share.
+    /// Integrals and residual of the muscle at the last state, which all parameters share.
     evaluation: Evaluation,
     residual: Vec<f64>,
 }

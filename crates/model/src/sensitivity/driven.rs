@@ -21,7 +21,7 @@ pub struct DrivenDependences {
     residual: Vec<f64>,
     /// Products with ∂F/∂s of each network; empty until first used.
     products: Vec<Product>,
-    /// Values of ∂F/∂s of each network at each place.
+    /// Values of ∂F/∂s at each place, for each network.
     places: Vec<Vec<Vec<f64>>>,
     networks: Vec<Oscillators>,
 }

@@ -40,7 +40,8 @@ impl SensitiveIntegrator {
     /// this state; without parameters, this is a plain integration.
     ///
     /// # Errors
-    /// [`ModelError::Jump`] for a body with inertia, [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for invalid settings of Radau IIA.
+    /// [`ModelError::Jump`] if there are parameters and a load jumps, [`ModelError::OnlyBdf`], and
+    /// [`ModelError::Radau`] for invalid settings of Radau IIA.
     pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
@@ -66,7 +67,8 @@ impl DrivingIntegrator {
     /// Starts a muscle with chains, in the same way as [`starting_at`](SensitiveIntegrator::starting_at).
     ///
     /// # Errors
-    /// [`ModelError::Jump`], and [`ModelError::Radau`] for invalid options of Radau IIA.
+    /// [`ModelError::Jump`] if there are parameters and a load jumps, and [`ModelError::Radau`] for invalid options of
+    /// Radau IIA.
     pub fn driving(
         dae: CoupledDae<MuscleDae>,
         (test, options): (ErrorTest, CoupledOptions),
@@ -202,7 +204,7 @@ fn is_smooth([above, own, below]: [f64; 3], bends: [f64; 2]) -> bool {
     match before.is_nan() {
         // Rounding errors, or a flat maximum.
         true => bend <= 1e-9 * (above.abs() + own.abs() + below.abs()),
-        // The second difference decreases by 1e-6 if the function is smooth, by 1e-3 at a kink.
+        // The second difference decreases to 1e-6 of its value if the function is smooth, to 1e-3 at a kink.
         false => bend <= 1e-5 * before,
     }
 }

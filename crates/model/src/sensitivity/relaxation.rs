@@ -9,7 +9,7 @@ use crate::muscle_dae::MuscleDae;
 /// matrices:
 ///
 /// ```text
-/// momentum: −∂/∂q ∫F δQ:∇φ,        their own rows: δQ̇ − (g δS − δQ)/τ
+/// momentum: −∫F δQ:∇φ,        their own rows: δQ̇ − (g δS − δQ)/τ
 /// ```
 #[derive(Debug)]
 pub(super) struct RelaxationProduct {

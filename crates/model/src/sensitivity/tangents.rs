@@ -152,7 +152,7 @@ impl Tangents {
         })
     }
 
-    /// Stores a state and evaluates its matrices.
+    /// Stores a state, and evaluates its matrices unless element passes replace them.
     pub(super) fn keep(
         &mut self,
         dae: &MuscleDae,
