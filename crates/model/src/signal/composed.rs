@@ -1,4 +1,4 @@
-//! Constants, tables, sums and products of functions of time.
+//! Constants, splines, rotations, sums and products of functions of time.
 
 use super::jet::Jet;
 use super::spline::Spline;

@@ -1,7 +1,7 @@
 //! Functions of time with their exact first and second derivatives.
 //!
-//! Loads need the value, the rod's Rayleigh load also the first derivative, and prescribed
-//! displacements both derivatives, which enter the differentiated constraints.
+//! Loads need the value, a strain prescribed at the end of the rod also the first derivative, and
+//! prescribed displacements both derivatives, which enter the differentiated constraints.
 //!
 //! Any type that implements [`TimeFunction`] can be used. [`formula`] lists the functions that scenes select by name,
 //! each defined in its own file.
@@ -44,8 +44,8 @@ use timing::{Break, FRACTION, TimeScales};
 /// assert_eq!(load.at(0.0).d1, -6.0);
 /// ```
 pub trait TimeFunction: Debug + Send + Sync {
-    /// Returns value, first and second derivative at time `t`. At a break and up to 16 ε t after it, these are the values
-    /// before the break.
+    /// Returns value, first and second derivative at time `t`. At a break and up to 16 ε t after it, these are the
+    /// values before the break.
     fn at(&self, t: f64) -> Jet;
 
     /// Returns the shortest time scale of changes between two times, such as a rise time or a period;
@@ -57,8 +57,8 @@ pub trait TimeFunction: Debug + Send + Sync {
         Some(FRACTION * self.time_scale(from, to)?)
     }
 
-    /// Returns the value if the function is constant between two times. Without it, steps stay as short as
-    /// [`longest_step`](Self::longest_step) over the whole run.
+    /// Returns the value if the function is constant between two times. If this is not implemented, steps stay as short
+    /// as [`longest_step`](Self::longest_step) over the whole run.
     fn constant_over(&self, _from: f64, _to: f64) -> Option<f64> {
         None
     }
@@ -211,8 +211,7 @@ impl Signal {
         self.0.objection()
     }
 
-    /// Returns the value if the function is constant between two times. Without it, steps stay as short as
-    /// [`longest_step`](Self::longest_step) over the whole run.
+    /// Returns the value if the function is constant between two times.
     pub(crate) fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
         self.0.constant_over(from, to)
     }

@@ -21,10 +21,10 @@ impl Break {
     }
 }
 
-/// Offset after a jump, in multiples of the unit roundoff. It exceeds the rounding errors of the
-/// stage times of a step that ends at the jump, and is shorter than any step of an integrator.
+/// Offset after a jump, relative to its time. It exceeds the rounding errors of the stage times of a
+/// step that ends at the jump, and is shorter than any step of an integrator.
 const PASSED: f64 = 16.0 * f64::EPSILON;
-/// Replacement for a time scale of zero, s.
+/// Time from which the offset is computed for a jump at t = 0, s.
 const LEAST_TIME: f64 = 1e-290;
 
 /// Returns the first time after a jump or kink at `t`: a function has its left value and slope before
@@ -40,7 +40,7 @@ pub trait TimeScales: Send + Sync {
         None
     }
 
-    /// Returns the shortest time, s, of changes of the function between two times; `None` if it is constant.
+    /// Returns the shortest time scale, s, of changes of the function between two times; `None` if it is constant.
     fn time_scale(&self, _from: f64, _to: f64) -> Option<f64> {
         None
     }
@@ -51,8 +51,8 @@ pub trait TimeScales: Send + Sync {
         None
     }
 
-    /// Returns whether the function is constant between two times, or limits the steps. A continuing sine does not: only
-    /// error estimates resolve it.
+    /// Returns whether the function is constant between two times or limits the steps. A continuing sine does neither:
+    /// only error estimates resolve it.
     fn is_resolved(&self, from: f64, to: f64) -> bool {
         self.time_scale(from, to).is_none() || self.longest_step(from, to).is_some()
     }

@@ -45,7 +45,7 @@ macro_rules! formulas {
                 Some(*role)
             }
 
-            /// The function.
+            /// Returns the function of time.
             pub fn signal(&self) -> Signal {
                 match self {
                     $(Self::$name(function) => function.clone().into(),)*

@@ -10,7 +10,7 @@ use crate::paper::{LOAD_FREQUENCY, LOAD_SHIFT, LOAD_STEEPNESS};
 use crate::signal::timing::shortest;
 use crate::signal::{Jet, TimeFunction};
 
-/// Distance from its center, in units of 1/steepness, beyond which a sigmoid is constant to 1e-9 of its height.
+/// Distance from its center, in units of 1/steepness, beyond which a sigmoid is constant to 2e-9 of its height.
 const SIGMOID_WIDTH: f64 = 20.0;
 
 /// The paper's load: `amplitude · (1/(1+exp(-steepness t + shift)) - 1/(1+exp(shift))) · sin(2π frequency t)`.
