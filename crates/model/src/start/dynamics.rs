@@ -14,11 +14,12 @@ use crate::operators::{compliance, element_size, mass};
 /// Maximum number of fixed-point iterations for the slow manifold. Each reduces the error by a
 /// factor of about β |∇v|; if they do not converge, no useful slow manifold exists.
 const MAX_ITERATIONS: usize = 50;
-/// Relative change of λ at which the iteration ends: far below the resolution of differences in
+/// Relative change of λ at which the iteration ends: far below the errors of finite differences in
 /// time.
 const SETTLED: f64 = 1e-11;
-/// Strain over the time step of second-order differences. Their relative truncation error is about the square of this
-/// strain, and their relative rounding error about 1e-16 divided by it.
+/// Strain of an element during one time step of the second-order finite differences in time; it determines the step.
+/// The relative truncation error is about the square of this strain, the relative rounding error about 1e-16 divided
+/// by it.
 const DIFFERENCE: f64 = 1e-5;
 
 /// Internal stresses of a viscoelastic body; empty for other bodies.
@@ -228,8 +229,8 @@ impl<'a> Incompressible<'a> {
         Ok(sum(rate, &correction))
     }
 
-    /// Returns the time in which the motion strains an element by [`DIFFERENCE`]; for a body at
-    /// rest, the time in which its acceleration does.
+    /// Returns the time in which the velocity or the acceleration strains an element by [`DIFFERENCE`], whichever is
+    /// shorter, but at most [`LONGEST_DIFFERENCE`] times the transit time.
     fn difference_step(&self, acceleration: &[f64]) -> f64 {
         let displacement = DIFFERENCE * element_size(&self.muscle.solid);
         let by_velocity = displacement / largest(self.v);
@@ -238,8 +239,8 @@ impl<'a> Incompressible<'a> {
     }
 }
 
-/// Longest time step of differences, relative to the time in which shear waves cross the body. A body at rest without
-/// loads has no other scale.
+/// Longest step of the finite differences in time, relative to the time in which shear waves cross the body. A body at
+/// rest without loads has no other scale.
 const LONGEST_DIFFERENCE: f64 = 1e-3;
 
 /// Evaluates the rows of the balance of momentum.

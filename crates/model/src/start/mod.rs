@@ -82,12 +82,12 @@ impl InitialValues {
     /// tensions start from zero, and stress is relaxed (H = 0).
     ///
     /// # Method
-    /// For κ = ∞, both are first projected: q onto ∫ψ (J - 1) = 0 in the H1 norm, v onto ∫ψ cof F:∇v = 0 in the norm of
-    /// the kinetic energy. λ and v̇ follow from the balance of momentum with the second derivative of the constraint,
-    /// λ̇ and v̈ from the derivatives of these equations. With β > 0, only λ + β λ̇ is determined. Of all λ(0), the
-    /// value with λ̈ = 0 is chosen, so that e^(-t/β) is excited only by terms of order β² λ̈ (the slow manifold to
-    /// first order in β). For κ < ∞, the constraint gives λ and λ̇, so p/κ + g(J) = 0, which `velocity` conserves,
-    /// holds from the start.
+    /// For κ = ∞, both are first projected: q onto ∫ψ g(J) = 0 in the H1 seminorm, v onto ∫ψ g' cof F:∇v = 0 in the
+    /// norm of the kinetic energy. λ and v̇ follow from the balance of momentum with the second derivative of the
+    /// constraint, λ̇ and v̈ from the derivatives of these equations. With β > 0, only λ + β λ̇ is determined. Of all
+    /// λ(0), the value with λ̈ = 0 is chosen, so that e^(-t/β) is excited only by terms of order β² λ̈ (the slow
+    /// manifold to first order in β). For κ < ∞, the constraint gives λ and λ̇, so p/κ + g(J) = 0, which `velocity`
+    /// conserves, holds from the start.
     ///
     /// # Shapes
     /// `q`, `v`: the free displacement components.

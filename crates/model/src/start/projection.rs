@@ -16,7 +16,7 @@ const MAX_ITERATIONS: usize = 30;
 /// leaves about 1e-16 times the number of terms; index 3 amplifies a larger residual at the first step.
 const CONVERGED: f64 = 1e-7;
 
-/// Computes the displacement with ∫ψ (J - 1) = 0 nearest to `q` in the H1 norm, which spreads the
+/// Computes a displacement with ∫ψ g(J) = 0 close to `q` in the H1 seminorm, which spreads the
 /// correction without adding unnecessary strain.
 pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64>, ModelError> {
     let solid = &muscle.solid;
@@ -43,7 +43,7 @@ pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64
     Err(ModelError::NotIncompressible { volume_residual: last })
 }
 
-/// Computes the velocity with ∫ψ cof F:∇v = 0 that is nearest to `v` in the norm of the kinetic
+/// Computes the velocity with ∫ψ g' cof F:∇v = 0 that is nearest to `v` in the norm of the kinetic
 /// energy, by subtracting the pressure's impulse.
 pub(super) fn velocity(
     muscle: &Muscle,
