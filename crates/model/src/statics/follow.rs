@@ -41,7 +41,8 @@ pub enum Control {
 /// requested states, it is recorded only if there is no other state.
 ///
 /// # Errors
-/// Errors of [`equilibrium`](super::equilibrium) except for [`ModelError::NoEquilibrium`] and [`ModelError::Penetration`].
+/// Errors of [`equilibrium`](super::equilibrium) except for [`ModelError::NoEquilibrium`] and
+/// [`ModelError::Penetration`].
 pub fn follow(
     muscle: &Muscle,
     formulation: Formulation,

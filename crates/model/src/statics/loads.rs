@@ -55,7 +55,8 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         for &load in loads {
             let from = self.reached;
             shortfall = self.advance_to(load, watch)?;
-            // Multipliers are converged at requested states only; another state is recorded only if the path would be empty.
+            // Multipliers converge at requested states only; another state is recorded only if the path would be
+            // empty.
             let is_state = self.reached != from && !(has_states && self.newton.has_multipliers());
             if shortfall.is_none() || is_state {
                 has_states = true;

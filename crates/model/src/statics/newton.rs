@@ -84,7 +84,7 @@ pub(super) struct Newton<'a> {
     /// above. Their derivatives are evaluated at the load factor of the last [`direction`](Self::direction).
     turned: Vec<(usize, Signal)>,
     displacement: Vec<f64>,
-    /// Zero.
+    /// Zero: the body is at rest.
     velocity: Vec<f64>,
     /// The force of active stresses.
     added: Vec<f64>,
@@ -275,10 +275,11 @@ impl<'a> Newton<'a> {
     }
 
     /// Solves the equations under `factor` times the load by Newton's iteration from the `predicted` equilibrium.
-    /// Returns `None` if `watch` ends the iteration, if an element inverts, if the matrix is singular, if an increment
-    /// is longer than the one before, or if the displacement moves by more than `CORRECTION` times the length of the
-    /// prediction from `start`. A body in contact may also move by the largest penetration of the prediction on
-    /// average.
+    /// Returns `None` if `watch` ends the iteration, if an element inverts, if an obstacle passes the body, if the
+    /// matrix is singular, if the iteration does not converge, if an increment is longer than the one before, or if the
+    /// result is farther from `predicted` than `CORRECTION` times the length of the prediction from `start`. A body in
+    /// contact may also move by the largest penetration of the prediction in each component. Increments and
+    /// corrections with gradients up to `SMALL_GRADIENT` are always accepted.
     ///
     /// Before each iteration, `watch` receives its number, both within this load step and in total.
     pub(super) fn solve(
@@ -349,8 +350,8 @@ impl<'a> Newton<'a> {
     }
 
     /// Returns the number of independent directions in which the energy decreases; `None` if the forces have no
-    /// potential. For κ = ∞, only displacements that conserve the volume are considered; for finite κ, the energy
-    /// includes the energy of volume changes.
+    /// potential or pivots had to be exchanged. For κ = ∞, only displacements that conserve the volume are considered;
+    /// for finite κ, the energy includes the energy of volume changes.
     pub(super) fn instabilities(&self) -> Option<usize> {
         self.negative_directions().filter(|_| self.is_symmetric())
     }
@@ -375,7 +376,7 @@ impl<'a> Newton<'a> {
         Some(negative.saturating_sub(constraint.len()) + self.driven.negative_pivots())
     }
 
-    /// Returns the larger ratio of increment to solution among displacement and pressure.
+    /// Returns the larger of the two increment-to-solution ratios (displacement, pressure).
     fn ratio(&self, increment: &[f64], x: &[f64]) -> f64 {
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let ratios = self.layout.blocks().iter().map(|(_, range)| {

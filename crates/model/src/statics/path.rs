@@ -17,7 +17,8 @@ pub struct PathState {
     pub instabilities: Option<usize>,
     /// Newton iterations up to this state.
     pub newton_iterations: usize,
-    /// Depths of the augmented Lagrange multipliers of each contact, for [`with_multipliers`](crate::Muscle::with_multipliers).
+    /// Depths of the augmented Lagrange multipliers of each contact, for
+    /// [`with_multipliers`](crate::Muscle::with_multipliers).
     pub multipliers: Vec<Vec<f64>>,
 }
 

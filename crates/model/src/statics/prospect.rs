@@ -48,8 +48,7 @@ impl<'a> Prospect<'a> {
         self.newton.needs
     }
 
-    /// Returns the memory in use after allocating the matrix, B, if the operating system reports
-    /// it.
+    /// Returns the memory in use before the factorization, B, if the operating system reports it.
     pub(crate) fn in_use(&self) -> Option<usize> {
         self.newton.in_use
     }

@@ -11,8 +11,8 @@ use crate::muscle::load::{Contact, set_multipliers};
 const MAX_AUGMENTATIONS: usize = 50;
 /// Maximum number of halvings of an update if the equilibrium after it is not found.
 const HALVINGS: usize = 6;
-/// Fraction of the last distance from the obstacle above which a contact becomes stiffer before the next update. Quadratic
-/// facets cannot follow a curved obstacle, and some pressures then converge slowly.
+/// Fraction of the last distance from the obstacle above which a contact becomes stiffer before the next update.
+/// Quadratic facets cannot follow a curved obstacle, and some pressures then converge slowly.
 const SLOW: f64 = 0.5;
 /// Factor of the stiffness of such a contact. A power of two, so that the given stiffness is restored without rounding.
 const STIFFENING: f64 = 4.0;

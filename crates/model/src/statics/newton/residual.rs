@@ -39,8 +39,8 @@ impl Newton<'_> {
         self.residual_under(x, factor, None, r)
     }
 
-    /// Computes the residual. If `driven` is given, it scales the forces on obstacles, and contacts with obstacles whose
-    /// motion is prescribed are omitted.
+    /// Computes the residual. If `driven` is given, it scales the forces on obstacles, and contacts with obstacles of
+    /// prescribed motion are omitted.
     pub(super) fn residual_under(
         &mut self,
         x: &[f64],
