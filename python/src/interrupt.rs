@@ -35,7 +35,8 @@ impl Drop for Flag {
     }
 }
 
-/// Calls a Python function with each line of progress. An exception of the function ends the computation.
+/// Calls a Python function with lines of progress, at most one every 200 ms except for
+/// [`report_now`](ProgressSink::report_now). An exception of the function ends the computation.
 struct Progress {
     show: Option<Py<PyAny>>,
     interrupt: &'static AtomicBool,
