@@ -218,7 +218,7 @@ pub fn approach(
 }
 
 /// Remedy if the elements of a body collapse because of its law.
-pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressures collapse under large strains: use `isochoric-guccione`, which is the same material at constant volume";
+pub(crate) const COLLAPSE: &str = "with the law `guccione` and a pressure field, elements collapse under large strains: use `isochoric-guccione`, which is the same material at constant volume";
 /// Remedy at a limit load.
 const LIMIT_LOAD: &str =
     "at a limit load, use `method = \"arc-length\"` of [static], or a damped motion";

@@ -51,7 +51,7 @@ pub(super) fn in_python(message: &str) -> String {
         ("correct_initial_values", "initial=\"algebraic\""),
         (
             at_break.as_str(),
-            "listing in breaks= nearby times at which an input jumps or has a kink",
+            "listing nearby times at which an input jumps or has a kink in `breaks`",
         ),
         ("(initial_step)", "(first_step)"),
         ("(suppressed)", "(suppress)"),

@@ -45,8 +45,8 @@ impl Kind for Volume {
         let enclosed = at(".symmetry", self.enclosed(solid))?;
         if self.symmetry.is_none() && enclosed.may_end_at_symmetry(solid) {
             let error = InputError::new(format!(
-                "the group `{}` ends at nodes that are fixed along some axes, and its rim is not flat: a cone over it would cut \
-                 off a part of the volume",
+                "the group `{}` ends at nodes that are fixed along some axes, and its rim is not flat: closing the opening by a \
+                 cone over the rim would cut off a part of the volume",
                 self.group
             ));
             let error = error.next(

@@ -127,7 +127,7 @@ pub(crate) fn expect_one_equilibrium(scene: &Scene) -> Result<(), InputError> {
 /// Rejects options that apply to dynamic analyses only.
 fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
     let wrong = |option: &str, message: &str, next: &str| {
-        let error = InputError::new(format!("the scene has no motion: {message}"));
+        let error = InputError::new(format!("this analysis has no steps in time: {message}"));
         Err(error.at(option).next(next))
     };
     match options {

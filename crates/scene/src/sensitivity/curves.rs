@@ -171,10 +171,8 @@ fn all_columns(scene: &Scene, probes: &[Box<dyn Reading>]) -> Result<Vec<Output>
         }));
     }
     match all.is_empty() {
-        true => {
-            Err(InputError::new("the scene has no probe")
-                .next("add a [[probe]] with type = \"point\""))
-        }
+        true => Err(InputError::new("the scene has no probe with derivatives")
+            .next("add a [[probe]] with type = \"point\"")),
         false => Ok(all),
     }
 }
