@@ -1,4 +1,4 @@
-//! Obstacles that follow a force: one unknown displacement each, eliminated from the linear system.
+//! Obstacles driven by a force: one unknown displacement each, eliminated from the linear system.
 
 use std::ops::Range;
 

@@ -188,8 +188,8 @@ fn idle(result: &FitResult) -> Option<String> {
 fn passing(result: &FitResult) -> Option<String> {
     let names = named(result, |j| result.passes_bound(j))?;
     let remedy = match result.profiles.is_empty() {
-        true => "use --profile for intervals by profile likelihood",
-        false => "use the interval by profile likelihood",
+        true => "use --profile for profile-likelihood intervals",
+        false => "use the profile-likelihood interval",
     };
     Some(format!("* the linear interval exceeds a bound of {names}: {remedy}"))
 }

@@ -50,7 +50,8 @@ impl Source {
         }
     }
 
-    /// Returns the body's unknowns whose weighted sum is u, with their weights.
+    /// Returns the unknowns of the body on which u depends, with their weights. Empty unless the source is a point of the
+    /// body in the same system.
     pub(super) fn unknowns(&self) -> &[(usize, f64)] {
         match self {
             Self::Body(point) => &point.unknowns,

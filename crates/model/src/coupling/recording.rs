@@ -98,9 +98,8 @@ impl TimeScales for Arc<Recording> {
     }
 }
 
-/// Estimates the magnitude of the second derivative of the polynomial through `values` at the
-/// Chebyshev points of an interval of length 1 from its distance to the chord: x (1 − x)/2 for a
-/// second derivative of 1.
+/// Estimates the magnitude of the second derivative of a polynomial on [0, 1] from its values at the Chebyshev points. With
+/// a second derivative of 1, the distance to the chord is x (1 − x)/2.
 fn curvature(values: &[f64; POINTS]) -> f64 {
     let (first, last) = (values[0], values[POINTS - 1]);
     let sagitta = values.iter().enumerate().map(|(k, value)| {

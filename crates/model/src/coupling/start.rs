@@ -31,7 +31,7 @@ pub struct CoupledOptions {
 }
 
 impl CoupledOptions {
-    /// Returns the options for a muscle with `settings` and its oscillators.
+    /// Returns the options for a muscle coupled with oscillators, from the `settings` of the muscle's run.
     pub fn of_muscle(dae: &MuscleDae, settings: &Settings) -> Self {
         Self {
             integrator: settings.integrator,

@@ -193,7 +193,7 @@ impl DynamicStiffness {
         pairs.map(|(whole, half)| 2.0 * half - whole).collect()
     }
 
-    /// Returns the factor by which a displacement of all nodes is scaled for differences along it.
+    /// Returns the step of the central differences in the direction of a nodal `displacement`.
     pub(super) fn probing_step(&self, displacement: &[f64]) -> f64 {
         let space = self.dae.muscle().solid.space();
         match operators::largest_gradient(space, displacement) {

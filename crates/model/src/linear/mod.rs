@@ -3,9 +3,9 @@
 //! Main types: a [`Condensation`] is the elimination of velocities from the Newton matrix, set up
 //! once per formulation; [`Condensed`] holds the values, real or complex, for one c. A
 //! [`Splitting`] and a [`Split`] are their counterparts for the stabilized equations, whose system
-//! splits into two. A [`Reduction`] and a [`Reduced`] are either of these. [`SparseSystem`]
-//! factorizes, solves and checks, in the order of one [`Elimination`]. [`CondensedSolver`] is the
-//! interface to the integrators.
+//! splits into two. A [`Reduction`] is one of the first kind or one of the second, a [`Reduced`] their values.
+//! [`SparseSystem`] factorizes and solves with the elimination order of an [`Elimination`], and checks the solution.
+//! [`CondensedSolver`] is the interface to the integrators.
 
 mod condensation;
 mod condensed;

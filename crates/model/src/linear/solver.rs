@@ -21,7 +21,7 @@ pub struct CondensedSolver {
     real: Reduced<f64>,
     complex: Vec<Reduced<Complex64>>,
     relaxation: Option<Relaxation>,
-    /// Obstacles that follow a force, for the real and the complex matrices.
+    /// Obstacles driven by a force, for the real and the complex matrices.
     driven: (DrivenObstacles<f64>, Vec<DrivenObstacles<Complex64>>),
     /// Whether the matrices are known to fit into memory.
     is_allocated: bool,

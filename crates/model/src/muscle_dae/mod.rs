@@ -50,7 +50,7 @@ pub struct MuscleDae {
     /// Coefficients: ∂F/∂y and ∂F/∂ẏ.
     assembly: OnceLock<Assembly<[f64; 2]>>,
     matrices: Matrices,
-    /// Derivatives for obstacles that follow a force, from the last update of the matrices.
+    /// Derivatives for obstacles driven by a force, from the last update of the matrices.
     driven_slopes: Vec<DrivenSlope>,
     /// Whether the matrices have been evaluated at any state, which suffices for a linear law.
     has_matrices: bool,
@@ -270,8 +270,8 @@ impl MuscleDae {
         self.context.added.stress[1]
     }
 
-    /// Returns whether the momentum balance without β has damping other than α times the mass
-    /// matrix.
+    /// Returns whether the body may have damping other than Rayleigh damping with uniform α and β: always, if κ, α or β vary
+    /// between elements.
     pub(crate) fn has_damping_besides_mass(&self) -> bool {
         let added = self.context.added;
         added.is_damped() || added.friction || self.context.graded || self.context.coherence
@@ -296,7 +296,7 @@ impl MuscleDae {
         self.matrices.relaxing_at()
     }
 
-    /// Returns the derivatives of contact forces for obstacles that follow a force.
+    /// Returns the derivatives of the contact forces of obstacles driven by a force.
     pub(crate) fn driven_slopes(&self) -> &[DrivenSlope] {
         &self.driven_slopes
     }

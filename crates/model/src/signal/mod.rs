@@ -79,7 +79,7 @@ pub trait TimeFunction: Debug + Send + Sync {
         None
     }
 
-    /// Returns the lowest and the highest frequency of a sweep from t = 0 to a time, Hz; `None` without a sweep.
+    /// Returns the lowest and the highest frequency (Hz) of a sweep between t = 0 and `to` (s); `None` for other functions.
     fn sweep(&self, _to: f64) -> Option<[f64; 2]> {
         None
     }
@@ -172,7 +172,7 @@ impl Signal {
         self.0.frequency()
     }
 
-    /// Returns the lowest and the highest frequency of a sweep from t = 0 to a time, Hz; `None` without a sweep.
+    /// Returns the lowest and the highest frequency (Hz) of a sweep between t = 0 and `to` (s); `None` for other functions.
     pub fn sweep(&self, to: f64) -> Option<[f64; 2]> {
         self.0.sweep(to)
     }

@@ -9,8 +9,7 @@ use crate::error::ModelError;
 use crate::muscle::Muscle;
 use crate::operators;
 
-/// Maximum number of iterations. Newton's method converges quadratically or not at all, so a few more iterations than
-/// digits are sufficient.
+/// Maximum number of iterations. Near a solution, Newton's method converges in about five.
 const MAX_ITERATIONS: usize = 30;
 /// Projected volume residual below which Newton's method has converged if it does not decrease any further. Rounding
 /// leaves about 1e-16 times the number of terms; index 3 amplifies a larger residual at the first step.

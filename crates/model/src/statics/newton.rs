@@ -366,7 +366,7 @@ impl<'a> Newton<'a> {
     /// negative pivot for each pressure and one more for each direction in which the energy decreases (Sylvester's
     /// law). An undetermined pressure has a pivot of either sign, and hides one direction at most. For an unsymmetric
     /// tangent, only the parity of the number is meaningful, because it determines the sign of the determinant. In the
-    /// factorized matrix, obstacles that follow a force are fixed; releasing them adds one negative direction for each
+    /// factorized matrix, obstacles driven by a force are fixed; releasing them adds one negative direction for each
     /// of their negative pivots.
     pub(super) fn negative_directions(&self) -> Option<usize> {
         let pivots = self.system.pivots()?;

@@ -82,8 +82,9 @@ pub(super) struct Stability {
 }
 
 impl Stability {
-    /// Compares the number of `negative` directions with the number at the previous state. `limit` is the load factor
-    /// of a limit point between them, where one direction changes its sign.
+    /// Records the critical points since the previous state, from the change of the number of `negative` directions.
+    /// `limit` is the load factor of a limit point between the two states, where the stiffness of one direction changes
+    /// its sign.
     pub(super) fn observe(
         &mut self,
         newton: &Newton<'_>,

@@ -91,9 +91,7 @@ impl Builder<'_> {
                 Err(self.wrong(&path("slip_velocity"), error))
             }
             _ if !file.analysis.is_in_time() => {
-                let error = InputError::new(
-                    "friction depends on a slip velocity, which this analysis does not have",
-                );
+                let error = InputError::new("this analysis does not support friction");
                 let error = error.next("use analysis = \"quasi-static\" or \"dynamic\"");
                 Err(self.wrong(&path("friction"), error))
             }

@@ -27,7 +27,7 @@ pub enum Unsupported {
     #[error("sensitivities do not support loads that jump")]
     Jump,
     #[error(
-        "sensitivities require a given contact stiffness, because the default depends on the parameters"
+        "sensitivities require an explicit contact stiffness, because the default depends on the parameters"
     )]
     ContactStiffness,
     #[error("sensitivities do not support augmented Lagrange multipliers")]

@@ -140,7 +140,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         let error = InputError::new("no case of this sweep was computed in the folder")
             .at("--collect")
             .found(options.out.display())
-            .next("repeat the scene, --vary, --set and --out of the computed cases");
+            .next("use the same scene, --vary, --set and --out as for the computed cases");
         return Err(error.into());
     }
     let request = request(options, &scene, &all);

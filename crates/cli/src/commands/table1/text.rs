@@ -143,8 +143,8 @@ pub(super) fn counterexample(matching: &Solution, richer: &Solution) -> String {
         ]);
     }
     format!(
-        "\nThe paper's counterexample: the extra multiplier of (33) is in a richer space than the pressure; a \
-         cantilever\nunder an 8 Hz load, for 0.5 s. M (v - q̇) = B̃ᵀμ should be zero:\n{}",
+        "\nThe paper's counterexample (34): equations (33) with the extra multiplier in a richer space than the \
+         pressure.\nCantilever under an 8 Hz load, 0.5 s. M (v - q̇) = B̃ᵀμ should be zero:\n{}",
         table.render(colored_stdout())
     )
 }

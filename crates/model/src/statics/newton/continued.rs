@@ -1,4 +1,4 @@
-//! Equations of the path from an equilibrium of a similar body.
+//! Equations of the continuation from the equilibrium of a similar body to the equilibrium of this body.
 
 use myovib_fem::Inverted;
 
