@@ -144,7 +144,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         )
     elif not solution.success and (jumping := _jumping(residual, solution, rtol, atol, stop)):
         equations, variable = jumping
-        advice = f"the equations {equations} (counted from 0) jump "
+        advice = f"the equations {listed(equations)} (counted from 0) jump "
         if variable is None and abs(t_end - stop) < INSTANTS[-1] * np.spacing(max(abs(t_end), span)):
             advice += f"at the end of the span: also list {t_end} in `breaks`"
         elif variable is None:
@@ -191,7 +191,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         # constant, and then each longer step fails and the order remains 1.
         excluded = np.array(suppress or np.zeros(len(y), bool))
         algebraic = np.flatnonzero(structure.algebraic & ~excluded).tolist() if structure else []
-        other = f"excluding the algebraic variables {algebraic} (counted from 0) with `suppress` or " if algebraic else ""
+        other = f"excluding the algebraic variables {listed(algebraic)} (counted from 0) with `suppress` or " if algebraic else ""
         advice = (
             f"BDF failed {solution.netf} error tests in {solution.nsteps} steps: {other}a Radau method may "
             "need far fewer steps"
@@ -460,7 +460,7 @@ def _explain(
     equations = structure.contradictory(initial)
     if equations:
         return (
-            f"; a combination of the equations {equations} (counted from 0) does not contain the corrected values, so "
+            f"; a combination of the equations {listed(equations)} (counted from 0) does not contain the corrected values, so "
             'y0 must satisfy it; for index 2 and 3 use initial="given" and consistent values'
         )
     left = np.asarray(residual(t, y, yp), dtype=float)
@@ -468,6 +468,6 @@ def _explain(
     if not violated:
         return ""
     return (
-        f"; y0 and yp0 violate the equations {violated} (counted from 0): check that they have a solution, and "
+        f"; y0 and yp0 violate the equations {listed(violated)} (counted from 0): check that they have a solution, and "
         "start closer to it"
     )

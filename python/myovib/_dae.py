@@ -334,7 +334,7 @@ def solve_dae(
                 "first step. `consistent_start` computes consistent ones",
                 stacklevel=2,
             )
-    if structure and n <= LARGE and initial == "given":
+    if structure and initial == "given":
         _expect_consistent(structure, residual, first_limits[0], weights)
     note, is_of_index_4 = "", False
     if structure:
@@ -342,7 +342,7 @@ def solve_dae(
         notes += [note] if note else []
     if structure and initial == "algebraic" and (free := structure.undetermined()):
         notes.append(
-            f"F = 0 does not determine the derivatives of the variables {free} (counted from 0), "
+            f"F = 0 does not determine the derivatives of the variables {listed(free)} (counted from 0), "
             "because dF/dy' is singular: `yp` may be wrong at the start. Introduce a variable for the "
             "combination whose derivative occurs"
         )
@@ -580,7 +580,8 @@ def _expect_consistent(structure: Structure, residual: Function, t: float, toler
     """
     y = structure.state[0]
     try:
-        found = structure.contradiction(lambda yp: np.array(residual(t, y.copy(), yp), dtype=float), tolerance)
+        with np.errstate(all="ignore"):
+            found = structure.contradiction(lambda yp: np.array(residual(t, y.copy(), yp.copy()), dtype=float), tolerance)
     except Exception:  # outside of the domain of F
         return
     if found:

@@ -18,8 +18,8 @@ except ImportError:
 
 Indices = NDArray[np.int64]
 
-# Largest number of variables and of residuals for each matrix.
-LARGEST = 20_000
+# Largest number of variables and of residuals for each matrix. Checks of 8000 variables in space take 6 s.
+LARGEST = 5000
 MOST_GROUPS = 100
 
 # Number of random vectors from which null spaces and sizes of inverses are estimated.
@@ -94,6 +94,9 @@ class SparseStructure(Structure):
     def inverse(self, c: float) -> None:
         """Return None: the inverse of a large matrix is not computed."""
 
+    def contradiction(self, evaluate: Callable[[Array], Array], tolerance: Array) -> None:
+        """Return None: combinations of equations are examined in small systems only."""
+
     def _combined(self) -> Any:
         is_algebraic = self.algebraic.astype(float)
         return (self.df_dy @ sparse.diags(is_algebraic) + self.df_dyp @ sparse.diags(1.0 - is_algebraic)).tocsc()
@@ -125,19 +128,23 @@ class SparseStructure(Structure):
         n_rows, n_columns = matrix.shape
         if not (n_rows and n_columns):
             return np.zeros(n_columns, dtype=bool)
-        for axis in (0, 1):
-            scale = abs(matrix).max(axis=1 - axis).toarray().ravel()
-            factors = sparse.diags(1.0 / np.where(scale > 0.0, scale, 1.0))
-            matrix = factors @ matrix if axis == 0 else matrix @ factors
+        rows = abs(matrix).max(axis=1).toarray().ravel()
+        matrix = sparse.diags(1.0 / np.where(rows > 0.0, rows, 1.0)) @ matrix
+        # With columns of length 1, ε² below is not lost in rounding errors of AᵀA.
+        columns = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=0)).ravel())
+        matrix = matrix @ sparse.diags(1.0 / np.where(columns > 0.0, columns, 1.0))
         # By x ← ε² (AᵀA + ε²)⁻¹ x, random vectors lose their parts outside of the null space of A.
         regular = RANK**2 * sparse.identity(n_columns)
         extended = sparse.bmat([[sparse.identity(n_rows), matrix], [matrix.T, -regular]], format="csc")
-        factors = splu(extended)
+        try:
+            factors = splu(extended)
+        except RuntimeError:  # singular by rounding
+            return np.zeros(n_columns, dtype=bool)
         vectors = np.random.default_rng(0).standard_normal((n_columns, SAMPLES))
         for _ in range(REPEATS):
             right = np.vstack([np.zeros((n_rows, SAMPLES)), -(RANK**2) * vectors])
             vectors = factors.solve(right)[n_rows:]
-        return np.asarray((np.abs(vectors) > PART).any(axis=1))
+        return np.asarray((np.abs(vectors) > PART / np.sqrt(n_columns)).any(axis=1))
 
     @staticmethod
     def _balanced(matrix: Any) -> Any:

@@ -31,7 +31,10 @@ EXPONENTS = np.arange(12, -9, -1)
 
 # Residual of a combination of equations, in units of its change within the tolerances, above which y violates it, as for
 # single equations.
-FAR = 2.0
+VIOLATED = 2.0
+
+# Changes of derivatives, relative to their sizes and at least 1, that must not change a combination.
+SIZES = (-1e3, -1.0, -1e-3, 1e-3, 1.0, 1e3)
 
 # Entries above this limit belong to functions that overflow.
 HUGE = 1e100
@@ -167,13 +170,19 @@ class Structure:
         Both are empty unless dF/dy + c dF/dy' is singular for all c, beyond rounding.
         """
         # A pencil of index 3 is nearly singular for most c.
+        if not self.has_free_rates():
+            return [], []
         columns = rows = np.ones_like(self.algebraic)
-        for c in 2.3 * np.logspace(-9, 9, 7):
+        values = 2.3 * np.logspace(9, -9, 7)
+        for c in values:
             matrix = self.df_dy + c * self.df_dyp
             columns = columns & self._null(matrix)
             rows = rows & self._null(matrix.T)
             if not (columns.any() and rows.any()):
                 return [], []
+        # The inverse of a matrix that is only badly scaled is accurate.
+        if all(self._inverse_sizes(c) is not None for c in values):
+            return [], []
         return np.flatnonzero(columns).tolist(), np.flatnonzero(rows).tolist()
 
     def contradictory(self, initial: str) -> list[int]:
@@ -182,33 +191,38 @@ class Structure:
         return np.flatnonzero(self._null(columns.T)).tolist()
 
     def contradiction(self, evaluate: Callable[[Array], Array], tolerance: Array) -> tuple[list[int], float, float] | None:
-        """Return a combination of equations that contains no derivatives and that y violates by more than the tolerance.
+        """Return the combination of equations without derivatives that y violates most, if by more than the tolerance.
 
         ``evaluate(yp)`` returns F at y. Returns the equations, the residual of their combination, and its change if y
         changes by the tolerance; or None.
         """
         y, yp = self.state
-        sizes = np.abs(self.df_dyp).max(axis=1)
-        rows = np.flatnonzero(sizes)
-        matrix = self.df_dyp[rows] / sizes[rows, None]
-        vectors, values = np.linalg.svd(matrix)[:2]
-        rank = int((values > RANK * values.max(initial=0.0)).sum())
-        if rank == len(rows):
+        base = evaluate(yp)
+        # With larger increments than those of `df_dyp`, rounding errors of the quotients are negligible.
+        increments = np.diag(1.0 + np.abs(yp))
+        by_yp = np.column_stack([(evaluate(yp + step) - base) / step.max() for step in increments])
+        rows = np.flatnonzero(np.abs(by_yp).max(axis=1))
+        if not len(rows):
             return None
-        golden = (np.sqrt(5.0) - 1.0) / 2.0
-        steps = (1.0 + golden * np.arange(len(yp)) % 1.0) * (1.0 + np.abs(yp))
-        base, moved = (evaluate(rates)[rows] / sizes[rows] for rates in (yp, yp + steps))
-        found = None
-        for combination in vectors[:, rank:].T:
-            terms = np.abs(combination) @ np.abs(matrix) @ (steps + np.abs(yp))
-            rounding = np.abs(combination) @ (np.abs(self.df_dy[rows]) / sizes[rows, None]) @ np.abs(y)
-            rounding = 1e3 * np.finfo(float).eps * (terms + rounding)
-            change = float(np.abs(combination @ (self.df_dy[rows] / sizes[rows, None])) @ tolerance)
-            residual = float(combination @ base)
-            # A derivative that occurs nonlinearly, or with a small factor, changes the combination.
-            if abs(combination @ (moved - base)) <= rounding < abs(residual) - FAR * change:
-                found = rows[np.abs(combination) > PART].tolist(), residual, change
-        return found
+        scales = np.abs(by_yp[rows]).max(axis=1, keepdims=True)
+        by_yp, by_y, base = by_yp[rows] / scales, self.df_dy[rows] / scales, base[rows] / scales[:, 0]
+        vectors, values = np.linalg.svd(by_yp)[:2]
+        combinations = vectors[:, int((values > RANK * values[0]).sum()) :].T
+        changes = np.abs(combinations @ by_y) @ tolerance
+        residuals = np.abs(combinations @ base)
+        # A derivative that occurs nonlinearly, or with a small factor, changes a combination.
+        directions = 1.0 + 0.618 * np.arange(len(yp)) % 1.0
+        for size in SIZES:
+            step = size * directions * (1.0 + np.abs(yp))
+            moved = combinations @ (evaluate(yp + step)[rows] / scales[:, 0] - base)
+            terms = np.abs(by_yp) @ (np.abs(step) + np.abs(yp)) + np.abs(by_y) @ np.abs(y)
+            residuals[np.abs(moved) > 1e3 * np.finfo(float).eps * np.abs(combinations) @ terms] = 0.0
+        excess = residuals - VIOLATED * changes
+        worst = int(np.argmax(excess)) if len(excess) else 0
+        if not len(excess) or not excess[worst] > 0.0:
+            return None
+        equations = rows[np.abs(combinations[worst]) > PART].tolist()
+        return equations, float(residuals[worst]), float(changes[worst])
 
     def effect(self, tolerance: Array) -> Array:
         """Return the change of each equation if y changes by the tolerance."""

@@ -5,6 +5,7 @@ import pytest
 import scipy.sparse as sp
 from myovib import solve_dae
 from myovib._structure import LARGEST, Structure
+from scipy.sparse.linalg import spsolve
 
 from test_dae_diagnosis import JOINT, PENDULUM, flexible_joint, pendulum, solved
 
@@ -105,19 +106,102 @@ def coupled(t, y, yp):
 
 
 @pytest.mark.parametrize("method", ["bdf", "radau5", "radau9"])
-def test_violated_combinations_of_equations_are_rejected(method):
+@pytest.mark.parametrize("rate", [0.0, 1e-9, 1e-6, 1e-3, 1e6])
+def test_violated_combinations_of_equations_are_rejected(method, rate):
     """Regression: radau5 ended with status 0 and a jump to (0.65, 0.35)."""
     with pytest.raises(RuntimeError, match=r"combination of the equations \[0, 1\]"):
-        solve_dae(coupled, (0, 1), [0.8, 0.5], [0, 0], method)
+        solve_dae(coupled, (0, 1), [0.8, 0.5], [rate, 0], method)
     # (y0 − y1)′ = y1 and y0 + y1 = 1.
     s = solve_dae(coupled, (0, 1), [0.65, 0.35], [0.175, -0.175], method)
     # A hundred times the default relative tolerance.
     assert s.success and s.y[:, -1] == pytest.approx([1 - 0.35 * np.exp(-0.5), 0.35 * np.exp(-0.5)], rel=1e-2)
 
 
-def test_derivatives_with_small_or_vanishing_factors_are_no_contradiction():
-    small = lambda t, y, yp: [yp[0] - yp[1] + y[0] - 1.0, -yp[0] + (1 + 1e-9) * yp[1] + y[1]]
-    vanishing = lambda t, y, yp: [yp[0] ** 2 + y[0] - 1.0, yp[1] + y[1]]
-    for residual in (small, vanishing):
-        s, _ = solved(residual, (0, 1e-3), [0.8, 0.5], [0.0, -0.5], "radau5", max_steps=2000)
-        assert s.message
+def small(t, y, yp):
+    return [yp[0] - yp[1] + y[0] - 1.0, -yp[0] + (1 + 1e-9) * yp[1] + y[1]]
+
+
+def quadratic(t, y, yp):
+    return [yp[0] + yp[1] + y[0] - 1.0, yp[0] + yp[1] + (yp[0] - yp[1]) ** 2 + y[1]]
+
+
+def beyond_a_threshold(t, y, yp):
+    difference = yp[0] - yp[1]
+    return [max(abs(difference) - 5, 0) * np.sign(difference) + yp[0] + yp[1] - y[0], yp[0] + yp[1] + y[1] - 7]
+
+
+@pytest.mark.parametrize("function", [small, quadratic, beyond_a_threshold])
+def test_combinations_with_derivatives_are_no_contradiction(function):
+    """In all of them, dF/dy' has the rank 1 at the start, or nearly so, and no y contradicts the equations."""
+    y, yp = np.array([0.8, 0.5]), np.zeros(2)
+    structure = Structure.at(function, 0.0, y, yp, 1e-6 * y)
+    assert structure.has_free_rates()
+    assert structure.contradiction(lambda yp: np.array(function(0.0, y, yp)), 1e-6 * y) is None
+
+
+def wire(t, y, yp):
+    """A source, a wire of 1 mΩ and a load of 10 kΩ."""
+    return [
+        1e-6 * yp[0] + (y[0] - np.sin(t)) * 1e-3, 1e3 * (y[1] - y[2]) - 1e-6 * np.sin(t), 1e3 * (y[2] - y[1]) + 1e-4 * y[2],
+    ]  # fmt: skip
+
+
+def beam(n):
+    """Return the stiffness matrix of a static beam with n unknowns."""
+    d = sp.diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(n, n))
+    return (d @ d * float(n) ** 4).tocsr()
+
+
+def ladder(n):
+    """Return the conductances of a ladder of resistors, of 1e6 along and of 1e-3 to ground."""
+    d = sp.diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(n, n))
+    return (-1e6 * d + 1e-3 * sp.identity(n)).tocsr()
+
+
+@pytest.mark.parametrize(
+    ("matrix", "scale"), [(beam(100), 1e8), (beam(300), 1e8), (ladder(300), 1e6)], ids=["beam 100", "beam 300", "ladder"]
+)
+def test_ill_conditioned_equations_are_not_singular(matrix, scale):
+    """The equations determine all variables, although some singular values are below 1e-7 of the largest."""
+
+    def residual(t, y, yp):
+        return matrix @ y - scale * (1 + np.sin(t))
+
+    start = spsolve(matrix.tocsc(), np.full(matrix.shape[0], scale))
+    s, texts = solved(residual, (0, 1), start, start, "radau5", sparsity=matrix, rtol=1e-4, atol=1e-4 * np.abs(start).max())
+    assert s.success and not any("do not determine" in text for text in texts), texts
+    assert s.y[:, -1] == pytest.approx((1 + np.sin(1.0)) * start, rel=1e-3)
+
+
+def test_badly_scaled_conductances_are_not_singular():
+    s, texts = solved(wire, (0, 1), [0, 0, 0], [0, 0, 0], "radau5", rtol=1e-6, atol=1e-9)
+    assert s.success and not any("do not determine" in text for text in texts), texts
+
+
+def test_a_variable_in_all_equations_is_no_obstacle():
+    """Regression: an exception of SuperLU, because a column had 300 equal entries."""
+    n = 300
+
+    def branches(t, y, yp):
+        current = yp[0] - yp[1]
+        r = y - current
+        r[0], r[1] = current + y[0] - 1.0, y[0] + y[1] - 1.0
+        return r
+
+    pattern = np.eye(n)
+    pattern[:, :2] = 1.0
+    start = (np.r_[0.65, 0.35, np.full(n - 2, 0.35)], np.r_[0.175, -0.175, np.zeros(n - 2)])
+    s, _ = solved(branches, (0, 1), *start, "radau5", sparsity=pattern)
+    # A hundred times the default relative tolerance.
+    assert s.success and s.y[2, -1] == pytest.approx(0.35 * np.exp(-0.5), rel=1e-2)
+
+
+def test_messages_list_few_variables():
+    def pairs(t, y, yp):
+        current = yp[::2] - yp[1::2]
+        return np.column_stack([current + y[::2] - 1.0, -current + y[1::2]]).ravel()
+
+    sparsity = sp.kron(sp.eye(150), np.ones((2, 2)))
+    start = (np.tile([0.65, 0.35], 150), np.tile([0.175, -0.175], 150))
+    _, texts = solved(pairs, (0, 1), *start, "radau5", initial="algebraic", sparsity=sparsity)
+    assert texts and max(map(len, texts)) < 400, texts

@@ -28,7 +28,7 @@ use crate::muscle::Muscle;
 use crate::muscle::load::Prescribed;
 use crate::muscle_dae::MuscleDae;
 use crate::signal::Signal;
-use crate::start::{BlockResidual, residuals};
+use crate::start::{BlockResidual, residuals, residuals_with_overstress};
 use crate::statics::Prospect;
 
 /// Number of pressures above which the inf–sup constant would dominate the cost of the check.
@@ -198,13 +198,11 @@ fn of_equations(
         let index = index(muscle, formulation)?;
         return Ok((residuals(dae, 0.0, y, y_dot)?, index));
     }
-    // Prony terms do not change the index. The residual is evaluated for relaxed stress, as at rest.
-    // The internal stresses are the last unknowns.
+    // Prony terms do not change the index.
     let relaxed = muscle.relaxed();
     let index = index(&relaxed, formulation)?;
-    let mut dae = MuscleDae::new(relaxed, formulation)?;
-    let n = dae.n_unknowns();
-    Ok((residuals(&mut dae, 0.0, &y[..n], &y_dot[..n])?, index))
+    let mut relaxed = MuscleDae::new(relaxed, formulation)?;
+    Ok((residuals_with_overstress(dae, &mut relaxed, 0.0, [y, y_dot])?, index))
 }
 
 /// Findings of the inspection of a static analysis.

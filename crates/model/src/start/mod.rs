@@ -18,6 +18,7 @@ use std::ops::Range;
 use dynamics::{Dynamics, Internal};
 use motion::{Motion, largest};
 use myovib_dae::Problem;
+pub(crate) use residual::residuals_with_overstress;
 pub use residual::{BlockResidual, residuals};
 
 use std::ops::ControlFlow;

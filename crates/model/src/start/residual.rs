@@ -52,6 +52,32 @@ pub fn residuals(
 ) -> Result<Vec<BlockResidual>, ModelError> {
     let mut residual = vec![0.0; dae.n_unknowns()];
     dae.residual(t, y, y_dot, &mut residual)?;
+    blocks(dae, [y, y_dot], t, &residual)
+}
+
+/// Computes the [`residuals`] of a body with Prony terms, without the rates of their internal stresses. The terms of each
+/// block are those of `relaxed`, the same body without Prony terms.
+///
+/// # Errors
+/// As [`residuals`].
+pub(crate) fn residuals_with_overstress(
+    dae: &mut MuscleDae,
+    relaxed: &mut MuscleDae,
+    t: f64,
+    [y, y_dot]: [&[f64]; 2],
+) -> Result<Vec<BlockResidual>, ModelError> {
+    let mut residual = vec![0.0; dae.n_unknowns()];
+    dae.residual(t, y, y_dot, &mut residual)?;
+    let n = relaxed.n_unknowns();
+    blocks(relaxed, [&y[..n], &y_dot[..n]], t, &residual[..n])
+}
+
+fn blocks(
+    dae: &mut MuscleDae,
+    [y, y_dot]: [&[f64]; 2],
+    t: f64,
+    residual: &[f64],
+) -> Result<Vec<BlockResidual>, ModelError> {
     let at_rest = y.iter().chain(y_dot).all(|value| *value == 0.0);
     let terms = match at_rest {
         true => vec![0.0; y.len()],

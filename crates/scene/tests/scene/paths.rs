@@ -195,14 +195,16 @@ fn inverted_elements_end_a_static_run_and_implausible_volumes_are_noted() {
 /// Regression: modes and responses about an equilibrium with inverted elements were computed without a warning.
 #[test]
 fn modes_and_responses_about_inverted_equilibria_are_rejected() {
-    let analysis = "analysis = \"response\"\n[response]\nfrequencies = [1.0]\npreload_time = 0.0\n\
-                    [modes]\npreload_time = 0.0\n[[body_force]]\nresponse = { y = 1.0 }";
+    let head = |analysis: &str, force: &str| {
+        format!(
+            "analysis = \"{analysis}\"\n[response]\nfrequencies = [1.0]\npreload_time = 0.0\n[modes]\npreload_time = 0.0\n\
+             [[body_force]]\n{force}"
+        )
+    };
     let found = |factor: &str, more: &str| {
-        let text = square_squeezed(analysis, factor, 1e5, more);
-        let response = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
-        let text =
-            text.replacen("\"response\"", "\"modes\"", 1).replace("response = {", "x = 0.0 #");
-        let modes = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+        let scene = |head: &str| build(&square_squeezed(head, factor, 1e5, more), Path::new(""));
+        let response = scene(&head("response", "response = { y = 1.0 }"));
+        let modes = scene(&head("modes", "y = 0.0"));
         let response = Response::of_scene(&response, Watcher::NOBODY).map(drop);
         [response, Modes::of_scene(&modes, Some(1), Watcher::NOBODY).map(drop)]
     };
