@@ -41,7 +41,10 @@ fn modes_below_the_range_are_noted() {
     // The lowest mode is at 1.9992 Hz.
     for (range, below) in [("1..20:77", 0), ("3..20:69", 1)] {
         let found = notes(range, DAMPED);
-        let noted = found.iter().filter(|note| note.starts_with("1 mode, from 1.99")).count();
+        let noted = found
+            .iter()
+            .filter(|note| note.starts_with("1 mode below the range, the first at 1.99"))
+            .count();
         assert_eq!(noted, below, "{range}: {found:?}");
     }
 }
