@@ -176,7 +176,7 @@ def test_looser_tolerances_are_suggested_for_tight_tolerances_only():
         )  # fmt: skip
         assert not s.success and suggested in s.message and other not in s.message
         # Names of the Rust library are replaced.
-        assert "breaks=" in s.message and "reinit" not in s.message
+        assert "`breaks`" in s.message and "reinit" not in s.message
 
 
 @pytest.mark.parametrize("method", RADAU)
