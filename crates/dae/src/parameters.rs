@@ -150,7 +150,7 @@ pub trait Parameters<P: ?Sized> {
         Ok(())
     }
 
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, as [`Jacobian::parts`] does. Override this method if an
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, as [`Jacobian::central_parts`] does. Override this method if an
     /// evaluation would overwrite matrices of the problem that the integrator still needs.
     ///
     /// # Errors
@@ -165,7 +165,7 @@ pub trait Parameters<P: ?Sized> {
     where
         P: Problem,
     {
-        jacobian.parts(problem, at, parts)
+        jacobian.central_parts(problem, at, parts)
     }
 }
 

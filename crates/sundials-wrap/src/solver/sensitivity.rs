@@ -91,7 +91,7 @@ impl<P: Problem> SensitivityEquations<P> {
         at: &Linearization<'_>,
     ) -> Result<(), StepError> {
         let [df_dy, df_dyp] = &mut self.parts;
-        self.jacobian.parts(problem, at, [df_dy, df_dyp])
+        self.parameters.linearize(problem, &mut self.jacobian, at, [df_dy, df_dyp])
     }
 
     /// Computes ∂F/∂y S + ∂F/∂ẏ Ṡ + ∂F/∂p_j at the state of the last linearization.
