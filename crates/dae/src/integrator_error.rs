@@ -39,9 +39,12 @@ pub enum IntegratorError {
     /// Quadratures were requested, but the solver has no quadratures.
     #[error("this solver has no quadratures")]
     NoQuadrature,
-    /// A correction of the initial values was requested after the first step.
-    #[error("initial values can be corrected only before the first step, not at t = {t}")]
+    /// A correction of the initial values or a recording was requested after the first step.
+    #[error("possible only before the first step, not at t = {t}")]
     AfterTheStart { t: f64 },
+    /// Sensitivities were started while the integrator pauses within a step, for example at a root.
+    #[error("t = {t} is within a step: sensitivities start at the end of a step, or after reinit")]
+    WithinStep { t: f64 },
     /// No values were found that satisfy the equations and the constraints of the problem.
     #[error("no consistent initial values at t = {t}: {source}")]
     Inconsistent { t: f64, source: Inconsistent },

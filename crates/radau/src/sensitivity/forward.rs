@@ -51,7 +51,9 @@ use crate::work::Counters;
 /// ```
 pub struct ForwardSensitivities<Q> {
     parameters: Q,
-    /// Number of solver steps followed since its start.
+    /// Number of solver steps before the sensitivities started.
+    before: u64,
+    /// Number of solver steps of which the last one was followed.
     followed: u64,
     /// Number of [restarts of the solver](RadauSolver::restarts) when the sensitivities were created.
     restarts: u64,
@@ -70,15 +72,14 @@ pub struct ForwardSensitivities<Q> {
 }
 
 impl<Q> ForwardSensitivities<Q> {
-    /// Creates the sensitivities to the `parameters` of a solver before its first step, with the
-    /// initial values ∂y_0/∂p_j in `starts`.
+    /// Creates the sensitivities to the `parameters` of a solver, with the values ∂y/∂p_j at its current time in `starts`.
     ///
     /// # Shapes
     /// `starts`: for each parameter the number of unknowns.
     ///
     /// # Errors
-    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`]; [`IntegratorError::AfterTheStart`] for a
-    /// solver that has taken steps, [`RadauError::InternalVariables`] for a solver with internal variables.
+    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`]; [`IntegratorError::WithinStep`] for a
+    /// solver that pauses within a step, [`RadauError::InternalVariables`] for a solver with internal variables.
     pub fn new<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
         parameters: Q,
@@ -92,9 +93,8 @@ impl<Q> ForwardSensitivities<Q> {
         expect_starts(&starts, list.len(), n)?;
         let scales: Vec<f64> = list.iter().map(|parameter| parameter.scale).collect();
         scales.iter().try_for_each(|scale| expect_positive("scale of a parameter", *scale))?;
-        if solver.statistics().steps > 0 {
-            return Err(IntegratorError::AfterTheStart { t: solver.t() }.into());
-        }
+        expect_end_of_step(solver)?;
+        let before = solver.statistics().steps;
         solver.expect_no_internal_variables()?;
         let method = solver.method();
         let columns = vec![0.0; list.len() * n];
@@ -107,7 +107,8 @@ impl<Q> ForwardSensitivities<Q> {
             weights: vec![0.0; n],
             columns_weights: columns,
             parameters,
-            followed: 0,
+            before,
+            followed: before,
             restarts: solver.restarts(),
             counters: Counters::default(),
             work: SensitivityWork::default(),
@@ -116,10 +117,11 @@ impl<Q> ForwardSensitivities<Q> {
         })
     }
 
-    /// Continues after a restart of the solver, with ∂y_0/∂p_j at the new initial values.
+    /// Continues after a restart of the solver, with the values ∂y/∂p_j at its current time.
     ///
     /// If [`reinit`](RadauSolver::reinit) did not change y, at a time independent of p, these are
-    /// the current values ([`of`](Self::of)).
+    /// the current values ([`of`](Self::of)). After [`restore`](RadauSolver::restore), these are the values at the time of
+    /// the saved state.
     ///
     /// # Shapes
     /// `starts`: for each parameter the number of unknowns.
@@ -132,11 +134,10 @@ impl<Q> ForwardSensitivities<Q> {
         starts: Vec<Vec<f64>>,
     ) -> Result<(), RadauError> {
         expect_starts(&starts, self.n_parameters(), solver.y().len())?;
-        if solver.statistics().steps > 0 {
-            return Err(IntegratorError::AfterTheStart { t: solver.t() }.into());
-        }
+        expect_end_of_step(solver)?;
+        self.before = solver.statistics().steps;
         self.curves = Curves::new(solver.method(), solver.t(), starts);
-        (self.followed, self.restarts) = (0, solver.restarts());
+        (self.followed, self.restarts) = (self.before, solver.restarts());
         Ok(())
     }
 
@@ -310,7 +311,7 @@ impl<Q> ForwardSensitivities<Q> {
             collocation,
             number,
         } = step;
-        let (n, h, is_first) = (collocation.y0.len(), collocation.h, number == 1);
+        let (n, h, is_first) = (collocation.y0.len(), collocation.h, number == self.before + 1);
         let relative = options.tolerances.relative();
         let tolerance = self.tolerance.unwrap_or_else(|| match self.is_controlling {
             true => options.newton_tolerance(relative, false),
@@ -400,6 +401,15 @@ impl<Q> ForwardSensitivities<Q> {
         }
         curves.end(method, &collocation, &self.columns_weights, (is_first, algebraic));
         Ok(largest)
+    }
+}
+
+fn expect_end_of_step<P: Problem, M: LinearSolver<P>>(
+    solver: &RadauSolver<P, M>,
+) -> Result<(), IntegratorError> {
+    match solver.t() == solver.step_end() {
+        true => Ok(()),
+        false => Err(IntegratorError::WithinStep { t: solver.t() }),
     }
 }
 
