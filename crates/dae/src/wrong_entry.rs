@@ -36,15 +36,19 @@ impl std::fmt::Display for WrongEntry {
     }
 }
 
-/// Maximum relative difference between quotients for two distances, and minimum relative error of a wrong entry.
-const AGREEMENT: f64 = 0.1;
+/// Minimum relative error of a wrong entry. One-sided quotients at a kink are less accurate.
+const WRONG: f64 = 0.02;
+const WRONG_AT_KINK: f64 = 0.1;
+
+/// Maximum relative difference between quotients for two distances.
+const AGREEMENT: f64 = 0.01;
 
 /// Compares a problem's exact [`jacobian`](Problem::jacobian) with differences of its residual.
 ///
 /// The change of the residual in four directions, in y and in ẏ, is compared with J d. In rows where they differ by
 /// more than a hundredth of |J| |d| and by more than rounding, the entry is found by bisection and confirmed by central
-/// differences over two distances. Wrong entries far smaller than their row, or correct only at this state, are not
-/// found. Problems without a Jacobian, and evaluations that fail, do not lead to an error.
+/// differences over two distances. Entries with relative errors below 0.02 (0.1 at kinks), far smaller than their row, or
+/// correct only at this state, are not found. Problems without a Jacobian, and evaluations that fail, do not lead to an error.
 ///
 /// # Errors
 /// Returns the first wrong entry.
@@ -145,13 +149,14 @@ fn confirmed<P: Problem + ?Sized>(
     let short = 0.5 * (near_ahead + near_behind);
     let stated = matrix.entry(row, column);
     let size = long.abs().max(short.abs());
-    let is_smooth = (long - short).abs() <= 0.1 * AGREEMENT * size.max(stated.abs());
+    let is_smooth = (long - short).abs() <= AGREEMENT * size.max(stated.abs());
     // At a kink, the entry may be the slope on one side. The slopes of a smooth function approach each other.
     let is_kink = (near_ahead - near_behind).abs() > 0.5 * (ahead - behind).abs();
     let sides: &[f64] = if is_kink { &[ahead, behind] } else { &[] };
     let of_sides = sides.iter().map(|quotient| (quotient - stated).abs());
     let difference = of_sides.fold((long - stated).abs(), f64::min);
-    let is_wrong = difference > AGREEMENT * size.max(stated.abs())
+    let smallest = if is_kink { WRONG_AT_KINK } else { WRONG };
+    let is_wrong = difference > smallest * size.max(stated.abs())
         && difference * d[column].abs() > ROUNDING * probe.rounding[row];
     Ok((is_smooth && is_wrong).then_some(long))
 }

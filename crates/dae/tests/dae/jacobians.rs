@@ -74,6 +74,18 @@ fn wrong_entries_are_named() {
     assert!(found(&Akzo).0 >= 20, "{:?}", found(&Akzo));
 }
 
+/// Entries are wrong from an error of 2 %, as the documentation states; half of it is accepted.
+#[test]
+fn small_relative_errors_are_found() {
+    let at = Linearization { t: 0.0, y: &[0.0], y_dot: &[0.0], step: 1e-3, weights: &[1e4] };
+    for (derivative, is_correct) in
+        [(1.0, true), (1.01, true), (0.99, true), (1.03, false), (0.9, false)]
+    {
+        let checked = check_jacobian(&mut Stated(|y| y + y.powi(3), derivative), &at);
+        assert_eq!(checked.is_ok(), is_correct, "{derivative}");
+    }
+}
+
 /// A function of y, with this derivative at 0.
 struct Stated(fn(f64) -> f64, f64);
 
