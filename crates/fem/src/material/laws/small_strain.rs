@@ -47,6 +47,7 @@ impl Potential for SmallStrain {
 }
 
 impl Law3 for SmallStrain {
+    const FIBERS: bool = false;
     const FINITE: bool = false;
 
     #[inline(always)]

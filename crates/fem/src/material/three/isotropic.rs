@@ -158,6 +158,7 @@ impl<R: Real> Strain3<R> {
 }
 
 impl<W: Isotropic> Law3 for W {
+    const FIBERS: bool = false;
     const COMPLETE: bool = W::COMPLETE;
 
     #[inline(always)]

@@ -18,8 +18,8 @@ pub trait Law3 {
     /// Whether W includes the volumetric part, so no κ is added.
     const COMPLETE: bool = false;
 
-    /// Whether the law depends on the fiber axes.
-    const FIBERS: bool = false;
+    /// Whether the law depends on the fiber axes. If `false`, a body ignores its fibers.
+    const FIBERS: bool;
 
     /// Returns W.
     fn energy<R: Real>(&self, strain: &Strain3<R>) -> R;
