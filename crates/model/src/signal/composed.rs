@@ -50,6 +50,10 @@ impl Combination {
     }
 }
 
+/// Value of a sum, relative to the sum of magnitudes of its terms, below which the terms cancel except for rounding. Such a
+/// sum is zero: tensions must not be negative, and supports with a zero motion do not move.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Number of intervals at whose ends the speed of a rotation is evaluated.
 const SPEEDS: u32 = 16;
 
@@ -107,8 +111,13 @@ impl TimeFunction for Combination {
             Operation::Sum => (0.0, |sum, term| sum + term),
             Operation::Product => (1.0, |product, factor| product * factor),
         };
-        let parts = self.1.iter().map(|part| part.at(t));
-        parts.fold(Jet::constant(start), put)
+        let mut size = 0.0;
+        let parts = self.1.iter().map(|part| part.at(t)).inspect(|part| size += part.value.abs());
+        let mut combined = parts.fold(Jet::constant(start), put);
+        if matches!(self.0, Operation::Sum) && combined.value.abs() <= ROUNDING * size {
+            combined.value = 0.0;
+        }
+        combined
     }
 
     fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
