@@ -38,6 +38,8 @@ pub struct Muscle {
     pub foundations: Vec<RobinSupport>,
     /// Tensions of the solid's added stresses, by their number; those not listed are 0.
     pub activations: Vec<(usize, Activation)>,
+    /// Factor of the given tensions in each element, if they are not uniform.
+    pub tension_factors: Option<Vec<f64>>,
 }
 
 impl Muscle {
@@ -52,6 +54,7 @@ impl Muscle {
             prescribed: Vec::new(),
             foundations: Vec::new(),
             activations: Vec::new(),
+            tension_factors: None,
         }
     }
 
@@ -197,9 +200,12 @@ impl Muscle {
             let own = activation.model().and_then(|_| unknowns.next());
             let of_element = coherent.filter(|_| activation.is_coherent());
             let of_all = activation.at(t, own.copied().unwrap_or(0.0));
+            let factors = self.tension_factors.as_deref();
+            let factors = factors.filter(|_| matches!(activation, Activation::Given(_)));
             for (element, tension) in tensions.iter_mut().enumerate() {
                 if self.solid.added_number(element) == Some(*number) {
-                    *tension = of_element.map_or(of_all, |tensions| tensions[element]);
+                    let factor = factors.map_or(1.0, |factors| factors[element]);
+                    *tension = of_element.map_or(factor * of_all, |tensions| tensions[element]);
                 }
             }
         }

@@ -12,7 +12,7 @@ use num_complex::Complex64;
 
 use super::Body;
 use super::builder::Builder;
-use super::contraction::act_on_own_elements;
+use super::contraction::{Added, act_on_own_elements};
 use super::materials::Materials;
 use super::places::written;
 use super::supports::Supports;
@@ -84,7 +84,7 @@ impl Builder<'_> {
         let fibers = materials.fibers.as_ref();
         let unresolved_fibers = fibers.map_or(0, |fibers| fibers.unresolved(&mesh));
         let has_fibers = fibers.is_some();
-        let (stresses, activations) = self.added(file, &regions)?;
+        let Added { stresses, activations, tension_factors } = self.added(file, &mesh, &regions)?;
         let (solid, opposed_fibers) = self.solid(file, (space, dofs), &stresses, materials)?;
         let function = self.volume_function(file.solid.as_ref(), &parameters[0])?;
         let solid = self.at("solid.volumetric_energy", solid.with_volume_function(function))?;
@@ -116,6 +116,7 @@ impl Builder<'_> {
             prescribed: prescribed.collect(),
             foundations: self.foundations(file, &body.solid)?,
             activations,
+            tension_factors,
             ..body
         };
         let start = self.start(file, Some(&muscle))?;

@@ -2,7 +2,7 @@
 //! boundary.
 
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony, Springpot, unit_vector};
-use myovib_fem::{AddedStress, FemError, Solid, SupportDirection};
+use myovib_fem::{AddedStress, FemError, Mesh, Solid, SupportDirection};
 use myovib_model::{Activation, RobinSupport, Signal, TimeScales};
 
 use super::builder::Builder;
@@ -10,7 +10,7 @@ use crate::InputError;
 use crate::scene_file::active::{Active, Tension};
 use crate::scene_file::chain::Place;
 use crate::scene_file::material::Material;
-use crate::scene_file::solid::Direction;
+use crate::scene_file::solid::{Direction, SpatialFactor};
 use crate::scene_file::{self, Analysis, SceneFile};
 
 /// Minimum and maximum number of times at which the sign of a prescribed tension is checked.
@@ -21,8 +21,16 @@ const SAMPLES_OF_A_CHANGE: f64 = 4.0;
 /// Ratio of bulk to shear modulus below which a law has no volumetric part; it allows for a few rounding errors.
 const ISOCHORIC: f64 = 1e-10;
 
-/// Stresses that materials add to their laws, each with its elements, and the tension of each active material.
-pub(super) type Added = (Vec<(Vec<usize>, AddedStress)>, Vec<(usize, Activation)>);
+/// Stresses that materials add to their laws.
+#[derive(Default)]
+pub(super) struct Added {
+    /// Stresses with their elements.
+    pub(super) stresses: Vec<(Vec<usize>, AddedStress)>,
+    /// Tension of each active material, with the index of its stress.
+    pub(super) activations: Vec<(usize, Activation)>,
+    /// Factor of the tension in each element, if a material has a `spatial_factor`.
+    pub(super) tension_factors: Option<Vec<f64>>,
+}
 
 /// Returns the names of the chains that act back on the body.
 pub(super) fn chains_that_act(file: &SceneFile) -> impl Iterator<Item = &str> {
@@ -49,8 +57,13 @@ fn chain_of_tension(material: &Material) -> Option<&str> {
 impl Builder<'_> {
     /// Returns active and viscous stresses of the materials. `regions` contains the material of
     /// each element.
-    pub(super) fn added(&self, file: &SceneFile, regions: &[usize]) -> Result<Added, InputError> {
-        let (mut stresses, mut activations) = Added::default();
+    pub(super) fn added(
+        &self,
+        file: &SceneFile,
+        mesh: &Mesh,
+        regions: &[usize],
+    ) -> Result<Added, InputError> {
+        let Added { mut stresses, mut activations, mut tension_factors } = Added::default();
         for (i, material) in file.material.iter().enumerate() {
             let viscosity = material.viscosity.unwrap_or(0.0);
             if material.active.is_none() && viscosity == 0.0 {
@@ -74,11 +87,60 @@ impl Builder<'_> {
                 }
                 stress.active = Some(self.active_stress(active, &path)?);
                 let activation = self.activation(file, active, &path)?;
+                if let Some(factor) = &active.spatial_factor {
+                    if !matches!(activation, Activation::Given(_)) {
+                        let error =
+                            InputError::new("only a given tension can have a spatial factor");
+                        let error = error.next("use type = \"given\", or several materials");
+                        return Err(self.wrong(&format!("{path}.spatial_factor"), error));
+                    }
+                    let factors = tension_factors.get_or_insert_with(|| vec![1.0; regions.len()]);
+                    match mesh.dimension() {
+                        2 => {
+                            self.set_tension_factors::<2>(factors, mesh, &members, factor, &path)?
+                        }
+                        _ => {
+                            self.set_tension_factors::<3>(factors, mesh, &members, factor, &path)?
+                        }
+                    }
+                }
                 activations.push((stresses.len(), activation));
             }
             stresses.push((members, stress));
         }
-        Ok((stresses, activations))
+        Ok(Added { stresses, activations, tension_factors })
+    }
+
+    /// Sets the factors of a material's tension at the centers of its elements.
+    fn set_tension_factors<const D: usize>(
+        &self,
+        factors: &mut [f64],
+        mesh: &Mesh,
+        members: &[usize],
+        given: &SpatialFactor,
+        path: &str,
+    ) -> Result<(), InputError> {
+        let factor = self.factor::<D>(Some(given), mesh, 0, path)?;
+        let points = mesh.points::<D>();
+        let mut negative = None;
+        for &element in members {
+            let vertices = mesh.element(element);
+            let weight = 1.0 / vertices.len() as f64;
+            let center = std::array::from_fn(|axis| {
+                vertices.iter().map(|&vertex| weight * points[vertex][axis]).sum()
+            });
+            factors[element] = factor.at(vertices, &vec![weight; vertices.len()], center);
+            if factors[element] < 0.0 {
+                negative = negative.or(Some((factors[element], center)));
+            }
+        }
+        self.finite(factor)?;
+        let Some((value, center)) = negative else {
+            return Ok(());
+        };
+        let error = InputError::new(format!("the factor of the tension at {center:?} is negative"));
+        let error = error.found(value).allowed("0 or more at the centers of the elements");
+        Err(self.wrong(&format!("{path}.spatial_factor"), error))
     }
 
     /// Returns the Prony terms and springpots of the materials, each with its elements.

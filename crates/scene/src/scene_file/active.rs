@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::feedback::rest_amplitude;
 use super::function::Function;
 use super::number::one;
+use super::solid::SpatialFactor;
 
 /// Adds `S = T g(λ) h(λ̇) f0⊗f0` to the stress of the law, with tension T and fiber stretch λ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -17,6 +18,8 @@ pub struct Active {
     /// Stress measure of T.
     #[serde(default)]
     pub stress: Stress,
+    /// Factor of a `given` tension at each place, at least 0; each element has the value at its center [default: 1].
+    pub spatial_factor: Option<SpatialFactor>,
     /// Force–length factor g(λ) [default: 1].
     pub force_length: Option<ForceLength>,
     /// Force–velocity factor h(λ̇) [default: 1].

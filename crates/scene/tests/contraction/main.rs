@@ -297,3 +297,62 @@ fn a_motion_starts_without_tension() {
     assert!(error.to_string().contains("tension"), "{error}");
     assert!(!out.exists());
 }
+
+/// A block whose tension is given by `active` in the material and its copy.
+fn contracted(materials: &str) -> [f64; 3] {
+    let text = format!(
+        r#"
+analysis = "static"
+[mesh]
+type = "box"
+size = [0.1, 0.02, 0.02]
+cells = [4, 1, 1]
+[[group]]
+name = "distal"
+members = "elements"
+type = "half-space"
+point = [0.05, 0.0, 0.0]
+normal = [1.0, 0.0, 0.0]
+[solid]
+bulk_modulus = 1e6
+{materials}
+[[fixed]]
+group = "left"
+[[probe]]
+name = "tip"
+type = "point"
+at = [0.1, 0.02, 0.02]
+quantities = ["u"]
+"#
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let scene = build(&text);
+    let run = compute(&scene, &RunOptions::into_folder(folder.path().join("out"))).unwrap();
+    assert_eq!(run.document["outcome"], "finished");
+    let table = std::fs::read_to_string(folder.path().join("out/tip.csv")).unwrap();
+    let last = table.lines().last().unwrap();
+    let values: Vec<f64> = last.split(',').map(|value| value.parse().unwrap()).collect();
+    values[values.len() - 3..].try_into().unwrap()
+}
+
+/// A tension with a factor of 1 or 3, depending on x, equals the product. Pressures may jump between materials, so both
+/// bodies have the same materials.
+#[test]
+fn a_spatial_factor_scales_the_tension_of_each_element() {
+    let material = |group: &str, tension: f64, factor: &str| {
+        format!(
+            "[[material]]\n{group}\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 2e4\nfiber = [1.0, 0.0, 0.0]\n\
+             active = {{ type = \"given\", tension = {tension:?}{factor} }}\n"
+        )
+    };
+    let factor = ", spatial_factor = \"1 + 2*floor(x/0.05)\"";
+    let both = |tension: f64, factor: &str| {
+        [material("", 1e3, factor), material("group = \"distal\"", tension, factor)].concat()
+    };
+    let [one, two] = [both(1e3, factor), both(3e3, "")].map(|materials| contracted(&materials));
+    assert!(two[0] < -1e-4, "{two:?}");
+    for (one, two) in one.iter().zip(two) {
+        // Newton's method ends at corrections of 1e-10 of the displacement or less.
+        assert!((one - two).abs() < 1e-9 * two.abs(), "{one} {two}");
+    }
+}

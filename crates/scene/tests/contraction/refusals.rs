@@ -30,6 +30,12 @@ fn invalid_contractions_are_rejected_with_their_key() {
             "contractility = -2e4",
             ["contractility` is out of range", "at least 0"],
         ),
+        (
+            "contractility = 2e4",
+            "spatial_factor = \"x\", contractility = 2e4",
+            ["spatial_factor", "only a given tension can have a spatial factor"],
+        ),
+        ("stress = \"nominal\"", "spatial_factor = \"x - 1\"", ["spatial_factor", "is negative"]),
         ("diastole = 0.3", "diastole = -0.3", ["diastole", "after systole"]),
         (
             bestel,
@@ -112,4 +118,18 @@ fn a_table_that_pushes_for_a_moment_is_refused() {
     let error = Scene::build("scene.toml", &text, &[], folder.path()).unwrap_err();
     let message = error.to_string();
     assert!(message.contains("tension") && message.contains("t = 0.01001"), "{message}");
+}
+
+/// The terms of a twitch cancel at its end except for rounding, which must not count as a negative tension.
+#[test]
+fn a_twitch_of_two_steps_is_accepted() {
+    let given = "{ type = \"step\", value = 8e3, rise = 0.05 }";
+    for value in [1e4, 2e4, 6e4, 1e5 / 3.0] {
+        let twitch = format!(
+            "{{ type = \"sum\", of = [{{ type = \"step\", value = {value:?}, rise = 0.003 }}, \
+             {{ type = \"step\", value = {:?}, start = 0.004, rise = 0.006 }}] }}",
+            -value
+        );
+        assert_eq!(refusal(given, &twitch), "accepted");
+    }
 }
