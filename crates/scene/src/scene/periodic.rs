@@ -91,6 +91,9 @@ impl Builder<'_> {
         let mut first = None;
         for start in starts {
             match change_from(start) {
+                None if signals.iter().all(|(_, signal)| is_constant(signal, start, frequency)) => {
+                    return Err(self.no_periodic_load());
+                }
                 None => return Ok([frequency, start]),
                 Some(change) => first = first.or(Some(change)),
             }
@@ -107,6 +110,15 @@ impl Builder<'_> {
         Err(self.wrong(path, error))
     }
 
+    fn no_periodic_load(&self) -> InputError {
+        let error = InputError::new("no load or displacement is periodic");
+        let error = error.next(
+            "use a sine for one of them, for example y = { type = \"sine\", amplitude = 100.0, \
+             frequency = 8.0 } in a [[traction]]",
+        );
+        self.wrong("analysis", error)
+    }
+
     /// Returns the frequency that all periodic loads have, Hz.
     fn only_frequency(&self, signals: &[(String, &Signal)]) -> Result<f64, InputError> {
         let frequencies = signals.iter().filter_map(|(_, signal)| signal.frequency());
@@ -115,14 +127,7 @@ impl Builder<'_> {
         frequencies.dedup();
         match frequencies[..] {
             [frequency] => Ok(frequency),
-            [] => {
-                let error = InputError::new("no load or displacement is periodic");
-                let error = error.next(
-                    "use a sine for one of them, for example y = { type = \"sine\", amplitude = 100.0, \
-                     frequency = 8.0 } in a [[traction]]",
-                );
-                Err(self.wrong("analysis", error))
-            }
+            [] => Err(self.no_periodic_load()),
             _ => {
                 let frequencies: Vec<String> = frequencies.iter().map(f64::to_string).collect();
                 let error = InputError::new("the loads have several frequencies")
@@ -134,6 +139,15 @@ impl Builder<'_> {
             }
         }
     }
+}
+
+/// Returns whether a function has the same value throughout a period.
+fn is_constant(signal: &Signal, start: f64, frequency: f64) -> bool {
+    let time = |i: u32| start + (f64::from(i) + 0.5) / f64::from(TIMES) / frequency;
+    let values = || (0..TIMES).map(|i| signal.at(time(i)).value);
+    let largest = values().map(f64::abs).fold(0.0, f64::max);
+    let first = signal.at(time(0)).value;
+    values().all(|value| (value - first).abs() <= CHANGE * largest)
 }
 
 /// Returns the functions of time of the loads and motions with their paths in the scene.

@@ -177,6 +177,7 @@ fn scenes_without_a_period_are_refused_where_the_reason_is() {
     let constant = text.replace("{ type = \"sine\", amplitude = 1.0, frequency = 20.0 }", "1.0");
     for (text, set) in [
         (&constant, "periodic.samples=8"),
+        (&constant, "periodic.frequency=20"),
         (&text, "periodic.frequency=0"),
         (&text, "periodic.samples=4"),
     ] {
