@@ -21,6 +21,10 @@ const SOFTEST: f64 = 50.0;
 /// to 1; a material with a ratio above 5 would flow.
 const MOST_LOSS: f64 = 5.0;
 
+/// Maximum jump of the fiber stiffness at the stretch 1, relative to the shear modulus, at which Newton's method converges
+/// in a few iterations if the fibers are nearly unloaded.
+const LARGEST_JUMP: f64 = 100.0;
+
 pub(super) struct Part {
     pub(super) law: Law,
     pub(super) density: f64,
@@ -36,11 +40,12 @@ pub(super) struct Part {
 /// Condition on the scene under which a check is performed, and the check of each material.
 pub(super) type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Unusual>);
 
-pub(super) const CHECKS: [Check; 4] = [
+pub(super) const CHECKS: [Check; 5] = [
     (|_| true, volume),
     (|_| true, softness),
     (has_mass, mass),
     (|file| file.analysis == Analysis::Dynamic, damping),
+    (|file| file.material.len() > 1, kink),
 ];
 
 impl Part {
@@ -126,5 +131,24 @@ fn damping(part: &Part) -> Option<Unusual> {
             readable(frequency)
         );
         (problem, "use a smaller rayleigh_stiffness, in s: in tissue the viscous stress is 0.05 to 1 times the elastic stress")
+    })
+}
+
+/// Checks the jump of the fiber stiffness where fibers begin to stretch.
+fn kink(part: &Part) -> Option<Unusual> {
+    let Law::TransverseMooneyRivlin { c10, c01, c3, c4, .. } = part.law else {
+        return None;
+    };
+    let jump = c3 * c4;
+    (jump > LARGEST_JUMP * 2.0 * (c10 + c01)).then(|| {
+        let problem = format!(
+            "fibers without stiffness in compression, and {jump:.1e} Pa in tension: beside a softer material, Newton's method \
+             may fail where they are nearly unloaded"
+        );
+        (
+            problem,
+            "if it fails, use holzapfel-ogden with a_f = c3 c4/2, b = b_f = 0.01, a_s = a_fs = 0 and k = 1e-6, whose fibers \
+             have one stiffness in tension and compression",
+        )
     })
 }
