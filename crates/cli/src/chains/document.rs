@@ -24,7 +24,7 @@ pub fn chain_document(run: &ChainRun) -> Value {
 }
 
 fn chain(scene: &Scene) -> Value {
-    let chain = &scene.file.chain[0];
+    let chain = &scene.file().chain[0];
     json!({
         "oscillators": chain.oscillators,
         "frequency_spread": chain.frequency_spread,
@@ -43,11 +43,11 @@ fn chain(scene: &Scene) -> Value {
 /// Describes the body and its load, and whether the body moved together with the chain or its motion was recorded
 /// before.
 fn body(scene: &Scene) -> Value {
-    let chain = &scene.file.chain[0];
-    match (&scene.body, &scene.file.rod) {
+    let chain = &scene.file().chain[0];
+    match (&scene.body, &scene.file().rod) {
         (Some(Body { muscle, .. }), _) => json!({
             "body": "muscle",
-            "kappa": scene.file.solid.as_ref().map(|solid| &solid.bulk_modulus),
+            "kappa": scene.file().solid.as_ref().map(|solid| &solid.bulk_modulus),
             "beta": muscle.parameters.beta,
             "point": chain.at,
             "component": chain.component,
@@ -64,7 +64,7 @@ fn body(scene: &Scene) -> Value {
 }
 
 fn with_a_muscle(run: &ChainRun, body: &Body) -> Value {
-    let of_chain = &run.scene.file.integrator.oscillators;
+    let of_chain = &run.scene.file().integrator.oscillators;
     let mut document = statistics::of_body(&run.statistics, &body.settings, body.formulation);
     document["atol"]["chain"] = json!(of_chain.atol);
     let blocks = body.formulation.rows().iter();
@@ -76,7 +76,7 @@ fn with_a_muscle(run: &ChainRun, body: &Body) -> Value {
 
 /// Returns the document of a run whose states belong only to a rod and to oscillators.
 fn of_states(run: &ChainRun) -> Value {
-    let wanted = &run.scene.file.integrator;
+    let wanted = &run.scene.file().integrator;
     let integrator = wanted.method;
     let blocks: &[&str] = if run.has_body { &["rod", "chain"] } else { &["chain"] };
     let each = |value: f64| blocks.iter().map(|block| (*block, value)).collect::<BTreeMap<_, _>>();

@@ -120,7 +120,7 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
         return Err(InputError::new("the scene has no body").into());
     };
     let mesh = body.muscle.solid.space().mesh().clone();
-    let file = &scene.file;
+    let file = scene.file();
     let held = file.fixed.iter();
     let held = held.map(|fixed| (&fixed.group, fixed.components.is_none()));
     let moved = file.prescribed_displacement.iter().map(|moved| {

@@ -69,7 +69,7 @@ pub struct RunArgs {
 
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     let mut scene = load(&args.scene, &args.set)?;
-    let file = &scene.file;
+    let file = scene.file();
     if file.analysis == Analysis::Static && file.solid.is_some() && file.fields.is_none() {
         output::note("no fields for pictures and movies: `--set fields.interval=1` writes them");
     }
@@ -116,7 +116,7 @@ impl Request<'_> {
                 out: self.out.to_owned(),
                 existing: self.existing,
                 // Modes have no partial results.
-                interrupt: (scene.file.analysis != Analysis::Modes).then(interrupt::flag),
+                interrupt: (scene.file().analysis != Analysis::Modes).then(interrupt::flag),
                 progress: &progress,
                 neighbor: None,
                 verify: self.verify,
@@ -146,7 +146,7 @@ impl Request<'_> {
 
 /// Returns the inexpensive warnings of `check`.
 fn warnings(scene: &Scene) -> Vec<Finding> {
-    let mut findings = match (&scene.body, scene.file.analysis) {
+    let mut findings = match (&scene.body, scene.file().analysis) {
         (Some(body), Analysis::Dynamic) => {
             check::warnings(&body.muscle, body.formulation, &body.settings)
         }

@@ -113,7 +113,7 @@ pub(super) fn of_run(folder: &Path, scene: &Scene, body: &Body) -> Result<BodyDa
         }
     }
     let loads = loads(folder);
-    let label = |&i: &usize| match (scene.file.analysis, loads.get(i)) {
+    let label = |&i: &usize| match (scene.file().analysis, loads.get(i)) {
         (_, Some(load)) => format!("load factor {load}"),
         (Analysis::Static, None) => String::new(),
         _ => format!("t = {} s", files[i].0),
@@ -252,7 +252,7 @@ fn document(
         }
     }
     let regions: Vec<u8> = surface.points.iter().map(|&point| regions[point]).collect();
-    let materials = scene.file.material.iter().enumerate();
+    let materials = scene.file().material.iter().enumerate();
     let materials = materials.map(|(i, material)| {
         let name = material.group.as_deref().unwrap_or("everywhere");
         json!({ "name": plain(name), "color": Color::of_material(i).to_string() })

@@ -43,7 +43,7 @@ pub fn write_case(folder: &Path, scene: &Scene, result: &RunResult) -> Result<()
 }
 
 fn save(folder: &Path, scene: &Scene, result: &RunResult, mut data: PageData) -> Result<(), Error> {
-    let title = match scene.file.title.as_str() {
+    let title = match scene.file().title.as_str() {
         "" => "A run without a title",
         title => title,
     };

@@ -20,7 +20,7 @@ pub(super) fn outlines(scene: &Scene, space: &Space) -> Vec<Vec<Place>> {
     let [low, high] = bounds(mesh.coordinates(), mesh.dimension()).map(|corner| place(&corner));
     let center = [0, 1, 2].map(|i| 0.5 * (low[i] + high[i]));
     let size = length(minus(high, low));
-    let contacts = scene.file.contact.iter();
+    let contacts = scene.file().contact.iter();
     let outlines = contacts.flat_map(|contact| match &contact.obstacle {
         Obstacle::Plane { point, normal } => {
             let normal = unit(normal);

@@ -30,10 +30,10 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
             parts.push("contracting".to_owned());
         }
     }
-    if let Some(rod) = &scene.file.rod {
+    if let Some(rod) = &scene.file().rod {
         parts.push(format!("a rod of {} elements", rod.elements));
     }
-    let oscillators: usize = scene.file.chain.iter().map(|chain| chain.oscillators).sum();
+    let oscillators: usize = scene.file().chain.iter().map(|chain| chain.oscillators).sum();
     if oscillators > 0 {
         parts.push(format!("{oscillators} oscillators"));
     }
@@ -56,7 +56,7 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
         let index = &document["index"];
         text += &format!(" Formulation {formulation}, index {index}.");
     }
-    let integrator = &scene.file.integrator;
+    let integrator = &scene.file().integrator;
     text += &format!(
         " {} at rtol = {:e}, from 0 to {} s.",
         method(integrator.method),

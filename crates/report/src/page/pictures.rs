@@ -52,7 +52,7 @@ pub(super) fn body(
 /// Returns the fixed, moved, loaded and pressurized groups, and groups in contact. For tractions, also indicates which
 /// components are given.
 fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
-    let file = &scene.file;
+    let file = scene.file();
     let held = file.fixed.iter().map(|fixed| (&*fixed.group, None));
     let moved = file.prescribed_displacement.iter();
     let moved = moved.map(|moving| (&*moving.group, None));
@@ -115,7 +115,7 @@ fn displacement(folder: &Path, scene: &Scene, body: &Body) -> Result<Vec<String>
             ]
         }
     };
-    let when = match scene.file.analysis {
+    let when = match scene.file().analysis {
         Analysis::Static => String::new(),
         _ => format!(" at t = {t} s"),
     };
@@ -136,7 +136,7 @@ fn plane(scene: &Scene, body: &Body) -> String {
         let edges = nodes.filter_map(|nodes| nodes.try_into().ok()).collect();
         Some(EdgeGroup { name: name.to_owned(), edges, color: Color::of_series(i), arrows })
     });
-    let regions = scene.file.material.iter().enumerate();
+    let regions = scene.file().material.iter().enumerate();
     let regions = regions.filter_map(|(i, material)| {
         let name = material.group.as_ref()?;
         match space.mesh().group_of_dimension(name, 2) {
@@ -188,7 +188,7 @@ fn listed(table: &serde_json::Map<String, Value>, others: &[&str]) -> String {
 
 /// Returns the table of contacts, springs and point forces, if there are any.
 fn contacts_and_points(scene: &Scene) -> String {
-    let file = &scene.file;
+    let file = scene.file();
     let all = [
         ("contact", serde_json::to_value(&file.contact)),
         ("spring", serde_json::to_value(&file.spring)),

@@ -170,7 +170,7 @@ pub(super) fn section(
     document: &Value,
     data: &mut PageData,
 ) -> Result<String, Error> {
-    let probes = scene.file.probe.iter();
+    let probes = scene.file().probe.iter();
     let records = probes.map(|probe| Record::read(folder, &probe.name));
     let records = records.collect::<Result<Vec<Record>, Error>>()?;
     if records.is_empty() {

@@ -67,10 +67,12 @@ pub(crate) use start::Start;
 pub(crate) use supports::{NAMES, index as axis_index};
 
 /// Validated scene that can be computed.
+///
+/// To change a value of the file, load the scene again with an override.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// Scene as written, with defaults filled in.
-    pub file: SceneFile,
+    pub(crate) file: SceneFile,
     source: Source,
     /// Overrides of values in the text, each as `key=value`.
     overrides: Vec<String>,
@@ -161,6 +163,11 @@ fn text_of(path: &Path) -> io::Result<String> {
 }
 
 impl Scene {
+    /// Returns the scene as written, with defaults filled in.
+    pub fn file(&self) -> &SceneFile {
+        &self.file
+    }
+
     /// Returns whether the scene's analysis is a harmonic response.
     pub(crate) fn is_response(&self) -> bool {
         self.file.analysis == Analysis::Response

@@ -22,7 +22,7 @@ const ROUNDING_OF_RATES: f64 = 1e-7;
 /// sensitivities solved to rounding errors. All parameters are factors of a stress.
 fn by_forward(it: &Parameterized) -> Vec<Vec<f64>> {
     let wanted = outputs(&it.scene).unwrap();
-    let (every, t_end) = (it.scene.file.probe[0].interval, it.scene.t_end);
+    let (every, t_end) = (it.scene.file().probe[0].interval, it.scene.t_end);
     let n = (t_end / every).round() as usize;
     let times: Vec<f64> = (0..=n).map(|k| (k as f64 * every).min(t_end)).collect();
     let dependences = (it.dependences(&it.values()).unwrap(), Precision::Fraction(1e-9));

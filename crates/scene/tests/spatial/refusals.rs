@@ -156,7 +156,7 @@ fn missing_and_invalid_fiber_directions_are_rejected() {
     assert_eq!(refusal(LAW, &step), "accepted");
     let text = BLOCK.replace(LAW, &step);
     let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
-    let echo = serde_json::to_value(&scene.file).unwrap();
+    let echo = serde_json::to_value(scene.file()).unwrap();
     assert_eq!(echo["material"][0]["k"], "inf");
 }
 

@@ -47,7 +47,7 @@ impl Cost {
             }
         };
         let steps = counted(*steps, "step");
-        let unless = match scene.file.stop.is_empty() {
+        let unless = match scene.file().stop.is_empty() {
             true => "",
             false => ", unless a [[stop]] ends it earlier",
         };

@@ -94,7 +94,7 @@ pub(super) fn document(scene: &Scene, body: &Body, report: &Report, cost: &Cost)
         json!({
             "name": chain.name,
             "unknowns": chain.n_unknowns(),
-            "excluded": !scene.file.integrator.oscillators.in_error_test,
+            "excluded": !scene.file().integrator.oscillators.in_error_test,
         })
     });
     let of_body: usize = report.unknowns.iter().map(|(_, number)| number).sum();

@@ -77,7 +77,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     let unusual = scene.unusual();
     let (mut equilibrium, mut quasi_static, mut modes, mut response) = (None, None, None, None);
     let mut periodic = None;
-    let (text, body) = match (scene.file.analysis, &scene.body) {
+    let (text, body) = match (scene.file().analysis, &scene.body) {
         (Analysis::Static, Some(body)) => {
             let mut report = check::check_static(&body.muscle, body.formulation, scene.t_end)?;
             report.findings.extend(unusual);
@@ -162,7 +162,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
         rows.push((in_words(*field).to_owned(), *number, index, tested));
     }
     for chain in &scene.chains {
-        let tested = match scene.file.integrator.oscillators.in_error_test {
+        let tested = match scene.file().integrator.oscillators.in_error_test {
             true => "in",
             false => "excluded",
         };
@@ -181,9 +181,9 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     );
     for line in [size_of(scene, body)]
         .into_iter()
-        .chain(added(&scene.file))
+        .chain(added(scene.file()))
         .chain(lines(body, report))
-        .chain(preload(&scene.file))
+        .chain(preload(scene.file()))
         .chain([cost.line(scene)])
         .chain(writes::lines(scene))
     {
@@ -365,7 +365,7 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
 /// Formats extents, volume, mass and mesh of the body, and the sizes of the groups that the scene selects.
 fn size_of(scene: &Scene, body: &Body) -> String {
     let space = body.muscle.solid.space();
-    let areas = scene.file.group.iter().filter_map(|group| {
+    let areas = scene.file().group.iter().filter_map(|group| {
         let facets = space.mesh().facets(&group.name).ok()?;
         let area: f64 = space.quadrature(&group.name).ok()?.iter().map(|(_, weight)| weight).sum();
         let unit = if space.dimension() == 2 { "m" } else { "m²" };

@@ -22,7 +22,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &QuasiStaticReport, cost:
     let has_pressure = body.formulation.has(Field::Pressure);
     let lines = [size_of(scene, body)]
         .into_iter()
-        .chain(added(&scene.file))
+        .chain(added(scene.file()))
         .chain(has_pressure.then(|| held(report.held)))
         .chain(report.factors.map(memory))
         .chain([cost.line(scene)])

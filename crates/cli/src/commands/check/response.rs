@@ -43,7 +43,7 @@ const STATIC: [&str; 5] = ["x", "y", "z", "rotation", "value"];
 /// Solves for one frequency about rest, which costs as much as each frequency about a preload, and
 /// returns text and JSON.
 pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, ResponseJson)> {
-    let Some(wanted) = &scene.file.response else {
+    let Some(wanted) = &scene.file().response else {
         return Err(InputError::new("the scene has no table [response]").into());
     };
     let (frequencies, largest) = match wanted.frequencies.grid().map_err(InputError::new)? {
@@ -63,10 +63,10 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
         unknowns: response.n_unknowns(),
         seconds_per_frequency: seconds,
         seconds: seconds * frequencies.unwrap_or(MAX_FREQUENCIES) as f64,
-        harmonic: with_keys(&scene.file, &LOADS, &["response"])?,
+        harmonic: with_keys(scene.file(), &LOADS, &["response"])?,
         preload: match wanted.preload_time {
             None => Vec::new(),
-            Some(_) => preload(&scene.file)?,
+            Some(_) => preload(scene.file())?,
         },
         preload_time: wanted.preload_time,
     };

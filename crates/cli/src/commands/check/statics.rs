@@ -16,7 +16,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     let blocks: Vec<String> =
         blocks.map(|(field, number)| format!("{number} of {}", in_words(*field))).collect();
     let mut lines = vec![size_of(scene, body)];
-    lines.extend(added(&scene.file));
+    lines.extend(added(scene.file()));
     let has_pressure = report.unknowns.len() > 1;
     lines.extend(has_pressure.then(|| held(report.held)));
     let moved = report.linear_displacement.filter(|u| *u > 0.0);

@@ -7,7 +7,7 @@ use myovib_scene::scene_file::Analysis;
 
 /// Describes the tables and fields of a run, one line each.
 pub(super) fn lines(scene: &Scene) -> Vec<String> {
-    let file = &scene.file;
+    let file = scene.file();
     let mut lines = Vec::new();
     let probes = file.probe.iter();
     let rows = |every: f64, unit: &str| match (file.analysis, &file.time, &file.loading_path) {

@@ -55,7 +55,7 @@ impl MuscleRun {
         let mut document = statistics::of_body(&self.statistics, &body.settings, body.formulation);
         document["formulation"] = json!(body.formulation.name());
         document["beta"] = json!(body.muscle.parameters.beta);
-        if let Some(solid) = &self.scene.file.solid {
+        if let Some(solid) = &self.scene.file().solid {
             document["kappa"] = json!(solid.bulk_modulus);
         }
         Ok(document)

@@ -155,7 +155,7 @@ fn document(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::Result<V
     };
     // All cases share these settings.
     let scene = &results.first().context("there are no cases")?.run.scene;
-    let chain = &scene.file.chain[0];
+    let chain = &scene.file().chain[0];
     Ok(json!({
         "oscillators": chain.oscillators,
         "generator": chain.generator,
@@ -169,7 +169,7 @@ fn document(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::Result<V
 
 impl Outcome {
     fn chain(&self) -> &Chain {
-        &self.run.scene.file.chain[0]
+        &self.run.scene.file().chain[0]
     }
 
     /// Returns drive frequency, spread, D and γ.
