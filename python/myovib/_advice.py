@@ -59,8 +59,11 @@ class _Facts(NamedTuple):
     # Whether `t_eval` replaces the steps in the results.
     has_outputs: bool
     initial: str
-    t_end: float
+    # Ends of all parts between breaks.
+    ends: list[float]
     pattern: Pattern | None
+    # Index of each variable, if given.
+    indices: list[int] | None
 
 
 # Message of IDAS if all attempts of the first step fail the error test. The group is the size of the last attempt.
@@ -90,7 +93,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     The advice is also added to the message of a solution that ends early. It replaces the remedies of the library there,
     unless it is a guess.
     """
-    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs, initial, t_end, pattern = known
+    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs, initial, ends, pattern, indices = known
     is_bdf = solution.method == "bdf"
     many = is_bdf and solution.nsteps > 1000 and solution.netf > FAILED * solution.nsteps
     if not solution.t.size:
@@ -108,6 +111,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     stopped = STOPPED.match(solution.message)
     stop = float(stopped[1] if stopped else solution.t[-1])
     is_guess = False
+    jumping = None if solution.success else _jumping(residual, solution, rtol, atol, stop)
     if note and not solution.success:
         advice = note
     elif singular and not solution.success:
@@ -116,7 +120,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         advice = START
     elif structure and tested:
         advice = index_note(structure, "bdf", None, suppress)[0]
-    elif not solution.nsteps and (failed := FAILED_AT_START.search(solution.message)):
+    elif not solution.nsteps and (failed := FAILED_AT_START.search(solution.message)) and not jumping:
         # IDAS reduces the size by 4^10 before it stops.
         is_guess = initial == "given"
         advice = (
@@ -142,13 +146,16 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             f"{described}, and Newton's iteration must find them: give them a larger `atol`, give the exact `jacobian`, or use "
             "a Radau method with `index`"
         )
-    elif not solution.success and (jumping := _jumping(residual, solution, rtol, atol, stop)):
+    elif jumping:
         equations, variable = jumping
         advice = f"the equations {listed(equations)} (counted from 0) jump "
-        if variable is None and abs(t_end - stop) < INSTANTS[-1] * np.spacing(max(abs(t_end), span)):
-            advice += f"at the end of the span: also list {t_end} in `breaks`"
+        if variable is None and abs(ends[-1] - stop) < INSTANTS[-1] * np.spacing(max(abs(ends[-1]), span)):
+            advice += f"at the end of the span: also list {ends[-1]} in `breaks`"
         elif variable is None:
             advice += "at this time: list the times at which inputs jump in `breaks`"
+            near = min(ends[1:-1], key=lambda t: abs(t - stop), default=np.inf)
+            if abs(near - stop) < NEAR * span:
+                advice += f", to all digits: the listed time {near} differs by {abs(near - stop):.1e}"
         else:
             advice += (
                 f"near this value of variable {variable}, and F may switch at every step (chattering), as dry friction and "
@@ -176,7 +183,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             f"the equations {kinked} (counted from 0) have a kink near this time, as `max` and `abs` do: replace it by a "
             f"smooth function over {SMOOTH}, or {other}"
         )
-    elif not (solution.success or is_hidden) and (steep := _growing(solution)):
+    elif not solution.success and (steep := _growing(solution, indices)):
         advice = (
             f"the derivatives of the variables {steep} (counted from 0) grow without bound near this time: "
             "the solution may have a pole, a square root or the end of the domain of F there"
@@ -314,9 +321,11 @@ LOOSE = 1e-5
 GROWTH = 1e4
 
 
-def _growing(solution: DaeSolution) -> list[int]:
-    """Return the variables whose derivatives at the end are much larger than before."""
+def _growing(solution: DaeSolution, indices: list[int] | None) -> list[int]:
+    """Return the variables of index 0 and 1 whose derivatives at the end are much larger than before."""
     sizes = np.abs(solution.yp)
+    if indices is not None:
+        sizes[np.array(indices) > 1] = 0.0
     if sizes.shape[1] < 10:
         return []
     before = np.median(sizes[:, : -len(solution.t) // 2], axis=1)
@@ -370,6 +379,8 @@ SMOOTH = "10 to 100 tolerances"
 
 # Distances from the last time, in units of its rounding error, within which to search for jumps.
 INSTANTS = (1e3, 1e4, 1e5, 1e6)
+# Distance of a listed break from a jump, as a fraction of the span, below which it was meant for the jump.
+NEAR = 1e-6
 # Number of bisections that locate a jump.
 BISECTIONS = 20
 # Smallest size of a jump, relative to changes of F within the tolerances.

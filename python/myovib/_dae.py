@@ -41,6 +41,7 @@ from ._parts import (
     _joined,
     _within,
 )
+from ._sensitivity import Sensitivities
 from ._solution import Array, DaeSolution, DenseOutput, Function
 from ._structure import Structure
 
@@ -78,8 +79,7 @@ OTHER_NAMES = {
         ("constraints", "constraints_idx", "constraints_type", "nonnegative", "non_negative"),
         "signs cannot be prescribed here: the `residual` may raise `myovib.StepFailure` at values for which F is undefined",
     ),
-    "sensitivities": "sensitivities are not computed here: add the equations of dy/dp to the `residual`, or use "
-    "differences of runs with tight tolerances",
+    **dict.fromkeys(("p", "sensitivities"), "sensitivities are computed for the values of `parameters` here"),
 }
 
 
@@ -107,6 +107,9 @@ def solve_dae(
     breaks: ArrayLike = (),
     initial: Literal["given", "algebraic", "states"] = "given",
     args: Sequence[Any] = (),
+    parameters: ArrayLike | None = None,
+    df_dp: Callable[..., Any] | None = None,
+    dy0_dp: ArrayLike | None = None,
     **unknown: Any,
 ) -> DaeSolution:
     """Integrate F(t, y, y') = 0.
@@ -196,6 +199,19 @@ def solve_dae(
     args : sequence, optional
         Additional arguments of `residual`, `jacobian` and `events`, after
         ``t, y, yp``.
+    parameters : array_like, shape (k,), optional
+        Values of parameters p, for which the derivatives dy/dp are computed. All
+        functions then have the additional argument p, an array, after ``t, y, yp``.
+        The steps of Radau methods remain the same; "bdf" (index 0 and 1) also tests the
+        error of dy/dp. Derivatives of variables of index 2 and 3 are less accurate than
+        the variables.
+    df_dp : callable, optional
+        ``df_dp(t, y, yp, p)`` returns dF/dp, shape (n, k). By default central
+        differences are used.
+    dy0_dp : array_like, shape (n, k), optional
+        Derivatives of `y0` with respect to the parameters; zero by default. At index 0
+        and 1, rows of algebraic variables are computed if n is at most 200, or `sparsity`
+        is given.
 
     Returns
     -------
@@ -278,6 +294,17 @@ def solve_dae(
         )
     if not isinstance(args, Sequence) or isinstance(args, str):
         raise ValueError(f"args = {args!r}: must be a tuple, as in args=({args!r},)")
+    sensitivities = None
+    if parameters is not None:
+        if initial != "given":
+            raise ValueError(
+                f'initial = "{initial}" is not possible with `parameters`: first correct the values in an integration without '
+                "`parameters` and with max_steps=1, and give its y[:, 0] and yp[:, 0] as y0 and yp0"
+            )
+        sensitivities = Sensitivities(parameters, (residual, df_dp), args, dy0_dp, n)
+        args = (sensitivities.parameters, *args)
+    elif df_dp is not None or dy0_dp is not None:
+        raise ValueError("df_dp and dy0_dp need `parameters`")
     residual = _with(residual, args, "residual")
     jacobian = None if jacobian is None else _with(jacobian, args, "jacobian")
     ends = _ends_of_parts(breaks, t0, t_end)
@@ -305,6 +332,7 @@ def solve_dae(
         "has_default_limit": max_steps is None,
         "dense": bool(dense_output),
         "initial": initial,
+        "parameters": [] if sensitivities is None else sensitivities.parameters.tolist(),
     }
     outputs = _output_times(t_eval, t0, t_end)
     notes: list[str] = []
@@ -370,7 +398,7 @@ def solve_dae(
     request["has_free_rates"] = structure is None or structure.has_free_rates()
     try:
         found, last_limits = _integrate_parts(
-            request, ends, (residual, matrices, watched), (start, rates), outputs, positions
+            request, ends, (residual, matrices, watched, sensitivities), (start, rates), outputs, positions
         )
     except _Failed as failed:
         is_violated = "not consistent" in str(failed) and constraints is not None and constraints.are_violated
@@ -380,15 +408,26 @@ def solve_dae(
             explained = _explain(initial, residual, first_limits[0], start, rates, tolerance, pattern)
         raise RuntimeError(f"{failed}{explained}") from None
     of_functions = found.pop("warnings")
-    solution = _solution(found, n, len(watched.functions), family)
+    solution = _solution(found, n, len(watched.functions), len(request["parameters"]), family)
     # Before the first output time, only the initial state is known.
     last = solution
     if not (solution.t.size or solution.success):
         last = replace(solution, t=np.array([t0]), y=start[:, None], yp=rates[:, None])
     has_wrong_velocities = constraints is not None and bool(constraints.changing)
     has_outputs = outputs is not None
+    times = [end.t for end in ends]
     known = _Facts(
-        excluded, is_hidden, has_wrong_velocities, jacobian is not None, note, abs(t_end - t0), has_outputs, initial, t_end, pattern
+        excluded,
+        is_hidden,
+        has_wrong_velocities,
+        jacobian is not None,
+        note,
+        abs(t_end - t0),
+        has_outputs,
+        initial,
+        times,
+        pattern,
+        indices,
     )
     wrong = next((text for subject, text in of_functions if subject == "jacobian"), None)
     if pattern is not None and jacobian is None and not solution.success:
@@ -473,7 +512,7 @@ class _Failed(Exception):
 def _integrate_parts(
     request: dict[str, Any],
     ends: list[_End],
-    functions: tuple[Function, _Jacobian | None, _Events],
+    functions: tuple[Function, _Jacobian | None, _Events, Sensitivities | None],
     start: tuple[Array, Array],
     outputs: list[float] | None,
     positions: NDArray[np.bool_] | None = None,
@@ -484,8 +523,9 @@ def _integrate_parts(
     reported. Returns the joined results, and the first and the last time at which the functions may be evaluated in the
     last part.
     """
-    residual, matrices, watched = functions
+    residual, matrices, watched, sensitivities = functions
     y, yp = start
+    dy_dp = sensitivities.start if sensitivities else None
     n = len(y)
     is_hidden = max(request["index"] or [0]) > 1
     found: dict[str, Any] = {}
@@ -515,10 +555,14 @@ def _integrate_parts(
         if watched.functions:
             events = _within(watched.values, part_limits, origin)
             events = _in_bytes(events, len(watched.functions), "events")
+        of_parameters: dict[str, Any] = {"df_dp": None, "dy0_dp": []}
+        if sensitivities and dy_dp is not None:
+            of_parameters = sensitivities.request(dy_dp, (part_limits, origin), (y, yp), request)
         try:
             solved = _native.solve(
                 {
                     **request,
+                    **of_parameters,
                     "residual": _in_bytes(_within(residual, part_limits, origin), n),
                     "jacobian": None if matrices is None else _within(matrices, part_limits, origin),
                     "events": events,
@@ -547,12 +591,14 @@ def _integrate_parts(
         limits = part_limits
         if not is_first and is_hidden and outputs is None:
             # At the start of this part, the multipliers still have their values from before the break.
-            _cut(solved, n, slice(1, None))
+            _cut(solved, slice(1, None))
         if solved["status"] == 0 and not is_last:
             y, yp = (np.frombuffer(solved[name])[-n:] for name in ("y", "yp"))
+            if dy_dp is not None:
+                dy_dp = np.frombuffer(solved["dy_dp"])[-dy_dp.size :].reshape(dy_dp.shape[::-1]).T
             before = watched.values(part_limits[1], y, yp) if watched.functions else None
             if due is not None:
-                _cut(solved, n, slice(-1))
+                _cut(solved, slice(-1))
         found = _joined(found, solved) if found else solved
         if found["status"] != 0:
             break
@@ -725,7 +771,7 @@ def _with_kinematic_rates(residual: Callable[[Array], Array], yp: Array, positio
     return found if is_solved[kinematic].all() else yp
 
 
-def _solution(found: dict[str, Any], n: int, n_events: int, method: str) -> DaeSolution:
+def _solution(found: dict[str, Any], n: int, n_events: int, n_parameters: int, method: str) -> DaeSolution:
     sol = None
     samples, nodes, ends = (np.frombuffer(found.pop(k)) for k in ("samples", "nodes", "segments"))
     ends = ends.reshape(-1, 2)
@@ -739,6 +785,17 @@ def _solution(found: dict[str, Any], n: int, n_events: int, method: str) -> DaeS
         y_events = [np.array([np.frombuffer(c[2]) for c in event]).reshape(-1, n) for event in of]
     t, y, yp = (np.frombuffer(found.pop(name)) for name in ("t", "y", "yp"))
     y, yp = (rows.reshape(-1, n).T for rows in (y, yp))
+    dy_dp = np.frombuffer(found.pop("dy_dp"))
+    if n_parameters:
+        dy_dp = dy_dp.reshape(-1, n_parameters, n).T
     return DaeSolution(
-        t=t, y=y, yp=yp, sol=sol, t_events=t_events, y_events=y_events, method=method, **found
+        t=t,
+        y=y,
+        yp=yp,
+        sol=sol,
+        t_events=t_events,
+        y_events=y_events,
+        method=method,
+        dy_dp=dy_dp if n_parameters else None,
+        **found,
     )

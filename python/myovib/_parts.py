@@ -100,10 +100,11 @@ def _counted_from(origin: float, message: str) -> str:
     return f"with times counted from t = {origin}: {message}"
 
 
-def _cut(found: dict[str, Any], n: int, rows: slice) -> None:
+def _cut(found: dict[str, Any], rows: slice) -> None:
     """Keep these rows of the results."""
-    for name, width in (("t", 1), ("y", n), ("yp", n)):
-        found[name] = np.frombuffer(found[name]).reshape(-1, width)[rows].tobytes()
+    n_times = np.frombuffer(found["t"]).size
+    for name in ("t", "y", "yp", "dy_dp") if n_times else ():
+        found[name] = np.frombuffer(found[name]).reshape(n_times, -1)[rows].tobytes()
 
 
 def _joined(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:

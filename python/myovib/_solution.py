@@ -87,13 +87,16 @@ class DaeSolution:
     t : ndarray, shape (m,)
         Times: the ends of the steps, or `t_eval`.
     y, yp : ndarray, shape (n, m)
-        Solution and its derivative at these times.
+        Solution and its derivative at these times. At index 2 and 3, `yp` is less
+        accurate than `y`: compute accelerations from y and F.
     sol : DenseOutput or None
         Solution as a function of time, if `dense_output` is set and a step was taken.
     t_events : list of ndarray or None
         Times of each event.
     y_events : list of ndarray or None
         Solutions at these times, one per row.
+    dy_dp : ndarray, shape (n, parameters, m), or None
+        Derivatives of `y` with respect to `parameters`.
     nfev, njev, nlu : int
         Evaluations of the residual (including finite differences) and of the
         Jacobian; setups of the linear solver.
@@ -125,6 +128,7 @@ class DaeSolution:
     status: int
     message: str
     method: str = field(default="bdf")
+    dy_dp: Array | None = None
 
     def __repr__(self) -> str:
         return (

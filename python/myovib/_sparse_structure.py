@@ -101,6 +101,10 @@ class SparseStructure(Structure):
         is_algebraic = self.algebraic.astype(float)
         return (self.df_dy @ sparse.diags(is_algebraic) + self.df_dyp @ sparse.diags(1.0 - is_algebraic)).tocsc()
 
+    @staticmethod
+    def _solve(matrix: Any, right: Array) -> Array:
+        return np.asarray(splu(matrix).solve(right))
+
     def _inverse_sizes(self, c: float) -> Array | None:
         matrix = (self.df_dy + c * self.df_dyp).tocsc()
         scales = _scales(matrix, lambda sizes, groups, n: _largest(sizes, groups, n) ** 0.5, 5)

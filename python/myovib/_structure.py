@@ -257,6 +257,15 @@ class Structure:
         """Return the columns of dF/dy for algebraic and of dF/dy' for differential variables."""
         return np.where(self.algebraic, self.df_dy, self.df_dyp)
 
+    def solve(self, right: Array) -> Array | None:
+        """Solve F = 0, linearized, for the derivatives and the algebraic variables; None if it does not determine them."""
+        matrix = self._combined()
+        return None if self._null(matrix).any() else self._solve(matrix, right)
+
+    @staticmethod
+    def _solve(matrix: Array, right: Array) -> Array:
+        return np.asarray(np.linalg.solve(matrix, right))
+
     def _inverse_sizes(self, c: float) -> Array | None:
         """Return the largest entry in each row of the inverse of dF/dy + c dF/dy', or None if it is inaccurate."""
         inverse = self.inverse(c)

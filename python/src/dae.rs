@@ -2,22 +2,24 @@
 
 mod checks;
 mod result;
+mod sensitivities;
 mod stepping;
 
 use std::sync::{Arc, PoisonError};
 
 use myovib_dae::{Direction, Suppressed, Tolerances, Unsatisfied, VariableKind};
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::{ForwardSensitivities, RadauOptions, RadauSolver};
 use nalgebra_sparse::pattern::SparsityPattern;
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sundials_wrap::{IdaOptions, IdaSolver};
+use sundials_wrap::{IdaOptions, IdaSolver, SensitivityOptions};
 
 use crate::error::of_argument;
 use crate::problem::{PythonDae, Raised, events};
 use checks::{check_matrices, expect_room};
 use result::{Record, in_python, result};
+use sensitivities::{IdaSensitivities, NoSensitivities, PythonParameters};
 use stepping::integrate;
 
 /// Arguments of an integration, validated in Python. The callbacks exchange arrays as bytes,
@@ -66,6 +68,12 @@ pub(crate) struct Request {
     may_have_higher_index: bool,
     /// Whether to store the polynomials of the steps.
     dense: bool,
+    /// Values of the parameters of the sensitivities; empty without sensitivities.
+    parameters: Vec<f64>,
+    /// Function that returns ∂F/∂p, row by row.
+    df_dp: Option<Py<PyAny>>,
+    /// ∂y/∂p and its derivative with respect to time at the start of the span, for each parameter.
+    dy0_dp: Vec<[Vec<f64>; 2]>,
     /// Function that receives a warning before the first step.
     on_warning: Py<PyAny>,
 }
@@ -171,9 +179,17 @@ fn solve_with(
             if !directions.is_empty() {
                 builder = builder.roots(directions, events);
             }
+            let n_parameters = request.parameters.len();
+            if n_parameters > 0 {
+                let (parameters, starts) =
+                    (PythonParameters::new(&request.parameters), request.dy0_dp.clone());
+                builder = builder.sensitivities(parameters, SensitivityOptions::default(), starts);
+            }
             let mut solver = builder.build(t0, y0, y_dot0).map_err(Failure::of)?;
             let degree = request.max_order;
-            let record = integrate(&mut solver, request, known.as_ref(), degree)?;
+            let mut sensitivities = IdaSensitivities { n_parameters };
+            let record =
+                integrate(&mut solver, request, known.as_ref(), degree, &mut sensitivities)?;
             return Ok((record, degree));
         }
         "radau5" => 3,
@@ -204,7 +220,17 @@ fn solve_with(
     }
     // The degree is the number of stages plus 1 for the slope at the start.
     let degree = stages + 1;
-    let record = integrate(&mut solver, request, known.as_ref(), degree)?;
+    let known = known.as_ref();
+    let record = match request.parameters.is_empty() {
+        true => integrate(&mut solver, request, known, degree, &mut NoSensitivities)?,
+        false => {
+            let starts = request.dy0_dp.iter().map(|[s, _]| s.clone()).collect();
+            let parameters = PythonParameters::new(&request.parameters);
+            let mut sensitivities =
+                ForwardSensitivities::new(&solver, parameters, starts).map_err(Failure::of)?;
+            integrate(&mut solver, request, known, degree, &mut sensitivities)?
+        }
+    };
     Ok((record, degree))
 }
 
@@ -229,6 +255,7 @@ pub(crate) fn solve(py: Python<'_>, request: Request) -> PyResult<Bound<'_, PyDi
         residual: request.residual.clone_ref(py),
         jacobian: request.jacobian.as_ref().map(|function| function.clone_ref(py)),
         events: request.events.as_ref().map(|function| function.clone_ref(py)),
+        df_dp: request.df_dp.as_ref().map(|function| function.clone_ref(py)),
         pattern,
         kinds: request.algebraic.as_ref().map(|all| all.iter().map(kind).collect()),
         indices: request.index.clone(),

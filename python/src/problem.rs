@@ -19,6 +19,8 @@ pub(crate) struct PythonDae {
     pub(crate) residual: Py<PyAny>,
     pub(crate) jacobian: Option<Py<PyAny>>,
     pub(crate) events: Option<Py<PyAny>>,
+    /// Function that returns ∂F/∂p, row by row.
+    pub(crate) df_dp: Option<Py<PyAny>>,
     pub(crate) pattern: Option<SparsityPattern>,
     pub(crate) kinds: Option<Vec<VariableKind>>,
     pub(crate) indices: Option<Vec<u8>>,
@@ -59,6 +61,19 @@ impl PythonDae {
                 StepError::Fatal(text.into())
             })
         })
+    }
+
+    /// Evaluates ∂F/∂p row by row.
+    pub(crate) fn df_dp(
+        &self,
+        t: f64,
+        state: [&[f64]; 2],
+        out: &mut [f64],
+    ) -> Result<(), StepError> {
+        match &self.df_dp {
+            Some(function) => self.call(function, t, state, |answer| copy(answer, out)),
+            None => Ok(()),
+        }
     }
 }
 

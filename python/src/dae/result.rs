@@ -12,6 +12,8 @@ pub(super) struct Record {
     pub(super) t: Vec<f64>,
     pub(super) y: Vec<f64>,
     pub(super) y_dot: Vec<f64>,
+    /// ∂y/∂p_j for each time and parameter.
+    pub(super) dy_dp: Vec<f64>,
     /// For each crossing, the index of the event, the time and the solution.
     pub(super) events: Vec<(usize, f64, Vec<f64>)>,
     /// Start and end of each step; empty unless `dense` is set.
@@ -72,6 +74,7 @@ pub(super) fn result(py: Python<'_>, record: Record, degree: usize) -> PyResult<
     result.set_item("t", array(py, &record.t))?;
     result.set_item("y", array(py, &record.y))?;
     result.set_item("yp", array(py, &record.y_dot))?;
+    result.set_item("dy_dp", array(py, &record.dy_dp))?;
     result.set_item("segments", array(py, &record.segments))?;
     result.set_item("samples", array(py, &record.samples))?;
     result.set_item("warnings", record.warnings)?;

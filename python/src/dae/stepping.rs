@@ -6,7 +6,8 @@ use myovib_dae::{ConsistencyMode, Integrator, Outcome, Problem, Remedy, Toleranc
 use pyo3::prelude::*;
 
 use super::checks::{FIRST_STEPS, check_last_step, forget_raised};
-use super::result::{Record, in_python, nodes};
+use super::result::{Record, nodes};
+use super::sensitivities::Sensitivities;
 use super::{Failure, Request};
 use crate::problem::{PythonDae, events};
 
@@ -57,15 +58,15 @@ fn start<'a, I: Integrator<PythonDae>>(
     }
     forget_raised(solver.problem())?;
     solver.set_stop_time(t_end).map_err(Failure::of)?;
-    let Some(times) = &request.t_eval else {
-        record.push(t0, solver.y(), solver.y_dot());
-        return Ok(&[]);
+    let (n, times) = match &request.t_eval {
+        Some(times) => (times.iter().take_while(|t| **t == t0).count(), &times[..]),
+        None => (1, &[][..]),
     };
-    let n = times.iter().take_while(|t| **t == t0).count();
     for _ in 0..n {
         record.push(t0, solver.y(), solver.y_dot());
+        request.dy0_dp.iter().for_each(|[s, _]| record.dy_dp.extend_from_slice(s));
     }
-    Ok(&times[n..])
+    Ok(times.get(n..).unwrap_or_default())
 }
 
 /// Records the solution at the nodes of the last step, up to `t`. `out` is a workspace.
@@ -86,12 +87,27 @@ fn record_segment<I: Integrator<PythonDae>>(
     Ok(())
 }
 
+/// Records the sensitivities at a time within the last step. `out` is a workspace.
+fn record_sensitivities<I>(
+    (sensitivities, solver): (&impl Sensitivities<I>, &mut I),
+    t: f64,
+    out: &mut [f64],
+    record: &mut Record,
+) -> Result<(), Failure> {
+    for j in 0..sensitivities.n_parameters() {
+        sensitivities.write(solver, j, t, out)?;
+        record.dy_dp.extend_from_slice(out);
+    }
+    Ok(())
+}
+
 /// Integrates over the span. If `tolerances` are given, also checks the equations within steps.
 pub(super) fn integrate<I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &Request,
     tolerances: Option<&Tolerances>,
     degree: usize,
+    sensitivities: &mut impl Sensitivities<I>,
 ) -> Result<Record, Failure> {
     let (t0, t_end) = request.t_span;
     let forward = if t_end >= t0 { 1.0 } else { -1.0 };
@@ -114,15 +130,17 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
     let mut t_halfway = t0;
     loop {
         Python::attach(|py| py.check_signals()).map_err(Failure::Raised)?;
-        let outcome = match solver.step(t_end) {
+        let stepped = solver.step(t_end).map_err(Failure::of);
+        let followed = stepped.and_then(|outcome| sensitivities.follow(solver).map(|()| outcome));
+        let outcome = match followed {
             Ok(outcome) => outcome,
             // The result up to this time is kept.
-            Err(error) if n_steps > 0 && !has_raised(solver.problem()) => {
-                (record.status, record.message) = (-1, in_python(&error.to_string()));
+            Err(Failure::Integrator(message)) if n_steps > 0 && !has_raised(solver.problem()) => {
+                (record.status, record.message) = (-1, message);
                 record.statistics = solver.statistics();
                 return Ok(record);
             }
-            Err(error) => return Err(Failure::of(error)),
+            Err(failure) => return Err(failure),
         };
         let t = outcome.t();
         let ended = match &outcome {
@@ -176,11 +194,13 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
                 solver.dense_output(*next, derivative, out).map_err(Failure::of)?;
             }
             record.push(*next, &out[0], &out[1]);
+            record_sensitivities((&*sensitivities, solver), *next, &mut out[0], &mut record)?;
             due = rest;
         }
         if (at_a_step || ended.is_some()) && !gave_up {
             if request.t_eval.is_none() {
                 record.push(t, solver.y(), solver.y_dot());
+                record_sensitivities((&*sensitivities, solver), t, &mut out[0], &mut record)?;
             }
             if request.dense {
                 record_segment(solver, t, &nodes, &mut out[0], &mut record)?;

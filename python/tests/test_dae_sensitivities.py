@@ -1,0 +1,158 @@
+"""Forward sensitivities of solve_dae against exact derivatives and differences of runs."""
+
+import numpy as np
+import pytest
+from scipy.sparse import eye
+
+import myovib
+from myovib import solve_dae
+
+METHODS = ["bdf", "radau5", "radau9", "radau13"]
+
+
+def decay(t, y, yp, p):
+    """y' = −p₀ y with the algebraic variable z = p₁ y²."""
+    return [yp[0] + p[0] * y[0], y[1] - p[1] * y[0] ** 2]
+
+
+def exact_decay(t, p):
+    """dy/dp and dz/dp for y(0) = 1, shape (2, 2, m)."""
+    y = np.exp(-p[0] * t)
+    return np.array([[-t * y, 0.0 * t], [-2.0 * t * p[1] * y**2, y**2]])
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("rtol", [1e-4, 1e-7])
+@pytest.mark.parametrize("t_eval", [None, [0.0, 0.3, 1.1, 2.0]])
+def test_derivatives_of_an_exponential_and_of_an_algebraic_variable(method, rtol, t_eval):
+    p = np.array([0.7, 3.0])
+    s = solve_dae(decay, (0, 2), [1, 3], [-0.7, -4.2], method, parameters=p, rtol=rtol, atol=rtol, t_eval=t_eval)
+    assert s.success and s.dy_dp.shape == (2, 2, s.t.size)
+    # The guide states 100 tolerances for Radau IIA and 1000 for BDF.
+    bound = (1000 if method == "bdf" else 100) * rtol
+    np.testing.assert_allclose(s.dy_dp, exact_decay(s.t, p), rtol=0, atol=bound)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_given_and_differenced_parameter_derivatives_agree(method):
+    def df_dp(t, y, yp, p):
+        return [[y[0], 0.0], [0.0, -(y[0] ** 2)]]
+
+    common = dict(t_span=(0, 2), y0=[1, 3], yp0=[-0.7, -4.2], method=method, parameters=[0.7, 3.0], rtol=1e-6)
+    given, differenced = (solve_dae(decay, df_dp=own, **common) for own in (df_dp, None))
+    # Central differences have relative errors of eps^(2/3) = 4e-11; steps may differ by rounding.
+    np.testing.assert_allclose(given.dy_dp[:, :, -1], differenced.dy_dp[:, :, -1], rtol=0, atol=1e-6)
+
+
+def test_radau_takes_the_same_steps_with_sensitivities():
+    common = dict(t_span=(0, 2), y0=[1, 3], yp0=[-0.7, -4.2], method="radau5")
+    alone = solve_dae(decay, args=([0.7, 3.0],), **common)
+    both = solve_dae(decay, parameters=[0.7, 3.0], **common)
+    np.testing.assert_array_equal(alone.t, both.t)
+    np.testing.assert_array_equal(alone.y, both.y)
+    assert alone.dy_dp is None
+
+
+def pendulum(t, y, yp, p):
+    """Pendulum of length p₀ under gravity p₁, in Cartesian coordinates."""
+    x, z, u, w, tension = y
+    return [yp[0] - u, yp[1] - w, yp[2] + tension * x, yp[3] + tension * z + p[1], x * x + z * z - p[0] ** 2]
+
+
+def pendulum_at(length, gravity, rtol, t_end=1.0, **options):
+    y0, yp0 = [length, 0, 0, 0, 0], [0, 0, 0, -gravity, 0]
+    return solve_dae(
+        pendulum, (0, t_end), y0, yp0, "radau9", index=[1, 1, 2, 2, 3], rtol=rtol, atol=rtol, **options
+    )
+
+
+def test_sensitivities_of_index_3_agree_with_differences():
+    p = np.array([1.0, 9.81])
+    # The initial position depends on the length, and at rest y' of the velocity on gravity only.
+    start = np.zeros((5, 2))
+    start[0, 0] = 1.0
+    s = pendulum_at(*p, 1e-8, parameters=p, dy0_dp=start)
+    step = 1e-4
+    for j in range(2):
+        changed = [p.copy(), p.copy()]
+        changed[0][j] += step
+        changed[1][j] -= step
+        ends = [pendulum_at(*q, 1e-11, args=(q,)).y[:, -1] for q in changed]
+        reference = (ends[0] - ends[1]) / (2.0 * step)
+        # The differences have errors of about step² = 1e-8 and of 1e-11/step times the errors of the runs.
+        np.testing.assert_allclose(s.dy_dp[:4, j, -1], reference[:4], rtol=1e-5, atol=1e-5)
+        # Multipliers have an order less.
+        np.testing.assert_allclose(s.dy_dp[4, j, -1], reference[4], rtol=1e-3)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_sensitivities_continue_after_a_break(method):
+    """y' = −p y + b(t), z = p b(t) + y, where b jumps from 0 to 1 at t = 1."""
+
+    def driven(t, y, yp, p):
+        b = float(t > 1.0)
+        return [yp[0] + p[0] * y[0] - b, y[1] - p[0] * b - y[0]]
+
+    p, times = 0.5, np.array([0.5, 1.0, 1.5, 2.5])
+    s = solve_dae(driven, (0, 3), [1, 1], [-p, -p], method, parameters=[p], breaks=[1.0], t_eval=times, rtol=1e-7, atol=1e-9)
+    since = np.maximum(times - 1.0, 0.0)
+    y = -times * np.exp(-p * times)
+    y = y + (since * np.exp(-p * since) * p - (1.0 - np.exp(-p * since))) / p**2
+    np.testing.assert_allclose(s.dy_dp[0, 0], y, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(s.dy_dp[1, 0], y + (times > 1.0), rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau5"])
+def test_a_run_ends_at_an_event_with_its_sensitivities(method):
+    def half(t, y, yp, p):
+        return y[0] - 0.5
+
+    half.terminal = True
+    s = solve_dae(decay, (0, 5), [1, 3], [-0.7, -4.2], method, parameters=[0.7, 3.0], events=half, rtol=1e-7, atol=1e-9)
+    assert s.status == 1
+    exact = exact_decay(s.t[-1:], [0.7, 3.0])
+    np.testing.assert_allclose(s.dy_dp[:, :, -1:], exact, rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau5"])
+def test_large_sparse_systems_have_sensitivities(method):
+    """201 copies of the decay, of which the algebraic rows of dy0_dp are not given."""
+    n = 201
+
+    def copies(t, y, yp, p):
+        return np.r_[yp[:n] + p[0] * y[:n], y[n:] - p[1] * y[:n] ** 2]
+
+    pattern = np.block([[np.eye(n), np.zeros((n, n))], [np.eye(n), np.eye(n)]])
+    y0, yp0 = np.r_[np.ones(n), np.full(n, 3.0)], np.r_[np.full(n, -0.7), np.full(n, -4.2)]
+    s = solve_dae(copies, (0, 2), y0, yp0, method, parameters=[0.7, 3.0], sparsity=pattern, rtol=1e-6, atol=1e-6)
+    assert pattern.shape == (2 * n, 2 * n) and eye(2 * n).nnz < np.count_nonzero(pattern)
+    exact = exact_decay(s.t, [0.7, 3.0])
+    np.testing.assert_allclose(s.dy_dp[[0, n]], exact, rtol=0, atol=1e-3 if method == "bdf" else 1e-4)
+
+
+@pytest.mark.parametrize(
+    ("options", "found"),
+    [
+        (dict(parameters=[[0.7, 3.0]]), "parameters"),
+        (dict(parameters=[0.7, np.nan]), "parameters"),
+        (dict(parameters=[0.7, 3.0], dy0_dp=np.zeros((2, 1))), "dy0_dp"),
+        (dict(parameters=[0.7, 3.0], dy0_dp=np.full((2, 2), np.inf)), "dy0_dp"),
+        (dict(parameters=[0.7, 3.0], df_dp=lambda t, y, yp, p: np.zeros(2)), "df_dp"),
+        (dict(parameters=[0.7, 3.0], initial="algebraic"), "initial"),
+        (dict(df_dp=lambda t, y, yp, p: np.zeros((2, 2))), "df_dp"),
+        (dict(dy0_dp=np.zeros((2, 2))), "dy0_dp"),
+    ],
+)
+def test_bad_arguments_of_sensitivities_are_named(options, found):
+    with pytest.raises(ValueError, match=found):
+        solve_dae(decay, (0, 1), [1, 3], [-0.7, -4.2], **options)
+
+
+def test_a_failure_in_the_derivative_ends_the_run():
+    def df_dp(t, y, yp, p):
+        if t > 0.5:
+            raise myovib.StepFailure("undefined")
+        return np.zeros((2, 2))
+
+    s = solve_dae(decay, (0, 2), [1, 3], [-0.7, -4.2], "radau5", parameters=[0.7, 3.0], df_dp=df_dp)
+    assert s.status == -1 and s.dy_dp.shape == (2, 2, s.t.size)
