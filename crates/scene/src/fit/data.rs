@@ -22,19 +22,20 @@ pub struct Datum {
     pub noise: Option<f64>,
 }
 
-/// Independent variable of measurements, and its range.
+/// Independent variable of the measurements and its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Domain {
-    /// Time between 0 and `end`, s.
+    /// Time from 0 to `end` (s).
     Time { end: f64 },
-    /// Frequency, Hz.
+    /// Frequency (Hz).
     Frequency { low: f64, high: f64 },
     /// Load factor of a static analysis.
     Load { low: f64, high: f64 },
 }
 
 impl Domain {
-    /// Returns the allowed names of the variable's column in plain tables. Tables in PEtab's format use the last name.
+    /// Returns the names that the column of this variable may have in a plain table. PEtab tables use the last of these
+    /// names.
     fn names(self) -> &'static [&'static str] {
         match self {
             Self::Time { .. } => &["t", "time"],
@@ -51,17 +52,17 @@ impl Domain {
     }
 }
 
-/// Relative distance outside the domain attributed to rounding in other programs.
+/// Maximum relative distance outside the domain that is attributed to rounding in other programs.
 const ROUNDING: f64 = 1e-12;
 
-/// Suffix of columns of standard deviations in plain tables.
+/// Suffix of the names of columns that contain standard deviations in plain tables.
 const NOISE: &str = ".noise";
-/// Required and optional columns of PEtab's measurement table.
+/// Columns that are read from a PEtab measurement table.
 const USED: [&str; 6] =
     ["observableId", "time", "frequency", "load", "measurement", "noiseParameters"];
 /// PEtab columns that must contain a single value, because each file is one experiment.
 const CONDITIONS: [&str; 3] = ["simulationConditionId", "experimentId", "modelId"];
-/// Columns of PEtab that label measurements without changing their meaning.
+/// PEtab columns that label measurements without changing their meaning.
 const LABELS: [&str; 2] = ["datasetId", "replicateId"];
 /// PEtab columns for which only one value is supported.
 const NEUTRAL: [(&str, &str); 2] =
@@ -70,7 +71,8 @@ const NEUTRAL: [(&str, &str); 2] =
 /// Reads the measurements in `file`; see [`read`].
 ///
 /// # Errors
-/// Devices, pipes, folders, and text in encodings other than UTF-8; errors of [`read`].
+/// Fails if `file` cannot be read (for example, because it is a device, a pipe or a folder), if its text is not UTF-8,
+/// or if [`read`] fails.
 pub(super) fn read_file(
     file: &Path,
     outputs: &[Output],
@@ -83,15 +85,16 @@ pub(super) fn read_file(
     reader.read(text.strip_prefix('\u{feff}').unwrap_or(&text))
 }
 
-/// Reads measurements of `outputs` within a range of times, frequencies or load factors, sorted by them.
+/// Reads measurements of `outputs` within `domain`. Returns them in ascending order of time, frequency or load factor.
 ///
-/// The text is either a plain table, with a column `t` or `time` (`f` or `frequency`, `load`), a column for each
-/// measured output, and optional columns NAME.noise with standard deviations; or PEtab's long table with the columns
-/// `observableId`, `time` (`frequency`, `load`), `measurement` and optionally `noiseParameters`. An empty cell is not a
-/// measurement. Columns are separated by commas, or by tabs if the header contains one.
+/// The text is either a plain table or a long table in PEtab's format. A plain table has a column `t` or `time` (`f` or
+/// `frequency` for frequencies, `load` for load factors), a column for each measured output, and optional columns
+/// NAME.noise with standard deviations. A PEtab table has the columns `observableId`, `time` (or `frequency` or
+/// `load`), `measurement` and, optionally, `noiseParameters`. An empty cell means that there is no measurement. Columns
+/// are separated by commas, or by tabs if the header contains a tab.
 ///
 /// # Errors
-/// A [`DataError`] with the line and the column.
+/// Returns a [`DataError`], with the line and the column where applicable.
 pub fn read(
     name: &Path,
     text: &str,
@@ -143,7 +146,7 @@ impl<'a> Reader<'a> {
         DataError::new(problem, &self.file)
     }
 
-    /// Returns an error in a cell, or in a whole row.
+    /// Returns an error located at a cell, or at a row if no column is given.
     fn error_at(
         &self,
         problem: DataProblem,
@@ -176,8 +179,8 @@ impl<'a> Reader<'a> {
         error.found(format!("`{name}`")).allowed(names.join(", "))
     }
 
-    /// Rejects rows whose length differs from the header's. An empty cell means that there is no measurement, whereas a
-    /// missing cell means that the file is damaged.
+    /// Rejects a row that is shorter or longer than the header. An empty cell means that there is no measurement,
+    /// whereas a missing cell means that the file is damaged.
     fn expect_whole(&self, table: &Table, row: usize) -> Result<(), DataError> {
         let (found, wanted) = (table.rows[row].len(), table.names.len());
         let problem = match found.cmp(&wanted) {
@@ -189,8 +192,8 @@ impl<'a> Reader<'a> {
         Err(error.found(format!("{found} cells")).allowed(wanted))
     }
 
-    /// Rejects columns that would change the meaning of measurements if they were ignored. Columns without
-    /// any entry are accepted.
+    /// Rejects columns that would change the meaning of the measurements if they were ignored. Empty columns are
+    /// accepted.
     fn expect_supported_columns(&self, table: &Table) -> Result<(), DataError> {
         for (column, name) in table.names.iter().enumerate() {
             let name = name.as_str();
@@ -222,7 +225,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Returns the number in a cell, or nothing if the cell is empty.
+    /// Returns the number in a cell, or `None` if the cell is empty.
     fn number(&self, table: &Table, row: usize, column: usize) -> Result<Option<f64>, DataError> {
         let word = table.rows[row].get(column).map_or("", String::as_str);
         if word.is_empty() {
@@ -260,7 +263,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Returns the measurement of an output in a cell, or nothing if the cell is empty.
+    /// Returns the measurement of `output` in a cell, or `None` if the cell is empty.
     fn measurement(
         &self,
         table: &Table,

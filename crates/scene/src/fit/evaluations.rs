@@ -1,5 +1,5 @@
-//! Evaluations of a fit's model in a file. A resumed fit repeats the earlier iterations with these evaluations instead
-//! of new runs, so it has the same results as an uninterrupted fit.
+//! Stores the model evaluations of a fit in a file. A resumed fit repeats the earlier iterations with these evaluations
+//! instead of new runs, so its results equal those of an uninterrupted fit.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -16,42 +16,42 @@ use crate::inputs::{self, sha256};
 use crate::result_folder::{FolderRequest, ResultFolder};
 use crate::{Error, InputError};
 
-/// The file: a line with checksum and JSON for each evaluation.
+/// Name of the file. It contains one line with a checksum and JSON for each evaluation.
 pub(super) const EVALUATIONS: &str = "evaluations.txt";
 
-/// Residuals and their derivatives, column by column; the derivatives may be empty.
+/// Residuals and their derivatives. The derivatives are stored column by column and may be empty.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Numbers {
     pub(super) residuals: Vec<f64>,
     pub(super) jacobian: Vec<f64>,
 }
 
-/// Numbers of a successful evaluation, with the number of runs.
+/// Result of a successful evaluation and the number of its runs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Evaluation {
     pub(super) runs: u64,
     pub(super) numbers: Numbers,
 }
 
-/// Successful evaluations, keyed by the parameters, the effort, and whether they have derivatives.
+/// Successful evaluations, keyed by the parameters, the effort, and whether derivatives were computed.
 #[derive(Default)]
 pub(super) struct Evaluations {
     known: HashMap<String, Evaluation>,
-    /// Intact lines of the file of an earlier fit, and the size of this file in bytes.
+    /// Intact lines in the file of an earlier fit, and the size of that file in bytes.
     earlier: (String, usize),
     output: RefCell<Output>,
 }
 
 #[derive(Default)]
 struct Output {
-    /// Lines before the file is opened.
+    /// Lines to be written when the file is opened.
     pending: String,
     file: Option<Growing<File>>,
     failed: Option<io::Error>,
 }
 
 impl Output {
-    /// Appends a line and writes it to the disk.
+    /// Appends a line to the file on disk, or to the pending lines if the file is not open yet.
     fn append(&mut self, line: &str) {
         match &mut self.file {
             None => self.pending += line,
@@ -64,7 +64,7 @@ impl Output {
     }
 }
 
-/// Rejects resuming a fit of another scene or of other measurements.
+/// Returns an error if the earlier fit has a different origin, for example another scene or other measurements.
 fn expect_origin(request: &FolderRequest<'_>) -> Result<(), InputError> {
     let Some(known) = request.earlier_origin()? else {
         return Ok(()); // the request reports that there is no fit
@@ -82,7 +82,8 @@ fn expect_origin(request: &FolderRequest<'_>) -> Result<(), InputError> {
 }
 
 impl Evaluations {
-    /// Reads the evaluations of an earlier fit up to the first damaged line. A killed program may leave such a line.
+    /// Reads the evaluations of an earlier fit up to the first damaged line. A killed process may leave such a line
+    /// behind.
     pub(super) fn read(request: &FolderRequest<'_>) -> Result<Self, Error> {
         request.check()?;
         expect_origin(request)?;
@@ -108,7 +109,8 @@ impl Evaluations {
         self.known.get(key)
     }
 
-    /// Adds an evaluation. JSON has no non-finite numbers, so a resumed fit repeats evaluations with such numbers.
+    /// Adds an evaluation. Evaluations with non-finite numbers are not stored, because JSON cannot represent such
+    /// numbers. A resumed fit computes these evaluations again.
     pub(super) fn add(&self, key: String, evaluation: &Evaluation) {
         let Numbers { residuals, jacobian } = &evaluation.numbers;
         if !residuals.iter().chain(jacobian).all(|number| number.is_finite()) {
@@ -121,11 +123,11 @@ impl Evaluations {
         }
     }
 
-    /// Creates the file in a locked folder with the intact lines of the earlier fit. Later evaluations are appended at
-    /// once.
+    /// Creates the file in a locked folder and writes the intact lines of the earlier fit. From then on, each new
+    /// evaluation is appended immediately.
     ///
     /// # Errors
-    /// [`Error::Input`] if another process has continued the earlier fit since it was read.
+    /// Returns [`Error::Input`] if another process has continued the earlier fit since it was read.
     pub(super) fn store_in(&self, folder: &ResultFolder) -> Result<(), Error> {
         let path = folder.path().join(EVALUATIONS);
         let (lines, size) = &self.earlier;

@@ -10,14 +10,14 @@ use crate::atomic_file::{self, Growing};
 use crate::csv::CsvWriter;
 use crate::result_folder::{FolderRequest, ResultFolder};
 
-/// The table.
+/// Name of the file that contains the table of iterations.
 pub(super) const HISTORY: &str = "history.csv";
 
-/// Columns before the parameters. `part` is the fraction of the measurement time, from its start, that contributes to
-/// the cost.
+/// Columns that precede the parameters. `part` is the fraction of the measured time span, from its start, that
+/// contributes to the cost.
 const COLUMNS: [&str; 4] = ["iteration", "runs", "part", "cost"];
 
-/// The iterations in a file. Each iteration is written to the disk before the next begins.
+/// Writer for the table of iterations. Each iteration is written to disk before the next one begins.
 pub(super) struct History<'a> {
     files: Option<Files>,
     columns: Vec<String>,
@@ -26,7 +26,7 @@ pub(super) struct History<'a> {
     failed: Option<Error>,
 }
 
-/// The folder, which is locked, and its table.
+/// The locked folder and the table in it.
 struct Files {
     folder: ResultFolder,
     table: CsvWriter<Growing<File>>,
@@ -44,7 +44,8 @@ impl<'a> History<'a> {
         Self { files: None, columns: columns.collect(), request, evaluations, failed: None }
     }
 
-    /// Replaces the table and the results of an earlier fit. Keeps the evaluations of a resumed fit.
+    /// Opens the folder and replaces the table and the results of an earlier fit. The evaluations of a resumed fit are
+    /// kept.
     fn open(&self) -> Result<Files, Error> {
         let folder = self.request.clone().open()?;
         self.evaluations.store_in(&folder)?;
@@ -58,8 +59,8 @@ impl<'a> History<'a> {
         Ok(Files { folder, table })
     }
 
-    /// Adds iteration `number`, counted from 0. Returns whether the files are complete; [`end`](Self::end) reports an
-    /// error.
+    /// Adds an iteration with the zero-based index `number`. Returns whether all files have been written without errors
+    /// so far; [`end`](Self::end) returns the error.
     pub(super) fn add(&mut self, number: usize, part: f64, iteration: &Iteration) -> bool {
         let written = self.write(number, part, iteration);
         self.failed = self.failed.take().or(written.err());
@@ -85,8 +86,8 @@ impl<'a> History<'a> {
         written
     }
 
-    /// Reports whether all iterations and evaluations were written. Also creates the folder of a fit that `succeeded`
-    /// without any iteration.
+    /// Returns an error if an iteration or an evaluation could not be written. If a fit `succeeded` without any
+    /// iteration, also creates its folder.
     pub(super) fn end(&mut self, succeeded: bool) -> Result<(), Error> {
         if succeeded && self.files.is_none() && self.failed.is_none() {
             self.files = Some(self.open()?);

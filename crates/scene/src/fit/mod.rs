@@ -1,7 +1,8 @@
-//! Fits of a scene's parameters to measurements.
+//! Fits the parameters of a scene to measurements.
 //!
-//! `data` reads the measurements. [`FitOptions`] names the scene and the experiments. [`compute`] fits by `myovib_fit` with
-//! derivatives from forward sensitivities and returns a [`FitResult`], which `report` describes.
+//! The module `data` reads the measurements. [`FitOptions`] specifies the scene and the experiments. [`compute`]
+//! performs the fit with the crate `myovib_fit` and derivatives from forward sensitivities. It returns a [`FitResult`],
+//! which the module `report` describes.
 
 mod data;
 mod effort;
@@ -43,36 +44,36 @@ use progress::FitProgress;
 pub struct FitOptions<'a> {
     /// The scene: a TOML file, or the name of a built-in scene.
     pub scene: PathBuf,
-    /// Overrides of all experiments.
+    /// Overrides that apply to all experiments.
     pub set: Vec<String>,
-    /// For each experiment, the file of its measurements and its additional overrides.
+    /// Measurement file and additional overrides of each experiment.
     pub experiments: Vec<(PathBuf, Vec<String>)>,
-    /// Folder for the results; `history.csv` grows with each iteration.
+    /// Folder for the results. Each iteration adds a row to `history.csv` in this folder.
     pub out: PathBuf,
-    /// Policy for an earlier fit in the folder. A resumed fit repeats the earlier iterations with stored
+    /// Policy if the folder already contains a fit. A resumed fit repeats the earlier iterations with stored
     /// evaluations instead of new runs.
     pub existing: Existing,
-    /// The fit has converged when no parameter changes by more than this fraction of its value, or when the next step is
-    /// below 1 % of the parameters' standard errors.
+    /// Convergence tolerance. The fit has converged when no parameter changes by more than this fraction of its value,
+    /// or when the next step is below 1 % of the parameters' standard errors.
     pub tolerance: f64,
-    /// Maximum number of iterations per phase, start and profile point; each takes one run with sensitivities and one or
-    /// more plain runs.
+    /// Maximum number of iterations in each phase, from each starting point, and for each profile point. An iteration
+    /// takes one run with sensitivities and one or more runs without them.
     pub max_iterations: usize,
-    /// Number of starting points: the starting values of the scene and random points.
+    /// Number of starting points. One of them consists of the starting values in the scene; the others are random.
     pub starts: usize,
     /// Seed of the random starting points.
     pub seed: u64,
-    /// Loss function in units of the given noise. Without noise, only least squares is allowed.
+    /// Loss function of the residuals divided by the given noise. If no noise is given, only least squares is allowed.
     pub loss: Loss,
-    /// Whether to compute intervals by profile likelihood: about ten fits per parameter.
+    /// Whether to compute confidence intervals by profile likelihood. This takes about ten fits per parameter.
     pub profile: bool,
-    /// A flag that interrupts the fit; its results are kept.
+    /// Flag that interrupts the fit. The results obtained so far are kept.
     pub interrupt: Option<&'static AtomicBool>,
     pub progress: &'a dyn ProgressSink,
 }
 
 impl FitOptions<'_> {
-    /// Rejects numbers out of range.
+    /// Rejects options that are out of range.
     fn check(&self) -> Result<(), InputError> {
         let wrong = |place: &str, found: &dyn fmt::Display, allowed: &str| {
             let error = InputError::new("value out of range");
@@ -96,11 +97,12 @@ impl FitOptions<'_> {
 pub enum Outcome {
     /// The search found a minimum of the cost.
     Converged,
-    /// The search found a minimum at which the residuals are more than three times the given noise.
+    /// The search found a minimum at which the residuals exceed three times the given noise.
     DoesNotFit,
     MaxIterations,
     Interrupted,
-    /// The scene could not be computed at parameters with smaller costs. Contains the message.
+    /// The scene could not be computed at parameters that promised smaller costs, or had no usable derivatives.
+    /// Contains the message.
     Failed(String),
 }
 
@@ -120,46 +122,46 @@ impl Outcome {
 /// Confidence level of the intervals.
 pub const LEVEL: f64 = 0.95;
 
-/// The fit ends when the Gauss–Newton step is this fraction of the parameters' uncertainty. A tenth
-/// would reduce the coverage of 95 % intervals only slightly.
+/// The fit ends when the Gauss–Newton step is below this fraction of the parameters' uncertainty. Even a fraction of
+/// 0.1 would reduce the coverage of 95 % intervals only slightly.
 const OFFSET: f64 = 0.01;
 
-/// Maximum number of starting points: each costs a fit.
+/// Maximum number of starting points. Each point costs one fit.
 const MAX_STARTS: usize = 10_000;
 
-/// Distance from a bound of the point at which the validity of the scene is tested, relative to the distance between
-/// start and bound.
+/// Distance from a bound at which the validity of the scene is tested, relative to the distance between the starting
+/// value and the bound.
 const WITHIN: f64 = 1e-6;
 
 #[derive(Debug)]
 pub struct FitResult {
-    /// The scene's title; may be empty.
+    /// Title of the scene; may be empty.
     pub title: String,
     pub known: Vec<SceneParameter>,
     pub fit: Fit,
     /// Standard errors and correlations.
     pub uncertainty: Uncertainty,
-    /// Combinations of parameters, best determined first.
+    /// Combinations of parameters, sorted from best to worst determined.
     pub identifiability: Identifiability,
     /// Profile of each parameter, or the reason why it was not computed; empty if profiles were not requested.
     pub profiles: Vec<Result<Profile, String>>,
-    /// The measurements, in the order of the residuals.
+    /// The measurements, in the same order as the residuals.
     pub points: Vec<Point>,
-    /// Number of runs without and with sensitivities.
+    /// Number of runs without sensitivities and number of runs with sensitivities.
     pub runs: [u64; 2],
     /// Whether the standard deviations of the measurements were given.
     pub noise_is_known: bool,
     pub loss: Loss,
-    /// Whether the body is three-dimensional; forces in the plane are per meter of depth.
+    /// Whether the body is three-dimensional. Otherwise, forces are per meter of depth.
     pub in_space: bool,
-    /// Lower and upper bound of each parameter, within the range that the scene allows.
+    /// Lower and upper bounds of each parameter, within the range that the scene allows.
     pub bounds: Vec<[f64; 2]>,
 }
 
 /// A measurement with its residual.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// Number of the experiment, from 1.
+    /// One-based number of the experiment.
     pub experiment: usize,
     pub output: String,
     pub column: String,
@@ -168,15 +170,15 @@ pub struct Point {
     pub abscissa: Abscissa,
     pub measured: f64,
     pub fitted: f64,
-    /// (fitted − measured)/σ; σ = 1 if it is unknown.
+    /// (fitted − measured)/σ, with σ = 1 if the standard deviation is unknown.
     pub residual: f64,
 }
 
-/// Fits the parameters of a scene.
+/// Fits the parameters of a scene to measurements.
 ///
 /// # Errors
-/// Invalid scenes and measurements; a start at which the scene cannot be computed; files that cannot be written. Check
-/// [`FitResult::outcome`] for convergence.
+/// Fails if the scene or the measurements are invalid, if the scene cannot be computed at the starting values, or if a
+/// file cannot be written. A fit that does not converge is not an error; see [`FitResult::outcome`].
 pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     options.check()?;
     let reads: Vec<PathBuf> = options.experiments.iter().map(|(file, _)| file.clone()).collect();
@@ -269,10 +271,10 @@ fn noise_is_known(
     Ok(is_known)
 }
 
-/// Files that a fit writes at its end.
+/// Files that are written at the end of a fit.
 const RESULTS: [&str; 4] = ["fit.json", "report.html", "residuals.csv", "residuals.svg"];
 
-/// Returns the request of a fit for its folder. The folder is opened at the first iteration.
+/// Returns the request for the result folder of a fit. The folder is opened at the first iteration.
 fn request<'a>(
     options: &'a FitOptions<'_>,
     reads: &'a [PathBuf],
@@ -290,8 +292,8 @@ fn request<'a>(
     }
 }
 
-/// Returns the error of the run that failed at the starting values. It may include the location of
-/// the cause in the scene.
+/// Converts the error of a fit. If a run failed at the starting values, returns the error of that run, which may
+/// include the location of its cause in the scene.
 fn explain(error: FitError, model: &mut SceneModel<'_>) -> Error {
     match (&error, model.take_failure()) {
         _ if model.is_interrupted() => {
@@ -312,7 +314,7 @@ fn not_computed(failure: Error) -> Error {
         .into()
 }
 
-/// Returns the parameters with their starts and bounds.
+/// Returns the parameters with their starting values and bounds.
 fn parameters(scene: &Parameterized) -> Result<Vec<Parameter>, InputError> {
     let all = scene.parameters.iter().enumerate().map(|(i, known)| {
         let wanted = &known.wanted;
@@ -344,13 +346,13 @@ fn parameters(scene: &Parameterized) -> Result<Vec<Parameter>, InputError> {
     all.collect()
 }
 
-/// Default lower bound of a parameter that may be negative, as a negative multiple of its typical size. A constant whose
-/// lower bound depends on other constants, such as `c01`, stays nonnegative unless its `low` is given.
+/// A parameter may become negative if the scene accepts its value at minus this multiple of its typical size. A
+/// constant whose lower bound depends on other constants, such as `c01`, stays nonnegative unless its `low` is given.
 const DEFAULT_LOWER_BOUND: f64 = 1e6;
 
-/// Restricts parameters with a nonnegative start and without a positive lower bound to the range that the scene allows:
-/// positive values if the scene rejects zero, nonnegative values if it rejects negative values. An unrestricted search
-/// can end at the edge of that range.
+/// Restricts parameters to the range that the scene allows, because an unrestricted search can end at the edge of that
+/// range. This applies to parameters with a nonnegative start and without a positive lower bound. They stay positive if
+/// the scene rejects zero, and nonnegative if it rejects negative values.
 fn restrict(scene: &Parameterized, parameters: &mut [Parameter]) {
     let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
     for (j, parameter) in parameters.iter_mut().enumerate() {
@@ -378,7 +380,7 @@ fn expect_bounds(scene: &Parameterized, start: &[f64]) -> Result<(), InputError>
         for (key, bound) in [("low", known.wanted.low), ("high", known.wanted.high)] {
             let Some(bound) = bound else { continue };
             let mut values = start.to_vec();
-            // The scene's range may be open at its end, so the test point is just inside the bound.
+            // The range that the scene allows may exclude its end, so the test point is just inside the bound.
             values[i] += (1.0 - WITHIN) * (bound - start[i]);
             if let Err(error) = scene.at(&values) {
                 let message =
@@ -391,8 +393,8 @@ fn expect_bounds(scene: &Parameterized, start: &[f64]) -> Result<(), InputError>
     Ok(())
 }
 
-/// Returns the program, and hashes of the scenes, their input files and the measurements. Evaluations of an earlier fit
-/// are valid if all of them are equal.
+/// Returns the origin of a fit: the loss, the program, and hashes of the scenes, their input files and the
+/// measurements. Evaluations of an earlier fit are valid if it has the same origin.
 fn origin(options: &FitOptions<'_>, experiments: &[Experiment]) -> Value {
     let of_each =
         |of: &dyn Fn(&Experiment) -> Value| -> Value { experiments.iter().map(of).collect() };
@@ -428,7 +430,7 @@ fn expect_free_parameters(
     }
 }
 
-/// Returns the range of the measurements of a scene.
+/// Returns the independent variable of a scene and the range in which measurements are accepted.
 fn domain(scene: &Scene) -> Result<Domain, InputError> {
     if Abscissa::of(scene) == Abscissa::Load {
         let loads = scene.loads()?;

@@ -1,4 +1,4 @@
-//! Residuals of measurements as a function of a scene's parameters.
+//! Residuals of measurements as functions of the parameters of a scene.
 
 use myovib_fit::{Failed, Model};
 use myovib_model::sensitivity::Dependences;
@@ -15,7 +15,8 @@ use crate::sensitivity::{
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
-/// Tolerance of the sensitivities relative to the tolerance of the motion: a fit needs less accurate derivatives.
+/// Tolerance of the sensitivities as a fraction of the tolerance of the motion. A fit does not need more accurate
+/// derivatives.
 const FRACTION: f64 = 1.0;
 
 /// A scene with the measurements of one experiment.
@@ -23,13 +24,13 @@ pub(super) struct Experiment {
     scene: Parameterized,
     outputs: Vec<Output>,
     pub(super) data: Vec<Datum>,
-    /// The distinct times, frequencies or load factors of the measurements.
+    /// Distinct times, frequencies or load factors of the measurements, in ascending order.
     times: Vec<f64>,
 }
 
 impl Experiment {
-    /// Creates an experiment, which computes only outputs with data. `data` must belong to existing outputs and be sorted
-    /// by time.
+    /// Creates an experiment that computes only the outputs with measurements. `data` must be sorted by time and must
+    /// refer to outputs in `all`.
     pub(super) fn new(scene: Parameterized, all: Vec<Output>, mut data: Vec<Datum>) -> Self {
         let mut times: Vec<f64> = data.iter().map(|datum| datum.t).collect();
         times.dedup();
@@ -53,7 +54,7 @@ impl Experiment {
         self.outputs == other.outputs && self.data == other.data
     }
 
-    /// Returns the scene without the starting values and bounds of a fit, which do not change the cost.
+    /// Returns the scene as JSON, without the starting values and bounds of the fit. These do not affect the cost.
     pub(super) fn computed(&self) -> Value {
         let mut file = json!(self.scene().file);
         let parameters = file["parameter"].as_array_mut();
@@ -65,7 +66,7 @@ impl Experiment {
         file
     }
 
-    /// Rejects values at which the scene is invalid or has no derivatives.
+    /// Rejects parameter values at which the scene is invalid or has no derivatives.
     pub(super) fn expect_computable(&self, values: &[f64]) -> Result<(), Error> {
         match self.abscissa() {
             Abscissa::Time => self.scene.dependences(values).map(|_| ()),
@@ -80,7 +81,7 @@ impl Experiment {
         Abscissa::of(self.scene())
     }
 
-    /// Returns the outputs of a response at these frequencies, or of a static analysis at these load factors.
+    /// Returns the outputs of a response at the frequencies `at`, or of a static analysis at the load factors `at`.
     fn outside_time(
         &self,
         p: &[f64],
@@ -97,13 +98,14 @@ impl Experiment {
         }
     }
 
-    /// Returns the measurements in the first `part` (a fraction) of their time.
+    /// Returns the measurements up to the fraction `part` of the time of the last measurement.
     fn data_within(&self, part: f64) -> &[Datum] {
         let end = self.times.last().map_or(0.0, |last| part * last);
         &self.data[..self.data.partition_point(|datum| datum.t <= end)]
     }
 
-    /// Returns the outputs at the times of the measurements that `effort` includes, or at their frequencies.
+    /// Returns the outputs at the measurement times that `effort` includes, or at all measured frequencies or load
+    /// factors.
     fn run(
         &self,
         p: &[f64],
@@ -131,7 +133,7 @@ impl Experiment {
         Ok(samples)
     }
 
-    /// Pairs each measurement with the sample at its time.
+    /// Pairs each measurement with the sample at the same time, frequency or load factor.
     fn pairs<'a>(
         &'a self,
         samples: &'a [Sample],
@@ -147,7 +149,7 @@ impl Experiment {
     }
 }
 
-/// Returns σ, or 1 if it is unknown.
+/// Returns the standard deviation of a measurement, or 1 if it is unknown.
 fn deviation(datum: &Datum) -> f64 {
     datum.noise.unwrap_or(1.0)
 }
@@ -177,12 +179,12 @@ impl<'a> SceneModel<'a> {
         }
     }
 
-    /// Sets the effort of all further runs, which determines the number of residuals.
+    /// Sets the effort of all further runs. The effort also determines the number of residuals.
     pub(super) fn set_effort(&mut self, effort: Effort) {
         self.effort = effort;
     }
 
-    /// Returns whether all measurements are over time, so that runs can be shortened to a part of it.
+    /// Returns whether all measurements are functions of time. Only then can shorter runs be used.
     pub(super) fn is_in_time(&self) -> bool {
         let mut all = self.experiments.iter();
         all.all(|experiment| experiment.abscissa() == Abscissa::Time)
@@ -192,17 +194,17 @@ impl<'a> SceneModel<'a> {
         self.watcher.is_interrupted()
     }
 
-    /// Returns the number of runs without and with sensitivities.
+    /// Returns the number of runs without sensitivities and the number of runs with sensitivities.
     pub(super) fn runs(&self) -> [u64; 2] {
         self.runs
     }
 
-    /// Takes the error of the last failed run.
+    /// Removes and returns the error of the last failed run.
     pub(super) fn take_failure(&mut self) -> Option<Error> {
         self.failure.take()
     }
 
-    /// Returns the measurements with these residuals.
+    /// Combines the measurements with the given residuals.
     pub(super) fn points(&self, residuals: &[f64]) -> Vec<Point> {
         let numbered = self.experiments.iter().enumerate();
         let data = numbered.flat_map(|(i, experiment)| {
@@ -223,7 +225,7 @@ impl<'a> SceneModel<'a> {
             .collect()
     }
 
-    /// Pairs each measurement with its output and the sample at its time.
+    /// Pairs each measurement with its output and with the sample at the same time, frequency or load factor.
     fn pairs<'s>(
         &'s self,
         all: &'s [Vec<Sample>],
@@ -245,7 +247,7 @@ impl<'a> SceneModel<'a> {
     fn write_jacobian(&self, all: &[Vec<Sample>], out: &mut DMatrix<f64>) {
         for (mut row, (_, datum, sample)) in out.row_iter_mut().zip(self.pairs(all)) {
             for (entry, of_p) in row.iter_mut().zip(&sample.derivatives) {
-                // An output has no slope at a kink.
+                // An output has no derivative at a kink.
                 let is_at_kink =
                     of_p[datum.output].is_nan() && sample.values[datum.output].is_finite();
                 let slope = if is_at_kink { 0.0 } else { of_p[datum.output] };
@@ -275,7 +277,8 @@ impl<'a> SceneModel<'a> {
         Ok(Numbers { residuals, jacobian: jacobian.as_slice().to_vec() })
     }
 
-    /// Returns the residuals at `p`, with their derivatives if requested, from an earlier fit or from new runs.
+    /// Returns the residuals at the parameters `p` and, if requested, their derivatives. The values come from an
+    /// earlier fit or from new runs.
     fn evaluate(&mut self, p: &[f64], with: bool) -> Result<Numbers, Failed> {
         if self.is_interrupted() {
             return Err(Failed("interrupted".into()));
@@ -318,13 +321,13 @@ impl Model for SceneModel<'_> {
         Ok(())
     }
 
-    /// Uses forward sensitivities.
+    /// Computes the derivatives by forward sensitivities.
     fn jacobian(&mut self, p: &[f64], _: &[f64], out: &mut DMatrix<f64>) -> Result<(), Failed> {
         out.copy_from_slice(&self.evaluate(p, true)?.jacobian);
         Ok(())
     }
 
-    /// Uses one run with sensitivities.
+    /// Computes the residuals and their derivatives in one run with sensitivities.
     fn residuals_with_jacobian(
         &mut self,
         p: &[f64],

@@ -1,4 +1,4 @@
-//! Fits of motions in phases: first with short runs at loose tolerances, then with full runs.
+//! Fits motions in phases: first with short runs at loose tolerances, then with full runs.
 
 use std::ops::ControlFlow;
 
@@ -9,23 +9,23 @@ use myovib_fit::{
 use super::effort::Effort;
 use super::model::SceneModel;
 
-/// Effort and convergence offset (in units of the parameters' uncertainty) of the phases before the last. A short run
-/// costs less, and its oscillations are still close enough in phase to the measurements for the linearization to hold.
-/// The first phase need not be more accurate than its measurements allow; the error due to loose tolerances may be a
-/// third of the uncertainty.
+/// Effort and convergence offset of each phase before the last. The offset is in units of the parameters' uncertainty.
+/// A short run costs less, and its oscillations are still close enough in phase to the measurements for the
+/// linearization to hold. The first phase need not be more accurate than its measurements allow. In the second phase,
+/// the error due to loose tolerances may be a third of the uncertainty.
 const EARLY_PHASES: [(Effort, f64); 2] = [
     (Effort { part: 0.5, least_tolerance: 1e-2 }, 1.0),
     (Effort { part: 1.0, least_tolerance: 1e-3 }, 0.3),
 ];
 
-/// Convergence tolerance of the early phases for relative changes of the parameters.
+/// Tolerance for relative changes of the parameters in the early phases.
 const EARLY_TOLERANCE: f64 = 1e-2;
 
-/// Callback that receives the computed fraction of the measured time span, and each iteration.
+/// Callback for each iteration. Its first argument is the computed fraction of the measured time span.
 pub(super) type Observe<'a> = dyn FnMut(f64, &Iteration) -> ControlFlow<()> + 'a;
 
-/// Fits with short, inaccurate runs from all `starts`, then continues from the best result with full runs. Fits of
-/// analyses other than motions have one phase.
+/// Fits with short, inaccurate runs from all `starts`, then continues from the best result with full runs. For analyses
+/// other than motions, there is only one phase, with full runs.
 pub(super) fn fit_in_phases(
     model: &mut SceneModel<'_>,
     starts: &[Vec<Parameter>],
@@ -45,13 +45,13 @@ pub(super) fn fit_in_phases(
     Ok(fit)
 }
 
-/// A fit that calls the given observer.
+/// A function that performs a fit and passes each iteration to the given observer.
 type OnePhase<'a> =
     dyn FnMut(&mut dyn FnMut(&Iteration) -> ControlFlow<()>) -> Result<Fit, FitError> + 'a;
 
 struct Phases<'a, 'o> {
     observe: &'a mut Observe<'o>,
-    /// The iterations of all phases, with evaluations counted across phases.
+    /// Iterations of all phases. Their numbers of evaluations accumulate over the phases.
     history: Vec<Iteration>,
     evaluations: usize,
 }
@@ -67,7 +67,7 @@ impl Phases<'_, '_> {
         let mut reached: Option<Effort> = None;
         let rough = best_fit(starts, &mut |start| {
             let (fit, effort) = self.before(model, start, requested)?;
-            // The cost over fewer measurements is smaller, but cannot be compared with the cost over all.
+            // The cost over fewer measurements is smaller and cannot be compared with the cost over all measurements.
             if reached.is_some_and(|reached| effort.part < reached.part) {
                 return Err(FitError::Start("interrupted".into()));
             }

@@ -1,4 +1,4 @@
-//! Confidence intervals of a scene's parameters by profile likelihood.
+//! Confidence intervals of parameters by profile likelihood.
 
 use myovib_fit::{Fit, FitError, Options, Parameter, Profile, profile};
 
@@ -6,8 +6,8 @@ use super::LEVEL;
 use super::model::SceneModel;
 use crate::watch::ProgressSink;
 
-/// Computes the profile of each parameter, or returns the reason why it failed; the fit itself remains valid. Reports the
-/// current parameter to `progress`.
+/// Computes the profile of each parameter. If this fails, the result contains the reason instead; the fit itself
+/// remains valid. Reports the current parameter to `progress`.
 pub(super) fn profiles(
     model: &mut SceneModel<'_>,
     parameters: &[Parameter],

@@ -4,20 +4,20 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::watch::ProgressSink;
 
-/// Adds the last iteration to the progress of each run.
+/// Progress sink that adds the last iteration to the progress of each run.
 pub(super) struct FitProgress<'a> {
     sink: &'a dyn ProgressSink,
     iteration: Mutex<String>,
 }
 
 impl<'a> FitProgress<'a> {
-    /// Creates the progress of a fit before its first iteration.
+    /// Creates the progress sink of a fit before its first iteration.
     pub(super) fn new(sink: &'a dyn ProgressSink) -> Self {
         Self { sink, iteration: Mutex::new("first run of the fit".to_owned()) }
     }
 
-    /// Reports iteration `number`, whose `cost` is the sum over the first `part` (a fraction) of the measurements'
-    /// time.
+    /// Reports iteration `number`. Its `cost` is the sum over the measurements in the first fraction `part` of the
+    /// measured time span.
     pub(super) fn iteration(&self, number: usize, part: f64, cost: f64) {
         let share = match part < 1.0 {
             true => format!("the first {:.0} % of the measurements' time", 100.0 * part),

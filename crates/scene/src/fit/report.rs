@@ -1,4 +1,4 @@
-//! Descriptions of fits.
+//! Descriptions of fit results.
 
 use myovib_fit::{Direction, Ended};
 use serde_json::{Value, json};
@@ -6,17 +6,18 @@ use serde_json::{Value, json};
 use super::{FitResult, LEVEL, Loss, Outcome, Point};
 use crate::sensitivity::Abscissa;
 
-/// A combination of parameters counts as undetermined if a relative change of 1 changes the weighted residuals by less than
-/// this number of standard deviations.
+/// A combination of parameters counts as undetermined if a relative change of 1 changes the weighted residuals by fewer
+/// standard deviations than this number.
 const ONE_DEVIATION: f64 = 1.0;
-/// Ratio of residuals to noise above which a model does not describe the measurements. Smaller ratios may result
-/// from an underestimated noise level.
+/// Ratio of residuals to noise above which the model is considered not to describe the measurements. Smaller ratios may
+/// result from an underestimated noise level.
 const MAX_MISFIT: f64 = 3.0;
-/// Median of the absolute values of normal noise with unit variance.
+/// Median of the absolute value of normal noise with unit variance.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
 impl FitResult {
-    /// Returns how the fit ended. A fit that converged with residuals far above the noise counts as failed.
+    /// Returns how the fit ended. If it converged but the residuals are far above the noise, the outcome is
+    /// [`Outcome::DoesNotFit`].
     pub fn outcome(&self) -> Outcome {
         match &self.fit.ended {
             Ended::Converged if self.does_not_fit() => Outcome::DoesNotFit,
@@ -28,36 +29,38 @@ impl FitResult {
         }
     }
 
-    /// Returns whether the model does not describe the measurements: the residuals are far above the given noise.
+    /// Returns whether the model does not describe the measurements, because the residuals are far above the given
+    /// noise.
     pub fn does_not_fit(&self) -> bool {
         self.noise_is_known && self.misfit() > MAX_MISFIT
     }
 
-    /// Returns the larger of the standard deviation of the residuals and its robust estimate, because the former may
-    /// hide a misfit if the loss is robust.
+    /// Returns the standard deviation of the residuals or its robust estimate, whichever is larger. With a robust loss,
+    /// the standard deviation alone may hide a misfit.
     fn misfit(&self) -> f64 {
         self.deviation().max(self.robust_deviation())
     }
 
-    /// Returns the median of the absolute values of the residuals.
+    /// Returns the median of the absolute residuals.
     pub fn median_residual(&self) -> f64 {
         let mut sizes: Vec<f64> = self.points.iter().map(|p| p.residual.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// Estimates the standard deviation of the residuals by their median, on which outliers have little effect.
+    /// Estimates the standard deviation of the residuals from their median absolute value, on which outliers have
+    /// little effect.
     fn robust_deviation(&self) -> f64 {
         self.median_residual() / MEDIAN_OF_NORMAL
     }
 
-    /// Returns whether a robust loss would help: least squares fail because of outliers, while the median of the residuals
-    /// is within the noise.
+    /// Returns whether a robust loss would help. This is the case if a least-squares fit fails because of outliers,
+    /// while the median of the residuals is within the noise.
     pub fn needs_robust_loss(&self) -> bool {
         self.loss == Loss::Squares && self.does_not_fit() && self.robust_deviation() <= MAX_MISFIT
     }
 
-    /// Returns the measurement with the largest residual and its index.
+    /// Returns the index of the measurement with the largest residual, and the measurement.
     pub fn largest_residual(&self) -> Option<(usize, &Point)> {
         let points = self.points.iter().enumerate();
         points.max_by(|(_, a), (_, b)| a.residual.abs().total_cmp(&b.residual.abs()))
@@ -77,13 +80,13 @@ impl FitResult {
         }
     }
 
-    /// Returns the standard deviation of the residuals: about 1 if the noise was given and the model fits.
+    /// Returns the standard deviation of the residuals. It is about 1 if the noise was given and the model fits.
     pub fn deviation(&self) -> f64 {
         self.uncertainty.variance.sqrt()
     }
 
-    /// Returns the directions that the measurements do not determine: along them, the parameters can change by their
-    /// own size within the noise.
+    /// Returns the directions that the measurements do not determine. Along such a direction, the parameters can change
+    /// by their own size within the noise.
     pub fn unknown(&self) -> Vec<&Direction> {
         let noise = match self.noise_is_known {
             true => ONE_DEVIATION,
@@ -92,15 +95,15 @@ impl FitResult {
         self.identifiability.unknown(noise).collect()
     }
 
-    /// Returns whether the linear interval of parameter `j` exceeds a bound.
+    /// Returns whether the linear confidence interval of parameter `j` extends beyond a bound.
     pub fn passes_bound(&self, j: usize) -> bool {
         let [from, to] = self.uncertainty.intervals(LEVEL)[j];
         let [low, high] = self.bounds[j];
         self.fit.acts(j) && (from < low || to > high)
     }
 
-    /// Describes a direction as changes of the parameters, normalized by the parameter with the largest relative change.
-    /// Relative changes below a hundredth of it are omitted.
+    /// Describes a direction by the changes of the parameters. They are divided by the change of the parameter with the
+    /// largest relative change. Parameters whose relative change is below 1 % of the largest are omitted.
     pub fn in_words(&self, direction: &Direction) -> String {
         let shares = direction.shares.iter().zip(&self.fit.values);
         let changes: Vec<f64> = shares
@@ -126,14 +129,14 @@ impl FitResult {
         shown.map(term).collect::<Vec<_>>().join("  ")
     }
 
-    /// Returns the independent variables.
+    /// Returns the independent variables of the measurements.
     pub fn abscissas(&self) -> Vec<Abscissa> {
         let is_used = |one: &Abscissa| self.points.iter().any(|point| point.abscissa == *one);
         let all = [Abscissa::Time, Abscissa::Frequency, Abscissa::Load];
         all.into_iter().filter(is_used).collect()
     }
 
-    /// Returns the usual shear viscosity of small strain, η/2, Pa·s, if parameter `j` is the viscosity η of a material.
+    /// Returns the usual small-strain shear viscosity η/2 (Pa·s) if parameter `j` is the viscosity η of a material.
     pub fn shear_viscosity(&self, j: usize) -> Option<f64> {
         let key = &self.known[j].key;
         let is_viscosity = key.starts_with("material[") && key.ends_with("].viscosity");
@@ -190,7 +193,7 @@ impl FitResult {
     }
 }
 
-/// Returns null for non-finite numbers, which JSON does not have.
+/// Converts a number to JSON. Non-finite numbers, which JSON cannot represent, become null.
 fn finite(x: f64) -> Value {
     if x.is_finite() { json!(x) } else { Value::Null }
 }

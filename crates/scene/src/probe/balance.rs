@@ -6,14 +6,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::energy::Exchanged;
 use crate::system::{System, muscle_of};
 
-/// Energies, and work and dissipation since the start.
+/// Current energies, and the work and dissipation since the start.
 ///
-/// Powers are integrated over each accepted step (and each part of it between samples) by the
-/// quadrature rule of [`Exchanged`] on the dense output.
+/// Powers are integrated over each accepted step by applying the quadrature rule of [`Exchanged`] to the dense output.
+/// If samples divide a step into parts, each part is integrated separately.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct EnergyBalance {
     t: f64,
-    /// Kinetic and elastic energy at the start, J.
+    /// Sum of kinetic and elastic energy at the start (J).
     #[serde(deserialize_with = "nan_of_null")]
     initial: f64,
     #[serde(with = "with_nan")]
@@ -81,7 +81,7 @@ impl EnergyBalance {
         Ok(())
     }
 
-    /// Calls `read` with the body and its state at time `t` of the last step.
+    /// Calls `read` with the body and its state at time `t` within the last step.
     fn at<P: System, R>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
@@ -98,7 +98,7 @@ impl EnergyBalance {
         Ok(read(dae, t, &y[range.clone()], &y_dot[range]))
     }
 
-    /// Returns the values at the time up to which the powers are integrated.
+    /// Returns the values at the time to which the powers have been integrated.
     pub(crate) fn row(&self) -> [f64; 5] {
         let now = self.last.unwrap_or_default();
         let Exchanged { work, dissipated } = self.exchanged;

@@ -18,7 +18,7 @@ pub struct Coherence {
     pub chain: String,
 }
 
-/// |Ψ|, arg Ψ and |χ|.
+/// Columns for |Ψ|, arg Ψ and |χ|.
 const COLUMNS: [ColumnKind; 3] = [
     ColumnKind::new("Psi_abs", [""; 2]),
     ColumnKind::new("Psi_arg", ["rad"; 2]),
@@ -44,7 +44,7 @@ impl Kind for Coherence {
     }
 }
 
-/// Order parameters of the network with this number.
+/// Order parameters of the network with the zero-based index `network`.
 struct Parameters {
     network: usize,
 }

@@ -1,25 +1,25 @@
-//! Physical quantities of the columns of probes.
+//! Physical quantities in the columns of probes.
 
 use myovib_model::Quantity;
 
 use super::ProbeKind;
 
-/// Physical quantity of columns.
+/// Physical quantity that one or more columns contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ColumnKind {
-    /// First part of the names of its columns, such as `R` of `R_x`.
+    /// Prefix of the column names, such as `R` in `R_x`.
     pub name: &'static str,
-    /// Units in the plane (per unit depth) and in space.
+    /// Units in two dimensions (per unit depth) and in three dimensions.
     units: [&'static str; 2],
 }
 
 impl ColumnKind {
-    /// Creates a quantity with these units in the plane and in space.
+    /// Creates a quantity with the given units in two and three dimensions.
     pub(super) const fn new(name: &'static str, units: [&'static str; 2]) -> Self {
         Self { name, units }
     }
 
-    /// Returns the quantity of a column; `None` for an unknown name.
+    /// Returns the quantity of a column, or `None` if its name is unknown.
     pub fn of(column: &str) -> Option<Self> {
         let quantities = Quantity::ALL.iter();
         let quantities = quantities.map(|of| Self::new(of.prefix(), [of.unit(); 2]));
@@ -28,11 +28,11 @@ impl ColumnKind {
             let rest = column.strip_prefix(kind.name);
             rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
         });
-        // `principal_strain_1` starts with `principal` and `principal_strain`.
+        // `principal_strain_1` starts with both `principal` and `principal_strain`.
         own.max_by_key(|kind| kind.name.len())
     }
 
-    /// Returns the unit; empty for a ratio.
+    /// Returns the unit, or an empty string for a ratio.
     pub fn unit(self, is_in_space: bool) -> &'static str {
         self.units[usize::from(is_in_space)]
     }
@@ -45,7 +45,7 @@ impl ColumnKind {
         }
     }
 
-    /// Returns the names of the components along the axes.
+    /// Returns the column names of the components along the axes.
     pub(super) fn components(self, dimension: usize) -> impl Iterator<Item = String> {
         let axes = ["x", "y", "z"].into_iter().take(dimension);
         axes.map(move |axis| format!("{}_{axis}", self.name))

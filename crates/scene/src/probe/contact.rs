@@ -25,7 +25,7 @@ pub struct Contact {
     pub about: Option<Vec<f64>>,
 }
 
-/// Contact force, area in contact and penetration; the displacement of an obstacle that moves; the moment.
+/// Contact force, contact area, penetration, displacement of a moving obstacle, and moment.
 const COLUMNS: &[ColumnKind] = &[
     ColumnKind::new("F", ["N/m", "N"]),
     ColumnKind::new("area", ["m", "m²"]),
@@ -108,7 +108,7 @@ impl Reading for Sums {
             *deepest = deepest.max(sums.penetration);
         }
         if let Some(moving) = self.moving {
-            // An obstacle at rest in the unloaded state of a loading path has the displacement 0.
+            // In the unloaded state of a loading path, an obstacle at rest has zero displacement.
             let contact = &dae.muscle().contacts[moving];
             values.push(contact.distance(t, 1.0, &u).unwrap_or(0.0));
         }

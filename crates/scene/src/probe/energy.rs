@@ -37,7 +37,7 @@ impl Kind for Energy {
     }
 }
 
-/// Elastic energy of equilibria.
+/// Reading of the elastic energy of equilibria.
 struct ElasticEnergy;
 
 impl Reading for ElasticEnergy {

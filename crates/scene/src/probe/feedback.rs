@@ -36,7 +36,7 @@ impl Kind for Feedback {
     }
 }
 
-/// Values of the feedbacks, with the names of their columns.
+/// Reading of the stiffness factors. Contains the names of the columns.
 struct FactorReading(Vec<String>);
 
 impl Reading for FactorReading {
@@ -46,7 +46,7 @@ impl Reading for FactorReading {
 
     fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
         let y = at.y;
-        // Factors of the stiffness come before tensions.
+        // Stiffness factors precede tensions.
         Ok(system.factors(y)[..self.0.len()].to_vec())
     }
 }

@@ -1,4 +1,4 @@
-//! Interface of the kinds of probes: validation against a scene and measurement.
+//! Interface of all kinds of probes: validation against a scene, and measurement.
 
 use myovib_fem::Solid;
 use myovib_model::harmonic::{Amplitude, DynamicStiffness};
@@ -10,9 +10,9 @@ use super::column::ColumnKind;
 use crate::InputError;
 use crate::system::System;
 
-/// Parts of a scene's text to which a probe can refer.
+/// Parts of a scene file to which a probe can refer.
 pub(crate) struct Parts<'a> {
-    /// A body with a mesh.
+    /// Whether the scene has a body with a mesh.
     pub(crate) body: bool,
     pub(crate) rod: bool,
     pub(crate) chains: Vec<&'a str>,
@@ -21,11 +21,11 @@ pub(crate) struct Parts<'a> {
     pub(crate) contacts: Vec<&'a str>,
 }
 
-/// Parts of a scene after they are built.
+/// Parts of a scene that has been built.
 pub(crate) struct Systems<'a> {
     pub(crate) muscle: Option<&'a Muscle>,
     pub(crate) rod: Option<&'a RodDae>,
-    /// Name and number of oscillators of each chain.
+    /// Name of each chain and number of its oscillators.
     pub(crate) chains: Vec<(&'a str, usize)>,
     /// Names of the chains that act back on the body.
     pub(crate) feedbacks: Vec<&'a str>,
@@ -33,19 +33,19 @@ pub(crate) struct Systems<'a> {
     pub(crate) is_static: bool,
 }
 
-/// A key of the probe with the error of its value.
+/// A key of the probe and the error in its value.
 pub(crate) type Wrong<E> = (&'static str, E);
 
 /// Reason why a position is invalid.
 pub(crate) enum InvalidPlace {
     Model(ModelError),
-    /// An error detected here.
+    /// An error found by the probe itself.
     Input(InputError),
 }
 
-/// A kind of probe, with its keys in a scene.
+/// A kind of probe and its keys in a scene.
 pub(crate) trait Kind {
-    /// Returns the quantities of its columns, except those described by [`Quantity`](myovib_model::Quantity).
+    /// Returns the quantities of the probe's columns, except those that [`Quantity`](myovib_model::Quantity) describes.
     fn columns() -> &'static [ColumnKind]
     where
         Self: Sized,
@@ -53,12 +53,12 @@ pub(crate) trait Kind {
         &[]
     }
 
-    /// Returns whether the probe only measures motions.
+    /// Returns whether the probe can only measure motions.
     fn requires_motion(&self) -> bool {
         false
     }
 
-    /// Rejects a scene without the part that the probe measures; by default the body.
+    /// Rejects a scene without the part that the probe measures. By default, this part is the body.
     fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
         match parts.body {
             true => Ok(()),
@@ -75,11 +75,12 @@ pub(crate) trait Kind {
         Ok(())
     }
 
-    /// Creates the measurement in the given systems, whose existence has been checked.
+    /// Creates the reading of the given systems. The existence of the part that the probe measures has already been
+    /// checked.
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError>;
 }
 
-/// State y and ẏ of a system at time t.
+/// State y of a system and its derivative ẏ at time t.
 #[derive(Clone, Copy)]
 pub(crate) struct StateAt<'a> {
     pub(crate) t: f64,
@@ -89,40 +90,40 @@ pub(crate) struct StateAt<'a> {
 
 /// Measurement of a probe.
 pub(crate) trait Reading: Send + Sync {
-    /// Returns the names of the columns after the time.
+    /// Returns the names of the columns that follow the time.
     fn names(&self) -> Vec<String>;
 
-    /// Returns the values at a time. An energy balance ignores this time and returns the values at the time up to which
-    /// it has integrated.
+    /// Returns the values at a given state. An energy balance ignores this state and returns the values at the time to
+    /// which it has been integrated.
     fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError>;
 
-    /// Returns whether ẏ is needed.
+    /// Returns whether the values depend on ẏ.
     fn needs_rates(&self, _system: &mut dyn System, _y: &[f64]) -> bool {
         false
     }
 
-    /// Returns whether the error of the probe can be estimated from the errors of the steps. This is not possible for
+    /// Returns whether the error of the values can be estimated from the errors of the steps. This is not possible for
     /// values that start far from zero and change little.
     fn has_indicator(&self) -> bool {
         true
     }
 
-    /// Returns whether the column with this number is an angle, which jumps by full turns.
+    /// Returns whether a column contains an angle, which may jump by full turns.
     fn is_angle(&self, _column: usize) -> bool {
         false
     }
 
-    /// Returns the number of points at which a stress is computed per row.
+    /// Returns the number of points per row at which a stress is computed.
     fn stress_evaluations(&self) -> u64 {
         0
     }
 
-    /// Returns the measurement of complex amplitudes in a harmonic motion, if the probe supports it.
+    /// Returns the reading for complex amplitudes of harmonic motions, if the probe supports them.
     fn harmonic(&self) -> Option<&dyn HarmonicReading> {
         None
     }
 
-    /// Returns the measurements at points; empty for probes of other kinds.
+    /// Returns the measurements of probes for points, lines and averages; empty for probes of other kinds.
     fn measurements(&self) -> &[Measurement] {
         &[]
     }
@@ -136,7 +137,7 @@ pub(crate) trait Reading: Send + Sync {
         None
     }
 
-    /// Returns the accumulated energy balance for updates.
+    /// Returns a mutable reference to the accumulated energy balance, if the probe has one.
     fn balance_mut(&mut self) -> Option<&mut EnergyBalance> {
         None
     }
@@ -145,7 +146,7 @@ pub(crate) trait Reading: Send + Sync {
 /// Harmonic motion at one frequency.
 pub(crate) enum HarmonicMotion<'a> {
     Body(&'a DynamicStiffness, &'a Amplitude),
-    /// Amplitudes of the states (q, v) of a rod.
+    /// Amplitudes of the state (q, v) of a rod.
     Rod(&'a [Complex64]),
 }
 
@@ -159,14 +160,15 @@ impl<'a> HarmonicMotion<'a> {
     }
 }
 
-/// Measurement of a probe in harmonic motions.
+/// Measurement of complex amplitudes by a probe.
 pub(crate) trait HarmonicReading: Sync {
     /// Returns the complex amplitudes of the probe's values.
     fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError>;
 }
 
 impl dyn Reading {
-    /// Returns the names of all columns. The first column has the time or the `parameter` of a path.
+    /// Returns the names of all columns. The first column contains the time or the parameter of a path; `parameter` is
+    /// its name.
     pub(crate) fn columns(&self, parameter: &str) -> Vec<String> {
         std::iter::once(parameter.to_owned()).chain(self.names()).collect()
     }
@@ -178,7 +180,7 @@ impl<'a> Systems<'a> {
         Ok(&muscle?.solid)
     }
 
-    /// Returns the number of a chain and the number of its oscillators.
+    /// Returns the zero-based index of a chain and the number of its oscillators.
     pub(crate) fn chain(&self, name: &str) -> Result<(usize, usize), ModelError> {
         let mut chains = self.chains.iter().enumerate();
         let found = chains.find(|(_, (own, _))| *own == name);
@@ -188,7 +190,7 @@ impl<'a> Systems<'a> {
 }
 
 impl Parts<'_> {
-    /// Rejects a chain that the scene does not have.
+    /// Returns an error if the scene has no chain with this name.
     pub(crate) fn expect_chain(&self, name: &str) -> Result<(), Wrong<InputError>> {
         match self.chains.contains(&name) {
             true => Ok(()),
@@ -200,7 +202,7 @@ impl Parts<'_> {
     }
 }
 
-/// Adds the key to an error.
+/// Adds the key to the error of a result.
 pub(crate) fn at<T, E>(key: &'static str, result: Result<T, E>) -> Result<T, Wrong<InvalidPlace>>
 where
     ModelError: From<E>,

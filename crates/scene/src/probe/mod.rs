@@ -1,4 +1,4 @@
-//! Kinds of probes, one per file. Each file defines the keys of the probe in a scene and its measurement.
+//! Kinds of probes, one per file. Each file defines the keys of its probe in a scene and the corresponding reading.
 
 mod balance;
 mod column;
@@ -14,7 +14,7 @@ pub use column::ColumnKind;
 pub(crate) use balance::{EnergyBalance, nan_of_null};
 pub(crate) use kind::{HarmonicMotion, InvalidPlace, Kind, Parts, Reading, StateAt, Systems};
 
-/// Returns the difference of two angles, wrapped to half a `turn`: 2π or 360°.
+/// Wraps the difference of two angles to at most half a `turn`. A full turn is 2π or 360°.
 pub(crate) fn within_half_a_turn(difference: f64, turn: f64) -> f64 {
     difference - turn * (difference / turn).round()
 }
@@ -28,7 +28,7 @@ fn angles_differ_by_half_a_turn_at_most() {
     }
 }
 
-/// Defines [`ProbeKind`] from a list of files, each of which contains the type of the same name.
+/// Defines [`ProbeKind`] from a list of files. Each file contains the type with the same name.
 macro_rules! probes {
     ($($file:ident $name:ident)*) => {
         $(mod $file; pub use $file::$name;)*
@@ -42,7 +42,7 @@ macro_rules! probes {
         }
 
         impl ProbeKind {
-            /// Returns the descriptions of the columns that the kinds of probes define.
+            /// Returns the descriptions of the columns that the probes define.
             fn columns() -> impl Iterator<Item = ColumnKind> {
                 let lists = [$(<$name as Kind>::columns()),*];
                 lists.into_iter().flatten().copied()

@@ -12,7 +12,7 @@ use crate::InputError;
 /// Moment about a point.
 pub(super) const MOMENT: ColumnKind = ColumnKind::new("M", ["N", "N·m"]);
 
-/// Rejects a point whose number of coordinates is not the dimension of the body.
+/// Rejects a point whose number of coordinates differs from the dimension of the body.
 pub(super) fn check(about: Option<&[f64]>, solid: &Solid) -> Result<(), Wrong<InvalidPlace>> {
     let dimension = solid.space().dimension();
     match about {
@@ -24,9 +24,9 @@ pub(super) fn check(about: Option<&[f64]>, solid: &Solid) -> Result<(), Wrong<In
     }
 }
 
-/// A point with the undeformed positions of the nodes relative to it.
+/// Undeformed positions of the nodes relative to a point.
 pub(super) struct Arms {
-    /// All nodal components, m.
+    /// Components of all nodes (m).
     undeformed: Vec<f64>,
     dimension: usize,
 }
@@ -44,7 +44,7 @@ impl Arms {
         MOMENT.components(3).skip(if self.dimension == 2 { 2 } else { 0 })
     }
 
-    /// Returns the moment of the `force` on `nodes` of the body with the displacement `u`.
+    /// Returns the moment of the nodal `force` on `nodes` for a body with the displacement `u`.
     pub(super) fn moment<T>(
         &self,
         nodes: impl Iterator<Item = usize> + Clone,

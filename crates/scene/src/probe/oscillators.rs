@@ -17,7 +17,7 @@ pub struct Oscillators {
     pub chain: String,
 }
 
-/// Positions and velocities.
+/// Columns for positions and velocities.
 const COLUMNS: [ColumnKind; 2] = [ColumnKind::new("y", [""; 2]), ColumnKind::new("w", [""; 2])];
 
 impl Kind for Oscillators {
@@ -39,7 +39,7 @@ impl Kind for Oscillators {
     }
 }
 
-/// States of the network with this number, which has the given number of oscillators.
+/// States of the network with the zero-based index `network`, which has `count` oscillators.
 struct States {
     network: usize,
     count: usize,

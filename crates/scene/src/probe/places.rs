@@ -1,4 +1,4 @@
-//! Quantities at points, shared by the probes for points, lines and averages.
+//! Readings of quantities at points. The probes for points, lines and averages share them.
 
 use myovib_fem::{Solid, Space};
 use myovib_model::{Measurement, ModelError, Quantity};
@@ -7,12 +7,12 @@ use num_complex::Complex64;
 use super::kind::{HarmonicMotion, HarmonicReading, InvalidPlace, Reading, StateAt, Wrong, at};
 use crate::system::{System, muscle_of, need_rates};
 
-/// Returns the quantities measured by default.
+/// Returns the quantities that are measured by default.
 pub(super) fn displacement_and_pressure() -> Vec<Quantity> {
     vec![Quantity::Displacement, Quantity::Pressure]
 }
 
-/// Rejects an unknown group of a reference.
+/// Rejects a reference to an unknown group.
 pub(super) fn check_reference(
     solid: &Solid,
     group: Option<&str>,
@@ -20,7 +20,7 @@ pub(super) fn check_reference(
     group.map_or(Ok(()), |group| at(".relative_to", solid.space().quadrature(group)).map(drop))
 }
 
-/// Returns a measurement, relative to a group if given.
+/// Returns the reading of a measurement. If a group is given, the values are relative to this group.
 pub(super) fn relative(
     space: &Space,
     measurement: Measurement,
@@ -33,7 +33,7 @@ pub(super) fn relative(
     Ok(Box::new(Places(vec![measurement])))
 }
 
-/// Quantities at one place or at several numbered places.
+/// Quantities at one position or at several numbered positions.
 pub(super) struct Places(pub(super) Vec<Measurement>);
 
 impl Reading for Places {

@@ -1,4 +1,4 @@
-//! The force of the supports at a group.
+//! Force of the supports at a group.
 
 use std::iter::Sum;
 
@@ -46,7 +46,7 @@ impl Kind for Reaction {
             (0..dimension).any(|axis| free.binary_search(&(dimension * node + axis)).is_err())
         };
         let whole = |facet: &[usize]| space.facet_nodes(facet).into_iter().all(is_held);
-        // A group next to a fixed group shares nodes with it, but no facet.
+        // A group adjacent to a fixed group shares nodes with it, but no facets.
         let has_reaction = match members {
             Group::Edges(edges) => edges.iter().any(|edge| whole(edge)),
             Group::Faces(faces) => faces.iter().any(|face| whole(face)),
@@ -75,7 +75,7 @@ impl Kind for Reaction {
     }
 }
 
-/// Nodes of a body of the given dimension whose support forces are summed.
+/// Nodes whose support forces are summed, and the dimension of the body.
 struct Forces {
     nodes: Vec<usize>,
     dimension: usize,

@@ -1,4 +1,4 @@
-//! The volume of a cavity.
+//! Volume of a cavity.
 
 use myovib_fem::{EnclosedVolume, FemError, Solid};
 use myovib_model::ModelError;
@@ -72,7 +72,7 @@ impl Reading for EnclosedVolume {
         let StateAt { t, y, .. } = at;
         let (dae, range) = muscle_of(system, y)?;
         let (displacement, _) = dae.nodal_motion(t, &y[range]);
-        // For a group around the body, the sum is the negative of the enclosed volume.
+        // If the group surrounds the body, the sum is the negative of the enclosed volume.
         Ok(vec![self.at(displacement).abs()])
     }
 

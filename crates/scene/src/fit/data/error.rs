@@ -1,4 +1,4 @@
-//! Rejected measurements.
+//! Errors for rejected measurements.
 
 use std::fmt;
 
@@ -48,7 +48,7 @@ pub enum DataProblem {
 }
 
 impl DataProblem {
-    /// Returns the remedy, or an empty text.
+    /// Returns the suggested remedy; may be empty.
     fn remedy(self) -> &'static str {
         match self {
             Self::NotUtf8 => "save the file as UTF-8",
@@ -69,15 +69,15 @@ impl DataProblem {
     }
 }
 
-/// Rejected measurements, with the place in the file.
+/// Error for rejected measurements, with its location in the file.
 #[derive(Debug, Clone)]
 pub struct DataError {
     pub problem: DataProblem,
     file: String,
-    /// Line of the file, from 1.
+    /// One-based line number in the file.
     pub line: Option<u64>,
     pub column: Option<String>,
-    /// The error without its place and remedy.
+    /// The error without its location and remedy.
     input: InputError,
 }
 
@@ -103,7 +103,7 @@ impl DataError {
         Self { input: self.input.allowed(allowed), ..self }
     }
 
-    /// Returns the error as invalid input, with the location and the remedy.
+    /// Converts this error to an [`InputError`] with the location and the remedy.
     pub(in crate::fit) fn into_input_error(self) -> InputError {
         let mut place = self.file;
         if let Some(line) = self.line {

@@ -13,7 +13,7 @@ fn read_text(text: &str) -> Result<Vec<Datum>, DataError> {
     read(Path::new("m.csv"), text, &outputs(), RUN)
 }
 
-/// Checks plain tables and tables in PEtab's format, separated by commas or tabs, with columns that do not affect the
+/// Checks plain tables and PEtab tables that are separated by commas or tabs and contain columns that do not affect the
 /// measurements.
 #[test]
 fn equal_tables_of_both_forms_give_equal_measurements() {
@@ -31,7 +31,7 @@ fn equal_tables_of_both_forms_give_equal_measurements() {
     assert_eq!(noises, [Some(0.1), Some(0.5), Some(0.2)]);
 }
 
-/// Checks that each rejection names its line and column, even after blank lines.
+/// Checks that each error reports the line and the column, even after blank lines.
 #[test]
 fn rejected_tables_name_the_line_and_the_column() {
     let long = |column: &str, entries: [&str; 2]| {
@@ -97,14 +97,14 @@ fn frequencies_are_within_the_response() {
     }
 }
 
-/// Regression: the last time of `numpy.arange(0.1, 2.001, 0.05)` is larger than 2 by rounding.
+/// Regression: because of rounding, the last value of `numpy.arange(0.1, 2.001, 0.05)` exceeds 2.
 #[test]
 fn rounded_times_are_within_the_run() {
     let data = read(Path::new("m.csv"), "t,tip\n2.0000000000000004,1\n", &outputs(), RUN).unwrap();
     assert_eq!(data[0].t, 2.0);
 }
 
-/// Checks load factors of a path from −0.5 to 1.
+/// Checks load factors on a path from −0.5 to 1.
 #[test]
 fn load_factors_are_within_the_path() {
     let domain = Domain::Load { low: -0.5, high: 1.0 };
@@ -132,7 +132,7 @@ fn files_that_are_not_text_are_rejected() {
         (error.problem, error.line)
     };
     assert_eq!(problem(&latin), (NotUtf8, Some(3)));
-    // Devices and pipes never end.
+    // Reading a device or a pipe may never end.
     for device in ["/dev/zero", "/dev/null"] {
         assert_eq!(problem(Path::new(device)), (Unreadable, None));
     }
