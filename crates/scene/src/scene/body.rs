@@ -1,4 +1,4 @@
-//! Elastic body of a scene, from its mesh, materials, supports and loads.
+//! Creates the elastic body of a scene from its mesh, materials, supports and loads.
 
 use std::sync::Arc;
 
@@ -20,10 +20,10 @@ use crate::InputError;
 use crate::scene_file::solid::{self, VolumetricEnergy};
 use crate::scene_file::{Analysis, SceneFile, mesh};
 
-/// Maximum number of times that undetermined pressures are tied.
+/// Maximum number of passes in which undetermined pressures are tied.
 const MAX_TIES: usize = 5;
 
-/// Returns the end of a list of `n` vertices of which the first is named.
+/// Returns the end of a message that names only the first of `n` vertices.
 fn and_more(n: usize) -> String {
     match n {
         1 => String::new(),
@@ -32,7 +32,8 @@ fn and_more(n: usize) -> String {
 }
 
 impl Builder<'_> {
-    /// Creates the body of a scene, if it has one. Rejects a scene without anything to compute, or with a body and a rod.
+    /// Creates the body of a scene, if it has one. Rejects a scene that has nothing to compute, or both a body and a
+    /// rod.
     pub(super) fn body_of(&self, file: &SceneFile) -> Result<Option<Body>, InputError> {
         let body = match (&file.mesh, &file.solid) {
             (Some(mesh), Some(solid)) => Some(self.body(file, mesh, solid)?),
@@ -106,7 +107,7 @@ impl Builder<'_> {
         });
         let linear_solver = match act_on_own_elements(file) || relaxes || follows_force {
             true => LinearSolverKind::Condensed,
-            // In this case, the oscillators act on elements that do not drive them.
+            // Otherwise, oscillators act on elements that do not drive them.
             false => LinearSolverKind::Full,
         };
         let mut muscle = Muscle {
@@ -144,7 +145,8 @@ impl Builder<'_> {
         })
     }
 
-    /// Returns the given formulation, or the default one, if it is compatible with the parameters and the analysis.
+    /// Returns the given formulation, or the default one, and checks that it is compatible with the parameters and the
+    /// analysis.
     fn formulation(
         &self,
         file: &SceneFile,
@@ -164,7 +166,7 @@ impl Builder<'_> {
         Ok(formulation)
     }
 
-    /// Creates the finite element space with the supports of the body and its degrees of freedom.
+    /// Creates the finite element space of the body, its supports and its degrees of freedom.
     fn space(
         &self,
         file: &SceneFile,
@@ -190,8 +192,8 @@ impl Builder<'_> {
         Ok((space, supports, dofs))
     }
 
-    /// Creates the elements with the stresses of their materials. Returns the number of quadrature points at which
-    /// fiber directions of the vertices oppose each other.
+    /// Creates the elements, including the stresses of their materials. Also returns the number of quadrature points at
+    /// which the fiber directions of the vertices oppose each other.
     fn solid(
         &self,
         file: &SceneFile,
@@ -220,8 +222,8 @@ impl Builder<'_> {
         Ok((solid, opposed_fibers))
     }
 
-    /// Ties undetermined pressures, which no displacement affects, to their neighbors and adds a
-    /// note.
+    /// Ties undetermined pressures to neighboring pressures and adds a note. A pressure is undetermined if no
+    /// displacement affects it.
     fn with_pressures_held(
         &self,
         file: &SceneFile,
@@ -249,14 +251,15 @@ impl Builder<'_> {
         Ok(space)
     }
 
-    /// Ties pressures whose volume conditions follow from other conditions to their neighbors and adds a note.
+    /// If the volume conditions of pressures follow from other conditions, ties these pressures to neighboring ones and
+    /// adds a note.
     fn with_independent_pressures(
         &self,
         space: Space,
         dofs: &DofMap,
     ) -> Result<Arc<Space>, InputError> {
         let mut space = Arc::new(space);
-        // Conditions of several elements may depend on each other, so that one pass does not suffice.
+        // Conditions of several elements may depend on each other, so one pass may not suffice.
         for _ in 0..MAX_TIES {
             let dependent = self.at("mesh", dependent_pressures(&space, dofs))?;
             let Some(&first) = dependent.first() else {
@@ -295,8 +298,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns κ, α and β of each material, or of the body without materials. Either all κ or no κ
-    /// is infinite, and either all β or no β is zero.
+    /// Returns κ, α and β of each material, or of the body if there are no materials. κ must be infinite for all
+    /// materials or for none, and β must be zero for all materials or for none.
     fn parameters(
         &self,
         file: &SceneFile,
@@ -342,7 +345,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Rejects a formulation with pressure for a law whose energy contains the volumetric part.
+    /// Rejects a formulation with pressure if the energy of a law already contains the volumetric part.
     fn check_complete(&self, laws: &[Law], formulation: Formulation) -> Result<(), InputError> {
         let mut descriptions = laws.iter().map(|law| law.description());
         match descriptions.find(|law| law.complete) {
@@ -359,9 +362,8 @@ impl Builder<'_> {
     }
 }
 
-/// Creates Taylor–Hood elements with pressures that jump between materials. `regions` contains the
-/// material of each element. A jump of stress requires a jump of pressure, whichever constant
-/// differs.
+/// Creates Taylor–Hood elements whose pressure may jump between materials. `regions` contains the index of each
+/// element's material. If any constant differs between materials, the stress jumps, and so must the pressure.
 fn taylor_hood(mesh: &Mesh, regions: &[usize]) -> Result<Space, FemError> {
     let space = Space::taylor_hood(mesh);
     match regions.iter().all(|region| *region == regions[0]) {
@@ -370,8 +372,8 @@ fn taylor_hood(mesh: &Mesh, regions: &[usize]) -> Result<Space, FemError> {
     }
 }
 
-/// Returns the formulation of lowest index that is compatible with κ and β and keeps the pressure
-/// as a field.
+/// Returns the formulation with the lowest index among those that are compatible with κ and β and have a pressure
+/// field.
 fn suited(parameters: &Parameters) -> Formulation {
     match (parameters.is_damped(), parameters.is_incompressible()) {
         (true, _) => Formulation::ImplicitRate,

@@ -1,4 +1,4 @@
-//! Context for building a scene: the text for messages and the folder for files.
+//! Context for building a scene: its text, to which messages refer, and its folder, from which files are read.
 
 use std::cell::RefCell;
 use std::fmt::Display;
@@ -12,10 +12,10 @@ use crate::inputs::Inputs;
 use crate::scene_file::Source;
 use crate::scene_file::check::{Problem, nearest, suggest};
 
-/// Builder of the parts of a scene. Its errors carry the location in the scene.
+/// Builder for the parts of a scene. Its errors include the location in the scene.
 pub(super) struct Builder<'a> {
     pub(super) source: &'a Source,
-    /// Files named in the scene.
+    /// Files that are named in the scene.
     pub(super) inputs: &'a Inputs<'a>,
     pub(super) t_end: f64,
     /// Notes on allowed but unusual values.
@@ -27,7 +27,7 @@ impl<'a> Builder<'a> {
         Self { source, inputs, t_end, notes: RefCell::default() }
     }
 
-    /// Reads the file named in the scene at `path`. Returns its content and its name for messages.
+    /// Reads `file`, which the scene names at `path`. Returns its content, and its name for messages.
     pub(super) fn read(&self, file: &Path, path: &str) -> Result<(Vec<u8>, String), InputError> {
         let name = self.inputs.resolve(file).display().to_string();
         let content = self.inputs.read(file).map_err(|error| {
@@ -37,8 +37,8 @@ impl<'a> Builder<'a> {
         Ok((content, name))
     }
 
-    /// Reads a file as `read` does, as text without a byte-order mark. Invalid UTF-8 is passed on, so that the reader of
-    /// the format reports it.
+    /// Reads a file like `read`, but returns text without a byte-order mark. Invalid UTF-8 is not rejected here, so
+    /// that the parser of the file format can report it.
     pub(super) fn read_text(
         &self,
         file: &Path,
@@ -54,7 +54,7 @@ impl<'a> Builder<'a> {
         self.source.report(Problem::new(path, error))
     }
 
-    /// Returns a vector of the mesh's dimension, with zero for a missing third component.
+    /// Returns a vector with as many components as the mesh has dimensions. In the plane, the third component is zero.
     pub(super) fn coordinates(
         &self,
         values: &[f64],
@@ -83,7 +83,7 @@ impl<'a> Builder<'a> {
         Err(self.wrong(path, error.found(format!("{values:?}"))))
     }
 
-    /// Returns the value, or the library's error with the location of the value at `path`.
+    /// Converts the error of a library to an input error with the location of the value at `path`.
     pub(super) fn at<T, E: Explain>(
         &self,
         path: &str,

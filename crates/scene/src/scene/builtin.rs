@@ -7,7 +7,7 @@ use crate::scene_file::read;
 
 #[derive(Debug, Clone, Copy)]
 pub struct BuiltinScene {
-    /// Name on the command line.
+    /// Name of the scene on the command line.
     pub name: &'static str,
     /// Typical run time on one core.
     pub run_time: &'static str,
@@ -20,10 +20,10 @@ impl BuiltinScene {
         read.map_or_else(|_| String::new(), |read| read.scene.title)
     }
 
-    /// Returns name and text of the built-in mesh file that the scene uses.
+    /// Returns the name and the text of the built-in mesh file that the scene uses.
     ///
     /// # Errors
-    /// A scene without a mesh, or with a mesh that the program generates.
+    /// Fails if the scene has no mesh, or if the program generates its mesh.
     pub fn mesh_file(&self) -> Result<(&'static str, &'static str), InputError> {
         let scene = read(self.name, self.text, &[])?.scene;
         match scene.mesh.map(|mesh| mesh.source) {
@@ -86,10 +86,10 @@ scenes! {
     "ventricle-coarse" "1 min"
 }
 
-/// Returns the built-in scene with this name.
+/// Returns the built-in scene with the given name.
 ///
 /// # Errors
-/// An unknown name, with the names that exist.
+/// Fails if the name is unknown. The error lists the existing names.
 pub fn find(name: &str) -> Result<&'static BuiltinScene, InputError> {
     let found = SCENES.iter().find(|scene| scene.name == name);
     found.ok_or_else(|| {

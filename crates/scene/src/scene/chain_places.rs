@@ -1,4 +1,4 @@
-//! Positions of the chains of a body and directions of their forcing.
+//! Positions in the body at which chains are driven, and directions of the forcing.
 
 use myovib_fem::{Barycentric, ElementPoint, Group, Mesh, Space, bounds};
 use myovib_model::{ModelError, Probe};
@@ -11,10 +11,10 @@ use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{Chain, Component, ComponentName, Place};
 
-/// Maximum number of oscillators at all places of a chain, and maximum number of grid points.
+/// Maximum total number of oscillators at all positions of a chain. Also the maximum number of grid points.
 pub(super) const MAX_OSCILLATORS: usize = 1_000_000;
 
-/// Place of the body that drives a chain.
+/// Position in the body at which a chain is driven.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DrivenPlace {
     /// Position in the mesh.
@@ -24,7 +24,7 @@ pub struct DrivenPlace {
 }
 
 impl DrivenPlace {
-    /// Returns the coordinates at rest, m. In the plane, the third is zero.
+    /// Returns the coordinates at rest (m). In the plane, the third coordinate is zero.
     pub(crate) fn point(&self, space: &Space) -> [f64; 3] {
         let probe = Probe::located_at(space, self.at);
         [0, 1, 2].map(|axis| probe.point().get(axis).copied().unwrap_or_default())
@@ -39,8 +39,8 @@ pub(super) struct Found {
 }
 
 impl Builder<'_> {
-    /// Returns the places of a chain that the body drives, in the order in which frequencies are
-    /// drawn.
+    /// Returns the positions at which the body drives a chain, in the order in which the frequencies of the oscillators
+    /// are drawn.
     pub(super) fn places_of(
         &self,
         file: &SceneFile,
@@ -87,7 +87,7 @@ impl Builder<'_> {
         Ok(self.at(path, Probe::at(space, at))?.located())
     }
 
-    /// Returns the vertices of a group, each in the first selected element that contains it.
+    /// Returns the vertices of a group. Each vertex is located in the first selected element that contains it.
     fn vertices(
         &self,
         space: &Space,
@@ -129,8 +129,7 @@ impl Builder<'_> {
         })
     }
 
-    /// Returns the grid points inside the body, with x running fastest, and the number of points
-    /// outside.
+    /// Returns the grid points inside the body and the number of grid points outside. The x coordinate varies fastest.
     fn grid(
         &self,
         space: &Space,
@@ -188,7 +187,7 @@ impl Builder<'_> {
         Ok((found, outside))
     }
 
-    /// Returns the unit vector of the displacement that drives the chain at a place.
+    /// Returns the unit vector d for which the displacement d·u drives the chain at a position.
     fn direction(
         &self,
         file: &SceneFile,

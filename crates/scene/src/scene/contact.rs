@@ -12,11 +12,11 @@ use crate::scene_file::function::Function;
 use crate::scene_file::loading::PathMethod;
 use crate::scene_file::{self, Analysis, SceneFile};
 
-/// Distance, relative to the coordinates, at which an obstacle counts as touching the body. Coordinates with six digits
-/// reproduce positions within this distance.
+/// Distance, relative to the size of the coordinates, within which an obstacle counts as touching the body. Coordinates
+/// with six digits reproduce positions within this distance.
 const ROUNDING: f64 = 1e-6;
-/// Number of intervals at which a force is sampled. It is prime, because a force with a round number of periods could
-/// vanish at all sample times of a round number of samples.
+/// Number of intervals between the times at which a force is sampled. It is prime: if it were a round number, a force
+/// with a round number of periods could vanish at all sample times.
 const FORCE_TIMES: u32 = 97;
 
 impl Builder<'_> {
@@ -68,7 +68,7 @@ impl Builder<'_> {
                 let distance = contact.driven_distance(self.t_end, 0.0, &rest);
                 let coordinates = solid.space().mesh().coordinates().iter();
                 let size = coordinates.fold(0.0_f64, |size, x| size.max(x.abs()));
-                // If a sphere moves away from the body, its far side would touch the body from inside.
+                // If a sphere moves away from the body, its far side would touch the body from the inside.
                 let is_behind = |s: f64| s.is_nan() || s < -ROUNDING * size;
                 if distance.is_some_and(is_behind) {
                     let error = InputError::new("the obstacle does not reach the group")
@@ -104,7 +104,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns whether contact `i` has augmented Lagrange multipliers.
+    /// Returns whether contact `i` uses augmented Lagrange multipliers.
     fn is_augmented(&self, file: &SceneFile, i: usize) -> Result<bool, InputError> {
         let path = file.loading_path.as_ref();
         let is_by_arc = path.is_some_and(|path| path.method == PathMethod::ArcLength);
@@ -195,7 +195,7 @@ impl Builder<'_> {
             return Err(self.wrong(&of_force, error));
         }
         let value = match file.analysis.is_in_time() {
-            // The integrator checks the force at all times; this check names the key.
+            // The integrator also checks the force at all times, but only this check can report the key.
             true => (0..=FORCE_TIMES)
                 .map(|i| signal.at(self.t_end * f64::from(i) / f64::from(FORCE_TIMES)).value)
                 .fold(f64::INFINITY, f64::min),

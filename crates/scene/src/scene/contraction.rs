@@ -1,4 +1,4 @@
-//! Stresses that materials add to their laws (fiber tension, viscosity), and foundations of the
+//! Stresses that materials add to those of their laws (fiber tension, viscosity), and elastic foundations of the
 //! boundary.
 
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony, Springpot, unit_vector};
@@ -13,12 +13,13 @@ use crate::scene_file::material::Material;
 use crate::scene_file::solid::{Direction, SpatialFactor};
 use crate::scene_file::{self, Analysis, SceneFile};
 
-/// Minimum and maximum number of times at which the sign of a prescribed tension is checked.
+/// Minimum and maximum numbers of times at which the sign of a prescribed tension is checked.
 const SAMPLES: [f64; 2] = [1e3, 1e6];
-/// Number of sample times per characteristic time of the tension.
+/// Number of sample times per time scale of the tension.
 const SAMPLES_OF_A_CHANGE: f64 = 4.0;
 
-/// Ratio of bulk to shear modulus below which a law has no volumetric part; it allows for a few rounding errors.
+/// If the ratio of bulk to shear modulus is below this value, a law has no volumetric part. The value allows for a few
+/// rounding errors.
 const ISOCHORIC: f64 = 1e-10;
 
 /// Stresses that materials add to their laws.
@@ -46,7 +47,7 @@ pub(super) fn act_on_own_elements(file: &SceneFile) -> bool {
     })
 }
 
-/// Returns the chain that drives the tension of a material.
+/// Returns the name of the chain that drives the tension of a material, if there is one.
 fn chain_of_tension(material: &Material) -> Option<&str> {
     match &material.active.as_ref()?.tension {
         Tension::Coherence { chain, .. } => Some(chain),
@@ -143,7 +144,7 @@ impl Builder<'_> {
         Err(self.wrong(&format!("{path}.spatial_factor"), error))
     }
 
-    /// Returns the Prony terms and springpots of the materials, each with its elements.
+    /// Returns the Prony terms and springpots of the materials, each with the elements to which they apply.
     pub(super) fn relaxation(
         &self,
         file: &SceneFile,
@@ -253,8 +254,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Rejects a negative tension. A tension that is negative only between the samples ends the
-    /// run.
+    /// Rejects a tension that is negative at a sample time. A tension that is negative only between sample times stops
+    /// the run instead.
     fn not_negative(&self, signal: &Signal, path: &str) -> Result<(), InputError> {
         let [least, most] = SAMPLES;
         let changes = signal.time_scale(0.0, self.t_end);
@@ -275,7 +276,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns the elastic foundations of the boundary, then the springs.
+    /// Returns the elastic foundations of the boundary, followed by the springs.
     pub(super) fn foundations(
         &self,
         file: &SceneFile,
@@ -309,7 +310,7 @@ impl Builder<'_> {
         foundations.chain(springs).collect()
     }
 
-    /// Rejects a support without stiffness and damping.
+    /// Rejects a support that has neither stiffness nor damping.
     fn expect_effect(
         &self,
         what: &str,

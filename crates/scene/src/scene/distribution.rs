@@ -11,7 +11,7 @@ use crate::InputError;
 use crate::expression;
 use crate::scene_file::solid::SpatialFactor;
 
-/// Spatial factor of one component.
+/// Spatial factor of one component of a load or motion.
 pub(super) struct Factor<'m, const D: usize> {
     values: Values<'m, D>,
     mesh: &'m Mesh,
@@ -27,7 +27,7 @@ enum Values<'m, const D: usize> {
 }
 
 impl<const D: usize> Factor<'_, D> {
-    /// Returns the factor at a position between vertices with these weights.
+    /// Returns the factor at `place`, a position between `vertices` with the given interpolation `weights`.
     pub(super) fn at(&self, vertices: &[usize], weights: &[f64], place: [f64; D]) -> f64 {
         match &self.values {
             Values::One => 1.0,
@@ -67,7 +67,7 @@ impl<const D: usize> Factor<'_, D> {
 }
 
 impl Builder<'_> {
-    /// Returns the factor for the component `axis`, as defined by the distribution in the table at `path`.
+    /// Returns the factor of the component `axis` that the distribution in the table at `path` defines.
     pub(super) fn factor<'m, const D: usize>(
         &self,
         distribution: Option<&'m SpatialFactor>,
@@ -95,7 +95,7 @@ impl Builder<'_> {
         Ok(Factor { values, mesh, undefined, path })
     }
 
-    /// Rejects a factor with a non-finite value.
+    /// Rejects a factor that had a non-finite value.
     pub(super) fn finite<const D: usize>(&self, factor: Factor<'_, D>) -> Result<(), InputError> {
         match factor.undefined.into_inner() {
             Some((key, error)) => Err(self.wrong(&key, error)),

@@ -1,5 +1,4 @@
-//! Two-way coupling of a scene: effect of chains on the stiffness or the contraction of parts of
-//! the body.
+//! Two-way coupling of a scene: the effect of chains on the stiffness or contraction of parts of the body.
 
 use std::collections::BTreeSet;
 
@@ -16,8 +15,8 @@ use crate::scene_file::active::Tension;
 use crate::scene_file::chain::Place;
 
 impl Builder<'_> {
-    /// Returns the feedback of the chains on the body: stiffness feedbacks in the order of the
-    /// scene, then tensions.
+    /// Returns the feedback of the chains on the body: first the stiffness feedbacks in the same order as in the scene,
+    /// then the tensions.
     pub(super) fn feedbacks(
         &self,
         file: &SceneFile,
@@ -70,8 +69,8 @@ impl Builder<'_> {
         Ok(feedbacks)
     }
 
-    /// Rejects a variable stiffness with stress relaxation. The equation Ḣ + H/τ = g Ṡ requires a
-    /// law with constant coefficients. It does not define H for a stiffness that changes at rest.
+    /// Rejects a variable stiffness of elements with stress relaxation. The equation Ḣ + H/τ = g Ṡ requires a law with
+    /// constant coefficients. It does not define H if the stiffness changes at rest.
     fn nothing_relaxes(
         &self,
         file: &SceneFile,
@@ -101,7 +100,7 @@ impl Builder<'_> {
         Err(self.wrong(path, error))
     }
 
-    /// Adds the feedbacks of the materials whose tension follows a chain.
+    /// Adds the feedbacks of materials whose tension follows a chain.
     fn add_tensions(
         &self,
         file: &SceneFile,
@@ -112,7 +111,7 @@ impl Builder<'_> {
         let solid = &body.muscle.solid;
         let materials = file.material.iter().enumerate();
         let active = materials.filter_map(|(i, material)| Some((i, material.active.as_ref()?)));
-        // Each active material has an activation, in the same order.
+        // Each active material has an activation, and both lists have the same order.
         for ((i, active), (number, _)) in active.zip(&body.muscle.activations) {
             let Tension::Coherence { chain, at_zero_coherence, at_full_coherence, rest_amplitude } =
                 &active.tension
@@ -167,7 +166,7 @@ impl Builder<'_> {
         self.at(&format!("{path}.rest_amplitude"), coherence)
     }
 
-    /// Returns the places of the chains whose feedbacks share the whole body.
+    /// Returns the positions of the chains whose feedbacks act jointly on the whole body.
     fn shared_places(
         &self,
         file: &SceneFile,
@@ -190,7 +189,7 @@ impl Builder<'_> {
         Ok(places)
     }
 
-    /// Returns the number of a chain that acts on the body.
+    /// Returns the zero-based index of a chain that acts on the body.
     fn acting_chain(
         &self,
         name: &str,
@@ -215,7 +214,7 @@ impl Builder<'_> {
         Ok(number)
     }
 
-    /// Returns 1 in the elements of a group and 0 elsewhere.
+    /// Returns weights of 1 in the elements of a group and 0 elsewhere.
     fn indicator(&self, mesh: &Mesh, group: &str, path: &str) -> Result<Vec<f64>, InputError> {
         let members = self.elements(Some(group), mesh, path)?;
         let n_vertices = mesh.shape().n_vertices();
@@ -227,7 +226,8 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the weights of place number `k` at the corners of all elements, by normalized inverse squared distances.
+/// Returns the weights of the position with the index `k` at the corners of all elements. They are normalized inverse
+/// squared distances.
 fn shares(mesh: &Mesh, places: &[Vec<f64>], k: usize) -> Vec<f64> {
     let dimension = mesh.dimension();
     let share = |vertex: &usize| {
@@ -236,7 +236,8 @@ fn shares(mesh: &Mesh, places: &[Vec<f64>], k: usize) -> Vec<f64> {
             let both = corner.iter().zip(place);
             both.map(|(x, y)| (x - y).powi(2)).sum()
         };
-        // Distances are scaled by the smallest one, so that a corner at a place does not lead to infinite terms.
+        // Distances are divided by the smallest one, so that a corner at one of the positions does not lead to infinite
+        // terms.
         let nearest = places.iter().map(squared).fold(f64::INFINITY, f64::min);
         let inverse = |place: &Vec<f64>| match squared(place) {
             distance if distance > 0.0 => nearest / distance,

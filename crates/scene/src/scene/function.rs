@@ -1,4 +1,4 @@
-//! Functions of time, built from their definition in the scene.
+//! Builds functions of time from their definitions in the scene.
 
 use std::path::Path;
 
@@ -10,11 +10,11 @@ use crate::InputError;
 use crate::csv::Table;
 use crate::scene_file::function::{Composed, Function, Interpolation, Shape};
 
-/// Overshoot of a spline, relative to the range of its values, above which a note is added.
+/// A note is added if the overshoot of a spline, relative to the range of its values, exceeds this value.
 const OVERSHOOT: f64 = 0.02;
 
 impl Builder<'_> {
-    /// Returns the function of time at `path`.
+    /// Returns the function of time that is defined at `path`.
     pub(super) fn signal(&self, function: &Function, path: &str) -> Result<Signal, InputError> {
         let parts = |of: &[Function]| {
             let parts = of.iter().enumerate();
@@ -69,7 +69,7 @@ impl Builder<'_> {
         })
     }
 
-    /// Returns the spline through the points, with a note if it overshoots them.
+    /// Returns the spline through the points. Adds a note if the spline overshoots them.
     fn spline(&self, points: Points, path: &str) -> Spline {
         let spline = Spline::from(points);
         let overshoot = spline.overshoot();
@@ -133,7 +133,7 @@ impl Builder<'_> {
         }
         let points = self.at(&place, Points::new(times, values))?;
         let (start, end) = points.range();
-        // Because of rounded decimals, a table may end slightly before the run.
+        // Because decimals are rounded, a table may end slightly before the run.
         if start > 0.0 || end < self.t_end * (1.0 - 1e-12) {
             let error = InputError::new("the table does not cover the run's time interval")
                 .found(format!("{start} s to {end} s"))

@@ -8,11 +8,11 @@ use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::group::{Group, Members, Place};
 
-/// Distance from a box, sphere or plane within which a vertex belongs to it, as a fraction of the mesh's largest
-/// extent: vertices of generated meshes are on surfaces only up to rounding errors and solver tolerances.
+/// A vertex belongs to a box, sphere or plane if it is within this distance, which is a fraction of the mesh's largest
+/// extent. Vertices of generated meshes are on surfaces only up to rounding errors and solver tolerances.
 const TOLERANCE: f64 = 1e-6;
 
-/// Indices of points or elements, or sorted vertices of facets.
+/// Members of a group: indices of points or elements, or sorted vertices of facets.
 type MemberSet = BTreeSet<Vec<usize>>;
 
 /// Condition on the coordinates of a vertex.
@@ -167,7 +167,7 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the members of a group if they have the given dimension, in a mesh of dimension `of_mesh`.
+/// Returns the members of a group in a mesh of dimension `of_mesh`, or `None` if they do not have the given dimension.
 fn set_of(group: &fem::Group, dimension: usize, of_mesh: usize) -> Option<MemberSet> {
     fn sorted(vertices: &[usize]) -> Vec<usize> {
         let mut vertices = vertices.to_vec();

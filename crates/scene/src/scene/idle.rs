@@ -25,7 +25,7 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         let law = material.stiffened();
         material.active.is_none() && law.is_ok_and(|law| !law.has_fibers())
     };
-    // Feedback may stiffen the fibers, and chains may follow them.
+    // Fibers may matter if there are chains: feedback may stiffen them, and a chain may be driven along them.
     let materials = file.material.iter().enumerate();
     let without_fibers = materials
         .filter(|(_, own)| file.chain.is_empty() && own.fiber.is_some() && is_isotropic(own));
@@ -54,13 +54,13 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     notes
 }
 
-/// Number of intervals at which signals are sampled. It is prime, because a load with a round number of periods could
-/// vanish at all sample times of a round number of samples.
+/// Number of intervals between the times at which signals are sampled. It is prime: if it were a round number, a load
+/// with a round number of periods could vanish at all sample times.
 const TIMES: u32 = 97;
-/// A note is added if a load reaches less than this fraction of its later maximum during the motion.
+/// A note is added if, during the motion, a load stays below this fraction of the maximum that it reaches later.
 const MIN_LOAD_FRACTION: f64 = 0.05;
 
-/// Returns the sampled times between two times.
+/// Returns the sample times between `from` and `to`.
 fn times(from: f64, to: f64) -> impl Iterator<Item = f64> {
     (0..=TIMES).map(move |i| from + (to - from) * f64::from(i) / f64::from(TIMES))
 }
@@ -88,9 +88,9 @@ fn late_loads(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     notes.collect()
 }
 
-/// Returns notes on obstacles with a given motion that do not reach the undeformed body.
+/// Returns notes on obstacles whose given motion does not bring them into contact with the undeformed body.
 fn missed(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
-    // Loads, supports and inertia may move the body to the obstacle.
+    // Loads, supports and inertia may move the body toward the obstacle.
     let moves = !body.muscle.prescribed.is_empty() || body.keyed_loads().next().is_some();
     if moves || file.analysis == Analysis::Dynamic {
         return Vec::new();
@@ -99,7 +99,7 @@ fn missed(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     let is_static = file.analysis == Analysis::Static;
     let contacts = body.muscle.contacts.iter().enumerate();
     let missed = contacts.filter(|(_, contact)| {
-        // A static analysis scales the displacement at t_end.
+        // A static analysis scales the displacement that the obstacle has at `t_end`.
         let mut places = times(0.0, 1.0).map(|part| match is_static {
             true => (t_end, part),
             false => (part * t_end, 1.0),
@@ -137,7 +137,7 @@ fn held(i: usize, traction: &Traction, muscle: &Muscle) -> Vec<String> {
     words.collect()
 }
 
-/// Returns whether there are loads, tensions or support motions, but all of them are zero.
+/// Returns whether there are loads, tensions or support motions and all of them are zero at time `t`.
 fn is_unloaded(muscle: &Muscle, t: f64) -> bool {
     let signals = muscle.signals().map(|signal| signal.at(t).value);
     let tensions = muscle.activations.iter().map(|(_, own)| own.at(t, 0.0));
@@ -213,7 +213,7 @@ y = { type = "step", value = 1.0, rise = 0.1 }
         let long = notes("", &["analysis=dynamic", slow, stiff, "time.end=1.0"]);
         assert_eq!(long, Vec::<String>::new());
 
-        // A sphere above the square, which comes down by 0.1 m.
+        // A sphere above the square moves down by 0.1 m.
         let sphere = |height: f64, radius: f64, motion: &str| {
             format!(
                 "[[contact]]\ngroup = \"top\"\ntype = \"sphere\"\ncenter = [0.5, {}]\nradius = {radius}\n{motion}\n",
@@ -221,7 +221,7 @@ y = { type = "step", value = 1.0, rise = 0.1 }
             )
         };
         for (height, radius, count) in [(1.05, 0.6, 0), (1.15, 0.6, 1), (1.05, 0.4, 1)] {
-            // The last sphere has a smaller radius than the facets.
+            // The radius of the last sphere is smaller than the facets.
             let found = notes(&sphere(height, radius, "y = -0.1"), &["traction=[]"]);
             assert_eq!(found.len(), count, "{found:?}");
         }

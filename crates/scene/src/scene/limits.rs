@@ -1,5 +1,4 @@
-//! Limits on the output of a scene. They detect typing errors before a run uses hours or fills a
-//! disk.
+//! Limits on the output of a scene. They detect typing errors before a run takes hours or fills the disk.
 
 use std::num::NonZeroUsize;
 
@@ -9,17 +8,17 @@ use crate::scene_file::output::Probe;
 use crate::scene_file::{Analysis, SceneFile};
 use crate::statistics::DRIFT_SAMPLES;
 
-/// Maximum number of probes. Each has an open file, and systems allow a process about a thousand.
+/// Maximum number of probes. Each probe keeps a file open, and systems allow about a thousand open files per process.
 const MAX_PROBES: usize = 500;
-/// Number of files that a run may have open in addition to its probes: standard streams, the lock, and a file being
-/// written.
+/// Number of files that a run may have open in addition to the files of its probes: standard streams, the lock, and a
+/// file that is being written.
 const OTHER_FILES: usize = 16;
-/// Maximum number of rows of a probe: a file of about 1 GB for a point.
+/// Maximum number of rows of a probe. For a probe at a point, this corresponds to a file of about 1 GB.
 const MAX_ROWS: f64 = 1e7;
-/// Number of rows per period of a load below which a curve may be misinterpreted: a peak between two rows may be 8 %
-/// higher than both.
+/// Minimum number of rows per period of a load. With fewer rows, a curve may be misinterpreted, because a peak between
+/// two rows may be more than 8 % higher than both.
 const FEWEST_ROWS: f64 = 8.0;
-/// Maximum number of field files and checkpoints; the smallest have about 10 kB each.
+/// Maximum number of field files and checkpoints. The smallest of these files have about 10 kB each.
 const MAX_FILES: f64 = 1e5;
 
 /// Returns the maximum number of open files of this process, if the system reports it.
@@ -34,8 +33,8 @@ fn open_files() -> Option<usize> {
     None
 }
 
-/// Returns a note on probes with too few rows per period of the highest frequency `drive` (Hz) of the loads. Probes
-/// that only record the start and the end (`t_end`, s) are excluded, because this is usually intended.
+/// Returns a note on probes with too few rows per period of `drive`, the highest frequency (Hz) of the loads. Probes
+/// that record only the start and the end (`t_end`, s) are excluded, because such probes are usually intended.
 pub(super) fn coarse_probes(file: &SceneFile, t_end: f64, drive: Option<f64>) -> Option<String> {
     let drive = drive.filter(|_| file.analysis == Analysis::Dynamic)?;
     let is_coarse =
@@ -51,14 +50,15 @@ pub(super) fn coarse_probes(file: &SceneFile, t_end: f64, drive: Option<f64>) ->
     ))
 }
 
-/// Returns the maximum number of concurrent runs of a scene: each run keeps the files of its probes open.
+/// Returns the maximum number of concurrent runs of a scene. It is limited because each run keeps the files of its
+/// probes open.
 pub(crate) fn runs_at_once(file: &SceneFile) -> NonZeroUsize {
     let runs = open_files().map(|files| files / (file.probe.len() + OTHER_FILES));
     runs.map_or(NonZeroUsize::MAX, |runs| NonZeroUsize::new(runs).unwrap_or(NonZeroUsize::MIN))
 }
 
 impl Builder<'_> {
-    /// Rejects excessive output, and an end time too small to be divided into samples.
+    /// Rejects excessive output, and an end time that is too small to be divided into samples.
     pub(super) fn limits(&self, file: &SceneFile) -> Result<(), InputError> {
         if file.time.is_some() && !(self.t_end / DRIFT_SAMPLES).is_normal() {
             let error = InputError::new("the end time is too small to be divided into samples")

@@ -12,14 +12,14 @@ use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::solid::{BodyForce, Traction};
 
-/// Loads with the keys of their components in the scene.
+/// Loads, each with the key of its component in the scene.
 type Keyed<L> = Vec<(String, L)>;
-/// A load of size 1, and the amplitude of its harmonic part.
+/// A load of unit size and the amplitude of its harmonic part.
 type Harmonic = (SurfaceLoad, Complex64);
 
 impl Builder<'_> {
-    /// Returns the dead loads (tractions, then body forces and point forces), one load per component, and the sum of
-    /// their harmonic parts. `densities` contains one value per element.
+    /// Returns the dead loads and the sum of their harmonic parts. There is one load per component: first for the
+    /// tractions, then for the body forces and point forces. `densities` contains one value per element.
     pub(super) fn loads(
         &self,
         file: &SceneFile,
@@ -88,7 +88,7 @@ impl Builder<'_> {
         Ok((loads, harmonic))
     }
 
-    /// Returns the point `at` of the table at `path`, with a note if it is outside the mesh.
+    /// Returns the point `at` of the table at `path`. Adds a note if the point is outside the mesh.
     pub(super) fn point(&self, space: &Space, at: &[f64], path: &str) -> Result<Probe, InputError> {
         let (point, distance) = self.at(&format!("{path}.at"), Probe::near(space, at))?;
         if distance > 0.0 {
@@ -99,7 +99,7 @@ impl Builder<'_> {
         Ok(point)
     }
 
-    /// Returns the load of a traction of 1 Pa along an axis, multiplied by its distribution.
+    /// Returns the load of a traction of 1 Pa along an axis, multiplied by the distribution of the traction.
     fn unit_traction<const D: usize>(
         &self,
         traction: &Traction,
@@ -139,8 +139,8 @@ impl Builder<'_> {
         Ok(load)
     }
 
-    /// Returns the loads on the deformed boundary with their keys and, for a response, unit loads with the amplitudes
-    /// of the harmonic parts.
+    /// Returns the loads on the deformed boundary with their keys. For a response, also returns unit loads with the
+    /// amplitudes of their harmonic parts.
     pub(super) fn surface_loads(
         &self,
         file: &SceneFile,
@@ -161,7 +161,7 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the vector of this length along an axis.
+/// Returns the vector of length `size` along an axis.
 fn along<const D: usize>(axis: usize, size: f64) -> [f64; D] {
     std::array::from_fn(|i| if i == axis { size } else { 0.0 })
 }

@@ -13,24 +13,24 @@ use crate::scene_file::SceneFile;
 use crate::scene_file::material::{Direction, Material};
 use crate::scene_file::solid::SpatialFactor;
 
-/// Advice for missing fibers.
+/// Remedy for missing fibers.
 pub(super) const GIVE_FIBER: &str =
     "give `fiber`: a vector such as [1, 0, 0], or the name of a nodal field of the mesh file";
 
 pub(super) struct Materials {
     pub(super) laws: Vec<Law>,
-    /// Mass density of each element, kg/m³.
+    /// Mass density (kg/m³) of each element.
     pub(super) densities: Vec<f64>,
     pub(super) regions: Vec<usize>,
     /// Fiber directions, if a material defines them.
     pub(super) fibers: Option<Fibers>,
-    /// Factor of the stress at each vertex of each element, if a material defines such factors.
+    /// Stress factor at each vertex of each element, if a material defines such factors.
     pub(super) factors: Option<Vec<f64>>,
 }
 
 impl Builder<'_> {
-    /// Returns laws, densities and fibers of the elements. A material without a group covers the
-    /// elements that no other material covers.
+    /// Returns the laws, densities and fibers of the elements. A material without a group applies to the elements that
+    /// no other material covers.
     pub(super) fn materials(&self, file: &SceneFile, mesh: &Mesh) -> Result<Materials, InputError> {
         let mut given: Vec<Option<usize>> = vec![None; mesh.n_elements()];
         let (mut fibers, mut factors) = (None, None);
@@ -110,7 +110,8 @@ impl Builder<'_> {
     fn law(&self, file: &SceneFile, i: usize) -> Result<Law, InputError> {
         let material = &file.material[i];
         match self.at(&format!("material[{i}].stress_scale"), material.stiffened())? {
-            // Viscous stresses require laws of finite strains, which are equivalent to small strains at rest.
+            // Viscous stresses require a law for finite strains. At rest, such a law is equivalent to the law for small
+            // strains.
             Law::SmallStrain { shear_modulus } if material.is_viscous() => {
                 self.expect_rest(file, &format!("material[{i}]"))?;
                 Ok(Law::MooneyRivlin { c10: 0.5 * shear_modulus, c01: 0.0 })
@@ -119,7 +120,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Sets the factors of a material's stress at the vertices of its elements.
+    /// Sets the stress factors of a material at the vertices of its elements.
     fn set_factors<const D: usize>(
         &self,
         factors: &mut [f64],
@@ -155,7 +156,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns the elements of a group, or all elements.
+    /// Returns the elements of a group, or all elements if no group is given.
     pub(super) fn elements(
         &self,
         group: Option<&str>,
@@ -199,7 +200,7 @@ impl Builder<'_> {
         Err(self.wrong(path, error))
     }
 
-    /// Rejects a fiber law without fibers, missing sheets, and sheets without fibers.
+    /// Rejects a fiber law without fibers, a law without the sheets that it needs, and sheets without fibers.
     fn directions(&self, material: &Material, path: &str) -> Result<(), InputError> {
         let law = material.law.law;
         let name = law.description().name;
@@ -284,7 +285,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns a direction from its components. The third is optional in the plane.
+    /// Returns a direction from its components. In the plane, the third component is optional.
     pub(super) fn vector(
         &self,
         given: &[f64],
@@ -307,7 +308,7 @@ impl Builder<'_> {
     }
 }
 
-/// Converts an error of a nodal field to an input error with the position of the node.
+/// Converts the error of a nodal field to an input error that includes the position of the node.
 fn about_field(error: FemError, mesh: &Mesh) -> InputError {
     match error {
         FemError::UnknownField { name, known } => {
@@ -340,7 +341,7 @@ fn about_field(error: FemError, mesh: &Mesh) -> InputError {
     }
 }
 
-/// Returns the first element at whose vertices the nodal field `sheet` is parallel to `fiber`.
+/// Returns `element` if the nodal fields `sheet` and `fiber` are parallel at all its vertices.
 fn runs_along(mesh: &Mesh, element: usize, fiber: &str, sheet: &str) -> Option<usize> {
     let (fiber, sheet) = (mesh.field(fiber).ok()?, mesh.field(sheet).ok()?);
     let vector = |field: &NodalField, vertex| <[f64; 3]>::try_from(field.at(vertex)).ok();
@@ -357,9 +358,8 @@ fn are_parallel(a: [f64; 3], b: [f64; 3]) -> bool {
     length(across) <= 1e-6
 }
 
-/// Returns whether a law distinguishes directions normal to its fibers. The test rotates the sheets
-/// about the fiber and compares the energies of a strain without symmetry; the tolerance covers
-/// rounding.
+/// Returns whether a law distinguishes between directions normal to its fibers. The test rotates the sheets about the
+/// fiber and compares the energies of a strain without symmetry. The tolerance covers rounding.
 fn has_sheets(law: Law) -> bool {
     if !law.has_fibers() {
         return false;

@@ -7,17 +7,17 @@ use crate::InputError;
 use crate::scene_file::group;
 use crate::scene_file::mesh::{self, MeshSource, Region, Resolution};
 
-/// Muscle of the reproduced paper.
+/// Mesh of the muscle in the reproduced paper.
 pub(super) const MUSCLE: &str = include_str!("../../data/meshes/muscle.msh");
-/// Mesh of the benchmark's ventricle, and a coarser version.
+/// Mesh of the ventricle in the benchmark, and a coarser version.
 pub(super) const VENTRICLE: &str = include_str!("../../data/meshes/ventricle.msh");
 pub(super) const VENTRICLE_COARSE: &str = include_str!("../../data/meshes/ventricle_coarse.msh");
-/// Maximum number of elements of a scene, far above the capacity of one machine. It detects a
-/// typing error before memory is exhausted.
+/// Maximum number of elements of a scene. It is far above the capacity of one machine and detects typing errors before
+/// memory is exhausted.
 const MAX_ELEMENTS: usize = 4_000_000;
 
 impl Builder<'_> {
-    /// Returns the refined mesh with the regions as separate groups.
+    /// Returns the refined mesh with each region as a separate group, and with the selected groups.
     pub(super) fn mesh(
         &self,
         mesh: &mesh::Mesh,
@@ -137,7 +137,7 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the product of integers, saturated at the largest integer.
+/// Returns the product of integers. If it overflows, returns the largest integer.
 fn product(factor: usize, factors: &[usize]) -> usize {
     factors.iter().fold(factor, |n, m| n.saturating_mul(*m))
 }

@@ -1,9 +1,8 @@
-//! Scenes as validated objects: the parsed text of [`crate::scene_file`], combined with its mesh
-//! into the model.
+//! Validated scenes: the parsed text of [`crate::scene_file`], combined with its mesh to form the model.
 //!
-//! Errors name their location in the text, as in `scene_file`. For an unknown group, the error
-//! lists the groups of the mesh. For a formulation incompatible with κ and β, it lists the
-//! compatible ones. Nothing is computed or written before a [`Scene`] exists.
+//! Errors include their location in the text, as in `scene_file`. If a group is unknown, the error lists the groups of
+//! the mesh. If a formulation is incompatible with κ and β, the error lists the compatible formulations. Nothing is
+//! computed or written before a [`Scene`] exists.
 
 mod body;
 mod builder;
@@ -76,9 +75,9 @@ pub struct Scene {
     source: Source,
     /// Overrides of values in the text, each as `key=value`.
     overrides: Vec<String>,
-    /// Folder of the files named in the text.
+    /// Folder to which file names in the text are relative.
     folder: PathBuf,
-    /// End time, s; 0 for a scene without a time interval.
+    /// End time (s); 0 for a scene without a time interval.
     pub t_end: f64,
     /// Elastic body, if there is one.
     pub body: Option<Body>,
@@ -87,9 +86,9 @@ pub struct Scene {
     pub chains: Vec<DrivenChain>,
     /// Feedback of chains on the body.
     pub feedbacks: Vec<Feedback>,
-    /// Frequency of a periodic state, Hz, and the start of its period, s; `None` for other analyses.
+    /// Frequency (Hz) of a periodic state and start (s) of its period; `None` for other analyses.
     pub(crate) repetition: Option<[f64; 2]>,
-    /// Input files: mesh and tables.
+    /// Input files: the mesh and the tables.
     pub inputs: Vec<Input>,
     /// Paths of the input files.
     pub(crate) paths: Vec<PathBuf>,
@@ -100,27 +99,28 @@ pub struct Scene {
 #[derive(Debug, Clone)]
 pub struct Body {
     pub muscle: Muscle,
-    /// Harmonic parts of its loads, for a response.
+    /// Harmonic parts of the loads in a response.
     pub excitation: Excitation,
     pub formulation: Formulation,
-    /// Keys of the muscle's loads, then of its surface loads and of forces on obstacles, in their order.
+    /// Keys of the muscle's loads, followed by those of its surface loads and of the forces on obstacles, in the same
+    /// order.
     pub(crate) load_keys: Vec<String>,
     pub settings: Settings,
-    /// Initial state of its motion.
+    /// Initial state of the body's motion.
     pub(crate) start: Start,
-    /// Material number of each element, as in the scene.
+    /// Zero-based index of each element's material in the scene.
     pub regions: Vec<usize>,
     /// Whether a material defines fiber directions.
     pub has_fibers: bool,
-    /// Number of quadrature points where fiber directions at the vertices oppose each other, so
-    /// that the direction at the nearest vertex is used.
+    /// Number of quadrature points where fiber directions at the vertices oppose each other. At these points, the
+    /// direction at the nearest vertex is used.
     pub opposed_fibers: usize,
     /// Number of elements in which the fiber directions at two vertices differ by more than 120°.
     pub unresolved_fibers: usize,
 }
 
 impl Body {
-    /// Returns the functions of time of the loads with their keys.
+    /// Returns the functions of time of the loads, each with its key.
     pub(crate) fn keyed_loads(&self) -> impl Iterator<Item = (&str, &Signal)> {
         let surface_loads = self.muscle.surface_loads.iter().map(SurfaceLoad::signal);
         let signals = self.muscle.loads.iter().map(Load::signal);
@@ -131,15 +131,15 @@ impl Body {
     }
 }
 
-/// Inverse of the fraction of elements with unresolved fibers that is accepted without a note. Some elements around an
-/// apex, where all directions meet, are always unresolved.
+/// A note is added if the fraction of elements with unresolved fibers exceeds the inverse of this number. Some elements
+/// around an apex, where all directions meet, are always unresolved.
 const RARE: usize = 50;
 
-/// Maximum size of a scene file, bytes. A larger file is probably not a scene.
+/// Maximum size of a scene file (bytes). A larger file is probably not a scene.
 const MOST_BYTES: u64 = 1 << 26;
 
-/// Reads the text of a scene file. An open pipe is accepted, as in `<(command)` of a shell. Named pipes are rejected
-/// because reading may block forever, and devices because reading may never end.
+/// Reads the text of a scene file. An open pipe, such as `<(command)` in a shell, is accepted. Named pipes are rejected
+/// because reading them may block forever. Devices are rejected because reading them may never end.
 fn text_of(path: &Path) -> io::Result<String> {
     let is_open =
         ["/dev/fd", "/dev/stdin", "/proc/self/fd"].iter().any(|open| path.starts_with(open));
@@ -178,10 +178,10 @@ impl Scene {
         contraction::chains_that_act(&self.file).next()
     }
 
-    /// Reads the scene at `path`, or the built-in scene of that name, with overrides applied.
+    /// Reads the scene at `path`, or the built-in scene with that name, and applies the overrides.
     ///
     /// # Errors
-    /// [`InputError`] for an unreadable file or an invalid scene.
+    /// Returns an [`InputError`] if the file cannot be read or the scene is invalid.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, InputError> {
         let name = path.display().to_string();
         match (text_of(path), builtin::find(&name).ok()) {
@@ -205,25 +205,25 @@ impl Scene {
         }
     }
 
-    /// Returns the built-in scene `name`, with overrides applied.
+    /// Returns the built-in scene `name` with the overrides applied.
     ///
     /// # Errors
-    /// A name that is not in [`SCENES`], or invalid overrides.
+    /// Fails if the name is not in [`SCENES`] or an override is invalid.
     pub fn built_in(name: &str, overrides: &[String]) -> Result<Self, InputError> {
         Self::build(name, builtin::find(name)?.text, overrides, Path::new(""))
     }
 
-    /// Returns the scene with more overrides.
+    /// Returns the scene with additional overrides.
     ///
     /// # Errors
-    /// An invalid override.
+    /// Fails if an override is invalid.
     pub(crate) fn with(&self, set: &[String]) -> Result<Self, InputError> {
         let overrides = [&self.overrides[..], set].concat();
         let source = &self.source;
         Self::build(source.name(), source.text(), &overrides, &self.folder)
     }
 
-    /// Returns the scene with all tolerances multiplied by the factor [`loosening`].
+    /// Returns the scene with all tolerances multiplied by the factor that [`loosening`] returns.
     #[must_use]
     pub fn with_looser_tolerances(&self) -> Self {
         let integrator = &self.file.integrator;
@@ -231,7 +231,8 @@ impl Scene {
         self.with_scaled_tolerances([loosening(integrator.method, largest); 2])
     }
 
-    /// Returns the scene with the tolerances of the body, and of rod and oscillators, multiplied by these factors.
+    /// Returns the scene with scaled tolerances. The first factor applies to the body, the second to the rod and the
+    /// oscillators.
     #[must_use]
     pub(crate) fn with_scaled_tolerances(&self, [factor, of_oscillators]: [f64; 2]) -> Self {
         let mut scene = self.clone();
@@ -271,8 +272,8 @@ impl Scene {
         &self.overrides
     }
 
-    /// Returns notes on corrections of the mesh, ignored grid points, settings, loads and materials
-    /// without effect, and unclear fiber directions.
+    /// Returns notes on corrections of the mesh, on ignored grid points, on unclear fiber directions, and on settings,
+    /// loads and materials without effect.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = self.reading_notes.clone();
         let body = self.body.as_ref();
@@ -311,10 +312,10 @@ impl Scene {
         notes
     }
 
-    /// Returns how the loading path of a static analysis is followed.
+    /// Returns the method by which the loading path of a static analysis is followed.
     ///
     /// # Errors
-    /// Keys that have no effect with this method.
+    /// Fails if the path has keys without effect for this method.
     pub(crate) fn control(&self) -> Result<Control, InputError> {
         let Some(path) = &self.file.loading_path else {
             return Ok(Control::Load(vec![1.0]));
@@ -325,10 +326,10 @@ impl Scene {
         })
     }
 
-    /// Returns the load factors of a loading path; empty for a path by arc length.
+    /// Returns the load factors of a loading path; empty if the path does not prescribe them.
     ///
     /// # Errors
-    /// Keys that have no effect with this method.
+    /// Fails if the path has keys without effect for its method.
     pub(crate) fn loads(&self) -> Result<Vec<f64>, InputError> {
         Ok(match self.control()? {
             Control::Load(loads) => loads,
@@ -336,33 +337,32 @@ impl Scene {
         })
     }
 
-    /// Returns the values as written in the scene, with overrides and without defaults.
+    /// Returns the values as written in the scene, with overrides but without defaults.
     pub(crate) fn written(&self) -> &Value {
         self.source.value()
     }
 
-    /// Returns findings on allowed but unusual values of the body.
+    /// Returns findings about allowed but unusual values of the body.
     pub fn unusual(&self) -> Vec<Finding> {
         let body = self.body.as_ref();
         body.map_or(Vec::new(), |body| unusual::findings(&self.file, body, self.t_end))
     }
 
-    /// Returns the scene's text without overrides.
+    /// Returns the text of the scene without overrides.
     pub fn text(&self) -> &str {
         self.source.text()
     }
 
-    /// Returns the value, or the model's error with the location of the value at `path`, such as
-    /// `probe[0]`.
+    /// Converts the error of the model to an input error with the location of the value at `path`, such as `probe[0]`.
     ///
     /// # Errors
-    /// Errors of the model, with an explanation.
+    /// Returns the error of the model with an explanation.
     pub fn at<T>(&self, path: &str, result: Result<T, ModelError>) -> Result<T, InputError> {
         let inputs = Inputs::new(Path::new(""));
         Builder::new(&self.source, &inputs, self.t_end).at(path, result)
     }
 
-    /// Returns the measurements of the probes. For a response, quantities without an amplitude are omitted.
+    /// Returns the readings of the probes. For a response, quantities without an amplitude are omitted.
     pub(crate) fn readings(&self) -> Result<Vec<Box<dyn Reading>>, InputError> {
         let mut readings = self.all_readings()?;
         let is_kept = |quantity| self.omission(quantity).is_none();
@@ -370,7 +370,7 @@ impl Scene {
         Ok(readings)
     }
 
-    /// Returns the names of the probes with quantities that [`Self::readings`] omits, each with a reason.
+    /// Returns the names of the probes for which [`Self::readings`] omits quantities, each with a reason.
     pub(crate) fn omissions(&self) -> Result<Vec<(&str, &'static str)>, InputError> {
         let readings = self.all_readings()?;
         let all = self.file.probe.iter().zip(&readings).flat_map(|(probe, reading)| {
@@ -383,7 +383,7 @@ impl Scene {
         Ok(all.collect())
     }
 
-    /// Returns the reason why a response has no amplitude of a quantity.
+    /// Returns the reason why a response has no amplitude of a quantity, if this is the case.
     fn omission(&self, quantity: Quantity) -> Option<&'static str> {
         let about_rest = self.file.response.as_ref().is_none_or(|own| own.preload_time.is_none());
         let is_incompressible = |body: &Body| body.muscle.parameters.is_incompressible();
@@ -422,10 +422,10 @@ impl Scene {
         Builder::new(&self.source, &inputs, self.t_end).wrong(path, error)
     }
 
-    /// Builds a scene from its text. File names in it are relative to `folder`.
+    /// Builds a scene from its text. File names in the text are relative to `folder`.
     ///
     /// # Errors
-    /// [`InputError`] with file, line, column, and the expected value.
+    /// Returns an [`InputError`] with the file, the line, the column, and the expected value.
     pub fn build(
         name: &str,
         text: &str,

@@ -17,12 +17,12 @@ use crate::scene_file::output::Stop;
 
 #[derive(Debug, Clone)]
 pub struct DrivenChain {
-    /// Name in output.
+    /// Name of the chain in the output.
     pub name: String,
     pub chain: Chain,
     /// Gain and range of the forcing.
     pub drive: Drive,
-    /// Place of the forcing, if given.
+    /// Definition of the positions of the forcing, if given.
     pub at: Option<Place>,
     pub places: Vec<DrivenPlace>,
     /// Number of grid points outside the body.
@@ -34,28 +34,28 @@ pub struct DrivenChain {
 }
 
 impl DrivenChain {
-    /// Returns the number of chains, which equals the number of places.
+    /// Returns the number of positions, at each of which there is a chain; 1 if no position is given.
     pub fn n_places(&self) -> usize {
         self.places.len().max(1)
     }
 
-    /// Returns the number of unknowns: position and velocity of each oscillator of all places.
+    /// Returns the number of unknowns. These are the position and velocity of each oscillator at all places.
     pub fn n_unknowns(&self) -> usize {
         2 * self.chain.omega.len()
     }
 
-    /// Returns the elements with one chain each, for chains in elements.
+    /// Returns the element of each chain if the chains are defined by elements.
     pub fn elements(&self) -> Option<Vec<usize>> {
         let elements = self.places.iter().map(|place| place.at.element);
         matches!(self.at, Some(Place::Elements { .. })).then(|| elements.collect())
     }
 
-    /// Returns whether there are chains at many places, each with a separate coherence.
+    /// Returns whether there are chains at many places, each with its own coherence.
     pub fn is_in_many_places(&self) -> bool {
         !matches!(self.at, None | Some(Place::Point(_) | Place::Position(_)))
     }
 
-    /// Returns a note on the places of the chain, if there is anything to report.
+    /// Returns a note if grid points of the chain are outside the body.
     pub(super) fn note(&self) -> Option<String> {
         let (kept, all) = (self.places.len(), self.places.len() + self.outside);
         (self.outside > 0).then(|| {
@@ -213,7 +213,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Checks the names of the tables of probes and ratios.
+    /// Checks the names of the tables for probes and ratios.
     fn table_names(&self, file: &SceneFile) -> Result<(), InputError> {
         let probes = file.probe.iter().map(|probe| &probe.name);
         let probes = probes.enumerate().map(|(i, name)| (format!("probe[{i}]"), name));

@@ -1,4 +1,4 @@
-//! Checks of a periodic state: its frequency, and the periodicity of the loads.
+//! Checks for a periodic state: its frequency, and the periodicity of the loads.
 
 use myovib_model::{IntegratorKind, RodDae, Signal};
 
@@ -9,21 +9,23 @@ use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::integrator::IntegratorSettings;
 
-/// Number of times in a period at which values are compared. It is prime, because harmonics of a load may vanish at
+/// Number of times per period at which values are compared. It is prime, because harmonics of a load may vanish at
 /// simple fractions of its period.
 const TIMES: u32 = 97;
-/// Numbers of periods after which the loads are compared with their initial values.
+/// Numbers of periods after which the loads are compared with their earlier values.
 const PERIODS: [f64; 3] = [1.0, 2.0, 7.0];
-/// Maximum number of times that the number of periods is doubled until a rising load repeats.
+/// Maximum number of times that the number of periods is doubled in the search for a time from which rising loads
+/// repeat.
 const DOUBLINGS: i32 = 16;
-/// Allowed change of a load after a period, relative to its maximum: rounding of a frequency such as 33.333.
+/// Allowed change of a load after a period, relative to its maximum. It covers the rounding of a frequency such as
+/// 33.333.
 const CHANGE: f64 = 1e-6;
-/// Growth of a load after many periods, relative to its maximum, above which the load does not yet repeat. This is
+/// If a load grows by more than this fraction of its maximum over many periods, it does not repeat yet. The fraction is
 /// larger than the error of a maximum of sampled values.
 const GROWTH: f64 = 0.1;
 
 impl Builder<'_> {
-    /// Replaces BDF by the default method, since differences of the map over a period need small errors.
+    /// Replaces BDF by the default method, because differences of the map over a period require small errors.
     pub(super) fn without_bdf(&self, wanted: &mut IntegratorSettings) {
         if wanted.method == IntegratorKind::Bdf {
             let default = IntegratorSettings::default();
@@ -38,10 +40,10 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns the frequency of the periodic state, Hz, and the start of a period from which the loads repeat, s.
+    /// Returns the frequency (Hz) of the periodic state, and the start (s) of a period from which the loads repeat.
     ///
     /// # Errors
-    /// Parts without periodic states; loads without a common period.
+    /// Fails if a part of the scene does not support periodic states, or if the loads have no common period.
     pub(super) fn periodic(
         &self,
         file: &SceneFile,
@@ -158,7 +160,7 @@ fn signals<'a>(body: Option<&'a Body>, rod: Option<&'a RodDae>) -> Vec<(String, 
         let mut keys = body.load_keys.clone();
         let motions = std::iter::repeat_n("prescribed_displacement", muscle.prescribed.len());
         keys.extend(motions.map(str::to_owned));
-        // Obstacles and tensions follow.
+        // The signals of obstacles and tensions follow.
         let keys = keys.into_iter().chain(std::iter::repeat("analysis".to_owned()));
         signals.extend(keys.zip(muscle.signals()));
     }
@@ -166,7 +168,7 @@ fn signals<'a>(body: Option<&'a Body>, rod: Option<&'a RodDae>) -> Vec<(String, 
     signals
 }
 
-/// Returns the first time at which a load differs after some periods, and the difference.
+/// Returns a time at which a load does not repeat, and the amount of the change.
 fn change(signal: &Signal, start: f64, frequency: f64) -> Option<(f64, f64)> {
     let period = 1.0 / frequency;
     let times = |start: f64| {
@@ -175,7 +177,7 @@ fn change(signal: &Signal, start: f64, frequency: f64) -> Option<(f64, f64)> {
     let value = |t: f64| signal.at(t).value;
     let largest_from = |start: f64| times(start).map(|t| value(t).abs()).fold(0.0, f64::max);
     let largest = largest_from(start);
-    // A load may be zero for many periods before it sets in.
+    // A load may be zero for many periods before it starts.
     let growth = (0..DOUBLINGS).find_map(|k| {
         let later = start + f64::from(1 << k) * period;
         let change = largest_from(later) - largest;

@@ -47,8 +47,8 @@ pub(super) fn written(point: &[f64]) -> String {
     coordinates.join(", ")
 }
 
-/// Returns notes on reactions of groups that share fixed components with other supports, whose forces they include, or with
-/// other reactions.
+/// Returns notes on reactions of groups that share fixed components with other supports or with other reactions. Such a
+/// reaction includes forces of the other supports.
 fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
     let solid = &body.muscle.solid;
     let (dimension, free) = (solid.space().dimension(), solid.dofs().free_to_full());
@@ -105,7 +105,7 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
             let of_probe = reactions.iter().any(|(other, _)| other == support);
             let common = shared(own, components);
             let n = common.len();
-            // A probe of several supports includes them as a whole.
+            // A probe whose group consists of several supports includes these supports as a whole.
             if n > 0 && n < components.len() && n < own.len() && !of_probe {
                 notes.push(format!(
                     "the reaction of `{group}` also includes, in {}, the forces of the support `{support}` at {n} \
@@ -147,7 +147,8 @@ mod tests {
         assert_eq!(refusal("type = \"reaction\"\ngroup = \"fixed\""), "accepted");
     }
 
-    /// Checks a point beside the facets, as on a curved boundary. Regression: it was outside the mesh.
+    /// Checks a point slightly outside the facets, as on a curved boundary. Regression: it was treated as outside the
+    /// mesh.
     #[test]
     fn points_near_the_boundary_are_noted_with_their_distance() {
         let text = builtin::find("init").unwrap().text;
@@ -158,12 +159,12 @@ mod tests {
             notes.collect::<Vec<_>>()
         };
         assert!(notes(0.1).is_empty());
-        // The tip of the muscle is slanted, so that the nearest point is approximate.
+        // The tip of the muscle is slanted, so the nearest point is approximate.
         let [note] = &notes(0.1 + 7e-6)[..] else { panic!("one note") };
         assert!(note.contains(" 7.00"), "{note}");
     }
 
-    /// Two sides of a box share an edge of 2 cells, on which 5 nodes with 3 components are fixed.
+    /// Two sides of a box share an edge of 2 cells. On this edge, 5 nodes with 3 components each are fixed.
     #[test]
     fn reactions_that_share_nodes_are_noted() {
         let notes = |text: &str| {

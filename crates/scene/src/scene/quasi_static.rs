@@ -30,7 +30,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Rejects formulations and damping not available without inertia.
+    /// Rejects formulations and damping that are not available without inertia.
     pub(super) fn without_inertia(
         &self,
         formulation: Formulation,
@@ -55,7 +55,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Rejects loads that jump, which a body without inertia would follow at once.
+    /// Rejects loads that jump, because a body without inertia would follow a jump instantly.
     pub(super) fn expect_no_jump(
         &self,
         file: &SceneFile,

@@ -1,4 +1,4 @@
-//! Notes on meshes too coarse for obstacles and vibrations.
+//! Notes on meshes that are too coarse for obstacles or vibrations.
 
 use myovib_model::slowest_element;
 
@@ -6,15 +6,15 @@ use super::Body;
 use crate::scene_file::contact::Obstacle;
 use crate::scene_file::{Analysis, SceneFile};
 
-/// Number of elements per length of a shear wave below which a note is added. One element gave errors of 50 %, two gave 2 to
-/// 8 % (shaken annulus, `ω R/c` up to 12).
+/// Number of elements per wavelength of a shear wave below which a note is added. For a shaken annulus (`ω R/c` up to
+/// 12), one element per wavelength gave errors of 50 %, and two gave errors of 2 to 8 %.
 const PER_WAVE: f64 = 2.0;
 
 pub(super) fn notes(file: &SceneFile, body: &Body) -> Vec<String> {
     obstacles(file, body).into_iter().chain(waves(file, body)).collect()
 }
 
-/// Returns notes on obstacles whose curvature the facets of the body do not resolve.
+/// Returns notes on obstacles whose curvature is not resolved by the facets of the body.
 fn obstacles(file: &SceneFile, body: &Body) -> Vec<String> {
     let contacts = file.contact.iter().zip(&body.muscle.contacts).enumerate();
     let notes = contacts.filter_map(|(i, (contact, own))| {
@@ -33,7 +33,7 @@ fn obstacles(file: &SceneFile, body: &Body) -> Vec<String> {
     notes.collect()
 }
 
-/// Returns a note if elements are long compared with the shear waves of the highest frequency.
+/// Returns a note if elements are long compared with shear waves at the highest frequency.
 fn waves(file: &SceneFile, body: &Body) -> Option<String> {
     let frequency = match (file.analysis, &file.response) {
         (Analysis::Response, Some(own)) => own.frequencies.grid().ok()?.ends()[1],
@@ -54,7 +54,8 @@ fn waves(file: &SceneFile, body: &Body) -> Option<String> {
 mod tests {
     use crate::scene::idle;
 
-    /// Shear waves have the speed √(μ/ρ) = √10 m/s, so they are twice as long as the longest edge, the diagonal √2/2 m, at √5 Hz.
+    /// Shear waves have the speed √(μ/ρ) = √10 m/s. At √5 Hz, the wavelength is √2 m. This is twice the length of the
+    /// longest edge, a diagonal of √2/2 m.
     fn notes(more: &str, set: &[&str]) -> usize {
         let notes = idle::tests::notes(more, set);
         assert!(notes.iter().all(|note| note.contains("shear waves")), "{notes:?}");

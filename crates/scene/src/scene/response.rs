@@ -1,4 +1,4 @@
-//! Checks of a harmonic response.
+//! Checks for a harmonic response.
 
 use super::Body;
 use super::builder::Builder;
@@ -30,7 +30,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Rejects a preload of a material with small strains and viscous stresses.
+    /// Rejects a preload if a material has a law for small strains and viscous stresses.
     pub(super) fn expect_rest(&self, file: &SceneFile, path: &str) -> Result<(), InputError> {
         let preload = file.response.as_ref().and_then(|own| own.preload_time);
         if file.analysis != Analysis::Response || preload.is_none() {

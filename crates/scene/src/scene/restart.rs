@@ -1,4 +1,4 @@
-//! Differences between a scene and the run in whose final state it starts.
+//! Compares a scene with the run whose final state is its initial state.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -26,12 +26,12 @@ const SECTIONS: [&str; 9] = [
     "spring",
     "contact",
 ];
-/// Sections of loads, which are zero where they are missing.
+/// Sections of loads. A missing load counts as zero.
 const LOADS: [&str; 3] = ["traction", "body_force", "point_force"];
 /// Keys that contain the size of a load.
 const SIZES: [&str; 4] = ["x", "y", "z", "value"];
 
-/// Keys of these sections that do not change an equilibrium, or that the notes of [`State`] compare.
+/// Keys of these sections that do not affect an equilibrium, or that are compared by the notes of [`State`] instead.
 const EXCLUDED: [&str; 9] = [
     "allow_inverted",
     "damping",
@@ -44,12 +44,13 @@ const EXCLUDED: [&str; 9] = [
     "viscosity",
 ];
 
-/// Relative difference below which values of loads count as equal: the run evaluated them at another time.
+/// Relative difference below which values of loads count as equal. They may differ by rounding, because the run
+/// evaluated them at another time.
 const EQUAL: f64 = 1e-9;
 
 impl Builder<'_> {
-    /// Adds a note on the values of `file` that differ from the end of the run of `scene`, which ended in `state`. Loads
-    /// are compared by their values at its end and at t = 0.
+    /// Adds a note on the values of `file` that differ from those of `scene`, the scene of the earlier run, which ended
+    /// in `state`. Loads are compared by their values at the end of that run and at t = 0 of this scene.
     pub(super) fn note_differences(&self, file: &SceneFile, scene: &Value, state: &State) {
         let Ok(own) = serde_json::to_value(file) else {
             return;
@@ -74,8 +75,9 @@ impl Builder<'_> {
         self.notes.borrow_mut().push(note);
     }
 
-    /// Adds the differences between the values of both scenes at `path`, the earlier scene first. Keys that only one
-    /// scene has are skipped: they belong to another type or version, whose difference is also found.
+    /// Adds the differences between the values of both scenes at `path`. The value of the earlier scene is the first
+    /// one. Keys that only one scene has are skipped: they belong to another type or version, and this difference is
+    /// also found.
     fn compare(&self, path: &str, values: [&Value; 2], end: End, found: &mut Vec<String>) {
         if let [Some(then), Some(now)] = values.map(|value| self.signal_of(value, path, end)) {
             let [then, now] = [then.at(end.t).value, now.at(0.0).value];
@@ -119,13 +121,14 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns the function of time that a value of a scene defines.
+    /// Returns the function of time that a value of a scene defines, if any.
     fn signal_of(&self, value: &Value, path: &str, end: End) -> Option<Signal> {
         if end.is_load && value.is_null() {
             return Some(Signal::constant(0.0));
         }
         let function: Function = serde_json::from_value(value.clone()).ok()?;
-        // A separate builder: notes on the function and its files belong to the place where the scene uses it.
+        // A separate builder is used, because notes on the function and its files belong to the place where the scene
+        // uses it.
         let folder = self.inputs.resolve(Path::new(""));
         let inputs = Inputs::new(&folder);
         Builder::new(self.source, &inputs, self.t_end).signal(&function, path).ok()
@@ -135,13 +138,13 @@ impl Builder<'_> {
 /// Context of a comparison.
 #[derive(Debug, Clone, Copy)]
 struct End {
-    /// End of the earlier run, s.
+    /// End of the earlier run (s).
     t: f64,
     /// Whether missing values are zero.
     is_load: bool,
 }
 
-/// Formats a value for a note. Lists and tables are only described as given.
+/// Formats a value for a note. Lists and tables are only described as "given".
 fn described(value: &Value) -> String {
     match value {
         Value::Null => "missing".to_owned(),

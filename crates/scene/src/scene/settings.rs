@@ -67,7 +67,7 @@ impl Builder<'_> {
         settings
     }
 
-    /// Rejects settings without effect for the method or for the integration of chains.
+    /// Rejects settings that have no effect with the chosen method or with the chosen integration of chains.
     pub(super) fn integrator(&self, file: &SceneFile) -> Result<(), InputError> {
         let wanted = &file.integrator;
         let weighted = wanted.multiplier_weights != MultiplierWeights::Plain;
@@ -99,7 +99,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Rejects separate steps for chains that act on the body or are excluded from the error test.
+    /// Rejects separate steps for chains that act on the body or that are excluded from the error test.
     pub(super) fn chain_steps(
         &self,
         file: &SceneFile,
@@ -130,8 +130,8 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the absolute tolerances. Missing tolerances are derived from the typical values of the body under
-/// its loads up to `t_end` (s) and its initial state.
+/// Returns the absolute tolerances. If tolerances are not given, they are derived from typical values of the body,
+/// which depend on its loads up to `t_end` (s) and on its initial state.
 pub(crate) fn absolute_tolerances(
     wanted: &IntegratorSettings,
     muscle: &Muscle,
@@ -148,17 +148,17 @@ pub(crate) fn absolute_tolerances(
     }
 }
 
-/// Keys of `[integrator]` for steps in time.
+/// Keys of `[integrator]` that control time steps.
 const OF_MOTIONS: [&str; 4] = ["initial_step", "max_cpu", "max_step", "max_steps"];
-/// Keys of `[integrator]` without effect on a rod or on chains alone, in addition to [`OF_FULL_MATRIX`].
+/// Keys of `[integrator]` that have no effect on a rod or on chains without a body, in addition to [`OF_FULL_MATRIX`].
 const ONLY_FOR_BODIES: [&str; 3] = ["atol", "error_test", "precision"];
-/// Keys of `[integrator]` for KLU, which factorizes full matrices only.
+/// Keys of `[integrator]` for KLU, which is used only for full matrices.
 const OF_FULL_MATRIX: [&str; 2] = ["ordering", "btf"];
 /// Keys of `[[chain]]` that describe how the body drives a chain.
 const OF_DRIVEN_CHAINS: [&str; 3] = ["gain", "component", "driven"];
 
-/// Reports settings without effect, such as limits of a motion in a scene without motion. They are accepted because parts
-/// of a scene may be reused in another scene.
+/// Returns notes on settings without effect, such as limits of a motion in a scene without motion. Such settings are
+/// accepted because parts of a scene may be reused in another scene.
 pub(super) fn without_effect(file: &SceneFile, source: &Value, body: Option<&Body>) -> Vec<String> {
     let given = |table: &Value, keys: &[&str]| {
         let keys = keys.iter().filter(|key| table.get(key).is_some()).copied();
@@ -193,7 +193,7 @@ pub(super) fn without_effect(file: &SceneFile, source: &Value, body: Option<&Bod
     notes
 }
 
-/// Returns a note for each block that the scene excludes from the error test but that does not exist in the
+/// Returns a note for each block that is excluded from the error test in the scene but does not exist in the
 /// formulation.
 pub(super) fn missing(wanted: &IntegratorSettings, formulation: Formulation) -> Vec<String> {
     let blocks = wanted.error_test.exclude.iter().flatten();
@@ -251,7 +251,7 @@ mod tests {
         assert!(missing(&wanted, Formulation::Rate).is_empty());
     }
 
-    /// Regression: settings of full matrices, of chains and of driven chains were ignored silently.
+    /// Regression: settings for full matrices, for chains and for driven chains were ignored silently.
     #[test]
     fn settings_of_a_body_and_its_chains_without_effect_are_reported() {
         const BODY: &str = "[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [1, 1]\n\
@@ -287,7 +287,8 @@ mod tests {
         }
     }
 
-    /// Regression: time limits of an equilibrium, and settings of a body in a scene of chains, were ignored silently.
+    /// Regression: time limits for an equilibrium, and settings for a body in a scene with only chains, were ignored
+    /// silently.
     #[test]
     fn settings_without_effect_are_reported() {
         let notes = |text: &str| {

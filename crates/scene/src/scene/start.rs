@@ -16,7 +16,7 @@ use crate::{InputError, inputs};
 /// Initial state of a body's motion.
 #[derive(Debug, Clone, Default)]
 pub(crate) enum Start {
-    /// Rest without load.
+    /// Rest without loads.
     #[default]
     Rest,
     /// Equilibrium with the loads at t = 0.

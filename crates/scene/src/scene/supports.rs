@@ -1,4 +1,4 @@
-//! Supports of a body: fixed or moved components of nodes.
+//! Supports of a body: fixed or moved displacement components of nodes.
 
 use std::collections::BTreeMap;
 
@@ -16,8 +16,8 @@ use crate::scene_file::{Analysis, SceneFile};
 
 pub(crate) const NAMES: [&str; 3] = ["x", "y", "z"];
 
-/// Tolerance for equal or zero factors of a distribution, relative to the largest factor of the
-/// group. It covers rounding of node coordinates in mesh files and of expressions of them.
+/// Tolerance within which factors of a distribution count as equal or zero, relative to the largest factor of the
+/// group. It covers rounding of node coordinates in mesh files, and rounding of expressions of these coordinates.
 const EQUAL_FACTORS: f64 = 1e-10;
 
 /// Constrained components (node, axis).
@@ -27,7 +27,7 @@ pub(super) type Supports = BTreeMap<(usize, usize), Support>;
 pub(super) struct Support {
     /// Function of time; `None` for a held component.
     pub(super) signal: Option<Signal>,
-    /// Amplitude of the harmonic motion in a response, m.
+    /// Amplitude (m) of the harmonic motion in a response.
     pub(super) amplitude: Complex64,
 }
 
@@ -40,22 +40,23 @@ pub(super) struct Component<'f> {
     pub(super) amplitude: Complex64,
 }
 
-/// Requirements of groups for the components (node, axis): displacements with their factors, or an empty list if the
-/// group is fixed. The name of a fixed group is not stored.
+/// Motions that groups require of the components (node, axis). Each group contributes its name and the terms of its
+/// motion. A fixed group has no terms, and its name is not stored.
 type Requirements<'f> = BTreeMap<(usize, usize), Vec<(Option<&'f str>, Terms)>>;
-/// Displacements, by their index in the list of [`Move`]s, each with its factor. Their sum is the required motion.
+/// Terms whose sum is a required motion. Each term contains the index of a displacement in the list of [`Move`]s, and a
+/// factor.
 type Terms = Vec<(usize, f64)>;
 
 struct Move<'f> {
     component: Component<'f>,
     signal: Signal,
-    /// Terms of the component if the displacement is a rotation.
+    /// Part of the rotation if the displacement is a rotation.
     turn: Option<Turn>,
-    /// Largest |factor| at the nodes of the group; for a rotation, of all its components.
+    /// Largest |factor| at the nodes of the group. For a rotation, this includes all components.
     largest_factor: f64,
 }
 
-/// Parts of a rotation by θ: sin θ times the velocity of unit rotation, cos θ − 1 times the distance from the axis.
+/// Part of a rotation by θ: sin θ times the velocity of a unit rotation, or cos θ − 1 times the vector from the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Turn {
     Sine,
@@ -87,7 +88,7 @@ impl Builder<'_> {
         Ok(constrained)
     }
 
-    /// Adds the requirements of fixed groups.
+    /// Adds the motions that fixed groups require.
     fn require_fixed(
         &self,
         file: &SceneFile,
@@ -113,7 +114,8 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Adds the requirements of prescribed displacements. Returns the displacements of their components.
+    /// Adds the motions that prescribed displacements require. Returns the list of displacements to which the terms
+    /// refer.
     fn require_motions<'f>(
         &self,
         file: &'f SceneFile,
@@ -172,7 +174,7 @@ impl Builder<'_> {
         Ok(moves)
     }
 
-    /// Returns the parts of a rotation with their factors at nodes.
+    /// Returns the parts of a rotation, each with its factors at the nodes.
     fn turns<'f>(
         &self,
         file: &SceneFile,
@@ -230,7 +232,7 @@ impl Builder<'_> {
         Ok(turns)
     }
 
-    /// Returns the factors of a displacement's component at nodes.
+    /// Returns the factors of one component of a displacement at the nodes.
     fn factors<const D: usize>(
         &self,
         moving: &PrescribedDisplacement,
@@ -247,8 +249,8 @@ impl Builder<'_> {
         Ok(factors)
     }
 
-    /// Returns a function of time that a displacement can follow from rest. Without inertia, its slope may jump. A
-    /// static analysis accepts any function, because it only uses values.
+    /// Returns a function of time after checking that a displacement can follow it from rest. Without inertia, the
+    /// slope of the function may jump. A static analysis accepts any function, because it uses only values.
     fn motion(
         &self,
         file: &SceneFile,
@@ -272,7 +274,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns the components that have a function of time or a harmonic part. At least one component must be given.
+    /// Returns the components for which a function of time or a harmonic part is given. At least one component is
+    /// required.
     pub(super) fn components<'f>(
         &self,
         given: [&'f Option<Function>; 3],
@@ -329,7 +332,7 @@ impl Move<'_> {
         !rests || amplitude != Complex64::ZERO
     }
 
-    /// Returns whether two components have the same function of time and the same harmonic part.
+    /// Returns whether two components have the same function of time, harmonic part, and part of a rotation.
     fn is_like(&self, other: &Self) -> bool {
         let same_turn = self.turn == other.turn;
         let (own, other) = (&self.component, &other.component);
@@ -353,7 +356,7 @@ fn alike(moves: &[Move<'_>], terms: &Terms, other: &Terms) -> bool {
     terms.len() == other.len() && terms.iter().zip(&other).all(same)
 }
 
-/// Returns the support whose displacement is the sum of the prescribed displacements, multiplied by their factors.
+/// Returns the support whose displacement is the sum of the prescribed displacements, each multiplied by its factor.
 fn support(moves: &[Move<'_>], terms: &Terms) -> Support {
     let scaled = |&(i, factor): &(usize, f64)| {
         let signal = moves[i].signal.clone();

@@ -4,7 +4,7 @@
 use super::contraction::chains_that_act;
 use crate::scene_file::{Analysis, SceneFile};
 
-/// Returns a note on the sections that only other analyses use.
+/// Returns a note on the sections that are used only by other analyses.
 pub(super) fn notes(file: &SceneFile) -> Option<String> {
     let is = |analysis: Analysis| file.analysis == analysis;
     let is_equilibrium = is(Analysis::Static);
@@ -14,7 +14,7 @@ pub(super) fn notes(file: &SceneFile) -> Option<String> {
         _ => file.response.as_ref().and_then(|own| own.preload_time),
     };
     let is_about_rest = (is(Analysis::Modes) || is(Analysis::Response)) && preload.is_none();
-    // Other notes name chains of a response, and chains that act on the body.
+    // Other notes cover chains in a response and chains that act on the body.
     let without_chains =
         is_equilibrium || is(Analysis::Modes) && chains_that_act(file).next().is_none();
     let sections = [

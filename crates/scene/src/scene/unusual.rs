@@ -1,7 +1,6 @@
-//! Unusual values of a body, which are allowed but probably mistakes, such as a wrong unit or power
-//! of ten.
+//! Unusual values of a body. They are allowed but probably mistakes, such as a wrong unit or power of ten.
 //!
-//! The bounds are far outside the range of tissue, so a finding is almost certainly a mistake.
+//! The bounds are far outside the range of values for tissue, so a finding is almost certainly a mistake.
 
 mod loads;
 mod materials;
@@ -16,13 +15,13 @@ use self::materials::{CHECKS, Part};
 use super::Body;
 use crate::scene_file::SceneFile;
 
-/// Maximum length of a body, m.
+/// Maximum length of a body (m).
 const LONGEST: f64 = 100.0;
-/// Maximum mass of a body, kg, or kg per meter of thickness: the mass of a whale.
+/// Maximum mass of a body (kg, or kg per meter of thickness). This is the mass of a whale.
 const HEAVIEST: f64 = 2e5;
-/// Range of the lengths of tissue samples and organs, m.
+/// Range of the lengths (m) of tissue samples and organs.
 const LENGTHS: RangeInclusive<f64> = 1e-4..=3.0;
-/// Description of a problem and of the usual values.
+/// Description of a problem, and of the usual values.
 type Unusual = (String, &'static str);
 
 /// Returns the first problem found by each check of the body, its materials and its loads.
@@ -56,7 +55,7 @@ pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding
     .collect()
 }
 
-/// Returns the mean of the `spatial_factor` of a material over its elements.
+/// Returns the mean `spatial_factor` over the elements of a material.
 fn mean_factor(body: &Body, material: usize) -> f64 {
     let elements = body.regions.iter().enumerate();
     let factors = elements.filter(|(_, region)| **region == material);
@@ -65,7 +64,7 @@ fn mean_factor(body: &Body, material: usize) -> f64 {
     if n == 0.0 { 1.0 } else { sum / n }
 }
 
-/// Checks length and mass of the body.
+/// Checks the length and mass of the body.
 fn size(body: &Body, parts: &[Part]) -> Option<Unusual> {
     let space = body.muscle.solid.space();
     let (length, dimension) = (extent(&body.muscle), space.dimension());
@@ -193,7 +192,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 "traction[0].y reaches 26000.000 Pa, 2.6 times",
             ),
             (
-                // One of the 500 periods is sampled within 1e-5 of its amplitude.
+                // One of the 500 periods is sampled within 1e-5 of the amplitude.
                 &["traction[0].y={ type = \"sine\", amplitude = 2.6e4, frequency = 500.0 }"],
                 &["traction[0].y={ type = \"sine\", amplitude = 2.4e4, frequency = 500.0 }"],
                 "traction[0].y reaches",
@@ -254,8 +253,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         assert_eq!(found(&[&at_rest[..], &[weight]].concat()).len(), 1);
     }
 
-    /// Checks that the moduli equal the constants of isotropic laws; constants of small-strain laws
-    /// are exact.
+    /// Checks that the moduli equal the constants of isotropic laws. The constants of small-strain laws are exact.
     #[test]
     fn moduli_at_rest_are_those_of_the_laws() {
         let law = |name, constants: &[(&str, f64)]| Law::named(name, constants).unwrap().moduli();

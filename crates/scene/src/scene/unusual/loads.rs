@@ -9,15 +9,16 @@ use super::materials::Part;
 use crate::scene::Body;
 use crate::scene_file::{Analysis, SceneFile};
 
-/// Maximum ratio of load to shear modulus. At this tension, a neo-Hookean bar is 2.6 times as long,
-/// and a pressure in a neo-Hookean cavity makes it grow without bound (Gent and Lindley 1959).
+/// Maximum ratio of load to shear modulus. A tension of this size stretches a neo-Hookean bar to 2.6 times its length.
+/// A pressure of this size in a cavity of a neo-Hookean body makes the cavity grow without bound (Gent and Lindley
+/// 1959).
 const MOST_LOAD: f64 = 2.5;
-/// Number of intervals at which loads are sampled. It is prime, because a load with a round number of periods could
-/// vanish at all sample times of a round number of samples.
+/// Number of intervals between the times at which loads are sampled. It is prime: if it were a round number, a load
+/// with a round number of periods could vanish at all sample times.
 const TIMES: u32 = 997;
 
-/// Returns the first load far above the shear modulus of the stiffest material. Laws with fibers
-/// are skipped: they stiffen without bound, so their modulus at rest does not limit loads.
+/// Returns the first load that is far above the shear modulus of the stiffest material. Laws with fibers are skipped:
+/// they stiffen without bound, so their modulus at rest does not limit loads.
 pub(super) fn strong_load(
     file: &SceneFile,
     body: &Body,
@@ -87,8 +88,8 @@ fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
     }
 }
 
-/// Returns tractions and surface loads in Pa with their keys. A distribution may contain the unit of a load, so such
-/// loads are excluded.
+/// Returns the tractions and surface loads that are given in Pa, each with its key. Loads with a distribution are
+/// excluded, because the distribution may contain the unit of the load.
 fn loads<'a>(file: &SceneFile, body: &'a Body) -> impl Iterator<Item = (&'a str, &'a Signal)> {
     let tractions = file.traction.iter().enumerate();
     let distributed = tractions.filter(|(_, traction)| traction.spatial_factor.is_some());

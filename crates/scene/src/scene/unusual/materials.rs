@@ -11,14 +11,14 @@ use crate::scene_file::material::Material;
 use crate::scene_file::solid::Solid;
 use crate::scene_file::{Analysis, SceneFile};
 
-/// Range of densities, from a tenth of water's density to the density of heavy metals, kg/m³.
+/// Range of densities (kg/m³), from a tenth of the density of water to the density of heavy metals.
 const DENSITIES: RangeInclusive<f64> = 100.0..=2e4;
-/// Range of shear wave speeds in tissue, m/s. Bodies outside this range probably use other units.
+/// Range of shear wave speeds (m/s) in tissue. Bodies outside this range probably use other units.
 const SHEAR_WAVES: RangeInclusive<f64> = 0.1..=20.0;
-/// Smallest shear modulus, Pa. The softest solid tissues, embryos and brain, have about 100.
+/// Minimum shear modulus (Pa). The softest solid tissues, embryos and brain, have about 100 Pa.
 const SOFTEST: f64 = 50.0;
-/// Maximum ratio of viscous to elastic stress at the driving frequency. Tissue has ratios from 0.05
-/// to 1; a material with a ratio above 5 would flow.
+/// Maximum ratio of viscous to elastic stress at the driving frequency. In tissue, this ratio is from 0.05 to 1. A
+/// material with a ratio above 5 would flow.
 const MOST_LOSS: f64 = 5.0;
 
 /// Maximum jump of the fiber stiffness at the stretch 1, relative to the shear modulus, at which Newton's method converges
@@ -30,14 +30,15 @@ pub(super) struct Part {
     pub(super) density: f64,
     kappa: f64,
     beta: f64,
-    /// Bulk and shear modulus at small strains, Pa; the bulk modulus includes κ.
+    /// Bulk modulus (Pa) at small strains, including κ.
     bulk: f64,
+    /// Shear modulus (Pa) at small strains.
     pub(super) shear: f64,
-    /// Highest driving frequency of the body, Hz, if any.
+    /// Highest frequency (Hz) at which the body is driven, if any.
     drive: Option<f64>,
 }
 
-/// Condition on the scene under which a check is performed, and the check of each material.
+/// Condition under which a scene is checked, and the check of each of its materials.
 pub(super) type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Unusual>);
 
 pub(super) const CHECKS: [Check; 5] = [
@@ -90,19 +91,19 @@ fn softness(part: &Part) -> Option<Unusual> {
     })
 }
 
-/// Formats a number between -1 and 1, except 0, with its first two digits.
+/// Formats a nonzero number between -1 and 1 with two significant digits.
 fn two_digits(value: f64) -> String {
     let decimals = (1.0 - value.abs().log10().floor()) as usize;
     format!("{value:.decimals$}")
 }
 
-/// Returns whether the density has an effect.
+/// Returns whether the density has an effect in the scene.
 fn has_mass(file: &SceneFile) -> bool {
     let has_inertia = !matches!(file.analysis, Analysis::Static | Analysis::QuasiStatic);
     has_inertia || !file.body_force.is_empty()
 }
 
-/// Checks that the density or the speed √(G/ρ) is in the range of tissue.
+/// Checks that the density, or the shear wave speed √(G/ρ), is in the range of tissue.
 fn mass(part: &Part) -> Option<Unusual> {
     let speed = (part.shear / part.density).sqrt();
     let is_usual = DENSITIES.contains(&part.density) || SHEAR_WAVES.contains(&speed);
@@ -119,8 +120,8 @@ fn mass(part: &Part) -> Option<Unusual> {
     })
 }
 
-/// Checks viscous stress, which is ωβ times the elastic stress at an angular frequency ω. Without a
-/// driving frequency, the speed of the body is unknown and nothing is checked.
+/// Checks the viscous stress, which is ωβ times the elastic stress at the angular frequency ω. Without a driving
+/// frequency, the rate of deformation is unknown and nothing is checked.
 fn damping(part: &Part) -> Option<Unusual> {
     let Part { beta, drive, .. } = *part;
     let frequency = drive?;
