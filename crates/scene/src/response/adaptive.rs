@@ -1,8 +1,9 @@
 //! Adaptive choice of the frequencies at which a response is computed.
 //!
-//! A rational function interpolates the computed responses. In each round, new responses are computed where this
-//! function differs most from the function of the previous round, and are compared with its prediction, until all new
-//! responses are predicted within the tolerance. Then each peak and its half-power frequencies are added.
+//! A rational function interpolates the computed responses. In each round, new responses are computed at frequencies
+//! where this function differs most from the function of the previous round. They are then compared with the
+//! predictions of the interpolation. The rounds end when all new responses are predicted within the tolerance. Finally,
+//! each peak and its half-power frequencies are added.
 
 use num_complex::Complex64;
 
@@ -11,22 +12,23 @@ use super::rational::Rational;
 use crate::scene_file::response::Adaptive;
 
 const FIRST_ROUND: usize = 12;
-/// Maximum number of frequencies of a later round.
+/// Maximum number of frequencies in each later round.
 const ROUND: usize = 6;
-/// Number of predictions between adjacent frequencies.
+/// Number of predictions between adjacent computed frequencies.
 const PREDICTIONS_PER_INTERVAL: usize = 24;
-/// Number of intervals between adjacent frequencies in plots.
+/// Number of intervals into which plots divide the range between adjacent frequencies.
 const DRAWN: usize = 8;
 pub const MAX_FREQUENCIES: usize = 400;
-/// Fraction of the size of a curve. For amplitudes below it (near zeros of the curve), the tolerance is absolute.
+/// Fraction of the size of a curve. For amplitudes below this fraction (near zeros of the curve), the tolerance is
+/// absolute.
 const SMALL: f64 = 0.01;
-/// Smallest size of a curve relative to the largest curve of its kind. With this value, rounding errors stay below a
-/// tolerance of 1e-6.
+/// Minimum size attributed to a curve, relative to the largest curve of the same kind. With this value, rounding errors
+/// stay below a tolerance of 1e-6.
 const WEAKEST: f64 = 1e-5;
-/// Fraction of the half-power width of a peak within which a frequency is not computed again; the amplitudes there differ
-/// by less than the default tolerance.
+/// Minimum distance between computed frequencies near a peak, as a fraction of half its half-power width. Within this
+/// distance, the amplitudes differ by less than the default tolerance.
 const MIN_DISTANCE: f64 = 0.03;
-/// Ratio of the ends of the range above which the first frequencies are spaced logarithmically.
+/// If the ratio of the ends of the range is above this value, the first frequencies are spaced logarithmically.
 const WIDE: f64 = 30.0;
 
 /// Amplitudes at ascending frequencies.
@@ -34,16 +36,16 @@ pub(super) struct Samples {
     pub(super) frequencies: Vec<f64>,
     /// Amplitudes of all curves at each frequency.
     pub(super) rows: Vec<Vec<Complex64>>,
-    /// Largest error of the predictions of the last round; null if the first round was not completed.
+    /// Largest prediction error in the last round; `None` if no round with predictions was completed.
     pub(super) error: Option<f64>,
-    /// Local maxima of the curves, each with the number of its curve.
+    /// Local maxima of the curves, each with the zero-based index of its curve.
     pub(super) peaks: Vec<(usize, Maximum)>,
     /// Frequencies and amplitudes of the rational function, for smooth plots.
     pub(super) drawn: Option<(Vec<f64>, Vec<Vec<Complex64>>)>,
 }
 
 impl Samples {
-    /// Creates the samples of given frequencies, which are in ascending order.
+    /// Creates samples at given frequencies, which must be in ascending order.
     pub(super) fn given(frequencies: Vec<f64>, rows: Vec<Vec<Complex64>>) -> Self {
         Self { frequencies, rows, error: None, peaks: Vec::new(), drawn: None }
     }
@@ -65,8 +67,8 @@ impl Samples {
         self
     }
 
-    /// Returns the size of each curve: the larger of its median amplitude and `WEAKEST` times the largest median of its
-    /// kind; 0 for curves of rounding errors.
+    /// Returns the size of each curve. The size is the median amplitude, but at least `WEAKEST` times the largest
+    /// median of the same kind. It is 0 for curves that contain only rounding errors.
     fn sizes(&self, kinds: &[usize]) -> Vec<f64> {
         let amplitudes = |k: usize| {
             let mut all: Vec<f64> = self.rows.iter().map(|row| row[k].norm()).collect();
@@ -92,11 +94,12 @@ impl Samples {
 }
 
 impl Adaptive {
-    /// Computes the responses. `kinds` has a number for each curve; curves of one kind have the same unit. `compute` returns
-    /// the amplitudes at ascending frequencies, or fewer if it was interrupted.
+    /// Computes the responses. `kinds` contains the kind of each curve; curves of the same kind have the same unit.
+    /// `compute` returns the amplitudes at ascending frequencies, or at fewer frequencies if it was interrupted.
     ///
-    /// Each round predicts its responses by `earlier`, the function fitted to the previous rounds, and then fits
-    /// `fitted` to all responses. Their difference determines the frequencies of the next round.
+    /// Each round predicts its responses with `earlier`, the function fitted to the previous rounds, and then fits
+    /// `fitted` to all responses. The difference between the two functions determines the frequencies of the next
+    /// round.
     pub(super) fn resolve<E>(
         &self,
         kinds: &[usize],
@@ -162,9 +165,9 @@ impl Adaptive {
         (0..FIRST_ROUND).map(place).collect()
     }
 
-    /// Returns the frequencies at which two predictions differ most, at most one between adjacent frequencies, in
-    /// ascending order. If the responses of the last round were predicted within the tolerance, only frequencies with a
-    /// difference above the tolerance are returned.
+    /// Returns the frequencies at which two predictions differ most, in ascending order. At most one frequency is
+    /// between two adjacent computed frequencies. If the responses of the last round were predicted within the
+    /// tolerance, returns only frequencies at which the difference exceeds the tolerance.
     fn least_certain(
         &self,
         computed: &[f64],
@@ -191,8 +194,8 @@ impl Adaptive {
         wanted
     }
 
-    /// Returns the peak frequencies and their half-power frequencies, in ascending order, except near frequencies that
-    /// have already been computed.
+    /// Returns the frequencies of the peaks and their half-power frequencies, in ascending order. Frequencies near
+    /// those that have already been computed are excluded.
     fn near(&self, peaks: &[(usize, Maximum)], computed: &[f64]) -> Vec<f64> {
         let [low, high] = self.range;
         let mut wanted = Vec::new();
@@ -255,7 +258,8 @@ fn peaks(computed: &[f64], fitted: &Rational, sizes: &[f64]) -> Vec<(usize, Maxi
     peaks
 }
 
-/// Returns the largest difference of `values` from `exact`, relative to the amplitude or to `SMALL` times the size of its curve.
+/// Returns the largest difference between `values` and `exact`. Each difference is relative to the amplitude or, if
+/// this is larger, to `SMALL` times the size of the curve.
 fn distance(values: &[Complex64], exact: &[Complex64], sizes: &[f64]) -> f64 {
     let differences = values.iter().zip(exact).zip(sizes);
     let differences = differences.filter(|(_, size)| **size > 0.0);
@@ -269,7 +273,7 @@ fn distance(values: &[Complex64], exact: &[Complex64], sizes: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Returns a sum of 8 lightly damped modes between 1 and 60 Hz. The third has a half-power width of 0.02 Hz.
+    /// Returns a sum of 8 lightly damped modes between 1 and 60 Hz. The third mode has a half-power width of 0.02 Hz.
     fn modes(f: f64) -> Vec<Complex64> {
         let mode = |f0: f64, zeta: f64, size: f64| {
             size * f0 * f0 / Complex64::new(f0 * f0 - f * f, 2.0 * zeta * f0 * f)

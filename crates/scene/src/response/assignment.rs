@@ -1,10 +1,10 @@
-//! Assignment of peaks to modes by the contributions of the modes to a response.
+//! Assigns peaks to modes by the contributions of the modes to a response.
 //!
-//! A value is the sum of the contributions qᵢ wᵢ of all modes, with the modal coordinates qᵢ of the computed amplitudes and
-//! the value wᵢ of mode i alone at its own frequency, apart from contributions of moving supports, which are smooth. At a
-//! resonance, the contribution of its mode bends more sharply with the frequency than all
-//! others, even if these are larger. So a peak belongs to the mode whose contribution bends most between the frequencies
-//! beside the peak.
+//! A value is the sum of the contributions qᵢ wᵢ of all modes, apart from the contributions of moving supports, which
+//! vary smoothly. The modal coordinates qᵢ are computed from the amplitudes. The factor wᵢ is the value for mode i
+//! alone at its natural frequency. At a resonance, the contribution of the resonant mode as a function of frequency
+//! bends more sharply than all others, even if these are larger. Therefore, a peak belongs to the mode whose
+//! contribution bends most between the frequencies next to the peak.
 
 use std::f64::consts::TAU;
 
@@ -18,25 +18,26 @@ use super::{Response, Values};
 use crate::modes::{BodyModes, Mode};
 use crate::probe::HarmonicMotion;
 
-/// Maximum number of modes computed for comparison with the peaks. They cost as much as a few frequencies.
+/// Maximum number of modes that are compared with the peaks. Computing this number of modes costs as much as a few
+/// frequencies.
 const MODES: usize = 20;
 
-/// Smallest and largest ratio of the frequencies of the mode and of the peak: viscoelastic stress makes a body up to a hundred
-/// times as stiff as the relaxed body, to which the modes belong.
+/// Allowed ratios of the frequency of a mode to the frequency of a peak. Viscoelastic stress makes a body up to a
+/// hundred times as stiff as the relaxed body, whose modes are used.
 const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=2.0;
 
-/// Modes of a body, to which peaks are assigned.
+/// Modes of a body to which peaks are assigned.
 pub(super) struct Assignment {
     pub(super) body: BodyModes,
     /// Pressures of the modes.
     pressures: Vec<Vec<f64>>,
-    /// M φ of the modes at the free components.
+    /// Products M φ for the modes, at the free components.
     inertia: Vec<Vec<f64>>,
 }
 
 impl Assignment {
-    /// Computes the modes to which peaks up to a frequency (Hz) are assigned. At rest, modes above the next one are not
-    /// computed, because damping cannot increase their vibrations.
+    /// Computes the modes to which peaks up to the frequency `last` (Hz) are assigned. At rest, the modes are computed
+    /// only up to the next one above this frequency, because damping cannot increase the vibrations of higher modes.
     pub(super) fn new(muscle: &Muscle, at: &Equilibrium, last: f64) -> Result<Self, ModelError> {
         let modes = match at.preload_time {
             None => spectrum::up_to(muscle, at, last, MODES)?,
@@ -57,10 +58,11 @@ impl Assignment {
         self.inertia.iter().map(coordinate).collect()
     }
 
-    /// Assigns the peaks of a response, given the modal coordinates at its frequencies. Reads the values of each mode once.
+    /// Assigns the peaks of a response to modes, given the modal coordinates at the frequencies of the response. The
+    /// values of each mode are read once.
     ///
     /// # Errors
-    /// Errors of the probes.
+    /// Returns the errors of the probes.
     pub(super) fn assign(
         &self,
         found: &mut Response,
@@ -100,8 +102,8 @@ impl Assignment {
         Ok(())
     }
 
-    /// Returns the values of all probes for each mode alone, without the loads, which are parts of reactions.
-    /// Requires at least one mode.
+    /// Returns the values of all probes for each mode alone. The contributions of the loads, which are part of
+    /// reactions, are subtracted. At least one mode is required.
     fn read_modes(
         &self,
         values: &Values,
@@ -124,8 +126,8 @@ impl Assignment {
         self.body.modes.iter().enumerate().map(of_mode).collect()
     }
 
-    /// Returns the mode whose contribution has the largest `bend` among those within [`RATIOS`] of a `frequency` (Hz), unless the
-    /// frequency exceeds all modes.
+    /// Returns the mode whose contribution has the largest `bend`, among those whose ratio of natural frequency to
+    /// `frequency` (Hz) is in [`RATIOS`]. Returns `None` if `frequency` exceeds all natural frequencies.
     fn mode_of(&self, frequency: f64, bend: impl Fn(usize) -> f64) -> Option<PeakMode> {
         let natural = self.body.modes.iter().enumerate();
         let natural = natural.filter_map(|(k, mode)| Some((k, mode.frequency?)));

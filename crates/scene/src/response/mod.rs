@@ -38,19 +38,19 @@ const ROUNDING: f64 = 1e-10;
 /// Harmonic response of a scene at ascending frequencies.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Response {
-    /// Time at which the loads of the equilibrium are evaluated, s; null for a response about rest.
+    /// Time (s) at which the loads of the equilibrium are evaluated; null for a response about rest.
     pub preload_time: Option<f64>,
-    /// Frequencies, Hz.
+    /// Frequencies (Hz).
     pub frequencies: Vec<f64>,
-    /// Curves of the probes and of ratios of their values.
+    /// Curves of the probes and of the ratios between their values.
     pub probes: Vec<Curves>,
     /// Local maxima of the amplitudes.
     pub peaks: Vec<Peak>,
     /// Number of unknowns of each linear system.
     pub unknowns: usize,
-    /// Largest relative error of the predictions in the last round of adaptive frequencies; null for given frequencies.
+    /// Largest relative prediction error in the last round of adaptive frequencies; null for given frequencies.
     pub interpolation_error: Option<f64>,
-    /// Frequencies and curves of the rational function through adaptive responses, for smooth plots.
+    /// Frequencies and curves of the rational function that interpolates adaptive responses, for smooth plots.
     #[serde(skip)]
     pub drawn: Option<(Vec<f64>, Vec<Curves>)>,
     /// Complex fields at the points of the body's grid.
@@ -59,7 +59,7 @@ pub struct Response {
     /// Whether the response was interrupted before its last frequency.
     #[serde(skip)]
     pub is_interrupted: bool,
-    /// Notes on probes without amplitudes, chains, and stability.
+    /// Notes on probes without amplitudes, on chains, and on stability.
     #[serde(skip)]
     pub notes: Vec<String>,
 }
@@ -67,7 +67,7 @@ pub struct Response {
 /// Complex fields at one frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComplexFields {
-    /// Frequency, Hz.
+    /// Frequency (Hz).
     pub frequency: f64,
     /// Values of all components at all points of the grid.
     pub values: Vec<(Quantity, Vec<Complex64>)>,
@@ -78,25 +78,25 @@ pub struct ComplexFields {
 pub struct Curves {
     pub name: String,
     pub columns: Vec<String>,
-    /// Amplitudes for each frequency and value, as [real part, imaginary part].
+    /// Amplitudes for each frequency and value, serialized as [real part, imaginary part].
     #[serde(serialize_with = "pairs")]
     pub amplitudes: Vec<Vec<Complex64>>,
 }
 
-/// Writes complex numbers as pairs.
+/// Serializes complex numbers as pairs.
 fn pairs<S: serde::Serializer>(rows: &[Vec<Complex64>], json: S) -> Result<S::Ok, S::Error> {
     let pair = |z: &Complex64| [z.re, z.im];
     json.collect_seq(rows.iter().map(|row| row.iter().map(pair).collect::<Vec<_>>()))
 }
 
 impl Curves {
-    /// Returns the names of the columns of its table.
+    /// Returns the column names of a table with the values `names`.
     pub(crate) fn header(names: &[String]) -> Vec<String> {
         let columns = names.iter().flat_map(|name| Part::columns(name));
         std::iter::once("f".to_owned()).chain(columns).collect()
     }
 
-    /// Returns the row of its table for `frequency`, which has the number `k`.
+    /// Returns the row with the zero-based index `k`, which belongs to `frequency`.
     pub(crate) fn row(&self, k: usize, frequency: f64) -> Vec<f64> {
         let parts = |z: &Complex64| Part::ALL.map(|part| part.of(*z));
         let values = self.amplitudes[k].iter().flat_map(parts);
@@ -105,7 +105,7 @@ impl Curves {
 }
 
 impl Curves {
-    /// Returns the local maxima of the amplitudes, except rounding errors.
+    /// Returns the local maxima of the amplitudes that are not rounding errors.
     fn peaks(&self, frequencies: &[f64]) -> Vec<Peak> {
         let largest = |k: usize| {
             let sizes = self.amplitudes.iter().map(|row| row[k].norm());
@@ -156,7 +156,7 @@ fn curves_of(tables: &[(String, Vec<String>)], rows: &[Vec<Complex64>]) -> Vec<C
     curves.collect()
 }
 
-/// Returns the phase in degrees; positive if the value leads the drive.
+/// Returns the phase in degrees. It is positive if the value leads the drive.
 pub fn phase(z: Complex64) -> f64 {
     z.arg().to_degrees()
 }
@@ -165,7 +165,8 @@ impl Response {
     /// Computes the response of the scene's body or rod.
     ///
     /// # Errors
-    /// A scene without harmonic loads; errors of the equilibrium and of the factorizations.
+    /// Fails if the scene has no table for a response, if it has no body and no rod, or if the equilibrium or a
+    /// factorization fails.
     pub fn of_scene(scene: &Scene, watcher: Watcher<'_>) -> Result<Self, Error> {
         let Some(wanted) = &scene.file.response else {
             return Err(InputError::new("the scene has no table [response]").into());
@@ -209,8 +210,9 @@ impl Response {
         Ok(found)
     }
 
-    /// Computes the response of the given values for a body or rod with `unknowns` unknowns at the frequencies of a
-    /// grid. `compute` returns the amplitudes of all values at ascending frequencies, or fewer if it was interrupted.
+    /// Computes the response of `values` at the frequencies of `grid` for a body or rod with the given number of
+    /// `unknowns`. `compute` returns the amplitudes of all values at ascending frequencies, or at fewer frequencies if
+    /// it was interrupted.
     fn new(
         grid: &Grid,
         values: &Values,
@@ -283,14 +285,14 @@ impl Response {
     }
 }
 
-/// Probes that have amplitudes, with their names.
+/// Probes that have complex amplitudes, each with its name.
 pub(crate) type HarmonicProbes = Vec<(String, Box<dyn Reading>)>;
 
-/// Returns the probes that have amplitudes.
+/// Returns the probes that have complex amplitudes.
 ///
 /// # Errors
-/// A chain that acts back on the body; a probe that cannot measure anything in the scene; stresses of a body with stress
-/// relaxation.
+/// Fails if a chain acts back on the body, if a probe cannot measure anything in the scene, if a probe measures
+/// stresses of a body with stress relaxation, or if no probe has amplitudes.
 pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputError> {
     if let Some(chain) = scene.chain_that_acts() {
         let error = InputError::new(format!(
@@ -348,8 +350,8 @@ fn of_body(
     }
     let (at, volume_note) =
         equilibrium(scene, muscle, body.formulation, (PRELOAD, preload_time), watcher)?;
-    // Computed first: their factors are released before the response needs memory. Bodies under follower pressures without
-    // an energy have no modes here; their peaks are still valid.
+    // The modes are computed first, so that their factors are released before the response needs memory. For bodies
+    // under follower pressures without an energy, no modes are available, but the peaks are still valid.
     let has_modes = first < last && body.formulation.has(Field::Pressure);
     let modes = match has_modes {
         true => {
@@ -426,14 +428,14 @@ fn fields(
     Ok(fields.collect())
 }
 
-/// Key of the time of the preload.
+/// Key of the preload time.
 pub(crate) const PRELOAD: &str = "response.preload_time";
 
-/// Returns the equilibrium under the loads at the time with this key, or the unloaded body, and a note on implausible
-/// volumes.
+/// Returns the equilibrium under the loads at `preload_time`, which is the value of `key`, or the unloaded body if no
+/// time is given. Also returns a note on implausible volumes.
 ///
 /// # Errors
-/// No equilibrium, or one with inverted elements, unless the scene accepts it.
+/// Fails if no equilibrium is found, or if elements are inverted in it and the scene does not allow this.
 pub(crate) fn equilibrium(
     scene: &Scene,
     muscle: &Muscle,

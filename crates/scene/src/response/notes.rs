@@ -1,4 +1,4 @@
-//! Notes on responses with missing or unbounded peaks and on amplitudes beyond a linear theory.
+//! Notes on responses with missing or unbounded peaks, and on amplitudes that are too large for a linear theory.
 
 use myovib_fem::{AddedStress, Space};
 use myovib_model::Muscle;
@@ -7,13 +7,13 @@ use num_complex::Complex64;
 use super::{Curves, peaks};
 use crate::modes::Mode;
 
-/// Largest strain amplitude of a linear response without a note.
+/// Strain amplitude above which a note is added to a linear response.
 const LARGE_STRAIN: f64 = 0.1;
 
 /// Largest amplitudes of a response, each with its frequency in Hz.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Largest {
-    /// Displacement component, m.
+    /// Displacement component (m).
     displacement: [f64; 2],
     /// Strain along an edge of the mesh.
     strain: [f64; 2],
@@ -29,7 +29,7 @@ impl Largest {
         }
     }
 
-    /// Returns a note if the displacement exceeds the length of the body or the strain [`LARGE_STRAIN`].
+    /// Returns a note if the displacement exceeds the length of the body, or if the strain exceeds [`LARGE_STRAIN`].
     pub(super) fn note(&self, length: f64) -> Option<String> {
         let [displacement, at] = self.displacement;
         let [strain, strain_at] = self.strain;
@@ -48,7 +48,7 @@ impl Largest {
     }
 }
 
-/// Returns the largest displacement component, m, and the largest strain along an edge.
+/// Returns the largest displacement component (m) and the largest strain along an edge.
 pub(crate) fn displacement_and_strain(space: &Space, u: &[Complex64]) -> [f64; 2] {
     let dimension = space.dimension();
     let largest_square = u.iter().map(Complex64::norm_sqr).fold(0.0, f64::max);
@@ -69,7 +69,8 @@ pub(crate) fn displacement_and_strain(space: &Space, u: &[Complex64]) -> [f64; 2
     [largest_square.sqrt(), strain_square.sqrt()]
 }
 
-/// Returns a note if some of the lowest `modes` of the body are below the `lowest` frequency (Hz) of the range.
+/// Returns a note if some of the lowest `modes` of the body are below `lowest` (Hz), the lower end of the frequency
+/// range.
 pub(super) fn modes_below(modes: &[Mode], lowest: f64) -> Option<String> {
     let below = modes.iter().filter_map(|mode| mode.frequency).filter(|own| *own < lowest);
     let below: Vec<f64> = below.collect();
@@ -96,7 +97,8 @@ pub(super) fn resonances_outside(curves: &[Curves], frequencies: &[f64]) -> Vec<
 }
 
 impl Curves {
-    /// Returns the name of the largest displacement and its frequency if this frequency is an end of the range.
+    /// Returns the column name of the largest displacement, and its frequency. Returns `None` if this frequency is not
+    /// an end of the range.
     fn largest_at_an_end(&self, frequencies: &[f64]) -> Option<(&str, f64)> {
         let last = frequencies.len().checked_sub(1).filter(|last| *last > 1)?;
         let size = |(k, j): (usize, usize)| self.amplitudes[k][j].norm();

@@ -1,16 +1,16 @@
-//! Real columns of complex values.
+//! Real columns that represent complex values.
 
 use num_complex::Complex64;
 
 use super::phase;
 
-/// A real number that belongs to a complex value.
+/// A real number derived from a complex value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Part {
     Real,
     Imaginary,
     Amplitude,
-    /// In degrees.
+    /// Phase in degrees.
     Phase,
 }
 
@@ -23,7 +23,7 @@ impl Part {
         ["re", "im", "amplitude", "phase"].map(|part| format!("{value}_{part}"))
     }
 
-    /// Returns the part in column number `column`, without the frequency.
+    /// Returns the part in the column with the zero-based index `column`, not counting the frequency.
     pub(crate) fn of_column(column: usize) -> Self {
         Self::ALL[column % Self::ALL.len()]
     }
@@ -37,7 +37,8 @@ impl Part {
         }
     }
 
-    /// Returns the derivative of this part of `z`, from the derivative of `z`; NaN for the phase of zero.
+    /// Returns the derivative of this part of `z`, given the derivative of `z`. If `z` is zero, the derivatives of the
+    /// amplitude and phase are NaN.
     pub(crate) fn derivative(self, z: Complex64, derivative: Complex64) -> f64 {
         match self {
             Self::Real => derivative.re,

@@ -1,24 +1,25 @@
 //! Peaks of response curves between the computed frequencies.
 //!
-//! Amplitudes are rational functions of the frequency (with Rayleigh, Kelvin–Voigt and Prony
-//! damping), so each curve is interpolated near a peak by a rational function.
+//! With Rayleigh, Kelvin–Voigt and Prony damping, amplitudes are rational functions of the frequency. Therefore, each
+//! curve is interpolated near a peak by a rational function.
 
 use num_complex::Complex64;
 use serde::Serialize;
 
 use super::rational::Rational;
 
-/// Smallest and largest number of computed frequencies from which a peak is interpolated; odd. The interpolant through
-/// two samples fewer is used for an error estimate.
+/// Minimum and maximum number of computed frequencies from which a peak is interpolated. Both are odd. An interpolant
+/// through two samples fewer is used for an error estimate.
 const SAMPLES: [usize; 2] = [7, 9];
-/// Maximum relative difference between the peaks of the two interpolants up to which a peak counts as resolved.
+/// Maximum relative difference between the peaks of the two interpolants for a peak that counts as resolved.
 const RESOLVED: f64 = 1e-2;
-/// Relative variation of a constant amplitude due to rounding errors of the solutions and of the interpolation.
+/// Relative variation up to which an amplitude counts as constant. It covers rounding errors of the solutions and of
+/// the interpolation.
 const CONSTANT: f64 = 1e-6;
-/// Turn of the phase from a half-power frequency to the maximum of a resonance, °: 45° for light damping, at most 52° for a
-/// damping ratio of 0.3. Other modes nearby change it.
+/// Allowed change of the phase (degrees) between a half-power frequency and the maximum of a resonance. It is 45° for
+/// light damping and at most 52° for a damping ratio of 0.3. Nearby modes alter it.
 const RESONANCE: std::ops::RangeInclusive<f64> = 22.5..=67.5;
-/// Number of intervals in which the half-power frequencies are searched on each side of a peak.
+/// Number of intervals on each side of a peak in which the half-power frequencies are searched for.
 const SEARCH: usize = 400;
 
 /// A local maximum of the amplitude of a value.
@@ -26,28 +27,28 @@ const SEARCH: usize = 400;
 pub struct Peak {
     pub probe: String,
     pub column: String,
-    /// Frequency, Hz.
+    /// Frequency (Hz).
     pub frequency: f64,
     pub amplitude: f64,
-    /// Damping ratio from the half-power width, Δf/(2f); null if the width is not resolved or the phase does not turn as
-    /// at a resonance.
+    /// Damping ratio Δf/(2f) from the half-power width Δf. Null if the width is not resolved or if the phase does not
+    /// change as at a resonance.
     pub damping_ratio: Option<f64>,
-    /// The mode whose contribution to the value bends most sharply at the peak, among those from a tenth to twice its frequency,
-    /// also if the peak is not a resonance. Null without such a mode, above the computed modes, after an interruption, and for
-    /// scenes without modes.
+    /// The mode whose contribution to the value bends most sharply at the peak, which need not be a resonance. Only
+    /// modes with frequencies from a tenth to twice the peak frequency are considered. Null if there is no such mode,
+    /// if the peak is above the computed modes, after an interruption, and for scenes without modes.
     pub mode: Option<PeakMode>,
 }
 
-/// A mode in the order of `myovib modes`.
+/// A mode, numbered in the order of `myovib modes`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PeakMode {
-    /// Number, from 1.
+    /// One-based number of the mode.
     pub number: usize,
-    /// Natural frequency, Hz.
+    /// Natural frequency (Hz).
     pub frequency: f64,
 }
 
-/// Position of a maximum.
+/// Position and size of a maximum.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Maximum {
     pub(super) frequency: f64,
@@ -55,7 +56,7 @@ pub(super) struct Maximum {
     pub(super) damping_ratio: Option<f64>,
 }
 
-/// Returns whether an amplitude varies only by rounding errors, like the given motion of a support.
+/// Returns whether an amplitude varies only by rounding errors, like that of a prescribed support motion.
 pub(super) fn is_constant(amplitudes: impl Iterator<Item = f64> + Clone) -> bool {
     let largest = amplitudes.clone().fold(0.0, f64::max);
     let smallest = amplitudes.fold(f64::INFINITY, f64::min);
@@ -65,7 +66,7 @@ pub(super) fn is_constant(amplitudes: impl Iterator<Item = f64> + Clone) -> bool
 /// Returns the frequency of the largest amplitude between `low` and `high`, by golden-section search.
 pub(super) fn maximum(amplitude: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    // The interval shrinks to the square root of the rounding error, which is the accuracy of a maximum.
+    // The interval shrinks to about the square root of the rounding error, which limits the accuracy of a maximum.
     while high - low > 1e-9 * high {
         let [a, b] = [high - golden * (high - low), low + golden * (high - low)];
         match amplitude(a) > amplitude(b) {
@@ -134,9 +135,10 @@ fn resolved(frequencies: &[f64], values: &[Complex64], k: usize) -> Maximum {
     Maximum { frequency, amplitude, damping_ratio }
 }
 
-/// Returns the damping ratio from the half-power width of the maximum at `frequency`, which is searched up to the `ends`.
-/// Returns `None` if the width is not found, or if the maximum is not a resonance: at a resonance, the phase turns by 45°
-/// from each half-power frequency to the maximum; between two antiresonances, by 0° or 180°.
+/// Returns the damping ratio from the half-power width of the maximum at `frequency`. The half-power frequencies are
+/// searched for up to the `ends`. Returns `None` if the width is not found or if the maximum is not a resonance. At a
+/// resonance, the phase changes by 45° from each half-power frequency to the maximum; between two antiresonances, it
+/// changes by 0° or 180°.
 pub(super) fn damping_ratio(
     curve: impl Fn(f64) -> Complex64,
     frequency: f64,
@@ -155,8 +157,8 @@ pub(super) fn damping_ratio(
 mod tests {
     use super::*;
 
-    /// The first of two oscillators has 10 Hz and the damping ratio ζ = 0.02. Its amplitude has a maximum at 10 √(1 −
-    /// 2ζ²) Hz.
+    /// The first of two oscillators has a natural frequency of 10 Hz and the damping ratio ζ = 0.02. Its amplitude has
+    /// a maximum at 10 √(1 − 2ζ²) Hz.
     #[test]
     fn peaks_lie_between_the_samples() {
         let mode = |f0: f64, f: f64| 1.0 / Complex64::new(f0 * f0 - f * f, 0.04 * f0 * f);
@@ -175,7 +177,7 @@ mod tests {
         // The search above has a tolerance of 1e-6 Hz.
         assert!((found[0].frequency - at).abs() < 2e-6, "{found:?} {at}");
         assert!((found[0].amplitude / best - 1.0).abs() < 1e-9, "{found:?}");
-        // Between two antiresonances of real amplitudes there is a maximum without a turn of the phase.
+        // Between two antiresonances of real amplitudes, there is a maximum at which the phase does not change.
         let flank = |f: f64| Complex64::from((f - 5.0) * (9.0 - f));
         assert_eq!(damping_ratio(flank, 7.0, [Some(5.0), Some(9.0)]), None);
         // The half-power width determines ζ up to terms of order ζ².

@@ -1,11 +1,11 @@
-//! Rational functions that interpolate several curves at once, by the AAA algorithm (Nakatsukasa, Sète and Trefethen 2018,
-//! doi:10.1137/16M1106122) with support points and weights common to all curves (Lietaert et al. 2022,
-//! doi:10.1093/imanum/drab098).
+//! Rational functions that interpolate several curves at once. They are computed by the AAA algorithm (Nakatsukasa,
+//! Sète and Trefethen 2018, doi:10.1137/16M1106122) with common support points and weights for all curves (Lietaert et
+//! al. 2022, doi:10.1093/imanum/drab098).
 
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-/// Residual, relative to the value or to the size of its curve, at which the approximation ends. It is far above the
+/// Residual at which the approximation stops, relative to the value or to the size of its curve. It is far above the
 /// rounding errors of the values and far below the tolerances of responses.
 const REPRESENTED: f64 = 1e-8;
 
@@ -18,8 +18,8 @@ pub(super) struct Rational {
 }
 
 impl Rational {
-    /// Approximates the curves with the given `rows` of values at the frequencies `f`. Each curve is weighted by the
-    /// inverse of its `sizes`; curves of size 0 have no weight.
+    /// Approximates curves, given the `rows` of their values at the frequencies `f`. Each curve is weighted by the
+    /// inverse of its size; curves of size 0 have no weight.
     pub(super) fn fit(f: &[f64], rows: &[Vec<Complex64>], sizes: &[f64]) -> Self {
         let weight = |size: f64| if size > 0.0 { 1.0 / size } else { 0.0 };
         let curve_weights: Vec<f64> = sizes.iter().map(|size| weight(*size)).collect();
@@ -31,7 +31,7 @@ impl Rational {
         };
         let mut is_support = vec![false; f.len()];
         let mut fitted = Self { support: Vec::new(), weights: Vec::new(), values: Vec::new() };
-        // There cannot be more weights than remaining samples to determine them.
+        // The number of weights cannot exceed the number of remaining samples, which determine the weights.
         while 2 * fitted.support.len() < f.len() {
             let others = (0..f.len()).filter(|&k| !is_support[k]);
             let residuals = others.map(|k| (k, distance(&rows[k], &fitted.at(f[k], sizes.len()))));
@@ -50,8 +50,8 @@ impl Rational {
         fitted
     }
 
-    /// Interpolates all samples, whose number is odd: every second sample is a support point; the weights interpolate
-    /// the others.
+    /// Interpolates an odd number of samples. Every second sample is a support point. The weights are chosen such that
+    /// the function also interpolates the other samples.
     pub(super) fn through(f: &[f64], rows: &[Vec<Complex64>]) -> Self {
         let (support, others): (Vec<usize>, Vec<usize>) = (0..f.len()).partition(|k| k % 2 == 0);
         let values = support.iter().map(|&k| rows[k].clone()).collect();
@@ -70,7 +70,7 @@ impl Rational {
         curve_weights: &[f64],
     ) -> Vec<Complex64> {
         let (n, n_curves) = (self.support.len(), curve_weights.len());
-        // At least as many rows as columns, so that all right singular vectors are computed.
+        // The matrix needs at least as many rows as columns, so that all right singular vectors are computed.
         let n_rows = (others.len() * n_curves).max(n);
         let loewner = DMatrix::from_fn(n_rows, n, |i, j| {
             let (Some(&k), curve) = (others.get(i / n_curves), i % n_curves) else {
@@ -89,7 +89,7 @@ impl Rational {
         Self { support: self.support.clone(), weights: self.weights.clone(), values }
     }
 
-    /// Returns the values of all curves; zeros without support points.
+    /// Returns the values of all curves at the frequency `f`, or zeros if there are no support points.
     pub(super) fn at(&self, f: f64, n_curves: usize) -> Vec<Complex64> {
         let mut above = vec![Complex64::ZERO; n_curves];
         let mut below = Complex64::ZERO;

@@ -1,4 +1,4 @@
-//! Complex values of a response: amplitudes of the probes and their ratios.
+//! Complex values of a response: the amplitudes of the probes, and ratios of these amplitudes.
 
 use myovib_model::ModelError;
 use num_complex::Complex64;
@@ -7,7 +7,7 @@ use super::{HarmonicProbes, harmonic_probes};
 use crate::probe::HarmonicMotion;
 use crate::{InputError, Scene};
 
-/// Values of a response at one frequency.
+/// Probes and ratios whose values form a response at each frequency.
 pub(crate) struct Values {
     probes: HarmonicProbes,
     ratios: Vec<Ratio>,
@@ -20,14 +20,14 @@ struct Ratio {
     denominator: Term,
 }
 
-/// Derivative of a value with respect to time.
+/// Time derivative of a value.
 struct Term {
     value: usize,
     order: u32,
 }
 
 impl Term {
-    /// Finds `PROBE.COLUMN` in `names`; velocities and accelerations are derivatives of displacements.
+    /// Finds `PROBE.COLUMN` in `names`. Velocities and accelerations are found as derivatives of displacements.
     fn find(wanted: &str, names: &[String]) -> Option<Self> {
         let position = |name: &str| names.iter().position(|other| other == name);
         if let Some(value) = position(wanted) {
@@ -48,10 +48,10 @@ impl Term {
 }
 
 impl Values {
-    /// Finds the values of the scene.
+    /// Collects the probes and ratios of the scene.
     ///
     /// # Errors
-    /// Errors of [`harmonic_probes`]; ratios of unknown values.
+    /// Returns the errors of [`harmonic_probes`]. Also fails if a ratio refers to an unknown value.
     pub(crate) fn of_scene(scene: &Scene) -> Result<Self, InputError> {
         let probes = harmonic_probes(scene)?;
         let names = probes.iter().flat_map(|(probe, reading)| {
@@ -80,7 +80,7 @@ impl Values {
         Ok(Self { ratios: ratios.collect::<Result<_, InputError>>()?, probes })
     }
 
-    /// Returns the name of each table with the names of its values.
+    /// Returns the name of each table and the names of its values.
     pub(crate) fn tables(&self) -> Vec<(String, Vec<String>)> {
         let probes = self.probes.iter();
         let probes = probes.map(|(name, reading)| (name.clone(), reading.names()));
@@ -89,10 +89,10 @@ impl Values {
         probes.chain(ratios).collect()
     }
 
-    /// Returns the values of all probes, without ratios.
+    /// Returns the values of all probes, but not the ratios.
     ///
     /// # Errors
-    /// Errors of the probes.
+    /// Returns the errors of the probes.
     pub(super) fn read_probes(
         &self,
         motion: &HarmonicMotion<'_>,
@@ -103,10 +103,10 @@ impl Values {
         Ok(amplitudes.collect::<Result<Vec<_>, _>>()?.concat())
     }
 
-    /// Returns the values of all tables for s = iω.
+    /// Returns the values of all tables at s = iω.
     ///
     /// # Errors
-    /// Errors of the probes; a ratio whose denominator is zero.
+    /// Returns the errors of the probes. Also fails if the denominator of a ratio is zero.
     pub(super) fn read(
         &self,
         s: Complex64,
@@ -127,8 +127,8 @@ impl Values {
         Ok(values)
     }
 
-    /// Returns the derivative of value number `k` for s = iω along a motion. `values` are all values, and `changes` the
-    /// derivatives of the values of the probes.
+    /// Returns the derivative of the value with the index `k` at s = iω along a motion. `values` contains all values,
+    /// and `changes` contains the derivatives of the probes' values.
     pub(super) fn change(
         &self,
         k: usize,

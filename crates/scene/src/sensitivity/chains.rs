@@ -11,8 +11,8 @@ use crate::run::start::driven_by;
 use crate::scene::Scene;
 
 impl Parameterized {
-    /// Returns, for each parameter, the dependence of its chain at the values of `scene`; `None` for parameters of the
-    /// body.
+    /// Returns the dependence of the chain that each parameter affects, where `scene` is the scene at `values`. The
+    /// entries are `None` for parameters of the body.
     pub(super) fn of_chains(
         &self,
         values: &[f64],

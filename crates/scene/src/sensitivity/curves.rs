@@ -20,20 +20,20 @@ use crate::system::System;
 use crate::watch::Watcher;
 use crate::{Error, InputError};
 
-/// An output of a scene: a column of a probe.
+/// An output of a scene: one column of a probe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
     pub name: String,
     /// Name of the probe's column.
     pub column_name: String,
     pub(super) probe: usize,
-    /// Number of the column, without the time or frequency.
+    /// Zero-based index of the column, not counting the time or frequency.
     pub(super) column: usize,
-    /// Standard deviation of a measurement, if the scene gives it.
+    /// Standard deviation of a measurement, if it is given in the scene.
     pub noise: Option<f64>,
-    /// A full turn if the output is an angle, which is defined up to full turns.
+    /// A full turn if the output is an angle, which is only defined up to full turns.
     turn: Option<f64>,
-    /// Wave computed from the complex value of the column, which is a shear modulus.
+    /// Shear wave that is computed from the complex value of the column, which is a shear modulus.
     pub(crate) shear_wave: Option<ShearWave>,
 }
 
@@ -46,7 +46,7 @@ impl Output {
         }
     }
 
-    /// Returns the sampling interval of the output's probe, s.
+    /// Returns the sampling interval (s) of the output's probe.
     pub(super) fn every(&self, scene: &Scene) -> f64 {
         scene.file.probe[self.probe].interval
     }
@@ -68,7 +68,8 @@ impl Output {
     }
 }
 
-/// Returns the names of a probe's columns: the values in a motion, or the parts of the complex values in a response.
+/// Returns the column names of a probe. These are the values in a motion, or the parts of the complex values in a
+/// response.
 fn column_names(is_response: bool, probe: &dyn Reading) -> Vec<String> {
     let names = probe.names();
     match (is_response, probe.harmonic()) {
@@ -78,7 +79,7 @@ fn column_names(is_response: bool, probe: &dyn Reading) -> Vec<String> {
     }
 }
 
-/// Returns the names of a probe's columns from which an output is computed: complex values for waves.
+/// Returns the names of the probe columns from which an output can be computed. Waves are computed from complex values.
 fn names_for(settings: &OutputSettings, is_response: bool, probe: &dyn Reading) -> Vec<String> {
     match (settings.shear_wave, probe.harmonic()) {
         (None, _) => column_names(is_response, probe),
@@ -87,7 +88,7 @@ fn names_for(settings: &OutputSettings, is_response: bool, probe: &dyn Reading) 
     }
 }
 
-/// Returns a full turn in the unit of a probe's column if it is an angle.
+/// Returns a full turn in the unit of a probe's column if the column contains an angle.
 fn turn(scene: &Scene, probe: &dyn Reading, column: usize) -> Option<f64> {
     match scene.is_response() {
         true => (Part::of_column(column) == Part::Phase).then_some(360.0),
@@ -95,11 +96,11 @@ fn turn(scene: &Scene, probe: &dyn Reading, column: usize) -> Option<f64> {
     }
 }
 
-/// Returns the outputs of a scene: its `[[output]]` entries, or all columns of its probes. If a scene has outputs for motions and
-/// for responses, the outputs for its analysis are returned.
+/// Returns the outputs of a scene: its `[[output]]` entries or, without such entries, all columns of its probes. If a
+/// scene has outputs for motions and for responses, only those for its analysis are returned.
 ///
 /// # Errors
-/// An unknown probe or column; a probe that accumulates over time; duplicate names.
+/// Fails if a probe or column is unknown, if a probe accumulates over time, or if a name is used twice.
 pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
     let probes = scene.readings()?;
     if scene.is_response() {
@@ -109,7 +110,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
     if file.output.is_empty() {
         return all_columns(scene, &probes);
     }
-    // Outputs for the other analysis are skipped if the scene has both.
+    // Outputs for the other analysis are skipped if the scene has outputs for both analyses.
     let has_column = |is_response: bool, k: usize, settings: &OutputSettings| {
         names_for(settings, is_response, &*probes[k]).contains(&settings.column)
     };
@@ -177,7 +178,7 @@ fn all_columns(scene: &Scene, probes: &[Box<dyn Reading>]) -> Result<Vec<Output>
     }
 }
 
-/// Returns the index of the probe of `[[output]]` number `i`.
+/// Returns the index of the probe to which the `[[output]]` entry with index `i` refers.
 fn probe_of(scene: &Scene, i: usize, probes: &[Box<dyn Reading>]) -> Result<usize, InputError> {
     let (file, name) = (&scene.file, &scene.file.output[i].probe);
     let error = match file.probe.iter().position(|probe| probe.name == *name) {
@@ -192,7 +193,7 @@ fn probe_of(scene: &Scene, i: usize, probes: &[Box<dyn Reading>]) -> Result<usiz
     Err(scene.wrong(&format!("output[{i}].probe"), error))
 }
 
-/// Returns the error of `[[output]]` number `i`, whose column is not among the `names`.
+/// Returns the error for the `[[output]]` entry with index `i`, whose column is not among the `names`.
 fn no_column(scene: &Scene, i: usize, names: &[String]) -> InputError {
     let OutputSettings { probe, column, shear_wave, .. } = &scene.file.output[i];
     let (key, error) = match shear_wave {
@@ -212,7 +213,7 @@ fn no_column(scene: &Scene, i: usize, names: &[String]) -> InputError {
     scene.wrong(&format!("output[{i}].{key}"), error)
 }
 
-/// The outputs at one time.
+/// The outputs at one time, frequency or load factor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
     /// Time (s), frequency (Hz) or load factor.
@@ -222,7 +223,7 @@ pub struct Sample {
     pub derivatives: Vec<Vec<f64>>,
 }
 
-/// Work of a run.
+/// Computational work of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Cost {
     pub steps: u64,
@@ -232,7 +233,7 @@ pub struct Cost {
     pub sensitivity_solves: u64,
 }
 
-/// Returns the settings for sensitivities: `radau9` unless the scene uses a Radau IIA method.
+/// Returns settings that support sensitivities. The method becomes `radau9` unless the scene uses a Radau IIA method.
 pub fn settings(settings: &Settings) -> Settings {
     match settings.integrator.stages() {
         Some(_) => settings.clone(),
@@ -240,7 +241,7 @@ pub fn settings(settings: &Settings) -> Settings {
     }
 }
 
-/// Reads the outputs of a state.
+/// Reader for the outputs of a state.
 pub(super) struct Readings<'a> {
     outputs: &'a [Output],
     probes: Vec<Box<dyn Reading>>,
@@ -254,10 +255,10 @@ impl<'a> Readings<'a> {
         Ok(Self { outputs, probes, allows_inverted: scene.allows_inverted() })
     }
 
-    /// Returns the outputs of a state of the motion or path.
+    /// Returns the outputs at a state of the motion or path.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] if an element is inverted at a vertex and the scene does not allow it.
+    /// Returns [`ModelError::Inverted`] if an element is inverted at a vertex and the scene does not allow this.
     pub(super) fn accepted_values(
         &self,
         system: &mut dyn System,
@@ -271,7 +272,8 @@ impl<'a> Readings<'a> {
         self.values(system, t, y, y_dot)
     }
 
-    /// Returns the outputs of any state, such as a state next to the motion for a derivative; each probe is read once.
+    /// Returns the outputs at any state, such as a state near the motion for a difference quotient. Each probe is read
+    /// once.
     pub(super) fn values(
         &self,
         system: &mut dyn System,
@@ -292,7 +294,7 @@ impl<'a> Readings<'a> {
         Ok(values)
     }
 
-    /// Returns each output as a weighted sum of unknowns; `None` for outputs other than displacements and velocities.
+    /// Returns each output as a weighted sum of unknowns, or `None` if the output is not a displacement or velocity.
     pub(super) fn functionals(&self, dae: &MuscleDae) -> Vec<Option<Vec<(usize, f64)>>> {
         let space = dae.muscle().solid.space();
         let functional = |output: &Output| {
@@ -323,11 +325,11 @@ fn inverted_at_vertices(system: &mut dyn System, t: f64, y: &[f64]) -> Result<()
     if seen.smallest > 0.0 { Ok(()) } else { Err(inverted.into()) }
 }
 
-/// Advances a motion over the ascending `times`. Calls `at` with each time and the nearest time within the last step.
-/// The two differ only at the ends of the run, by rounding errors.
+/// Advances a motion over the ascending `times`. Calls `at` with each time and with the nearest time within the last
+/// step. These two times differ only at the ends of the run, by rounding errors.
 ///
 /// # Errors
-/// An integration that stops before the last time; errors of `at`.
+/// Fails if the integration stops before the last time, or if `at` fails.
 pub(super) fn sample<P, I: Integrator<P>>(
     scene: &Scene,
     integrator: &mut I,
@@ -360,10 +362,11 @@ pub(super) fn sample<P, I: Integrator<P>>(
 /// Accuracy of sensitivities.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Precision {
-    /// The motion chooses the steps; linear systems for sensitivities are solved to a third of its tolerance.
+    /// The motion determines the steps. Linear systems for sensitivities are solved to a third of the motion's
+    /// tolerance.
     #[default]
     OfMotion,
-    /// The motion chooses the steps; linear systems for sensitivities are solved to this fraction of its
+    /// The motion determines the steps. Linear systems for sensitivities are solved to this fraction of the motion's
     /// tolerance.
     Fraction(f64),
     /// The error test includes the sensitivities.
@@ -373,7 +376,7 @@ pub enum Precision {
 /// Computes the motion of a scene, and samples its outputs and their derivatives at the ascending `times`.
 ///
 /// # Errors
-/// A body that cannot start; an integration that stops before the last time.
+/// Fails if the motion of the body cannot start, or if the integration stops before the last time.
 pub fn follow(
     scene: &Scene,
     outputs: &[Output],
@@ -385,7 +388,7 @@ pub fn follow(
     let settings = settings(&body.settings);
     let request =
         Request { scene, outputs, times, n_parameters: dependences.count(), precision, watcher };
-    // Chains do not act on the body here, so they are only integrated if an output measures them.
+    // Chains do not act on the body here, so they are integrated only if an output measures them.
     if !outputs.iter().any(|output| scene.file.probe[output.probe].kind.reads_chain()) {
         let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
@@ -399,12 +402,13 @@ pub fn follow(
     request.run(integrator.map_err(wrong_input)?)
 }
 
-/// Converts an error to invalid input if the integrator rejected its settings, because nothing has been computed then.
+/// Converts the error of an integrator that rejected its settings to an input error, because nothing has been computed
+/// yet.
 fn wrong_input(error: ModelError) -> Error {
     Error::from(error).before_any_output()
 }
 
-/// A run to be sampled.
+/// A run whose outputs are sampled.
 struct Request<'a> {
     scene: &'a Scene,
     outputs: &'a [Output],

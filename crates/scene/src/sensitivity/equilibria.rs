@@ -1,4 +1,4 @@
-//! Outputs of equilibria on a loading path and their derivatives.
+//! Outputs of equilibria on a loading path and the derivatives of these outputs.
 
 use std::ops::ControlFlow;
 
@@ -11,17 +11,17 @@ use crate::Error;
 use crate::run::statics::{at_rest, unknowns};
 use crate::watch::{Watcher, search};
 
-/// Bodies at neighboring values of a parameter, for a difference quotient.
+/// Bodies at neighboring values of a parameter, from which difference quotients are computed.
 struct Neighbors {
     stencil: Stencil,
-    /// Distance between adjacent values.
+    /// Distance between adjacent parameter values.
     step: f64,
     muscles: Vec<Muscle>,
 }
 
 impl Neighbors {
-    /// Returns, for each body, the distance of its parameter value, its weight in the difference quotient, and the
-    /// body.
+    /// Returns, for each body, the offset of its parameter value, its weight in the difference quotient, and the body
+    /// itself.
     fn points(&self) -> impl Iterator<Item = (f64, f64, &Muscle)> {
         let points = self.stencil.points().iter().zip(&self.muscles);
         points.map(|((k, weight), muscle)| (k * self.step, weight / self.step, muscle))
@@ -32,7 +32,8 @@ impl Neighbors {
         points.map(|(_, weight, muscle)| (weight, muscle)).collect()
     }
 
-    /// Returns the derivatives of the outputs that `read` returns at a state whose unknowns have the derivatives `slope`.
+    /// Returns the derivatives of the outputs that `read` returns at `state`. `slope` contains the derivatives of the
+    /// unknowns.
     fn derivative(
         &self,
         state: &PathState,
@@ -52,16 +53,17 @@ impl Neighbors {
     }
 }
 
-/// Computes the outputs of the equilibria under the given load factors, in their order, and their derivatives if requested.
+/// Computes the outputs of the equilibria at the given load factors, in the same order. If requested, also computes
+/// their derivatives.
 ///
-/// The path also passes the load factors of the scene, which may be necessary to stay on its branch.
+/// The path also passes through the load factors of the scene. This may be necessary to stay on the same branch.
 ///
 /// The derivatives of the unknowns are solutions of linear systems with the factorized tangent of each equilibrium. The
 /// explicit derivatives of the equations and of the probes are difference quotients of order 4 between bodies at
-/// neighboring values.
+/// neighboring parameter values.
 ///
 /// # Errors
-/// An invalid scene at these values; an unreached load; a singular tangent.
+/// Fails if the scene is invalid at these values, if a load is not reached, or if a tangent is singular.
 pub fn equilibria(
     scene: &Parameterized,
     values: &[f64],
@@ -148,14 +150,15 @@ pub fn equilibria(
     let with = if neighbors.is_empty() { 0 } else { n };
     let cost = Cost {
         steps: end.load_steps as u64,
-        // Each iteration and each prediction of a step performs one factorization.
+        // Each iteration and each prediction at the start of a step takes one factorization.
         factorizations: (end.newton_iterations + end.load_steps) as u64 + with,
         sensitivity_solves: n * neighbors.len() as u64,
     };
     Ok((samples, cost))
 }
 
-/// Inserts the load factors of the scene between the given ones, unless they decrease or are negative.
+/// Inserts the scene's `own` load factors between the given `loads`. Returns only `loads` if they decrease or if any
+/// load factor is negative.
 fn with_own_loads(loads: &[f64], own: &[f64]) -> Vec<f64> {
     let mut path = loads.to_vec();
     let last = loads.iter().copied().fold(0.0, f64::max);

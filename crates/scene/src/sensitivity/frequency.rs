@@ -1,4 +1,4 @@
-//! Outputs of harmonic responses and their derivatives.
+//! Outputs of harmonic responses and the derivatives of these outputs.
 
 use std::f64::consts::TAU;
 
@@ -15,14 +15,15 @@ use crate::watch::Watcher;
 use crate::{Error, Scene};
 
 /// Relative step of the difference quotients of order 4 between equations at neighboring parameter values. Truncation
-/// errors and the effect of errors of equilibria are both below 1e-9.
+/// errors and the effect of errors in the equilibria are both below 1e-9.
 const STEP: f64 = 1e-3;
 
-/// Computes the outputs of a response at ascending frequencies and, if requested, their derivatives by additional
-/// solves with the same factorization. The equilibrium under a preload also depends on the parameters.
+/// Computes the outputs of a response at ascending frequencies and, if requested, their derivatives. The derivatives
+/// take additional solves with the same factorization. They include the dependence of the equilibrium under a preload
+/// on the parameters.
 ///
 /// # Errors
-/// An invalid scene at these values; errors of equilibria and factorizations.
+/// Fails if the scene is invalid at these values, or if an equilibrium or a factorization fails.
 pub fn respond(
     scene: &Parameterized,
     values: &[f64],
@@ -92,7 +93,7 @@ pub fn respond(
     Ok(samples.collect())
 }
 
-/// Returns the state about which a body vibrates.
+/// Returns the equilibrium about which a body vibrates.
 fn preloaded(scene: &Scene, body: &Body, watcher: Watcher<'_>) -> Result<Equilibrium, Error> {
     let response = scene.file.response.as_ref();
     let preload_time = response.and_then(|response| response.preload_time);
@@ -101,7 +102,7 @@ fn preloaded(scene: &Scene, body: &Body, watcher: Watcher<'_>) -> Result<Equilib
     Ok(found)
 }
 
-/// Returns the complex value of each output; each probe is read once.
+/// Returns the complex value of each output. Each probe is read once.
 fn read(
     probes: &[Box<dyn Reading>],
     outputs: &[Output],

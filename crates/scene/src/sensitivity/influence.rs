@@ -11,35 +11,35 @@ use crate::scene_file::identification::Parameter;
 use crate::scene_file::material::law_constant;
 use crate::scene_file::surface_load::SurfaceLoads;
 
-/// Dependence of the equations on a parameter.
+/// How the equations depend on a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Influence {
-    /// 1/κ.
+    /// The parameter is 1/κ.
     Compressibility,
     Alpha,
     Beta,
-    /// Affine in the equations.
+    /// The equations are affine in the parameter.
     Affine,
-    /// Smooth in the equations.
+    /// The equations depend smoothly on the parameter.
     Smooth,
-    /// Shifts a time at which the load is only twice continuously differentiable.
+    /// The parameter shifts a time at which the load is only twice continuously differentiable.
     Break,
-    /// Changes the initial state only.
+    /// The parameter changes only the initial state.
     Start,
 }
 
-/// Keys on which the equations depend affinely, in addition to moduli of laws and factors in functions of time.
+/// Keys on which the equations depend affinely, in addition to moduli of laws and to factors in functions of time.
 const AFFINE: [&str; 5] = ["density", "stress_scale", "stiffness", "damping", "of"];
 /// Keys on which the equations depend smoothly, in addition to constants in functions of time.
 const SMOOTH: [&str; 1] = ["phase"];
-/// Keys of activation models that shift a break of the tension.
+/// Keys of activation models that shift a break, which is a time at which the tension is not smooth.
 const BREAKS: [&str; 4] = ["start", "end", "systole", "diastole"];
-/// Keys of a chain on which its equations depend affinely, and keys on which they depend smoothly.
+/// Keys of a chain on which the equations of the chain depend affinely or smoothly, respectively.
 const CHAIN_AFFINE: [&str; 4] = ["gain", "coupling", "van_der_pol", "duffing"];
 const CHAIN_SMOOTH: [&str; 2] = ["frequency", "frequency_spread"];
 /// Tables of loads other than surface loads. They do not contribute to element integrals.
 const LOADS: [&str; 3] = ["traction", "body_force", "point_force"];
-/// Other tables whose numbers may be parameters.
+/// Other tables whose numbers can be parameters.
 const TABLES: [&str; 7] = [
     "solid",
     "material",
@@ -55,14 +55,14 @@ fn affects_loads(table: &str) -> bool {
     LOADS.contains(&table) || SurfaceLoads::KEYS.contains(&table)
 }
 
-/// A number of a scene with respect to which sensitivities are computed, or which is fitted.
+/// A number in a scene that is fitted, or with respect to which sensitivities are computed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneParameter {
     pub key: String,
     pub value: f64,
-    /// Its typical size.
+    /// Typical size.
     pub scale: f64,
-    /// Its `[[parameter]]` entry.
+    /// The `[[parameter]]` entry.
     pub wanted: Parameter,
     pub(super) influence: Influence,
 }
@@ -71,7 +71,7 @@ impl SceneParameter {
     /// Returns the parameters of a scene.
     ///
     /// # Errors
-    /// Keys without a number, numbers without derivatives, duplicate keys.
+    /// Fails if a key does not refer to a number, if a number cannot be differentiated, or if a key is used twice.
     pub fn all(scene: &Scene) -> Result<Vec<Self>, InputError> {
         let values = serde_json::to_value(&scene.file).map_err(InputError::new)?;
         let mut parameters: Vec<Self> = Vec::new();
@@ -94,7 +94,7 @@ impl SceneParameter {
         Ok(parameters)
     }
 
-    /// Returns the override that sets the value.
+    /// Returns the override that sets the parameter to a value.
     pub fn assignment(&self, value: f64) -> String {
         match self.influence {
             Influence::Compressibility if value == 0.0 => format!("{}=inf", self.key),
@@ -128,7 +128,7 @@ impl SceneParameter {
         match self.influence {
             Influence::Compressibility => formulation != Formulation::Displacement,
             Influence::Alpha | Influence::Beta => true,
-            // Inertia and body forces.
+            // The density affects only inertia and body forces.
             Influence::Affine => self.key.ends_with(".density"),
             Influence::Smooth | Influence::Break | Influence::Start => false,
         }
@@ -138,8 +138,8 @@ impl SceneParameter {
         self.key.split(['.', '[']).next().unwrap_or("")
     }
 
-    /// Returns whether only the stress of the law depends on the parameter, and does so affinely. Prony terms also
-    /// depend on the constants of the law.
+    /// Returns whether the parameter affects only the stress of the law, and affects it affinely. This is not the case
+    /// with Prony terms, which also depend on the constants of the law.
     pub(super) fn affects_stress(&self, body: &Body) -> bool {
         self.table() == "material"
             && self.influence == Influence::Affine
@@ -153,7 +153,7 @@ impl SceneParameter {
         affects_loads(self.table())
     }
 
-    /// Returns the number of the chain to which the parameter belongs, if any.
+    /// Returns the zero-based index of the chain to which the parameter belongs, if any.
     pub(super) fn chain(&self) -> Option<usize> {
         let (number, _) = self.key.strip_prefix("chain[")?.split_once(']')?;
         number.trim().parse().ok()
@@ -173,10 +173,10 @@ impl SceneParameter {
     }
 }
 
-/// Returns the parameter of a `[[parameter]]` entry; `values` is the scene file as a tree.
+/// Returns the parameter that a `[[parameter]]` entry defines. `values` is the scene file as a JSON tree.
 ///
 /// # Errors
-/// A key without a number, or a number without derivatives.
+/// Fails if the key does not refer to a number, or if the number cannot be differentiated.
 fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParameter, InputError> {
     let parts: Vec<&str> =
         wanted.key.trim().split(['.', '[', ']']).filter(|p| !p.is_empty()).collect();
@@ -244,7 +244,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
     Ok(SceneParameter { key: key.clone(), value, scale, wanted: wanted.clone(), influence })
 }
 
-/// Returns the canonical spelling of a key: `material[0].c10` for `material.0.c10`.
+/// Returns the canonical spelling of a key. For example, `material.0.c10` becomes `material[0].c10`.
 fn key_of(parts: &[&str]) -> String {
     parts.iter().fold(String::new(), |key, part| match part.parse::<usize>() {
         Ok(number) => format!("{key}[{number}]"),
@@ -253,13 +253,14 @@ fn key_of(parts: &[&str]) -> String {
     })
 }
 
-/// Returns the last name of a key; for an entry of a list, the name of the list.
+/// Returns the last name in a key. For an entry of a list, this is the name of the list.
 fn last_name<'k>(parts: &[&'k str]) -> &'k str {
     let named = |part: &&&str| part.parse::<usize>().is_err();
     parts.iter().rev().find(named).copied().unwrap_or("")
 }
 
-/// Returns the error for a key with respect to which derivatives are not available, with the keys that are allowed.
+/// Returns the error for a key with respect to which derivatives are not available. The error describes the allowed
+/// keys.
 fn refused(key: &str, table: &str, moves_break: bool) -> InputError {
     let error = InputError::new(format!("`{key}` cannot be differentiated"));
     match (table, moves_break) {
@@ -286,13 +287,13 @@ fn refused(key: &str, table: &str, moves_break: bool) -> InputError {
     }
 }
 
-/// Returns the rise time of a step if it is positive.
+/// Returns the rise time of a step function if it is positive.
 fn rise(function: Option<&Value>) -> Option<f64> {
     let step = function.filter(|it| it["type"] == "step")?;
     step["rise"].as_f64().filter(|rise| *rise > 0.0)
 }
 
-/// Returns the path of the first step that jumps before `t_end`.
+/// Returns the path of the first step function that jumps before `t_end`.
 pub(crate) fn first_jump(tree: &Value, path: &str, t_end: f64) -> Option<String> {
     match tree {
         Value::Object(members) => {
@@ -314,7 +315,7 @@ pub(crate) fn first_jump(tree: &Value, path: &str, t_end: f64) -> Option<String>
     }
 }
 
-/// Returns the role of the key `last` in a function of time, if `parent` is such a function.
+/// Returns the role of the key `last` in the function of time `parent`, or `None` if `parent` is not such a function.
 fn role(last: &str, parent: Option<&Value>) -> Option<Role> {
     Formula::deserialize(parent?).ok()?.role(last)
 }
@@ -326,7 +327,8 @@ fn is_modulus(last: &str, material: Option<&Value>) -> bool {
     constant.is_some_and(|constant| constant.is_modulus())
 }
 
-/// Returns how the equations depend on the key `last` of a table, whose value is `found` in `parent`.
+/// Returns how the equations depend on the key `last` of a table. `found` is the value of the key, and `parent`
+/// contains the key.
 fn influence(
     table: &str,
     last: &str,
@@ -334,7 +336,7 @@ fn influence(
     found: Option<&Value>,
     parent: Option<&Value>,
 ) -> Option<Influence> {
-    // A constant load.
+    // The key is a constant load.
     let is_constant =
         ["x", "y", "z", "value"].contains(&last) && found.is_some_and(Value::is_number);
     let is_affine = AFFINE.contains(&last)
@@ -351,7 +353,7 @@ fn influence(
         ("chain", last) if CHAIN_SMOOTH.contains(&last) => Some(Influence::Smooth),
         ("chain", _) => None,
         ("initial_state", _) => None,
-        // Sizes of tensions are smooth parameters; times shift breaks.
+        // The size of a tension is a smooth parameter, but its times shift breaks.
         ("active", "contractility") => Some(Influence::Smooth),
         ("active", _) if role == Some(Role::Factor) => Some(Influence::Smooth),
         ("active", "tension") if found.is_some_and(Value::is_number) => Some(Influence::Smooth),

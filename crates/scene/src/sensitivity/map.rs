@@ -19,7 +19,7 @@ use crate::{Error, InputError};
 #[derive(Debug, Clone)]
 pub struct StiffnessMap {
     pub scene: Scene,
-    /// Displacements and velocities among the outputs.
+    /// Maps of the outputs that are displacements or velocities.
     pub outputs: Vec<OutputMap>,
     /// Names of the other outputs.
     pub omitted: Vec<String>,
@@ -44,11 +44,11 @@ impl OutputMap {
 }
 
 impl StiffnessMap {
-    /// Computes one run, and its discrete adjoint for each output.
+    /// Computes one run and its discrete adjoint for each output.
     ///
     /// # Errors
-    /// A scene for which these derivatives are not available, a body that cannot start, or an integration that stops
-    /// before the end.
+    /// Fails if these derivatives are not available for the scene, if the motion of the body cannot start, or if the
+    /// integration stops before the end.
     pub fn of(scene: &Scene, watcher: Watcher<'_>) -> Result<Self, Error> {
         if let Some((feature, path)) = unsupported_in_map(scene) {
             return Err(feature.at(scene, &path).into());
@@ -88,7 +88,7 @@ impl StiffnessMap {
             solves: 0,
         };
         for (k, (Output { name, .. }, unknowns)) in wanted.into_iter().zip(unknowns).enumerate() {
-            // The derivatives of ln √Σ u² and Σ c u are equal for c = u / Σ u².
+            // For c = u / Σ u², the derivatives of ln √Σ u² and of Σ c u are equal.
             let squares: f64 = samples.iter().map(|(_, values)| values[k].powi(2)).sum();
             let weighed = samples.iter().map(|(t, values)| (*t, values[k] / squares));
             let misfit =
@@ -107,8 +107,8 @@ impl StiffnessMap {
         Ok(map)
     }
 
-    /// Returns the sensitivity of each element divided by its share of the volume. The density does not depend on the size of
-    /// elements, and its mean over the body is the total.
+    /// Returns, for each output, the sensitivity of each element divided by the element's share of the volume. This
+    /// density does not depend on the size of elements. Its mean over the body is the total sensitivity.
     pub fn densities(&self) -> Result<Vec<CellField>, Error> {
         let space = body(&self.scene)?.muscle.solid.space();
         let whole = space.measure();
@@ -138,8 +138,8 @@ impl StiffnessMap {
     }
 }
 
-/// Returns the derivative of a misfit with respect to the stiffness of each element, and the work. Reports progress
-/// with the name of the output.
+/// Returns the derivative of a misfit with respect to the stiffness of each element, and the computational work.
+/// Progress reports contain the name of the output.
 fn integrate_adjoint(
     integrator: &mut RecordedIntegrator,
     misfit: LinearMisfit<'_>,
@@ -157,7 +157,7 @@ fn integrate_adjoint(
     }
 }
 
-/// Integrates to the end and returns the outputs at each sample.
+/// Integrates to the end and returns the time and the outputs of each sample.
 fn follow(
     scene: &Scene,
     outputs: &[Output],

@@ -1,9 +1,9 @@
 //! Sensitivities of a scene's outputs.
 //!
 //! [`Parameterized`] is a scene with its parameters. [`outputs`] returns the observed columns of its probes. [`follow`]
-//! runs the scene and samples outputs and derivatives at given times; [`respond`] does the same at frequencies,
-//! [`equilibria`] at load factors. [`compute`] samples at the intervals of the scene's probes and returns [`Curves`].
-//! [`StiffnessMap`] is the sensitivity to the stiffness of each element.
+//! runs the scene and samples the outputs and their derivatives at given times. Similarly, [`respond`] samples them at
+//! frequencies and [`equilibria`] at load factors. [`compute`] samples at the intervals of the scene's probes and
+//! returns [`Curves`]. [`StiffnessMap`] contains the sensitivities to the stiffness of each element.
 
 mod chains;
 mod curves;
@@ -37,10 +37,10 @@ use crate::{Error, Scene};
 pub struct Curves {
     /// Independent variable of the samples.
     pub abscissa: Abscissa,
-    /// The parameters' labels.
+    /// Labels of the parameters.
     pub parameters: Vec<String>,
     pub outputs: Vec<String>,
-    /// Typical sizes p̄ of the parameters, with which derivatives are scaled so that they can be compared.
+    /// Typical sizes p̄ of the parameters. Derivatives are multiplied by them so that they can be compared.
     pub scales: Vec<f64>,
     pub samples: Vec<Sample>,
     /// Work of the run.
@@ -50,9 +50,9 @@ pub struct Curves {
 /// Independent variable of outputs and measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Abscissa {
-    /// Time, s.
+    /// Time (s).
     Time,
-    /// Frequency, Hz.
+    /// Frequency (Hz).
     Frequency,
     /// Load factor.
     Load,
@@ -68,7 +68,7 @@ impl Abscissa {
         }
     }
 
-    /// Returns the name of the variable's column.
+    /// Returns the column name of the variable.
     pub fn name(self) -> &'static str {
         match self {
             Self::Time => "t",
@@ -80,8 +80,8 @@ impl Abscissa {
 
 const MOST_SAMPLES: f64 = 5000.0;
 
-/// Computes the sensitivities of a scene's outputs, sampled as often as the finest of their probes, or at the load factors of a
-/// path.
+/// Computes the sensitivities of a scene's outputs. They are sampled at the smallest interval of the outputs' probes,
+/// or at the load factors of a path.
 pub fn compute(
     scene: &Parameterized,
     precision: Precision,
@@ -114,7 +114,7 @@ pub fn compute(
     })
 }
 
-/// Returns times at the smallest sampling interval among the probes of the outputs.
+/// Returns times at the smallest sampling interval of the outputs' probes.
 fn sample_times(scene: &Scene, outputs: &[Output]) -> Vec<f64> {
     let t_end = scene.t_end;
     let probes = outputs.iter().map(|output| output.every(scene));
@@ -124,9 +124,9 @@ fn sample_times(scene: &Scene, outputs: &[Output]) -> Vec<f64> {
 }
 
 impl Curves {
-    /// Returns for each output and parameter the RMS over time of p̄ ∂u/∂p divided by the RMS of u: the relative change of u
-    /// for a change of p by its typical size. Samples without a derivative are excluded. NaN for an output that stays zero
-    /// or has no derivatives.
+    /// Returns the RMS over time of p̄ ∂u/∂p divided by the RMS of u, for each output u and parameter p. This is the
+    /// relative change of u if p changes by its typical size. Samples without a derivative are excluded. The result is
+    /// NaN if the output is always zero or has no derivatives.
     pub fn importance(&self) -> Vec<Vec<f64>> {
         let ratio = |j: usize, k: usize| {
             let both = self.samples.iter().map(|s| [s.derivatives[j][k], s.values[k]]);
@@ -143,7 +143,7 @@ impl Curves {
         (0..self.outputs.len()).map(output).collect()
     }
 
-    /// Returns the names of the columns: the time or load factor, the outputs, and d OUTPUT/d PARAMETER.
+    /// Returns the column names: the time or load factor, the outputs, and d OUTPUT/d PARAMETER.
     pub fn columns(&self) -> Vec<String> {
         let derivatives = self.outputs.iter().flat_map(|output| {
             let by = move |parameter: &String| format!("d {output}/d {parameter}");
@@ -183,7 +183,7 @@ impl Curves {
 mod tests {
     use super::*;
 
-    /// Checks outputs with a kink at one of three samples, and an output without derivatives.
+    /// Tests outputs with a kink at one of three samples, and an output without derivatives.
     #[test]
     fn samples_without_a_derivative_are_excluded() {
         let sample = |t: f64, values: [f64; 2], derivatives: [f64; 2]| Sample {

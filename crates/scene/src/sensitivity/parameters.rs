@@ -11,25 +11,25 @@ use super::unsupported::unsupported_in_fit;
 use crate::scene::{Body, Scene};
 use crate::{Error, InputError};
 
-/// A scene with parameters, which can be evaluated at other values.
+/// A scene with parameters, which can be evaluated at other parameter values.
 #[derive(Debug, Clone)]
 pub struct Parameterized {
     path: PathBuf,
     set: Vec<String>,
-    /// The scene at the values of its file.
+    /// The scene with the parameter values in its file.
     pub scene: Scene,
     pub parameters: Vec<SceneParameter>,
 }
 
-/// Relative step of differences of order 4. For a motion of a hundred periods, the truncation error (about (2π f t
-/// step)⁴/30) and the rounding error (ε/step) are both about 1e-11.
+/// Relative step of difference quotients of order 4. For a motion of a hundred periods, the truncation error (about (2π
+/// f t step)⁴/30) and the rounding error (ε/step) are both about 1e-11.
 pub(super) const STEP: f64 = 1e-5;
 
 impl Parameterized {
-    /// Reads the scene at `path`, with overrides, and its parameters.
+    /// Reads the scene at `path` and its parameters. Applies the overrides `set`.
     ///
     /// # Errors
-    /// An invalid scene; parameters without a number or without derivatives.
+    /// Fails if the scene is invalid, or if a parameter does not refer to a number or cannot be differentiated.
     pub fn load(path: &Path, set: &[String]) -> Result<Self, InputError> {
         let scene = Scene::load(path, set)?;
         let parameters = SceneParameter::all(&scene)?;
@@ -66,12 +66,12 @@ impl Parameterized {
         Scene::load(&self.path, &set)
     }
 
-    /// Returns the values in the scene's file.
+    /// Returns the parameter values in the scene file.
     pub fn values(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.value).collect()
     }
 
-    /// Returns the dependence of the body, its initial state and the chains on the parameters at these values.
+    /// Returns the dependence of the body, its initial state and the chains on the parameters, at the given values.
     ///
     /// # Panics
     /// Panics if the number of values differs from the number of parameters.
@@ -91,7 +91,7 @@ impl Parameterized {
         Ok(Dependences::new(all).with_chains(chains))
     }
 
-    /// Returns the body for another value of parameter j, where `body` is the body for these values.
+    /// Returns the body at another `value` of parameter `j`. `body` is the body at `values`.
     pub(super) fn neighbor(
         &self,
         j: usize,
@@ -101,8 +101,8 @@ impl Parameterized {
     ) -> Result<Body, Error> {
         let Parameters { alpha, beta, .. } = body.muscle.parameters;
         let kappa = body.muscle.parameters.kappa();
-        // Neighbors need not satisfy the formulation's conditions on κ and β. If materials have their own constants, only the
-        // scene determines which of them change.
+        // Neighbors need not satisfy the formulation's conditions on κ and β. If materials have their own constants,
+        // only the scene determines which of these constants change.
         let parameters = match self.parameters[j].influence {
             Influence::Compressibility if !body.muscle.solid.has_element_scales() => {
                 Parameters::new(alpha, beta, 1.0 / value)?
@@ -135,7 +135,7 @@ impl Parameterized {
         let other = |value| Ok(self.neighbor(j, values, body, value)?.muscle);
         let dependence = if known.is_affine(formulation) {
             let neighbor = |next: f64| Ok::<_, Error>((other(next)?, next - value));
-            // A modulus may be bounded by other constants of its law.
+            // Other constants of the law may bound a modulus from above.
             let (muscle, difference) =
                 neighbor(value + known.scale).or_else(|_| neighbor(value - 0.5 * known.scale))?;
             Dependence::affine(parameter, formulation, muscle, difference)
@@ -153,8 +153,8 @@ impl Parameterized {
     }
 }
 
-/// Evaluates `of` at the points of a central stencil with steps of `delta`, or of a forward stencil if a point below the
-/// value is invalid.
+/// Evaluates `of` at the points of a central stencil with the step `delta`. If a point below the value is invalid, uses
+/// a forward stencil instead.
 pub(super) fn around<T>(
     value: f64,
     delta: f64,

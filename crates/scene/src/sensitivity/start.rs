@@ -10,13 +10,13 @@ use crate::scene::{Body, Start};
 use crate::watch::Watcher;
 use crate::{Error, InputError};
 
-/// Relative step of the difference quotients of order 4 of consistent initial values. The truncation error is about
-/// step⁴. The rounding error is about 1e-16/step, or 1e-11/step for pressures, which are themselves computed by
-/// differences in time.
+/// Relative step of the difference quotients of order 4 for consistent initial values. The truncation error is about
+/// step⁴. The rounding error is about 1e-16/step. For pressures, which are themselves computed from differences in
+/// time, it is about 1e-11/step.
 const STEP: f64 = 1e-3;
 
 impl Parameterized {
-    /// Rejects parameters with respect to which a body at rest would be loaded at t = 0.
+    /// Rejects parameters if changing them would load a body at rest at t = 0.
     fn expect_rest(&self, values: &[f64], body: &Body) -> Result<(), Error> {
         for (j, (known, &value)) in self.parameters.iter().zip(values).enumerate() {
             if known.affects_loads() {
@@ -35,14 +35,14 @@ impl Parameterized {
         Ok(())
     }
 
-    /// Returns ∂y_0/∂p for each parameter at these values; `None` at rest, where it is zero. The vector is empty for a
-    /// parameter without effect on the body.
+    /// Returns ∂y_0/∂p for each parameter at these values, or `None` for a start at rest, where all these derivatives
+    /// are zero. The vector of a parameter without effect on the body is empty.
     ///
-    /// Displacements of an equilibrium are differentiated with its tangent matrix. The derivatives of the other
-    /// unknowns are difference quotients of the consistent initial values of neighboring scenes.
+    /// The displacements of an equilibrium are differentiated with its tangent matrix. The derivatives of the other
+    /// unknowns are difference quotients between the consistent initial values of neighboring scenes.
     ///
     /// # Errors
-    /// An initial state that cannot be differentiated.
+    /// Fails if the initial state cannot be differentiated.
     pub(super) fn starts(
         &self,
         values: &[f64],

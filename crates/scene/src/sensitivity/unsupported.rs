@@ -1,4 +1,4 @@
-//! Features of scenes that have no sensitivities.
+//! Features of scenes for which sensitivities are not available.
 
 use super::influence::first_jump;
 use crate::InputError;
@@ -9,7 +9,7 @@ use crate::scene_file::contact::{Contact, Method};
 use crate::scene_file::loading::PathMethod;
 use crate::scene_file::material::Material;
 
-/// A feature without sensitivities.
+/// A feature for which sensitivities are not available.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Unsupported {
     #[error("sensitivities require a motion or a static analysis")]
@@ -61,13 +61,13 @@ impl Unsupported {
         }
     }
 
-    /// Returns the error for this feature at its place in the scene.
+    /// Returns the error for this feature, located at `path` in the scene.
     pub(super) fn at(self, scene: &Scene, path: &str) -> InputError {
         scene.wrong(path, InputError::new(self).next(self.remedy()))
     }
 }
 
-/// Returns the first feature of a scene that sensitivities do not support, with its key.
+/// Returns the first feature of a scene that sensitivities do not support, and its key.
 pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
     let file = &scene.file;
     let is_by_chain = |material: &Material| {
@@ -101,8 +101,8 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
         return found(Unsupported::AugmentedLagrange, &key);
     }
     if is_static {
-        // The loads are used at one time, so that jumps have no effect, and bodies at neighboring values recompute
-        // their default contact stiffness.
+        // The loads are used at only one time, so jumps have no effect. Contacts are supported, because bodies at
+        // neighboring values recompute their default contact stiffness.
         return None;
     }
     if let Some(i) = file.contact.iter().position(|own| own.force.is_some()) {
@@ -120,7 +120,7 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
     found(Unsupported::Jump, &jump)
 }
 
-/// Returns the first feature of a scene that fits do not support, with its key.
+/// Returns the first feature of a scene that fits do not support, and its key.
 pub(super) fn unsupported_in_fit(scene: &Scene) -> Option<(Unsupported, String)> {
     match (scene.is_response(), &scene.body) {
         (false, _) => unsupported(scene),
@@ -129,7 +129,7 @@ pub(super) fn unsupported_in_fit(scene: &Scene) -> Option<(Unsupported, String)>
     }
 }
 
-/// Returns the first feature of a scene that stiffness maps do not support, with its key.
+/// Returns the first feature of a scene that stiffness maps do not support, and its key.
 pub fn unsupported_in_map(scene: &Scene) -> Option<(Unsupported, String)> {
     if scene.file.analysis != Analysis::Dynamic {
         return Some((Unsupported::MapAnalysis, "analysis".to_owned()));

@@ -5,8 +5,8 @@ use num_complex::Complex64;
 use crate::scene_file::identification::{ShearWave, WaveQuantity};
 
 impl ShearWave {
-    /// Returns the wave speed, m/s, or the attenuation, 1/m, for the shear modulus G* at the angular frequency ω. The
-    /// slowness k/ω is √(ρ/G*), with a negative imaginary part.
+    /// Returns the wave speed (m/s) or the attenuation (1/m) for the shear modulus G* at the angular frequency ω. The
+    /// slowness k/ω = √(ρ/G*) has a negative imaginary part.
     pub(super) fn of(&self, omega: f64, modulus: Complex64) -> f64 {
         let slowness = (self.density / modulus).sqrt();
         match self.quantity {
@@ -15,7 +15,7 @@ impl ShearWave {
         }
     }
 
-    /// Returns the derivative of this value from the derivative of G*.
+    /// Returns the derivative of the wave speed or attenuation, given the derivative `slope` of G*.
     pub(super) fn derivative(&self, omega: f64, modulus: Complex64, slope: Complex64) -> f64 {
         let slowness = (self.density / modulus).sqrt();
         let change = -0.5 * slowness * slope / modulus;
@@ -25,7 +25,7 @@ impl ShearWave {
         }
     }
 
-    /// Returns the name and unit of this value.
+    /// Returns the name and unit of the wave speed or attenuation.
     pub(super) fn label(&self) -> &'static str {
         match self.quantity {
             WaveQuantity::Speed => "wave speed, m/s",
@@ -33,7 +33,7 @@ impl ShearWave {
         }
     }
 
-    /// Returns whether a measurement can have this value.
+    /// Returns whether a measured wave speed or attenuation can have this value.
     pub(crate) fn accepts(&self, value: f64) -> bool {
         match self.quantity {
             WaveQuantity::Speed => value > 0.0,
@@ -46,7 +46,7 @@ impl ShearWave {
 mod tests {
     use super::*;
 
-    /// Compares with c = √(2 |G|²/(ρ (G' + |G|))) and attenuation √(ρ ω² (|G| − G')/(2 |G|²)).
+    /// Compares the results with c = √(2 |G|²/(ρ (G' + |G|))) and the attenuation √(ρ ω² (|G| − G')/(2 |G|²)).
     #[test]
     fn waves_have_the_closed_form_and_its_derivative() {
         let (density, omega) = (1100.0, 377.0);
@@ -64,7 +64,7 @@ mod tests {
             let at = |step: f64| wave.of(omega, modulus + step * slope);
             let difference = (at(step) - at(-step)) / (2.0 * step);
             let derivative = wave.derivative(omega, modulus, slope);
-            // The truncation error is (1e-2/1e3)², the rounding error 1e-16 divided by 1e-5.
+            // The truncation error is (1e-2/1e3)², and the rounding error is 1e-16 divided by 1e-5.
             assert!((derivative / difference - 1.0).abs() < 1e-9);
         }
     }
