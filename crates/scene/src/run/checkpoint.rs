@@ -1,8 +1,8 @@
 //! State from which a run can continue.
 //!
-//! With Radau IIA, a resumed run takes exactly the steps of an uninterrupted run and has bitwise
-//! identical results. IDAS cannot restore its history of past steps. A resumed BDF run therefore
-//! restarts at order 1 from the state, with derivatives computed again.
+//! With Radau IIA, a resumed run takes exactly the same steps as an uninterrupted run, and its results are bitwise
+//! identical. IDAS cannot restore its history of past steps. Therefore, a resumed BDF run restarts from the saved state
+//! at order 1, with recomputed derivatives.
 
 use std::path::Path;
 
@@ -25,20 +25,20 @@ use crate::{Error, InputError, Scene};
 /// State of a run and the amount of output on the disk at that time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Checkpoint {
-    /// Time, s.
+    /// Time (s).
     pub(super) t: f64,
     pub(super) y: Vec<f64>,
     pub(super) y_dot: Vec<f64>,
-    /// The last step, s.
+    /// Last step size (s).
     pub(super) step: f64,
-    /// Further integrator state, for Radau IIA.
+    /// Additional state of the integrator, for Radau IIA only.
     pub(super) continuation: Option<Continuation>,
-    /// Output written by each probe.
+    /// Amount of data that each probe has written.
     pub(super) tables: Vec<Written>,
     pub(super) energies: Vec<EnergyBalance>,
-    /// Times of the fields written, s.
+    /// Times (s) at which fields were written.
     pub(super) field_times: Vec<f64>,
-    /// Largest constraint drift and its time.
+    /// Largest constraint drift, and the time at which it occurred.
     pub(super) drift: (f64, f64),
     /// Volume ratios at the vertices.
     #[serde(default)]
@@ -46,20 +46,19 @@ pub(super) struct Checkpoint {
     /// Non-finite values in the fields.
     #[serde(default)]
     pub(super) not_finite: Option<NotFinite>,
-    /// Magnitudes of the driving of separately integrated chains.
+    /// Magnitudes of the displacements that drive separately integrated chains, and of the resulting positions.
     #[serde(default)]
     pub(super) driven: Option<Driven>,
-    /// Accumulated error estimates of the integrator at the probes.
+    /// Error estimates of the integrator, accumulated for each probe.
     pub(super) indicator: Indicator,
-    /// Output work outside the integration.
+    /// Counters of the work that only the outputs require.
     pub(super) work: OutputWork,
     pub(super) body_work: WorkCounters,
-    /// Statistics of the earlier parts of the run. A [`Continuation`] continues the statistics of
-    /// the first part.
+    /// Statistics of the earlier parts of the run that the [`Continuation`] does not contain.
     pub(super) counts: Totals,
 }
 
-/// Counts of outputs and evaluations outside the integration.
+/// Numbers of outputs, and of evaluations that only the outputs require.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct OutputWork {
     pub(super) probe_rows: u64,
@@ -69,19 +68,19 @@ pub(super) struct OutputWork {
     pub(super) checkpoints: u64,
 }
 
-/// Totals over the parts of a resumed run.
+/// Totals over all parts of a resumed run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Totals {
     #[serde(flatten)]
     pub(super) counts: Counts,
-    /// Counts of separately integrated chains.
+    /// Counters of separately integrated chains.
     #[serde(default)]
     pub(super) chains: Counts,
     pub(super) resumed: u64,
 }
 
 impl Totals {
-    /// Returns these totals plus the counts of the current part of the run.
+    /// Returns the sum of these totals and the counters of the current part of the run.
     pub(super) fn plus(&self, counts: Counts, chains: Option<Counts>) -> Self {
         Self {
             counts: self.counts.followed_by(counts),
@@ -90,15 +89,15 @@ impl Totals {
         }
     }
 
-    /// Returns the totals with one more resume.
+    /// Returns the totals with the number of resumes increased by one.
     pub(super) fn resumed(&self) -> Self {
         Self { resumed: self.resumed + 1, ..*self }
     }
 }
 
 impl Checkpoint {
-    /// Writes the checkpoint and replaces the previous one. A state with NaN is not written because
-    /// the run could not continue from it.
+    /// Writes the checkpoint, which replaces the previous one. A state with non-finite values is not written because no
+    /// run could continue from it.
     pub(super) fn write(&self, folder: &ResultFolder, run: &Value) -> Result<(), Error> {
         if !self.is_finite() {
             return Ok(());
@@ -109,7 +108,7 @@ impl Checkpoint {
         folder.write(folder::CHECKPOINT, format!("{head}{SEPARATOR}{body}}}\n"))
     }
 
-    /// Reads the checkpoint in `folder` of the run whose origin is `run`. The whole file is checked
+    /// Reads the checkpoint in `folder`, which must belong to the run with the origin `run`. The whole file is checked
     /// before any part of it is used.
     pub(super) fn read(
         folder: &ResultFolder,
@@ -167,7 +166,7 @@ impl Checkpoint {
         all.chain(&self.field_times).all(|number| number.is_finite())
     }
 
-    /// Returns the reason why the checkpoint does not fit a run with these probes.
+    /// Returns the reason why the checkpoint does not match a run with the given probes, or `None` if it does.
     fn mismatch(&self, readings: &[Box<dyn Reading>]) -> Option<String> {
         let n_energies = readings.iter().filter(|what| what.balance().is_some()).count();
         let counts = [
@@ -185,10 +184,10 @@ impl Checkpoint {
     }
 }
 
-/// Upper bound of counters: sums of a thousand of them do not overflow.
+/// Upper bound of counters, chosen so that the sum of a thousand counters does not overflow.
 pub(super) const LARGEST_COUNT: u64 = 1 << 53;
 
-/// Returns whether all whole numbers are at most [`LARGEST_COUNT`].
+/// Returns whether all integers are at most [`LARGEST_COUNT`].
 fn has_possible_counts(json: &Value) -> bool {
     match json {
         Value::Number(number) => number.as_u64().is_none_or(|count| count <= LARGEST_COUNT),
@@ -241,7 +240,7 @@ enum Damage {
     Other(String),
 }
 
-/// Returns the time at which the run in the folder ended, if all of its files exist.
+/// Returns the time at which the run in the folder ended, if the run is finished and all of its files exist.
 fn completed(folder: &Path, scene: &Scene, verify: bool) -> Option<f64> {
     let read = |name: &str| {
         let bytes = inputs::content(&folder.join(name)).ok()?;
@@ -257,7 +256,7 @@ fn completed(folder: &Path, scene: &Scene, verify: bool) -> Option<f64> {
     (ended && has_state && has_page).then_some(t)
 }
 
-/// Rejects continuing a finished run whose files all exist.
+/// Fails if the run in the folder is finished and all of its files exist, because there is nothing to continue.
 pub(super) fn expect_incomplete(
     folder: &Path,
     scene: &Scene,
@@ -266,7 +265,7 @@ pub(super) fn expect_incomplete(
     completed(folder, scene, verify).map_or(Ok(()), |t| Err(finished(folder, t)))
 }
 
-/// Returns the error for a run that ended at `t`.
+/// Returns the error for an attempt to resume a run that ended at `t`.
 fn finished(folder: &Path, t: f64) -> InputError {
     InputError::new("the run is finished: there is nothing to continue")
         .at(folder.display())
@@ -314,7 +313,7 @@ mod tests {
                 assert!(read() == before, "{value}");
             }
         }
-        // A finite state does replace it.
+        // A finite state replaces the checkpoint.
         let other = Checkpoint { t: 0.5 * good.t, ..good };
         other.write(&written, &Value::Null).unwrap();
         assert!(read() != before);

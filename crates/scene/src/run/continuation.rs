@@ -1,4 +1,4 @@
-//! Branches of periodic states as a number of the scene varies.
+//! Branches of periodic states along which a number of the scene varies.
 
 use std::cell::Cell;
 use std::ops::Range;
@@ -19,13 +19,13 @@ use crate::scene_file::periodic::Continuation;
 use crate::system::System;
 use crate::{Error, InputError, Scene};
 
-/// Name of the table of the curve.
+/// Name of the file with the table of the curve.
 pub(super) const NAME: &str = "continuation.csv";
 
-/// A number of a scene with the range over which the branch is followed.
+/// Number of a scene that varies, and the range over which the branch is followed.
 pub(super) struct Branch {
     wanted: Continuation,
-    /// Value at the start.
+    /// Value of the number at the start of the branch.
     from: f64,
 }
 
@@ -33,7 +33,8 @@ impl Branch {
     /// Returns the branch that the scene requests, if any.
     ///
     /// # Errors
-    /// A key whose value is not a number; an invalid scene at the end of the branch.
+    /// Fails if the key does not refer to a number that may vary, if the range is empty, or if the scene at the end of
+    /// the branch is invalid.
     pub(super) fn of(scene: &Scene) -> Result<Option<Self>, Error> {
         let periodic = scene.file.periodic.as_ref();
         let Some(wanted) = periodic.and_then(|periodic| periodic.continuation.clone()) else {
@@ -73,15 +74,16 @@ impl Branch {
         Ok(Some(branch))
     }
 
-    /// Returns the scene with another value of the number.
+    /// Returns the scene with the number set to `value`.
     fn at(&self, scene: &Scene, value: f64) -> Result<Scene, InputError> {
         scene.with(&[format!("{}={value:?}", self.wanted.parameter)])
     }
 
-    /// Follows the curve from the periodic state of the scene. A curve that ends inside its range keeps its points.
+    /// Follows the curve from the periodic state of the scene. If the curve ends inside its range, the points found so
+    /// far are kept.
     ///
     /// # Errors
-    /// Errors of the probes.
+    /// Returns the errors of the probes.
     pub(super) fn follow(
         &self,
         scene: &Scene,
@@ -92,7 +94,7 @@ impl Branch {
         let Self { wanted, from } = self;
         let progress = options.watcher().progress;
         let interrupt = options.interrupt;
-        // Distances along the curve are root mean squares of the state.
+        // Distances along the curve are measured by the root mean square of the state.
         let root = (state.len() as f64).sqrt();
         let continuation = periodic::Continuation {
             shooting: Shooting {
@@ -117,7 +119,7 @@ impl Branch {
         let mut map = |state: &[f64], value: f64| {
             progress.on_progress(&|| format!("periodic: {} = {value:.6}", wanted.parameter));
             let end = || {
-                // Iterations may leave the range of the number, and are then shortened.
+                // Iterations may leave the valid range of the number. Their steps are then shortened.
                 let scene = self.at(scene, value).map_err(|error| ModelError::PeriodStopped {
                     t: 0.0,
                     message: error.to_string(),
@@ -147,7 +149,7 @@ impl Branch {
         Ok((curve, outcome))
     }
 
-    /// Returns the amplitudes and the stability of a point.
+    /// Computes the amplitudes and the stability at a point of the curve.
     fn read(
         &self,
         scene: &Scene,
@@ -172,7 +174,7 @@ impl Branch {
             frequency: period.frequency,
             is_fold: point.is_fold,
             spectral_radius,
-            // A multiplier is 1 at a fold.
+            // At a fold, one multiplier is 1.
             is_stable: is_stable.filter(|_| !point.is_fold),
             amplitudes,
         })
@@ -201,7 +203,7 @@ fn names(scene: &Scene, readings: &[Box<dyn Reading>]) -> Vec<String> {
     names.collect()
 }
 
-/// Integration over a period.
+/// Task that integrates over one period and returns the final state.
 struct End<'a> {
     times: [f64; 2],
     state: &'a [f64],
@@ -226,7 +228,7 @@ impl Task for End<'_> {
     }
 }
 
-/// Amplitudes and stability of a point.
+/// Task that computes the amplitudes and the stability at a point of the curve.
 struct Read<'a> {
     period: &'a Period,
     readings: &'a [Box<dyn Reading>],
@@ -271,7 +273,7 @@ impl Task for Read<'_> {
     }
 }
 
-/// Returns the table of a curve; `is_stable` is 1, 0, or NaN on the boundary of stability.
+/// Returns the table of a curve. The column `is_stable` contains 1 or 0, or NaN on the stability boundary.
 pub(super) fn table(curve: &Curve) -> String {
     let first = ["frequency", "is_fold", "spectral_radius", "is_stable"];
     let names = std::iter::once(&*curve.parameter).chain(first);

@@ -8,7 +8,8 @@ use crate::atomic_file::truncate;
 use crate::csv::Written;
 use crate::{Error, InputError};
 
-/// Truncates a table after the rows that a checkpoint counts. These rows must be unchanged.
+/// Truncates a table after the rows that a checkpoint counts. These rows must be unchanged. Also returns a note if the
+/// removed part ends with an incomplete row.
 pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String>), Error> {
     let missing = |found: String| {
         InputError::new("the table was changed after the checkpoint: rows would be missing")

@@ -18,7 +18,7 @@ use crate::statistics;
 use crate::system::System;
 use crate::{Body, Scene};
 
-/// Wall-clock seconds by part.
+/// Wall-clock time (s) of each part of a run.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Timing {
     pub(super) setup: f64,
@@ -26,7 +26,7 @@ pub(super) struct Timing {
     pub(super) output: f64,
 }
 
-/// Clocks of an analysis that writes its results at its end.
+/// Clocks of an analysis that writes its results at the end.
 pub(super) struct Clocks {
     wall: Instant,
     cpu: CpuClock,
@@ -37,7 +37,7 @@ impl Clocks {
         Self { wall: Instant::now(), cpu: CpuClock::start() }
     }
 
-    /// Returns the document of the analysis with scene, outcome, mesh and times.
+    /// Returns the document of the analysis, with the scene, the outcome, the mesh and the elapsed times.
     pub(super) fn document(&self, scene: &Scene, outcome: &Outcome) -> Value {
         json!({
             "scene": scene.file,
@@ -102,7 +102,7 @@ pub(super) fn dynamic<P: System>(
     Ok(document)
 }
 
-/// Returns formulation, drift, statistics and settings of a run with a muscle.
+/// Returns the formulation, drift, statistics and settings of a run with a muscle.
 fn of_body(
     scene: &Scene,
     Body { muscle, formulation, settings, opposed_fibers, .. }: &Body,
@@ -146,7 +146,7 @@ fn of_states(scene: &Scene, whole: &Statistics) -> Value {
     document
 }
 
-/// Returns the inverted element where a run stopped, if any.
+/// Returns the inverted element at which a run stopped, if any.
 fn stop(outcome: &Outcome) -> Value {
     match outcome {
         Outcome::Stopped { inverted: Some(at), .. } => json!({
@@ -166,7 +166,7 @@ fn seed(scene: &Scene) -> Value {
     }
 }
 
-/// Returns size, formulation and index of the muscle.
+/// Returns the size, formulation and index of the muscle.
 fn body(muscle: &Muscle, formulation: Formulation) -> Value {
     let indices = formulation.rows().iter().map(|(field, _)| {
         let index = muscle.variable_index(formulation, *field);
@@ -195,7 +195,8 @@ fn mesh(muscle: &Muscle) -> Value {
     })
 }
 
-/// Adds the notes on the scene and on its run to the document, writes it, and returns a result without tables.
+/// Adds the notes on the scene and on its run to the document, and writes the document. The returned result contains no
+/// modes, response or periodic state.
 pub(super) fn finish(
     folder: &ResultFolder,
     scene: &Scene,

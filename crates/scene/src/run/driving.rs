@@ -1,4 +1,4 @@
-//! Effect of the body's error on separately integrated chains.
+//! Effect of the error of the body on separately integrated chains.
 
 use myovib_model::Field;
 use serde::Serialize;
@@ -10,12 +10,12 @@ use crate::system::System;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct DrivingError {
     chain: String,
-    /// Error δu of the driving displacement, m: the sum of BDF's local errors, or the tolerance of
-    /// Radau IIA.
+    /// Error δu of the driving displacement (m). For BDF, it is the sum of the local errors; for Radau IIA, the
+    /// tolerance.
     displacement: f64,
-    /// Bound on the change of the positions, γ δu (1/ω² + T/(2ω)).
+    /// Upper bound on the resulting change of the oscillator positions, γ δu (1/ω² + T/(2ω)).
     position: f64,
-    /// The same, relative to the largest position.
+    /// Upper bound relative to the largest position.
     relative: f64,
 }
 
@@ -47,13 +47,13 @@ impl DrivingError {
         effects.collect()
     }
 
-    /// Returns a note if the effect exceeds ten times the relative tolerance of the body, because the chain is then less
-    /// accurate than the body. A rod and its chains have equal tolerances, so there is no note
-    /// for them.
+    /// Returns a note if the effect exceeds ten times the relative tolerance of the body, because the chain is then
+    /// less accurate than the body. For a rod, no note is returned because the rod and its chains have equal
+    /// tolerances.
     pub(super) fn note(&self, scene: &Scene) -> Option<String> {
         let body = scene.body.as_ref()?;
         let is_inaccurate = self.relative > 10.0 * body.settings.relative_tolerance;
-        // A chain at a fixed place has no position to compare with.
+        // A chain at a fixed point may not move at all. The relative effect is then not finite.
         (self.relative.is_finite() && is_inaccurate).then(|| {
             format!(
                 "chain `{}`: the error of the driving displacement, about {:.1e} m, changes the oscillators by at most \

@@ -35,20 +35,20 @@ use crate::watch::Watch;
 use crate::{Error, InputError};
 use serde_json::Value;
 
-/// Default number of checkpoints of a run.
+/// Default number of checkpoints per run.
 const CHECKPOINTS: f64 = 10.0;
 
 /// Function that estimates the errors of the probes of a finished run.
 pub(super) type Verify = fn(&Scene, &RunOptions<'_>) -> Result<Option<Value>, Error>;
 
-/// Computes the motion of a scene. Calls `verify` at the end if requested.
+/// Computes the motion of a scene. Calls `verify` at the end if it is given.
 pub(super) fn compute(
     scene: &Scene,
     options: &RunOptions<'_>,
     verify: Option<Verify>,
 ) -> Result<RunResult, Error> {
     let started = Instant::now();
-    // Checks the outputs before the folder is changed.
+    // The outputs are checked before the folder is changed.
     let readings = scene.readings()?;
     let conditions = conditions(scene)?;
     let mut request = request(scene, options, &[])?;
@@ -62,8 +62,8 @@ pub(super) fn compute(
     if is_resumed && !has_checkpoint {
         request.existing = Existing::Overwrite;
     }
-    // A resumed run already has its folder, which is locked during the initialization: another process may use it. A new
-    // run is initialized before its folder is created.
+    // A resumed run already has a folder. The folder is locked during the initialization because another process may
+    // use it. A new run is initialized before its folder is created.
     let folder = match is_resumed {
         true => Some(request.clone().open()?),
         false => None,
@@ -90,7 +90,7 @@ pub(super) fn compute(
     start(scene, from, options.watcher(), run)
 }
 
-/// A run and its outputs.
+/// Run and its outputs.
 struct Motion<'a> {
     scene: &'a Scene,
     options: &'a RunOptions<'a>,
@@ -104,7 +104,7 @@ struct Motion<'a> {
 }
 
 impl Motion<'_> {
-    /// Opens the outputs in `folder`. Returns notes on rows truncated from the tables of a resumed run.
+    /// Opens the outputs in `folder`. Also returns notes on rows that were removed from the tables of a resumed run.
     fn outputs<'f>(
         &mut self,
         folder: &'f ResultFolder,
@@ -136,7 +136,7 @@ impl Motion<'_> {
         Ok((outputs, notes))
     }
 
-    /// Integrates to the end, to a limit or to a condition of the scene.
+    /// Integrates until the run reaches its end time, a limit, or a stop condition of the scene.
     fn integrate<P: System>(
         &self,
         integrator: &mut dyn Integrator<P>,
@@ -153,7 +153,8 @@ impl Motion<'_> {
         Ok(run(integrator, &mut observers)?)
     }
 
-    /// Adds the error estimate to the document of a finished run, if requested. Returns false if it was interrupted.
+    /// If requested, adds the error estimate to the document of a finished run. Returns false if the estimation was
+    /// interrupted.
     fn verify(&self, folder: &ResultFolder, document: &mut Value) -> Result<bool, Error> {
         let Some(verify) = self.verify else {
             return Ok(true);
@@ -195,7 +196,7 @@ impl Driver for Motion<'_> {
             }
         }
         let setup = self.started.elapsed();
-        // If a run was killed after its last checkpoint, only the files written at the end are missing.
+        // If a run was killed after the checkpoint at its end, only the files written at the end are missing.
         let at_the_end = checkpoint.filter(|c| c.t >= scene.t_end);
         let statistics = match at_the_end {
             Some(checkpoint) => ended_at(checkpoint.t, integrator.counts()),
@@ -223,7 +224,7 @@ impl Driver for Motion<'_> {
         }
         let body = scene.body.as_ref();
         let mut notes = Vec::new();
-        // The message of a run that ended at an inversion describes it.
+        // If a run ended because of an inversion, its message already describes the inversion.
         if let Some(body) =
             body.filter(|_| statistics.outcome.reason() != Some(EndReason::Inverted))
         {
@@ -240,13 +241,14 @@ impl Driver for Motion<'_> {
             result.notes.push(message.to_owned());
             result.outcome = Outcome::ended(EndReason::Interrupted, message.to_owned());
         }
-        // Not in the document: after a resumption it equals the document of an uninterrupted run.
+        // These notes are not added to the document, so that a resumed run and an uninterrupted run have identical
+        // documents.
         result.notes.splice(0..0, of_resumption);
         Ok(result)
     }
 }
 
-/// Continues the integrator and its system from a checkpoint.
+/// Restores the integrator and its system from a checkpoint.
 fn restore<P: System>(
     integrator: &mut dyn Integrator<P>,
     checkpoint: &Checkpoint,
@@ -268,7 +270,7 @@ fn restore<P: System>(
     Ok(())
 }
 
-/// Returns the statistics of a run that had reached its end before it was resumed.
+/// Returns the statistics of a run that had already reached its end before it was resumed.
 fn ended_at(t: f64, counts: Counts) -> Statistics {
     Statistics {
         counts,
@@ -279,14 +281,13 @@ fn ended_at(t: f64, counts: Counts) -> Statistics {
     }
 }
 
-/// Returns the conditions that end the run.
+/// Returns the stop conditions of the scene.
 pub(super) fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {
     let stops = scene.file.stop.iter().enumerate();
     stops.map(|(i, stop)| scene.at(&format!("stop[{i}]"), Condition::new(stop, scene))).collect()
 }
 
-/// Opens the tables of the probes. Returns notes on rows truncated from the tables of a resumed
-/// run.
+/// Opens the tables of the probes. Also returns notes on rows that were removed from the tables of a resumed run.
 fn open(
     scene: &Scene,
     readings: Vec<Box<dyn Reading>>,
@@ -337,7 +338,7 @@ fn fields(
     Ok(Some((series, oscillations, times)))
 }
 
-/// Returns sample times with interval `every`, after the checkpoint if there is one.
+/// Returns sample times with the interval `every`. If there is a checkpoint, the sample times begin after it.
 fn times(every: f64, t_end: f64, checkpoint: Option<&Checkpoint>) -> SampleTimes {
     let mut times = SampleTimes::new(every, t_end);
     if let Some(checkpoint) = checkpoint {
@@ -346,14 +347,14 @@ fn times(every: f64, t_end: f64, checkpoint: Option<&Checkpoint>) -> SampleTimes
     times
 }
 
-/// Returns the times of checkpoints, which exclude the start.
+/// Returns the times at which checkpoints are due, excluding the start of the run.
 fn checkpoint_times(scene: &Scene, checkpoint: Option<&Checkpoint>) -> SampleTimes {
     let every = scene.file.checkpoint.as_ref().map_or(scene.t_end / CHECKPOINTS, |c| c.interval);
     let times = times(every, scene.t_end, checkpoint);
     if checkpoint.is_none() { times.skip(1) } else { times }
 }
 
-/// Observer that ends a run after a number of steps.
+/// Observer that ends a run after a maximum number of steps.
 struct StepLimit {
     most: Option<u64>,
     t_end: f64,
@@ -377,11 +378,12 @@ impl<P> Observer<P> for StepLimit {
     }
 }
 
-/// Smallest reported energy gain by damping, relative to the largest energy; errors of the time integration are
+/// Smallest reported energy gain due to damping, relative to the largest energy. Errors of the time integration are
 /// smaller.
 const GAINED: f64 = 0.1;
 
-/// Returns a note if damping has increased the energy: kinetic, elastic, work, dissipated, imbalance.
+/// Returns a note if damping has increased the energy. The arguments are the kinetic and elastic energies, the work,
+/// the dissipated energy, and the imbalance.
 fn gained_energy([kinetic, elastic, work, dissipated, _]: [f64; 5]) -> Option<String> {
     let largest = work.abs().max(kinetic + elastic);
     (dissipated < -GAINED * largest).then(|| {
@@ -396,7 +398,7 @@ mod tests {
     #[test]
     fn energy_from_damping_is_noted_above_errors_in_time() {
         assert!(gained_energy([1.0, 2.0, 0.5, -0.5, 0.0]).is_some());
-        // Radau IIA with its default tolerance is 1e-3 off.
+        // The error of Radau IIA with its default tolerance is 1e-3.
         assert!(gained_energy([1.0, 2.0, 3.0, -1e-2, 0.0]).is_none());
         assert!(gained_energy([0.0, 0.0, 3.0, 3.0, 0.0]).is_none());
         assert!(gained_energy([0.0; 5]).is_none());

@@ -1,5 +1,5 @@
-//! Runs killed at each change of a file and then resumed. The folder must equal the folder of an
-//! uninterrupted run, except for times, memory and the number of resumes.
+//! Tests of runs killed at each change of a file and then resumed. The folder must equal the folder of an uninterrupted
+//! run, except for times, memory and the number of resumes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,8 +17,7 @@ use crate::atomic_file::passing;
 use crate::result_folder::FolderRequest;
 use crate::watch::ProgressSink;
 
-/// Scene of a body with an index-1 formulation, a table, an energy balance, fields and two
-/// checkpoints.
+/// Scene with a body in an index-1 formulation, a table, an energy balance, fields and two checkpoints.
 pub(crate) const SCENE: &str = r#"
 [time]
 end = 0.02
@@ -63,8 +62,8 @@ fn options(out: &Path, existing: Existing, verify: bool) -> RunOptions<'static> 
     RunOptions { existing, verify, ..RunOptions::into_folder(out) }
 }
 
-/// Returns the files of a folder. Times, memory and the number of resumes are removed from
-/// `run.json`, and the number of resumes and the checksum from the checkpoint.
+/// Returns the names and contents of the files in a folder. Times, memory and the number of resumes are removed from
+/// `run.json`; the number of resumes and the checksum are removed from the checkpoint.
 fn files(folder: &Path) -> BTreeMap<String, String> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
     let mut files: BTreeMap<String, String> = entries
@@ -96,7 +95,7 @@ fn remove(object: &mut Value, key: &str) {
     assert!(removed.is_some(), "{key}");
 }
 
-/// Kills a run at its change number `last` and completes it.
+/// Kills a run after `last` changes of files, and then completes the run.
 fn killed_and_completed(out: &Path, last: u64, torn: bool, verify: bool) {
     let scene = scene();
     let run = |existing| passing(|| compute(&scene, &options(out, existing, verify)));
@@ -208,7 +207,7 @@ fn a_damaged_or_foreign_checkpoint_is_refused_before_anything_is_used() {
     for cut in [0, 1, 50, good.len() / 2, good.len() - 2] {
         refused(&good[..cut], &format!("cut after {cut}"));
     }
-    // Changes one digit anywhere in the file.
+    // One digit is changed at various positions in the file.
     for start in (0..good.len()).step_by(good.len() / 40) {
         let digit = good[start..].find(|c: char| c.is_ascii_digit());
         let Some(at) = digit.map(|at| start + at) else {
@@ -246,8 +245,8 @@ fn visit_values(json: &Value, path: &str, visit: &mut impl FnMut(&str, &Value)) 
     }
 }
 
-/// Regression: the sum of a counter of a forged checkpoint overflowed. Checks each counter, and each list without its last
-/// value, with a valid checksum.
+/// Regression: sums of counters from a forged checkpoint overflowed. The test changes each counter and removes the last
+/// value of each list, with a valid checksum.
 #[test]
 fn forged_checkpoints_do_not_panic() {
     let folder = tempfile::tempdir().unwrap();
@@ -292,7 +291,7 @@ fn forged_checkpoints_do_not_panic() {
     }
 }
 
-/// Checks that the request of a run lists its files before the run creates them.
+/// Checks that the folder request of a run lists the files before the run creates them.
 #[test]
 fn a_run_lists_all_its_files() {
     let folder = tempfile::tempdir().unwrap();

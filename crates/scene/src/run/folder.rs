@@ -1,4 +1,4 @@
-//! Files of a run, and checks that a run can continue in a folder.
+//! Files of a run, and checks of whether a run can be continued in a folder.
 
 use std::fs;
 use std::path::Path;
@@ -14,10 +14,11 @@ use crate::{Error, InputError, Scene};
 /// Name of the checkpoint file.
 pub(super) const CHECKPOINT: &str = "checkpoint.json";
 
-/// Names of files written at the end of a run.
+/// Names of the files written at the end of a run.
 pub(super) const AT_THE_END: [&str; 3] = [DOCUMENT, State::NAME, PAGE];
 
-/// Returns the folder request of a run. Besides the tables of probes and ratios, the analysis writes the files `own`.
+/// Returns the request for the folder of a run. The analysis writes the files `own` in addition to the tables of probes
+/// and ratios.
 pub(super) fn request<'a>(
     scene: &'a Scene,
     options: &'a RunOptions<'_>,
@@ -33,7 +34,8 @@ pub(super) fn request<'a>(
     Ok(FolderRequest { can_resume: is_motion, ..request })
 }
 
-/// Rejects resuming if the folder contains a run of another scene, or if files of the scene have changed.
+/// Fails if the folder contains a run of another scene, or if input files of the scene have changed. In these cases,
+/// the run cannot be resumed.
 pub(super) fn expect_same_run(request: &FolderRequest<'_>) -> Result<(), InputError> {
     let Some(before) = request.earlier_origin()? else {
         return Ok(()); // `open` reports that there is no run
@@ -59,7 +61,8 @@ pub(super) fn expect_same_run(request: &FolderRequest<'_>) -> Result<(), InputEr
     }
 }
 
-/// Returns whether a run in the folder has neither a checkpoint nor an end, so that nothing of it can be continued.
+/// Returns whether the folder contains neither a checkpoint nor any file from the end of a run, so that there is
+/// nothing to continue.
 pub(super) fn was_killed_before_first_checkpoint(folder: &Path) -> bool {
     let mut files = [CHECKPOINT].iter().chain(&AT_THE_END);
     files.all(|name| fs::symlink_metadata(folder.join(name)).is_err())
@@ -74,7 +77,7 @@ pub(super) fn without_end(origin: &Value) -> Value {
     origin
 }
 
-/// Returns the name of the first column of a probe's table: the time, or the load factor of a path.
+/// Returns the name of the first column in the table of a probe: the time, or the load factor of a path.
 pub(super) fn parameter(file: &SceneFile) -> &'static str {
     match (file.analysis, &file.loading_path) {
         (Analysis::Static, Some(_)) => "load",
@@ -83,7 +86,7 @@ pub(super) fn parameter(file: &SceneFile) -> &'static str {
 }
 
 /// Returns the names of the tables that a run of the scene writes: one per probe, and one per ratio of a response. A
-/// modal analysis has none.
+/// modal analysis writes no such tables.
 fn tables_of(file: &SceneFile) -> impl Iterator<Item = &str> {
     let is_modal = file.analysis == Analysis::Modes;
     let probes = file.probe.iter().filter(move |_| !is_modal).map(|probe| probe.name.as_str());

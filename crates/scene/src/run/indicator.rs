@@ -1,10 +1,11 @@
-//! Error indicator for the probes from the integrator's error estimates, at negligible cost.
+//! Error indicator for the probes. It is based on the error estimates of the integrator and has a negligible cost.
 //!
-//! Each step estimates the error that it adds to each unknown. The resulting change of a probe value is the error
-//! estimate of the probe. The indicator is the sum of the magnitudes over all steps: it assumes that the errors add up
-//! and that none decays. It may be much too large with stiffness damping, where the errors of earlier steps decay;
-//! `scripts/errors` measures it for random scenes. Radau IIA has no such estimate, so its runs have no indicator:
-//! indicators derived from its estimates of lower order were up to 1000 times too small.
+//! In each step, the integrator estimates the error that the step adds to each unknown. The resulting change of a probe
+//! value is the error estimate of the probe. The indicator is the sum of the magnitudes of these estimates over all
+//! steps. This sum assumes that the errors accumulate and that none of them decays. With stiffness damping, the errors
+//! of earlier steps decay, so the indicator may be much too large; `scripts/errors` compares it with the true errors of
+//! random scenes. Radau IIA provides no such estimate, so its runs have no indicator. Indicators based on its estimates
+//! of lower order were up to 1000 times too small.
 
 use std::f64::consts::TAU;
 
@@ -16,23 +17,23 @@ use super::recorder::Recorder;
 use crate::probe::{StateAt, within_half_a_turn};
 use crate::system::{System, muscle_of};
 
-/// Accumulated errors.
+/// Accumulated error estimates.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Indicator {
     /// Sums for each probe and each column with an estimate.
     probes: Vec<Vec<Sum>>,
 }
 
-/// One column of a probe.
+/// Accumulated error estimate of one column of a probe.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Sum {
     largest: f64,
-    /// Sum of the errors of the steps; `None` before the first finite estimate.
+    /// Sum of the error estimates of all steps; `None` before the first finite estimate.
     error: Option<f64>,
 }
 
 impl Sum {
-    /// Adds a step at whose end the probe reads `value`, with an estimated error of `estimate`.
+    /// Adds the error `estimate` of a step. `value` is the value of the probe at the end of the step.
     fn add(&mut self, value: f64, estimate: f64) {
         if value.is_finite() && estimate.is_finite() {
             self.largest = self.largest.max(value.abs());
@@ -42,8 +43,8 @@ impl Sum {
 }
 
 impl Indicator {
-    /// Adds the step that ends at the current time of the integrator. `state` and `error` are
-    /// workspaces. Without probes, the integrator is not called.
+    /// Adds the step that ends at the current time of the integrator. `state` and `error` are workspaces. If there are
+    /// no probes, the integrator is not called.
     pub(super) fn add<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
@@ -56,7 +57,7 @@ impl Indicator {
         }
         let t = integrator.time();
         integrator.dense_output(t, 0, state)?;
-        // The estimates apply to the state only. Errors of its derivative are neglected.
+        // The estimates apply only to the state. Errors of the derivative of the state are neglected.
         let mut rates = Vec::new();
         let stresses = recorders.iter().filter(|recorder| at_places(recorder));
         let system = integrator.problem_mut();
@@ -85,7 +86,7 @@ impl Indicator {
         Ok(())
     }
 
-    /// Returns the errors by probe and column, in the format of the estimate from a second run.
+    /// Returns the errors by probe and column, in the same format as the estimate from a second run.
     pub(super) fn document(&self, recorders: &[Recorder], names: &[&str]) -> Value {
         let mut probes = Map::new();
         for ((sums, recorder), name) in self.probes.iter().zip(recorders).zip(names) {
@@ -105,7 +106,7 @@ impl Indicator {
     }
 }
 
-/// Returns the error report of a column, with `null` if no values could be compared.
+/// Returns the error report of a column. The error is `null` if no values could be compared.
 pub(super) fn of_column(estimate: &ErrorEstimate) -> Value {
     json!({
         "largest": estimate.size,
@@ -118,8 +119,8 @@ fn at_places(recorder: &Recorder) -> bool {
     !recorder.what.measurements().is_empty()
 }
 
-/// Returns the values of probes that depend on the state alone. Other probes get no values because
-/// they would need a residual or the past motion.
+/// Returns the values of probes that depend only on the state. Other probes have no values here because they would
+/// require a residual or the past motion.
 fn read<P: System>(
     system: &mut P,
     recorders: &[Recorder],

@@ -1,7 +1,7 @@
-//! Runs that compute a scene into a folder.
+//! Computes scenes and writes the results to folders.
 //!
-//! The [`Scene`] is built first, then the folder is prepared. The integrator then runs, and the
-//! outputs observe each accepted step. At the end, `run.json` documents the result.
+//! First, the [`Scene`] is built and the folder is prepared. Then the integrator runs, and the outputs observe each
+//! accepted step. At the end, `run.json` documents the result.
 
 mod checkpoint;
 mod continuation;
@@ -40,11 +40,12 @@ pub use crate::result_folder::Existing;
 use crate::scene_file::Analysis;
 use crate::{Error, InputError, Scene};
 
-/// Computes a scene into its folder. If a search finds no equilibrium or periodic state, or is interrupted before it has a result,
-/// the overwritten results are removed.
+/// Computes a scene and writes the results to a folder. If a search finds no equilibrium or periodic state, or is
+/// interrupted before it has a result, the results that were to be overwritten are removed.
 ///
 /// # Errors
-/// An invalid scene (before any file is written), a search without a result, or an output that cannot be written.
+/// Fails if the scene is invalid (before any file is written), if a search has no result, or if an output cannot be
+/// written.
 pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let computed = compute_analysis(scene, options);
     if let Err(Error::Model(error)) = &computed
@@ -71,11 +72,12 @@ fn compute_analysis(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult
     }
 }
 
-/// Rejects all scenes that [`compute`] rejects before it writes a file, except for failures of the
-/// search for a body's start. Call [`initial`] for that search.
+/// Rejects all scenes that [`compute`] rejects before it writes a file. This function does not search for the initial
+/// state of a body; call [`initial`] for this search.
 ///
 /// # Errors
-/// Probes and conditions that refer to missing parts; loads on a body at rest; invalid chains.
+/// Fails if probes or stop conditions refer to missing parts, if loads act at t = 0 on a body that starts at rest, or
+/// if chains are invalid.
 pub fn rehearse(scene: &Scene) -> Result<(), Error> {
     match scene.file.analysis {
         Analysis::Dynamic | Analysis::QuasiStatic => rehearsal::motion(scene),
@@ -93,10 +95,10 @@ pub fn rehearse(scene: &Scene) -> Result<(), Error> {
     }
 }
 
-/// Returns the tables that a run of the scene writes, with their columns.
+/// Returns the names and columns of the tables that a run of the scene writes.
 ///
 /// # Errors
-/// Probes that measure nothing in the scene.
+/// Fails if a probe measures nothing in the scene.
 pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, InputError> {
     if scene.file.analysis == Analysis::Modes {
         let dimension = crate::modes::body_of(scene)?.muscle.solid.space().dimension();
@@ -111,7 +113,7 @@ pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, In
     Ok(probes.map(|(probe, what)| (probe.name.clone(), what.columns(parameter))).collect())
 }
 
-/// Rejects scenes whose search for an equilibrium cannot start from the equilibrium of another scene.
+/// Rejects scenes in which the search for an equilibrium cannot start from the equilibrium of another scene.
 pub(crate) fn expect_one_equilibrium(scene: &Scene) -> Result<(), InputError> {
     if scene.file.analysis != Analysis::Static {
         let error = InputError::new("only equilibria can start from a neighboring case");
@@ -124,7 +126,7 @@ pub(crate) fn expect_one_equilibrium(scene: &Scene) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Rejects options that apply to dynamic analyses only.
+/// Rejects options that apply only to time-dependent analyses.
 fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
     let wrong = |option: &str, message: &str, next: &str| {
         let error = InputError::new(format!("this analysis has no steps in time: {message}"));

@@ -17,10 +17,10 @@ pub(super) const TABLE: &str = "modes";
 
 type Contents = fn(&Body, &Modes) -> String;
 
-/// Files of the analysis with their contents.
+/// Files of the analysis, and the functions that format their contents.
 const FILES: &[(&str, Contents)] = &[("modes.csv", table), (vtu::SHAPES, shapes)];
 
-/// Returns the columns of the table of modes of a body in `dimension` dimensions.
+/// Returns the column names of the table of modes for a body in `dimension` dimensions.
 pub(super) fn columns(dimension: usize) -> Vec<String> {
     let axes =
         |name: &'static str| NAMES[..dimension].iter().map(move |axis| format!("{name}_{axis}"));
@@ -28,7 +28,7 @@ pub(super) fn columns(dimension: usize) -> Vec<String> {
     own.into_iter().chain(axes("participation")).chain(axes("effective_mass")).collect()
 }
 
-/// Computes the modes of a scene's body.
+/// Computes the modes of the body of a scene.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let clocks = Clocks::start();
     let body = modes::body_of(scene)?;
@@ -62,7 +62,7 @@ fn table(body: &Body, found: &Modes) -> String {
     csv::table(&columns(body.muscle.solid.space().dimension()), rows)
 }
 
-/// Returns the shapes of the modes as vector fields.
+/// Returns a file with the mode shapes as vector fields.
 fn shapes(body: &Body, found: &Modes) -> String {
     vtu::of_modes(body.muscle.solid.space(), &Grid::of_body(body), found.all())
 }

@@ -15,14 +15,14 @@ use crate::watch::{ProgressSink, Watcher};
 #[derive(Clone)]
 pub struct RunOptions<'a> {
     pub out: PathBuf,
-    /// Policy for a run that already exists in the folder.
+    /// Treatment of earlier results in the folder.
     pub existing: Existing,
     /// Flag that requests an orderly end of the run.
     pub interrupt: Option<&'static AtomicBool>,
     pub progress: &'a dyn ProgressSink,
-    /// Folder of a similar scene whose equilibrium is the start of the search for an equilibrium.
+    /// Folder of a similar scene. A search for an equilibrium starts from the equilibrium in this folder.
     pub neighbor: Option<PathBuf>,
-    /// Whether to estimate the error by a second run with looser tolerances.
+    /// Whether to estimate the errors by a second run with looser tolerances.
     pub verify: bool,
 }
 
@@ -49,7 +49,7 @@ pub struct RunResult {
     /// Body of `run.json`.
     pub document: serde_json::Value,
     pub outcome: Outcome,
-    /// Notes on corrections made during the run.
+    /// Notes and warnings about the run and its results.
     pub notes: Vec<String>,
     pub modes: Option<Modes>,
     pub response: Option<Response>,

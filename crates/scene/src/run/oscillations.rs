@@ -1,4 +1,4 @@
-//! Field output of chains at many places.
+//! Field output of chains at many positions.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,16 +10,16 @@ use crate::scene::{DrivenPlace, Scene};
 use crate::system::System;
 use crate::vtu::{CellField, Cloud};
 
-/// Chains of a scene at many places. Chains in elements are written as cell fields, all others as
+/// Chains of a scene at many positions. Chains located in elements are written as cell fields, and all other chains as
 /// separate points.
 #[derive(Default)]
 pub(super) struct Oscillations {
     chains: Vec<Shown>,
-    /// Points of all chains outside elements.
+    /// Points of all chains without cell fields.
     cloud: Option<Cloud>,
 }
 
-/// Chain at many places.
+/// Chain at many positions.
 struct Shown {
     network: usize,
     name: String,
@@ -28,7 +28,7 @@ struct Shown {
     neighborhood: Option<Neighborhood>,
 }
 
-/// Order parameters of a chain at a given time, one value per place.
+/// Order parameters of a chain at a given time, with one value per position.
 pub(super) struct Measured {
     /// |χ|.
     coherence: Vec<f64>,
@@ -66,7 +66,7 @@ impl Shown {
 }
 
 impl Oscillations {
-    /// Returns the chains of a scene with field output. `done` contains the times already written.
+    /// Returns the chains of a scene that have field output. `done` contains the times of existing files.
     pub(super) fn new(scene: &Scene, folder: &Path, done: &[f64]) -> Self {
         let Some(body) = &scene.body else {
             return Self::default();
@@ -92,17 +92,17 @@ impl Oscillations {
         Self { chains, cloud }
     }
 
-    /// Returns an earlier file if it is now missing or empty.
+    /// Returns the path of a file that was written earlier but is now missing or empty, if any.
     pub(super) fn missing(&self) -> Option<PathBuf> {
         self.cloud.as_ref().and_then(Cloud::missing)
     }
 
-    /// Returns the names of the files that the next [`write`](Self::write) writes.
+    /// Returns the names of the files that the next call of [`write`](Self::write) writes.
     pub(super) fn next_files(&self) -> Vec<String> {
         self.cloud.as_ref().map_or(Vec::new(), Cloud::next_files)
     }
 
-    /// Returns the order parameters in state `y`, by chain.
+    /// Returns the order parameters of each chain in state `y`.
     pub(super) fn measure<P: System>(
         &self,
         system: &P,
@@ -112,7 +112,7 @@ impl Oscillations {
         chains.map(|chain| chain.measure(system, y)).collect()
     }
 
-    /// Returns the fields of the elements with one chain each.
+    /// Returns the cell fields of the chains located in elements.
     pub(super) fn cell_fields(&self, measured: &[Measured]) -> Vec<CellField> {
         let of_chain = |(chain, measured): (&Shown, &Measured)| {
             let wanted = if chain.neighborhood.is_some() { 3 } else { 2 };
@@ -133,7 +133,7 @@ impl Oscillations {
         in_elements.flat_map(of_chain).collect()
     }
 
-    /// Writes the points of chains outside elements.
+    /// Writes the points of all chains without cell fields.
     pub(super) fn write(
         &mut self,
         t: f64,

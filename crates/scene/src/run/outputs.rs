@@ -24,10 +24,10 @@ use crate::result_folder::ResultFolder;
 use crate::state::State;
 use crate::vtu::{self, NotFinite, Series};
 
-/// Wall-clock time after which another checkpoint is due, unless checkpoints take long to write.
+/// Wall-clock time after which the next checkpoint is due. The time is longer if writing a checkpoint takes long.
 pub(super) const CHECKPOINT_AFTER: Duration = Duration::from_secs(5);
-/// Lower limit of this time, as a multiple of the time to write the last checkpoint. It limits the cost of these
-/// checkpoints to 2 % of a run.
+/// Lower limit of the wall-clock time until the next checkpoint, as a multiple of the time needed to write the last
+/// checkpoint. It limits the cost of these checkpoints to 2 % of the duration of a run.
 const CHECKPOINT_COST: u32 = 50;
 
 pub(super) struct Outputs<'a> {
@@ -35,23 +35,23 @@ pub(super) struct Outputs<'a> {
     pub(super) fields: Option<(Series, Oscillations, SampleTimes)>,
     pub(super) conditions: Vec<Condition>,
     pub(super) checkpoints: SampleTimes,
-    /// Time of the last checkpoint in this part of the run, s.
+    /// Time of the last checkpoint in this part of the run (s).
     pub(super) checkpointed: Option<f64>,
     /// Wall-clock time of the last checkpoint, or of the start of the run.
     pub(super) last_checkpoint: Instant,
     pub(super) checkpoint_after: Duration,
     pub(super) drift_times: SampleTimes,
-    /// Largest observed drift and its time.
+    /// Largest observed drift, and the time at which it occurred.
     pub(super) drift: (f64, f64),
     pub(super) volumes: Volumes,
-    /// Whether the run continues with inverted elements.
+    /// Whether the run continues if elements are inverted.
     pub(super) allows_inverted: bool,
-    /// Accumulated error estimates of the integrator at the probes.
+    /// Error estimates of the integrator, accumulated for each probe.
     pub(super) indicator: Indicator,
     pub(super) folder: &'a ResultFolder,
     /// The scene and its input files.
     pub(super) origin: Value,
-    /// Statistics of the parts before a resume.
+    /// Statistics of the parts of the run before the last resume.
     pub(super) before: Totals,
     pub(super) work: OutputWork,
     pub(super) seconds: Duration,
@@ -60,8 +60,8 @@ pub(super) struct Outputs<'a> {
 }
 
 impl Outputs<'_> {
-    /// Writes the outputs of a step. The order matters: a condition may shorten the step, rows and fields belong to the
-    /// shortened step, and a checkpoint counts all of them.
+    /// Writes the outputs of a step. The order matters: a stop condition may shorten the step, rows and fields are
+    /// written for the shortened step, and a checkpoint counts all of these rows and fields.
     fn observe<P: System>(
         &mut self,
         step: &mut AcceptedStep<'_, P>,
@@ -70,7 +70,7 @@ impl Outputs<'_> {
         let integrator = &mut *step.integrator;
         self.indicator.add(integrator, &self.recorders, &mut self.y, &mut self.y_dot)?;
         let stopped = self.check_conditions(integrator, from, step.to)?;
-        // The last rows and fields belong to the end of the run.
+        // If the run stops, the last rows and fields belong to the time at which it stops.
         let to = stopped.as_ref().map_or(step.to, |(t, _)| *t);
         step.to = to;
         for k in 0..self.recorders.len() {
@@ -114,7 +114,7 @@ impl Outputs<'_> {
         Ok(ControlFlow::Continue(()))
     }
 
-    /// Writes the due rows of recorder `k`.
+    /// Writes all due rows of recorder `k`.
     fn sample<P: System>(
         &mut self,
         k: usize,
@@ -220,7 +220,7 @@ impl Outputs<'_> {
         series.not_finite()
     }
 
-    /// Returns the last values of the first energy probe: kinetic, elastic, work, dissipated,
+    /// Returns the last values of the first energy probe: kinetic energy, elastic energy, work, dissipated energy, and
     /// imbalance.
     pub(super) fn energy(&self) -> Option<[f64; 5]> {
         self.energy_balances().next().map(EnergyBalance::row)
@@ -271,8 +271,8 @@ impl Outputs<'_> {
         Ok(())
     }
 
-    /// Writes the final motion at time `t` as an initial state for other runs. `known` is the state
-    /// at `t`, if available. `stopped_before` is the end time that the run should have reached.
+    /// Writes the final state at time `t`, from which other runs can start. `known` contains the unknowns at `t`, if
+    /// available. `stopped_before` is the intended end time if the run stopped earlier.
     pub(super) fn state<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,

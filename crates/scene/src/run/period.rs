@@ -1,4 +1,4 @@
-//! Integration of a scene's system over one period of its loads.
+//! Integration of the system of a scene over one period of the loads.
 
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
@@ -26,24 +26,24 @@ use crate::{Body, Error, InputError, Scene};
 /// Tolerance of the integrator relative to the tolerance of the periodic state.
 const INTEGRATOR: f64 = 1e-2;
 
-/// Scene with the tolerances of its integrations over a period.
+/// Scene with the tolerances for integrations over one period.
 pub(super) struct Period {
     scene: Scene,
-    /// Start and end of the period, s.
+    /// Start time and end time of the period (s).
     pub(super) times: [f64; 2],
-    /// Frequency, Hz.
+    /// Frequency (Hz).
     pub(super) frequency: f64,
     /// Relative tolerance of the integrator.
     pub(super) rtol: f64,
 }
 
-/// Computation for the system of a scene. Its method is generic because the type of the system depends on the scene: a
-/// body, a rod or chains.
+/// Computation with the system of a scene. The method is generic because the type of the system depends on the scene,
+/// which may contain a body, a rod or chains.
 pub(super) trait Task {
     type Out;
 
-    /// Computes the result from a system, a function that starts its integrator, an initial state, and the ranges of
-    /// unknowns of the same kind.
+    /// Computes the result from a system, a function that starts an integrator for the system, an initial state, and
+    /// the ranges (`blocks`) of unknowns of the same kind.
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
@@ -57,7 +57,7 @@ impl Period {
     /// Returns the period of a scene.
     ///
     /// # Errors
-    /// A scene without a periodic state.
+    /// Fails if the scene has no periodic state.
     pub(super) fn of(scene: &Scene) -> Result<Self, Error> {
         let wanted = scene.file.periodic.clone().unwrap_or_default();
         let own = &scene.file.integrator;
@@ -79,7 +79,8 @@ impl Period {
         })
     }
 
-    /// Returns the values of the body at the start of its periodic motion if the motion is nearly linear.
+    /// Returns the unknowns of the body at the start of its periodic motion, computed by harmonic balance. Returns
+    /// `None` if the motion is not nearly linear or the scene has no body.
     pub(super) fn balanced(&self, watcher: Watcher<'_>) -> Result<Option<Vec<f64>>, Error> {
         let Some(body) = &self.scene.body else {
             return Ok(None);
@@ -112,12 +113,13 @@ impl Period {
         let blocks: Vec<Range<usize>> = blocks.collect();
         let interrupt = watcher.interrupt;
         let found = balance(&mut dae, &mut matrices, self.times, &y, &blocks, self.rtol, interrupt);
-        // Motions that have no balance, or whose balance fails, are integrated. An integration observes an interrupt.
+        // If harmonic balance is not applicable or fails, the motion is integrated instead. The integration also
+        // handles an interrupt.
         Ok(found.ok().flatten().map(|y| convert(&y, &dae, &own)))
     }
 
-    /// Returns the period of the muscle without its chains, and the chains that it drives; `None` unless the scene has
-    /// a body and chains.
+    /// Returns the period of the muscle without its chains, and the chains that the muscle drives. Returns `None`
+    /// unless the scene has a body and chains.
     pub(super) fn of_muscle(&self) -> Result<Option<(Self, Vec<Oscillators>)>, Error> {
         let Some(body) = self.scene.body.as_ref().filter(|_| !self.scene.chains.is_empty()) else {
             return Ok(None);
@@ -129,7 +131,7 @@ impl Period {
         Ok(Some((Self { scene, ..*self }, driven)))
     }
 
-    /// Runs a task for the chains alone, driven by the motion of their points.
+    /// Runs a task for the chains alone. The recorded `motions` of their attachment points drive the chains.
     pub(super) fn of_chains<T: Task>(
         &self,
         driven: &[Oscillators],
@@ -151,10 +153,10 @@ impl Period {
         self.coupled(task, dae, (test, options), Vec::new(), Vec::new())
     }
 
-    /// Runs a task from the initial state of the scene, or from rest without a `watcher`.
+    /// Runs a task from the initial state of the scene. If `watcher` is `None`, the task starts from rest.
     ///
     /// # Errors
-    /// Errors of the initial state and of the task.
+    /// Fails if the initial state cannot be computed. Also returns the errors of the task.
     pub(super) fn run<T: Task>(
         &self,
         watcher: Option<Watcher<'_>>,
@@ -205,7 +207,7 @@ impl Period {
         }
     }
 
-    /// Runs a task for a body with its chains. `blocks` are the ranges of unknowns of the same kind of the body.
+    /// Runs a task for a body with its chains. `blocks` contains the ranges of unknowns of the same kind in the body.
     fn coupled<B: SystemBody + Clone, T: Task>(
         &self,
         task: T,
@@ -230,7 +232,7 @@ impl Period {
     }
 }
 
-/// Returns the settings of a body for an integration to the end of the period.
+/// Returns the settings of a body for an integration to `t_end`, the end of the period.
 fn settings(scene: &Scene, body: &Body, t_end: f64) -> Settings {
     let wanted = &scene.file.integrator;
     Settings {
@@ -245,7 +247,7 @@ fn settings(scene: &Scene, body: &Body, t_end: f64) -> Settings {
     }
 }
 
-/// Observer of the largest magnitude in each block of unknowns.
+/// Observer that records the largest magnitude in each block of unknowns.
 pub(super) struct Extent<'a> {
     pub(super) blocks: &'a [Range<usize>],
     pub(super) sizes: Vec<f64>,
@@ -266,12 +268,12 @@ impl<P> Observer<P> for Extent<'_> {
     }
 }
 
-/// Observer of the probes at equidistant times over the period, both ends included.
+/// Observer that samples the probes at equidistant times over the period, including both ends.
 pub(super) struct Samples<'a> {
     readings: &'a [Box<dyn Reading>],
     times: Vec<f64>,
     next: usize,
-    /// Rows of each probe: time and values.
+    /// Rows of each probe. Each row consists of the time and the values.
     pub(super) rows: Vec<Vec<Vec<f64>>>,
     y: Vec<f64>,
     y_dot: Vec<f64>,

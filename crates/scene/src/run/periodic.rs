@@ -1,4 +1,4 @@
-//! Periodic state: one table per probe with the values over a period.
+//! Analysis of a periodic state. It writes one table per probe with the values over one period.
 
 use std::ops::Range;
 
@@ -25,17 +25,19 @@ use crate::state::State;
 use crate::system::System;
 use crate::{Error, Scene};
 
-/// Factor by which a deviation from an unstable state grows before the motion counts as having left the state.
+/// Factor by which a deviation from an unstable state must grow before the motion counts as having left this state.
 const DEPARTURE: f64 = 1e6;
-/// Maximum number of periods until then.
+/// Maximum number of periods integrated until the motion has left an unstable state.
 const MOST_PERIODS: f64 = 500.0;
-/// Numbers of further periods integrated before each search if harmonic balance finds no start.
+/// Numbers of additional periods to be integrated before successive searches if harmonic balance finds no starting
+/// state.
 const SETTLING_PERIODS: [usize; 3] = [3, 9, 36];
 
 /// Computes the periodic state of a scene.
 ///
 /// # Errors
-/// Errors of the search, or the free motions of a body without a periodic state.
+/// Returns the errors of the search. If no periodic state exists because the body can move freely, the error describes
+/// the free motions.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     search(scene, options).map_err(|error| {
         let is_missing = matches!(error, Error::Model(ModelError::NoPeriodicState { .. }));
@@ -59,7 +61,7 @@ fn search(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     };
     let balanced = balanced.as_deref();
     let mut search = Search { scene, options, period: &period, balanced };
-    // The chains do not act on the muscle.
+    // The chains do not act on the muscle, so the periodic state of the muscle is found first.
     let mut parts = None;
     if let Some((muscle, driven)) = period.of_muscle()? {
         let body = muscle.run(Some(options.watcher()), Find { search, driven: &driven })?;
@@ -77,11 +79,11 @@ struct Search<'a> {
     scene: &'a Scene,
     options: &'a RunOptions<'a>,
     period: &'a Period,
-    /// Values of the body at the start of its motion, by harmonic balance.
+    /// Unknowns of the body at the start of the period, computed by harmonic balance.
     balanced: Option<&'a [f64]>,
 }
 
-/// A periodic state with its stability.
+/// Periodic state and its stability.
 struct Found {
     shooting: Shooting,
     periodic: PeriodicState,
@@ -93,7 +95,7 @@ impl Search<'_> {
         self.scene.file.periodic.clone().unwrap_or_default()
     }
 
-    /// Integrates `periods` periods from `state`, which becomes the state at their end, and finds the periodic state near it.
+    /// Advances `state` by `periods` periods, and then finds the periodic state near it.
     fn find<P: System + Consistent + Clone, S: StartInterval<P>>(
         &self,
         map: &mut PeriodMap<P, S>,
@@ -144,8 +146,8 @@ impl Search<'_> {
         Ok(Found { shooting: refinement.adaptive, periodic, leading })
     }
 
-    /// Finds a periodic state near the motion from `state` after the requested number of periods, or after more periods until it
-    /// is found.
+    /// Finds a periodic state near the motion that starts from `state`. The search begins after the requested number of
+    /// periods. If no number is requested, a failed search is repeated after more periods.
     fn find_after_settling<P: System + Consistent + Clone, S: StartInterval<P>>(
         &self,
         map: &mut PeriodMap<P, S>,
@@ -165,7 +167,8 @@ impl Search<'_> {
         found
     }
 
-    /// Finds the periodic state to which the motion from `state` settles, or an unstable state with a note.
+    /// Finds the periodic state to which the motion from `state` settles. If only an unstable periodic state is found,
+    /// returns this state with a note.
     fn find_settled<P: System + Consistent + Clone, S: StartInterval<P>>(
         &self,
         map: &mut PeriodMap<P, S>,
@@ -177,7 +180,7 @@ impl Search<'_> {
             self.find(map, &mut near, 0, blocks)
         });
         let first = match near_balanced {
-            // The motion may settle although the balanced state leads to no periodic state.
+            // The motion may settle to a periodic state even if none is found near the balanced state.
             None
             | Some(Err(ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. })) => {
                 self.find_after_settling(map, &mut state, blocks)?
@@ -187,7 +190,7 @@ impl Search<'_> {
         if first.leading.is_stable() != Some(false) {
             return Ok((first, None));
         }
-        // The motion from rest leaves the unstable state.
+        // The motion leaves the unstable state and may then settle to another state.
         let growth = first.leading.spectral_radius().ln();
         let periods = (DEPARTURE.ln() / growth).min(MOST_PERIODS).ceil() as usize;
         match self.find(map, &mut state, periods, blocks) {
@@ -204,22 +207,22 @@ impl Search<'_> {
     }
 }
 
-/// State to which a system settles.
+/// Periodic state to which a system settles.
 struct Settled {
     found: Found,
     note: Option<String>,
     /// All unknowns at the start of the period.
     y: Vec<f64>,
-    /// Motions of the points that drive chains.
+    /// Recorded motions of the points that drive chains.
     motions: Vec<Recording>,
     integrations: u64,
     steps: u64,
-    /// Factor of the tolerances of the integrator.
+    /// Factor by which the tolerances of the integrator are multiplied.
     tolerance_factor: f64,
 }
 
 impl Settled {
-    /// Combines a body and the chains that it drives.
+    /// Combines the results of a body and of the chains that it drives.
     fn with_chains(self, chains: Self, count: usize) -> Self {
         let (own, other) = (self.found, chains.found);
         let residual = own.periodic.residual.max(other.periodic.residual);
@@ -242,7 +245,7 @@ impl Settled {
     }
 }
 
-/// Search for a state and the motions of the points that drive chains.
+/// Task that finds a periodic state and records the motions of the points that drive chains.
 struct Find<'a> {
     search: Search<'a>,
     driven: &'a [Oscillators],
@@ -251,7 +254,7 @@ struct Find<'a> {
 impl Task for Find<'_> {
     type Out = Settled;
 
-    /// Finds the periodic state near the motion that starts at y.
+    /// Finds the periodic state near the motion that starts at `y`.
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
@@ -286,21 +289,21 @@ impl Task for Find<'_> {
     }
 }
 
-/// Output of a periodic state.
+/// Task that writes a periodic state.
 struct Write<'a> {
     search: Search<'a>,
     request: FolderRequest<'a>,
     branch: Option<&'a Branch>,
-    /// The body and its chains, unless they are found together.
+    /// Results of the body and of its chains if they were found separately.
     parts: Option<[Settled; 2]>,
-    /// Start of the search.
+    /// Clocks that were started at the beginning of the search.
     clocks: Clocks,
 }
 
 impl Task for Write<'_> {
     type Out = RunResult;
 
-    /// Finds the periodic state near the motion that starts at y if it is unknown, and writes the results.
+    /// Writes the results. If the periodic state is not known yet, first finds it near the motion that starts at `y`.
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,
@@ -377,7 +380,7 @@ fn unresolved(leading: &Multipliers) -> Option<String> {
     })
 }
 
-/// Returns the harmonics of all probes; the last row is the end of the period.
+/// Returns the harmonics of all probes. The last row of each probe is the end of the period and is not used.
 fn harmonics(
     scene: &Scene,
     period: &Period,

@@ -1,4 +1,4 @@
-//! Recorder of a probe into a CSV file.
+//! Recorder that writes the values of a probe to a CSV file.
 
 use std::fs::{self, File};
 use std::io;
@@ -15,7 +15,7 @@ use crate::probe::Reading;
 use crate::result_folder::ResultFolder;
 use crate::scene_file::output::Probe;
 
-/// Probe with its file and its sample times.
+/// Probe, its file and its sample times.
 pub(super) struct Recorder {
     pub(super) times: SampleTimes,
     pub(super) what: Box<dyn Reading>,
@@ -24,7 +24,7 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    /// Creates the probe's file.
+    /// Creates the file of the probe.
     pub(super) fn new(
         probe: &Probe,
         what: Box<dyn Reading>,
@@ -39,8 +39,8 @@ impl Recorder {
         Ok(Self { times: SampleTimes::new(probe.interval, t_end), what, path, csv })
     }
 
-    /// Continues the probe's file after the rows that a checkpoint counts. Later rows are
-    /// truncated. Returns a note if they were incomplete.
+    /// Continues the file of the probe after the rows that a checkpoint counts. Later rows are removed. Also returns a
+    /// note if the removed rows were incomplete.
     pub(super) fn resumed(
         probe: &Probe,
         what: Box<dyn Reading>,

@@ -1,4 +1,4 @@
-//! Refinement of a state to a periodic state.
+//! Refinement of an approximate state to a periodic state.
 
 use myovib_model::periodic::{
     Multipliers, PeriodMap, PeriodicState, Shooting, StartInterval, multipliers, shoot,
@@ -11,30 +11,32 @@ use crate::watch::Watcher;
 
 /// Maximum number of times that the number of fixed steps is doubled.
 const DOUBLINGS: usize = 6;
-/// Factor by which tolerances are tightened if they are too loose for the motion: absolute tolerances for a small
-/// vibration about a large preload, relative tolerances for laws with kinks.
+/// Factor by which tolerances are multiplied if they are too loose for the motion. Examples are absolute tolerances for
+/// a small vibration about a large preload, and relative tolerances for material laws with kinks.
 const TIGHTER: f64 = 0.1;
 /// Smallest relative tolerance.
 const SMALLEST_RTOL: f64 = 1e-14;
 
-/// Refinement of a state to a periodic state. The search uses fixed steps; the final check uses adaptive steps.
+/// Refinement of an approximate state to a periodic state. The search uses fixed steps; the final check uses adaptive
+/// steps.
 pub(super) struct Refinement<'a, P, S> {
     pub(super) map: &'a mut PeriodMap<P, S>,
     pub(super) watcher: Watcher<'a>,
     /// Relative tolerance of the integrator.
     pub(super) rtol: f64,
-    /// Options for adaptive and for fixed steps.
+    /// Options for searches with adaptive steps and with fixed steps.
     pub(super) adaptive: Shooting,
     pub(super) fixed: Shooting,
-    /// Number of fixed steps of a period, and how often it has been doubled.
+    /// Number of fixed steps per period, and the number of times that it has been doubled.
     pub(super) n_steps: u64,
     pub(super) doublings: usize,
-    /// Smallest residual of all states.
+    /// Smallest residual of all states so far.
     pub(super) smallest: f64,
 }
 
 impl<P: System + Consistent + Clone, S: StartInterval<P>> Refinement<'_, P, S> {
-    /// Finds the periodic state near `found`, which becomes `end` after a period of adaptive steps.
+    /// Finds the periodic state near `found`. An integration from `found` over one period with adaptive steps reaches
+    /// `end`.
     pub(super) fn state(
         &mut self,
         found: &[f64],
@@ -47,7 +49,8 @@ impl<P: System + Consistent + Clone, S: StartInterval<P>> Refinement<'_, P, S> {
         while !is_met(found.residual) {
             match self.with_fixed_steps(&found.state) {
                 Ok(next) => {
-                    // If the state also repeats in twice as many steps, the adaptive steps have the error.
+                    // If the state also repeats with twice as many fixed steps, the remaining residual is due to the
+                    // adaptive steps.
                     if next.iterations == 0 && self.doublings > 0 {
                         self.tighten();
                     }
@@ -70,7 +73,7 @@ impl<P: System + Consistent + Clone, S: StartInterval<P>> Refinement<'_, P, S> {
         Ok(found)
     }
 
-    /// Finds the state that repeats with fixed steps.
+    /// Finds the state that repeats after one period with fixed steps.
     fn with_fixed_steps(&mut self, near: &[f64]) -> Result<PeriodicState, ModelError> {
         let fixed = self.fixed.clone();
         self.map.set_steps(Some(self.n_steps));
@@ -79,7 +82,8 @@ impl<P: System + Consistent + Clone, S: StartInterval<P>> Refinement<'_, P, S> {
         found
     }
 
-    /// Returns the `count` leading multipliers. Deviations from the state may need shorter steps, and at kinks adaptive steps.
+    /// Returns the `count` leading multipliers. Deviations from the periodic state may require shorter steps or, at
+    /// kinks, adaptive steps.
     pub(super) fn multipliers(
         &mut self,
         state: &[f64],
@@ -101,7 +105,7 @@ impl<P: System + Consistent + Clone, S: StartInterval<P>> Refinement<'_, P, S> {
         }
     }
 
-    /// Integrates a period from a state and reports the progress.
+    /// Integrates one period from a state and reports the progress.
     fn end(&mut self, state: &[f64]) -> Result<Vec<f64>, ModelError> {
         let (n, steps) = (self.map.evaluations(), self.map.counts().steps);
         let (smallest, tolerance) = (self.smallest, self.adaptive.tolerance);

@@ -1,4 +1,4 @@
-//! Rehearsal of a run: reads and builds all parts without the search for the start.
+//! Rehearsal of a run. It builds all parts of the run but does not search for the initial state.
 
 use myovib_model::{Integrator, MuscleDae};
 
@@ -8,8 +8,8 @@ use crate::system::System;
 use crate::watch::Watcher;
 use crate::{Body, Error, Scene};
 
-/// Rejects all scenes that a dynamic run rejects before it writes a file, except for failures of
-/// the search for the start.
+/// Rejects all scenes that a dynamic run rejects before it writes a file. This function does not search for the initial
+/// state.
 pub(super) fn motion(scene: &Scene) -> Result<(), Error> {
     scene.readings()?;
     conditions(scene)?;

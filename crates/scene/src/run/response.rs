@@ -1,4 +1,4 @@
-//! Harmonic response: one table per probe.
+//! Analysis of the harmonic response. It writes one table per probe.
 
 use myovib_model::{EndReason, Outcome};
 

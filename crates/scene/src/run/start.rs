@@ -1,4 +1,4 @@
-//! Integrators for the systems of a scene, from the start or from a checkpoint.
+//! Integrators for the systems of a scene. An integrator starts from the initial state or from a checkpoint.
 //!
 //! | Scene | Function | System |
 //! |---|---|---|
@@ -39,17 +39,17 @@ pub use initial::initial;
 use without_body::{chains, chains_on, rod_and_chains, rod_beside_chains};
 pub(super) use without_body::{driven_by_rod, options};
 
-/// Action on the integrator of a scene, independent of the type of its system.
+/// Operation on the integrator of a scene, independent of the type of the system.
 pub(super) trait Driver {
     type Result;
 
     fn drive<P: System>(self, integrator: Box<dyn Integrator<P>>) -> Result<Self::Result, Error>;
 }
 
-/// Starts the system of a scene, at its start or from a checkpoint, and calls the driver.
+/// Creates the integrator of a scene, at the initial state or at a checkpoint, and passes it to the driver.
 ///
 /// # Errors
-/// A system that cannot start, for which nothing is written; errors of the driver.
+/// Fails if the system cannot start; in this case, nothing is written. Also returns the errors of the driver.
 pub(super) fn start<D: Driver>(
     scene: &Scene,
     checkpoint: Option<&Checkpoint>,
@@ -79,10 +79,10 @@ pub(super) fn start<D: Driver>(
     }
 }
 
-/// Returns an integrator for the muscle of a scene without its chains, from the initial state.
+/// Returns an integrator for the muscle of a scene, excluding the chains. The integrator starts from the initial state.
 ///
 /// # Errors
-/// A scene without a body, or a body that cannot start; errors of the integrator.
+/// Fails if the scene has no body or the body cannot start. Also returns the errors of the integrator.
 pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
     match &scene.body {
         Some(body) => Ok(muscle(body, None, Watcher::NOBODY)?.0),
@@ -90,10 +90,10 @@ pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Err
     }
 }
 
-/// Returns an integrator for the rod of a scene coupled to its chains, from rest.
+/// Returns an integrator for the rod of a scene, coupled to the chains. The integrator starts from rest.
 ///
 /// # Errors
-/// A scene without a rod; errors of the integrator.
+/// Fails if the scene has no rod. Also returns the errors of the integrator.
 pub fn rod_with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
     match &scene.rod {
         Some(rod) => rod_and_chains(scene, rod, None),
@@ -104,7 +104,7 @@ pub fn rod_with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<Ro
 /// Returns an integrator for the chains of a scene, driven by a recorded motion.
 ///
 /// # Errors
-/// Errors of the integrator.
+/// Returns the errors of the integrator.
 pub fn replayed(
     scene: &Scene,
     motion: &Arc<Recording>,
@@ -112,7 +112,7 @@ pub fn replayed(
     chains_on(scene, None, || Source::Recorded(Arc::clone(motion)))
 }
 
-/// Integrator of a body and its state.
+/// Integrator of a body, and the state of the body.
 type Started<B> = (Box<dyn Integrator<B>>, Vec<f64>);
 
 fn muscle(
@@ -145,7 +145,7 @@ fn muscle_beside_chains(
     beside(scene, muscle, oscillators, checkpoint)
 }
 
-/// Starts the separately integrated chains of a scene, given the integrator of the body and its state.
+/// Starts the separately integrated chains of a scene, given the integrator and the state of the body.
 fn beside<B: 'static>(
     scene: &Scene,
     (body, y): Started<B>,
@@ -168,20 +168,20 @@ fn beside<B: 'static>(
     Ok(Box::new(both))
 }
 
-/// Part of the state of a checkpoint.
+/// Part of the state in a checkpoint.
 struct Resumed<'a> {
     t: f64,
     y: &'a [f64],
     y_dot: &'a [f64],
-    /// First step, s.
+    /// First step size (s).
     step: Option<f64>,
-    /// Whether the integrator continues with its history.
+    /// Whether the integrator continues with its stored history.
     has_history: bool,
 }
 
 impl Resumed<'_> {
-    /// Returns y and ẏ from which the system continues. The rates of the polynomial of BDF are too inaccurate to restart
-    /// a system of index 3 at order 1, so they are computed again.
+    /// Returns y and ẏ from which the system continues. Without a stored history, ẏ is computed again, because the
+    /// derivative of the BDF polynomial is too inaccurate to restart a system of index 3 at order 1.
     fn values<P: Consistent>(&self, dae: &mut P) -> Result<[Vec<f64>; 2], ModelError> {
         match self.has_history {
             true => Ok([self.y.to_vec(), self.y_dot.to_vec()]),
@@ -191,7 +191,7 @@ impl Resumed<'_> {
 }
 
 impl Checkpoint {
-    /// Returns the unknowns in this range.
+    /// Returns the part of the checkpoint with the unknowns in `range`.
     fn of(&self, range: impl SliceIndex<[f64], Output = [f64]> + Clone) -> Resumed<'_> {
         Resumed {
             t: self.t,
@@ -203,10 +203,11 @@ impl Checkpoint {
     }
 }
 
-/// Returns an integrator for the muscle of a scene coupled to its chains, from the initial state.
+/// Returns an integrator for the muscle of a scene, coupled to the chains. The integrator starts from the initial
+/// state.
 ///
 /// # Errors
-/// A scene without a body, or a body that cannot start; errors of the integrator.
+/// Fails if the scene has no body or the body cannot start. Also returns the errors of the integrator.
 pub fn with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
     match &scene.body {
         Some(body) => muscle_and_chains(scene, body, None, Watcher::NOBODY),
@@ -226,7 +227,7 @@ fn muscle_and_chains(
     Ok(advised(integrator, body))
 }
 
-/// Starts a muscle with chains that act back on its stiffness.
+/// Starts a muscle with chains that act back on its stiffness or tension.
 fn muscle_with_feedback(
     scene: &Scene,
     body: &Body,
@@ -259,8 +260,8 @@ fn muscle_with_feedback(
     Ok(advised(integrator, body))
 }
 
-/// Returns a muscle and its chains, the error test of the muscle, the options, and for a new run the initial unknowns
-/// of the muscle.
+/// Returns a muscle with its chains, the error test of the muscle, the options, and the initial unknowns of the muscle.
+/// The unknowns are empty for a resumed run.
 fn one_way(
     scene: &Scene,
     (body, settings): (&Body, &Settings),
@@ -281,10 +282,10 @@ fn one_way(
     Ok((CoupledDae::new(dae, oscillators), test, options, start))
 }
 
-/// Returns the chains of a scene driven by a muscle.
+/// Returns the chains of a scene, driven by the muscle `dae`.
 ///
 /// # Errors
-/// Invalid networks.
+/// Fails if a network is invalid.
 pub(crate) fn driven_by(scene: &Scene, dae: &MuscleDae) -> Result<Vec<Oscillators>, Error> {
     let source = |place: &DrivenPlace| Source::Body(place.displacement(dae));
     oscillators(scene, |chain| match &chain.places[..] {
@@ -293,13 +294,13 @@ pub(crate) fn driven_by(scene: &Scene, dae: &MuscleDae) -> Result<Vec<Oscillator
     })
 }
 
-/// Muscle and its chains, with error test, options, and consistent values at t = 0.
+/// Muscle with its chains, the error test and options, and consistent values of y and ẏ at t = 0.
 pub(crate) type Driving = (CoupledDae<MuscleDae>, (ErrorTest, CoupledOptions), [Vec<f64>; 2]);
 
-/// Returns the muscle of a scene and its chains, to be integrated with these `settings`.
+/// Returns the muscle of a scene with its chains, ready to be integrated with the given `settings`.
 ///
 /// # Errors
-/// A body that cannot start.
+/// Fails if the body cannot start.
 pub(crate) fn driving(
     scene: &Scene,
     body: &Body,
@@ -313,7 +314,7 @@ pub(crate) fn driving(
     Ok((dae, (test, options), start))
 }
 
-/// Adds advice about the body to the outcome when the run stops.
+/// Wraps the integrator so that the outcome of a stopped run contains advice about the body.
 fn advised<P: WithMuscle + 'static>(
     integrator: Box<dyn Integrator<P>>,
     body: &Body,
@@ -323,7 +324,7 @@ fn advised<P: WithMuscle + 'static>(
 }
 
 impl DrivenPlace {
-    /// Returns the displacement of the muscle that drives the chain at this place.
+    /// Returns the displacement of the muscle that drives the chain at this position.
     pub fn displacement(&self, dae: &MuscleDae) -> Displacement {
         let probe = Probe::located_at(dae.muscle().solid.space(), self.at);
         dae.displacement_along(&probe, self.direction)
@@ -353,8 +354,8 @@ fn coupled<B: CoupledBody>(
     })
 }
 
-/// Returns the initial state: the body as given (at rest if `body` is empty) and the oscillators at
-/// the positions from the scene.
+/// Returns the initial state of a body and its oscillators. `body` contains the unknowns of the body; if it is empty,
+/// the body is at rest. The oscillators start at the positions given in the scene.
 pub(super) fn initial_state<B: CoupledBody>(
     scene: &Scene,
     dae: &CoupledDae<B>,

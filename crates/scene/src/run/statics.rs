@@ -25,7 +25,7 @@ use crate::vtu::{self, Grid, NotFinite, Series};
 use crate::watch::search;
 use crate::{Error, InputError, inputs};
 
-/// Computes the equilibrium of a scene under its loads at the end time, or the path to it.
+/// Computes the equilibrium of a scene under the loads at the end time, or a path of equilibria up to these loads.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let clocks = Clocks::start();
     let Some(body) = &scene.body else {
@@ -116,17 +116,17 @@ struct Recording<'a> {
     recorders: Vec<Recorder>,
     series: Option<Series>,
     volumes: Volumes,
-    /// Whether load factors can be the times of stored fields.
+    /// Whether load factors can serve as the times of stored fields.
     has_growing_loads: bool,
-    /// Largest constraint drift of all states.
+    /// Largest constraint drift among all states.
     drift: f64,
-    /// Description of the condition that ended the path.
+    /// Description of the stop condition that ended the path, if any.
     stopped: Option<String>,
     states: Vec<Value>,
     last: Option<Last>,
 }
 
-/// The last state that was recorded.
+/// Last state that was recorded.
 struct Last {
     load: f64,
     instabilities: Option<usize>,
@@ -155,7 +155,7 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// Writes a state; a path begins with the unloaded body.
+    /// Writes a state. If the scene has a loading path, writes the unloaded body first.
     fn record(&mut self, state: &PathState) -> Result<ControlFlow<()>, Error> {
         if let Some(request) = self.request.take() {
             self.open(request)?;
@@ -197,7 +197,7 @@ impl<'a> Recording<'a> {
 
     fn write(&mut self, state: &PathState) -> Result<(), Error> {
         let t = self.scene.t_end;
-        // Outputs are computed with the loads for which this state is the equilibrium.
+        // Outputs are computed with the loads under which this state is in equilibrium.
         let whole = &self.body.muscle;
         let has_multipliers = !state.multipliers.iter().all(Vec::is_empty);
         let muscle = match state.load {
@@ -227,7 +227,7 @@ impl<'a> Recording<'a> {
             for name in series.next_files() {
                 folder.claim(&name)?;
             }
-            // Load factors may recur on a path by arc length or with given loads.
+            // Load factors may occur more than once on a path with arc-length control or with given loads.
             let place = match (is_path, self.has_growing_loads) {
                 (true, true) => state.load,
                 (true, false) => self.states.len() as f64,
@@ -292,7 +292,8 @@ fn grows(control: &Control) -> bool {
     }
 }
 
-/// Returns the displacement of all nodes in the equilibrium in a folder, if the mesh is the same and the load complete.
+/// Returns the displacement of all nodes in the equilibrium stored in a folder. Returns `None` if the mesh is different
+/// or the full load was not reached.
 fn neighbor(body: &Body, folder: &Path) -> Option<Vec<f64>> {
     let state = State::decode(&inputs::text(&folder.join(State::NAME)).ok()?).ok()?;
     let fits = state.is_of(body.muscle.solid.space()) && state.load_reached == Some(1.0);
@@ -322,7 +323,7 @@ fn note_of(points: &[CriticalPoint]) -> Option<String> {
     (!words.is_empty()).then(|| format!("critical points of the path: {}", words.join("; ")))
 }
 
-/// Returns the outcome of a path by arc length that reached its maximum number of steps.
+/// Returns the outcome of a path with arc-length control that reached its maximum number of steps.
 fn unfinished(control: &Control, end: &PathEnd) -> Option<Outcome> {
     let is_short = matches!(control, Control::ArcLength { .. }) && end.reached.abs() < 1.0;
     is_short.then(|| {
@@ -334,7 +335,7 @@ fn unfinished(control: &Control, end: &PathEnd) -> Option<Outcome> {
     })
 }
 
-/// Returns the outcome of the search with a description of the saved state.
+/// Returns the outcome of the search, including a description of the saved state.
 fn outcome_of(end: &PathEnd, load: f64) -> Outcome {
     let Some(shortfall) = end.shortfall.clone() else {
         return Outcome::Finished;
@@ -351,7 +352,7 @@ fn outcome_of(end: &PathEnd, load: f64) -> Outcome {
     )
 }
 
-/// Returns a state of the path as unknowns of the system from [`at_rest`].
+/// Converts a state of the path to the unknowns of the system returned by [`at_rest`].
 pub(crate) fn unknowns(state: &PathState) -> Vec<f64> {
     let mut y = state.displacement.clone();
     y.resize(2 * state.displacement.len(), 0.0);
@@ -359,8 +360,8 @@ pub(crate) fn unknowns(state: &PathState) -> Vec<f64> {
     y
 }
 
-/// Returns the muscle at rest at time `t` as an undamped system (q, v, λ), or (q, v) without pressure. Only the outputs use
-/// this system; it is not integrated.
+/// Returns the muscle at rest at time `t` as an undamped system with the unknowns (q, v, λ), or (q, v) without
+/// pressure. This system is used only for outputs and is not integrated.
 pub(crate) fn at_rest(
     muscle: &Muscle,
     formulation: Formulation,

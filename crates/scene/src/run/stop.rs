@@ -10,7 +10,7 @@ use crate::system::{System, muscle_of, network_of};
 pub(super) enum Condition {
     /// |Ψ| of a chain exceeds a bound.
     Coherence { chain: String, network: usize, above: f64 },
-    /// |u| at a point exceeds a bound, m.
+    /// |u| at a point exceeds a bound (m).
     Displacement { probe: Probe, above: f64 },
     /// det F falls below a bound at a quadrature point.
     Volume { below: f64 },

@@ -1,4 +1,4 @@
-//! Trial of a run: its first steps without output.
+//! Trial of a run: computation of the first steps without output.
 
 use std::ops::{ControlFlow, Range};
 use std::time::Duration;
@@ -15,17 +15,17 @@ use crate::system::System;
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
-/// CPU time after which a trial ends at the end of its current step.
+/// CPU time limit of a trial. A trial that exceeds this limit ends after its current step.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// First steps of a run, or all steps of a short run. They equal the steps of the run itself, since
-/// probes and fields do not change the steps.
+/// Result of the first steps of a run, or of all steps of a short run. The run itself takes identical steps because
+/// probes and fields do not affect them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trial {
     pub steps: u64,
-    /// Time reached, s.
+    /// Time reached (s).
     pub t: f64,
-    /// CPU time, s.
+    /// CPU time (s).
     pub seconds: f64,
     pub end: TrialEnd,
 }
@@ -35,16 +35,16 @@ pub struct Trial {
 pub enum TrialEnd {
     /// The CPU time for the trial is used up. The run itself would continue.
     Patience,
-    /// The run would end here too: at its last time, or after the maximum number of steps.
+    /// The run would also end here, at its end time or after the maximum number of steps.
     Finished,
-    /// The run would stop here too; the integrator failed with this message.
+    /// The run would also stop here, because the integrator failed with this message.
     Stopped(String),
 }
 
-/// Tries the motion of a scene. Stop conditions are ignored.
+/// Computes the first steps of the motion of a scene. Stop conditions are ignored.
 ///
 /// # Errors
-/// A system that cannot start; fatal errors of the integrator.
+/// Fails if the system cannot start or if the integrator encounters a fatal error.
 pub fn try_out(scene: &Scene) -> Result<Trial, Error> {
     let most = scene.file.integrator.max_steps.unwrap_or(u64::MAX);
     start(scene, None, Watcher::NOBODY, Attempt { most })
@@ -80,35 +80,36 @@ impl Driver for Attempt {
     }
 }
 
-/// Trial of a period from the initial state, with the tolerances of the search for a periodic state.
+/// Result of a trial integration over one period from the initial state. The trial uses the tolerances of the search
+/// for a periodic state.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct PeriodTrial {
     pub unknowns: usize,
     pub differential_variables: usize,
-    /// Integrated part of the period, up to 1.
+    /// Integrated fraction of the period, at most 1.
     pub part: f64,
     pub steps: u64,
-    /// CPU time, s.
+    /// CPU time (s).
     pub seconds: f64,
-    /// Reason why the integration ended early.
+    /// Error message if the integrator failed before the end of the period.
     pub stopped: Option<String>,
 }
 
-/// Tries the integration over a period of a scene.
+/// Integrates the system of a scene over one period until the CPU time limit is reached.
 ///
 /// # Errors
-/// A scene without a periodic state.
+/// Fails if the scene has no periodic state.
 pub fn try_period(scene: &Scene) -> Result<PeriodTrial, Error> {
     let period = Period::of(scene)?;
     period.run(Some(Watcher::NOBODY), TryOut { times: period.times })
 }
 
-/// Integration over a period between two times.
+/// Task that integrates over a period between two times.
 struct TryOut {
     times: [f64; 2],
 }
 
-/// Progress of an integration that ends when its CPU time is used up.
+/// Observer that records the progress of an integration and ends it when the CPU time limit is exceeded.
 struct Progress {
     clock: CpuClock,
     steps: u64,

@@ -15,9 +15,8 @@ use crate::{Error, Scene};
 /// Largest factor by which the errors of the random scenes in the guide exceed their estimates.
 pub const VERIFY_MARGIN: f64 = 3.0;
 
-/// Runs the scene again at looser tolerances. Returns the largest magnitude of each
-/// column of each probe and the largest difference between the two runs. Returns `None` if
-/// interrupted.
+/// Runs the scene again with looser tolerances. For each column of each probe, returns the largest magnitude and the
+/// largest difference between the two runs. Returns `None` if the second run was interrupted.
 pub(super) fn error_estimate(
     scene: &Scene,
     options: &RunOptions<'_>,
@@ -61,8 +60,8 @@ pub(super) fn error_estimate(
     })))
 }
 
-/// Returns the pairs of rows at the same time. Both tables are sorted by time. A run that ended early has fewer rows, and
-/// its last row may be at another time.
+/// Returns the pairs of rows with equal times. Both tables are sorted by time. If a run ended early, its table has
+/// fewer rows, and the time of the last row may not occur in the other table.
 fn at_equal_times<'a>(rows: &'a [Vec<f64>], looser: &'a [Vec<f64>]) -> Vec<(&'a [f64], &'a [f64])> {
     let mut rest = looser.iter().peekable();
     let pairs = rows.iter().filter_map(|row| {

@@ -1,5 +1,5 @@
-//! Volume ratios at the vertices. Forces are not integrated there, so the equations do not detect
-//! inverted elements.
+//! Volume ratios at the vertices of elements. Forces are integrated at points inside the elements, so the equations do
+//! not detect inversions at the vertices.
 
 use std::ops::RangeInclusive;
 
@@ -10,42 +10,44 @@ use serde::{Deserialize, Serialize};
 /// Ratio of bulk to shear modulus above which a body counts as nearly incompressible; Poisson's ratio is then at least
 /// 0.495.
 const NEARLY_INCOMPRESSIBLE: f64 = 100.0;
-/// Plausible range of det F in a nearly incompressible body. Its actual volume changes are a few percent.
+/// Plausible range of det F in a nearly incompressible body. The actual volume changes of such a body are a few
+/// percent.
 const PLAUSIBLE: RangeInclusive<f64> = 0.5..=2.0;
 
-/// Penetration as a fraction of the size of facets above which the indentation of a body is less accurate than its mesh.
-/// With the default stiffness, a pressure equal to the shear modulus causes a penetration of a hundredth.
+/// Penetration, as a fraction of the facet size, above which the indentation of a body is less accurate than the mesh
+/// allows. With the default stiffness, a contact pressure equal to the shear modulus causes a penetration of 0.01.
 const LARGE_PENETRATION: f64 = 0.01;
-/// Penetration as a fraction of the size of facets above which an obstacle counts as inside the body rather
-/// than on its surface.
+/// Penetration, as a fraction of the facet size, above which an obstacle counts as being inside the body rather than at
+/// its surface.
 const INSIDE: f64 = 0.5;
 
-/// Range of det F at the vertices of all elements over the observed times. The equations contain averages over
-/// elements, or weighted averages around a vertex in formulations with pressure, so they do not detect an inversion at
-/// a vertex.
+/// Range of det F at the vertices of all elements, over all observed times. The equations contain only averages over
+/// elements or, in formulations with pressure, weighted averages around vertices. Therefore, they do not detect an
+/// inversion at a vertex.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Volumes {
     /// Smallest and largest det F; `None` before the first observation.
     ratios: Option<[f64; 2]>,
     inversion: Option<Inversion>,
-    /// Largest penetration of a contact, as a fraction of its facets.
+    /// Largest penetration of all contacts, as a fraction of the facet size.
     penetration: f64,
 }
 
-/// Vertex of an element with det F ≤ 0.
+/// Vertex of an element at which det F ≤ 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Inversion {
-    /// Time of the first observation, s.
+    /// Time (s) at which the inversion was first observed.
     t: f64,
     element: usize,
     /// det F at the vertex.
     jacobian: f64,
-    /// Vertex at rest, m.
+    /// Position of the vertex in the undeformed body (m).
     at: Vec<f64>,
 }
 
 impl Volumes {
-    /// Updates the range with the volume ratios of the body with this displacement of all nodes at time `t`.
+    /// Updates the range with the volume ratios of the body at time `t`. `displacement` contains the displacements of
+    /// all nodes.
     pub(crate) fn see(&mut self, t: f64, solid: &Solid, displacement: &[f64]) {
         let seen = solid.vertex_volume_ratios(displacement);
         let [smallest, largest] = self.ratios.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
@@ -65,7 +67,7 @@ impl Volumes {
         });
     }
 
-    /// Updates the largest penetration with the contacts at time `t` and the state `y`.
+    /// Updates the largest penetration with the contacts at time `t` in state `y`.
     pub(super) fn see_contacts(&mut self, t: f64, dae: &mut MuscleDae, y: &[f64]) {
         if dae.muscle().contacts.is_empty() {
             return;
@@ -77,7 +79,7 @@ impl Volumes {
         }
     }
 
-    /// Returns a note on a large penetration, if there is one.
+    /// Returns a note if the penetration is large.
     pub(super) fn penetration_note(&self) -> Option<String> {
         (self.penetration > LARGE_PENETRATION).then(|| {
             let remedy = match self.penetration > INSIDE {
@@ -99,8 +101,8 @@ impl Volumes {
         self.ratios
     }
 
-    /// Returns a note on an inversion, or on implausible volumes of a nearly incompressible `muscle`. The note contains
-    /// the time of an inversion only if `is_motion`.
+    /// Returns a note if an element is inverted, or if a nearly incompressible `muscle` has implausible volume ratios.
+    /// The note contains the time of the inversion only if `is_motion` is true.
     pub(crate) fn note(&self, muscle: &Muscle, is_motion: bool) -> Option<String> {
         if let Some(inversion) = &self.inversion {
             return Some(inversion.note(is_motion));
@@ -116,8 +118,8 @@ impl Volumes {
         })
     }
 
-    /// Returns the outcome of a run that ends because of an inverted element, or `None`. The outcome contains the time
-    /// of the inversion only if `is_motion`.
+    /// Returns the outcome of a run that ends because of an inverted element, or `None` if no element is inverted. The
+    /// outcome contains the time of the inversion only if `is_motion` is true.
     pub(super) fn refusal(&self, is_motion: bool) -> Option<Outcome> {
         let message = self.inversion.as_ref()?.note(is_motion);
         Some(Outcome::ended(
@@ -126,7 +128,7 @@ impl Volumes {
         ))
     }
 
-    /// Returns the first observed inversion.
+    /// Returns the first observed inversion, if any.
     pub(crate) fn inversion(&self) -> Option<&Inversion> {
         self.inversion.as_ref()
     }
@@ -142,7 +144,7 @@ fn is_nearly_incompressible(muscle: &Muscle) -> bool {
 }
 
 impl Inversion {
-    /// Returns the note for the user, with the time only if `is_motion`.
+    /// Returns the note for the user. The note contains the time only if `is_motion` is true.
     pub(crate) fn note(&self, is_motion: bool) -> String {
         let place: Vec<String> = self.at.iter().map(|x| format!("{x:.4}")).collect();
         let (element, jacobian, place) = (self.element, self.jacobian, place.join(", "));

@@ -1,4 +1,4 @@
-//! Checks of a start: loads and supports at t = 0 must match the state of the body.
+//! Checks of the initial state: the loads and supports at t = 0 must match the state of the body.
 
 use myovib_dae::Problem;
 use myovib_model::{Contact, InitialValues, ModelError, MuscleDae, Prescribed, Signal, support};
@@ -7,24 +7,26 @@ use crate::scene::{Body, NAMES, Start};
 use crate::state::State;
 use crate::{Error, InputError};
 
-/// Tolerance for supports that do not match the initial state, relative to its largest displacement. It allows for
-/// rounding errors, because the previous run evaluated the signal at another time.
+/// Tolerance for the difference between the supports and the initial state, relative to the largest displacement of the
+/// initial state. It allows for rounding errors because the previous run evaluated the signals at another time.
 const SUPPORTS_AGREE: f64 = 1e-9;
-/// Penetration of the body at rest attributed to rounding, as a fraction of the facet size.
+/// Penetration of an obstacle into a body at rest, as a fraction of the facet size, below which the penetration is
+/// attributed to rounding errors.
 const TOUCHING: f64 = 1e-6;
-/// Loads and support motions below this fraction of their maximum count as zero at t = 0. It allows
-/// for rounding and for the slope of a spline through rows of zeros.
+/// Support motions below this fraction of their maximum count as zero at t = 0. This value allows for rounding errors
+/// and for the slope of a spline through rows of zeros.
 const ZERO_AT_START: f64 = 1e-9;
-/// Nodal forces below this fraction of their maximum may act suddenly at t = 0. They change the motion by
-/// about this fraction.
+/// Nodal forces below this fraction of their maximum may act suddenly at t = 0. They change the motion by approximately
+/// the same fraction.
 const NEGLIGIBLE_FORCE: f64 = 1e-5;
-/// Number of intervals between the times at which loads and motions are sampled for their maximum.
+/// Number of equal time intervals at whose ends loads and motions are sampled to find their maximum.
 const SIZE_TIMES: u32 = 61;
 
-/// Rejects a start that contradicts the loads or the supports at t = 0, without searching for an equilibrium.
+/// Rejects an initial state that contradicts the loads or the supports at t = 0, without searching for an equilibrium.
 ///
 /// # Errors
-/// Loads on a body at rest; supports that do not match the initial state, or do not fix a body without inertia.
+/// Fails if loads act at t = 0 on a body that starts at rest, if the supports do not match the initial state, or if the
+/// supports do not fix a body without inertia.
 pub(in crate::run) fn expect_start(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     let muscle = &body.muscle;
     if !muscle.solid.has_inertia()
@@ -45,7 +47,7 @@ pub(in crate::run) fn expect_start(body: &Body, dae: &mut MuscleDae) -> Result<(
     }
 }
 
-/// Rejects supports that do not match the initial state at t = 0, whose unknowns are `y`.
+/// Rejects supports that do not match the initial state at t = 0. `y` contains the unknowns of this state.
 pub(super) fn expect_supports(
     state: &State,
     dae: &mut MuscleDae,
@@ -61,7 +63,8 @@ pub(super) fn expect_supports(
     Ok(())
 }
 
-/// Rejects nonzero supports and loads at t = 0 for a body that starts at rest without load.
+/// Rejects a body that starts at rest if nodal forces act on it at t = 0, for example due to loads or accelerated
+/// supports.
 fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     let t_end = body.settings.t_end;
     let InitialValues { y, .. } = InitialValues::at_rest(dae)?;
@@ -75,7 +78,8 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     if largest == 0.0 {
         return Ok(());
     }
-    // Large support motions alone may invert elements of a body at rest. Times at which this happens count as unloaded.
+    // If supports move far while the body is at rest, elements may be inverted. Times at which this happens count as
+    // unloaded.
     let later = times(t_end).map(|t| largest_force(t, &rest).unwrap_or(0.0));
     if largest > NEGLIGIBLE_FORCE * later.fold(0.0, f64::max) {
         let (loads, others) = sudden_loads(body);
@@ -94,7 +98,7 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
              y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
         );
         let error = match loads.is_empty() && !others.is_empty() {
-            // Displacements may not jump.
+            // Prescribed displacements must not jump.
             true => error,
             false => error.next("or apply them suddenly after t = 0, with a step of rise = 0"),
         };
@@ -104,7 +108,7 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns the names of nonzero loads at t = 0, and other causes of forces at t = 0.
+/// Returns the keys of loads with nonzero values at t = 0, and descriptions of other causes of forces at t = 0.
 fn sudden_loads(body: &Body) -> (Vec<&str>, Vec<&str>) {
     let is_sudden = |signal: &Signal| {
         let values = times(body.settings.t_end).map(|t| signal.at(t).value.abs());
@@ -131,8 +135,8 @@ fn sudden_loads(body: &Body) -> (Vec<&str>, Vec<&str>) {
     (loads, others)
 }
 
-/// Rejects a support that moves at t = 0, or is displaced unless `displaced` supports are part of
-/// the start.
+/// Rejects a support with a nonzero velocity at t = 0. Unless `displaced` is true, also rejects a support with a
+/// nonzero displacement at t = 0.
 pub(super) fn expect_supports_at_rest(
     body: &Body,
     t_end: f64,
@@ -149,7 +153,7 @@ pub(super) fn expect_supports_at_rest(
             () if !displaced && now.value.abs() > ZERO_AT_START * u => {
                 format!("{:.3e} m", now.value)
             }
-            // Without inertia, a velocity may jump.
+            // Without inertia, velocities may jump.
             () if has_inertia && now.d1.abs() > ZERO_AT_START * v => format!("{:.3e} m/s", now.d1),
             () => continue,
         };
@@ -176,13 +180,13 @@ pub(super) fn expect_supports_at_rest(
     Ok(())
 }
 
-/// Returns equally spaced times at which loads and motions are sampled to find their maximum. The
-/// number of intervals is prime, so that a load with a whole number of periods cannot vanish at all of them.
+/// Returns equally spaced times at which loads and motions are sampled to find their maximum. The number of intervals
+/// is prime, so that a load with fewer periods than intervals cannot vanish at all of these times.
 fn times(t_end: f64) -> impl Iterator<Item = f64> {
     (0..=SIZE_TIMES).map(move |i| t_end * f64::from(i) / f64::from(SIZE_TIMES))
 }
 
-/// Returns the unit of force: N, or N per m of depth in the plane.
+/// Returns the unit of force: N, or N/m (per meter of depth) in 2D.
 fn unit_of_force(dae: &MuscleDae) -> &'static str {
     match dae.muscle().solid.space().dimension() {
         2 => "N/m",

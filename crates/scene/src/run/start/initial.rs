@@ -7,11 +7,12 @@ use crate::Error;
 use crate::scene::{Body, Start};
 use crate::watch::{Watcher, search};
 
-/// Returns y and ẏ at the start of a body's motion. The `watcher` receives the progress of the
-/// search for an equilibrium.
+/// Returns y and ẏ at the start of the motion of a body. The `watcher` receives the progress of the search for an
+/// equilibrium.
 ///
 /// # Errors
-/// Errors of [`Body::initial_values`]; loads on a body at rest.
+/// Returns the errors of [`Body::initial_values`]. Also fails if the loads or supports at t = 0 contradict the initial
+/// state.
 pub fn initial(
     body: &Body,
     dae: &mut MuscleDae,
@@ -26,11 +27,11 @@ pub fn initial(
 }
 
 impl Body {
-    /// Returns consistent y and ẏ at t = 0 if the scene does not start at rest. `dae` must belong
-    /// to this body. The `watcher` receives the progress of the search for an equilibrium.
+    /// Returns consistent values of y and ẏ at t = 0, or `None` if the scene starts at rest. `dae` must belong to this
+    /// body. The `watcher` receives the progress of the search for an equilibrium.
     ///
     /// # Errors
-    /// No equilibrium.
+    /// Fails if no equilibrium is found.
     pub fn initial_values(
         &self,
         dae: &mut MuscleDae,

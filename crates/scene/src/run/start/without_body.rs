@@ -47,7 +47,7 @@ fn rod_with(
     coupled(scene, dae, test, options(scene), resumed, &[])
 }
 
-/// Returns the chains of a scene driven by a rod.
+/// Returns the chains of a scene, driven by the rod.
 pub(in crate::run) fn driven_by_rod(
     scene: &Scene,
     rod: &RodDae,
@@ -77,8 +77,8 @@ pub(super) fn chains_on(
     coupled(scene, dae, test, options(scene), resumed, &[])
 }
 
-/// Returns the options for systems without a muscle. The pattern lists all keys, so that a new key must be either used
-/// here or reported as having no effect.
+/// Returns the options for systems without a muscle. The pattern lists all keys, so that each new key must either be
+/// used here or be reported as having no effect.
 pub(in crate::run) fn options(scene: &Scene) -> CoupledOptions {
     let IntegratorSettings {
         method,
@@ -90,10 +90,10 @@ pub(in crate::run) fn options(scene: &Scene) -> CoupledOptions {
         chains: _,
         max_steps: _,
         max_cpu: _,
-        // Rejected without a body.
+        // These keys are rejected in scenes without a body.
         multiplier_weights: _,
         projection_interval: _,
-        // These keys are reported as without effect; see `ONLY_FOR_BODIES`.
+        // These keys are reported as having no effect; see `ONLY_FOR_BODIES`.
         atol: _,
         error_test: _,
         precision: _,
