@@ -1,5 +1,5 @@
-//! All operations that change result files: replacing a whole file (written under a temporary name and then renamed),
-//! appending lines to a growing file, and removal.
+//! All operations that change result files: replacing a whole file, appending to a growing file, and removing a file. A
+//! replacement is written under a temporary name and then renamed.
 
 #[cfg(test)]
 pub(crate) mod faults;
@@ -16,7 +16,7 @@ use crate::Error;
 /// Prefix and suffix of temporary files and folders.
 const TEMPORARY: (&str, &str) = (".myovib-", ".part");
 
-/// Change of a file. Tests simulate disk failures at these changes.
+/// Operation that changes a file. Tests simulate disk failures at these operations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Change {
     Create,
@@ -26,7 +26,7 @@ pub(crate) enum Change {
     Remove,
 }
 
-/// Returns an error if a test requests it.
+/// Returns an error if a test simulates a disk failure at this operation.
 #[cfg(test)]
 fn allow(change: Change) -> io::Result<()> {
     faults::allow(change)
@@ -49,8 +49,8 @@ thread_local! {
     static PASSING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a computation whose files are only needed while this process runs. Meanwhile, this thread does not wait for
-/// files to reach the disk.
+/// Runs a computation whose files are needed only while this process is running. During the computation, this thread
+/// does not wait for files to reach the disk.
 pub fn passing<T>(compute: impl FnOnce() -> T) -> T {
     struct Before(bool);
     impl Drop for Before {
@@ -62,7 +62,7 @@ pub fn passing<T>(compute: impl FnOnce() -> T) -> T {
     compute()
 }
 
-/// Waits until a file is on the disk; does nothing within [`passing`].
+/// Waits until a file is on the disk. Within [`passing`], returns without waiting.
 pub(crate) fn sync(file: &File) -> io::Result<()> {
     allow(Change::Sync)?;
     match PASSING.get() {
@@ -71,11 +71,11 @@ pub(crate) fn sync(file: &File) -> io::Result<()> {
     }
 }
 
-/// Writes `path` with the content from `fill` so that a reader sees either the old or the new file, never a part. A
-/// link at `path` is replaced, not followed.
+/// Writes the content produced by `fill` to `path`. Readers see either the old file or the complete new file, never a
+/// partial one. A symbolic link at `path` is replaced, not followed.
 ///
 /// # Errors
-/// Errors of `fill` and of the file system. The old file, if any, is then unchanged and no
+/// Returns the errors of `fill` and of the file system. In case of an error, the old file (if any) is unchanged, and no
 /// temporary file remains.
 ///
 /// # Examples
@@ -86,7 +86,7 @@ pub(crate) fn sync(file: &File) -> io::Result<()> {
 /// assert_eq!(std::fs::read_to_string(&path).unwrap(), "42\n");
 /// ```
 pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    // In the same folder: a rename across file systems is not atomic.
+    // The temporary file is in the same folder because a rename across file systems is not atomic.
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
@@ -98,7 +98,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     }
     allow(Change::Create)?;
     let mut temporary = builder.tempfile_in(folder)?;
-    // The lock is held while the file is written. A temporary file without a lock is an orphan.
+    // The file is locked while it is written. A temporary file without a lock is an orphan.
     let _ = temporary.as_file().try_lock();
     let written = fill_temporary(temporary.as_file_mut(), fill);
     temporary.disable_cleanup(has_stopped());
@@ -108,7 +108,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     Ok(())
 }
 
-/// Performs all operations before the rename.
+/// Performs all steps that precede the rename.
 fn fill_temporary(
     file: &mut File,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -120,7 +120,7 @@ fn fill_temporary(
     allow(Change::Rename)
 }
 
-/// File written piece by piece.
+/// File to which data is written incrementally.
 #[derive(Debug)]
 pub(crate) struct Growing<F>(pub(crate) F);
 
@@ -137,7 +137,7 @@ impl<F: Write> Write for Growing<F> {
     }
 }
 
-/// Creates a file that grows. Returns an error if the file exists.
+/// Creates a file to which data is written incrementally. Fails if the file already exists.
 pub(crate) fn create(path: &Path) -> io::Result<Growing<File>> {
     allow(Change::Create)?;
     let mut options = OpenOptions::new();
@@ -158,8 +158,8 @@ pub(crate) fn truncate(file: &File, bytes: u64) -> io::Result<()> {
     file.set_len(bytes)
 }
 
-/// Creates a temporary folder in `parent`. It is removed when the value is dropped; if the process is killed, the next
-/// program that writes into `parent` removes it.
+/// Creates a temporary folder in `parent`. The folder is removed when the returned value is dropped. If the process is
+/// killed first, the next program that writes into `parent` removes the folder.
 pub fn temporary_folder(parent: &Path) -> io::Result<TempDir> {
     let mut builder = Builder::new();
     builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
@@ -170,8 +170,8 @@ pub(crate) fn is_temporary(name: &str) -> bool {
     name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1)
 }
 
-/// Removes a temporary file or folder that no running program uses. A program locks the file `lock` in a
-/// folder while it uses the folder.
+/// Removes a temporary file or folder unless a running program is using it. While a program uses a folder, it locks the
+/// file `lock` in that folder.
 pub(crate) fn remove_orphan(path: &Path, lock: &str) -> io::Result<()> {
     let there = fs::symlink_metadata(path)?;
     if there.is_file() {
@@ -190,15 +190,15 @@ pub(crate) fn remove_orphan(path: &Path, lock: &str) -> io::Result<()> {
     }
 }
 
-/// Writes `contents` to `path` as a whole, or leaves `path` unchanged.
+/// Writes `contents` to `path` atomically. If writing fails, the old file is unchanged.
 ///
 /// # Errors
-/// Errors of the file system, with the path.
+/// Returns the error of the file system together with the path.
 pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     write(path, |file| file.write_all(contents.as_ref())).map_err(Error::file("write", path))
 }
 
-/// Returns the permissions that the user's umask allows, as for any new file.
+/// Returns the permissions of a new file before the user's umask is applied.
 #[cfg(unix)]
 fn permissions() -> Option<Permissions> {
     Some(std::os::unix::fs::PermissionsExt::from_mode(0o666))
@@ -209,9 +209,9 @@ fn permissions() -> Option<Permissions> {
     None
 }
 
-/// Makes the rename survive a power failure, if the system supports it.
+/// Syncs the folder so that the rename survives a power failure, if the operating system supports this.
 fn sync_folder(folder: &Path) {
-    // Without this support, the file still exists.
+    // If the operating system does not support this, the file still exists.
     let _ = File::open(folder).and_then(|folder| sync(&folder));
 }
 

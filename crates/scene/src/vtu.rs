@@ -1,5 +1,4 @@
-//! Fields on the mesh as VTK files for ParaView: one VTU file per time and a PVD file that lists
-//! them.
+//! Fields on the mesh as VTK files for ParaView: one VTU file per output time, and a PVD file that lists the VTU files.
 
 mod cloud;
 mod data;
@@ -23,7 +22,7 @@ use listing::Listing;
 
 use crate::modes::Mode;
 
-/// Returns the VTK type of the elements, whose nodes have the same order as here.
+/// Returns the VTK cell type of the elements. VTK orders the nodes of these cells in the same way as this crate.
 fn cell_type(space: &Space) -> usize {
     match (space.dimension(), space.degree()) {
         (2, Degree::One) => 5,
@@ -33,20 +32,20 @@ fn cell_type(space: &Space) -> usize {
     }
 }
 
-/// Name of the file that lists the files of fields on the mesh.
+/// Name of the file that lists all files with fields on the mesh.
 pub const LIST: &str = "fields.pvd";
-/// Name of the file that lists the files of complex fields of a response.
+/// Name of the file that lists all files with complex fields of a response.
 pub const AMPLITUDES_LIST: &str = "amplitudes.pvd";
-/// Name of the file of the shapes of modes.
+/// Name of the file with the mode shapes.
 pub const SHAPES: &str = "modes.vtu";
-/// Name of the file that lists the files with values at the positions of chains.
+/// Name of the file that lists all files with values at the positions of chains.
 pub const PLACES_LIST: &str = "places.pvd";
 
 /// Values of a field in some of the elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellField {
     pub name: String,
-    /// Elements with their values; NaN elsewhere.
+    /// Indices of elements with their values. All other elements have the value NaN.
     pub values: Vec<(usize, f64)>,
 }
 
@@ -63,7 +62,7 @@ pub struct Series {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NotFinite {
     quantity: Quantity,
-    /// Time of their first occurrence, s.
+    /// Time (s) at which non-finite values first occurred.
     t: f64,
     points: usize,
 }
@@ -84,8 +83,7 @@ impl NotFinite {
 }
 
 impl Series {
-    /// Creates a series of `quantities` in an existing `folder`. `done` are the times of existing
-    /// files.
+    /// Creates a series of `quantities` in an existing `folder`. `done` contains the times of existing files.
     pub fn new(folder: &Path, grid: Grid, quantities: Vec<Quantity>, done: &[f64]) -> Self {
         Self {
             listing: Listing::new(folder, listing::FIELDS, done),
@@ -95,7 +93,7 @@ impl Series {
         }
     }
 
-    /// Creates a series of complex fields in an existing `folder`, one file for each frequency.
+    /// Creates a series of complex fields in an existing `folder`, with one file for each frequency.
     pub(crate) fn of_amplitudes(folder: &Path, grid: Grid) -> Self {
         Self {
             listing: Listing::new(folder, listing::AMPLITUDES, &[]),
@@ -105,7 +103,8 @@ impl Series {
         }
     }
 
-    /// Writes real and imaginary parts of quantities at all points, as `u_re` and `u_im`, then the list of all files.
+    /// Writes the real and imaginary parts of quantities at all points, with names such as `u_re` and `u_im`. Then
+    /// writes the list of all files.
     pub(crate) fn write_amplitudes(
         &mut self,
         frequency: f64,
@@ -126,23 +125,23 @@ impl Series {
         self.listing.add(frequency, &text)
     }
 
-    /// Adds the non-finite values that were found in earlier files.
+    /// Sets the non-finite values that were found in earlier files.
     #[must_use]
     pub fn with_seen(self, not_finite: Option<NotFinite>) -> Self {
         Self { not_finite, ..self }
     }
 
-    /// Returns the first non-finite values, if any.
+    /// Returns the first non-finite values that were found, if any.
     pub fn not_finite(&self) -> Option<NotFinite> {
         self.not_finite
     }
 
-    /// Returns the times of the files written so far, s.
+    /// Returns the times (s) of the files written so far.
     pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
         self.listing.times()
     }
 
-    /// Returns the names of the files that the next [`write`](Self::write) writes.
+    /// Returns the names of the files that the next call of [`write`](Self::write) writes.
     pub(crate) fn next_files(&self) -> Vec<String> {
         self.listing.next_files()
     }
@@ -151,13 +150,13 @@ impl Series {
         &self.quantities
     }
 
-    /// Returns a written file that no longer exists or is empty.
+    /// Returns the path of a file that was written earlier but is now missing or empty, if any.
     pub fn missing(&self) -> Option<PathBuf> {
         self.listing.missing()
     }
 
-    /// Writes the body at time `t` with values of some elements, then the list of all files.
-    /// Returns the number of computed states (det F, stress).
+    /// Writes the fields of the body at time `t` and the values of some elements, then the list of all files. Returns
+    /// the number of evaluated material states (det F or stress).
     pub fn write(
         &mut self,
         t: f64,
@@ -176,12 +175,13 @@ impl Series {
     }
 }
 
-/// Returns the times and files of the fields in a folder; empty without fields.
+/// Returns the times and paths of all field files in a folder. The result is empty if the folder contains no fields.
 pub fn files(folder: &Path) -> io::Result<Vec<(f64, PathBuf)>> {
     listed(folder, LIST)
 }
 
-/// Returns the times (or frequencies) and files of a `list` in a folder; empty without the list.
+/// Returns the times (or frequencies) and paths of the files in the `list` of a folder. The result is empty if the list
+/// does not exist.
 pub fn listed(folder: &Path, list: &str) -> io::Result<Vec<(f64, PathBuf)>> {
     let list = match std::fs::read_to_string(folder.join(list)) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -198,19 +198,20 @@ pub fn listed(folder: &Path, list: &str) -> io::Result<Vec<(f64, PathBuf)>> {
     Ok(list.lines().filter_map(file).collect())
 }
 
-/// Mesh of a file: points at rest, and triangles or tetrahedra with nodes on their edges.
+/// Mesh read from a file. It consists of the undeformed points, and of triangles or tetrahedra with nodes on their
+/// edges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredMesh {
-    /// Points at rest; z = 0 in 2D.
+    /// Points of the undeformed body; z = 0 in 2D.
     pub points: Vec<[f64; 3]>,
-    /// Points of all cells: corners, then edges.
+    /// Point indices of each cell: first the corners, then the edges.
     pub cells: Vec<Vec<usize>>,
 }
 
-/// Reads the mesh and the real fields of a file without the scene.
+/// Reads the mesh and the real-valued fields from a file. The scene is not required.
 ///
 /// # Errors
-/// Errors of the file system, and files of other programs.
+/// Fails if the file cannot be read or was written by another program.
 pub fn read(file: &Path) -> io::Result<(StoredMesh, Vec<StoredField>)> {
     let text = std::fs::read_to_string(file)?;
     let mesh = || {
@@ -230,10 +231,10 @@ pub fn read(file: &Path) -> io::Result<(StoredMesh, Vec<StoredField>)> {
     Ok((mesh().ok_or_else(other)?, data::read_fields(&text)))
 }
 
-/// Reads the real fields of a file.
+/// Reads the real-valued fields from a file.
 ///
 /// # Errors
-/// Errors of the file system, and files of another mesh.
+/// Fails if the file cannot be read or belongs to another mesh.
 pub fn read_fields(file: &Path, grid: &Grid) -> io::Result<Vec<StoredField>> {
     let fields = data::read_fields(&std::fs::read_to_string(file)?);
     let n_cells = grid.regions.len();
@@ -251,11 +252,11 @@ fn of_another_mesh() -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, "the fields belong to another mesh")
 }
 
-/// Returns the time and the nodal displacement (three components per node) from the last file in a folder, or `None` if
-/// the file or its displacement is missing.
+/// Returns the time and the nodal displacement (three components per node) from the last file in a folder. Returns
+/// `None` if the folder contains no such file, or if the file contains no displacement.
 ///
 /// # Errors
-/// Errors of the file system, and files of another mesh.
+/// Fails if the file cannot be read or belongs to another mesh.
 pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, Vec<[f64; 3]>)>> {
     let Some((t, file)) = files(folder)?.pop() else {
         return Ok(None);
@@ -276,8 +277,8 @@ pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, 
     Ok(Some((t, displacement)))
 }
 
-/// Formats the file of one time; also returns the first quantity with non-finite values and their
-/// number.
+/// Formats the file for one point in time. Also returns the first quantity with non-finite values and the number of
+/// points with such values.
 fn vtu(
     snapshot: &Snapshot<'_>,
     grid: &Grid,
@@ -302,7 +303,7 @@ fn vtu(
     (file(space, grid, &points, cells), not_finite)
 }
 
-/// Formats a file with the shapes of modes as vector fields `mode_1`, `mode_2`, …
+/// Formats a file with mode shapes as vector fields `mode_1`, `mode_2`, …
 pub fn of_modes<'a>(space: &Space, grid: &Grid, modes: impl Iterator<Item = &'a Mode>) -> String {
     let names = component_names(Components::Vector);
     let fields = modes.enumerate().map(|(n, mode)| {
@@ -312,13 +313,13 @@ pub fn of_modes<'a>(space: &Space, grid: &Grid, modes: impl Iterator<Item = &'a 
     file(space, grid, &fields.collect::<String>(), &[])
 }
 
-/// Formats a file of the body at rest with values of its elements.
+/// Formats a file with the undeformed body and values of its elements.
 pub fn of_elements(space: &Space, grid: &Grid, cells: &[CellField]) -> String {
     file(space, grid, "", cells)
 }
 
-/// Formats a file: points at rest, cells, point data, regions and fibers of the cells, and further
-/// cell data.
+/// Formats a file with the undeformed points, the cells, the point data, the regions and fiber directions of the cells,
+/// and additional cell data.
 fn file(space: &Space, grid: &Grid, of_points: &str, of_cells: &[CellField]) -> String {
     let (n_points, n_cells) = (grid.n_points(), space.n_elements());
     let n_cell_nodes = space.mesh().shape().n_nodes(space.degree());
@@ -350,8 +351,9 @@ fn file(space: &Space, grid: &Grid, of_points: &str, of_cells: &[CellField]) -> 
     text + "</CellData>\n" + data::END
 }
 
-/// Returns the positions of the file's components in the quantity; a position beyond its components
-/// means zero. Symmetric tensors have six components in ParaView's order, also in 2D.
+/// Returns, for each component in the file, the index of the corresponding component of the quantity. If the quantity
+/// has no component with this index, the value is zero. Symmetric tensors have six components in ParaView's order, also
+/// in 2D.
 fn order(components: Components, dimension: usize) -> &'static [usize] {
     match (components, dimension) {
         (Components::Scalar, _) => &[0],

@@ -1,7 +1,7 @@
 //! Simulated disk failure, for tests of killed runs and of full disks.
 //!
-//! From the chosen change on, every change of this thread fails and temporary files remain. The
-//! disk then has the same content as after a kill at that change.
+//! From the chosen operation on, all operations of this thread that change files fail, and temporary files remain. The
+//! disk then has the same content as if the process had been killed at this operation.
 
 use std::cell::Cell;
 use std::io::{self, Write};
@@ -14,8 +14,8 @@ thread_local! {
     static TORN: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `compute` with a disk that fails after `last` changes. With `torn`, half of the bytes of
-/// the failing write reach the disk. Also returns the number of attempted changes.
+/// Runs `compute` with a disk that fails after `last` operations. If `torn` is true, half of the bytes of the failing
+/// write reach the disk. Also returns the number of attempted operations.
 pub(crate) fn with_disk_that_stops_after<T>(
     last: u64,
     torn: bool,

@@ -1,7 +1,7 @@
-//! The list of the files that a command created in a folder.
+//! List of the files that a command created in a folder.
 //!
-//! JSON Lines: a header, then the name of each file as a JSON string. A name is appended before the
-//! file is created, so a killed program leaves no unlisted file.
+//! The format is JSON Lines: a header, followed by the name of each file as a JSON string. A name is appended before
+//! the file is created, so that a killed program leaves no unlisted file.
 
 use std::collections::HashSet;
 use std::fs;
@@ -17,21 +17,21 @@ pub(super) const NAME: &str = "manifest.jsonl";
 
 const SCHEMA: &str = "myovib/manifest/1";
 
-/// The command that created the files, and its input.
+/// Command that created the files, and the input of the command.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Header {
     schema: String,
     pub(super) command: String,
     /// Version and revision of the program.
     program: String,
-    /// Scene, input files and settings of the command; `--resume` compares them.
+    /// Scene, input files and settings of the command. The option `--resume` compares them with the current ones.
     pub(super) origin: Value,
 }
 
 #[derive(Debug, Clone)]
 pub(super) struct Manifest {
     pub(super) header: Header,
-    /// File names in the order in which they were listed.
+    /// File names in the order in which they were added.
     files: Vec<String>,
     known: HashSet<String>,
     /// Whether the last line on the disk may be incomplete.
@@ -53,10 +53,10 @@ impl Manifest {
         }
     }
 
-    /// Reads the manifest of a folder; `None` if the folder has none.
+    /// Reads the manifest of a folder. Returns `None` if the folder has no manifest.
     ///
     /// # Errors
-    /// A file of that name which is not a manifest of this version.
+    /// Fails if the file cannot be read or is not a manifest of this version.
     pub(super) fn read(folder: &Path) -> Result<Option<Self>, InputError> {
         let path = folder.join(NAME);
         let wrong = |found: String| {
@@ -74,7 +74,7 @@ impl Manifest {
         }
         let bytes = inputs::content(&path).map_err(|error| wrong(error.to_string()))?;
         let text = String::from_utf8_lossy(&bytes);
-        // The program was killed while it wrote a last line without a line break.
+        // A last line without a line break is ignored: the program was killed while it wrote this line.
         let mut lines = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
         let header = lines.next().map(serde_json::from_str::<Header>);
         let header = match header {
@@ -128,7 +128,8 @@ impl Manifest {
             self.save(folder)?;
         }
         self.is_torn = true;
-        // A single write, because other processes may append to the manifest of a sweep at the same time.
+        // The line is written in a single call because other processes may append to the manifest of a sweep at the
+        // same time.
         atomic_file::append(&path)
             .and_then(|mut file| file.write_all(line.as_bytes()))
             .map_err(Error::file("write", &path))?;
@@ -139,7 +140,8 @@ impl Manifest {
     }
 }
 
-/// Returns the command whose results in the folder of a file include this file, if there is one.
+/// Returns the command that created a file, according to the manifest in the folder of the file. Returns `None` if the
+/// manifest is missing or does not list the file.
 pub fn command_of(file: &Path) -> Option<String> {
     let (folder, name) = (file.parent()?, file.file_name()?.to_str()?);
     let manifest = Manifest::read(&Path::new(".").join(folder)).ok()??;
@@ -150,7 +152,7 @@ fn line(name: &str) -> Result<String, Error> {
     Ok(serde_json::to_string(name)? + "\n")
 }
 
-/// Returns whether a name refers to a file within the folder. A damaged manifest must not refer to files elsewhere.
+/// Returns whether a name refers to a file directly in the folder. A damaged manifest must not refer to other files.
 fn is_plain_name(name: &str) -> bool {
     let is_special = ["", ".", "..", NAME, super::LOCK].contains(&name);
     !is_special && !name.contains(['/', '\\', '\0'])

@@ -24,16 +24,16 @@ pub(crate) const DOCUMENT: &str = "run.json";
 /// Name of the page that the report crate writes.
 pub(crate) const PAGE: &str = "report.html";
 
-/// Maximum length of a file name in bytes that all common file systems support.
+/// Length of a file name, in bytes, that all common file systems support.
 const LONGEST_NAME: usize = 255;
 
-/// Locked while a command writes.
+/// File locked by a command while it writes to the folder.
 const LOCK: &str = ".lock";
 
 /// Treatment of earlier results in the folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
-    /// Keep them and refuse to write.
+    /// Keep the earlier results and refuse to write.
     Refuse,
     /// Remove the files that the earlier command created.
     Overwrite,
@@ -44,7 +44,7 @@ pub enum Existing {
 }
 
 impl Existing {
-    /// Returns the treatment for the options `--resume` and `--overwrite`, which exclude each other.
+    /// Returns the treatment for the options `--resume` and `--overwrite`, which are mutually exclusive.
     pub fn of(resume: bool, overwrite: bool) -> Self {
         match (resume, overwrite) {
             (true, _) => Self::Resume,
@@ -54,26 +54,26 @@ impl Existing {
     }
 }
 
-/// A command's request for a folder. Call [`check`](Self::check) before a long computation, and [`open`](Self::open)
-/// when there is something to write.
+/// Request by a command to use a folder. Call [`check`](Self::check) before a long computation, and
+/// [`open`](Self::open) as soon as results must be written.
 #[derive(Debug, Clone)]
 pub struct FolderRequest<'a> {
-    /// The folder, which is created if it does not exist.
+    /// Folder for the results. It is created if it does not exist.
     pub path: &'a Path,
     /// Name of the command. A folder contains results of only one command.
     pub command: &'static str,
     pub existing: Existing,
     pub can_resume: bool,
-    /// Names of all files known before the command starts.
+    /// Names of all files that the command will write, if they are known before it starts.
     pub files: Vec<String>,
-    /// Scene, input files and settings, which are stored in the manifest.
+    /// Scene, input files and settings, to be stored in the manifest.
     pub origin: Value,
-    /// Files that the command reads, which must not be replaced.
+    /// Files that the command reads. They must not be replaced.
     pub reads: &'a [PathBuf],
 }
 
 impl<'a> FolderRequest<'a> {
-    /// Returns a request that adds `files` to a folder, for commands that do not read a scene file.
+    /// Returns a request that adds `files` to a folder. It is intended for commands that do not read a scene file.
     pub fn to_add(path: &'a Path, command: &'static str, files: Vec<String>) -> Self {
         Self {
             path,
@@ -89,7 +89,7 @@ impl<'a> FolderRequest<'a> {
     /// Returns a request for results computed from a scene.
     ///
     /// # Errors
-    /// A scene that cannot be written as JSON.
+    /// Fails if the scene cannot be serialized as JSON.
     pub fn of_scene(
         path: &'a Path,
         command: &'static str,
@@ -111,10 +111,11 @@ impl<'a> FolderRequest<'a> {
         })
     }
 
-    /// Removes the results that the request overwrites, for a command that failed before it opened the folder.
+    /// Removes the results that the request would overwrite. Call this function if a command fails before it opens the
+    /// folder.
     ///
     /// # Errors
-    /// Errors of [`open`](Self::open).
+    /// Returns the errors of [`open`](Self::open).
     pub(crate) fn discard(&self) -> Result<(), Error> {
         match self.existing {
             Existing::Overwrite if self.manifest()?.is_some() => remove(self.path),
@@ -122,11 +123,11 @@ impl<'a> FolderRequest<'a> {
         }
     }
 
-    /// Reports why the folder cannot be used. Writes nothing.
+    /// Checks whether the folder can be used. Nothing is written.
     ///
     /// # Errors
-    /// Earlier results that must be kept, results of another command, files to be written that exist but were not
-    /// created by the program, and files that the command itself reads.
+    /// Fails if the folder contains results that must be kept or results of another command, if a file to be written
+    /// already exists but was not created by the program, or if overwriting would remove a file that the command reads.
     pub fn check(&self) -> Result<(), InputError> {
         self.manifest().map(drop)
     }
@@ -134,16 +135,17 @@ impl<'a> FolderRequest<'a> {
     /// Returns the origin of the results in the folder, if it contains results.
     ///
     /// # Errors
-    /// A manifest that cannot be read or belongs to another command.
+    /// Fails if the manifest cannot be read or belongs to another command.
     pub fn earlier_origin(&self) -> Result<Option<Value>, InputError> {
         let found = self.own_manifest()?;
         Ok(found.map(|manifest| manifest.header.origin))
     }
 
-    /// Prepares the folder: takes its lock, removes overwritten results, writes the manifest.
+    /// Prepares the folder: acquires the lock, removes the results to be overwritten, and writes the manifest.
     ///
     /// # Errors
-    /// Errors of [`check`](Self::check), a folder locked by another process, and errors of the file system.
+    /// Returns the errors of [`check`](Self::check) and of the file system. Also fails if another process has locked
+    /// the folder.
     pub fn open(self) -> Result<ResultFolder, Error> {
         self.check()?;
         let path = self.path.to_owned();
@@ -152,8 +154,8 @@ impl<'a> FolderRequest<'a> {
         self.open_locked(lock, Duration::ZERO)
     }
 
-    /// Prepares the folder like [`open`](Self::open), but shares its lock with other processes that write different
-    /// files.
+    /// Prepares the folder like [`open`](Self::open), but shares the lock of the folder with other processes that write
+    /// different files.
     pub fn open_shared(self) -> Result<ResultFolder, Error> {
         self.check()?;
         let path = self.path.to_owned();
@@ -165,9 +167,10 @@ impl<'a> FolderRequest<'a> {
         }
         let shared = lock_shared(&path)?;
         let added = Self { existing: Existing::Add, ..self };
-        // A lock cannot be changed from exclusive to shared at once: another process may have replaced the results.
+        // A lock cannot be changed from exclusive to shared atomically, so another process may have replaced the
+        // results in the meantime.
         match added.earlier_origin()? {
-            // Others may have created temporary files just now, and not locked them yet.
+            // Other processes may have just created temporary files that they have not locked yet.
             Some(origin) if origin == added.origin => {
                 added.open_locked(shared, Duration::from_secs(60))
             }
@@ -175,7 +178,7 @@ impl<'a> FolderRequest<'a> {
         }
     }
 
-    /// Opens the folder under the given lock. Removes temporary files older than `min_age`.
+    /// Opens the folder, which `lock` protects. Removes temporary files with an age of at least `min_age`.
     fn open_locked(self, lock: File, min_age: Duration) -> Result<ResultFolder, Error> {
         let path = self.path.to_owned();
         // Check again, because another process may have written before the lock was acquired.
@@ -205,7 +208,7 @@ impl<'a> FolderRequest<'a> {
         Ok(ResultFolder { path, manifest: Mutex::new(manifest), _lock: lock })
     }
 
-    /// Returns the manifest in the folder. The manifest of another command is an error.
+    /// Returns the manifest in the folder, if there is one. Fails if the manifest belongs to another command.
     fn own_manifest(&self) -> Result<Option<Manifest>, InputError> {
         let found = Manifest::read(self.path)?;
         match &found {
@@ -218,7 +221,7 @@ impl<'a> FolderRequest<'a> {
         }
     }
 
-    /// Returns the manifest in the folder, or an error if the request is not allowed there.
+    /// Returns the manifest in the folder, if there is one. Fails if the request is not allowed in this folder.
     fn manifest(&self) -> Result<Option<Manifest>, InputError> {
         let found = self.own_manifest()?;
         match (&found, self.existing) {
@@ -232,7 +235,7 @@ impl<'a> FolderRequest<'a> {
                     error.next(format!("choose another folder, or use --overwrite{resume}"))
                 );
             }
-            // A program that was killed before it wrote the manifest leaves its lock.
+            // A program that was killed before it wrote the manifest leaves its lock file behind.
             (None, Existing::Resume) if !(is_bare(self.path) && self.path.join(LOCK).exists()) => {
                 let error = self.wrong("contains no results to continue".to_owned());
                 return Err(error.next("omit --resume"));
@@ -257,7 +260,8 @@ impl<'a> FolderRequest<'a> {
         Ok(found)
     }
 
-    /// Rejects the removal of a file that the command reads, or of a folder that has the name of a listed file.
+    /// Fails if overwriting would remove a file that the command reads, or a foreign folder that has the name of a
+    /// listed file.
     fn expect_removable(&self, found: &Manifest) -> Result<(), InputError> {
         if self.existing != Existing::Overwrite {
             return Ok(());
@@ -298,10 +302,10 @@ impl ResultFolder {
         &self.path
     }
 
-    /// Lists a file in the manifest before it is created; returns its path.
+    /// Adds a file to the manifest before the file is created. Returns the path of the file.
     ///
     /// # Errors
-    /// An unlisted file of that name; errors of the file system.
+    /// Fails if an unlisted file with this name exists, or if the manifest cannot be written.
     pub fn claim(&self, name: &str) -> Result<PathBuf, Error> {
         let path = self.path.join(name);
         let mut manifest = match self.manifest.lock() {
@@ -318,36 +322,38 @@ impl ResultFolder {
         Ok(path)
     }
 
-    /// Writes a file whole.
+    /// Writes a complete file atomically.
     pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> Result<(), Error> {
         atomic_file::save(&self.claim(name)?, contents)
     }
 
-    /// Creates a file that grows, such as a table.
+    /// Creates a file to which data is written incrementally, such as a table.
     ///
     /// # Errors
-    /// Errors of [`claim`](Self::claim), and a file that already exists.
+    /// Returns the errors of [`claim`](Self::claim). Also fails if the file already exists.
     pub(crate) fn create(&self, name: &str) -> Result<Growing<File>, Error> {
         let path = self.claim(name)?;
         atomic_file::create(&path).map_err(Error::file("write", &path))
     }
 
-    /// Locks a part of a shared folder by the file `name` while the returned value exists.
+    /// Locks a part of a shared folder by means of the file `name`. The lock is held while the returned value exists.
     ///
     /// # Errors
-    /// [`Error::Busy`] if another process has locked it; errors of [`claim`](Self::claim).
+    /// Returns [`Error::Busy`] if another process has locked the file. Also returns the errors of
+    /// [`claim`](Self::claim).
     pub(crate) fn lock_part(&self, name: &str) -> Result<File, Error> {
         self.claim(name)?;
         lock(&self.path, name, Lock::Exclusive)
     }
 
-    /// Removes a file of the folder if it exists.
+    /// Removes a file from the folder if the file exists.
     pub fn remove(&self, name: &str) -> Result<(), Error> {
         remove(&self.claim(name)?)
     }
 }
 
-/// Returns the version and revision of the program, with a hash of its executable if the revision is not sufficient.
+/// Returns the version and revision of the program. If the revision does not identify the program, a hash of the
+/// executable is added.
 pub(crate) fn program() -> String {
     static PROGRAM: OnceLock<String> = OnceLock::new();
     let describe = || {
@@ -363,8 +369,8 @@ pub(crate) fn program() -> String {
     PROGRAM.get_or_init(describe).clone()
 }
 
-/// Returns whether a folder contains at most the lock and temporary files. This is the case if a program was killed
-/// before it wrote the manifest.
+/// Returns whether a folder contains nothing except the lock file and temporary files. This is the case if a program
+/// was killed before it wrote the manifest.
 fn is_bare(folder: &Path) -> bool {
     let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries.all(|entry| {
@@ -379,8 +385,8 @@ fn not_ours(path: &Path) -> InputError {
         .next("move it, or choose another folder")
 }
 
-/// Removes a file, or the files that the manifest of a folder lists. Then removes the folder if it
-/// is empty.
+/// Removes a file or a folder. In a folder, only the files listed in its manifest are removed; the folder itself is
+/// removed if it is then empty.
 fn remove(path: &Path) -> Result<(), Error> {
     let fail = || Error::file("remove", path);
     let is_folder = match fs::symlink_metadata(path) {
@@ -406,7 +412,8 @@ fn remove(path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Removes temporary files of killed programs, except for files of other users that cannot be removed.
+/// Removes temporary files of killed programs if the files are at least `min_age` old. Files that cannot be removed,
+/// such as files of other users, are kept.
 pub fn remove_temporary_files(folder: &Path, min_age: Duration) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
@@ -431,7 +438,8 @@ fn make(folder: &Path) -> Result<(), Error> {
     })
 }
 
-/// Takes the shared lock of a folder. Processes that prepare the folder briefly hold the exclusive lock.
+/// Acquires the shared lock of a folder. Several attempts are made because processes that prepare the folder briefly
+/// hold the exclusive lock.
 fn lock_shared(folder: &Path) -> Result<File, Error> {
     for _ in 0..25 {
         match lock(folder, LOCK, Lock::Shared) {
@@ -448,8 +456,8 @@ enum Lock {
     Shared,
 }
 
-/// Locks a file of a folder. Another process may remove the file between opening and locking; the lock would then
-/// exclude nobody.
+/// Locks a file in a folder. If another process removes the file after it is opened and before it is locked, the lock
+/// would exclude no other process. In this case, the file is opened again.
 fn lock(folder: &Path, name: &str, kind: Lock) -> Result<File, Error> {
     let path = folder.join(name);
     let fail = Error::file("lock", &path);
@@ -487,7 +495,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     id(file.metadata()) == id(fs::symlink_metadata(path))
 }
 
-/// Open files cannot be removed on other systems.
+/// On other systems, open files cannot be removed.
 #[cfg(not(unix))]
 fn is_at(_file: &File, _path: &Path) -> bool {
     true

@@ -101,7 +101,7 @@ fn a_folder_takes_one_process_at_a_time() {
     assert!(request(folder.path(), Existing::Resume, &[]).open().is_err());
 }
 
-/// Regression: a folder that another process removed at the same time was reported as existing already.
+/// Regression: a folder that another process removed at the same time was reported as already existing.
 #[test]
 fn a_folder_that_another_process_removes_is_busy() {
     let parent = tempfile::tempdir().unwrap();
@@ -252,7 +252,7 @@ fn a_shared_folder_contains_the_results_that_its_processes_expect() {
     assert!(opened.load(SeqCst) > 0);
 }
 
-/// Regression: a file that another process removed between opening and locking excluded nobody.
+/// Regression: if another process removed a file between opening and locking, the lock excluded no other process.
 #[test]
 fn a_lock_file_that_is_removed_admits_one_process_at_a_time() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! Sweeps killed while they compute cases again. The next sweep computes these cases and removes temporary files.
+//! Tests of sweeps killed while they compute cases again. The next sweep must compute these cases and remove temporary
+//! files.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -31,7 +32,7 @@ fn sweep(folder: &Path, out: &Path, overwrite: bool) -> Result<(), crate::Error>
     passing(|| compute(&options)).map(drop)
 }
 
-/// Returns the names of all files with the text of tables.
+/// Returns the names of all files. For tables, also returns the text.
 fn files(folder: &Path) -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -49,7 +50,7 @@ fn files(folder: &Path) -> BTreeMap<String, String> {
     all
 }
 
-/// Regression: a case killed while it was computed again counted as done, and its temporary file stayed.
+/// Regression: a case that was killed while it was computed again counted as done, and its temporary file remained.
 #[test]
 fn a_sweep_killed_while_it_replaces_results_is_completed() {
     let folder = tempfile::tempdir().unwrap();
@@ -62,7 +63,7 @@ fn a_sweep_killed_while_it_replaces_results_is_completed() {
     assert!(changes > 50, "{changes}");
     for last in (0..changes).step_by(5) {
         for torn in [false, true] {
-            // Failures of a case are recorded in memory only: the disk has stopped.
+            // The failure of the case is recorded only in memory because the disk no longer accepts changes.
             let _ = with_disk_that_stops_after(last, torn, again);
             sweep(folder.path(), &out, false).unwrap();
             assert_eq!(files(&out), expected, "change {last}, torn: {torn}");

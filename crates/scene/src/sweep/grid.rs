@@ -1,4 +1,4 @@
-//! Cases of a sweep: all combinations of the values of some keys.
+//! Cases of a sweep: all combinations of the values of the varied keys.
 
 use std::ops;
 
@@ -7,14 +7,14 @@ use crate::spacing::Range;
 
 const MAX_CASES: usize = 100_000;
 
-/// Case with its number from 0 and its overrides.
+/// Case with its zero-based index and its overrides.
 #[derive(Debug, Clone)]
 pub(super) struct Case {
     pub(super) number: usize,
     pub(super) set: Vec<String>,
 }
 
-/// Key and its values as text.
+/// Varied key and its values as text.
 #[derive(Debug)]
 pub(super) struct Axis {
     pub(super) key: String,
@@ -26,7 +26,7 @@ impl Axis {
         self.values.len()
     }
 
-    /// Reads `key=a,b,c`, `key=lo..hi:n` or `key=lo..hi:n:log`.
+    /// Parses `key=a,b,c`, `key=lo..hi:n` or `key=lo..hi:n:log`.
     pub(super) fn parse(text: &str) -> Result<Self, InputError> {
         let wrong = |message: &str| {
             InputError::new(message.to_owned())
@@ -85,8 +85,7 @@ fn split(values: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
-/// Parses the keys with their values. Each key may occur once because it names a column of the
-/// table.
+/// Parses the varied keys and their values. Each key may occur only once because it is also the name of a table column.
 pub(super) fn axes(vary: &[String]) -> Result<Vec<Axis>, InputError> {
     let axes = vary.iter().map(|text| Axis::parse(text));
     let axes = axes.collect::<Result<Vec<Axis>, _>>()?;
@@ -111,7 +110,7 @@ pub(super) fn expect_free(axes: &[Axis], set: &[String]) -> Result<(), InputErro
     }
 }
 
-/// Returns all combinations. The last axis changes fastest.
+/// Returns the cases for all combinations of values. The last axis changes fastest.
 pub(super) fn cases(axes: &[Axis]) -> Result<Vec<Case>, InputError> {
     let lengths = axes.iter().map(|axis| axis.values.len());
     let count = lengths.fold(1_usize, usize::saturating_mul);
@@ -138,7 +137,7 @@ pub(super) fn cases(axes: &[Axis]) -> Result<Vec<Case>, InputError> {
     Ok(cases)
 }
 
-/// Returns the range of case numbers, from 0, for `text` = K/N or K-L/N of `count` cases.
+/// Parses K/N or K-L/N, where N must be equal to `count`, and returns the range of zero-based case indices.
 pub(super) fn case_numbers(text: &str, count: usize) -> Result<ops::Range<usize>, InputError> {
     let number = |word: &str| word.trim().parse::<usize>().ok();
     let numbers = text.split_once('/').and_then(|(cases, n)| {
@@ -207,7 +206,7 @@ mod tests {
             "a=1..inf:2",
             "a=nan..1:2",
             "=1,2",
-            // Regression: missing values counted as the default, which the table did not show.
+            // Regression: a missing value was treated as the default value, which the table did not show.
             "a=",
             "a=1,,2",
             "a=1, ",

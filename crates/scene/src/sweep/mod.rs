@@ -1,7 +1,7 @@
-//! Sweep of one scene over a grid of values, with one folder per case.
+//! Sweep of one scene over a grid of parameter values, with one folder per case.
 //!
-//! The grid numbers the cases; the last key changes fastest. A case depends only on its number.
-//! Each case can therefore be computed alone, on any machine, with the same result.
+//! The cases are numbered in the order of the grid, in which the last key changes fastest. A case depends only on its
+//! number. Therefore, each case can be computed alone, on any machine, with the same result.
 
 #[cfg(test)]
 mod faults;
@@ -37,42 +37,42 @@ use table::{is_complete, numbered, stopped, table};
 pub struct SweepOptions<'a> {
     /// Scene: a TOML file, or the name of a built-in scene.
     pub scene: PathBuf,
-    /// Values of keys: `key=a,b,c`, `key=lo..hi:n` or `key=lo..hi:n:log`.
+    /// Keys to vary and their values: `key=a,b,c`, `key=lo..hi:n` or `key=lo..hi:n:log`.
     pub vary: Vec<String>,
-    /// Table columns computed from the probes: `name=expression`.
+    /// Table columns to compute from the probes: `name=expression`.
     pub results: Vec<String>,
-    /// Overrides for all cases.
+    /// Overrides that apply to all cases.
     pub set: Vec<String>,
-    /// Folder for the cases.
+    /// Folder that will contain the folders of the cases.
     pub out: PathBuf,
     pub cases: Cases,
     /// Whether to recompute finished cases.
     pub overwrite: bool,
     /// Whether each case starts from the equilibrium of the case with the preceding value of the last key.
     pub from_neighbor: bool,
-    /// Number of concurrent cases.
+    /// Maximum number of cases computed concurrently.
     pub n_threads: NonZeroUsize,
     /// Flag that requests an orderly end of the sweep.
     pub interrupt: Option<&'static AtomicBool>,
     pub progress: &'a dyn ProgressSink,
-    /// Callback for each finished case, with its folder.
+    /// Callback for each computed case, called with the folder of the case.
     pub finished: &'a (dyn Fn(&Path, &Scene, &RunResult) -> Result<(), Error> + Sync),
 }
 
-/// Selection of cases to compute. The table contains all cases computed now or earlier.
+/// Selection of cases to compute. The table contains all cases, including cases computed earlier.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cases {
     All,
-    /// Case K/N or cases K-L/N, from 1.
+    /// Case `K/N` or cases `K-L/N`, numbered from 1.
     Some(String),
-    /// No case; earlier results are collected.
+    /// No cases. Only earlier results are collected.
     None,
 }
 
-/// Reads the scenes of all cases of `vary` and returns the number of cases.
+/// Checks the scenes of all cases defined by `vary`, and returns the number of cases.
 ///
 /// # Errors
-/// Invalid or too many values; a case with an invalid scene.
+/// Fails if the values are invalid, if there are too many cases, or if the scene of a case is invalid.
 pub fn rehearse(
     scene: &Path,
     set: &[String],
@@ -91,20 +91,21 @@ pub struct SweepResult {
     /// Contents of `sweep.csv`.
     pub csv: String,
     pub keys: Vec<String>,
-    /// Names of the requested columns.
+    /// Names of the requested result columns.
     pub results: Vec<String>,
     /// Reasons why requested or collected cases did not finish.
     pub stopped: Vec<String>,
-    /// Cases that did not start from their neighbors, and requested columns without values.
+    /// Notes on cases that did not start from the equilibrium of their neighbor, and on requested columns without
+    /// values.
     pub notes: Vec<String>,
-    /// Whether results of a case could not be written, for example on a full disk.
+    /// Whether results of a case could not be written, for example because the disk is full.
     pub failed_to_write: bool,
 }
 
-/// Runs the cases.
+/// Computes the requested cases and the table of all cases.
 ///
 /// # Errors
-/// Invalid options, a case with an invalid scene, or a folder that cannot be written. A case that
+/// Fails if the options are invalid, if the scene of a case is invalid, or if the folder cannot be written. A case that
 /// fails during its run becomes a row of the table.
 pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     let axes = axes(&options.vary)?;
@@ -119,7 +120,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         Cases::None => &all[..],
         _ => wanted,
     };
-    // A scene that is invalid without the varied keys would be invalid in every case.
+    // An error that does not depend on the varied values is already found in the first case.
     let scene = read(&options.scene, &options.set, &requested[0])?;
     if options.from_neighbor {
         run::expect_one_equilibrium(&scene).map_err(|error| error.at("--from-neighbor"))?;
@@ -185,7 +186,8 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     })
 }
 
-/// Returns the folder request of a sweep, which contains a folder, a record and a lock per case.
+/// Returns the request for the folder of a sweep. For each case, the folder contains a subfolder, a record and a lock
+/// file.
 fn request<'a>(
     options: &'a SweepOptions<'_>,
     scene: &'a Scene,
@@ -212,7 +214,8 @@ fn request<'a>(
     }
 }
 
-/// Returns the treatment of existing results: the same sweep is continued, another sweep is replaced if requested.
+/// Returns the treatment of existing results. The same sweep is continued. Another sweep is replaced only if
+/// overwriting is requested.
 fn existing(
     options: &SweepOptions<'_>,
     request: &FolderRequest<'_>,
@@ -238,7 +241,7 @@ fn record_of(case: &Case) -> String {
     format!("case-{:04}.json", case.number + 1)
 }
 
-/// Returns the name of the lock file, which a process locks until it has recorded the case.
+/// Returns the name of the lock file of a case. A process holds the lock until it has recorded the case.
 fn lock_of(case: &Case) -> String {
     format!(".case-{:04}.lock", case.number + 1)
 }
@@ -248,15 +251,16 @@ struct Sweep<'a> {
     options: &'a SweepOptions<'a>,
     results: Vec<ResultColumn>,
     cases: &'a [Case],
-    /// Number of successive cases in a chain: each except the first starts from the equilibrium of the previous case.
+    /// Number of successive cases in a chain. Each case except the first in the chain starts from the equilibrium of
+    /// the previous case.
     chain_length: usize,
-    /// Number of concurrent cases: the requested number, limited by the number of open files.
+    /// Number of concurrent cases: the requested number, reduced if the program could otherwise not open enough files.
     n_threads: NonZeroUsize,
     /// Scene text without overrides.
     scene: String,
     /// Version of the program.
     program: String,
-    /// Hashes of the input files of cases, each computed once; `None` for an unreadable file.
+    /// Hashes of the input files of cases. Each hash is computed only once; it is `None` for an unreadable file.
     hashes: Mutex<HashMap<PathBuf, Option<String>>>,
     /// Whether results of a case could not be written.
     failed_to_write: AtomicBool,
@@ -272,13 +276,13 @@ impl Sweep<'_> {
         self.options.out.join(folder_of(case))
     }
 
-    /// Returns the case from whose equilibrium a case starts.
+    /// Returns the neighboring case whose equilibrium is the starting point of a case, if there is one.
     fn neighbor(&self, case: &Case) -> Option<&Case> {
         let is_first = case.number.is_multiple_of(self.chain_length);
         (!is_first).then(|| &self.cases[case.number - 1])
     }
 
-    /// Returns a note if a case that has a neighbor started from the unloaded body.
+    /// Returns a note if a case has a neighbor but started from the unloaded body.
     fn restart_note(&self, case: &Case) -> Option<String> {
         self.neighbor(case)?;
         let is_continued = self.record(case)?.result["is_continued"] == true;
@@ -292,19 +296,20 @@ impl Sweep<'_> {
         })
     }
 
-    /// Rejects invalid scenes among the cases to compute.
+    /// Fails if a case to be computed has an invalid scene.
     fn expect_right(&self, cases: &[Case]) -> Result<(), Error> {
         let Self { options, n_threads, .. } = self;
         let skip = |case: &Case| self.is_interrupted() || !self.is_due(case);
         expect_right(&options.scene, &options.set, cases, *n_threads, skip)
     }
 
-    /// Returns whether a case must be computed: it has no result, or recomputation is requested.
+    /// Returns whether a case must be computed, because it has no result or because recomputation is requested.
     fn is_due(&self, case: &Case) -> bool {
         self.options.overwrite || !self.is_done(case)
     }
 
-    /// Computes the due cases. Waits for cases that another process computes, and computes them here if it fails.
+    /// Computes all due cases. If another process is computing a case, waits for that process, and computes the case
+    /// here if that process fails.
     fn compute_all(&self, cases: &[Case], folder: &ResultFolder) -> Result<(), Error> {
         let done = AtomicUsize::new(0);
         let compute = |case: &Case| {
@@ -332,23 +337,23 @@ impl Sweep<'_> {
         outcomes.into_iter().collect()
     }
 
-    /// Computes a case and records its result. A failure is recorded too, but such a case is computed again by the next
-    /// run of the sweep.
+    /// Computes a case and records its result. A failure is also recorded, but a failed case is computed again when the
+    /// sweep is repeated.
     ///
     /// # Errors
-    /// A case that another process computes; a record that cannot be written.
+    /// Fails if another process is computing the case, or if the record cannot be written.
     fn compute(&self, case: &Case, folder: &ResultFolder) -> Result<(), Error> {
         let options = self.options;
         let _lock = folder.lock_part(&lock_of(case))?;
         if !self.is_due(case) {
             return Ok(()); // another process has just computed it
         }
-        // The next sweep computes the case again if this sweep is killed.
+        // If this sweep is killed, the next sweep computes the case again.
         folder.remove(&record_of(case))?;
         let mut inputs = Vec::new();
         let (done, result) = match caught(|| self.run(case, &mut inputs)) {
             Ok(result) => {
-                // The CPU time limit of a case depends on the machine.
+                // Whether a case reaches its CPU time limit depends on the machine.
                 let machine_dependent = [EndReason::Interrupted, EndReason::WorkCap];
                 let reason = result.outcome.reason();
                 (!reason.is_some_and(|reason| machine_dependent.contains(&reason)), result.document)

@@ -11,7 +11,7 @@ use super::grid::Case;
 use super::{Sweep, record_of};
 use crate::{Input, inputs};
 
-/// Result of a case with its inputs. It is valid while all inputs are unchanged.
+/// Result and inputs of a case. The result is valid while all inputs are unchanged.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Record {
     pub(super) program: String,
@@ -19,14 +19,14 @@ pub(super) struct Record {
     pub(super) common: Vec<String>,
     pub(super) set: Vec<String>,
     pub(super) inputs: Vec<Input>,
-    /// Whether the case ended reproducibly: a repeated run would end in the same way.
+    /// Whether the case ended reproducibly, so that a repeated run would end in the same way.
     pub(super) done: bool,
-    /// Sizes of the tables in the folder of the case, in bytes.
+    /// Names and sizes (in bytes) of the tables in the folder of the case.
     pub(super) tables: BTreeMap<String, u64>,
     pub(super) result: Value,
 }
 
-/// Returns the sizes of the tables in a folder, in bytes.
+/// Returns the names and sizes (in bytes) of the tables in a folder.
 pub(super) fn table_sizes(folder: &Path) -> BTreeMap<String, u64> {
     let files = fs::read_dir(folder).into_iter().flatten().flatten();
     let sizes = files.filter_map(|file| {
@@ -37,13 +37,13 @@ pub(super) fn table_sizes(folder: &Path) -> BTreeMap<String, u64> {
 }
 
 impl Sweep<'_> {
-    /// Returns whether a case has its result and its unchanged tables.
+    /// Returns whether the result of a case is recorded and its tables are unchanged.
     pub(super) fn is_done(&self, case: &Case) -> bool {
         let record = self.record(case).filter(|record| record.done);
         record.is_some_and(|record| record.tables == table_sizes(&self.folder(case)))
     }
 
-    /// Returns the record of a case if its scene, overrides, files and program are the same.
+    /// Returns the record of a case if the scene, the overrides, the input files and the program are unchanged.
     pub(super) fn record(&self, case: &Case) -> Option<Record> {
         let text = inputs::content(&self.options.out.join(record_of(case))).ok()?;
         let record: Record = serde_json::from_slice(&text).ok()?;

@@ -1,4 +1,4 @@
-//! Rejects invalid scenes of a sweep before any case is computed.
+//! Rejection of invalid scenes before any case of a sweep is computed.
 
 use std::any::Any;
 use std::num::NonZeroUsize;
@@ -12,7 +12,7 @@ use crate::{Error, InputError, Scene, parallel, run};
 /// Returns the scene of a case. `common` contains the overrides for all cases.
 ///
 /// # Errors
-/// An invalid scene; the error names `--vary` if a varied value caused it.
+/// Fails if the scene is invalid. The error names `--vary` if a varied value caused the error.
 pub(super) fn scene_of(path: &Path, common: &[String], case: &Case) -> Result<Scene, InputError> {
     let set = [common, &case.set].concat();
     Scene::load(path, &set).map_err(|error| error.of_vary(&case.set))
@@ -21,7 +21,8 @@ pub(super) fn scene_of(path: &Path, common: &[String], case: &Case) -> Result<Sc
 /// Reads the scene of a case before any case is computed.
 ///
 /// # Errors
-/// An invalid scene, with the number of the case; a panic of the program.
+/// Fails if the scene is invalid; the error contains the number of the case. Also fails if reading the scene causes a
+/// panic.
 pub(super) fn read(path: &Path, common: &[String], case: &Case) -> Result<Scene, Error> {
     let scene = caught(|| Ok(scene_of(path, common, case)?));
     scene.map_err(|error| of_case(error, case))
@@ -34,11 +35,11 @@ fn rehearse(path: &Path, common: &[String], case: &Case) -> Result<(), Error> {
     outcome.map_err(|error| of_case(error, case))
 }
 
-/// Rehearses the scenes of `cases`, except for skipped cases, up to the first invalid scene. A
-/// panic does not make the scene invalid. It occurs again when the case is run.
+/// Rehearses the runs of all `cases` except for skipped cases, up to the first invalid scene. A panic does not make a
+/// scene invalid; it occurs again when the case is computed.
 ///
 /// # Errors
-/// The error of the first invalid scene.
+/// Returns the error of the first invalid scene.
 pub(super) fn expect_right(
     path: &Path,
     common: &[String],
@@ -46,8 +47,8 @@ pub(super) fn expect_right(
     n_threads: NonZeroUsize,
     skip: impl Fn(&Case) -> bool + Sync,
 ) -> Result<(), Error> {
-    // All earlier cases are checked completely, so that the first error does not depend on the
-    // threads.
+    // All cases before the first invalid case are checked, so that the reported error does not depend on the timing of
+    // the threads.
     let first_wrong = AtomicUsize::new(usize::MAX);
     let outcomes = parallel::map(cases, n_threads, |case| {
         if case.number > first_wrong.load(Ordering::Relaxed) || skip(case) {
@@ -64,7 +65,7 @@ pub(super) fn expect_right(
     outcomes.into_iter().collect()
 }
 
-/// Returns the result of `f`, with a panic converted to an error.
+/// Calls `f` and converts a panic to an error.
 pub(super) fn caught<T>(f: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
     catch_unwind(AssertUnwindSafe(f))
         .unwrap_or_else(|panic| Err(Error::Panic(panic_message(&*panic))))

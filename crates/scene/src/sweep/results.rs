@@ -1,4 +1,4 @@
-//! Columns of a sweep's table computed from recorded probes: `gain=max(tip.u_y)/max(base.u_y)`.
+//! Columns of the sweep table computed from recorded probes, such as `gain=max(tip.u_y)/max(base.u_y)`.
 
 use std::path::Path;
 
@@ -22,13 +22,14 @@ pub(super) const COLUMNS: [&str; 10] = [
     "cpu_seconds",
 ];
 
-/// Further columns of a row, in addition to the varied values and the requested columns.
+/// Columns of a row in addition to [`COLUMNS`], the varied keys and the requested columns.
 const OTHER_COLUMNS: [&str; 3] = ["case", "message", "probes"];
 
-/// Reduction of a column to one number. The arguments are the first column of the table and the column.
+/// Function that reduces a column to one number. Its arguments are the first column of the table and the column to be
+/// reduced.
 type Reduction = fn(&[f64], &[f64]) -> f64;
 
-/// Reductions by name. Each receives nonempty columns.
+/// Names of the reductions and the corresponding functions. The arguments of a function are nonempty columns.
 const REDUCTIONS: [(&str, Reduction); 6] = [
     ("min", |_, values| least(values)),
     ("max", |_, values| largest(values)),
@@ -49,7 +50,8 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// `reduction(probe.column)` or `reduction(probe.column, from)`, which uses the rows whose first value is at least `from`.
+/// Reduced column, written as `reduction(probe.column)` or `reduction(probe.column, from)`. The latter uses only the
+/// rows whose first value is at least `from`.
 #[derive(Debug)]
 struct Reduced {
     reduction: Reduction,
@@ -69,12 +71,12 @@ impl Reduced {
     }
 }
 
-/// Table column: its name and an expression of reduced probe columns.
+/// Table column with a name and an expression in terms of reduced probe columns.
 #[derive(Debug)]
 pub(super) struct ResultColumn {
     pub(super) name: String,
     expression: Expression,
-    /// Variables of the expression, in order.
+    /// Reduced columns, in the order of the variables of the expression.
     reduced: Vec<Reduced>,
 }
 
@@ -100,7 +102,7 @@ impl ResultColumn {
         while let Some((before, word, inside, after)) = next_call(rest) {
             let known = REDUCTIONS.iter().find(|(known, _)| *known == word);
             let Some((_, reduction)) = known else {
-                // A function of numbers, such as sqrt, is evaluated by the expression.
+                // A function of numbers, such as `sqrt`, remains part of the expression.
                 let cut = rest.len() - after.len() - inside.len() - 1;
                 flat.push_str(&rest[..cut]);
                 rest = &rest[cut..];
@@ -132,12 +134,12 @@ impl ResultColumn {
         Ok(Self { name: name.trim().to_owned(), expression, reduced })
     }
 
-    /// Returns probe and column of each requested value.
+    /// Returns the probe and the column of each reduced column.
     pub(super) fn places(&self) -> impl Iterator<Item = (&str, &str)> {
         self.reduced.iter().map(|r| (&*r.probe, &*r.column))
     }
 
-    /// Returns the value for the run in `folder`, or `None` for a failed run and for tables with damaged rows.
+    /// Returns the value for the run in `folder`, or `None` if the run failed or a table has damaged rows.
     pub(super) fn value(&self, folder: &Path) -> Option<f64> {
         let values = self.reduced.iter().map(|reduced| reduced.value(folder));
         let values = values.collect::<Option<Vec<f64>>>()?;
@@ -145,7 +147,7 @@ impl ResultColumn {
     }
 }
 
-/// Returns the requested columns. Their probes must be in the scene.
+/// Parses the requested columns. The scene must contain their probes.
 pub(super) fn columns(
     texts: &[String],
     axes: &[Axis],
@@ -179,19 +181,19 @@ pub(super) fn columns(
     Ok(columns)
 }
 
-/// Returns a variable name whose sort order follows the numbering.
+/// Returns the name of the variable with the given index. Sorting the names preserves the order of the indices.
 fn variable(number: usize) -> String {
     format!("reduced_{number:03}")
 }
 
-/// Splits the text at the next `word(inside)` into the text before, word, inside and the text
-/// after. Nested brackets inside are not considered.
+/// Splits the text at the next call `word(inside)`. Returns the text before the call, `word`, `inside`, and the text
+/// after the call. Nested brackets inside a call are not supported.
 fn next_call(text: &str) -> Option<(&str, &str, &str, &str)> {
     let open = text.find('(')?;
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let start = text[..open].rfind(|c| !is_word(c)).map_or(0, |i| i + 1);
     if start == open {
-        // A bracket of the expression itself: continue after it.
+        // This bracket belongs to the expression itself, so the search continues after it.
         let (before, word, inside, after) = next_call(&text[open + 1..])?;
         return Some((&text[..open + 1 + before.len()], word, inside, after));
     }
@@ -227,7 +229,8 @@ mod tests {
         ] {
             let column = ResultColumn::parse(text).unwrap();
             assert_eq!(column.name, "a");
-            // The tests use a few operations on small integers, which are exact except for quotients.
+            // The expressions contain a few operations on small integers. Except for quotients, these operations are
+            // exact.
             let found = column.value(folder.path()).unwrap();
             assert!(
                 (found - expected).abs() <= 4.0 * f64::EPSILON * expected.abs(),

@@ -13,7 +13,7 @@ use crate::csv::{self, Table};
 use crate::inputs;
 
 impl Sweep<'_> {
-    /// Returns the row of a case, with varied values as text.
+    /// Returns the row of a case. The varied values are stored as text.
     pub(super) fn row(&self, axes: &[Axis], case: &Case) -> Value {
         let mut row = serde_json::Map::new();
         row.insert("case".to_owned(), json!(case.number + 1));
@@ -26,8 +26,7 @@ impl Sweep<'_> {
             Some(record) => record.result,
             None => json!({ "outcome": "not computed" }),
         };
-        // The folder may contain tables of another scene, mesh or program. A valid result names its
-        // scene.
+        // The folder may contain tables of another scene, mesh or program. A valid result contains its scene.
         let is_of_this = !result["scene"].is_null();
         // Values of a run that stopped early are not results of the case.
         let is_whole = is_complete(&result);
@@ -50,7 +49,7 @@ pub(super) fn is_complete(result: &Value) -> bool {
     result["outcome"] == "finished" || result["reason"] == EndReason::Event.name()
 }
 
-/// Returns the reason why an attempted case did not finish.
+/// Returns the reason why a case did not finish, if the case was attempted.
 pub(super) fn stopped(row: &Value) -> Option<String> {
     if is_complete(row) {
         return None;
@@ -70,7 +69,7 @@ fn number(word: &str) -> Option<Number> {
     }
 }
 
-/// Returns the row with numeric varied values converted to numbers.
+/// Returns the row with varied values converted from text to numbers where possible.
 pub(super) fn numbered(axes: &[Axis], mut row: Value) -> Value {
     for axis in axes {
         let word = row[&axis.key].as_str().unwrap_or_default();
@@ -81,7 +80,7 @@ pub(super) fn numbered(axes: &[Axis], mut row: Value) -> Value {
     row
 }
 
-/// Returns the last row of each probe of the run; failed probes are excluded.
+/// Returns the last row of each probe of a run. Probes with unreadable tables are excluded.
 fn last_rows(folder: &Path, probes: &Value) -> BTreeMap<String, Vec<f64>> {
     let names = probes.as_array().into_iter().flatten();
     names

@@ -1,4 +1,4 @@
-//! Values at places other than nodes: a series of files with one point per place.
+//! Values at positions other than nodes, as a series of files with one point per position.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,31 +9,31 @@ use super::listing::{Listing, PLACES};
 /// VTK cell type of a single point.
 const VERTEX: usize = 1;
 
-/// Places of several chains in the undeformed body, with a file for each time.
+/// Positions of several chains in the undeformed body, with one file for each output time.
 #[derive(Debug)]
 pub struct Cloud {
     listing: Listing,
-    /// Chain number and coordinates of each place.
+    /// Zero-based chain index and coordinates of each position.
     places: Vec<(usize, [f64; 3])>,
 }
 
 impl Cloud {
-    /// Creates a series in an existing `folder`. `done` are the times of existing files.
+    /// Creates a series in an existing `folder`. `done` contains the times of existing files.
     pub fn new(folder: &Path, places: Vec<(usize, [f64; 3])>, done: &[f64]) -> Self {
         Self { listing: Listing::new(folder, PLACES, done), places }
     }
 
-    /// Returns a written file that no longer exists or is empty.
+    /// Returns the path of a file that was written earlier but is now missing or empty, if any.
     pub fn missing(&self) -> Option<PathBuf> {
         self.listing.missing()
     }
 
-    /// Returns the names of the files that the next [`write`](Self::write) writes.
+    /// Returns the names of the files that the next call of [`write`](Self::write) writes.
     pub(crate) fn next_files(&self) -> Vec<String> {
         self.listing.next_files()
     }
 
-    /// Writes the displacement and further named fields of all places at time `t`.
+    /// Writes the displacement and other named fields at all positions at time `t`.
     pub fn write(
         &mut self,
         t: f64,

@@ -1,11 +1,11 @@
-//! Arrays of VTK files in base64 encoding, which is exact and does not require parsing of numbers.
+//! Arrays of VTK files in base64 encoding. The encoding is exact, and no numbers need to be parsed.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::text::escape;
 
-/// Formats the start of a file, up to its points.
+/// Formats the start of a file, up to the point coordinates.
 pub(super) fn head(n_points: usize, n_cells: usize) -> String {
     format!(
         "<?xml version=\"1.0\"?>\n\
@@ -16,10 +16,11 @@ pub(super) fn head(n_points: usize, n_cells: usize) -> String {
     )
 }
 
-/// End of a file, after its last data.
+/// End of a file, after the last data section.
 pub(super) const END: &str = "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
 
-/// Formats an array of 64-bit numbers; if there are several components, they need names.
+/// Formats an array of 64-bit floating-point numbers with `width` components per point or cell. `components` contains
+/// the names of the components; it may be empty.
 pub(super) fn floats(
     name: &str,
     components: &[&str],
@@ -38,7 +39,7 @@ pub(super) fn integers(name: &str, values: impl Iterator<Item = usize>) -> Strin
     array("Int64", name, "NumberOfComponents=\"1\"", bytes)
 }
 
-/// Reads the real field `name` from the text of a file written by this module; NaN for missing values.
+/// Reads the real-valued field `name` from the text of a file written by this module. Missing values are NaN.
 pub fn read_field(text: &str, name: &str) -> Option<Vec<f64>> {
     let start = format!("<DataArray type=\"Float64\" Name=\"{}\"", escape(name));
     let (_, rest) = text.split_once(&start)?;
@@ -50,15 +51,15 @@ pub fn read_field(text: &str, name: &str) -> Option<Vec<f64>> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredField {
     pub name: String,
-    /// Names of the components; one empty name for a scalar.
+    /// Names of the components. A scalar has one empty name.
     pub components: Vec<String>,
-    /// Values of all points or cells; the components of a point or cell are adjacent.
+    /// Values of all points or cells. The components of each point or cell are adjacent.
     pub values: Vec<f64>,
     /// Whether the values belong to cells instead of points.
     pub of_cells: bool,
 }
 
-/// Reads the real fields of points and cells from a file written by this module.
+/// Reads the real-valued fields of points and cells from the text of a file written by this module.
 pub(super) fn read_fields(text: &str) -> Vec<StoredField> {
     let (of_points, of_cells) = text.split_once("<CellData>").unwrap_or((text, ""));
     let of_points = of_points.split_once("<PointData>").map_or("", |(_, rest)| rest);
@@ -81,7 +82,7 @@ pub(super) fn read_fields(text: &str) -> Vec<StoredField> {
     found
 }
 
-/// Reads the array `name` of integers from a file written by this module.
+/// Reads the integer array `name` from the text of a file written by this module.
 pub(super) fn read_integers(text: &str, name: &str) -> Option<Vec<usize>> {
     let (_, rest) = text.split_once(&format!("<DataArray type=\"Int64\" Name=\"{name}\""))?;
     let (_, rest) = rest.split_once('>')?;
@@ -101,14 +102,14 @@ fn unescaped(text: &str) -> String {
     text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&amp;", "&")
 }
 
-/// Decodes an array: the number of bytes, followed by the numbers.
+/// Decodes an array that consists of the number of bytes, followed by the numbers.
 fn numbers(content: &str) -> Option<Vec<f64>> {
     let bytes = STANDARD.decode(content).ok()?;
     let numbers = bytes.get(8..)?.as_chunks::<8>().0.iter();
     Some(numbers.map(|bytes| f64::from_le_bytes(*bytes)).collect())
 }
 
-/// Formats the number of bytes as a 64-bit integer, followed by the bytes.
+/// Formats an array that consists of the number of bytes as a 64-bit integer, followed by the bytes.
 fn array(kind: &str, name: &str, attributes: &str, bytes: impl Iterator<Item = u8>) -> String {
     let mut content = vec![0; 8];
     content.extend(bytes);

@@ -5,13 +5,13 @@ use myovib_model::{Quantity, Snapshot};
 
 use crate::Body;
 
-/// The mesh for visualization. A node between regions becomes one point per region, so that discontinuous quantities
-/// have a value on each side.
+/// Mesh for visualization. A node on the boundary between regions becomes one point per region, so that discontinuous
+/// quantities have a value on each side.
 #[derive(Debug, Clone)]
 pub struct Grid {
-    /// Node of each point.
+    /// Node index of each point.
     pub(super) nodes: Vec<usize>,
-    /// Points of all cells.
+    /// Point indices of all cells.
     pub(super) cells: Vec<usize>,
     /// Region of each cell.
     pub(super) regions: Vec<usize>,
@@ -20,7 +20,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Creates the grid of a scene's body; its regions are the scene's materials.
+    /// Creates the grid of the body of a scene. The regions are the materials of the scene.
     pub fn of_body(body: &Body) -> Self {
         let solid = &body.muscle.solid;
         let fibers = match body.has_fibers {
@@ -30,7 +30,7 @@ impl Grid {
         Self { fibers, ..Self::new(solid.space(), &body.regions) }
     }
 
-    /// Creates the grid of a space with a region for each element.
+    /// Creates the grid of a space. `regions` contains the region of each element.
     pub fn new(space: &Space, regions: &[usize]) -> Self {
         let corners = |e: usize| space.element_nodes(e).iter().map(move |&node| (node, e));
         let all = (0..space.n_elements()).flat_map(corners);
@@ -51,7 +51,7 @@ impl Grid {
         &self.nodes
     }
 
-    /// Returns the points of all cells, in the order of the elements and their nodes.
+    /// Returns the point indices of all cells, in the order of the elements and their nodes.
     pub fn cells(&self) -> &[usize] {
         &self.cells
     }
@@ -69,7 +69,7 @@ impl Grid {
         self.cells.len()
     }
 
-    /// Returns the vectors of a nodal field at all points, with three components.
+    /// Returns the vectors of a nodal field at all points. Each vector has three components.
     pub(super) fn vectors(&self, field: &[f64], dimension: usize) -> Vec<Vec<f64>> {
         let vector = |node: &usize| {
             let mut vector = field[dimension * node..][..dimension].to_vec();
@@ -79,9 +79,8 @@ impl Grid {
         self.nodes.iter().map(vector).collect()
     }
 
-    /// Returns the values at all points: exact for displacement, velocity and pressure. Quantities
-    /// that are discontinuous between elements are averaged over the elements of the region at the
-    /// point.
+    /// Returns the values of a quantity at all points. Displacement, velocity and pressure are exact. Quantities that
+    /// are discontinuous between elements are averaged over the adjacent elements of the same region.
     pub fn values(&self, snapshot: &Snapshot<'_>, quantity: Quantity) -> Vec<Vec<f64>> {
         let space = snapshot.solid.space();
         let dimension = space.dimension();

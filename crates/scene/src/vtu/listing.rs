@@ -1,4 +1,4 @@
-//! A numbered series of files in a folder with a list of their times.
+//! Numbered series of files in a folder, and a file that lists them with their times.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,13 +7,13 @@ use crate::atomic_file;
 
 /// Fields on the mesh.
 pub(super) const FIELDS: &str = "fields";
-/// Values at the places of chains.
+/// Values at the positions of chains.
 pub(super) const PLACES: &str = "places";
 
 /// Complex fields of a response.
 pub(super) const AMPLITUDES: &str = "amplitudes";
 
-/// Files of a series, one for each time.
+/// Series of files with one file per time.
 #[derive(Debug)]
 pub(super) struct Listing {
     folder: PathBuf,
@@ -23,7 +23,7 @@ pub(super) struct Listing {
 }
 
 impl Listing {
-    /// Creates a series in an existing `folder`. `done` are the times of existing files.
+    /// Creates a series in an existing `folder`. `done` contains the times of existing files.
     pub(super) fn new(folder: &Path, stem: &'static str, done: &[f64]) -> Self {
         let entries = done.iter().enumerate();
         Self {
@@ -33,19 +33,19 @@ impl Listing {
         }
     }
 
-    /// Returns the times of the files written so far, s.
+    /// Returns the times (s) of the files written so far.
     pub(super) fn times(&self) -> impl Iterator<Item = f64> + '_ {
         self.entries.iter().map(|(t, _)| *t)
     }
 
-    /// Returns a written file that no longer exists or is empty.
+    /// Returns the path of a file that was written earlier but is now missing or empty, if any.
     pub(super) fn missing(&self) -> Option<PathBuf> {
         let files = self.entries.iter().map(|(_, name)| self.folder.join(name));
         let is_there = |file: &PathBuf| file.metadata().is_ok_and(|there| there.len() > 0);
         files.into_iter().find(|file| !is_there(file))
     }
 
-    /// Returns the names of the files that the next [`add`](Self::add) writes.
+    /// Returns the names of the files that the next call of [`add`](Self::add) writes.
     pub(super) fn next_files(&self) -> Vec<String> {
         vec![name(self.stem, self.entries.len()), self.list()]
     }
@@ -54,7 +54,7 @@ impl Listing {
         format!("{}.pvd", self.stem)
     }
 
-    /// Writes the file of a time, then the list of all files.
+    /// Writes the file for time `t`, then the list of all files.
     pub(super) fn add(&mut self, t: f64, text: &str) -> io::Result<()> {
         let name = name(self.stem, self.entries.len());
         atomic_file::write(&self.folder.join(&name), |file| file.write_all(text.as_bytes()))?;
@@ -74,7 +74,7 @@ fn pvd(entries: &[(f64, String)]) -> String {
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
     );
     for (t, name) in entries {
-        // Readers find times by value: 0.15 instead of 3 × 0.05 = 0.15000000000000002.
+        // Times are rounded because readers find them by value: 0.15 instead of 3 × 0.05 = 0.15000000000000002.
         let t: f64 = format!("{t:.12e}").parse().expect("a number");
         text += &format!("<DataSet timestep=\"{t}\" part=\"0\" file=\"{name}\"/>\n");
     }
