@@ -1,4 +1,4 @@
-//! Tables of comma-separated values, which are read as a whole and written line by line during a computation.
+//! Tables of comma-separated values. A table is read as a whole, and written line by line during a computation.
 
 use std::fs;
 use std::io::{self, Write};
@@ -8,22 +8,21 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-/// Size of the written part of a table, stored in checkpoints.
+/// Amount of data that has been written to a table. It is stored in checkpoints.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Written {
-    /// Rows below the header.
+    /// Number of rows, excluding the header.
     pub rows: u64,
-    /// Bytes, including the header.
+    /// Number of bytes, including the header.
     pub bytes: u64,
-    /// The last line, including its line break.
+    /// Last line, including its line break.
     pub last: String,
 }
 
-/// Writes a header with the names, then rows of numbers with 17 significant digits, which reproduce
-/// the same `f64`.
+/// Writer for a header with column names, followed by rows of numbers. Each number has 17 significant digits, so that
+/// reading it restores the same `f64`.
 ///
-/// Each line is passed to the sink as a whole and flushed, so a killed run leaves only complete
-/// lines.
+/// Each line is passed to the sink in a single call and then flushed, so that a killed run leaves only complete lines.
 #[derive(Debug)]
 pub struct CsvWriter<W: Write> {
     sink: W,
@@ -32,14 +31,15 @@ pub struct CsvWriter<W: Write> {
 }
 
 impl<W: Write> CsvWriter<W> {
-    /// Writes the header.
+    /// Creates a writer and writes the header.
     pub fn new(sink: W, names: &[impl AsRef<[u8]>]) -> io::Result<Self> {
         let mut csv = Self::continued(sink, names.len(), Written::default());
         csv.line(line(names))?;
         Ok(csv)
     }
 
-    /// Continues with a sink that contains the `written` part under a header of `n_columns` names.
+    /// Creates a writer that continues an existing table. The `sink` already contains the `written` part, whose header
+    /// has `n_columns` names.
     pub fn continued(sink: W, n_columns: usize, written: Written) -> Self {
         Self { sink, n_columns, written }
     }
@@ -56,7 +56,7 @@ impl<W: Write> CsvWriter<W> {
         Ok(())
     }
 
-    /// Returns the size of the written part.
+    /// Returns the amount of data that has been written.
     pub fn written(&self) -> &Written {
         &self.written
     }
@@ -82,7 +82,7 @@ pub fn line(fields: &[impl AsRef<[u8]>]) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// Formats a table in memory.
+/// Formats a table as a string.
 ///
 /// # Panics
 /// Panics if the number of values in a row differs from the number of names.
@@ -98,21 +98,21 @@ pub fn table(
     String::from_utf8_lossy(csv.sink()).into_owned()
 }
 
-/// A table read from text: names and rows of fields.
+/// Table read from text: column names and rows of fields.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Table {
     pub names: Vec<String>,
-    /// Rows without blank lines; a row may have any number of fields.
+    /// Rows, excluding blank lines. A row may have any number of fields.
     pub rows: Vec<Vec<String>>,
-    /// The line of the file in which each row starts, counted from 1.
+    /// One-based line number at which each row starts.
     pub lines: Vec<u64>,
 }
 
 impl Table {
-    /// Reads a table with a header; spaces around fields are ignored.
+    /// Parses a table with a header. Spaces around fields are ignored.
     ///
     /// # Errors
-    /// Errors of the reader, with the line.
+    /// Returns the errors of the CSV reader, which contain the line number.
     pub fn parse(text: &str) -> Result<Self, ::csv::Error> {
         let header = text.lines().next().unwrap_or_default();
         let records = ::csv::ReaderBuilder::new()
@@ -134,7 +134,7 @@ impl Table {
                 table.names = words;
                 continue;
             }
-            // The reader's position precedes blank lines, which it skips before the record.
+            // The reader reports a position before any blank lines that it skips in front of the record.
             let start = record.position().map_or(0, |position| position.byte()) as usize;
             let blank = text[start..].bytes().take_while(|byte| b"\r\n".contains(byte));
             let start = start + blank.count();
@@ -146,7 +146,7 @@ impl Table {
         Ok(table)
     }
 
-    /// Returns the numbers of a row if it consists of as many numbers as there are names.
+    /// Returns the numbers of a row, or `None` if the row does not consist of exactly one number per column.
     pub fn numbers(&self, row: &[String]) -> Option<Vec<f64>> {
         let numbers = row.iter().map(|word| word.parse().ok());
         let numbers: Vec<f64> = numbers.collect::<Option<_>>()?;
@@ -154,10 +154,11 @@ impl Table {
     }
 }
 
-/// Reads the names and rows of a table of numbers in a file.
+/// Reads the column names and rows of a numeric table from a file.
 ///
 /// # Errors
-/// [`Error::File`] if the file cannot be read, or if a row contains values other than numbers, with its line.
+/// Returns [`Error::File`] if the file cannot be read or a row does not consist of one number per column. In the latter
+/// case, the error contains the line number.
 pub fn read_numbers(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Error> {
     let text = fs::read_to_string(path).map_err(Error::file("read", path))?;
     let table =

@@ -1,13 +1,13 @@
-//! Work of loads and dissipation, integrated from their powers.
+//! Work and dissipated energy, integrated over time from the corresponding powers.
 
 use myovib_model::{Energies, Powers};
 
 use crate::probe::nan_of_null;
 
-/// Work and dissipation since the start, J (in 2D per meter of depth).
+/// Work and dissipated energy since the start (J; in 2D, J per meter of depth).
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub struct Exchanged {
-    /// Work of loads, moving supports and active stresses.
+    /// Work done by loads, moving supports and active stresses.
     #[serde(deserialize_with = "nan_of_null")]
     pub work: f64,
     /// Energy dissipated by damping.
@@ -16,11 +16,11 @@ pub struct Exchanged {
 }
 
 impl Exchanged {
-    /// Points of the Gauss rule of degree 7 as fractions of an interval.
+    /// Points of the Gauss quadrature rule of degree 7, as fractions of an interval.
     ///
-    /// Simpson's rule is too inaccurate for the large steps of Radau IIA of orders 9 and 13: its error would dominate
-    /// the imbalance and would barely decrease with the tolerance. All points are inside the interval, because powers
-    /// may jump at its ends.
+    /// Simpson's rule is too inaccurate for the large steps of the Radau IIA methods of orders 9 and 13: its error
+    /// would dominate the energy imbalance and would barely decrease with the tolerance. All points are in the interior
+    /// of the interval because powers may jump at its ends.
     pub const PLACES: [f64; 4] = [
         0.069_431_844_202_973_71,
         0.330_009_478_207_571_9,
@@ -34,7 +34,8 @@ impl Exchanged {
         0.173_927_422_568_726_93,
     ];
 
-    /// Adds the energy exchanged in an interval of `h` seconds from the powers at [`PLACES`](Self::PLACES).
+    /// Adds the energy exchanged during an interval of `h` seconds. `at` contains the powers at the points
+    /// [`PLACES`](Self::PLACES).
     pub fn add(&mut self, h: f64, at: &[Powers; 4]) {
         let integral = |power: fn(&Powers) -> f64| {
             let terms = Self::WEIGHTS.iter().zip(at);
@@ -44,7 +45,8 @@ impl Exchanged {
         self.dissipated += integral(|e| e.dissipation);
     }
 
-    /// Returns kinetic + elastic + dissipated − work, which is zero for the exact motion.
+    /// Returns the energy imbalance: the sum of the kinetic, elastic and dissipated energies minus the work. It is zero
+    /// for the exact motion.
     pub fn imbalance(&self, now: &Energies) -> f64 {
         now.kinetic + now.elastic + self.dissipated - self.work
     }
@@ -67,7 +69,7 @@ mod tests {
             let mut exchanged = Exchanged::default();
             exchanged.add(2.0, &Exchanged::PLACES.map(|place| at(2.0 * place)));
             let exact = 2.0_f64.powi(degree + 1) / f64::from(degree + 1);
-            // Two dozen rounding errors of sums up to 60 and of three times the exact value.
+            // The tolerance allows for 24 rounding errors in sums of up to 60 plus three times the exact value.
             let allowed = 24.0 * f64::EPSILON * (60.0 + 3.0 * exact);
             for (found, expected) in [
                 (exchanged.work, 3.0 * exact),

@@ -1,5 +1,5 @@
-//! Errors of scenes. Invalid input gives one message: problem, location, found value, allowed
-//! values, and next step.
+//! Errors of scenes. Invalid input is reported in one message that contains the problem, its location, the value found,
+//! the allowed values, and the next step.
 
 use std::fmt;
 use std::io;
@@ -17,7 +17,7 @@ pub enum Error {
     /// Invalid input; nothing was written.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// An error with a result file.
+    /// A failed file operation.
     #[error("cannot {action} `{}`", path.display())]
     File {
         /// The failed operation.
@@ -27,7 +27,7 @@ pub enum Error {
         /// The error of the operating system.
         source: io::Error,
     },
-    /// Another process has the lock of the folder.
+    /// Another process has locked the folder.
     #[error(
         "another process is writing to `{}`\n    next: wait for it, or choose another folder",
         plain(&.0.display().to_string())
@@ -54,8 +54,8 @@ impl Error {
         move |source| Self::File { action, path, source }
     }
 
-    /// Converts the error to invalid input if nothing was written before it. Errors due to a lack of memory and errors
-    /// of unsuccessful searches are unchanged.
+    /// Converts an error that occurred before any output was written to an error about invalid input. Errors about
+    /// insufficient memory or disk space, a locked folder, or an unsuccessful search are unchanged.
     pub fn before_any_output(self) -> Self {
         match self {
             Self::Input(_) | Self::Busy(_) => self,
@@ -72,7 +72,7 @@ impl Error {
         }
     }
 
-    /// Returns whether the memory is insufficient for the factors of a matrix.
+    /// Returns whether the cause of the error is insufficient memory for the factors of a matrix.
     pub(crate) fn lacks_memory(&self) -> bool {
         let memory = |error: &SparseError| matches!(error, SparseError::Memory { .. });
         let mut causes = std::iter::successors(std::error::Error::source(self), |e| e.source());
@@ -81,7 +81,7 @@ impl Error {
     }
 }
 
-/// Returns whether the file system is full, in which case the input is valid.
+/// Returns whether the cause of the error is insufficient space on the file system. In this case, the input is valid.
 fn is_out_of_space(error: &io::Error) -> bool {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     [FileTooLarge, QuotaExceeded, StorageFull].contains(&error.kind())
@@ -132,12 +132,13 @@ impl InputError {
         self.with("next", step)
     }
 
-    /// Adds the number of the sweep's case in which the error occurred.
+    /// Adds the number of the sweep case in which the error occurred.
     pub(crate) fn case(self, which: impl fmt::Display) -> Self {
         self.with("case", which)
     }
 
-    /// Adds the option `--vary` as the location, for errors in cases of a sweep.
+    /// Replaces `--set` in the location with `--vary` if the offending value belongs to the varied values `set` of a
+    /// sweep case.
     pub(crate) fn of_vary(mut self, set: &[String]) -> Self {
         for (_, place) in self.details.iter_mut().filter(|(label, _)| *label == "where") {
             let given = place.strip_prefix("--set ").map(str::to_owned);
@@ -170,7 +171,8 @@ impl fmt::Display for InputError {
     }
 }
 
-/// Maximum length of a line of a detail, in characters. A value in a scene may be as long as the file.
+/// Maximum number of characters in a line of a detail. Without this limit, a message could contain a value as long as
+/// the scene file.
 const LONGEST_LINE: usize = 1000;
 
 fn shortened(line: &str) -> String {

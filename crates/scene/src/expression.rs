@@ -1,4 +1,4 @@
-//! Arithmetic expressions of numbers and variables.
+//! Arithmetic expressions with numbers and variables.
 
 use exmex::{Express, FlatEx, FloatOpsFactory, MakeOperators, MatchLiteral};
 
@@ -27,27 +27,27 @@ impl MatchLiteral for Number {
 
 pub(crate) type Expression = FlatEx<f64, FloatOpsFactory<f64>, Number>;
 
-/// Reason why a text is not an expression.
+/// Reason why a text is not a valid expression.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum ExpressionError {
     /// The end of the expression is missing.
     #[error("an operand or a bracket is missing at the end")]
     Incomplete,
-    /// Unexpected text at this position.
+    /// The text at this position is unexpected.
     #[error("`{0}` is not expected here")]
     Unexpected(String),
     #[error("`{0}` is not a function; known functions: {known}", known = functions().join(", "))]
     UnknownFunction(String),
-    /// Expression above the limits of length or nesting.
+    /// The expression exceeds the limit on its length or nesting depth.
     #[error("it is too long or nested too deeply (at most {LENGTH} characters, {DEPTH} levels)")]
     TooLarge,
 }
 
 const LENGTH: usize = 10_000;
-/// Maximum nesting of brackets, signs and powers.
+/// Maximum nesting depth of brackets, signs and powers.
 const DEPTH: usize = 100;
 
-/// Rejects texts that would overflow the stack.
+/// Rejects excessively long or deeply nested texts, because parsing them could overflow the stack.
 pub(crate) fn expect_moderate(text: &str) -> Result<(), ExpressionError> {
     let mut depth = 0_usize;
     for c in text.chars() {
@@ -73,8 +73,8 @@ pub(crate) fn parse(text: &str) -> Result<Expression, ExpressionError> {
     Expression::parse(&bracketed).map_err(|_| ExpressionError::Unexpected(text.trim().to_owned()))
 }
 
-/// Adds brackets around powers in `text`, so that they bind tighter than a preceding sign and
-/// associate to the right. The parsing library follows neither convention.
+/// Adds brackets around the powers in `text` so that they bind more tightly than a preceding sign and are
+/// right-associative. The parsing library follows neither convention.
 fn bracketed(text: &str) -> Result<String, ExpressionError> {
     let mut brackets = Brackets { rest: text.trim(), out: String::new(), depth: 0 };
     brackets.sum()?;
@@ -91,7 +91,7 @@ struct Brackets<'a> {
 }
 
 impl Brackets<'_> {
-    /// Copies a sum or product of powers, or a list of function arguments separated by commas.
+    /// Copies a sum or product of powers, or a comma-separated list of function arguments.
     fn sum(&mut self) -> Result<(), ExpressionError> {
         loop {
             self.power()?;
@@ -162,7 +162,7 @@ impl Brackets<'_> {
             }
             _ if name.is_empty() => Err(self.unexpected()),
             _ => {
-                // The parser accepts this constant in capitals only.
+                // The parsing library accepts this constant only in capital letters.
                 if &self.out[start..] == "pi" {
                     self.out.replace_range(start.., "PI");
                 }
@@ -171,7 +171,7 @@ impl Brackets<'_> {
         }
     }
 
-    /// Returns the error for the unexpected rest of the text, or for an incomplete expression.
+    /// Returns the error for the remaining text, or for an incomplete expression if no text remains.
     fn unexpected(&self) -> ExpressionError {
         match self.rest.trim() {
             "" => ExpressionError::Incomplete,
@@ -179,13 +179,13 @@ impl Brackets<'_> {
         }
     }
 
-    /// Returns the next character other than a space.
+    /// Skips spaces and returns the next character.
     fn next(&mut self) -> Option<char> {
         self.rest = self.rest.trim_start();
         self.rest.chars().next()
     }
 
-    /// Copies this number of bytes.
+    /// Copies the given number of bytes to the output.
     fn take(&mut self, bytes: usize) {
         let (taken, rest) = self.rest.split_at(bytes);
         self.out.push_str(taken);
@@ -193,7 +193,7 @@ impl Brackets<'_> {
     }
 }
 
-/// Returns whether the parser has a function of this name.
+/// Returns whether the parsing library defines a function with this name.
 fn is_function(name: &str) -> bool {
     let known = FloatOpsFactory::<f64>::make();
     known.iter().any(|operator| operator.repr() == name)
@@ -256,7 +256,7 @@ mod tests {
             let expression = parse(text).unwrap();
             let values = vec![x; expression.var_names().len()];
             let found = expression.eval(&values).unwrap();
-            // The tolerance covers rounding errors of few operations.
+            // The tolerance covers the rounding errors of a few operations.
             assert!((found - expected).abs() <= 1e-14 * expected.abs(), "{text}: {found}");
         }
         use ExpressionError::{Incomplete, TooLarge, Unexpected, UnknownFunction};

@@ -1,4 +1,4 @@
-//! Input files of a scene, identified by their content.
+//! Input files of a scene, identified by the hashes of their contents.
 
 use std::cell::RefCell;
 use std::fs;
@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-/// Input file of a scene at the time of reading.
+/// Input file of a scene, and its hash at the time of reading.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Input {
     /// Path as written in the scene.
     pub file: PathBuf,
-    /// SHA-256 of its content, in hexadecimal.
+    /// SHA-256 hash of the content, in hexadecimal notation.
     pub sha256: String,
 }
 
-/// Reads files of a folder and stores the hashes of their contents.
+/// Reader for the files in a folder. It stores the hash of each file that it reads.
 #[derive(Debug)]
 pub(crate) struct Inputs<'a> {
     folder: &'a Path,
@@ -25,7 +25,7 @@ pub(crate) struct Inputs<'a> {
 }
 
 impl<'a> Inputs<'a> {
-    /// Creates a reader of files relative to `folder`.
+    /// Creates a reader for files whose paths are relative to `folder`.
     pub(crate) fn new(folder: &'a Path) -> Self {
         Self { folder, read: RefCell::default() }
     }
@@ -41,7 +41,7 @@ impl<'a> Inputs<'a> {
         Ok(bytes)
     }
 
-    /// Returns the full paths of the files read.
+    /// Returns the full paths of all files read so far.
     pub(crate) fn paths(&self) -> Vec<PathBuf> {
         let read = self.read.borrow();
         read.iter().map(|input| self.resolve(&input.file)).collect()
@@ -55,8 +55,8 @@ impl<'a> Inputs<'a> {
 /// Returns the content of a regular file.
 ///
 /// # Errors
-/// Errors of the file system, and special files: reading a pipe may block forever, and reading a device
-/// may never end.
+/// Returns the errors of the file system. Also fails for special files, because reading a pipe may block forever and
+/// reading a device may never end.
 pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
     match fs::metadata(path)? {
         there if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
@@ -68,12 +68,12 @@ pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
 /// Returns the text of a regular file.
 ///
 /// # Errors
-/// Errors of [`content`], and text in encodings other than UTF-8.
+/// Returns the errors of [`content`]. Also fails if the content is not valid UTF-8.
 pub(crate) fn text(path: &Path) -> io::Result<String> {
     String::from_utf8(content(path)?).map_err(io::Error::other)
 }
 
-/// Returns the SHA-256 hash in hexadecimal.
+/// Returns the SHA-256 hash in hexadecimal notation.
 pub(crate) fn sha256(bytes: &[u8]) -> String {
     let digest = Sha256::digest(bytes);
     digest.iter().map(|byte| format!("{byte:02x}")).collect()

@@ -15,7 +15,8 @@ struct Envelope<'a, T> {
     body: &'a T,
 }
 
-/// Returns the JSON document of `command` with the fields of `body`, which must serialize as an object.
+/// Returns a JSON document of `command` that contains the fields of `body`. The value `body` must serialize as an
+/// object.
 ///
 /// # Errors
 /// Returns an error if `body` cannot be serialized.
@@ -27,15 +28,15 @@ pub fn document(command: &str, body: &impl Serialize) -> serde_json::Result<Stri
     Ok(text)
 }
 
-/// Adds the members of `more` to a document; both are objects.
+/// Adds the members of the object `more` to the object `document`.
 pub fn extend(document: &mut Value, more: Value) {
     if let (Some(document), Value::Object(more)) = (document.as_object_mut(), more) {
         document.extend(more);
     }
 }
 
-/// Serializes a bulk modulus: a number, or `"inf"` for an incompressible muscle (JSON has no
-/// infinity). For `#[serde(serialize_with = "json::kappa")]`.
+/// Serializes a bulk modulus as a number, or as `"inf"` for an incompressible muscle, because JSON has no infinity. Use
+/// it with `#[serde(serialize_with = "json::kappa")]`.
 pub fn kappa<S: Serializer>(kappa: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     Number(*kappa).serialize(serializer)
 }

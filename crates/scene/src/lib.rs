@@ -1,11 +1,10 @@
-//! Scenes: text → validated objects → system → run → result folder.
+//! Processing of scenes: text → validated objects → system → run → result folder.
 //!
-//! [`scene_file`] reads the text and reports errors with their location. [`Scene`] combines it with
-//! its mesh into a model. [`run`] integrates it and writes a result folder; [`sweep`] does this
-//! over a grid of values. [`sensitivity`] differentiates the outputs with respect to parameters,
-//! and [`mod@fit`] estimates parameters from measurements. [`modes`] computes eigenfrequencies.
-//! [`csv`], [`vtu`], [`json`] and [`atomic_file`] write files. This crate does not print: progress
-//! is reported to a [`watch::ProgressSink`].
+//! [`scene_file`] reads the text of a scene and reports errors with their location. A [`Scene`] combines the scene file
+//! with its mesh into a model. [`run`] computes the scene and writes a result folder; [`sweep`] does this for a grid of
+//! values. [`sensitivity`] differentiates the outputs with respect to parameters, and [`mod@fit`] estimates parameters
+//! from measurements. [`modes`] computes eigenfrequencies. [`csv`], [`vtu`], [`json`] and [`atomic_file`] write files.
+//! This crate does not print; it reports progress to a [`watch::ProgressSink`].
 //!
 //! # Examples
 //! ```

@@ -1,4 +1,4 @@
-//! Meshes from the command line, with the built-in spindle as default.
+//! Meshes given on the command line. The default is the built-in spindle.
 
 use std::path::Path;
 
@@ -6,7 +6,8 @@ use myovib_fem::{FemError, Mesh};
 
 use crate::inputs;
 
-/// Reads the mesh from the file, or returns the built-in spindle; also returns a description.
+/// Reads the mesh from the file at `path`, or returns the built-in spindle if `path` is `None`. Also returns the name
+/// of the mesh.
 ///
 /// # Errors
 /// Returns an error if the file cannot be read or is not a valid mesh.
@@ -27,11 +28,11 @@ pub fn load(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
     }
 }
 
-/// Reads the mesh as [`load`] does, for commands that only support 2D meshes, such as the paper's
-/// muscle.
+/// Reads the mesh like [`load`]. This function is for commands that support only 2D meshes, such as the muscle of the
+/// paper.
 ///
 /// # Errors
-/// Errors of [`load`], and [`FemError::Dimension`] for a mesh of tetrahedra.
+/// Returns the errors of [`load`], or [`FemError::Dimension`] if the mesh consists of tetrahedra.
 pub fn load_plane(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
     let (mesh, name) = load(path)?;
     match mesh.dimension() {

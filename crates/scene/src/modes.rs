@@ -1,4 +1,4 @@
-//! Lowest eigenfrequencies and modes of bodies in the form of a JSON document.
+//! Lowest eigenfrequencies and modes of bodies, to be written as a JSON document.
 
 use myovib_model::statics::Equilibrium;
 use myovib_model::{Contact, Formulation, ModelError, Muscle, spectrum, support};
@@ -11,70 +11,70 @@ use crate::scene_file::{Analysis, DEFAULT_MODES};
 use crate::watch::Watcher;
 use crate::{Body, InputError, Scene, json};
 
-/// Modes of bodies that differ only in κ, and the state about which they are computed.
+/// Modes of bodies that differ only in κ, and the state about which the modes are computed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Modes {
-    /// Constant traction of the state of linearization, Pa.
+    /// Constant traction in the state of linearization (Pa).
     pub load: f64,
-    /// Time at which the loads of the equilibrium are evaluated, s; null for the unloaded body.
+    /// Time (s) at which the loads of the equilibrium are evaluated; null for the unloaded body.
     pub preload_time: Option<f64>,
-    /// Mass-proportional damping α, 1/s.
+    /// Mass-proportional damping α (1/s).
     pub alpha: f64,
-    /// Stiffness-proportional damping β, s.
+    /// Stiffness-proportional damping β (s).
     pub beta: f64,
-    /// Frequency of the load, Hz; null for loads without a frequency.
+    /// Frequency of the load (Hz); null if the loads have no frequency.
     pub drive: Option<f64>,
     pub muscles: Vec<BodyModes>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BodyModes {
-    /// Bulk modulus, Pa.
+    /// Bulk modulus (Pa).
     #[serde(serialize_with = "json::kappa")]
     pub kappa: f64,
-    /// Mass, kg; in the plane kg/m.
+    /// Mass (kg; kg/m in 2D).
     pub mass: f64,
-    /// The modes in ascending order.
+    /// Modes in ascending order of ω².
     pub modes: Vec<Mode>,
     /// Notes on supports and stability.
     #[serde(skip)]
     pub notes: Vec<String>,
 }
 
-/// A mode with its damping.
+/// Mode and its damping.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Mode {
-    /// ω², 1/s²; negative if the state is unstable.
+    /// ω² (1/s²); negative if the state is unstable.
     pub omega_squared: f64,
-    /// Frequency, Hz; null if the state is unstable.
+    /// Frequency (Hz); null if ω² is negative.
     pub frequency: Option<f64>,
-    /// Damping ratio due to α, β, Kelvin–Voigt damping and foundations, without Prony terms. 1 is
-    /// critical damping; null if the mode does not oscillate.
+    /// Damping ratio due to α, β, Kelvin–Voigt damping and foundations, excluding Prony terms. The value 1 means
+    /// critical damping; null means that the mode does not oscillate.
     pub damping_ratio: Option<f64>,
-    /// Residual of K u - Bᵀp = ω² M u relative to its terms.
+    /// Residual of K u - Bᵀp = ω² M u, relative to the terms of this equation.
     pub residual: f64,
-    /// Participation factors of unit translations along the axes, φᵀ M r in √kg; in the plane √(kg/m).
+    /// Participation factors φᵀ M r for unit translations r along the axes (√kg; √(kg/m) in 2D).
     pub participation: Vec<f64>,
-    /// Squares of the participation factors, kg; in the plane kg/m.
+    /// Squares of the participation factors (kg; kg/m in 2D).
     pub effective_mass: Vec<f64>,
-    /// Displacements φ of all nodes, node by node, with φᵀ M φ = 1.
+    /// Displacements φ of all nodes, normalized so that φᵀ M φ = 1. The components of each node are adjacent.
     #[serde(skip)]
     pub shape: Vec<f64>,
 }
 
 impl BodyModes {
-    /// Computes the `count` lowest modes about an equilibrium of a formulation with pressures.
+    /// Computes the `count` lowest modes about an equilibrium. The formulation must contain pressures.
     ///
     /// # Errors
-    /// Errors of [`spectrum::lowest`].
+    /// Returns the errors of [`spectrum::lowest`].
     pub fn about(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Self, ModelError> {
         Self::new(muscle, at, spectrum::lowest(muscle, at, count)?)
     }
 
-    /// Adds damping, participation and notes to modes about an equilibrium.
+    /// Adds damping ratios, participation factors and notes to modes about an equilibrium.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for a state without stress.
+    /// Returns [`ModelError::Inverted`] if an element is inverted, because its stress is undefined.
     pub(crate) fn new(
         muscle: &Muscle,
         at: &Equilibrium,
@@ -116,13 +116,14 @@ impl Modes {
         self.muscles.iter().flat_map(|body| &body.modes)
     }
 
-    /// Computes the modes of the scene's body: `count` of them, or as many as the scene requests,
-    /// about rest or about the equilibrium given in the scene. `watcher` observes the search for
-    /// the equilibrium.
+    /// Computes the modes of the body of a scene, about the state of rest or about the equilibrium given in the scene.
+    /// If `count` is `None`, the number of modes is taken from the scene. The `watcher` observes the search for the
+    /// equilibrium.
     ///
     /// # Errors
-    /// A scene without a body; an equilibrium under tensions of an activation model, which start
-    /// from zero; inverted elements; errors of the search for the equilibrium and of [`BodyModes::about`].
+    /// Fails if the scene has no body or is quasi-static. Also fails if an equilibrium is requested but an activation
+    /// model determines the tensions (which start from zero), a force drives an obstacle, or elements are inverted.
+    /// Also returns the errors of the search for the equilibrium and of [`BodyModes::about`].
     pub fn of_scene(
         scene: &Scene,
         count: Option<usize>,
@@ -177,7 +178,7 @@ impl Modes {
 /// Returns the body of a scene.
 ///
 /// # Errors
-/// A scene without a body.
+/// Fails if the scene has no body.
 pub fn body_of(scene: &Scene) -> Result<&Body, InputError> {
     scene.body.as_ref().ok_or_else(|| {
         InputError::new("the scene has no body, so there are no modes to compute")
@@ -185,14 +186,15 @@ pub fn body_of(scene: &Scene) -> Result<&Body, InputError> {
     })
 }
 
-/// Returns a note if the body has no supports.
+/// Returns a note if the supports allow rigid motions of the body.
 fn not_held(muscle: &Muscle) -> Option<String> {
     let free = support::free_parts(muscle)?;
     let s = if free.count == 1 { "" } else { "s" };
     Some(format!("{} rigid motion{s} at 0 Hz: {free}", free.count))
 }
 
-/// Returns a note if the body is at rest, or less strained than in a vibration, and its tangent is one-sided there.
+/// Returns a note if a material law has a one-sided tangent at rest and the body is not strained more than in a
+/// vibration.
 pub(crate) fn one_sided(muscle: &Muscle, at: &Equilibrium) -> Option<String> {
     let law = muscle.solid.laws().iter().find(|law| law.is_one_sided_at_rest())?;
     let mut u = vec![0.0; muscle.solid.dofs().n_full()];
@@ -209,7 +211,7 @@ pub(crate) fn one_sided(muscle: &Muscle, at: &Equilibrium) -> Option<String> {
     })
 }
 
-/// Strain below which a body counts as being at rest, because practical vibrations have larger strains.
+/// Strain below which a body counts as being at rest. Vibrations in practice have larger strains.
 const VIBRATION: f64 = 1e-4;
 
 /// Returns a note if the preload includes an oscillating load.
@@ -220,11 +222,11 @@ pub(crate) fn oscillating_preload(muscle: &Muscle, preload_time: Option<f64>) ->
     ))
 }
 
-/// Reason why damping may increase the energy, with a remedy.
+/// Reason why damping may increase the energy, and a remedy.
 pub(crate) const ENERGY_GAIN: &str = "`rayleigh_stiffness` multiplies the rate of all stresses, which does not always dissipate \
     energy in a stressed body; use `viscosity` instead";
 
-/// Negative damping ratios above this value consist of rounding errors.
+/// Negative damping ratios above this value are attributed to rounding errors.
 const NEGATIVE: f64 = -1e-9;
 
 /// Returns a note if damping makes some of the modes grow.
@@ -239,11 +241,11 @@ pub(crate) fn negative_damping(modes: &[Mode]) -> Option<String> {
     })
 }
 
-/// Maximum residual without a note. Modes of the built-in scenes have residuals up to 2e-8; this value
-/// corresponds to the last digit of a frequency with five digits.
+/// Maximum residual for which no note is returned. It corresponds to the last digit of a frequency with five digits.
+/// Modes of the built-in scenes have residuals of at most 2e-8.
 const MOST_RESIDUAL: f64 = 1e-5;
 
-/// Returns a note if a mode satisfies its equation inaccurately.
+/// Returns a note if the residual of a mode is large.
 fn inaccurate(modes: &[Mode]) -> Option<String> {
     let residuals = modes.iter().map(|mode| mode.residual).enumerate();
     let (k, residual) = residuals.max_by(|(_, left), (_, right)| left.total_cmp(right))?;
@@ -256,8 +258,8 @@ fn inaccurate(modes: &[Mode]) -> Option<String> {
     })
 }
 
-/// Returns a note if the equilibrium is unstable in some directions. Newton's method finds such states, for example a
-/// straight column beyond its buckling load.
+/// Returns a note if the equilibrium is unstable in some directions. Newton's method may converge to such a state; an
+/// example is a straight column above its buckling load.
 pub(crate) fn instability(directions: usize) -> Option<String> {
     let motions = match directions {
         0 => return None,

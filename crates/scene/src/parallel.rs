@@ -1,12 +1,12 @@
-//! Independent jobs in several threads.
+//! Execution of independent jobs in several threads.
 
 use std::num::NonZeroUsize;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Applies `f` to every item on at most `n_threads` threads; results have the order of the items. This thread
-/// works too. If the system starts fewer threads, those compute all items.
+/// Applies `f` to every item on at most `n_threads` threads, including the calling thread. The results are in the same
+/// order as the items. If the system cannot start all threads, the threads that did start compute all items.
 pub fn map<T: Sync, R: Send>(
     items: &[T],
     n_threads: NonZeroUsize,

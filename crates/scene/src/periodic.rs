@@ -7,63 +7,64 @@ use serde::Serialize;
 
 use crate::response::phase;
 
-/// Highest multiple of the frequency in the harmonics of probes.
+/// Maximum number of harmonics computed for each probe.
 const MOST_HARMONICS: usize = 10;
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Periodic {
-    /// Frequency, Hz.
+    /// Frequency (Hz).
     pub frequency: f64,
-    /// Period, s.
+    /// Period (s).
     pub period: f64,
-    /// Time at which the period starts, s.
+    /// Time (s) at which the period starts.
     pub start_time: f64,
     pub differential_variables: usize,
-    /// Maximum difference of the states at the ends of the period, relative to the size of the motion.
+    /// Maximum difference between the states at the start and the end of the period, relative to the size of the
+    /// motion.
     pub residual: f64,
     pub newton_iterations: usize,
     /// Number of integrations over a period.
     pub integrations: u64,
-    /// Steps of all integrations.
+    /// Total number of steps in all integrations.
     pub steps: u64,
-    /// Largest magnitude of the multipliers.
+    /// Largest magnitude of the Floquet multipliers.
     pub spectral_radius: f64,
-    /// Whether all multipliers are inside the unit circle; `None` if the largest is on the circle, for example without
-    /// damping.
+    /// Whether all multipliers are inside the unit circle; `None` if the largest multiplier is on the circle, as in
+    /// systems without damping.
     pub is_stable: Option<bool>,
-    /// Leading Floquet multipliers as [real part, imaginary part], largest magnitude first.
+    /// Leading Floquet multipliers as [real part, imaginary part], in descending order of magnitude.
     pub multipliers: Vec<[f64; 2]>,
     pub probes: Vec<Harmonics>,
-    /// Curve of periodic states over a parameter, if requested.
+    /// Curve of periodic states along which a parameter varies, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub continuation: Option<Curve>,
 }
 
-/// Curve of periodic states over a parameter.
+/// Curve of periodic states along which a parameter varies.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Curve {
-    /// Key of the parameter.
+    /// Key of the parameter in the scene.
     pub parameter: String,
-    /// Values of probes, as `PROBE.COLUMN`.
+    /// Names of the probe values, in the form `PROBE.COLUMN`.
     pub columns: Vec<String>,
     pub points: Vec<CurvePoint>,
-    /// Reason why the curve ended inside its range; null if it left the range.
+    /// Reason why the curve ended inside its range; null if the curve left the range.
     pub incomplete: Option<String>,
 }
 
-/// Periodic state of a curve.
+/// Periodic state on a curve.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CurvePoint {
     pub parameter: f64,
-    /// Frequency, Hz.
+    /// Frequency (Hz).
     pub frequency: f64,
-    /// Whether the curve turns back here.
+    /// Whether the curve has a fold here, at which the parameter turns back.
     pub is_fold: bool,
-    /// Largest magnitude of the multipliers.
+    /// Largest magnitude of the Floquet multipliers.
     pub spectral_radius: f64,
-    /// Whether the state is stable; null on the boundary of stability, as at a fold.
+    /// Whether the state is stable; null on the stability boundary, for example at a fold.
     pub is_stable: Option<bool>,
-    /// Amplitudes of the first harmonic of each value.
+    /// Amplitude of the first harmonic of each probe value.
     pub amplitudes: Vec<f64>,
 }
 
@@ -73,7 +74,7 @@ pub struct Harmonics {
     pub columns: Vec<Column>,
 }
 
-/// Mean, range and harmonics of a value: mean + Σ a_k cos(2π k f t + φ_k).
+/// Mean, range and harmonics of a probe value: mean + Σ a_k cos(2π k f t + φ_k).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Column {
     pub name: String,
@@ -87,7 +88,8 @@ pub struct Column {
 }
 
 impl Column {
-    /// Analyzes equidistant samples of a period that starts at `start` periods; the end of the period is not a sample.
+    /// Analyzes equidistant samples of one period. The period starts at the time `start`, measured in periods. The end
+    /// of the period is not a sample.
     pub(crate) fn new(name: String, samples: &[f64], start: f64) -> Self {
         let n = samples.len() as f64;
         let coefficient = |k: usize| -> Complex64 {
@@ -125,7 +127,7 @@ mod tests {
         let samples: Vec<f64> = (0..32).map(value).collect();
         let found = Column::new("u".to_owned(), &samples, start);
         let expected = [3.0, 0.0, 0.1];
-        // Rounding of 32 terms of size 0.2.
+        // The tolerance covers rounding errors of 32 terms of magnitude 0.2.
         assert!((found.mean - 2.0).abs() < 1e-14);
         for (amplitude, expected) in found.amplitudes.iter().zip(expected) {
             assert!((amplitude - expected).abs() < 1e-14);

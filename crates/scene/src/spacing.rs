@@ -1,6 +1,6 @@
 //! Ranges of numbers written as `lo..hi:n` or `lo..hi:n:log`.
 
-/// Maximum number of values of a range.
+/// Maximum number of values in a range.
 const MAX_VALUES: usize = 100_000;
 
 pub(crate) struct Range<'a> {
@@ -10,7 +10,8 @@ pub(crate) struct Range<'a> {
 }
 
 impl<'a> Range<'a> {
-    /// Splits the text if it is a range. Other texts, such as paths, may also contain `..`.
+    /// Splits the text into the parts of a range, or returns `None` if it is not a range. Other texts, such as paths,
+    /// may also contain `..`.
     pub(crate) fn read(text: &'a str) -> Option<Self> {
         let (low, rest) = text.split_once("..")?;
         let (high, n) = match rest.split_once(':') {

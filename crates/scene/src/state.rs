@@ -1,4 +1,4 @@
-//! State of a body at one time, as a file from which another run can start.
+//! State of a body at one point in time. It is stored in a file from which another run can start.
 
 use myovib_dae::Problem;
 use myovib_fem::Space;
@@ -15,38 +15,38 @@ const SEPARATOR: &str = "\",\"state\":";
 /// Displacements and velocities of all nodes. They determine the pressures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
-    /// Time in the run that wrote the state, s.
+    /// Time (s) in the run that wrote the state.
     pub(crate) t: f64,
-    /// SHA-256 of the node coordinates.
+    /// SHA-256 hash of the node coordinates.
     mesh: String,
-    /// Displacement of each nodal component, m.
+    /// Displacement components of all nodes (m).
     pub(crate) displacement: Vec<f64>,
-    /// Velocity of each nodal component, m/s.
+    /// Velocity components of all nodes (m/s).
     velocity: Vec<f64>,
-    /// Tensions of activation models, Pa.
+    /// Tensions of activation models (Pa).
     tensions: Vec<f64>,
-    /// Internal stresses of Prony terms, Pa.
+    /// Internal stresses of Prony terms (Pa).
     internal_stresses: Vec<f64>,
-    /// Fraction of the loads for which the state is the equilibrium; `None` for a motion.
+    /// Fraction of the loads under which the state is in equilibrium; `None` for a state of a motion.
     #[serde(default)]
     pub(crate) load_reached: Option<f64>,
-    /// Intended end time of the run, s, if the run stopped earlier.
+    /// Intended end time (s) of the run if the run stopped earlier.
     #[serde(default)]
     pub(crate) stopped_before: Option<f64>,
 }
 
 impl State {
-    /// File name in a run's folder.
+    /// Name of the file in the folder of a run.
     pub(crate) const NAME: &'static str = "state.json";
 
-    /// Returns the content of the file, with a checksum.
+    /// Returns the content of the file, including a checksum.
     pub(crate) fn encode(&self) -> serde_json::Result<String> {
         let body = serde_json::to_string(self)?;
         let hash = sha256(body.as_bytes());
         Ok(format!("{HEAD}{hash}{SEPARATOR}{body}}}\n"))
     }
 
-    /// Returns the state in the content of a file, or the reason why it cannot be used.
+    /// Decodes the state from the content of a file. The error is the reason why the file cannot be used.
     pub(crate) fn decode(text: &str) -> Result<Self, String> {
         let rest = text.strip_prefix(HEAD);
         let parts = rest.and_then(|rest| rest.strip_suffix("}\n")?.split_once(SEPARATOR));
@@ -57,7 +57,7 @@ impl State {
         serde_json::from_str(body).map_err(|error| error.to_string())
     }
 
-    /// Returns the state of `dae` with unknowns `y` at time `t`.
+    /// Returns the state of `dae` at time `t`, given the unknowns `y`.
     pub(crate) fn of(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Self {
         let own = |field| dae.layout().range(field).map_or(Vec::new(), |own| y[own].to_vec());
         let tensions = own(Field::Tension);
@@ -95,15 +95,15 @@ impl State {
         }
     }
 
-    /// Returns whether the state belongs to a body with the same number of nodes.
+    /// Returns whether the state belongs to a body with the same node coordinates.
     pub(crate) fn is_of(&self, space: &Space) -> bool {
         let n = space.n_nodes() * space.dimension();
         self.mesh == key(space) && [self.displacement.len(), self.velocity.len()] == [n, n]
     }
 
-    /// Returns the unknowns of `dae` with these displacements, velocities, tensions and internal
-    /// stresses. Missing tensions are 0, and missing internal stresses are at equilibrium. All
-    /// other unknowns are 0.
+    /// Returns the unknowns of `dae` for the stored displacements, velocities, tensions and internal stresses. If the
+    /// tensions do not match `dae`, they are set to zero; if the internal stresses do not match, they are set to
+    /// equilibrium. All other unknowns are zero.
     pub(crate) fn unknowns(&self, dae: &MuscleDae) -> Vec<f64> {
         let mut y = vec![0.0; dae.n_unknowns()];
         let free = dae.muscle().solid.dofs().free_to_full();
@@ -128,7 +128,8 @@ impl State {
         y
     }
 
-    /// Returns notes on parts of the state that the motion of `muscle` cannot use unchanged.
+    /// Returns notes on the use of this state as the start of a motion of `muscle`, for example if internal variables
+    /// do not match.
     pub(crate) fn notes(&self, muscle: &Muscle) -> Vec<String> {
         let mut notes = Vec::new();
         if let Some(end) = self.stopped_before {
@@ -160,20 +161,20 @@ impl State {
         notes
     }
 
-    /// Returns the largest distance, by component, between the displacement and the displacement in
-    /// state `y` of `dae` at t = 0, which includes the supports; m.
+    /// Returns the largest component (m) of the difference between the stored displacement and the displacement at
+    /// t = 0 in state `y` of `dae`. The latter includes the motion of the supports.
     pub(crate) fn moved_by_supports(&self, dae: &mut MuscleDae, y: &[f64]) -> f64 {
         let now = dae.snapshot(0.0, y, &[]).displacement.iter();
         let distances = now.zip(&self.displacement).map(|(now, own)| (now - own).abs());
         distances.fold(0.0, f64::max)
     }
 
-    /// Returns the largest component of the displacement, m.
+    /// Returns the largest magnitude of a displacement component (m).
     pub(crate) fn largest_displacement(&self) -> f64 {
         self.displacement.iter().fold(0.0, |m, u| m.max(u.abs()))
     }
 
-    /// Returns the largest component of the velocity, m/s.
+    /// Returns the largest magnitude of a velocity component (m/s).
     pub(crate) fn largest_velocity(&self) -> f64 {
         self.velocity.iter().fold(0.0, |m, v| m.max(v.abs()))
     }

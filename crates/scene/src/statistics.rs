@@ -1,4 +1,4 @@
-//! Statistics of a run as JSON, with documented names and all settings used.
+//! Statistics of a run in JSON format, with documented names and all settings of the run.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 
 use crate::json::extend;
 
-/// Number of samples of the constraint drift over a run.
+/// Number of times at which the constraint drift is sampled during a run.
 pub const DRIFT_SAMPLES: f64 = 100.0;
 
-/// Returns counts and outcome of a run.
+/// Returns the counters and the outcome of a run.
 pub fn counts(statistics: &Statistics) -> Value {
     let mut document = json!(statistics.counts);
     let outcome = &statistics.outcome;
@@ -35,7 +35,8 @@ pub fn radau_iia(integrator: IntegratorKind) -> Option<Value> {
     Some(json!({ "stages": stages, "order": order }))
 }
 
-/// Returns statistics and settings of a run of a body. The `seed` of random draws is null because nothing is drawn.
+/// Returns the statistics and settings of a run with a body. The random `seed` is null because the run uses no random
+/// numbers.
 pub fn of_body(statistics: &Statistics, settings: &Settings, formulation: Formulation) -> Value {
     let atol = formulation
         .rows()
@@ -70,7 +71,7 @@ pub fn of_body(statistics: &Statistics, settings: &Settings, formulation: Formul
     document
 }
 
-/// Returns the name of an ordering in scenes and documents.
+/// Returns the name that scenes and documents use for an ordering.
 fn ordering_name(ordering: Ordering) -> &'static str {
     match ordering {
         Ordering::Amd => "amd",

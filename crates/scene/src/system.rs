@@ -1,4 +1,4 @@
-//! Systems of a scene: a muscle, or oscillators with or without a body.
+//! Systems that a scene can contain: a muscle, or oscillators with or without a body.
 
 use std::ops::Range;
 
@@ -7,47 +7,49 @@ use myovib_model::coupling::{self, CoupledDae, Driven, Driving, FeedbackDae, Mul
 use myovib_model::{Counts, ModelError, MuscleDae, Quantity, RodDae, WorkCounters};
 use myovib_oscillators::Network;
 
-/// Interface of a system for outputs.
+/// Interface through which the outputs access a system.
 pub(crate) trait System {
     /// Returns the length of the state `y`.
     fn state_len(&self) -> usize;
 
-    /// Returns the muscle in state `y`, if there is one, and the range of its unknowns.
+    /// Returns the muscle in state `y` and the range of its unknowns, or `None` if the system has no muscle.
     fn muscle_at(&mut self, y: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)>;
 
-    /// Returns the rod, if there is one. Its unknowns come first.
+    /// Returns the rod, if the system has one. The unknowns of the rod come first.
     fn rod(&self) -> Option<&RodDae> {
         None
     }
 
-    /// Returns network number `k`, if there is one, and the range of its states.
+    /// Returns the network with the zero-based index `k` and the range of its unknowns, if the network exists.
     fn network(&self, _k: usize) -> Option<(&Network, Range<usize>)> {
         None
     }
 
-    /// Returns the factor of each feedback in state `y`: stiffness factors first, then tensions.
+    /// Returns the factor of each feedback in state `y`: first the stiffness factors, then the tensions.
     fn factors(&self, _y: &[f64]) -> Vec<f64> {
         Vec::new()
     }
 
     fn counters(&self) -> WorkCounters;
 
-    /// Returns the counts of the chains' integrator if they are integrated separately.
+    /// Returns the counters of the integrator of the chains if the chains are integrated separately.
     fn chain_counts(&self) -> Option<Counts> {
         None
     }
 
-    /// Returns the magnitudes of the driving of separately integrated chains.
+    /// Returns the magnitudes of the displacements that drive separately integrated chains, and of the resulting
+    /// positions.
     fn driven(&self) -> Option<&Driven> {
         None
     }
 
-    /// Restores these magnitudes from an earlier part of the run. Returns `false` if they belong to other chains.
+    /// Restores the magnitudes that [`driven`](Self::driven) returned in an earlier part of the run. Returns `false` if
+    /// they belong to other chains.
     fn set_driven(&mut self, _driven: &Driven) -> bool {
         false
     }
 
-    /// Returns the driving of network number `k` if a separately integrated body drives it.
+    /// Returns the driving of the network with index `k` if a separately integrated body drives it.
     fn driving(&self, _k: usize) -> Option<Driving> {
         None
     }
@@ -61,7 +63,7 @@ pub(crate) fn muscle_of<'s, P: System + ?Sized>(
     system.muscle_at(y).ok_or(ModelError::NoSuchPart { part: "muscle" })
 }
 
-/// Returns a network of a system and the range of its states, or an error if it is missing.
+/// Returns a network of a system and the range of its unknowns, or an error if the network is missing.
 pub(crate) fn network_of(
     system: &dyn System,
     k: usize,
@@ -70,7 +72,7 @@ pub(crate) fn network_of(
     system.network(k).ok_or(ModelError::NoSuchPart { part })
 }
 
-/// Returns whether measuring these quantities of the muscle requires ẏ.
+/// Returns whether the evaluation of these `quantities` of the muscle requires ẏ.
 pub(crate) fn need_rates<P: System + ?Sized>(
     quantities: &[Quantity],
     system: &mut P,

@@ -1,7 +1,7 @@
 //! Escaping of names and messages from scenes.
 
-/// Returns the text with control and invisible characters escaped, except for line breaks and tabs.
-/// Quoted text from a file must not control a terminal or hide its content.
+/// Escapes control characters and invisible characters, except for line breaks and tabs. Otherwise, text quoted from a
+/// file could control a terminal or hide its content.
 pub fn plain(text: &str) -> String {
     let spelled = |c: char| match c {
         '\n' | '\t' => vec![c],
@@ -11,7 +11,7 @@ pub fn plain(text: &str) -> String {
     text.chars().flat_map(spelled).collect()
 }
 
-/// Escapes the characters in a JSON text that [`plain`] escapes, without changing the values of its strings.
+/// Escapes the characters of a JSON text that [`plain`] would escape. The values of the JSON strings do not change.
 pub(crate) fn plain_json(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -30,7 +30,7 @@ pub(crate) fn plain_json(text: &str) -> String {
 /// Decodes UTF-8.
 ///
 /// # Errors
-/// The number of the first line with other bytes.
+/// Returns the one-based number of the first line with invalid UTF-8.
 pub(crate) fn utf8(bytes: Vec<u8>) -> Result<String, u64> {
     String::from_utf8(bytes).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
@@ -42,8 +42,8 @@ fn is_hidden(c: char) -> bool {
     c.is_control() || is_invisible(c)
 }
 
-/// Returns whether a character changes the direction of text or takes no space. The joiners U+200C
-/// and U+200D are excluded because several scripts need them.
+/// Returns whether a character changes the text direction or has no width. The joiners U+200C and U+200D are excluded
+/// because several scripts require them.
 fn is_invisible(c: char) -> bool {
     matches!(
         c,
@@ -52,7 +52,7 @@ fn is_invisible(c: char) -> bool {
     )
 }
 
-/// Escapes the reserved characters of XML and HTML and control characters.
+/// Escapes control characters and the reserved characters of XML and HTML.
 pub fn escape(text: &str) -> String {
     plain(text)
         .replace('&', "&amp;")

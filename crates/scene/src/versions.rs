@@ -2,23 +2,23 @@
 
 use serde::Serialize;
 
-/// Versions printed in every JSON document.
+/// Versions that every JSON document contains.
 #[derive(Debug, Clone, Serialize)]
 pub struct Versions {
     /// Version of this program.
     pub myovib: &'static str,
-    /// Git revision of the build, with `-modified` after local changes; `unknown` if built outside
-    /// git.
+    /// Git revision of the build. The suffix `-modified` indicates local changes. The revision is `unknown` if the
+    /// program was built outside a git repository.
     pub git: &'static str,
     /// Version of the linked SUNDIALS library, queried at run time.
     pub sundials: String,
-    /// KLU according to the headers at build time, since the library cannot be queried. `None` in a
-    /// build without KLU.
+    /// Version of KLU according to the headers at build time, because the library cannot be queried. `None` if the
+    /// program was built without KLU.
     pub klu: Option<String>,
 }
 
 impl Versions {
-    /// Returns the version of KLU, or the name of its replacement in this build.
+    /// Returns the version of KLU, or a text that names its replacement in this build.
     pub fn klu_text(&self) -> &str {
         self.klu.as_deref().unwrap_or("none (faer is used instead)")
     }

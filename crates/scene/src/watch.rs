@@ -7,12 +7,13 @@ use std::time::Instant;
 use myovib_model::statics::Search;
 use myovib_model::{AcceptedStep, ModelError, Observer, Outcome};
 
-/// Receiver of progress messages. A message is only formatted if it is shown.
+/// Receiver of progress messages. A message is formatted only if it is shown.
 pub trait ProgressSink: Sync {
-    /// Shows the line if it is due.
+    /// Shows the line if a progress message is due.
     fn on_progress(&self, line: &dyn Fn() -> String);
 
-    /// Shows the line even if another line was shown just before, for operations that take a long time.
+    /// Shows the line even if another line was shown shortly before. Call this method before operations that take a
+    /// long time.
     fn report_now(&self, line: &dyn Fn() -> String) {
         self.on_progress(line);
     }
@@ -33,7 +34,7 @@ pub struct Watcher<'a> {
 }
 
 impl Watcher<'_> {
-    /// Neither progress messages nor interruption.
+    /// Watcher without progress messages and without interruption.
     pub const NOBODY: Watcher<'static> = Watcher { interrupt: None, progress: &() };
 
     /// Returns whether the flag is set.
@@ -43,18 +44,18 @@ impl Watcher<'_> {
     }
 }
 
-/// An observer that shows time, steps, order, step size and remaining time on a progress line,
-/// which several runs may share.
+/// Observer that shows the time, the number of steps, the order, the step size and the remaining time on a progress
+/// line. Several runs may share the line.
 pub struct Watch<'a> {
     label: String,
     t_end: f64,
     progress: &'a dyn ProgressSink,
-    /// Time at the start of the run, s, the number of steps before, and the wall-clock time.
+    /// Simulated time (s), number of steps, and wall-clock time at the start of the run.
     start: Option<(f64, u64, Instant)>,
 }
 
 impl<'a> Watch<'a> {
-    /// Observes the run called `label` that ends at `t_end` (s).
+    /// Creates an observer for the run called `label`, which ends at `t_end` (s).
     pub fn new(label: String, t_end: f64, progress: &'a dyn ProgressSink) -> Self {
         Self { label, t_end, progress, start: None }
     }
@@ -71,7 +72,7 @@ impl<P> Observer<P> for Watch<'_> {
         });
         self.progress.on_progress(&|| {
             let counts = step.integrator.counts();
-            // Steps often grow after a ramp, so the mean step may be much too short.
+            // Steps often grow after a ramp, so the mean step may be much shorter than the current steps.
             let steps = counts.steps.saturating_sub(before).max(1) as f64;
             let mean_step = (step.to - t_start) / steps;
             let remaining_steps = (self.t_end - step.to) / mean_step.max(counts.last_step);
@@ -85,8 +86,7 @@ impl<P> Observer<P> for Watch<'_> {
     }
 }
 
-/// Returns a callback that reports the progress of the search for an equilibrium and interrupts it
-/// on request.
+/// Returns a callback that reports the progress of the search for an equilibrium and interrupts the search on request.
 pub(crate) fn search(watcher: Watcher<'_>) -> impl FnMut(&Search) -> ControlFlow<()> {
     move |at| {
         watcher.progress.on_progress(&|| {
