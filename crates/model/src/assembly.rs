@@ -9,7 +9,7 @@ use crate::blocks::{Block, Blocks};
 use crate::matrix::Matrix;
 use myovib_sparse::Scalar;
 
-/// A matrix of the muscle, its block, and the data from which its coefficient is computed.
+/// A matrix of the muscle, the block that contains it, and the data from which its coefficient is computed.
 #[derive(Debug, Clone)]
 pub struct Entry<C> {
     /// Rows of the block.
@@ -22,7 +22,7 @@ pub struct Entry<C> {
     pub coefficient: C,
 }
 
-/// A matrix in a block, with the data of all its coefficients, which are added.
+/// A matrix placed in a block, with the data of its coefficients. The coefficients are summed.
 #[derive(Debug, Clone)]
 struct Placed<C> {
     matrix: Matrix,
@@ -30,7 +30,7 @@ struct Placed<C> {
     block: usize,
 }
 
-/// A block matrix as a sum of matrices, each scattered by a map computed once.
+/// A block matrix assembled as a sum of matrices. The map that scatters each matrix is computed only once.
 #[derive(Debug, Clone)]
 pub struct Assembly<C> {
     terms: Vec<Placed<C>>,
@@ -40,11 +40,11 @@ pub struct Assembly<C> {
 impl<C: Copy> Assembly<C> {
     /// Places `entries` in a matrix of `shape` (rows, columns).
     ///
-    /// `pattern_of` returns the compressed-column pattern that orders the values of a matrix, and
-    /// whether the matrix has the transpose of this pattern.
+    /// `pattern_of` returns the compressed-column pattern that determines the order of a matrix's values, and whether
+    /// the matrix has the transpose of this pattern.
     ///
     /// # Panics
-    /// Panics if a block exceeds the assembled matrix, or this matrix has 2³² entries or more.
+    /// Panics if a block extends beyond the assembled matrix, or if the assembled matrix has 2³² entries or more.
     pub fn new<'a>(
         shape: (usize, usize),
         entries: impl IntoIterator<Item = Entry<C>>,
@@ -115,8 +115,8 @@ mod tests {
 
     #[test]
     fn blocks_overlap_transpose_and_sum() {
-        // 3×3 matrix: a 2×2 diagonal block, added twice, and a 1×2 block below it with its
-        // transpose.
+        // A 3×3 matrix: a 2×2 diagonal block that is added twice, a 1×2 block below it, and the transpose of the 1×2
+        // block.
         let square = pattern(2, 2, &[(0, 0), (1, 1)]);
         let wide = pattern(1, 2, &[(0, 0), (0, 1)]);
         let entry =

@@ -1,4 +1,4 @@
-//! Assembles blocks into a sparse matrix: union of the patterns and position of each block entry.
+//! Assembly of blocks into a sparse matrix: union of the block patterns, and position of each block entry.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -11,7 +11,7 @@ pub(crate) struct Block<'a> {
     pub(crate) row: usize,
     pub(crate) column: usize,
     pub(crate) pattern: &'a SparsityPattern,
-    /// Whether the transposed pattern is placed. Values keep the order of the original pattern.
+    /// Whether the transposed pattern is placed. The values keep the order of the original pattern.
     pub(crate) transposed: bool,
 }
 
@@ -21,8 +21,7 @@ impl<'a> Block<'a> {
         Self { row, column, pattern, transposed: false }
     }
 
-    /// Returns (row, column) in the assembled matrix for each entry, in the order of the block's
-    /// values.
+    /// Returns the position (row, column) of each entry in the assembled matrix, in the order of the block's values.
     fn entries(self) -> impl Iterator<Item = (usize, usize)> + 'a {
         let Self { row: row_start, column: column_start, pattern, transposed } = self;
         pattern.entries().map(move |(major, minor)| {
@@ -32,7 +31,7 @@ impl<'a> Block<'a> {
     }
 }
 
-/// Pattern of the assembled matrix and, for each block, a map into its values.
+/// Pattern of the assembled matrix and, for each block, the positions of its entries in the assembled values.
 #[derive(Debug, Clone)]
 pub(crate) struct Blocks {
     pattern: SparsityPattern,
@@ -73,7 +72,7 @@ impl Blocks {
     /// Places `blocks`, which may overlap, in a matrix of `shape` (rows, columns).
     ///
     /// # Panics
-    /// Panics if a block exceeds the matrix, or the matrix has 2³² entries or more.
+    /// Panics if a block extends beyond the matrix, or if the matrix has 2³² entries or more.
     pub(crate) fn new(shape: (usize, usize), blocks: &[Block<'_>]) -> Self {
         let pattern = union(shape, blocks);
         let positions =
@@ -86,7 +85,7 @@ impl Blocks {
         &self.pattern
     }
 
-    /// Adds `factor · values` at the positions of block number `block`.
+    /// Adds `factor · values` to `whole` at the positions of the block with index `block`.
     pub(crate) fn add<T: Scalar>(&self, block: usize, factor: T, values: &[f64], whole: &mut [T]) {
         match &self.positions[block] {
             Positions::Single(positions) => {
@@ -109,7 +108,7 @@ impl Blocks {
 }
 
 fn union((n_rows, n_columns): (usize, usize), blocks: &[Block<'_>]) -> SparsityPattern {
-    // One contiguous allocation per array: many small ones would fragment the heap.
+    // Use one contiguous allocation per array, because many small allocations would fragment the heap.
     let entries = || blocks.iter().flat_map(|block| block.entries());
     let mut starts = vec![0; n_columns + 1];
     for (_, column) in entries() {

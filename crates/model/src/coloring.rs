@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-/// Distributes `n` items into groups whose members share none of their `nodes`. Each item is added to the first
-/// possible group.
+/// Distributes `n` items among groups such that no two items of a group share a node. `nodes` returns the nodes of an
+/// item. Each item is added to the first possible group.
 pub(crate) fn colors<I: IntoIterator<Item = usize>>(
     n: usize,
     nodes: impl Fn(usize) -> I,

@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 /// Counts of element passes and assemblies.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct WorkCounters {
-    /// Element passes for residuals.
+    /// Element passes that compute residuals.
     pub residual_passes: u64,
     /// Residual passes that include the damping force ∫Ṗ:∇φ.
     pub force_rate_passes: u64,
     /// Residual passes over elements whose law uses fiber directions.
     pub fiber_passes: u64,
-    /// Element passes for tangents.
+    /// Element passes that compute tangents.
     pub tangent_passes: u64,
     /// Tangent passes that include the damping tangent ∂/∂q ∫Ṗ:∇φ.
     pub rate_tangent_passes: u64,
@@ -28,9 +28,9 @@ pub struct WorkCounters {
     pub relaxing_passes: u64,
     /// Tangent passes over viscoelastic elements.
     pub relaxing_tangent_passes: u64,
-    /// Passes that eliminate internal stresses from Newton's systems.
+    /// Passes that eliminate internal stresses from the Newton systems.
     pub relaxing_solve_passes: u64,
-    /// Element passes for the effect of two-way coupled oscillators on the body's forces.
+    /// Element passes that compute the effect of two-way coupled oscillators on the body's forces.
     pub coherence_passes: u64,
     /// Factorizations and solves of the condensed linear solver, and their accuracy.
     pub linear: LinearWork,
@@ -39,13 +39,13 @@ pub struct WorkCounters {
     /// Element passes rejected because of an inverted element; the integrator then reduces the
     /// step.
     pub inversions: u64,
-    /// The element inverted last.
+    /// The most recently inverted element.
     #[serde(skip)]
     pub inverted: Option<Inverted>,
 }
 
 impl WorkCounters {
-    /// Records whether an element pass was rejected and returns a recoverable error if so.
+    /// Counts a rejected element pass and converts it to a recoverable error.
     pub(crate) fn passed(&mut self, pass: Result<(), Inverted>) -> Result<(), StepError> {
         pass.map_err(|element| {
             self.inversions += 1;

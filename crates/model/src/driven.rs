@@ -1,4 +1,4 @@
-//! Obstacles driven by a force: one unknown displacement each, eliminated from the linear system.
+//! Obstacles driven by a force. Each obstacle has one unknown displacement, which is eliminated from the linear system.
 
 use std::ops::Range;
 
@@ -8,9 +8,9 @@ use num_complex::ComplexFloat;
 
 use crate::muscle::load::Contact;
 
-/// Linearized equations F_k(u, s_k) = force of driven obstacles. With c = ∂F/∂u, and −c the derivative of the force on
-/// the body with respect to s, elimination of s subtracts c cᵀ/(∂F/∂s) from the matrix, one obstacle after another
-/// (Sherman–Morrison).
+/// Linearized equations F_k(u, s_k) = force for obstacles driven by a force. Let c = ∂F/∂u; the derivative of the
+/// force on the body with respect to s is −c. Eliminating s subtracts c cᵀ/(∂F/∂s) from the matrix. The obstacles are
+/// eliminated one after another (Sherman–Morrison).
 #[derive(Debug, Default)]
 pub(crate) struct DrivenObstacles<T> {
     obstacles: Vec<Driven<T>>,
@@ -22,15 +22,15 @@ struct Driven<T> {
     by_nodes: Vec<f64>,
     /// Positions of the displacement components among the unknowns.
     columns: Range<usize>,
-    /// Solution of the linear system with the right-hand side c, in which the preceding obstacles follow their forces.
+    /// Solution of the linear system for the right-hand side c, after elimination of the preceding obstacles.
     response: Vec<T>,
     /// ∂F/∂s minus cᵀ times the response.
     pivot: T,
 }
 
-/// Returns, for each obstacle in contact that follows a force, the derivatives of the contact force with respect to the
-/// obstacle and the free displacement components, and the force under the full load. `u` is the displacement of all
-/// nodes under a `part` of the loads at time `t`.
+/// Returns, for each force-driven obstacle in contact, the derivatives of the contact force with respect to the
+/// obstacle's displacement and to the free displacement components, and the force under the full load. `u` is the
+/// displacement of all nodes under the fraction `part` of the loads at time `t`.
 pub(crate) fn slopes(
     dofs: &DofMap,
     contacts: &[Contact],
@@ -46,8 +46,9 @@ pub(crate) fn slopes(
 }
 
 impl<T: Scalar> DrivenObstacles<T> {
-    /// Prepares [`correct`](Self::correct) after a factorization for `n` unknowns, with which `solve` solves the linear
-    /// system. The balance of momentum is in the rows `rows`, the displacement in the columns `columns`.
+    /// Prepares [`correct`](Self::correct) after the matrix for `n` unknowns was factorized; `solve` solves systems
+    /// with this matrix. `rows` are the rows of the momentum balance, and `columns` are the columns of the
+    /// displacement.
     pub(crate) fn factorize(
         &mut self,
         slopes: &[DrivenSlope],
@@ -69,7 +70,7 @@ impl<T: Scalar> DrivenObstacles<T> {
             self.correct(&mut own.response, 1);
             own.pivot = T::one() * slope.by_obstacle - own.product(&own.response, 0, 1);
             let size = ComplexFloat::abs(own.pivot);
-            // The difference is only rounding error, or NaN.
+            // The pivot consists only of rounding errors, or is NaN.
             if size.is_nan() || size <= 16.0 * f64::EPSILON * slope.by_obstacle {
                 return Err(SparseError::Singular { n: n + 1, column: None });
             }
@@ -78,8 +79,7 @@ impl<T: Scalar> DrivenObstacles<T> {
         Ok(())
     }
 
-    /// Turns solutions `x` for fixed obstacles, stored row by row, into solutions for obstacles that follow their
-    /// forces.
+    /// Converts solutions `x` for fixed obstacles, stored row by row, into solutions for force-driven obstacles.
     pub(crate) fn correct(&self, x: &mut [T], n_columns: usize) {
         for own in &self.obstacles {
             for j in 0..n_columns {

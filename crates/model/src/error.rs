@@ -50,7 +50,7 @@ pub enum ModelError {
     /// An invalid active tension.
     #[error("the tension of active stress {number} cannot be prescribed: {objection}")]
     Activation {
-        /// Number of the active stress in the solid.
+        /// Index of the active stress in the solid.
         number: usize,
         objection: &'static str,
     },
@@ -59,7 +59,7 @@ pub enum ModelError {
     OutsideMesh {
         /// Coordinates, m.
         point: Vec<f64>,
-        /// A nearby point of the mesh, and its distance, m.
+        /// A nearby point of the mesh and its distance from `point`, m.
         nearest: Option<(Vec<f64>, f64)>,
     },
     /// A point with the wrong number of coordinates for the body.
@@ -94,7 +94,7 @@ pub enum ModelError {
     NoEquilibrium {
         /// Fraction of the load up to which an equilibrium was found.
         reached: f64,
-        /// An element that the last iterations inverted.
+        /// An element that was inverted in the last iterations.
         inverted: Option<myovib_fem::Inverted>,
         remedy: String,
     },
@@ -105,7 +105,7 @@ pub enum ModelError {
         100.0 * .reached
     )]
     Penetration {
-        /// Fraction of the load.
+        /// Fraction of the load at which the penetration remains.
         reached: f64,
     },
     /// Newton's method found no periodic state.
@@ -116,7 +116,7 @@ pub enum ModelError {
          use a smaller `rtol` of [integrator], such as {map_error:.0e}, or a larger `periodic.tolerance`"
     )]
     NoPeriodicState {
-        /// Remaining relative difference of the states at the ends of the period.
+        /// Remaining relative difference between the states at the start and the end of the period.
         residual: f64,
         tolerance: f64,
         /// Relative error of the integration over a period.
@@ -153,7 +153,7 @@ pub enum ModelError {
     /// A factorization or solve failed.
     #[error(transparent)]
     Factorization(#[from] myovib_sparse::SparseError),
-    /// An unexpected element with det F ≤ 0.
+    /// An unexpectedly inverted element (det F ≤ 0).
     #[error(transparent)]
     Inverted(#[from] myovib_fem::Inverted),
     /// The number of sources differs from the number of forcing directions.
@@ -186,7 +186,7 @@ pub enum ModelError {
     /// The structural analysis failed.
     #[error(transparent)]
     Structure(#[from] myovib_structure::StructureError),
-    /// A measurement of a part that the system does not have.
+    /// A measurement of a part that is missing in the system.
     #[error("the system has no {part}")]
     NoSuchPart { part: &'static str },
     /// A recorder failed to write.
@@ -195,7 +195,7 @@ pub enum ModelError {
 }
 
 impl ModelError {
-    /// Returns whether a search found no result, although its input is valid.
+    /// Returns whether the error means that a search found no result although its input is valid.
     pub fn is_search_without_result(&self) -> bool {
         matches!(
             self,
@@ -210,7 +210,7 @@ impl ModelError {
 
 fn how_far(nearest: Option<&(Vec<f64>, f64)>) -> String {
     nearest.map_or(String::new(), |(point, distance)| {
-        // The search ends within rounding errors of the boundary.
+        // The search finds the boundary only up to rounding errors.
         let found = point.iter().map(|&x| if x.abs() > 1e-9 * distance { x } else { 0.0 });
         let point = coordinates(&found.collect::<Vec<_>>());
         format!(": {distance:.3e} m from its point {point}")

@@ -78,7 +78,7 @@ impl Layout {
         &self.blocks
     }
 
-    /// Returns the range of `field`, or `None` if the formulation does not have it.
+    /// Returns the range of `field`, or `None` if the formulation does not contain this field.
     pub fn range(&self, field: Field) -> Option<Range<usize>> {
         self.blocks.iter().find(|(f, _)| *f == field).map(|(_, range)| range.clone())
     }
@@ -91,7 +91,7 @@ impl Layout {
         self.range(Field::Velocity).expect("the momentum balance is in the rows of v")
     }
 
-    /// Returns the block that contains component `i` and the position within the block.
+    /// Returns the block that contains component `i`, and the position of the component within the block.
     ///
     /// # Panics
     /// Panics if `i` is not less than [`n_unknowns`](Layout::n_unknowns).

@@ -1,7 +1,7 @@
 //! The DAE formulations: unknowns, equations and index.
 //!
-//! A formulation is one entry of the list `formulations!`: it pairs each block of unknowns with the
-//! equation in its rows and states its index. The equations are in [`crate::equation`].
+//! Each entry of the list `formulations!` defines a formulation: it pairs each block of unknowns with the equation in
+//! the rows of the block, and states the index of each block. The equations are in [`crate::equation`].
 
 use std::fmt;
 
@@ -19,17 +19,17 @@ struct Description {
     name: &'static str,
     /// Equation number in the paper.
     equation: &'static str,
-    /// Each block of unknowns with the equation in its rows, in the order of the vector.
+    /// Blocks of unknowns, each with the equation in its rows, in the order of the integrator's vector.
     rows: &'static [(Field, Equation)],
-    /// Perturbation index of each block of `rows`, as the array element `[β > 0][κ = ∞]`.
+    /// Perturbation index of each block of `rows`. Each array is indexed by `[β > 0][κ = ∞]`.
     index: &'static [[[u8; 2]; 2]],
-    /// Fields whose time derivative does not occur.
+    /// Fields whose time derivatives do not occur in the equations.
     algebraic: fn(Case) -> &'static [Field],
     /// Violated requirement on κ and β, if any.
     objection: fn(Case) -> Option<&'static str>,
 }
 
-/// Properties of κ and β on which index and admissibility depend.
+/// Properties of κ and β that determine the index and whether a formulation is allowed.
 #[derive(Clone, Copy)]
 struct Case {
     damped: bool,
@@ -169,7 +169,7 @@ impl Formulation {
         self.description().equation
     }
 
-    /// Returns each block of unknowns with the equation in its rows, in the order of the vector.
+    /// Returns the blocks of unknowns, each with the equation in its rows, in the order of the integrator's vector.
     pub fn rows(self) -> &'static [(Field, Equation)] {
         self.description().rows
     }
@@ -184,11 +184,11 @@ impl Formulation {
         self.rows().iter().map(|(f, _)| self.variable_index(*f, parameters)).max().unwrap_or(0)
     }
 
-    /// Returns the perturbation index of one block of unknowns, as found from the matrices (note
+    /// Returns the perturbation index of one block of unknowns. The indices were determined from the matrices (note
     /// 0002).
     ///
-    /// For β > 0 and κ < ∞, for instance, the force β Bᵀλ̇ transfers the perturbation of the
-    /// constraint to the velocity, which therefore has index 1.
+    /// For example, if β > 0 and κ < ∞, the force β Bᵀλ̇ transfers perturbations of the constraint to the velocity.
+    /// The velocity therefore has index 1.
     pub fn variable_index(self, field: Field, parameters: &Parameters) -> u8 {
         self.index_of(field, Case::of(parameters))
     }
@@ -219,7 +219,7 @@ impl Formulation {
     /// Checks that this formulation can be used with the given κ and β.
     ///
     /// # Errors
-    /// [`ModelError::NotAllowed`] with the allowed values.
+    /// Returns [`ModelError::NotAllowed`], which describes the allowed values, if κ or β is not allowed.
     pub fn check(self, parameters: &Parameters) -> Result<(), ModelError> {
         let objection = (self.description().objection)(Case::of(parameters));
         objection.map_or(Ok(()), |allowed| {

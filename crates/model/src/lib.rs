@@ -1,7 +1,7 @@
 //! The coupled muscle model as differential-algebraic equations.
 //!
-//! Data flows one way: a [`Muscle`] (body, damping, loads) and a [`Formulation`] define a [`MuscleDae`], which
-//! implements `Problem` for the integrators.
+//! Data flows in one direction: a [`Muscle`] (body, damping, loads) and a [`Formulation`] define a [`MuscleDae`],
+//! which implements `Problem` for the integrators.
 //!
 //! Main types:
 //! - [`Muscle`], [`Parameters`], [`Load`], [`RobinSupport`], [`Activation`], [`Signal`]: the physics,
@@ -17,7 +17,7 @@
 //! - [`index`], [`table1`], [`inf_sup`], [`spectrum`], [`check`]: analysis of the matrices of a
 //!   model (folder `analysis`).
 //! - [`harmonic`]: harmonic response about an equilibrium.
-//! - [`periodic`]: periodic states, their Floquet multipliers, and curves of periodic states.
+//! - [`periodic`]: periodic states, also as a function of a parameter, and their Floquet multipliers.
 //! - [`advice`]: likely causes and remedies for a run that stopped.
 #![doc = include_str!("../notes/0001-formulations.md")]
 #![forbid(unsafe_code)]

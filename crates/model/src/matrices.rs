@@ -18,11 +18,11 @@ pub(crate) struct Matrices {
     displacement_identity: SparsityPattern,
     pressure_identity: SparsityPattern,
     tension_identity: SparsityPattern,
-    /// Entries that couple the same component of two nodes: a subset of the displacement pattern.
+    /// Pattern of the entries that couple the same component of two nodes; a subset of the displacement pattern.
     mass: SparsityPattern,
-    /// Nonzero entries of the stiffness and damping of the elastic foundations.
+    /// Patterns of the nonzero entries of the stiffness and damping of the elastic foundations.
     foundations: [SparsityPattern; 2],
-    /// Rows: free components of each active region whose tension is an unknown.
+    /// Pattern with one column per unknown tension. The rows of a column are the free components of the active region.
     tensions: SparsityPattern,
     /// Values of the matrices in use, except for those in `relaxing` and `coherence`.
     values: HashMap<Matrix, Vec<f64>>,
@@ -37,7 +37,7 @@ pub(crate) struct Matrices {
     tension_workspace: [Vec<f64>; 2],
 }
 
-/// Tangents of viscoelastic stress and the displacement (all nodes) at which they were evaluated.
+/// Tangents of viscoelastic stress and the displacement of all nodes at which they were evaluated.
 #[derive(Debug, Clone)]
 struct ViscoelasticMatrices {
     geometric: Vec<f64>,
@@ -128,7 +128,8 @@ impl Matrices {
         }
     }
 
-    /// Returns the pattern that orders the values of `matrix`, and whether `matrix` has the transpose of this pattern.
+    /// Returns the pattern that determines the order of the values of `matrix`, and whether `matrix` has the transpose
+    /// of this pattern.
     pub(crate) fn pattern<'a>(
         &'a self,
         solid: &'a Solid,
@@ -165,8 +166,8 @@ impl Matrices {
         stored.expect("only matrices in use are requested")
     }
 
-    /// Returns the buffers for the contribution of eliminated oscillators to stiffness and damping. Allocates them at
-    /// the first call.
+    /// Returns the buffers for the contribution of eliminated oscillators to stiffness and damping. Allocates the
+    /// buffers on the first call.
     pub(crate) fn coherence_mut(&mut self, solid: &Solid) -> &mut [Vec<f64>; 2] {
         let nnz = solid.displacement_pattern().nnz();
         self.coherence.get_or_insert_with(|| [vec![0.0; nnz], vec![0.0; nnz]])
@@ -190,8 +191,8 @@ impl Matrices {
         }
     }
 
-    /// Evaluates the stiffness of the boundary forces at time `t` and nodal displacements `u`, with the loads scaled by
-    /// `part`. Also evaluates its symmetric part, if used.
+    /// Evaluates the stiffness of the boundary forces at time `t` and nodal displacements `u`, with the loads scaled
+    /// by `part`. Also evaluates the symmetric part of this stiffness, if used.
     pub(crate) fn update_boundary_forces<'a>(
         &mut self,
         forces: impl Iterator<Item = &'a dyn BoundaryForce>,
@@ -207,7 +208,7 @@ impl Matrices {
         self.symmetrize(Matrix::PressureSymmetricStiffness);
     }
 
-    /// Computes `part`, the symmetric part of another matrix, if used.
+    /// Computes `part`, which is the symmetric part of another matrix, if it is used.
     pub(crate) fn symmetrize(&mut self, part: Matrix) {
         let Source::SymmetricPartOf(whole) = part.properties().source else {
             return;
@@ -323,7 +324,7 @@ fn tension_pattern(muscle: &Muscle) -> SparsityPattern {
         .expect("free components ascend")
 }
 
-/// Extracts from values on the displacement pattern the entries of the subpattern `part`.
+/// Extracts the entries of the subpattern `part` from `values`, which are ordered by the displacement pattern.
 fn on_pattern(solid: &Solid, part: &SparsityPattern, values: &[f64]) -> Vec<f64> {
     let whole = solid.displacement_pattern();
     let entry = |(column, row): (usize, usize)| {

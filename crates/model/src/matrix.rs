@@ -1,9 +1,9 @@
 //! The matrices of the muscle and their positions in a formulation's Jacobian.
 //!
-//! Each [`Equation`](crate::equation::Equation) lists its Jacobian as [`Term`]s: a matrix, the block of unknowns it
-//! multiplies, and its coefficients in ∂F/∂y and ∂F/∂ẏ. The matrix `a ∂F/∂y + b ∂F/∂ẏ` is then a sum of a few matrices
-//! in one fixed pattern for every formulation. Condensed and complex Newton matrices are the same sum with other
-//! coefficients.
+//! Each [`Equation`](crate::equation::Equation) describes its Jacobian by [`Term`]s. A term consists of a matrix, the
+//! block of unknowns that the matrix multiplies, and its coefficients in ∂F/∂y and ∂F/∂ẏ. In every formulation, the
+//! matrix `a ∂F/∂y + b ∂F/∂ẏ` is therefore a sum of a few matrices in one fixed pattern. Condensed and complex Newton
+//! matrices are the same sum with other coefficients.
 
 use crate::field::Field;
 
@@ -29,7 +29,7 @@ pub enum Matrix {
     DampedStiffness,
     /// B(q)ᵀ with each pressure scaled by β/β_body; used only if β varies between elements.
     DampedDivergenceTransposed,
-    /// Transpose of ∂(B(q) v)/∂q with the same scaling.
+    /// Transpose of ∂(B(q) v)/∂q with each pressure scaled by β/β_body.
     DampedDivergenceRateTransposed,
     /// ∂/∂q of the forces on the deformed boundary: follower pressures and contacts.
     PressureStiffness,
@@ -49,7 +49,8 @@ pub enum Matrix {
     FoundationStiffness,
     /// Σ c R: damping of elastic foundations, constant.
     FoundationDamping,
-    /// ∂/∂q of the force of active and viscous stresses and of friction; symmetric unless one depends on v.
+    /// ∂/∂q of the force of active and viscous stresses and of friction; symmetric unless one of these forces depends
+    /// on v.
     AddedStiffness,
     /// Symmetric part of `AddedStiffness`, used in Newton's method if all other matrices are symmetric.
     AddedSymmetricStiffness,
@@ -61,18 +62,19 @@ pub enum Matrix {
     TensionIdentity,
     /// −∂Ṫ/∂T of the activation models, diagonal.
     TensionDecay,
-    /// Stiffness from the elimination, for one c, of oscillators that act on the elements that drive them.
+    /// Stiffness that results from the elimination, for one value of c, of oscillators that act on the elements that
+    /// drive them.
     CoherenceStiffness,
-    /// Damping from the same elimination.
+    /// Damping that results from the same elimination.
     CoherenceDamping,
     /// ∂/∂q ∫F H:∇φ at constant overstress H = Σ g S − Σ Q.
     RelaxingGeometric,
-    /// ∂/∂q ∫F S:∇φ at constant F in the regions of Prony series number n. Once the internal
-    /// stresses are eliminated, its coefficient is φ(c) − 1 of that series.
+    /// ∂/∂q ∫F S:∇φ at constant F in the regions of the Prony series with this index. After the internal stresses are
+    /// eliminated, its coefficient is φ(c) − 1 of this series.
     RelaxingStiffness(usize),
 }
 
-/// Pattern in which the values of a matrix are ordered.
+/// Pattern that determines the order of the values of a matrix.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Pattern {
     DisplacementIdentity,
@@ -101,7 +103,7 @@ pub(crate) enum Source {
     ScaledRows(Matrix),
     /// Symmetric part of another matrix.
     SymmetricPartOf(Matrix),
-    /// Computed with the other tangents of viscoelastic stress.
+    /// Computed together with the other tangents of viscoelastic stress.
     Relaxation,
     /// Computed by the linear solver of coupled systems.
     Coherence,
@@ -111,8 +113,8 @@ pub(crate) enum Source {
 pub(crate) struct Properties {
     pub(crate) pattern: Pattern,
     pub(crate) source: Source,
-    /// The transposed matrix, if any. The stiffness of added stresses counts as symmetric: if it is not, its symmetric
-    /// part is used.
+    /// The transposed matrix, if any. The stiffness of added stresses is treated as symmetric: if it is unsymmetric,
+    /// its symmetric part is used.
     pub(crate) transpose: Option<Matrix>,
 }
 

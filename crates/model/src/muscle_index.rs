@@ -15,9 +15,9 @@ impl Muscle {
 
     /// Returns the perturbation index of one block of unknowns.
     ///
-    /// Without inertia, the displacement and the pressure balance the forces and have index 1. The velocity, a
-    /// derivative of the displacement, has index 2. With viscous forces or friction, the pressure of an incompressible
-    /// body has index 2.
+    /// Without inertia, the displacement and the pressure are determined by the equilibrium of forces and have
+    /// index 1. The velocity is a derivative of the displacement and has index 2. With viscous forces or friction, the
+    /// pressure of an incompressible body has index 2.
     pub fn variable_index(&self, formulation: Formulation, field: Field) -> u8 {
         let parameters = &self.parameters;
         let is_damped = || Added::of(self).is_damped() || self.has_friction();

@@ -41,7 +41,7 @@ pub(crate) fn stiffness(solid: &Solid, u: &[f64], p: &[f64]) -> Result<CscMatrix
     Ok(matrix(solid.displacement_pattern(), values))
 }
 
-/// Returns a zero displacement of all nodes.
+/// Returns zero displacements for all nodes.
 pub(crate) fn rest(solid: &Solid) -> Vec<f64> {
     vec![0.0; solid.dofs().n_full()]
 }
@@ -50,8 +50,8 @@ pub(crate) fn no_pressure(solid: &Solid) -> Vec<f64> {
     vec![0.0; solid.space().n_pressures()]
 }
 
-/// Returns the size of the gradient of a displacement `u` of all nodes: over all element edges, the largest difference
-/// of the displacements of the two vertices divided by the edge length.
+/// Returns a measure of the gradient of a displacement `u` of all nodes: the maximum over all element edges of the
+/// difference between the displacements of the two vertices, divided by the edge length.
 pub(crate) fn largest_gradient(space: &Space, u: &[f64]) -> f64 {
     let (mesh, dimension) = (space.mesh(), space.dimension());
     let distance = |values: &[f64], [a, b]: [usize; 2]| {
@@ -63,7 +63,7 @@ pub(crate) fn largest_gradient(space: &Space, u: &[f64]) -> f64 {
     edges.map(|edge| distance(u, edge) / distance(space.coordinates(), edge)).fold(0.0, f64::max)
 }
 
-/// Returns the edge length of a square or cube with the mean element area or volume, m.
+/// Returns the edge length (m) of a square or cube whose area or volume is the mean over all elements.
 pub(crate) fn element_size(solid: &Solid) -> f64 {
     let mean = solid.volume() / solid.space().n_elements() as f64;
     match solid.space().dimension() {

@@ -24,9 +24,9 @@ const C01: f64 = 2.0e2;
 pub const LAW: Law = Law::MooneyRivlin { c10: C10, c01: C01 };
 /// [`LAW`] linearized for small strains: ζ = 2 (c10 + c01). Paper: eq. (26).
 pub const SMALL_STRAIN: Law = Law::SmallStrain { shear_modulus: 2.0 * (C10 + C01) };
-/// Bulk modulus κ of the paper's preferred pair, Pa.
+/// Bulk modulus κ of the parameter pair that the paper prefers, Pa.
 pub const KAPPA: f64 = 1e5;
-/// Stiffness-proportional damping β of the paper's preferred pair, s.
+/// Stiffness-proportional damping β of the parameter pair that the paper prefers, s.
 pub const BETA: f64 = 1e-4;
 /// Amplitude of the surface load τ_y, Pa.
 pub const LOAD_AMPLITUDE: f64 = 100.0;
@@ -42,8 +42,8 @@ pub const FIXED_GROUP: &str = "fixed";
 pub const LOAD_GROUP: &str = "load";
 
 impl Signal {
-    /// Returns the load of the paper, 8 Hz: `τ_y` of section 3.2 for `amplitude` = 100 Pa, `τ` of
-    /// the rod for `amplitude` = 1.
+    /// Returns the 8 Hz load of the paper: `τ_y` of section 3.2 if `amplitude` is 100 Pa, or `τ` of the rod if
+    /// `amplitude` is 1.
     pub fn paper(amplitude: f64) -> Self {
         RampedSine {
             amplitude,
@@ -58,7 +58,7 @@ impl Signal {
 /// Builds the muscle on `mesh` under a surface load `(0, τ_y)`, where τ_y follows `signal` (Pa).
 ///
 /// # Errors
-/// [`ModelError::Fem`] if the mesh lacks a group, [`ModelError::OutOfRange`] for κ or β.
+/// Returns [`ModelError::Fem`] if the mesh lacks a group, and [`ModelError::OutOfRange`] if κ or β is out of range.
 pub fn muscle_with_load(
     mesh: &Mesh,
     law: Law,
@@ -76,33 +76,33 @@ pub fn muscle_with_load(
     })
 }
 
-/// Builds the muscle of section 3.2: Mooney–Rivlin law, 8 Hz load.
+/// Builds the muscle of section 3.2, with the Mooney–Rivlin law and the 8 Hz load.
 ///
 /// # Errors
-/// As [`muscle_with_load`].
+/// Returns the same errors as [`muscle_with_load`].
 pub fn muscle(mesh: &Mesh, kappa: f64, beta: f64) -> Result<Muscle, ModelError> {
     muscle_with_load(mesh, LAW, kappa, beta, Signal::paper(LOAD_AMPLITUDE))
 }
 
 /// Quantity that the rod's end load prescribes.
 const ROD_END_LOAD: EndLoad = EndLoad::Strain;
-/// Amplitude of the rod's load, a strain.
+/// Amplitude of the rod's end load, which is a strain.
 const ROD_LOAD_AMPLITUDE: f64 = 1.0;
 
-/// Builds the rod of section 3.1: ten elements under the end load.
+/// Builds the rod of section 3.1, with ten elements and the end load.
 pub fn rod() -> Result<RodDae, ModelError> {
     let load = Signal::paper(ROD_LOAD_AMPLITUDE);
     RodDae::new(Rod::new(RodData::default())?, ROD_END_LOAD, load)
 }
 
-/// Position of the rod's point that drives the chain, L/2 in m.
+/// Position of the point on the rod that drives the chain: L/2, in m.
 pub const ROD_POINT: f64 = 0.05;
 
 /// Returns a chain of `n` oscillators with frequencies 16π ± `half_width` rad/s. The paper uses n = 20 and 0.05 rad/s
 /// for the rod (section 3.1), n = 5 and 0.5 rad/s for the muscle (section 3.2).
 ///
 /// # Errors
-/// [`ModelError::Oscillators`] for n = 0 or a negative width.
+/// Returns [`ModelError::Oscillators`] if `n` is 0 or `half_width` is negative.
 pub fn chain(n: usize, half_width: f64) -> Result<Chain, ModelError> {
     let detuning = Detuning { half_width, ..Detuning::default() };
     Ok(Chain {

@@ -25,10 +25,10 @@ pub struct RodDae {
 }
 
 impl RodDae {
-    /// Builds the system from the rod, the meaning of its end load, and the signal τ(t).
+    /// Builds the system from the rod, the type of its end load, and the signal τ(t).
     ///
     /// # Errors
-    /// [`ModelError::RodStrain`] for a strain with a jump in value or slope.
+    /// Returns [`ModelError::RodStrain`] if a strain is prescribed whose value or slope jumps.
     pub fn new(rod: Rod, load: EndLoad, signal: Signal) -> Result<Self, ModelError> {
         match (load, signal.unfit_for_motion()) {
             (EndLoad::Strain, Some(objection)) => Err(ModelError::RodStrain { objection }),
@@ -46,7 +46,7 @@ impl RodDae {
         &self.signal
     }
 
-    /// Returns the excitation: the signal, and its derivative for a prescribed strain.
+    /// Returns the excitation: the signal and, for a prescribed strain, its derivative.
     pub fn schedule(&self) -> Schedule {
         let derivatives = match self.load {
             EndLoad::Strain => 1,
@@ -72,7 +72,7 @@ impl RodDae {
         Ok(y_dot)
     }
 
-    /// Returns the amplitudes of the states (q, v) for the end load Re(τ̂ e^{st}), s = iω.
+    /// Returns the amplitudes of the states (q, v) for the end load Re(τ̂ e^{st}) with s = iω.
     pub fn harmonic_response(
         &self,
         s: Complex64,
@@ -92,7 +92,7 @@ impl RodDae {
     /// Returns an interpolation of the displacement at the point `x` of the rod.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] if the point is outside the rod.
+    /// Returns [`FemError::Parameter`] if the point is outside the rod.
     pub fn displacement_at(&self, x: f64) -> Result<Displacement, FemError> {
         let point = self.rod.displacement_at(x)?;
         Ok(Displacement::of_unknowns(point.entries))

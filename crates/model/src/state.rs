@@ -1,4 +1,4 @@
-//! Data of one evaluation of the equations: the unknowns by field and the element integrals.
+//! Data of one evaluation of the equations: the unknowns of each field and the element integrals.
 
 use std::ops::Range;
 
@@ -21,8 +21,8 @@ impl<'a> State<'a> {
         Self { layout, y, y_dot }
     }
 
-    /// Returns the unknowns of `field`, or `None` if the formulation lacks it or the vector ends
-    /// before it.
+    /// Returns the unknowns of `field`, or `None` if the formulation lacks this field or the vector is too short to
+    /// contain it.
     pub fn find(&self, field: Field) -> Option<&'a [f64]> {
         self.y.get(self.layout.range(field)?)
     }
@@ -30,7 +30,7 @@ impl<'a> State<'a> {
     /// Returns the unknowns of `field`.
     ///
     /// # Panics
-    /// Panics if the formulation does not have the field.
+    /// Panics if the formulation does not contain the field.
     pub fn value(&self, field: Field) -> &'a [f64] {
         &self.y[self.range(field)]
     }
@@ -38,7 +38,7 @@ impl<'a> State<'a> {
     /// Returns the time derivatives of the unknowns of `field`.
     ///
     /// # Panics
-    /// As [`value`](State::value).
+    /// Panics under the same condition as [`value`](State::value).
     pub fn rate(&self, field: Field) -> &'a [f64] {
         &self.y_dot[self.range(field)]
     }
@@ -147,7 +147,7 @@ impl Integrals<'_> {
         }
     }
 
-    /// Replaces `rows` by M `rows` over the free components.
+    /// Multiplies `rows`, which are the free components of a vector, by M.
     pub(crate) fn apply_free_mass(&mut self, rows: &mut [f64]) {
         let Workspace { expanded, inertia: product, .. } = &mut *self.work;
         self.solid.dofs().expand(rows, expanded);

@@ -24,7 +24,7 @@ pub use path::{CriticalKind, CriticalPoint, PathEnd, PathState};
 pub(crate) use prospect::Prospect;
 pub use response::EquilibriumDerivatives;
 
-/// Increment of the displacement gradient to which the prediction of a load step is limited.
+/// Maximum increment of the displacement gradient in the prediction of a load step.
 const GRADIENT_STEP: f64 = 0.2;
 
 /// A body at rest, with or without loads.
@@ -40,13 +40,13 @@ pub struct Equilibrium {
     pub newton_iterations: usize,
     /// Load steps taken.
     pub load_steps: usize,
-    /// Number of independent small motions from the equilibrium that grow: 0 if it is stable. Unknown after an
-    /// incomplete search, if surface loads make the tangent unsymmetric, or if pivots had to be exchanged.
+    /// Number of independent small motions about the equilibrium that grow; 0 if the equilibrium is stable. `None`
+    /// after an incomplete search, if surface loads make the tangent unsymmetric, or if pivots had to be exchanged.
     pub instabilities: Option<usize>,
 }
 
 impl Equilibrium {
-    /// Returns the displacement of all nodal components of `muscle`, m.
+    /// Returns the displacement (m) of all nodal components of `muscle`.
     pub fn nodal_displacement(&self, muscle: &Muscle) -> Vec<f64> {
         let mut u = operators::rest(&muscle.solid);
         muscle.solid.dofs().expand(&self.displacement, &mut u);
@@ -120,34 +120,35 @@ impl Shortfall {
     }
 }
 
-/// Progress of the search for an equilibrium, before an iteration.
+/// Progress of the search for an equilibrium before an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Number of the load step, from 1; a failed step and its repetition with less load count once.
+    /// One-based number of the load step. A failed step and its repetition with a smaller load count as one step.
     pub load_step: usize,
     /// Fraction of the load at which the last equilibrium was found.
     pub reached: f64,
     /// Fraction of the load that this load step is intended to reach.
     pub target: f64,
-    /// Newton iteration of this load step, from 1.
+    /// One-based number of the Newton iteration in this load step.
     pub iteration: usize,
     /// Number of iterations over all load steps, including the next one.
     pub iterations: usize,
 }
 
-/// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + g(J)) = 0 for the loads at time `t`, or, for a `formulation`
-/// without pressure, ∫P:∇φ = f(t) with the energy κ/2 g(J)² in P.
+/// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + g(J)) = 0 for the loads at time `t`. For a `formulation` without pressure, solves
+/// only ∫P:∇φ = f(t), with P derived from an energy that includes κ/2 g(J)².
 ///
-/// The path of equilibria is followed from the unloaded body. Each load step is predicted by the equations linearized
-/// at its start. Its size is limited so that the prediction changes no displacement gradient by more than 0.2, but not
-/// to less than 1/1024 of the load. A step is repeated with half the load if Newton's method fails or moves the body by
-/// more than a quarter of the prediction. Prescribed displacements and the tensions of active stresses are part of the
-/// load. Tensions governed by activation models are zero.
+/// The path of equilibria is followed from the unloaded body. The prediction of each load step uses the equations
+/// linearized at the start of the step. The size of a step is limited so that the prediction changes no displacement
+/// gradient by more than 0.2, but the limit is at least 1/1024 of the load. A step is repeated with half the load if
+/// Newton's method fails or moves the body by more than a quarter of the prediction. Prescribed displacements and the
+/// tensions of active stresses are part of the load. Tensions governed by activation models are zero.
 ///
 /// # Errors
-/// [`ModelError::NotHeld`] for a body that can move without strain; [`ModelError::NoEquilibrium`]
-/// with the fraction of the load that was reached, and the inverted element, if any; [`ModelError::Penetration`];
-/// [`ModelError::NotAllowed`] for `displacement` with κ = ∞; errors of [`Muscle::check`] except for motions that jump.
+/// Returns [`ModelError::NotHeld`] if the body can move without strain. If the search fails, returns
+/// [`ModelError::NoEquilibrium`], which contains the fraction of the load that was reached and the inverted element,
+/// if any, or [`ModelError::Penetration`]. Returns [`ModelError::NotAllowed`] if the formulation is `displacement` and
+/// κ = ∞. Also returns the errors of [`Muscle::check`], except for motions that jump.
 pub fn equilibrium(
     muscle: &Muscle,
     formulation: Formulation,
@@ -156,10 +157,10 @@ pub fn equilibrium(
     equilibrium_watched(muscle, formulation, t, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Searches like [`equilibrium`]; `watch` is called before each iteration, and may end the search.
+/// Searches for an equilibrium like [`equilibrium`]. `watch` is called before each iteration and may end the search.
 ///
 /// # Errors
-/// Errors of [`equilibrium`]; [`ModelError::Interrupted`].
+/// Returns the errors of [`equilibrium`], and [`ModelError::Interrupted`] if `watch` ends the search.
 pub fn equilibrium_watched(
     muscle: &Muscle,
     formulation: Formulation,
@@ -173,11 +174,11 @@ pub fn equilibrium_watched(
     }
 }
 
-/// Computes the equilibrium under the largest reachable load. If there is no equilibrium under the
-/// full load, or `watch` ends the search, the last equilibrium of the load steps is returned.
+/// Computes the equilibrium under the largest reachable load. If there is no equilibrium under the full load, or if
+/// `watch` ends the search, returns the last equilibrium that was found.
 ///
 /// # Errors
-/// Errors of [`equilibrium`] except for [`ModelError::NoEquilibrium`] and [`ModelError::Penetration`].
+/// Returns the errors of [`equilibrium`] except for [`ModelError::NoEquilibrium`] and [`ModelError::Penetration`].
 pub fn approach(
     muscle: &Muscle,
     formulation: Formulation,
@@ -209,7 +210,7 @@ pub fn approach(
             preload_time: Some(t),
             newton_iterations: end.newton_iterations,
             load_steps: end.load_steps,
-            // The factors of an incomplete search belong to its last trial.
+            // After an incomplete search, the factors belong to its last trial.
             instabilities: last.instabilities.filter(|_| end.shortfall.is_none()),
         },
         reached: last.load,
@@ -217,7 +218,7 @@ pub fn approach(
     })
 }
 
-/// Remedy if the elements of a body collapse because of its law.
+/// Remedy for elements that collapse because of the material law.
 pub(crate) const COLLAPSE: &str = "with the law `guccione` and a pressure field, elements collapse under large strains: use `isochoric-guccione`, which is the same material at constant volume";
 /// Remedy at a limit load.
 const LIMIT_LOAD: &str =
@@ -226,8 +227,8 @@ const LIMIT_LOAD: &str =
 /// Remedy at the limit of Gent's law.
 const LOCKING: &str = "the law `gent` locks where Ī1 - 3 approaches its `limit`: reduce the load, or increase `limit`";
 
-/// Remedy for contacts with augmented Lagrange multipliers. Without penetration, equilibria jump where another facet of
-/// a coarse mesh meets the obstacle; arc-length continuation does not support multipliers.
+/// Remedy for contacts with augmented Lagrange multipliers. Without penetration, the equilibrium jumps where another
+/// facet of a coarse mesh touches the obstacle. Arc-length continuation does not support multipliers.
 const MULTIPLIERS: &str =
     "use `method = \"penalty\"` of [[contact]], refine the mesh there, or use a damped motion";
 
@@ -261,9 +262,8 @@ fn remedy(newton: &Newton<'_>) -> String {
     }
 }
 
-/// Returns whether the body has a law whose elements collapse in mixed form: the energy of
-/// Guccione's law in E also grows with the volume, and p compensates for this only in the mean of
-/// an element.
+/// Returns whether the body has a law whose elements collapse in mixed form. The energy of Guccione's law, which is a
+/// function of E, also grows with the volume, and p compensates for this growth only on average over an element.
 pub(crate) fn collapses(muscle: &Muscle, formulation: Formulation) -> bool {
     formulation.has(Field::Pressure) && muscle.solid.laws().iter().any(is_guccione)
 }

@@ -18,8 +18,8 @@ pub trait WithMuscle {
     /// Returns the work counters of the muscle.
     fn work(&self) -> WorkCounters;
 
-    /// Returns the smallest det F of the muscle at time `t` for the unknowns `y` of the system, and
-    /// its element.
+    /// Returns the smallest det F of the muscle at time `t` for the unknowns `y` of the system, and the element in
+    /// which it occurs.
     fn least_volume_ratio(&mut self, t: f64, y: &[f64]) -> (f64, usize);
 }
 
@@ -81,8 +81,8 @@ impl<P: WithMuscle> Advised<P> {
         Self { inner, advice }
     }
 
-    /// Returns the advice on a stop without inverted elements, based on the current state. Before the first step, no
-    /// state is available.
+    /// Returns advice on a stop without inverted elements, based on the current state. Before the first step, no state
+    /// is available.
     fn explain(&mut self) -> String {
         let t = self.inner.time();
         let mut y = vec![0.0; self.inner.problem().unknowns()];

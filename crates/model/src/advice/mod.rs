@@ -1,5 +1,5 @@
-//! Advice on the index of a DAE and the settings of its integration, for `check` before a run and
-//! for the message of a run that stops.
+//! Advice on the index of a DAE and the settings of its integration. It is used by `check` before a run, and in the
+//! message of a run that stops.
 //!
 //! [`Advice`] combines a formulation, its indices and [`Settings`]. A [`Finding`] is a problem with
 //! the [`Remedy`]s that together fix it. [`Advised`] is an integrator that adds the advice to its
@@ -27,18 +27,18 @@ pub use advised::{Advised, WithMuscle};
 use remedy::symbols;
 pub use remedy::{Finding, Remedy};
 
-/// Angle α of the A(α)-stability of BDF, degrees, for orders 5, 4 and 3 (order 2 is A-stable). E. Hairer, G. Wanner,
-/// *Solving Ordinary Differential Equations II*, section V.2.
+/// Angle α (degrees) of the A(α)-stability of BDF for orders 5, 4 and 3 (order 2 is A-stable). Reference: E. Hairer,
+/// G. Wanner, *Solving Ordinary Differential Equations II*, section V.2.
 const SECTORS: [(u8, f64); 3] = [(5, 51.84), (4, 73.35), (3, 86.03)];
 /// Ratio of a mode's frequency to the driving frequency above which steps that resolve the drive do not resolve the
 /// mode.
 const UNRESOLVED: f64 = 10.0;
 
-/// If no step succeeds from a state with an element whose det F is below this value, the deformation is a likelier
-/// cause than the index. The value is based on only a few observed stops: near 0.1 at a hundred times the paper's load,
-/// above 0.95 when the index was the cause.
+/// Threshold for det F. If no step succeeds from a state with an element whose det F is below this value, the
+/// deformation is a more likely cause than the index. The value is based on only a few observed stops: det F was near
+/// 0.1 at a hundred times the paper's load, and above 0.95 when the index was the cause.
 const FLAT: f64 = 0.2;
-/// Suggested change if elements are strained too much.
+/// Suggested change if elements are excessively strained.
 const EASE: &str = "apply the load more slowly, reduce it, or refine the mesh there";
 
 /// A formulation with its indices and the settings of its integration.
@@ -79,8 +79,8 @@ impl Advice {
         rows.map(|(f, _)| (*f, self.formulation.variable_index(*f, &self.parameters))).collect()
     }
 
-    /// Returns the multipliers of index 2 and higher, which should be excluded from the error test
-    /// of BDF. Radau IIA scales their errors by powers of the step.
+    /// Returns the multipliers of index 2 and higher, which should be excluded from the error test of BDF. Empty for
+    /// Radau IIA, which scales the errors of multipliers by powers of the step.
     pub fn to_exclude(&self) -> Vec<Field> {
         if !self.is_bdf() {
             return Vec::new();
@@ -96,9 +96,9 @@ impl Advice {
         self.settings.integrator == IntegratorKind::Bdf
     }
 
-    /// Returns the highest BDF order whose sector of stability contains all modes that the steps do
-    /// not resolve. With Rayleigh damping, a mode of angular frequency ω has the damping ratio (α/ω
-    /// + βω)/2, the cosine of its angle to the negative real axis.
+    /// Returns the highest BDF order whose sector of stability contains all modes that the steps do not resolve. With
+    /// Rayleigh damping, a mode of angular frequency ω has the damping ratio (α/ω + βω)/2. This is the cosine of the
+    /// angle between its eigenvalue and the negative real axis.
     pub fn max_order(&self) -> u8 {
         let least = self.least_damping();
         SECTORS
@@ -167,8 +167,8 @@ impl Advice {
         of_multipliers.into_iter().chain(self.order()).collect()
     }
 
-    /// Finds multipliers of index 3 at a tight tolerance. Newton's convergence test includes them even
-    /// if the error test does not.
+    /// Reports multipliers of index 3 if the tolerance is tight. Newton's convergence test includes these multipliers
+    /// even if the error test does not.
     fn newton(&self) -> Option<Finding> {
         let index = self.index();
         let weighed = index > 2 && self.is_tighter_than_usual();
@@ -189,7 +189,7 @@ impl Advice {
         self.is_bdf() && self.settings.multiplier_weights == MultiplierWeights::Plain
     }
 
-    /// Returns whether the relative tolerance is below the paper's.
+    /// Returns whether the relative tolerance is below the one that the paper uses.
     fn is_tighter_than_usual(&self) -> bool {
         self.settings.relative_tolerance < self.usual_tolerance()
     }
@@ -228,7 +228,7 @@ impl Advice {
         Finding { fields: self.highest(), problem, remedies }
     }
 
-    /// Finds multipliers of higher index in the error test.
+    /// Reports multipliers of higher index that are included in the error test.
     fn error_test(&self) -> Option<Finding> {
         if self.settings.multiplier_weights == MultiplierWeights::StepScaled {
             return None;
@@ -261,7 +261,7 @@ impl Advice {
         })
     }
 
-    /// Finds a BDF order whose sector of stability does not contain all unresolved modes.
+    /// Reports a BDF order whose sector of stability does not contain all unresolved modes.
     fn order(&self) -> Option<Finding> {
         let bound = self.order_bound()?;
         Some(Finding {
@@ -281,8 +281,8 @@ impl Advice {
         (self.is_bdf() && self.settings.max_order > bound).then_some(Remedy::MaxOrder(bound))
     }
 
-    /// Returns the possible causes of a stop, most likely first. The remedies of each finding are expected to be
-    /// sufficient on their own.
+    /// Returns the possible causes of a stop, most likely first. The remedies of each finding are expected to suffice
+    /// without those of the other findings.
     pub fn causes(&self) -> Vec<Finding> {
         let settings = self.error_test().or_else(|| self.order());
         let mut causes: Vec<Finding> = settings.into_iter().chain(self.slip()).collect();
@@ -330,8 +330,8 @@ impl Advice {
         })
     }
 
-    /// Returns a finding if the smallest det F at a stop, `ratio` in `element`, is small. Near det F = 0, the stress of
-    /// the law grows without bound, so time steps and Newton's method fail.
+    /// Returns a finding if `ratio`, the smallest det F at a stop, is small. This value occurs in `element`. As det F
+    /// approaches 0, the stress of the law grows without bound, so time steps and Newton's method fail.
     pub(crate) fn flatness(&self, ratio: f64, element: usize) -> Option<Finding> {
         (ratio < FLAT).then(|| Finding {
             fields: Vec::new(),
@@ -340,8 +340,8 @@ impl Advice {
         })
     }
 
-    /// Returns the possible causes of a stop at an inverted element, most likely first. They are unrelated to the
-    /// index.
+    /// Returns the possible causes of a stop at an inverted element, most likely first. These causes are unrelated to
+    /// the index.
     pub fn causes_of_inversion(&self, at: Inverted) -> Vec<Finding> {
         let finding = |why: &str, remedy| Finding {
             fields: Vec::new(),
@@ -360,7 +360,7 @@ impl Advice {
         loose.into_iter().chain([strained]).collect()
     }
 
-    /// Returns the remedy for elements strained too much.
+    /// Returns the remedy for excessively strained elements.
     fn ease(&self) -> &'static str {
         if self.collapses { COLLAPSE } else { EASE }
     }

@@ -29,7 +29,7 @@ pub enum Remedy {
 }
 
 impl Remedy {
-    /// Applies the change, except for changes of the scene. A new formulation also sets its default ordering and
+    /// Applies the change unless it is a change of the scene. A new formulation also sets its default ordering and
     /// exclusions from the error test.
     pub fn apply(&self, formulation: &mut Formulation, settings: &mut Settings) {
         match self {
@@ -91,12 +91,12 @@ pub struct Finding {
     pub fields: Vec<Field>,
     /// Description of the problem.
     pub problem: String,
-    /// Changes, all of which are needed.
+    /// Changes that together fix the problem.
     pub remedies: Vec<Remedy>,
 }
 
 impl Finding {
-    /// Describes all changes.
+    /// Describes all remedies.
     pub(super) fn remedy(&self) -> String {
         let remedies: Vec<_> = self.remedies.iter().map(ToString::to_string).collect();
         remedies.join(" and ")
