@@ -33,9 +33,9 @@ use crate::statics::Prospect;
 
 /// Number of pressures above which the inf–sup constant would dominate the cost of the check.
 const MAX_PRESSURES: usize = 2000;
-/// Operations of a matrix setup above which it takes seconds; trial steps are then skipped.
+/// Number of operations above which a matrix setup takes seconds; trial steps are then skipped.
 const LARGE: f64 = 1e10;
-/// Operations of one real factorization above which modes are not computed.
+/// Number of operations of one real factorization above which modes are not computed.
 const TOO_LARGE_FOR_MODES: f64 = 2e10;
 
 /// System from which the index was computed.
@@ -55,14 +55,14 @@ pub struct FactorizationCost {
     pub matrices: usize,
     /// Number of entries of the factors, operations per factorization, and total memory.
     pub needs: Prediction,
-    /// Memory in use before factorization, B, if the system reports it.
+    /// Memory in use before the factorization, bytes, if the system reports it.
     pub in_use: Option<usize>,
 }
 
 /// Stability of the pressures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
-    /// Smallest non-zero inf–sup constant.
+    /// Smallest nonzero inf–sup constant.
     pub inf_sup: f64,
     /// Number of pressure modes that no displacement controls.
     pub nullity: usize,
@@ -73,9 +73,9 @@ pub struct Held {
 pub struct Size {
     /// Lengths along the axes, m.
     pub extents: Vec<f64>,
-    /// Volume, m³; in 2D area, m².
+    /// Volume, m³ (in 2D: area, m²).
     pub volume: f64,
-    /// Mass, kg; in 2D per meter of depth, kg/m.
+    /// Mass, kg (in 2D: mass per meter of depth, kg/m).
     pub mass: f64,
     /// Number of elements.
     pub elements: usize,
@@ -102,8 +102,7 @@ impl Size {
 pub struct Report {
     /// Blocks of unknowns with their sizes.
     pub unknowns: Vec<(Field, usize)>,
-    /// Index of the system and of its blocks from the formulation's rule, and advice on the
-    /// settings.
+    /// Index of the system and of its blocks according to the formulation's rule, and advice on the settings.
     pub advice: Advice,
     /// Index computed numerically.
     pub computed: IndexReport,
@@ -119,11 +118,11 @@ pub struct Report {
     pub fastest_mode: f64,
     /// Whether the body is too large to compute modes.
     pub too_large_for_modes: bool,
-    /// Highest frequency of the loads and prescribed motions, Hz, if one of them is periodic.
+    /// Highest frequency of the loads and prescribed motions, Hz, if any of them is periodic.
     pub drive: Option<f64>,
     /// Lowest and highest frequency of each frequency sweep, Hz.
     pub sweeps: Vec<[f64; 2]>,
-    /// Predicted cost of the factors; `None` if the full matrix, or an external solver, is used.
+    /// Predicted cost of the factors; `None` if the full matrix or an external solver is used.
     pub factors: Option<FactorizationCost>,
     /// Predicted CPU time of a step, s, if the matrices are too large for trial steps.
     pub step_time: Option<f64>,
@@ -131,11 +130,11 @@ pub struct Report {
     pub findings: Vec<Finding>,
 }
 
-/// Inspects the run of a muscle that starts at t = 0 with y and ẏ in `start` (at rest if `None`).
+/// Inspects a run of a muscle that starts at t = 0. `start` contains y and ẏ; if it is `None`, the muscle starts at
+/// rest.
 ///
 /// # Errors
-/// [`ModelError::NotAllowed`] for a formulation that cannot be run; errors of the
-/// individual analyses.
+/// Returns [`ModelError::NotAllowed`] if the formulation cannot be run, and the errors of the individual analyses.
 pub fn check(
     muscle: &Muscle,
     formulation: Formulation,
@@ -279,7 +278,7 @@ pub struct QuasiStaticReport {
     /// Stability of the pressures; `None` without pressures, or if there are too many to compute it
     /// in seconds.
     pub held: Option<Held>,
-    /// Predicted cost of the factors; `None` if the full matrix, or an external solver, is used.
+    /// Predicted cost of the factors; `None` if the full matrix or an external solver is used.
     pub factors: Option<FactorizationCost>,
     /// Likely problems with suggested changes.
     pub findings: Vec<Finding>,
@@ -288,7 +287,7 @@ pub struct QuasiStaticReport {
 /// Inspects the motion of a muscle without inertia.
 ///
 /// # Errors
-/// [`ModelError::NotAllowed`] for a formulation that cannot be run; errors of the individual analyses.
+/// Returns [`ModelError::NotAllowed`] if the formulation cannot be run, and the errors of the individual analyses.
 pub fn check_quasi_static(
     muscle: &Muscle,
     formulation: Formulation,
@@ -312,7 +311,7 @@ pub fn check_quasi_static(
     Ok(QuasiStaticReport { unknowns: unknowns.collect(), held, factors, findings })
 }
 
-/// Predicted cost of condensed matrices from their pattern; unknown for an external solver.
+/// Cost of condensed matrices, predicted from their pattern; unknown for an external solver.
 struct Sizes {
     /// Number of complex matrices.
     n_complex: usize,
@@ -320,7 +319,7 @@ struct Sizes {
     real: Option<Prediction>,
     /// All matrices together.
     all: Option<Prediction>,
-    /// Memory in use after the matrices are laid out, B, if the system reports it.
+    /// Memory in use after the matrices are laid out, bytes, if the system reports it.
     in_use: Option<usize>,
 }
 
@@ -356,7 +355,7 @@ impl Sizes {
     }
 }
 
-/// Returns the system of a body whose supports stay in place, so that zero displacements do not deform it.
+/// Returns the system of a body whose supports stay in place, so that the body is undeformed at zero displacements.
 fn undeformed(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, ModelError> {
     let mut muscle = muscle.clone();
     for Prescribed { signal, .. } in &mut muscle.prescribed {
@@ -374,7 +373,7 @@ fn held(muscle: &Muscle) -> Result<Option<Held>, ModelError> {
     Ok(Some(Held { inf_sup: found.smallest().unwrap_or(0.0), nullity: found.nullity() }))
 }
 
-/// Computes the index of the scene itself if it is small enough, otherwise on a coarse mesh. The
+/// Computes the index of the scene itself if it is small enough; otherwise, computes the index on a coarse mesh. The
 /// index does not depend on the mesh as long as B has full rank.
 fn index(muscle: &Muscle, formulation: Formulation) -> Result<(IndexReport, Computed), ModelError> {
     let mut dae = undeformed(muscle, formulation)?;

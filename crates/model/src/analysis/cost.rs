@@ -1,4 +1,4 @@
-//! Predicted cost of a step for matrices too large for trial steps.
+//! Predicted cost of a step whose matrices are too large for trial steps.
 
 use myovib_dae::Problem;
 use myovib_sparse::Prediction;
@@ -15,8 +15,8 @@ const OF_RADAU: [f64; 3] = [0.8, 0.4, 3.2];
 /// Matrix setups, matrix evaluations and Newton iterations per step of BDF, measured on row 1 of Table 2.
 const OF_BDF: [f64; 3] = [0.13, 0.13, 1.6];
 
-/// Predicts the CPU time, s, of a step that starts at `y` and ẏ, based on the cost of its matrices and the speed of
-/// this machine.
+/// Predicts the CPU time (s) of a step that starts at `y` and `y_dot`. The prediction is based on the cost of the
+/// matrices and the speed of this machine.
 pub(super) fn step(
     dae: &mut MuscleDae,
     settings: &Settings,

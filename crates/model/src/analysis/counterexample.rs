@@ -1,19 +1,19 @@
-//! The paper's remark in section 2: (34), with the additional multiplier in a richer space than the
-//! pressure, is not equivalent to (33).
+//! Verification of the paper's remark in section 2: (34), in which the space of the additional multiplier is richer
+//! than that of the pressure, is not equivalent to (33).
 //!
-//! With the pressures' operator B and a different operator B̃ for the additional multiplier, the equations are
+//! With the operator B for the pressures and a different operator B̃ for the additional multiplier, the equations are
 //!
 //! ```text
 //! M q̇ = M v - B̃ᵀμ,   M v̇ = f - A q - D v - Bᵀλ,   0 = B̃ q,   0 = B v.
 //! ```
 //!
 //! v satisfies only B v = 0. If B̃ is more restrictive than B, the multiplier μ must remove the part of v that B̃
-//! excludes, so that μ ≠ 0 and q̇ ≠ v. With B̃ = B, this is (33), and μ = 0.
+//! excludes, so that μ ≠ 0 and q̇ ≠ v. If B̃ = B, the equations are (33), and μ = 0.
 //!
-//! For small strains, all matrices are constant, and projections eliminate the multipliers: in coordinates in which M
-//! is the identity, q̇ = P̃ v, v̇ = P (f - A q - D v) with the orthogonal projections P and P̃ onto the kernels of B
-//! and B̃. This solves the DAE without a DAE integrator. A solution also exists if B̃ has dependent rows; μ is then not
-//! unique.
+//! For small strains, all matrices are constant, and projections eliminate the multipliers. In coordinates in which M
+//! is the identity, q̇ = P̃ v and v̇ = P (f - A q - D v) with the orthogonal projections P and P̃ onto the kernels of
+//! B and B̃. These equations are solved without a DAE integrator. A solution also exists if B̃ has dependent rows; μ
+//! is then not unique.
 
 use myovib_fem::element::{Degree, TRIANGLE, inverse_map};
 use myovib_fem::quadrature::Rule;
@@ -30,8 +30,8 @@ use crate::signal::{Signal, formula};
 const T_END: f64 = 0.5;
 /// Steps of the implicit midpoint rule: 250 per period of the load.
 const STEPS: usize = 1000;
-/// Eigenvalues of B̃ M⁻¹ B̃ᵀ below this fraction of the largest count as zero: far above rounding
-/// errors and far below the eigenvalues of operators of full rank on a coarse mesh.
+/// Eigenvalues of B̃ M⁻¹ B̃ᵀ below this fraction of the largest eigenvalue count as zero. The value is far above
+/// rounding errors and far below the eigenvalues of operators with full rank on a coarse mesh.
 const DEPENDENT: f64 = 1e-10;
 
 /// Space of the additional multiplier.
@@ -71,7 +71,7 @@ impl Solution {
 /// under a vertical load of 8 Hz.
 ///
 /// # Errors
-/// [`ModelError::Fem`] for a mesh without the groups.
+/// Returns [`ModelError::Fem`] if the mesh lacks one of the groups.
 pub fn solve(mesh: &Mesh, space: MultiplierSpace) -> Result<Solution, ModelError> {
     let amplitude = Signal::constant(paper::LOAD_AMPLITUDE);
     let muscle = paper::muscle_with_load(mesh, paper::SMALL_STRAIN, f64::INFINITY, 0.0, amplitude)?;
@@ -125,7 +125,7 @@ pub fn solve(mesh: &Mesh, space: MultiplierSpace) -> Result<Solution, ModelError
     })
 }
 
-/// Integrates (q, v) by the implicit midpoint rule; one column per step.
+/// Integrates (q, v) by the implicit midpoint rule. Returns one column per step.
 fn integrate(
     stiffness: &DMatrix<f64>,
     keeps_pressure: &DMatrix<f64>,
@@ -160,7 +160,7 @@ fn integrate(
     motion
 }
 
-/// Returns the orthogonal projection onto the kernel of `b` and the number of its rows minus its rank.
+/// Returns the orthogonal projection onto the kernel of `b`, and the number of rows of `b` minus its rank.
 fn kernel_projection(b: &DMatrix<f64>) -> (DMatrix<f64>, usize) {
     let eigen = (b * b.transpose()).symmetric_eigen();
     let bound = DEPENDENT * eigen.eigenvalues.amax();
@@ -204,7 +204,7 @@ fn quadratic_divergence(solid: &Solid) -> DMatrix<f64> {
     full.select_columns(solid.dofs().free_to_full())
 }
 
-/// Computes the index of the equations above with unknowns q, v, λ, μ.
+/// Computes the index of the equations in the module documentation for the unknowns q, v, λ, μ.
 fn index(
     mass: &DMatrix<f64>,
     stiffness: &DMatrix<f64>,

@@ -1,4 +1,4 @@
-//! Pressures of an incompressible body whose volume conditions follow from other conditions.
+//! Pressures of an incompressible body whose volume conditions are implied by other conditions.
 
 use std::sync::Arc;
 
@@ -11,22 +11,24 @@ use nalgebra_sparse::{CooMatrix, CscMatrix};
 use crate::error::ModelError;
 use crate::operators::{divergence, rest};
 
-/// Added to the unit diagonal of the Gram matrix, so that rounding errors do not dominate the pivots of dependent rows.
+/// Value added to the unit diagonal of the Gram matrix, so that rounding errors do not dominate the pivots of
+/// dependent rows.
 const SHIFT: f64 = 1e-12;
 /// Pivot of the Gram matrix below which a row counts as dependent. Pressures that vary slowly over the body have
 /// pivots above (h/L)² for elements of size h and a body of length L.
 const DEPENDENT: f64 = 1e-10;
-/// Column sums of B relative to its largest entry below which a constant pressure does no work.
+/// Column sum of B, relative to the largest entry of B, below which a constant pressure does no work.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns the pressures whose rows of B at rest are combinations of the rows of pressures eliminated before them. If
-/// the whole boundary is fixed, one more row is dependent, and the last dependent pressure is not returned.
+/// Returns the pressures whose rows of B at rest are linear combinations of the rows of pressures eliminated earlier.
+/// If the whole boundary is fixed, one additional row is dependent; the last dependent pressure is then not returned.
 ///
-/// The rows are compared by a Cholesky factorization of B̂B̂ᵀ, scaled to a unit diagonal; B̂ has columns of unit
-/// length.
+/// The rows are compared by a Cholesky factorization of B̂B̂ᵀ scaled to a unit diagonal. B̂ is B with columns scaled
+/// to unit length.
 ///
 /// # Errors
-/// [`ModelError::Fem`], [`ModelError::Factorization`].
+/// Returns [`ModelError::Fem`] if the body cannot be built, and [`ModelError::Factorization`] if the factorization
+/// fails.
 pub fn dependent_pressures(space: &Arc<Space>, dofs: &DofMap) -> Result<Vec<usize>, ModelError> {
     // B at rest does not depend on the law.
     let law = Law::SmallStrain { shear_modulus: 1.0 };
@@ -72,7 +74,7 @@ fn gram(b: &CscMatrix<f64>) -> CscMatrix<f64> {
     CscMatrix::from(&scaled)
 }
 
-/// Returns the pivots of a symmetric matrix by row; `None` if the sparse solver does not provide them.
+/// Returns the pivot of each row of a symmetric matrix, or `None` if the sparse solver does not provide the pivots.
 fn pivots(matrix: CscMatrix<f64>) -> Result<Option<Vec<f64>>, ModelError> {
     let structure = Structure { kind: Kind::Symmetric, ..Structure::default() };
     let options = SparseOptions { precision: Precision::Double, ..SparseOptions::default() };

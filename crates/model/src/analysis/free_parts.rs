@@ -1,4 +1,4 @@
-//! Parts of a body that its supports leave free.
+//! Parts of a body that are not held by its supports.
 
 use std::fmt;
 
@@ -20,9 +20,9 @@ pub struct FreePart {
     pub elements: usize,
     /// Whether the part is the whole mesh.
     pub is_all: bool,
-    /// Its center, m.
+    /// Center of the part, m.
     pub near: Vec<f64>,
-    /// Its possible rigid motions.
+    /// Possible rigid motions of the part.
     pub motions: MovingBody,
 }
 

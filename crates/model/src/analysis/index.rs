@@ -1,7 +1,7 @@
 //! Index of a muscle's DAE, computed from its matrices at a state.
 //!
-//! [`IndexReport`] maps the result of `myovib-structure`, which analyzes a linearization, to blocks
-//! of unknowns. The rule of [`Formulation::index`](crate::Formulation::index) is not used.
+//! `myovib-structure` analyzes a linearization, and [`IndexReport`] assigns the result to the blocks of unknowns. The
+//! rule of [`Formulation::index`](crate::Formulation::index) is not used.
 #![doc = include_str!("../../notes/0002-computing-the-index.md")]
 
 use myovib_dae::Problem;
@@ -12,7 +12,8 @@ use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 use crate::start::InitialValues;
 
-/// Largest number of unknowns for the dense method, which then takes 2 s, with rounding errors far below its rank gaps.
+/// Maximum number of unknowns for the dense method. At this size, the method takes 2 s, and its rounding errors are
+/// far below the rank gaps.
 pub(crate) const LARGEST_SYSTEM: usize = 400;
 
 /// Index of a DAE at a state and perturbation index of each block of unknowns.
@@ -20,7 +21,7 @@ pub(crate) const LARGEST_SYSTEM: usize = 400;
 pub struct IndexReport {
     /// The index, or the reason why it could not be determined.
     pub index: Index,
-    /// Narrowest gap of the rank decisions, in decades.
+    /// Smallest gap of the rank decisions, in decades.
     pub gap: f64,
     /// Rank decisions as text, in the order in which they were made.
     pub decisions: Vec<String>,
@@ -34,7 +35,7 @@ impl IndexReport {
     /// Linearizes at (t, y, ẏ) and computes the index.
     ///
     /// # Errors
-    /// [`ModelError::TooLarge`] for more than `LARGEST_SYSTEM` unknowns,
+    /// Returns [`ModelError::TooLarge`] if there are more than `LARGEST_SYSTEM` unknowns, and
     /// [`ModelError::Structure`] if the Jacobian cannot be evaluated.
     pub fn at(dae: &mut MuscleDae, t: f64, y: &[f64], y_dot: &[f64]) -> Result<Self, ModelError> {
         let unknowns = dae.n_unknowns();
@@ -60,10 +61,10 @@ impl IndexReport {
         })
     }
 
-    /// Computes the index at consistent values for the displacement `q` and velocity `v`.
+    /// Computes the index at consistent values for the displacement `q` and the velocity `v`.
     ///
     /// # Errors
-    /// Errors of [`InitialValues::new`] and [`at`](Self::at).
+    /// Returns the errors of [`InitialValues::new`] and [`at`](Self::at).
     pub fn of_motion(
         dae: &mut MuscleDae,
         t: f64,

@@ -1,4 +1,4 @@
-//! Inf–sup constant of a pair of spaces over a family of refined meshes. Paper: eq. (27).
+//! Inf–sup constant of a pair of spaces on a sequence of refined meshes. Paper: eq. (27).
 
 use std::fmt;
 use std::sync::Arc;
@@ -54,18 +54,17 @@ pub struct Level {
     pub elements: usize,
     /// Edge length of a regular element of the mean size, m.
     pub mesh_size: f64,
-    /// Number of pressures.
+    /// Number of pressure unknowns.
     pub pressures: usize,
     /// Number of free displacement components.
     pub displacements: usize,
     /// Number of independent pressure modes that no displacement controls.
     pub nullity: usize,
-    /// Smallest non-zero inf–sup constant: pressures in the L2 norm, displacements in the H1
-    /// seminorm.
+    /// Smallest nonzero inf–sup constant, with pressures in the L2 norm and displacements in the H1 seminorm.
     pub constant: f64,
-    /// Smallest non-zero singular value of B, m (in 3D: m²).
+    /// Smallest nonzero singular value of B, m (in 3D: m²).
     pub sigma_min: f64,
-    /// Index of (28) with κ = ∞ at rest, if the mesh is coarse enough to compute it.
+    /// Index of formulation (28) with κ = ∞ at rest, if the mesh is coarse enough to compute it.
     pub index: Option<IndexReport>,
 }
 
@@ -73,8 +72,8 @@ impl Level {
     /// Measures `pair` on `mesh` at rest, with all nodes of the groups in `fixed` held in place.
     ///
     /// # Errors
-    /// [`ModelError::Fem`] for an unknown group, [`ModelError::Structure`] if B cannot be
-    /// analyzed, for example if no node is free.
+    /// Returns [`ModelError::Fem`] if a group is unknown, and [`ModelError::Structure`] if B cannot be analyzed, for
+    /// example because no node is free.
     pub fn measure(pair: Pair, mesh: &Mesh, fixed: &[&str]) -> Result<Self, ModelError> {
         let solid = body(pair, mesh, fixed)?;
         let in_norms = constants(&solid)?;
@@ -93,7 +92,8 @@ impl Level {
     }
 }
 
-/// Returns the edge length of a regular triangle or tetrahedron with this area or volume.
+/// Returns the edge length of a regular triangle with the area `measure`, or of a regular tetrahedron with this
+/// volume.
 fn regular_edge(dimension: usize, measure: f64) -> f64 {
     match dimension {
         2 => (4.0 / 3f64.sqrt() * measure).sqrt(),
@@ -101,8 +101,8 @@ fn regular_edge(dimension: usize, measure: f64) -> f64 {
     }
 }
 
-/// Measures `pair` on `mesh` and on `n_levels - 1` uniform refinements of it. Before each level,
-/// calls `on_level` with its number, starting at 1, and its mesh.
+/// Measures `pair` on `mesh` and on `n_levels - 1` uniform refinements of it. Before each level, calls `on_level` with
+/// the one-based number and the mesh of the level.
 pub fn levels(
     pair: Pair,
     mesh: &Mesh,
@@ -122,17 +122,17 @@ pub fn levels(
     Ok(levels)
 }
 
-/// Computes the smallest inf–sup constants of a body at rest: pressures in the L2 norm,
-/// displacements in the H1 seminorm. Paper: eq. (27).
+/// Computes the smallest inf–sup constants of a body at rest, with pressures in the L2 norm and displacements in the
+/// H1 seminorm. Paper: eq. (27).
 ///
 /// # Errors
-/// [`ModelError::Structure`] if B cannot be analyzed, for example if no node is free.
+/// Returns [`ModelError::Structure`] if B cannot be analyzed, for example because no node is free.
 pub fn constants(solid: &Solid) -> Result<InfSup, ModelError> {
     let (h1, l2) = (operators::gradients(solid), operators::pressure_mass(solid));
     Ok(InfSup::of(&divergence(solid)?, &h1, &l2)?)
 }
 
-/// Builds a body of unit shear modulus and density. B does not depend on these values.
+/// Builds a body with unit shear modulus and density. B does not depend on these values.
 fn body(pair: Pair, mesh: &Mesh, fixed: &[&str]) -> Result<Solid, ModelError> {
     let space = pair.space(mesh);
     let mut nodes = Vec::new();

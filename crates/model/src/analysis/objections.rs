@@ -18,23 +18,23 @@ use crate::statics::Equilibrium;
 const SLOW_MODES: usize = 3;
 /// Relative distance between load frequency and eigenfrequency below which the load counts as resonant.
 const RESONANCE: f64 = 0.1;
-/// Ratio of the load frequency to the lowest eigenfrequency above which a load only moves the vicinity of the loaded
-/// surface, since the body is many wavelengths long. Practical tests of tissue stay below this ratio; larger ratios
+/// Ratio of the load frequency to the lowest eigenfrequency above which a load moves only the vicinity of the loaded
+/// surface, because the body is many wavelengths long. Practical tests of tissue stay below this ratio; larger ratios
 /// suggest a mesh in mm.
 const FAR_ABOVE_MODES: f64 = 200.0;
-/// Ratio of the load frequency to the lowest eigenfrequency below which a scene is unusual: inertia
-/// has no effect. Such values suggest moduli that are wrong by a factor of 1000, or a mesh in km.
+/// Ratio of the load frequency to the lowest eigenfrequency below which a scene is unusual, because inertia has no
+/// effect. Such ratios suggest moduli that are wrong by a factor of 1000, or a mesh in km.
 const FAR_BELOW_MODES: f64 = 1e-5;
-/// Assumed maximum ratio of the frequency of a stretching mode to the lowest eigenfrequency. It is large for slender
-/// bodies because they bend.
+/// Assumed maximum ratio of the frequency of a stretching mode to the lowest eigenfrequency. The ratio is large for
+/// slender bodies because they bend.
 const ABOVE_SLOWEST: f64 = 100.0;
-/// Number of load periods above which the scene is assumed to contain a typing error. The run would take more than a
-/// day even at 1 ms per period, which is less than a period costs.
+/// Number of load periods above which the scene is assumed to contain a typing error. Even at only 1 ms per period,
+/// which is less than in practice, the run would take more than a day.
 const MAX_PERIODS: f64 = 1e8;
-/// Ratio of the linear displacement to the length of the body above which load and moduli are
-/// assumed to be in different units, such as kPa and Pa.
+/// Ratio of the linear displacement to the length of the body above which the load and the moduli are assumed to be in
+/// different units, such as kPa and Pa.
 const FAR: f64 = 100.0;
-/// Residual, relative to the size of its terms, above which it is not a rounding error.
+/// Residual, relative to the magnitude of its terms, above which rounding errors cannot be the cause.
 pub const INCONSISTENT: f64 = 1e-9;
 
 /// Returns the lowest eigenfrequencies at rest, Hz.
@@ -57,8 +57,8 @@ pub(super) fn not_held(free: FreeParts) -> Finding {
     }
 }
 
-/// Returns findings for pressure modes of an incompressible body that no displacement controls;
-/// `nullity` is their number, if known.
+/// Returns findings for pressure modes of an incompressible body that no displacement controls. `nullity` is the
+/// number of these modes, if known.
 pub(super) fn unheld(nullity: Option<usize>, muscle: &Muscle) -> Vec<Finding> {
     if !muscle.parameters.is_incompressible() {
         return Vec::new();
@@ -116,7 +116,7 @@ pub(super) fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Findin
     })
 }
 
-/// Returns warnings of [`check`](super::check::check) that are cheap compared with a run.
+/// Returns those warnings of [`check`](super::check::check) that are cheap to compute compared with a run.
 pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) -> Vec<Finding> {
     let mut findings = Advice::new(muscle, formulation, settings).findings();
     findings.extend(free_parts(muscle).map(not_held));
@@ -125,9 +125,8 @@ pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) 
     findings
 }
 
-/// Returns the [`misfit`] of a body whose modes are not known. Modes cost factorizations, so they
-/// are only computed if the units seem inconsistent. If they cannot be computed, the run reports
-/// it.
+/// Returns the [`misfit`] of a body whose modes are unknown. Computing modes requires factorizations, so they are
+/// computed only if the units seem inconsistent. If the modes cannot be computed, the run reports the problem.
 pub(super) fn strange_units(muscle: &Muscle, t_end: f64) -> Option<Finding> {
     let stretching = spectrum::stretching_frequency(muscle).unwrap_or(f64::NAN);
     let ratio = requested(muscle, t_end).0 / stretching;
@@ -145,7 +144,7 @@ pub fn static_warnings(muscle: &Muscle, formulation: Formulation) -> Vec<Finding
     }
 }
 
-/// Returns the characteristic frequency of a scene, Hz, and its description.
+/// Returns the characteristic frequency (Hz) of a scene and its description.
 fn requested(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
     match muscle.forcing_frequency() {
         Some(drive) => (drive, "frequency of the load"),
@@ -153,7 +152,7 @@ fn requested(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
     }
 }
 
-/// Detects inconsistent units from a time scale of the scene that is far from the time scale of the body.
+/// Detects inconsistent units: the time scale of the scene is far from the time scale of the body.
 pub(super) fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<Finding> {
     let slowest = slow_modes.iter().copied().find(|mode| *mode > 0.0)?;
     let (requested, what) = requested(muscle, t_end);
@@ -178,7 +177,7 @@ pub(super) fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<
     })
 }
 
-/// Detects loads that are inconsistent with the moduli, from the `displacement` (m) that linear elasticity predicts for
+/// Detects loads that are inconsistent with the moduli. `displacement` (m) is the prediction of linear elasticity for
 /// a body of length `size` (m).
 pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
     (displacement > FAR * size).then(|| Finding {
@@ -195,7 +194,7 @@ pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
     })
 }
 
-/// Formats a value with three decimals, in scientific notation if it is very small or large.
+/// Formats a value with three decimals. Very small or large values are printed in scientific notation.
 pub fn readable(value: f64) -> String {
     match value {
         1e-2..1e6 => format!("{value:.3}"),

@@ -18,30 +18,30 @@ use crate::statics::Equilibrium;
 
 /// Maximum number of Lanczos steps for the fastest mode.
 const MAX_STEPS: usize = 60;
-/// Relative change of ω² per Lanczos step at which the iteration ends. The frequency, which increases from step to
-/// step, is then accurate to two digits.
+/// Relative change of ω² per Lanczos step below which the iteration ends. The computed frequency increases from step
+/// to step and is then accurate to two digits.
 const SETTLED: f64 = 2e-3;
 
-/// Shift below ω² = 0 for an unsupported body, as a fraction of the Rayleigh quotient of a
-/// [`stretching`]: close enough to separate the lowest modes, far enough for a stable
+/// Distance of the shift below ω² = 0 for an unsupported body, as a fraction of the Rayleigh quotient of a
+/// [`stretching`]. The distance is small enough to separate the lowest modes, and large enough for a stable
 /// factorization.
 const BELOW_REST: f64 = 1e-2;
 /// Fraction of the shift below which ω² counts as zero (a rigid motion).
 const ROUNDING: f64 = 1e-6;
-/// Largest unsymmetric part, relative to the largest entry, of a stiffness that counts as
-/// symmetric.
+/// Largest unsymmetric part, relative to the largest entry, for which a stiffness counts as symmetric.
 const SYMMETRIC: f64 = 1e-10;
 
-/// Builds the problem of undamped small vibrations about an equilibrium of a formulation with pressures: M ü + K u - Bᵀ
-/// p = 0, M_p p/κ + B u = 0, with all matrices at the equilibrium. K contains the law, elastic foundations and, under
-/// loads, tensions (which are constant), follower pressures and contacts. Viscoelastic (Prony) stress is relaxed.
+/// Builds the problem of small undamped vibrations about an equilibrium for a formulation with pressures:
+/// M ü + K u - Bᵀ p = 0, M_p p/κ + B u = 0. All matrices are evaluated at the equilibrium. K contains the
+/// contributions of the law and of elastic foundations and, under loads, of tensions (which are constant), follower
+/// pressures and contacts. Viscoelastic (Prony) stress is relaxed.
 ///
 /// # Errors
-/// [`ModelError::Inverted`] for a state with an inverted element; [`ModelError::NoEnergy`] for follower pressures if
-/// the edge of their surface moves.
+/// Returns [`ModelError::Inverted`] if an element is inverted, and [`ModelError::NoEnergy`] if follower pressures act
+/// on a surface whose edge moves.
 ///
 /// # Panics
-/// Panics if a length is wrong.
+/// Panics if an array has the wrong length.
 pub fn vibration(muscle: &Muscle, at: &Equilibrium) -> Result<Vibration, ModelError> {
     let solid = &muscle.solid;
     let u = &at.nodal_displacement(muscle)[..];
@@ -79,7 +79,7 @@ fn added(muscle: &Muscle, at: &Equilibrium, u: &[f64]) -> [CscMatrix<f64>; 2] {
     values.map(|values| operators::matrix(solid.displacement_pattern(), values))
 }
 
-/// Returns ∂/∂u of the force of follower pressures and contacts at time `t`.
+/// Returns ∂/∂u of the forces of follower pressures and contacts at time `t`.
 fn following(muscle: &Muscle, t: f64, u: &[f64]) -> Result<CscMatrix<f64>, ModelError> {
     let pattern = muscle.solid.displacement_pattern();
     let mut values = vec![0.0; pattern.nnz()];
@@ -98,7 +98,7 @@ fn following(muscle: &Muscle, t: f64, u: &[f64]) -> Result<CscMatrix<f64>, Model
 /// an unsupported body ([`free_parts`]) have ω² = 0 at rest.
 ///
 /// # Errors
-/// Errors of [`vibration`]; [`ModelError::Structure`] for pressures that no displacement
+/// Returns the errors of [`vibration`], and [`ModelError::Structure`] if there are pressures that no displacement
 /// controls.
 pub fn lowest(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Vec<Mode>, ModelError> {
     let vibration = vibration(muscle, at)?;
@@ -115,11 +115,11 @@ pub fn lowest(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Vec<Mod
     Ok(found)
 }
 
-/// Computes the modes up to `frequency` (Hz) and the next one, or the `most` lowest modes if there are more or if the
-/// body is not supported.
+/// Computes all modes up to `frequency` (Hz) and the next higher mode. If there are more than `most` such modes, or if
+/// the body is not supported, computes the `most` lowest modes.
 ///
 /// # Errors
-/// As for [`lowest`].
+/// Returns the same errors as [`lowest`].
 pub fn up_to(
     muscle: &Muscle,
     at: &Equilibrium,
@@ -128,7 +128,7 @@ pub fn up_to(
 ) -> Result<Vec<Mode>, ModelError> {
     if free_parts(muscle).is_none() {
         let limit = (TAU * frequency).powi(2);
-        // Fails if the frequency is an eigenfrequency.
+        // This fails if `frequency` is an eigenfrequency.
         if let Ok(Some(found)) = modes_below(&vibration(muscle, at)?, limit, most) {
             return Ok(found);
         }
@@ -136,12 +136,12 @@ pub fn up_to(
     lowest(muscle, at, most)
 }
 
-/// Returns the damping ratio of a `mode` about an equilibrium, vᵀ D v / (2 ω vᵀ M v). D collects all forces
-/// proportional to velocities: Rayleigh damping, Kelvin–Voigt damping and foundations. For uniform α and β, it is
-/// (α/ω + βω)/2. Prony terms are not included. Returns `None` if the mode does not oscillate.
+/// Returns the damping ratio of a `mode` about an equilibrium, vᵀ D v / (2 ω vᵀ M v). D contains all forces that are
+/// proportional to velocities: Rayleigh damping, Kelvin–Voigt damping and foundations. For uniform α and β, the ratio
+/// is (α/ω + βω)/2. Prony terms are not included. Returns `None` if the mode does not oscillate.
 ///
 /// # Errors
-/// [`ModelError::Inverted`] for a state with an inverted element.
+/// Returns [`ModelError::Inverted`] if an element is inverted.
 pub fn damping_ratio(
     muscle: &Muscle,
     at: &Equilibrium,
@@ -178,8 +178,8 @@ pub fn damping_ratio(
     Ok(Some(lost / (2.0 * omega)))
 }
 
-/// Returns the participation factors φᵀ M r of a `mode`, √kg (√(kg/m) in 2D), for unit translations r of all nodes
-/// along the axes, including supports. Their squares are the effective masses.
+/// Returns the participation factors φᵀ M r of a `mode` for unit translations r of all nodes, including supports,
+/// along the axes. Their unit is √kg (√(kg/m) in 2D), and their squares are the effective masses.
 pub fn participation(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
     let solid = &muscle.solid;
     let dimension = solid.space().dimension();
@@ -200,11 +200,12 @@ pub fn inertia(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
     at_free
 }
 
-/// Returns the frequency of a stretch along the first axis, Hz. It has the order of magnitude of the modes that strain
-/// the body, and is an upper bound for the lowest eigenfrequency without pressures. Costs one element pass.
+/// Returns the frequency (Hz) of a stretch along the first axis. It has the same order of magnitude as the modes that
+/// strain the body, and is an upper bound for the lowest eigenfrequency of the body without pressures. The computation
+/// needs one element pass.
 ///
 /// # Errors
-/// [`ModelError::Inverted`] for a state with an inverted element.
+/// Returns [`ModelError::Inverted`] if an element is inverted.
 pub(crate) fn stretching_frequency(muscle: &Muscle) -> Result<f64, ModelError> {
     let solid = &muscle.solid;
     let no_pressure = operators::no_pressure(solid);
@@ -213,8 +214,8 @@ pub(crate) fn stretching_frequency(muscle: &Muscle) -> Result<f64, ModelError> {
     Ok(vibration.quotient(&stretching(muscle)).max(0.0).sqrt() / TAU)
 }
 
-/// Returns the free components of a volume-preserving stretch along the first axis. Its Rayleigh
-/// quotient is about ω² of the lowest mode that stretches the body along this axis.
+/// Returns the free components of a volume-preserving stretch along the first axis. Its Rayleigh quotient approximates
+/// ω² of the lowest mode that stretches the body along this axis.
 fn stretching(muscle: &Muscle) -> Vec<f64> {
     let solid = &muscle.solid;
     let space = solid.space();
@@ -234,10 +235,10 @@ fn stretching(muscle: &Muscle) -> Vec<f64> {
 
 /// Returns a lower bound for the angular frequency of the fastest mode about rest, rad/s, accurate to about two digits.
 ///
-/// The frequency depends on the mesh rather than the muscle: it belongs to a wave across the smallest element.
+/// The frequency depends on the mesh rather than the muscle, because it belongs to a wave across the smallest element.
 ///
 /// # Errors
-/// [`ModelError::Factorization`] if some pressure is not controlled by any displacement.
+/// Returns [`ModelError::Factorization`] if some pressure is not controlled by any displacement.
 pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     let solid = &muscle.solid;
     let rest = operators::rest(solid);
@@ -307,7 +308,7 @@ fn largest_of(diagonal: &[f64], off_diagonal: &[f64]) -> f64 {
     matrix.symmetric_eigenvalues().max()
 }
 
-/// Adds the stiffness of the foundations.
+/// Adds the stiffness of the foundations to `stiffness`.
 fn bedded(muscle: &Muscle, mut stiffness: CscMatrix<f64>) -> CscMatrix<f64> {
     for foundation in &muscle.foundations {
         let values = stiffness.values_mut();

@@ -9,8 +9,8 @@ use num_complex::Complex64;
 
 use crate::cpu::CpuClock;
 
-/// Nodes per edge of the cube whose matrix is factorized: large enough for fronts as wide as in real bodies, small
-/// enough to factorize in a few tenths of a second.
+/// Number of nodes per edge of the cube whose matrix is factorized. It is large enough for fronts as wide as in real
+/// bodies, and small enough to factorize the matrix in a few tenths of a second.
 const SIDE: usize = 13;
 /// Unknowns per node.
 const COMPONENTS: usize = 3;
@@ -22,7 +22,7 @@ pub(super) struct Speed {
     /// Operations of a factorization, counted as in
     /// [`Prediction::flops`](myovib_sparse::Prediction::flops).
     pub(super) operations: f64,
-    /// Entries of the factors processed in solves.
+    /// Number of entries of the factors processed in solves.
     pub(super) entries: f64,
 }
 
@@ -45,7 +45,7 @@ impl Speed {
     }
 }
 
-/// Amounts of work and the CPU times they take, s.
+/// Amounts of work and the CPU times (s) that they take.
 struct Timing {
     operations: f64,
     factorizing: f64,
@@ -62,7 +62,7 @@ impl Timing {
         let (operations, entries) =
             needs.map_or((f64::NAN, f64::NAN), |needs| (needs.flops, needs.entries as f64));
         let mut system = SparseSystem::<T>::new(elimination.clone());
-        // Diagonally dominant rows.
+        // The rows are diagonally dominant.
         let values = pattern.entries().map(|(column, row)| match column == row {
             true => T::one() * 100.0,
             false => -T::one(),

@@ -1,4 +1,4 @@
-//! Rank check of a body's supports, part by part.
+//! Rank check of the supports of each part of a body.
 
 use std::collections::BTreeMap;
 
@@ -9,11 +9,11 @@ use crate::analysis::free_parts::{FreePart, FreeParts};
 use crate::error::ModelError;
 use crate::muscle::Muscle;
 
-/// Maximum number of parts without common edges (3D: faces) that are treated separately. With more parts, the mesh
-/// counts as one body, and its hinges are not detected.
+/// Maximum number of parts without common edges (3D: faces) that are treated separately. If a mesh has more parts, it
+/// is treated as one body, and its hinges are not detected.
 const MAX_PARTS: usize = 100;
 
-/// Returns the parts of the body that can move rigidly, if there are any: compares the rank of the
+/// Returns the parts of the body that can move rigidly, or `None` if there are no such parts. Compares the rank of the
 /// conditions of supports and joints with the rigid motions of each part.
 pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
     let space = muscle.solid.space();
@@ -91,14 +91,13 @@ impl Parts {
     }
 }
 
-/// Adds the conditions of elastic foundations with nonzero stiffness to the parts that they hold.
+/// Adds the conditions of elastic foundations with nonzero stiffness to the parts that the foundations hold.
 fn hold_by_foundations(bodies: &mut RigidBodies, muscle: &Muscle, parts_at: &[Vec<usize>]) {
     let space = muscle.solid.space();
     let dimension = space.dimension();
     let foundations = muscle.foundations.iter();
     for foundation in foundations.filter(|foundation| foundation.stiffness() > 0.0) {
-        // At a node, the rows of its diagonal block are the directions in which the foundation
-        // holds it.
+        // The rows of a node's diagonal block are the directions in which the foundation holds the node.
         let mut rows: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
         for &(row, column, value) in foundation.operator().entries() {
             if row / dimension == column / dimension {
@@ -119,17 +118,17 @@ fn hold_by_foundations(bodies: &mut RigidBodies, muscle: &Muscle, parts_at: &[Ve
 /// Rejects an insufficiently supported body.
 ///
 /// # Errors
-/// [`ModelError::NotHeld`].
+/// Returns [`ModelError::NotHeld`] if parts of the body can move rigidly.
 pub(crate) fn expect_held(muscle: &Muscle) -> Result<(), ModelError> {
     free_parts(muscle).map_or(Ok(()), |free| Err(ModelError::NotHeld(free)))
 }
 
-/// Returns the largest extent of a body along an axis, m.
+/// Returns the largest extent (m) of a body along an axis.
 pub fn extent(muscle: &Muscle) -> f64 {
     extents(muscle).into_iter().fold(0.0, f64::max)
 }
 
-/// Returns the extents of a body along the axes, m.
+/// Returns the extents (m) of a body along the axes.
 pub(crate) fn extents(muscle: &Muscle) -> Vec<f64> {
     let space = muscle.solid.space();
     let [low, high] = bounds(space.coordinates(), space.dimension());

@@ -15,15 +15,15 @@ use crate::muscle_dae::MuscleDae;
 use crate::operators::element_size;
 use crate::paper;
 
-/// Magnitude of the strains of the random states: large strain without inverted elements.
+/// Magnitude of the strains in the random states. The strains are large, but no element is inverted.
 const STRAIN: f64 = 0.1;
-/// Ratio of the strain rates to the strains of these states, 1/s.
+/// Ratio of the strain rates to the strains in these states, 1/s.
 const RATE: f64 = 5.0;
 
 /// A formulation with its parameters and the index printed in the paper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
-    /// Equation number in the paper; `None` if the paper does not have it.
+    /// Equation number in the paper; `None` if the paper does not contain the case.
     pub equation: Option<&'static str>,
     /// The material law.
     pub law: Law,
@@ -103,7 +103,7 @@ pub struct Sample {
 }
 
 impl Case {
-    /// Computes the index on two meshes at two random consistent states of large strain each.
+    /// Computes the index on two meshes, each at two random consistent states with large strains.
     pub fn samples(&self) -> Result<Vec<Sample>, ModelError> {
         let mut samples = Vec::new();
         for columns in [3, 5] {
@@ -145,8 +145,8 @@ impl Case {
 
 /// Computes the index of (29) along a sequence with κ → ∞ and β → 0.
 ///
-/// The index is 2 for every member of the sequence and 4 in the limit, while the rank gap shrinks. At the last finite
-/// κ, the rank decisions are barely possible.
+/// The index is 2 for every member of the sequence and 4 in the limit. The rank gap shrinks along the sequence; at the
+/// last finite κ, rank decisions are barely possible.
 pub fn limit() -> Result<Vec<(Case, IndexReport)>, ModelError> {
     let mesh = coarse_beam(3)?;
     let kappas = [1e5, 1e7, 1e9, 1e11, 1e13, INF];

@@ -22,15 +22,15 @@ pub type SystemMatrices<B> = Box<dyn LinearSolver<B> + Send>;
 /// A condensed solver of a system, if one is available.
 pub(super) type SolverIfCondensed<B> = Result<Option<SystemMatrices<B>>, SparseError>;
 
-/// A body that can drive oscillators, or such a body together with its oscillators.
+/// A body that can drive oscillators, or a coupled system of such a body and its oscillators.
 pub trait Body: Consistent + Send + Sized + 'static {
     /// Returns the excitation of the body.
     fn schedule(&self) -> Schedule {
         Schedule::default()
     }
 
-    /// Returns a condensed solver for the body's Newton systems if there is one that is cheaper
-    /// than factorizing the full matrix.
+    /// Returns a condensed solver for the body's Newton systems, if one is available that is cheaper than factorizing
+    /// the full matrix.
     fn condensed_solver(&mut self, _options: SparseOptions) -> SolverIfCondensed<Self> {
         Ok(None)
     }
@@ -59,7 +59,7 @@ impl Consistent for RodDae {
 }
 
 impl<B: Body> Body for CoupledDae<B> {
-    /// Returns the excitation of the body and the oscillators, and the oscillators' periods.
+    /// Returns the excitation of the body and the oscillators, together with the oscillators' periods.
     fn schedule(&self) -> Schedule {
         let mut schedule = self.body().schedule();
         for k in 0..self.n_networks() {

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 const MAX_POINTS: usize = 9;
 
-/// Returns the `n` points, at most nine, from 0 to 1.
+/// Returns the `n` points in ascending order from 0 to 1; `n` is at most nine.
 pub(super) fn points(n: usize) -> &'static [f64] {
     static POINTS: LazyLock<[Vec<f64>; MAX_POINTS + 1]> = LazyLock::new(|| {
         array::from_fn(|n| {
@@ -23,8 +23,8 @@ pub(super) fn times(n: usize, [from, to]: [f64; 2]) -> impl Iterator<Item = f64>
     inner.chain([to])
 }
 
-/// Calls `add(k, w)` for each point k with its weight w: the interpolating polynomial has the value
-/// Σ w f_k at `x` (barycentric formula).
+/// Calls `add(k, w)` with the weight w of each point k. The interpolating polynomial has the value Σ w f_k at `x`
+/// (barycentric formula).
 pub(super) fn weights(x: f64, n: usize, mut add: impl FnMut(usize, f64)) {
     let points = points(n);
     if let Some(k) = points.iter().position(|point| *point == x) {
@@ -57,8 +57,7 @@ mod tests {
         let p = |x: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
         let values: [f64; 9] = array::from_fn(|k| p(points(9)[k]));
         for x in [0.0, 0.1, 0.37, 0.5, 0.93, 1.0] {
-            // The values are of size 1; the condition number of interpolation at nine points is
-            // below 3.
+            // The values are of magnitude 1, and the condition number of interpolation at nine points is below 3.
             assert!((interpolate(&values, x) - p(x)).abs() < 20.0 * f64::EPSILON);
         }
     }

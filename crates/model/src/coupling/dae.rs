@@ -22,7 +22,7 @@ pub struct CoupledDae<B> {
     n_unknowns: usize,
 }
 
-/// Oscillators with their range in Y.
+/// Oscillators and their range in Y.
 #[derive(Debug, Clone)]
 struct Part {
     oscillators: Oscillators,
@@ -32,7 +32,7 @@ struct Part {
     coupling: Coupling,
 }
 
-/// ∂F_o/∂y of all directions: γ w in each row that the forcing reaches.
+/// ∂F_o/∂y for all directions: γ w in each row on which the forcing acts.
 #[derive(Debug, Clone)]
 struct Coupling {
     pattern: SparsityPattern,
@@ -60,7 +60,7 @@ impl<B: Problem> CoupledDae<B> {
     /// Combines `body` and `oscillators`. The points of [`Source::Body`] must belong to this body.
     ///
     /// # Panics
-    /// Panics if a source names an unknown that the body does not have.
+    /// Panics if a source refers to an unknown that the body does not have.
     pub fn new(body: B, oscillators: Vec<Oscillators>) -> Self {
         let n_body = body.n_unknowns();
         let mut end = n_body;
@@ -141,7 +141,7 @@ impl<B: Problem> CoupledDae<B> {
     /// `y`, `y_dot`: all unknowns; `residual`: states of the network.
     ///
     /// # Errors
-    /// A recording that does not cover `t`.
+    /// Returns an error if a recording does not cover `t`.
     pub(crate) fn residual_of(
         &mut self,
         (k, other): (usize, Option<&Oscillators>),
@@ -160,7 +160,7 @@ impl<B: Problem> CoupledDae<B> {
     /// Returns ÿ of the oscillators of network `k` from their equations.
     ///
     /// # Errors
-    /// A recording that does not cover `t`.
+    /// Returns an error if a recording does not cover `t`.
     pub fn accelerations(&mut self, k: usize, t: f64, y: &[f64]) -> Result<Vec<f64>, StepError> {
         let part = &mut self.parts[k];
         part.force(t, &y[..self.n_body])?;
@@ -171,11 +171,11 @@ impl<B: Problem> CoupledDae<B> {
         Ok(residual[n / 2..].iter().map(|r| -r).collect())
     }
 
-    /// Returns Ẏ with the derivatives of the oscillators from F = 0 and zeros for the body, and the
-    /// largest residual of the body at zero derivatives: 0 if it starts at rest without load.
+    /// Returns Ẏ and the largest residual of the body at zero derivatives. Ẏ contains the derivatives of the
+    /// oscillators from F = 0, and zeros for the body. The residual is 0 if the body starts at rest without load.
     ///
     /// # Errors
-    /// Errors of the body's residual; a recording that does not cover `t`.
+    /// Returns the errors of the body's residual, and an error if a recording does not cover `t`.
     pub fn derivatives_at(&mut self, t: f64, y: &[f64]) -> Result<(Vec<f64>, f64), StepError> {
         let zero = vec![0.0; self.n_unknowns];
         let mut y_dot = vec![0.0; self.n_unknowns];

@@ -25,7 +25,7 @@ impl Effect {
         self.numbers_per_element(solid) * solid.space().n_elements()
     }
 
-    /// Returns the value at points outside the reach of all places.
+    /// Returns the value at points on which no place acts.
     pub(super) fn elsewhere(self) -> f64 {
         match self {
             Self::Stiffness => 1.0,
@@ -41,19 +41,19 @@ pub struct Feedback {
     pub network: usize,
     /// Measure of coherence.
     pub coherence: SmoothCoherence,
-    /// Property that it changes.
+    /// Property that the coherence changes.
     pub effect: Effect,
     /// g_0 or T_0: stiffness factor or tension at zero coherence.
     pub unsynchronized: f64,
     /// g_∞ or T_1: stiffness factor or tension at full coherence.
     pub coherent: f64,
-    /// For each place of the network, the index and weight w of each value that it affects, ordered by element. All
-    /// places have the same number of oscillators.
+    /// For each place of the network, the index and weight w of each value that the place affects, ordered by element.
+    /// All places have the same number of oscillators.
     pub weights: Vec<Vec<(usize, f64)>>,
 }
 
 impl Feedback {
-    /// Returns the weights of a single place from one weight per value.
+    /// Converts an array with one weight per value to the weights of a single place.
     pub fn of_one_place(weights: &[f64]) -> Vec<Vec<(usize, f64)>> {
         let weights = weights.iter().copied().enumerate();
         vec![weights.filter(|(_, weight)| *weight != 0.0).collect()]

@@ -1,12 +1,13 @@
-//! Error-test weights of coupled systems, component by component.
+//! Component-wise error-test weights of coupled systems.
 //!
-//! IDAS has one relative tolerance, and its norm is the root mean square over all N components: with the 3034 unknowns
-//! of the muscle, the error of the 20 states of ten oscillators would be scaled by √(20/3054) ≈ 1/12. Here each
-//! component has a relative tolerance, and the weights of a network of n states are multiplied by √(N/n), so that each
-//! network is tested by its own root mean square. The body's part of the norm changes only through N.
+//! IDAS has a single relative tolerance, and its norm is the root mean square over all N components. With the 3034
+//! unknowns of the muscle, the error of the 20 states of ten oscillators would be scaled by √(20/3054) ≈ 1/12. Here,
+//! each component has its own relative tolerance, and the weights of a network with n states are multiplied by √(N/n).
+//! The error of each network is thus tested by the root mean square over this network alone. The body's part of the
+//! norm changes only through N.
 //!
-//! Internal stresses of Prony terms may outnumber all other unknowns of a muscle, so both parts are
-//! scaled in the same way.
+//! The internal stresses of Prony terms may outnumber all other unknowns of a muscle. The internal stresses and the
+//! other unknowns are therefore scaled in the same way.
 
 use std::ops::Range;
 
@@ -36,7 +37,7 @@ impl Default for StateTolerances {
     }
 }
 
-/// Error test by component.
+/// Error test with separate weights for each component.
 #[derive(Debug, Clone, Default)]
 pub struct ErrorTest {
     relative: Vec<f64>,
@@ -108,12 +109,12 @@ impl ErrorTest {
         self
     }
 
-    /// Returns the smallest relative tolerance, at most 1.
+    /// Returns the smallest relative tolerance, or 1 if all relative tolerances are larger.
     pub(crate) fn smallest_relative(&self) -> f64 {
         self.relative.iter().copied().fold(1.0, f64::min)
     }
 
-    /// Returns the shared step size read by step-dependent weights, if there are any.
+    /// Returns the shared step size that the step-dependent weights read, or `None` if there are no such weights.
     pub(crate) fn step_size(&self) -> Option<SharedStepSize> {
         self.by_step.as_ref().map(StepWeights::step_size)
     }
@@ -139,8 +140,9 @@ impl ErrorTest {
     }
 }
 
-/// Returns √(N/n) for each of the N unknowns of a muscle, where n counts the internal stresses or the
-/// other unknowns; 1 without internal stresses.
+/// Returns √(N/n) for each of the N unknowns of a muscle. For internal stresses, n is the number of internal stresses;
+/// for the other unknowns, it is the number of the other unknowns. Returns 1 for all unknowns if there are no internal
+/// stresses.
 fn importance(layout: &Layout) -> Vec<f64> {
     let n_internal = layout.range(Field::InternalStress).map_or(0, |own| own.len());
     let n = layout.n_unknowns();

@@ -1,20 +1,19 @@
 //! Two-way coupling: a muscle whose stiffness or tension follows the coherence of its oscillators.
 //!
-//! The paper sketches it in section 1.3: tissue stiffens where its oscillators are out of phase and
-//! relaxes where they are in phase. Here the law's energy W is multiplied at each point ξ by
+//! The paper outlines this coupling in section 1.3: tissue stiffens where its oscillators are out of phase and relaxes
+//! where they are in phase. Here, the energy W of the law is multiplied at each point ξ by
 //!
 //! ```text
 //! 1 + Σ_k w_k(ξ) (g_k − 1),     g_k = g_∞ + (g_0 − g_∞) (1 − S_k),     S_k ≈ |χ|² of place k,
 //! ```
 //!
-//! with g_0 at zero coherence (or at rest) and g_∞ at full coherence. The weight w_k defines where place k acts: it is
-//! 1 in a region, or the weights of all places sum to 1 everywhere (the paper's E(ξ, t)). Damping follows the
-//! stiffness, β (∂P/∂F : ∇v + …); the rate of g causes no damping stress. Similarly, the tension along the fibers is T
-//! = Σ_k w_k T_k with T_k = T_0 + (T_1 − T_0) S_k.
+//! with g_0 at zero coherence (or at rest) and g_∞ at full coherence. The weight w_k defines where place k acts.
+//! Either it is 1 in a region, or the weights of all places sum to 1 everywhere (the paper's E(ξ, t)). Damping scales
+//! with the stiffness, β (∂P/∂F : ∇v + …), but the rate of g causes no damping stress. Similarly, the tension along
+//! the fibers is T = Σ_k w_k T_k with T_k = T_0 + (T_1 − T_0) S_k.
 //!
-//! A network is a chain at one place or many chains at many places. The Jacobian has one additional
-//! rank-one block per place: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k ∂S_k/∂s). [`FeedbackSolver`] eliminates
-//! these blocks.
+//! A network is one chain at a single place, or many chains at many places. For each place, the Jacobian has an
+//! additional rank-one block: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k ∂S_k/∂s). [`FeedbackSolver`] eliminates these blocks.
 //!
 //! [`FeedbackSolver`]: super::feedback_solver::FeedbackSolver
 
@@ -29,7 +28,7 @@ use crate::error::ModelError;
 use crate::muscle_dae::MuscleDae;
 use crate::start::Consistent;
 
-/// A muscle with oscillators that act back on it.
+/// A muscle with oscillators that also act on the muscle.
 #[derive(Debug, Clone)]
 pub struct FeedbackDae {
     one_way: CoupledDae<MuscleDae>,
@@ -38,7 +37,7 @@ pub struct FeedbackDae {
     /// The one-way system, then one block per feedback.
     blocks: Blocks,
     one_way_values: Vec<f64>,
-    /// Values of the body for each effect; empty for an effect without feedback.
+    /// For each effect, the values of the body that the effect sets; empty for an effect without feedback.
     numbers: [(Effect, Vec<f64>); 2],
 }
 
@@ -137,7 +136,7 @@ impl FeedbackDae {
         means
     }
 
-    /// Like [`CoupledDae::derivatives_at`], with the stiffness and tensions of the muscle set for `y`.
+    /// Computes [`CoupledDae::derivatives_at`] with the stiffness and tensions of the muscle set for `y`.
     pub fn derivatives_at(&mut self, t: f64, y: &[f64]) -> Result<(Vec<f64>, f64), StepError> {
         self.adapt(y);
         self.one_way.derivatives_at(t, y)
@@ -183,7 +182,8 @@ impl FeedbackDae {
         places.linearize(&mut self.one_way, &self.feedbacks, t, y)
     }
 
-    /// Returns the system without feedback, the places at the last [`linearize`](Self::linearize), and the feedbacks.
+    /// Returns the system without feedback, the places as of the last [`linearize`](Self::linearize), and the
+    /// feedbacks.
     pub(super) fn parts(&mut self) -> (&mut CoupledDae<MuscleDae>, &[Place], &[Feedback]) {
         (&mut self.one_way, &self.places.list, &self.feedbacks)
     }

@@ -1,4 +1,4 @@
-//! Newton systems of a body with two-way coupled oscillators, which are eliminated.
+//! Newton systems of a body with two-way coupled oscillators. The oscillators are eliminated.
 //!
 //! Let g be the value set by the coherence of a place, f = ∂F_b/∂g, and w the weights of the
 //! unknowns that form the driving displacement. Then
@@ -8,13 +8,13 @@
 //! ⎝ γ e wᵀ   J_o   ⎠ ⎝ δs ⎠ = ⎝ b_o ⎠     h = ∇gᵀ J_o⁻¹ γ e,
 //! ```
 //!
-//! and δs = J_o⁻¹ b_o − (J_o⁻¹ γ e) wᵀ δy without another solve. Each place contributes a single
-//! scalar h. A place that acts only on the elements that drive it changes existing entries of the
-//! stiffness: there is no fill-in, and the factorized matrix has the size of the body. h depends on
-//! the coefficient c of ∂F/∂Ẏ. Written as α + β c with real α and β, it acts as a stiffness and a damping.
+//! and δs = J_o⁻¹ b_o − (J_o⁻¹ γ e) wᵀ δy without another solve. Each place contributes a single scalar h. A place
+//! that acts only on the elements that drive it changes existing entries of the stiffness. There is no fill-in, and
+//! the factorized matrix is as large as that of the body alone. h depends on the coefficient c of ∂F/∂Ẏ. Written as
+//! α + β c with real α and β, it acts as a stiffness and a damping.
 //!
-//! A place that acts on other elements too would fill the stiffness. It is treated as a low-rank
-//! correction ([`NonlocalElimination`]).
+//! A place that also acts on other elements would cause fill-in. It is therefore treated as a low-rank correction
+//! ([`NonlocalElimination`]).
 
 use myovib_dae::{LinearSolver, Linearization, StepError};
 use myovib_sparse::SparseOptions;
@@ -33,17 +33,17 @@ use crate::field::Field;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 
-/// Positions in the stiffness of the entries of f wᵀ of one place.
+/// For one place, the positions of the entries of f wᵀ in the stiffness.
 #[derive(Debug)]
 struct Local {
     /// w.
     weights: Vec<f64>,
-    /// For each weight, the entries in its column, one per row of f.
+    /// For each weight, the entries in its column: one per row of f.
     entries: Vec<u32>,
 }
 
 impl Local {
-    /// Returns `None` if the stiffness has no entries for f wᵀ, or without one source per place.
+    /// Returns `None` if the stiffness has no entries for f wᵀ, or if the numbers of sources and places differ.
     fn new(one_way: &CoupledDae<MuscleDae>, feedback: &Feedback, place: &Place) -> Option<Self> {
         let body = one_way.body();
         let pattern = body.muscle().solid.displacement_pattern();
@@ -88,7 +88,7 @@ pub struct FeedbackSolver {
     complex: Vec<Matrix<Complex64>>,
 }
 
-/// Data of the matrix for one c.
+/// Data of the matrix for one value of c.
 #[derive(Debug)]
 struct Matrix<T: ComplexField> {
     /// J_o⁻¹ γ e of each network.
@@ -151,7 +151,7 @@ impl FeedbackSolver {
 }
 
 impl<T: Scalar + ComplexField> Matrix<T> {
-    /// Computes the responses of the factorized `networks`, without nonlocal places.
+    /// Computes the responses of the factorized `networks`. The nonlocal correction is empty.
     fn new(networks: &mut [NetworkMatrix<T>], dae: &FeedbackDae) -> Result<Self, StepError> {
         let one_way = dae.one_way();
         let response = |(k, network): (usize, &mut NetworkMatrix<T>)| {
@@ -175,7 +175,7 @@ impl<T: Scalar + ComplexField> Matrix<T> {
     }
 }
 
-/// Solves in place for the oscillators while the body is fixed.
+/// Solves in place for the oscillators of a fixed body.
 fn solve_alone<T: Scalar>(
     networks: &mut [NetworkMatrix<T>],
     dae: &FeedbackDae,
@@ -185,7 +185,7 @@ fn solve_alone<T: Scalar>(
     networks.try_for_each(|(k, network)| network.solve(&mut x[dae.one_way().range(k)]))
 }
 
-/// Subtracts the effect of the oscillators' own response on the body for the local places.
+/// For the local places, subtracts the effect of the oscillators' own response on the body.
 fn feed_back<T: Scalar>(places: &[Option<Local>], dae: &FeedbackDae, x: &mut [T]) {
     let one_way = dae.one_way();
     let momentum = one_way.body().layout().momentum().start;
@@ -228,7 +228,7 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
         let networks = solver.complex.iter_mut();
         self.complex =
             networks.map(|networks| Matrix::new(networks, dae)).collect::<Result<_, _>>()?;
-        // α and β of each place, from its h for each matrix.
+        // α and β of each place, computed from h for each matrix.
         let of_real = self.real.gains(dae).into_iter();
         let mut all: Vec<Vec<[f64; 2]>> = vec![of_real.map(|h| [h, 0.0]).collect()];
         for (matrix, c) in self.complex.iter().zip(complex) {

@@ -74,11 +74,11 @@ impl CoherenceHistory {
         self.phase.iter().map(|z| z.norm()).collect()
     }
 
-    /// Returns the mean, range and standard deviation of |Ψ|, |χ| and the centroid frequency over the last `window`
-    /// seconds.
+    /// Returns the mean, range and standard deviation of |Ψ|, |χ| and the frequency of the centroid over the last
+    /// `window` seconds.
     ///
     /// # Errors
-    /// [`ModelError::Oscillators`] if the window holds fewer than two samples.
+    /// Returns [`ModelError::Oscillators`] if the window contains fewer than two samples.
     pub fn settled(&self, window: f64) -> Result<Settling, ModelError> {
         let over = |values: &[f64]| Settled::over_window(&self.t, values, window);
         Ok(Settling {

@@ -17,7 +17,7 @@ impl<P: Body> IdaIntegrator<P> {
     /// `error_test` replaces the tolerances and the excluded components of the options.
     ///
     /// # Errors
-    /// [`ModelError::Integrator`] for invalid IDAS options.
+    /// Returns [`ModelError::Integrator`] if an option of IDAS is invalid.
     pub fn coupled_at(
         mut system: P,
         error_test: impl Into<Option<ErrorTest>>,
@@ -35,7 +35,7 @@ impl<P: Body> IdaIntegrator<P> {
         let test = error_test.into();
         let step_size = test.as_ref().and_then(ErrorTest::step_size);
         if let Some(test) = &test {
-            // Replaced by the weights below: tolerances of the body alone would have the wrong length.
+            // The weights below replace the tolerances. Tolerances of the body alone would have the wrong length.
             options.tolerances = IdaOptions::default().tolerances;
             options.suppressed = Suppressed::Components(test.excluded().to_vec());
         }

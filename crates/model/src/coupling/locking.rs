@@ -1,15 +1,13 @@
-//! Criterion for oscillators locked to a drive.
+//! Criterion for the locking of oscillators to a drive.
 
 use super::history::Settling;
 
-/// Criterion for locking: the centroid runs at the drive's frequency and the oscillators are
-/// coherent.
+/// Criterion for locking: the centroid rotates at the frequency of the drive, and the oscillators are coherent.
 ///
-/// Frequency: over the trailing window, the mean frequency of the centroid (by counting turns)
-/// differs from the drive's by less than `slip` turns per window. Coherence: |χ| never falls below
-/// `coherence` in that window. Both conditions are needed: a free chain is coherent at a different
-/// frequency, and just above the onset of entrainment the centroid follows the drive although the
-/// oscillators have different phases.
+/// Frequency: over the trailing window, the mean frequency of the centroid (determined by counting turns) differs from
+/// the drive frequency by less than `slip` turns per window. Coherence: |χ| never falls below `coherence` in this
+/// window. Both conditions are needed. A free chain is coherent, but at a different frequency. Just above the onset of
+/// entrainment, the centroid follows the drive although the oscillators have different phases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LockCriterion {
     /// Maximum slip of the centroid relative to the drive in the window, turns.
@@ -28,7 +26,7 @@ impl Default for LockCriterion {
 /// Result of the two criteria.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Synchrony {
-    /// Whether the centroid runs at the drive's frequency.
+    /// Whether the centroid rotates at the frequency of the drive.
     pub follows: bool,
     /// Whether the oscillators are coherent.
     pub coherent: bool,

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! The vector e selects the rows on which the forcing acts, and w contains the weights of the unknowns that form u.
-//! Systems without oscillators have no such states; systems without a body ([`NoBody`]) have no mesh.
+//! Systems without oscillators have no states s, and systems without a body ([`NoBody`]) have no mesh.
 //!
 //! Main types: [`CoupledDae`] is the system of a [`Body`] and [`Oscillators`] with a [`Source`] for each direction. A
 //! [`Recording`] replays a body's motion to oscillators integrated later. [`ErrorTest`] holds the tolerances of each

@@ -1,21 +1,21 @@
-//! A body and its oscillators, each integrated with its own steps.
+//! A body and its oscillators, integrated with separate steps.
 //!
-//! Oscillators without feedback never act on the body. The body therefore takes the same steps as without them. After
-//! each accepted step, the oscillators are integrated over the same interval with their own steps and tolerances,
-//! driven by the body's dense output:
+//! Oscillators without feedback never act on the body. The body therefore takes the same steps as without oscillators.
+//! After each accepted step of the body, the oscillators are integrated over the same interval with their own steps
+//! and tolerances, driven by the body's dense output:
 //!
 //! ```text
 //! F_b(t, y, ẏ) = 0 over [t_n, t_{n+1}],   then   F_o(s, ṡ; γ ũ(t)) = 0,  ũ the dense output of u.
 //! ```
 //!
 //! # Error
-//! The error of the forcing, γ |ũ − u|, adds to the oscillators' own integration error. It is the gain times the error
-//! δu of the body's displacement at the driving point. A constant error moves an oscillator by γ δu/ω². At resonance,
-//! or along a limit cycle, whose phase is free, the effects of the error add up to γ δu T/(2ω) in the time T.
-//! [`Driving`] contains the factors of the bound γ δu (1/ω² + T/(2ω)). With BDF, δu is the sum of the local errors of
-//! u. Radau IIA provides no δu: its estimates have a lower order than its error. The error of its dense output within
-//! steps is not dominant: replacing the dense output by the integral of the dense output of the velocity, which has a
-//! higher order, did not change the error of the oscillators.
+//! The error of the forcing, γ |ũ − u|, adds to the oscillators' own integration error. It equals γ δu, where δu is
+//! the error of the body's displacement at the driving point. A constant error moves an oscillator by γ δu/ω². At
+//! resonance, or along a limit cycle (whose phase is free), the effects of the error accumulate to γ δu T/(2ω) over a
+//! time T. [`Driving`] contains the factors of the bound γ δu (1/ω² + T/(2ω)). For BDF, δu is the sum of the local
+//! errors of u. Radau IIA provides no δu, because its estimates have a lower order than its error. Within steps, the
+//! error of its dense output is not dominant: when the dense output was replaced by the integral of the dense output
+//! of the velocity, which has a higher order, the error of the oscillators did not change.
 
 use std::sync::Arc;
 
@@ -47,8 +47,8 @@ pub struct Multirate<B> {
     driven: Driven,
     /// Steps of the oscillators within the last step of the body.
     steps: Steps,
-    /// Sum of the magnitudes of the local errors of these steps and of the effects of driving errors; `None` without an
-    /// estimate.
+    /// Sum of the magnitudes of the local errors of these steps and of the effects of driving errors; `None` if no
+    /// estimate is available.
     error: Option<Vec<f64>>,
     /// Whether the integrator of the oscillators stopped before its end time.
     chains_stopped: bool,
@@ -69,13 +69,13 @@ pub struct Driven {
 /// Magnitude and error of the driving of a network over a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Driving {
-    /// Bound on the change of a position per unit error of the displacement, γ (1/ω² + T/(2ω)) up to now, 1/m.
+    /// Current bound γ (1/ω² + T/(2ω)) on the change of a position per unit error of the displacement, 1/m.
     pub response: f64,
     /// Largest displacement of the driving points without prescribed parts, m.
     pub displacement: f64,
-    /// Largest estimated error of these displacements, m; `None` without an estimate.
+    /// Largest estimated error of these displacements, m; `None` if no estimate is available.
     pub error: Option<f64>,
-    /// Largest position.
+    /// Largest magnitude of a position.
     pub position: f64,
 }
 
@@ -152,11 +152,11 @@ impl Steps {
 }
 
 impl<B> Multirate<B> {
-    /// Combines the integrator of a `body`, at time `t` in state `y`, with `oscillators` that it drives. `start`
-    /// creates the integrator of the oscillators, which is of this `kind`.
+    /// Combines the integrator of a `body`, which is at time `t` in state `y`, with the `oscillators` that the body
+    /// drives. `start` creates the integrator of the oscillators, which must be of this `kind`.
     ///
     /// # Errors
-    /// Errors of `start`.
+    /// Returns the errors of `start`.
     pub fn new<E>(
         body: Box<dyn Integrator<B>>,
         (t, y): (f64, &[f64]),
@@ -183,8 +183,8 @@ impl<B> Multirate<B> {
             motion,
             steps: Steps {
                 n_states,
-                // The degree of the dense output is one more than the number of stages, or at most
-                // the order of BDF.
+                // For Radau IIA, the degree of the dense output is the number of stages plus one; for BDF, it is at
+                // most the order.
                 n_points: kind.stages().unwrap_or(4) + 2,
                 n: 0,
                 list: Vec::new(),
@@ -195,7 +195,7 @@ impl<B> Multirate<B> {
         })
     }
 
-    /// Returns the number of unknowns of the body, which come first, and of the oscillators.
+    /// Returns the number of unknowns of the body and of the oscillators. The body's unknowns come first.
     pub fn n_unknowns(&self) -> [usize; 2] {
         [self.n_body, self.steps.n_states]
     }
@@ -215,17 +215,17 @@ impl<B> Multirate<B> {
         self.chains.problem()
     }
 
-    /// Returns the counts of the oscillators' integrator.
+    /// Returns the counts of the integrator of the oscillators.
     pub fn chain_counts(&self) -> Counts {
         self.chains.counts()
     }
 
-    /// Returns the largest displacements of the driving points and positions of the oscillators so far.
+    /// Returns the largest displacements of the driving points and the largest positions of the oscillators so far.
     pub fn driven(&self) -> &Driven {
         &self.driven
     }
 
-    /// Continues the magnitudes of an earlier part of the run. Returns `false` and changes nothing if the number of
+    /// Restores the magnitudes of an earlier part of the run. Returns `false` and changes nothing if the number of
     /// driving points or networks differs.
     pub fn set_driven(&mut self, driven: &Driven) -> bool {
         let n = |own: &Driven| [own.places.len(), own.positions.len()];
@@ -236,7 +236,8 @@ impl<B> Multirate<B> {
         fits
     }
 
-    /// Returns the driving of network `k`, or `None` if the body does not drive it.
+    /// Returns the magnitude and error of the driving of network `k`, or `None` if the body does not drive this
+    /// network.
     pub fn driving(&self, k: usize) -> Option<Driving> {
         let own = self.chains().oscillators(k);
         let points = own.sources().iter().filter_map(Source::step_point);
@@ -252,9 +253,8 @@ impl<B> Multirate<B> {
         })
     }
 
-    /// Adds the local errors |e| of the body's last step, of length h, to the driving errors δu, and
-    /// their effects to the errors of the oscillators: γ (|e|/ω² + δu h/(2ω)) for y and ω times this
-    /// for ẏ.
+    /// Adds the local errors |e| of the body's last step, of length h, to the driving errors δu. Adds the effects of
+    /// these errors to the errors of the oscillators: γ (|e|/ω² + δu h/(2ω)) for y, and ω times this value for ẏ.
     fn add_local_errors(&mut self, h: f64) -> Result<(), ModelError> {
         let Some(error) = &mut self.error else {
             return Ok(());
@@ -363,7 +363,7 @@ impl<B> Integrator<Multirate<B>> for Multirate<B> {
         Ok(())
     }
 
-    /// Returns the ends of the oscillators' steps within the last step.
+    /// Returns the end times of the oscillators' steps within the last step of the body.
     fn inner_ends(&self) -> Vec<f64> {
         let steps = &self.steps.list[..self.steps.n];
         let inner = steps.iter().take(self.steps.n.saturating_sub(1));

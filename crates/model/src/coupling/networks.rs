@@ -1,6 +1,6 @@
-//! Newton matrices of oscillator networks with the velocities eliminated.
+//! Newton matrices of oscillator networks from which the velocities are eliminated.
 //!
-//! With the stiffness K and the diagonal d of the damping,
+//! With the stiffness K and the diagonal d of the damping, the systems before and after the elimination are
 //!
 //! ```text
 //! ⎛ c   −I    ⎞ ⎛ δy ⎞   ⎛ b_y ⎞     (K + c (c + d)) δy = b_w + (c + d) b_y,
@@ -54,12 +54,12 @@ impl Networks {
         }
     }
 
-    /// Allocates the matrices for one c.
+    /// Allocates the matrices for one value of c.
     pub(super) fn matrices<T: Scalar>(&self) -> Vec<NetworkMatrix<T>> {
         self.0.iter().map(NetworkMatrix::new).collect()
     }
 
-    /// Factorizes the matrices of all networks for this c.
+    /// Factorizes the matrices of all networks for the value `c`.
     pub(super) fn set_up<B: Problem, T: Scalar>(
         &self,
         dae: &CoupledDae<B>,
@@ -71,7 +71,7 @@ impl Networks {
     }
 }
 
-/// Factorized matrix of one network for one c.
+/// Factorized matrix of one network for one value of c.
 #[derive(Debug)]
 pub(super) struct NetworkMatrix<T: Scalar> {
     c: T,

@@ -4,7 +4,7 @@ use myovib_dae::{LinearSolver, Linearization, Problem, StepError, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
-/// A body without unknowns or equations. Oscillators on it are free or follow a given motion.
+/// A body without unknowns or equations. Its oscillators are free or driven by a given motion.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NoBody;
 

@@ -1,8 +1,7 @@
-//! Low-rank correction for feedback places that act beyond the elements that drive them.
+//! Low-rank correction for feedback places that also act on elements that do not drive them.
 //!
-//! Let J be the Newton matrix without these places, f_k = ∂F/∂g_k and ∇g_k the vectors of place k.
-//! The system (J + Σ f_k ∇g_kᵀ) x = b is solved with solves of J for b and for each f_k (Sherman,
-//! Morrison, Woodbury):
+//! Let J be the Newton matrix without these places, and let f_k = ∂F/∂g_k and ∇g_k be the vectors of place k. To solve
+//! the system (J + Σ f_k ∇g_kᵀ) x = b, systems with J are solved for b and for each f_k (Sherman, Morrison, Woodbury):
 //!
 //! ```text
 //! J x⁰ = b,    J X_k = f_k,    (I + (∇g_iᵀ X_k)) γ = (∇g_iᵀ x⁰),    x = x⁰ − Σ γ_k X_k.
@@ -16,7 +15,7 @@ use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
 
 use super::feedback::FeedbackDae;
 
-/// The correction for one c.
+/// The correction for one value of c.
 #[derive(Debug)]
 pub(super) struct NonlocalElimination<T: ComplexField> {
     places: Vec<usize>,
@@ -33,8 +32,8 @@ impl<T: ComplexField> Default for NonlocalElimination<T> {
 }
 
 impl<T: Scalar + ComplexField> NonlocalElimination<T> {
-    /// Computes the correction for the `places` with these indices at the current linearization; `solve` solves with J
-    /// in place.
+    /// Computes the correction at the current linearization for the places with the indices `places`. `solve` solves
+    /// systems with J in place.
     pub(super) fn new(
         places: &[usize],
         dae: &mut FeedbackDae,

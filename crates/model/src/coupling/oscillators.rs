@@ -13,7 +13,7 @@ use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
 use myovib_sparse::Scalar;
 
-/// Displacement u in the forcing γ u of one direction.
+/// Source of the displacement u in the forcing γ u of one direction.
 #[derive(Debug, Clone, Default)]
 pub enum Source {
     /// Zero displacement: the oscillators are free.
@@ -30,8 +30,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// Returns u at time `t` for the unknowns `y` of the body, or `None` outside the times of a
-    /// recording.
+    /// Returns u at time `t` for the unknowns `y` of the body, or `None` if a recording does not cover `t`.
     pub(super) fn displacement(&self, t: f64, y: &[f64]) -> Option<f64> {
         Some(match self {
             Self::Rest => 0.0,
@@ -59,7 +58,7 @@ impl Source {
         }
     }
 
-    /// Returns the change of u for a change of the body's unknowns: wᵀ `body`.
+    /// Returns wᵀ `body`, the change of u for the change `body` of the body's unknowns.
     fn change<T: Scalar>(&self, body: &[T]) -> T {
         let terms = self.unknowns().iter().map(|&(i, weight)| body[i] * weight);
         terms.fold(T::zero(), |sum, term| sum + term)
@@ -79,8 +78,8 @@ impl Oscillators {
     /// `drive` is used; the network determines the forced oscillators.
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] for a gain that is not finite, [`ModelError::Sources`]
-    /// if the number of sources differs from the number of directions.
+    /// Returns [`ModelError::OutOfRange`] if the gain is not finite, and [`ModelError::Sources`] if the number of
+    /// sources differs from the number of directions.
     pub fn new(network: Network, drive: Drive, sources: Vec<Source>) -> Result<Self, ModelError> {
         if !drive.gain.is_finite() {
             return Err(ModelError::OutOfRange {
@@ -95,8 +94,8 @@ impl Oscillators {
         Ok(Self { network, drive, sources })
     }
 
-    /// Replaces the points of the body in the sources by their `motion` over the body's steps, and
-    /// appends these points to `places`.
+    /// Replaces the points of the body in the sources by their `motion` over the body's steps, and appends these
+    /// points to `places`.
     pub(super) fn following(
         mut self,
         motion: &Arc<StepMotion>,
@@ -136,8 +135,8 @@ impl Oscillators {
         }
     }
 
-    /// Subtracts γ e wᵀ `body` from `rows`: the effect of a change of the body's unknowns on the
-    /// equations.
+    /// Subtracts γ e wᵀ `body` from `rows`. This is the effect of a change of the body's unknowns on the equations of
+    /// the oscillators.
     pub(super) fn subtract_forcing<T: Scalar>(&self, body: &[T], rows: &mut [T]) {
         for (channel, source) in self.sources.iter().enumerate() {
             let change = source.change(body) * self.drive.gain;
@@ -177,8 +176,8 @@ impl Oscillators {
         forcing
     }
 
-    /// Subtracts J_o⁻¹ γ e wᵀ `body` from `states`, given the `response` J_o⁻¹ γ e to all
-    /// directions of the forcing. Each direction reaches different oscillators.
+    /// Subtracts J_o⁻¹ γ e wᵀ `body` from `states`, given the `response` J_o⁻¹ γ e to all directions of the forcing.
+    /// Each direction acts on different oscillators.
     pub(super) fn subtract_response<T: Scalar>(
         &self,
         response: &[T],

@@ -16,7 +16,7 @@ impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
     /// `error_test` replaces the tolerances and the excluded components of the options.
     ///
     /// # Errors
-    /// [`ModelError::Radau`] for invalid options, [`ModelError::OnlyBdf`] for step-dependent weights.
+    /// Returns [`ModelError::Radau`] if an option is invalid, and [`ModelError::OnlyBdf`] for step-dependent weights.
     pub fn coupled_at(
         mut system: P,
         error_test: impl Into<Option<ErrorTest>>,
@@ -37,10 +37,10 @@ impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
     }
 }
 
-/// Returns the solver for the Newton systems: condensed if this is requested and the system allows it.
+/// Returns the solver for the Newton systems. It is condensed if this is requested and the system allows it.
 ///
 /// # Errors
-/// [`ModelError::Factorization`] for a pattern that cannot be analyzed.
+/// Returns [`ModelError::Factorization`] if the pattern cannot be analyzed.
 pub fn matrices<P: Body>(
     system: &mut P,
     options: SparseOptions,

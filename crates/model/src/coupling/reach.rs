@@ -11,33 +11,32 @@ use super::effect::{Effect, Feedback};
 use crate::coloring::colors;
 use crate::muscle_dae::MuscleDae;
 
-/// One place of a network. Its coherence sets one value g of the body.
+/// One place of a network. Its coherence determines one value g of the body.
 #[derive(Debug, Clone)]
 pub(super) struct Place {
     pub(super) feedback: usize,
-    /// Number of the place within the feedback.
+    /// Index of the place within the feedback.
     pub(super) number: usize,
-    /// Range of its oscillators in the network.
+    /// Range of the place's oscillators in the network.
     oscillators: Range<usize>,
     of_network: usize,
     /// Rows of the momentum balance, counted from its first row, on which g acts.
     pub(super) rows: Vec<usize>,
     /// ∂F/∂g in these rows.
     pub(super) force: Vec<f64>,
-    /// ∂g/∂s: first the positions of its oscillators, then their velocities.
+    /// ∂g/∂s: first for the positions of the place's oscillators, then for their velocities.
     pub(super) slope: Vec<f64>,
 }
 
 impl Place {
-    /// Returns the ranges of positions and velocities of its oscillators in the states of the
-    /// network.
+    /// Returns the ranges of the positions and velocities of the place's oscillators in the states of the network.
     fn states(&self) -> [Range<usize>; 2] {
         let Range { start, end } = self.oscillators;
         let n = self.of_network;
         [start..end, start + n..end + n]
     }
 
-    /// Returns ∂g/∂s as (state of the network, value).
+    /// Returns the entries of ∂g/∂s as pairs (index of the state in the network, value).
     pub(super) fn slopes(&self) -> impl Iterator<Item = (usize, f64)> {
         let slopes = self.slope.iter().copied();
         self.states().into_iter().flatten().zip(slopes)
@@ -77,8 +76,8 @@ impl Place {
 #[derive(Debug, Clone)]
 pub(super) struct Places {
     pub(super) list: Vec<Place>,
-    /// Groups of places of one effect with no row in common: one element pass yields the forces of
-    /// a whole group.
+    /// Groups of places with the same effect and without common rows. One element pass yields the forces of a whole
+    /// group.
     colors: Vec<(Effect, Vec<usize>)>,
     weights: Vec<f64>,
     response: Vec<f64>,

@@ -11,8 +11,8 @@ use crate::integration::statistics::Outcome;
 use crate::reading::displacement::Displacement;
 use crate::signal::timing::{Break, FRACTION, TimeScales, shortest};
 
-/// Points per step. They determine a polynomial of degree 8, the degree of the dense output of
-/// Radau IIA with seven stages; the degree of BDF is 5 at most.
+/// Number of points per step. The points determine a polynomial of degree 8, which is the degree of the dense output
+/// of Radau IIA with seven stages. The degree of the dense output of BDF is at most 5.
 pub(super) const POINTS: usize = 9;
 
 /// Returns Chebyshev point `k`, ordered from the start of a step (0) to its end (1).
@@ -22,16 +22,16 @@ fn place(k: usize) -> f64 {
 
 /// Displacement at a point over a run, with the accuracy of the dense output.
 ///
-/// Each accepted step stores its interpolating polynomial at nine points, which determine it.
-/// Recording therefore adds no sampling error, whatever the step size.
+/// For each accepted step, the values of the interpolating polynomial at nine points are stored. These values
+/// determine the polynomial, so recording adds no sampling error, regardless of the step size.
 #[derive(Debug, Clone, Default)]
 pub struct Recording {
     start: f64,
-    /// Ends of the steps, ascending.
+    /// End times of the steps in ascending order.
     ends: Vec<f64>,
     values: Vec<[f64; POINTS]>,
     prescribed: Displacement,
-    /// Minimum and maximum without the prescribed motion; `None` if nothing is recorded.
+    /// Minimum and maximum of the displacement without the prescribed motion; `None` if nothing is recorded.
     extent: Option<[f64; 2]>,
 }
 
@@ -49,7 +49,7 @@ impl Recording {
     /// Returns u at time `t`, or `None` outside the recorded interval.
     pub fn at(&self, t: f64) -> Option<f64> {
         let [start, end] = self.covers()?;
-        // An integrator that stops at the end may pass it by a rounding error.
+        // An integrator that stops at the end may exceed it by a rounding error.
         let slack = 1e-12 * (end - start);
         if !(start - slack..=end + slack).contains(&t) {
             return None;
@@ -69,9 +69,9 @@ impl TimeScales for Arc<Recording> {
         breaks.reduce(Break::earlier)
     }
 
-    /// Returns the period π √(2 range/|ü|) of a sine that has the range of the motion and its largest acceleration
-    /// between the two times, or the time scale of the prescribed motion if it is shorter. Inertia excludes faster
-    /// motions within a step.
+    /// Returns the period π √(2 range/|ü|) of a sine with the range of the motion and the largest acceleration between
+    /// the two times, or the time scale of the prescribed motion if it is shorter. Inertia prevents faster motions
+    /// within a step.
     fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let [low, high] = self.extent?;
         let first = self.ends.partition_point(|end| *end <= from);
@@ -98,8 +98,8 @@ impl TimeScales for Arc<Recording> {
     }
 }
 
-/// Estimates the magnitude of the second derivative of a polynomial on [0, 1] from its values at the Chebyshev points. With
-/// a second derivative of 1, the distance to the chord is x (1 − x)/2.
+/// Estimates the magnitude of the second derivative of a polynomial on [0, 1] from its values at the Chebyshev points.
+/// If the second derivative is 1, the distance to the chord is x (1 − x)/2.
 fn curvature(values: &[f64; POINTS]) -> f64 {
     let (first, last) = (values[0], values[POINTS - 1]);
     let sagitta = values.iter().enumerate().map(|(k, value)| {

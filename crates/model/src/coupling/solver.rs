@@ -56,7 +56,7 @@ impl<S> CoupledSolver<S> {
     }
 }
 
-/// Solves for the oscillators in place. The body's part of `x` must already hold the solution.
+/// Solves for the oscillators in place. The part of `x` that belongs to the body must already contain the solution.
 fn solve_networks<B: Problem, T: Scalar>(
     dae: &CoupledDae<B>,
     matrices: &mut [NetworkMatrix<T>],

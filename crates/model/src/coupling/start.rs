@@ -18,7 +18,7 @@ use crate::muscle_dae::MuscleDae;
 /// [`ErrorTest`](super::ErrorTest).
 #[derive(Debug, Clone)]
 pub struct CoupledOptions {
-    /// The integrator; only its own options below are used.
+    /// The integrator. Of the options below, only those of this integrator are used.
     pub integrator: IntegratorKind,
     /// Options of IDAS.
     pub ida: IdaOptions,
@@ -62,7 +62,7 @@ impl CoupledOptions {
         Self { linear_solver: LinearSolverKind::Condensed, ..Self::of_states(integrator) }
     }
 
-    /// Sets a constant step (s) of Radau IIA without error test; `None` for adaptive steps.
+    /// Sets a constant step (s) of Radau IIA without an error test; `None` selects adaptive steps.
     pub fn with_fixed_step(mut self, step: Option<f64>) -> Self {
         self.radau.step_size = radau::step_size(step);
         self
@@ -78,7 +78,7 @@ impl CoupledOptions {
 /// start, consistent initial values and derivatives are computed.
 ///
 /// # Errors
-/// Errors of [`Consistent::consistent`](crate::start::Consistent::consistent) and of
+/// Returns the errors of [`Consistent::consistent`](crate::start::Consistent::consistent) and of
 /// [`start_coupled_from`].
 pub fn start_coupled<P: Body>(
     mut dae: P,
@@ -94,7 +94,8 @@ pub fn start_coupled<P: Body>(
 /// Starts the integration of a coupled system over the time interval `times` from a state with consistent derivatives.
 ///
 /// # Errors
-/// Errors of [`IdaIntegrator::coupled_at`] and [`RadauIntegrator::coupled_at`]; [`ModelError::OnlyBdf`].
+/// Returns the errors of [`IdaIntegrator::coupled_at`] and [`RadauIntegrator::coupled_at`], and
+/// [`ModelError::OnlyBdf`] for settings that only BDF supports.
 pub fn start_coupled_from<P: Body>(
     dae: P,
     error_test: ErrorTest,
@@ -125,7 +126,7 @@ pub fn start_coupled_from<P: Body>(
 /// derivatives.
 ///
 /// # Errors
-/// Errors of [`start_coupled_from`]; [`ModelError::NotWithFeedback`] for projections.
+/// Returns the errors of [`start_coupled_from`], and [`ModelError::NotWithFeedback`] if projections are requested.
 pub fn start_with_feedback(
     dae: FeedbackDae,
     error_test: ErrorTest,

@@ -9,8 +9,8 @@ use crate::integration::integrator::Integrator;
 use crate::reading::displacement::Displacement;
 use crate::signal::timing::{Break, TimeScales};
 
-/// Interpolating polynomials of the displacements of a body's points over its last step. The
-/// oscillators driven by these points share it with the integrator of the body.
+/// Interpolating polynomials of the displacements of a body's points over its last step. The integrator of the body
+/// shares them with the oscillators driven by these points.
 #[derive(Debug, Default)]
 pub struct StepMotion(RwLock<Polynomials>);
 
@@ -35,8 +35,8 @@ impl StepMotion {
             Polynomials { from: t, to: t, values };
     }
 
-    /// Reads the displacements of the `places` over the last step `[from, to]` of `body`; `y` is a workspace for its
-    /// unknowns. Calls `on_largest` with the index of each place and its largest displacement.
+    /// Reads the displacements of the `places` over the last step `[from, to]` of `body`. `y` is a workspace for the
+    /// unknowns of the body. Calls `on_largest` with the index of each place and its largest displacement.
     pub(super) fn record<B>(
         &self,
         body: &mut dyn Integrator<B>,
@@ -85,8 +85,8 @@ pub struct StepPoint {
 }
 
 impl StepPoint {
-    /// Creates the point with the given index among the driving points of a body, including the prescribed displacement
-    /// of `place`.
+    /// Creates the point with the given index among the driving points of a body. The point includes the prescribed
+    /// displacement of `place`.
     pub(super) fn new(motion: &Arc<StepMotion>, number: usize, place: &Displacement) -> Self {
         Self {
             motion: Arc::clone(motion),
