@@ -26,7 +26,7 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
     terms
 }
 
-/// Computes ∫ψ (ṗ/κ + cof F:∇v).
+/// Computes ∫ψ (ṗ/κ + g' cof F:∇v).
 pub(super) fn rate_residual(
     context: &Context,
     state: &State<'_>,

@@ -1,6 +1,6 @@
-//! The equations from which the formulations are composed: residual and Jacobian of each.
+//! Equations of the formulations, with the residual and Jacobian of each equation.
 //!
-//! An equation reads the unknowns of a [`State`] by field and the element integrals that it
+//! An equation reads the unknowns of a [`State`] by field, reads the element integrals that it
 //! [`needs`](Equation::needs), and writes the rows of its block.
 
 mod activation;
@@ -30,7 +30,7 @@ pub enum Equation {
     Momentum,
     /// ∫ψ (p/κ + g(J)) = 0.
     Constraint,
-    /// ∫ψ (ṗ/κ + cof F:∇v) = 0.
+    /// ∫ψ (ṗ/κ + g' cof F:∇v) = 0.
     ConstraintRate,
     /// Ṫ = −|a(t)| T + σ0 max(a(t), 0).
     Activation,
@@ -87,12 +87,12 @@ pub struct Context {
     pub coherence: bool,
 }
 
-/// Forces that act on a body in addition to the stress of its law. Absent forces cost nothing.
+/// Forces that act on a body in addition to the stress of its law. Absent forces add no cost.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Added {
-    /// Whether a foundation has stiffness, and whether one has damping.
+    /// Whether any foundation has stiffness, and whether any foundation has damping.
     pub foundation: [bool; 2],
-    /// Whether there are active or viscous stresses, and whether one depends on the velocity.
+    /// Whether there are active or viscous stresses, and whether any of these stresses depends on the velocity.
     pub stress: [bool; 2],
     /// Whether contacts have friction.
     pub friction: bool,
@@ -132,7 +132,7 @@ pub struct Needs {
     pub force_rate: bool,
     /// ∫ψ g(J).
     pub volume_residual: bool,
-    /// ∫ψ cof F:∇v.
+    /// ∫ψ g' cof F:∇v.
     pub volume_residual_rate: bool,
     /// B(q)ᵀμ.
     pub multiplier_force: bool,
@@ -209,7 +209,7 @@ impl Equation {
     }
 }
 
-/// Writes the rates of `field` minus `values`.
+/// Writes the rates of `field` minus `values` to `rows`.
 fn rate_residual(field: Field, values: &[f64], state: &State<'_>, rows: &mut [f64]) {
     let rates = state.rate(field).iter();
     for ((row, rate), value) in rows.iter_mut().zip(rates).zip(values) {

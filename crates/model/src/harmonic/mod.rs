@@ -7,11 +7,11 @@
 //! (s² M + s D + K) û − (1 + sβ) Bᵀ p̂ = f̂,      B û + M_p p̂/κ = 0.
 //! ```
 //!
-//! K contains the law, φ(s) − 1 times its material part for viscoelastic stress, active stress,
-//! foundations and follower pressures; D contains α, β, Kelvin–Voigt stress and foundations. All
-//! matrices belong to the equilibrium and are evaluated once; each frequency costs one complex
-//! factorization of a matrix in (û, p̂). It is treated as symmetric except under follower pressures, with
-//! contacts, and for damping β that varies between elements.
+//! K contains the contributions of the law, active stress, foundations and follower pressures, and, for viscoelastic
+//! stress, φ(s) − 1 times the material part of the law's stiffness. D contains α, β, Kelvin–Voigt stress and
+//! foundations. All matrices are evaluated once, at the equilibrium. Each frequency then requires one complex
+//! factorization of a matrix in (û, p̂). This matrix is treated as symmetric unless there are follower pressures or
+//! contacts, or β varies between elements.
 
 mod neighbors;
 mod operator;
@@ -81,7 +81,7 @@ pub struct DynamicStiffness {
     preload: Vec<f64>,
     /// Tension of each element.
     tensions: Vec<f64>,
-    /// Time of the loads, s.
+    /// Time at which the loads are evaluated, s.
     t: f64,
     /// Harmonic forces at all nodal components.
     force: Vec<Complex64>,
@@ -89,12 +89,12 @@ pub struct DynamicStiffness {
     supports: Vec<Complex64>,
 }
 
-/// Response of a body to its harmonic loads: one factorization per frequency.
+/// Response of a body to its harmonic loads. Each frequency requires one factorization.
 pub struct HarmonicResponse {
     stiffness: DynamicStiffness,
     plan: Arc<Condensation>,
     elimination: Arc<Elimination>,
-    /// Matrices that no thread uses. Allocating one costs as much as a factorization.
+    /// Matrices that are currently not used by any thread. Allocating a matrix costs as much as a factorization.
     matrices: Mutex<Vec<Factorized>>,
 }
 
@@ -105,10 +105,11 @@ struct Factorized {
 }
 
 impl DynamicStiffness {
-    /// Linearizes `muscle` about the equilibrium `at`. Of `formulation`, only the presence of a pressure matters.
+    /// Linearizes `muscle` about the equilibrium `at`. The only relevant property of `formulation` is whether it has a
+    /// pressure.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for a state with an inverted element.
+    /// Returns [`ModelError::Inverted`] if an element is inverted at the equilibrium.
     pub fn about(
         muscle: &Muscle,
         formulation: Formulation,
@@ -155,12 +156,12 @@ impl DynamicStiffness {
         Ok(stiffness)
     }
 
-    /// Returns the displacement of the equilibrium and the forces of its supports, at all nodal components; m and N.
+    /// Returns the displacement (m) at the equilibrium and the forces (N) of the supports, for all nodal components.
     pub fn preload(&self) -> (&[f64], &[f64]) {
         (&self.u, &self.preload)
     }
 
-    /// Returns the unknowns of the equilibrium, with relaxed overstress.
+    /// Returns the unknowns at the equilibrium, where the overstress is relaxed.
     fn state(&self) -> Vec<f64> {
         let layout = self.dae.layout();
         let mut y = vec![0.0; layout.n_unknowns()];
@@ -189,10 +190,12 @@ impl DynamicStiffness {
 }
 
 impl HarmonicResponse {
-    /// Linearizes `muscle` about the equilibrium `at`. Of `formulation`, only the presence of a pressure matters.
+    /// Linearizes `muscle` about the equilibrium `at`. The only relevant property of `formulation` is whether it has a
+    /// pressure.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for a state with an inverted element; errors of the symbolic analysis.
+    /// Returns [`ModelError::Inverted`] if an element is inverted at the equilibrium, and the errors of the symbolic
+    /// analysis.
     pub fn about(
         muscle: &Muscle,
         formulation: Formulation,
@@ -215,7 +218,7 @@ impl HarmonicResponse {
         })
     }
 
-    /// Returns the dynamic stiffness, for measurements of amplitudes.
+    /// Returns the dynamic stiffness, from which outputs are computed for given amplitudes.
     pub fn stiffness(&self) -> &DynamicStiffness {
         &self.stiffness
     }
@@ -232,19 +235,19 @@ impl HarmonicResponse {
         [sum(|work| work.factorizations), sum(|work| work.solves)]
     }
 
-    /// Predicts memory and work of one factorization; `None` for an external solver.
+    /// Predicts the memory and work of one factorization. Returns `None` for an external solver.
     pub fn prediction(&self) -> Option<Prediction> {
         self.elimination.prediction::<Complex64>()
     }
 
-    /// Solves for each frequency (Hz), calls `read` with the amplitude, and returns pairs of frequency and result in
-    /// the order of the frequencies. Frequencies are distributed over the threads of this process, as far as memory
-    /// permits; the results do not depend on the number of threads. If `read` returns [`ModelError::Interrupted`], the
-    /// results so far are returned.
+    /// Solves for each of the `frequencies` (Hz) and calls `read` with the amplitude. Returns pairs of frequency and
+    /// result in the same order as `frequencies`. The frequencies are distributed among the threads of this process as
+    /// far as memory permits; the results do not depend on the number of threads. If `read` returns
+    /// [`ModelError::Interrupted`], the results obtained so far are returned.
     ///
     /// # Errors
-    /// [`ModelError::NotHeld`] for frequency 0 of a body that can move without strain; factors that exceed the memory;
-    /// errors of the factorization and of `read`, which end the computation.
+    /// Returns [`ModelError::NotHeld`] if a frequency is 0 and the body can move without strain. Also fails if the
+    /// factors exceed the memory, or if a factorization or `read` fails; the computation then ends.
     pub fn map<R: Send>(
         &self,
         frequencies: &[f64],
@@ -256,11 +259,12 @@ impl HarmonicResponse {
     /// Solves like [`map`](Self::map), and also for the derivatives of the amplitudes with respect to parameters. Each
     /// derivative costs one additional solve with the same factors, and a product with the matrix of each neighbor.
     ///
-    /// An adjoint solve for each output could replace the solves, but not the products, which cost about four times as
-    /// much: with 20 parameters and one output, it would save 17 % of the time (21 000 unknowns in 3D, 15 000 in 2D).
+    /// An adjoint solve for each output could replace these solves, but not the products, which cost about four times
+    /// as much. With 20 parameters and one output, it would save 17 % of the time (21 000 unknowns in 3D, 15 000 in
+    /// 2D).
     ///
     /// # Errors
-    /// As for [`map`](Self::map).
+    /// Returns the same errors as [`map`](Self::map).
     pub fn map_with_derivatives<R: Send>(
         &self,
         frequencies: &[f64],
@@ -326,7 +330,7 @@ impl HarmonicResponse {
         })
     }
 
-    /// Solves for one s = iω.
+    /// Solves for one value of s = iω.
     fn solve(&self, factorized: &mut Factorized, s: Complex64) -> Result<Amplitude, ModelError> {
         let Factorized { matrix, work } = factorized;
         matrix.forget_history()?;
@@ -337,8 +341,8 @@ impl HarmonicResponse {
         self.balance(factorized, s, &moved, supports)
     }
 
-    /// Solves for the free displacements and the pressures that cancel `unbalanced`, with the matrix already factorized
-    /// at `s`. The supported components of the result are those of `supports`.
+    /// Solves for the free displacements and the pressures that cancel `unbalanced`. The matrix must already be
+    /// factorized at `s`. At supported components, the result equals `supports`.
     fn balance(
         &self,
         factorized: &mut Factorized,
@@ -367,7 +371,8 @@ impl HarmonicResponse {
         Ok(Amplitude { s, displacement, pressure: x[pressures].to_vec() })
     }
 
-    /// Returns the derivative of the amplitude `at` with respect to a parameter, from K û' = −∂(K û − f̂)/∂p.
+    /// Returns the derivative of the amplitude `at` with respect to a parameter p, computed from
+    /// K û' = −∂(K û − f̂)/∂p.
     fn derivative(
         &self,
         factorized: &mut Factorized,
@@ -383,7 +388,7 @@ impl HarmonicResponse {
             }
         };
         for (weight, other) in near.weighted() {
-            // The weights add up to zero.
+            // The weights sum to zero.
             let mut moved = at.displacement.clone();
             add(1.0, &other.supports, &mut moved);
             add(-1.0, &self.stiffness.supports, &mut moved);
@@ -397,18 +402,19 @@ impl HarmonicResponse {
 }
 
 impl DynamicStiffness {
-    /// Returns the amplitudes of the forces of the supports on the body at all nodal components, N;
-    /// zero up to rounding for free components.
+    /// Returns the amplitudes (N) of the forces of the supports on the body at all nodal components. For free
+    /// components, the amplitudes are zero up to rounding.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for an equilibrium with an inverted element.
+    /// Returns [`ModelError::Inverted`] if an element is inverted at the equilibrium.
     pub fn reactions(&self, at: &Amplitude) -> Result<Vec<Complex64>, ModelError> {
         Ok(self.unbalanced(at.s, &at.displacement, &at.pressure)?.force)
     }
 
-    /// Returns the amplitudes of functions of the body's state: their derivatives along the motion, by central
-    /// differences. Derivatives of linear functions are exact up to rounding, of smooth functions to about 1e-9. Values
-    /// without a derivative, such as a von Mises stress at rest, have no amplitude.
+    /// Returns the amplitudes of functions of the body's state. Each amplitude is the derivative of a function along
+    /// the motion, computed by central differences. For linear functions, the derivatives are exact up to rounding;
+    /// for smooth functions, their relative error is about 1e-9. Values without a derivative, such as a von Mises
+    /// stress at rest, have no amplitude.
     pub fn amplitudes(
         &self,
         at: &Amplitude,

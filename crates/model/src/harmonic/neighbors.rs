@@ -24,7 +24,7 @@ impl Neighbors {
         Self { stencil, step, bodies }
     }
 
-    /// Returns the bodies with their weights in the difference.
+    /// Returns the bodies, each with its weight in the difference quotient.
     pub(super) fn weighted(&self) -> impl Iterator<Item = (f64, &DynamicStiffness)> {
         let points = self.stencil.points().iter().zip(&self.bodies);
         points.map(|((_, weight), body)| (weight / self.step, body))
@@ -34,7 +34,7 @@ impl Neighbors {
     /// `at` is the amplitude, and `derivative` its derivative with respect to the parameter.
     ///
     /// # Errors
-    /// Errors of `read`.
+    /// Returns the errors of `read`.
     pub fn differentiate(
         &self,
         at: &Amplitude,

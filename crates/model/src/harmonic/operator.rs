@@ -1,4 +1,4 @@
-//! The dynamic stiffness as an operator on all nodal components, for moving supports and reactions.
+//! Dynamic stiffness as an operator on all nodal components, used for moving supports and for reactions.
 
 use myovib_fem::output::StressContext;
 use myovib_fem::{AddedMotion, Change, Fields, TangentProduct};
@@ -10,8 +10,8 @@ use crate::operators;
 use crate::reading::snapshot::Snapshot;
 use crate::start::dynamics::moved;
 
-/// Displacement gradient of the perturbations for differences: their truncation and rounding errors are below 1e-9 of
-/// the derivative.
+/// Displacement gradient of the perturbations in difference quotients. For this value, the truncation and rounding
+/// errors are below 1e-9 of the derivative.
 const PROBING_GRADIENT: f64 = 1e-5;
 
 /// Forces at all nodal components and volumes at the vertices.
@@ -24,7 +24,7 @@ impl DynamicStiffness {
     /// Returns the unbalanced forces and volumes of the motion (û, p̂) under its loads.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for an equilibrium with an inverted element.
+    /// Returns [`ModelError::Inverted`] if an element is inverted at the equilibrium.
     pub(super) fn unbalanced(
         &self,
         s: Complex64,
@@ -41,7 +41,7 @@ impl DynamicStiffness {
     /// Applies the dynamic stiffness for s = iω to the motion (û, p̂), without forming a matrix.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] for an equilibrium with an inverted element.
+    /// Returns [`ModelError::Inverted`] if an element is inverted at the equilibrium.
     fn product(
         &self,
         s: Complex64,
@@ -139,7 +139,7 @@ impl DynamicStiffness {
                 solid.added_force(&AddedMotion { u, v, tensions }, force);
             };
             if self.tensions.iter().all(|tension| *tension == 0.0) {
-                // Only viscous stress, which is linear in the velocity and zero at rest.
+                // Only viscous stress acts; it is linear in the velocity and zero at rest.
                 added(&self.u, u, &mut force);
                 add(s, &force, &mut total.force);
             } else {
@@ -175,9 +175,9 @@ impl DynamicStiffness {
         Ok(())
     }
 
-    /// Returns the derivative of `force` along `direction` at the nodal field `at`, by central
-    /// differences. Extrapolation removes the error term of first order in the step, which is
-    /// caused by the force–velocity relation: its curvature jumps at rest.
+    /// Returns the derivative of `force` along `direction` at the nodal field `at`, computed by central differences.
+    /// Extrapolation removes the error term of first order in the step. This term is caused by the force–velocity
+    /// relation, whose curvature jumps at rest.
     fn slope(&self, direction: &[f64], at: &[f64], force: impl Fn(&[f64], &mut [f64])) -> Vec<f64> {
         let values = |step: f64| {
             let mut result = vec![0.0; at.len()];
@@ -202,7 +202,7 @@ impl DynamicStiffness {
         }
     }
 
-    /// Reads the state at the equilibrium plus `step` times a motion.
+    /// Reads the state that is the sum of the equilibrium and `step` times a motion.
     pub(super) fn with_snapshot<R>(
         &self,
         motion: &Part,

@@ -1,25 +1,25 @@
-//! Location of the first time within a step at which a function of the state becomes positive.
+//! Finds the first time within a step at which a function of the state becomes positive.
 //!
-//! The function is sampled on the dense output at 2k + 1 Chebyshev points for a step of order k, and
-//! at the vertices of the parabolas through neighboring samples. A change of sign is then bracketed
-//! and refined. A peak between two samples that is too narrow for these parabolas is missed.
-//! Polynomials of degree k have no such narrow peaks, but |u| and min det F may have them.
+//! The function is sampled on the dense output at 2k + 1 Chebyshev points for a step of order k, and at the vertices
+//! of the parabolas through neighboring samples. A sign change is then bracketed and refined. A peak between two
+//! samples is missed if it is too narrow for these parabolas. Polynomials of degree k have no such narrow peaks, but
+//! |u| and min det F may have them.
 
 use std::f64::consts::PI;
 
 use crate::error::ModelError;
 use crate::integration::integrator::Integrator;
 
-/// Intervals between samples per order of the step.
+/// Number of intervals between samples, divided by the order of the step.
 const SAMPLES: u32 = 2;
 /// Maximum number of iterations of the Illinois method; bisection would need 53 to resolve a step.
 const MAX_NARROWINGS: usize = 100;
 
-/// Returns the first time in the last step `[from, to]` at which `excess(problem, t, y)` is
-/// positive, up to rounding, or `None`.
+/// Returns the first time in the last step `[from, to]` at which `excess(problem, t, y)` is positive, accurate up to
+/// rounding. Returns `None` if there is no such time.
 ///
 /// # Errors
-/// Errors of the dense output and of `excess`.
+/// Returns the errors of the dense output and of `excess`.
 pub fn first_positive<P>(
     integrator: &mut dyn Integrator<P>,
     [from, to]: [f64; 2],
@@ -57,17 +57,17 @@ pub fn first_positive<P>(
     Ok(None)
 }
 
-/// Returns the position of the maximum of the parabola through three points, if it is between them.
+/// Returns the position of the maximum of the parabola through three points if the maximum is between them.
 fn top([(t0, f0), (t1, f1), (t2, f2)]: [(f64, f64); 3]) -> Option<f64> {
     let (left, right) = ((f1 - f0) / (t1 - t0), (f2 - f1) / (t2 - t1));
     let bends = left > 0.0 && right < 0.0;
-    // The slope equals the slope of the chord at its midpoint and varies linearly in between.
+    // At the midpoint of each chord, the slope equals the slope of the chord. It varies linearly in between.
     let (from, to) = (0.5 * (t0 + t1), 0.5 * (t1 + t2));
     bends.then(|| from + (to - from) * left / (left - right))
 }
 
-/// Refines a sign change between `low` (not positive) and `high` (positive) by the Illinois method:
-/// the secant method, halving the value at an end that is retained twice in a row.
+/// Refines a sign change between `low` (not positive) and `high` (positive) by the Illinois method. This is the secant
+/// method, except that the value at an end is halved if this end is retained twice in a row.
 fn narrow(
     mut low: (f64, f64),
     mut high: (f64, f64),

@@ -16,7 +16,7 @@ use crate::muscle_dae::MuscleDae;
 use crate::signal::schedule::Schedule;
 use crate::start::Consistent;
 
-/// IDAS in one-step mode with a stop time at the end.
+/// IDAS in one-step mode with a stop time at the end of the run.
 pub struct IdaIntegrator<P: Problem> {
     pub(crate) solver: IdaSolver<P>,
     pace: Pace,
@@ -31,7 +31,7 @@ impl IdaIntegrator<MuscleDae> {
     /// for loads and prescribed displacements that are zero at the start.
     ///
     /// # Errors
-    /// [`ModelError::Integrator`] for invalid IDAS settings.
+    /// Returns [`ModelError::Integrator`] if a setting of IDAS is invalid.
     pub fn from_rest(dae: MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
         let zero = vec![0.0; dae.n_unknowns()];
         Self::starting_at(dae, settings, 0.0, &zero, &zero)
@@ -40,7 +40,7 @@ impl IdaIntegrator<MuscleDae> {
     /// Starts a muscle at order 1 at time `t` from a state with consistent derivatives.
     ///
     /// # Errors
-    /// [`ModelError::Integrator`] for invalid IDAS settings.
+    /// Returns [`ModelError::Integrator`] if a setting of IDAS is invalid.
     pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
@@ -61,7 +61,7 @@ impl<P: Problem> IdaIntegrator<P> {
     /// Starts `problem` at t = 0 from consistent values.
     ///
     /// # Errors
-    /// [`ModelError::Integrator`] for invalid IDAS options.
+    /// Returns [`ModelError::Integrator`] if an option of IDAS is invalid.
     pub fn new(
         problem: P,
         options: IdaOptions,
@@ -73,8 +73,8 @@ impl<P: Problem> IdaIntegrator<P> {
         Ok(Self::of(solver, t_end, Schedule::default(), None))
     }
 
-    /// Wraps a solver that stops at `t_end`, the `schedule` of its system, and the step size that
-    /// its weights read.
+    /// Wraps a solver that stops at `t_end`, together with the `schedule` of its system and the step size that its
+    /// weights read.
     pub(crate) fn of(
         solver: IdaSolver<P>,
         t_end: f64,
@@ -114,7 +114,7 @@ impl<P: Problem> IdaIntegrator<P> {
 const RESTARTS: usize = 3;
 const SMALLER: f64 = 1e-6;
 
-/// Returns whether the error test has rejected every step from the start.
+/// Returns whether the integration stopped because the error test rejected every attempt at the first step.
 fn of_first_step(stop: &Stop) -> bool {
     let reason = stop.reason == myovib_dae::StopReason::ErrorTestFailures;
     stop.statistics.steps == 0 && reason
@@ -140,8 +140,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
 }
 
 impl<P: Consistent> IdaIntegrator<P> {
-    /// Restarts at order 1 at time `t` from a consistent state near the current one. Counts
-    /// accumulate.
+    /// Restarts at order 1 at time `t` from a consistent state near the current one. The counts accumulate.
     ///
     /// # Errors
     /// Returns an error if no consistent state is found.
@@ -179,9 +178,9 @@ impl<P: Consistent> Integrator<P> for IdaIntegrator<P> {
         Ok(self.solver.dense_output(t, derivative as usize, out)?)
     }
 
-    /// IDAS provides the difference between the solution and its prediction. At order k and constant step size, it is
-    /// k + 1 times the local error. The error of a vibration is larger than the sum of the errors of
-    /// its steps, by about this factor.
+    /// IDAS provides the difference between the solution and its prediction. At order k and constant step size, this
+    /// difference is k + 1 times the local error. The error of a vibration is larger than the sum of the errors of its
+    /// steps by about the same factor.
     fn local_error(&mut self, out: &mut [f64]) -> Result<bool, ModelError> {
         self.solver.estimated_local_errors(out)?;
         Ok(true)

@@ -21,17 +21,17 @@ pub enum Advance {
         reason: EndReason,
         /// Description of the cause, with time, step size, order, and components with the largest errors.
         message: String,
-        /// An element inverted during attempts at the failed step.
+        /// An element that was inverted in attempts at the failed step.
         inverted: Option<Inverted>,
     },
 }
 
-/// Data from which a run with Radau IIA continues with bitwise identical results.
+/// Data from which a run with Radau IIA can be continued with bitwise identical results.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Continuation {
     /// The integrator's state.
     pub(crate) radau: RadauState,
-    /// Whether its last step was shortened.
+    /// Whether the last step was shortened.
     pub(crate) shortened: bool,
     /// Counts up to the last jump.
     #[serde(default)]
@@ -43,9 +43,9 @@ pub struct Continuation {
 
 /// A variable-step integrator that owns its problem.
 pub trait Integrator<P> {
-    /// Restarts after a jump of the excitation if the current time is the time of a jump: the state
-    /// is made consistent with the values after the jump. [`advance`] does this automatically; call
-    /// this method before [`advance`] to access the start of the next step.
+    /// If the excitation jumps at the current time, restarts the integration from a state that is consistent with the
+    /// values after the jump. [`advance`] does this automatically. Call this method before [`advance`] to access the
+    /// start of the next step.
     ///
     /// [`advance`]: Integrator::advance
     ///
@@ -56,7 +56,8 @@ pub trait Integrator<P> {
     /// Takes one internal step, at most to the end time.
     ///
     /// # Errors
-    /// Misuse and fatal errors of the problem. If the integrator gives up, the result is [`Advance::Stopped`].
+    /// Returns an error if the integrator is misused or the problem fails fatally. If the integrator gives up, the
+    /// result is [`Advance::Stopped`] instead.
     fn advance(&mut self) -> Result<Advance, ModelError>;
 
     /// Returns the time reached, s.
@@ -69,14 +70,14 @@ pub trait Integrator<P> {
     /// Returns an error if `t` is outside the last step or the order is too high.
     fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError>;
 
-    /// Returns the times, s, within the last step that separate polynomials of the dense output.
+    /// Returns the times (s) within the last step at which the dense output changes from one polynomial to another.
     fn inner_ends(&self) -> Vec<f64> {
         Vec::new()
     }
 
-    /// Writes an estimate of the error that the last step adds to the solution to `out`, without
-    /// evaluating the problem. Returns false if the integrator has no such estimate: the estimates
-    /// of Radau IIA have a lower order than its error.
+    /// Writes an estimate of the error that the last step adds to the solution to `out`, without evaluating the
+    /// problem. Returns false if the integrator has no such estimate. This applies to Radau IIA, whose estimates have
+    /// a lower order than its error.
     ///
     /// # Errors
     /// Returns an error if `out` has the wrong length.
@@ -87,8 +88,8 @@ pub trait Integrator<P> {
     /// Returns the accumulated counts.
     fn counts(&self) -> Counts;
 
-    /// Returns the data from which [`restore`](Integrator::restore) continues with bitwise
-    /// identical results; `None` for BDF, since IDAS does not expose its history.
+    /// Returns the data from which [`restore`](Integrator::restore) continues with bitwise identical results, or
+    /// `None` for BDF, because IDAS does not expose its history.
     fn save(&self) -> Option<Continuation> {
         None
     }

@@ -16,7 +16,7 @@ use crate::muscle_dae::MuscleDae;
 /// integration stops early, its message includes advice on the index.
 ///
 /// # Errors
-/// Settings that the integrator does not support.
+/// Returns an error if the integrator does not support a setting.
 pub fn start_at_rest(
     dae: MuscleDae,
     settings: &Settings,
@@ -29,7 +29,7 @@ pub fn start_at_rest(
 /// selected in `settings`.
 ///
 /// # Errors
-/// Settings that the integrator does not support.
+/// Returns an error if the integrator does not support a setting.
 pub fn start_from(
     dae: MuscleDae,
     settings: &Settings,

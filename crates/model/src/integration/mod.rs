@@ -1,9 +1,9 @@
 //! Time integration of a DAE: settings, integrators, observers, statistics.
 //!
-//! [`launch`] starts an [`Integrator`](integrator::Integrator) according to
-//! [`Settings`](settings::Settings): [`ida`], [`radau`] ([`viscoelastic`] for a body with Prony terms),
-//! or a wrapper around one of them ([`projected`]). [`run`] steps it to its end, calls observers
-//! such as [`recorder`] after each step, and returns [`statistics`].
+//! [`launch`] starts an [`Integrator`](integrator::Integrator) according to [`Settings`](settings::Settings): [`ida`],
+//! [`radau`] ([`viscoelastic`] for a body with Prony terms), or a wrapper around one of them ([`projected`]). [`run`]
+//! advances the integrator to its end time, calls observers such as [`recorder`] after each step, and returns
+//! [`statistics`].
 
 pub(crate) mod events;
 pub mod ida;

@@ -4,15 +4,15 @@ use myovib_dae::Statistics;
 
 use crate::signal::schedule::Schedule;
 
-/// Largest growth of the step after a shortened step, which gives no information on the step size that accuracy allows.
-/// Equal to the growth limit of Radau IIA.
+/// Maximum growth of the step after a shortened step. A shortened step gives no information about the step size that
+/// the accuracy allows. The value equals the growth limit of Radau IIA.
 const GROWTH: f64 = 8.0;
 
 /// The schedule of a run and its progress.
 pub(crate) struct Pace {
     schedule: Schedule,
     t_end: f64,
-    /// Whether the last step was shorter than the integrator proposed.
+    /// Whether the last step was shorter than proposed by the integrator.
     shortened: bool,
 }
 
@@ -22,17 +22,17 @@ pub(crate) struct Bounds {
     pub(crate) t_out: f64,
     /// Time that the step must not pass.
     pub(crate) stop_time: f64,
-    /// Whether the step resolves all inputs, so that none can act undetected between its stages.
+    /// Whether the step resolves all inputs, so that no input can act undetected between its stages.
     pub(crate) is_resolved: bool,
 }
 
 impl Pace {
-    /// Creates the step limits of a run to `t_end` for a system with this `schedule` of its excitation.
+    /// Creates the step limits of a run to `t_end` for a system whose excitation has this `schedule`.
     pub(crate) fn new(schedule: Schedule, t_end: f64) -> Self {
         Self { schedule, t_end, shortened: false }
     }
 
-    /// Returns whether the last step was shorter than the integrator proposed, the only state that changes.
+    /// Returns whether the last step was shorter than proposed by the integrator. This is the only state that changes.
     pub(crate) fn shortened(&self) -> bool {
         self.shortened
     }
@@ -52,7 +52,7 @@ impl Pace {
         self.t_end
     }
 
-    /// Returns the bounds of the next step at `t` for an integrator with these counters.
+    /// Returns the bounds of the next step at `t` for an integrator with these `statistics`.
     pub(crate) fn bounds(&mut self, t: f64, statistics: &Statistics) -> Bounds {
         // After a jump, the step size of earlier steps does not apply.
         let is_first = statistics.steps == 0;

@@ -1,9 +1,9 @@
 //! Periodic projection onto the constraint, for formulations whose constraint drifts.
 //!
-//! `velocity` integrates the differentiated constraint, so displacement and velocity drift away from incompressible
-//! motions as the errors of the steps accumulate. IDAS has no hook for projections. Here, the state is projected
-//! between two steps and made consistent ([`Consistent`]), and the integrator restarts from it at order 1. The counts
-//! accumulate over all starts and thus include the additional steps.
+//! The formulation `velocity` integrates the differentiated constraint. The displacement and the velocity therefore
+//! drift away from incompressible motions as the errors of the steps accumulate. IDAS has no hook for projections.
+//! Here, the state is projected between two steps and made consistent ([`Consistent`]), and the integrator restarts
+//! from this state at order 1. The counts accumulate over all starts and thus include the additional steps.
 //!
 //! Reference: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, section VII.2
 //! (projection methods).
@@ -24,7 +24,7 @@ impl<P: Consistent> Projected<P> {
     /// Projects the state of `inner` every `every` seconds.
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] for a time that is not positive and finite.
+    /// Returns [`ModelError::OutOfRange`] if `every` is not positive and finite.
     pub fn new(inner: IdaIntegrator<P>, every: f64) -> Result<Self, ModelError> {
         if !(every > 0.0 && every.is_finite()) {
             return Err(ModelError::OutOfRange {
@@ -38,8 +38,8 @@ impl<P: Consistent> Projected<P> {
     }
 }
 
-/// Returns the first of `next`, `next + every`, … after `t` ≥ `next`. A step may pass several of
-/// these times, for which a single projection suffices.
+/// Returns the first of `next`, `next + every`, … after `t` ≥ `next`. A step may pass several of these times; a single
+/// projection then suffices.
 fn first_after(t: f64, next: f64, every: f64) -> f64 {
     let passed = ((t - next) / every).floor();
     next + (passed + 1.0) * every

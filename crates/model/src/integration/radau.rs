@@ -18,7 +18,7 @@ use crate::muscle_dae::MuscleDae;
 use crate::signal::schedule::Schedule;
 use crate::start::Consistent;
 
-/// Radau IIA with a stop time at the end.
+/// Radau IIA with a stop time at the end of the run.
 pub struct RadauIntegrator<P: Problem, M = SparseDirectSolver> {
     solver: RadauSolver<P, M>,
     pace: Pace,
@@ -30,8 +30,8 @@ impl RadauIntegrator<MuscleDae, SystemMatrices<MuscleDae>> {
     /// Starts a muscle at time `t` from a state with consistent derivatives.
     ///
     /// # Errors
-    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for invalid settings of Radau
-    /// IIA.
+    /// Returns [`ModelError::OnlyBdf`] for settings that only BDF supports, and [`ModelError::Radau`] if a setting of
+    /// Radau IIA is invalid.
     pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
@@ -49,10 +49,10 @@ impl RadauIntegrator<MuscleDae, SystemMatrices<MuscleDae>> {
 }
 
 impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
-    /// Creates the integrator of `problem` from consistent values at time `t` up to `t_end`.
+    /// Creates the integrator of `problem` for the interval from `t` to `t_end`, starting from consistent values.
     ///
     /// # Errors
-    /// [`ModelError::Radau`] for invalid options of Radau IIA.
+    /// Returns [`ModelError::Radau`] if an option of Radau IIA is invalid.
     pub fn new(
         problem: P,
         matrices: M,
@@ -68,7 +68,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
     /// Creates the integrator with error weights that are a function of y.
     ///
     /// # Errors
-    /// [`ModelError::Radau`] for invalid options of Radau IIA.
+    /// Returns [`ModelError::Radau`] if an option of Radau IIA is invalid.
     pub(crate) fn with_weights(
         problem: P,
         matrices: M,
@@ -128,11 +128,11 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
     }
 }
 
-/// Ratio of Newton's tolerance to the tolerance for the solution for fixed steps, whose end state should be a smooth
-/// function of the start.
+/// Ratio of Newton's tolerance to the tolerance for the solution if the steps are fixed. With fixed steps, the end
+/// state should be a smooth function of the start.
 pub const FIXED_STEP_ERROR: f64 = 1e-2;
 
-/// Returns the step size control for a constant step or adaptive steps.
+/// Returns the control of the step size for a constant step, or for adaptive steps if `fixed_step` is `None`.
 pub(crate) fn step_size(fixed_step: Option<f64>) -> StepSize {
     fixed_step.map_or(StepSize::Adaptive, StepSize::Fixed)
 }
@@ -149,26 +149,26 @@ fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBu
     RadauSolver::builder(problem).options(RadauOptions {
         newton_tolerance,
         stop_time: Some(t_end),
-        // Runs read samples from dense output, but their steps are not limited by its error yet.
+        // Runs read samples from dense output, but its error does not limit the steps yet.
         dense_output: false,
         ..options
     })
 }
 
-/// Newton's tolerance for undamped compressible bodies, as a fraction of the smaller of the tolerances for the estimate
-/// and for the solution.
+/// Newton's tolerance for undamped compressible bodies, as a fraction of the tolerance for the estimate or for the
+/// solution, whichever is smaller.
 ///
-/// The estimate of the next step amplifies the remaining error of Newton's method in vibrations of the volume, which
-/// nothing damps. With the default, which is three times as large, tolerances of 1e-2 and 1e-4 needed up to ten times
-/// as many steps as 1e-6. Below 1e-5, the default suffices.
+/// The error estimate of the next step amplifies the remaining error of Newton's method in undamped vibrations of the
+/// volume. With the default, which is three times as large, runs with tolerances of 1e-2 and 1e-4 needed up to ten
+/// times as many steps as runs with 1e-6. Below 1e-5, the default suffices.
 const UNDAMPED_NEWTON_ERROR: f64 = 1e-2;
 
 /// Returns the options of Radau IIA for a muscle with `settings`.
 ///
 /// With a Jacobian evaluated at rest, Newton's method has a contraction rate of a few percent throughout the paper's
-/// load, and a factorization costs as much as ten solves. Therefore the Jacobian is kept up to a contraction rate of
-/// 0.1, and the step size is kept until it may double. On row 1 of Table 2, this requires a sixth of the factorizations
-/// that RADAU5's values (0.001 and 1.2) require, but 10 % more steps.
+/// load, and a factorization costs as much as ten solves. Therefore, the Jacobian is kept up to a contraction rate of
+/// 0.1, and the step size is kept until it may double. On row 1 of Table 2, this requires a sixth of the
+/// factorizations that RADAU5's values (0.001 and 1.2) require, but 10 % more steps.
 pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
     let layout = dae.layout();
     let options = settings.steps.in_radau(RadauOptions {

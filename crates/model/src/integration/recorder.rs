@@ -32,9 +32,9 @@ impl SampleTimes {
         Self { next: n, ..self }
     }
 
-    /// Returns the next time if it is at most `t` up to rounding, and advances to the following one.
+    /// Returns the next time if it is at most `t` up to rounding, and advances to the time after it.
     pub fn due(&mut self, t: f64) -> Option<f64> {
-        // A multiple that differs from the end time only by rounding is the end time.
+        // A multiple that differs from the end time only by rounding is replaced by the end time.
         let mut time = self.every * self.next as f64;
         if (time - self.end).abs() < 1e-9 * self.every {
             time = self.end;

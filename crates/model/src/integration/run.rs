@@ -12,7 +12,7 @@ use crate::integration::statistics::{EndReason, Outcome, Statistics};
 pub struct AcceptedStep<'a, P> {
     /// Time before the step, s.
     pub from: f64,
-    /// Time after the step, s. An observer that ends the run within the step sets it to that time.
+    /// Time after the step, s. An observer that ends the run within the step sets this field to the end of the run.
     pub to: f64,
     /// The integrator, for dense output, counts and the problem.
     pub integrator: &'a mut dyn Integrator<P>,
@@ -35,7 +35,7 @@ pub trait Observer<P> {
 /// If the integrator gives up, the result is an [`Outcome`] with statistics, not an error.
 ///
 /// # Errors
-/// Fatal errors of the problem, misuse of the integrator, or errors of an observer.
+/// Returns fatal errors of the problem, errors due to misuse of the integrator, and errors of observers.
 pub fn run<P>(
     integrator: &mut dyn Integrator<P>,
     observers: &mut [&mut dyn Observer<P>],
@@ -67,7 +67,7 @@ fn integrate<P>(
         for observer in observers.iter_mut() {
             let mut step = AcceptedStep { from, to, integrator: &mut *integrator };
             if let ControlFlow::Break(outcome) = observer.accepted(&mut step)? {
-                // A limit that is reached with the last step does not truncate the run.
+                // A limit that is reached in the last step does not truncate the run.
                 let is_limit =
                     matches!(outcome.reason(), Some(EndReason::Interrupted | EndReason::WorkCap));
                 if is_limit && advance == Advance::Finished {
@@ -86,7 +86,7 @@ fn integrate<P>(
 pub struct Limits<'a> {
     /// CPU time allowed, s.
     pub cpu_seconds: f64,
-    /// Set from outside to interrupt the run.
+    /// Flag that is set from outside to interrupt the run.
     pub interrupted: Option<&'a std::sync::atomic::AtomicBool>,
     started: CpuClock,
 }

@@ -11,16 +11,16 @@ use crate::error::ModelError;
 use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
 
-/// Absolute tolerances per block of unknowns, in the units of the block.
+/// Absolute tolerances for each block of unknowns, in the units of the block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AbsoluteTolerances {
-    /// q, m.
+    /// Tolerance for q, m.
     pub displacement: f64,
-    /// v, m/s.
+    /// Tolerance for v, m/s.
     pub velocity: f64,
-    /// λ, tensions and internal stresses, Pa.
+    /// Tolerance for λ, tensions and internal stresses, Pa.
     pub pressure: f64,
-    /// Tolerance of μ in (29), in Pa/s; the multiplier of (33) has the same value.
+    /// Tolerance for μ in (29), Pa/s. The multiplier of (33) has the same numerical value.
     pub multiplier: f64,
 }
 
@@ -187,15 +187,15 @@ pub struct Settings {
     pub vectors: VectorArithmetic,
     /// Options of adaptive steps.
     pub steps: StepOptions,
-    /// Constant step without error test, s; adaptive steps by default (Radau IIA).
+    /// Constant step without an error test, s (Radau IIA). By default, steps are adaptive.
     pub fixed_step: Option<f64>,
-    /// Time between two projections onto the constraint, s; no projections by default (IDAS).
+    /// Time between two projections onto the constraint, s (IDAS). By default, there are no projections.
     pub projection_interval: Option<f64>,
 }
 
 impl Settings {
-    /// Returns the paper's tolerances and end time for Table 2: relative 1e-3, absolute 1e-5 (q,
-    /// v), 1e-1 (λ), 5 (μ), order 2, multipliers excluded from the error test.
+    /// Returns the tolerances and end time of the paper's Table 2: relative tolerance 1e-3, and absolute tolerances
+    /// 1e-5 (q, v), 1e-1 (λ) and 5 (μ). The maximum order is 2, and multipliers are excluded from the error test.
     pub fn paper(formulation: Formulation) -> Self {
         let multipliers = [Field::Pressure, Field::PressureRate, Field::GglMultiplier];
         Self {
@@ -223,7 +223,7 @@ impl Settings {
         }
     }
 
-    /// Changes the integrator. Radau IIA excludes nothing from its error test.
+    /// Changes the integrator. With Radau IIA, no block is excluded from the error test.
     pub fn with_integrator(self, integrator: IntegratorKind) -> Self {
         let suppressed = match integrator {
             IntegratorKind::Bdf => self.suppressed,
@@ -265,7 +265,7 @@ impl Settings {
     /// Rejects settings that only BDF supports if the integrator is Radau IIA.
     ///
     /// # Errors
-    /// [`ModelError::OnlyBdf`].
+    /// Returns [`ModelError::OnlyBdf`] if such a setting is used.
     pub(crate) fn expect_no_bdf_settings(&self) -> Result<(), ModelError> {
         let weighted = self.multiplier_weights != MultiplierWeights::Plain;
         for (setting, given) in [

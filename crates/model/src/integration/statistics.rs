@@ -16,7 +16,7 @@ pub enum Outcome {
     Stopped {
         /// The cause.
         reason: EndReason,
-        /// Description of the cause with values.
+        /// Description of the cause, with numerical values.
         message: String,
         /// The inverted element that stopped the run, if any.
         inverted: Option<Inverted>,
@@ -57,9 +57,9 @@ impl Outcome {
 /// Reason why a run stopped before its end time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum EndReason {
-    /// The error test failed repeatedly, or with the smallest step.
+    /// The error test failed repeatedly or with the smallest step.
     ErrorTestFailures,
-    /// Newton's method failed repeatedly, or with the smallest step.
+    /// Newton's method failed repeatedly or with the smallest step.
     ConvergenceFailures,
     /// The Newton matrix could not be factorized.
     LinearSetupFailed,

@@ -1,11 +1,11 @@
 //! Error weights of multipliers that depend on the step size.
 //!
 //! A perturbation δ of the constraint (the residual of Newton's method, or the error of the displacement) causes an
-//! error δ/h^(i−1) in a multiplier of index i. Its error estimate therefore does not decrease with the step: the error
-//! test rejects the step, the next step is smaller and its estimate larger, until the step size underflows. With the
-//! weight factor (Ωh)^(i−1), where Ω is the angular frequency of the drive, the multiplier's error is measured by its
-//! effect on the velocity (i = 2) or displacement (i = 3) within the step, which decreases. If steps do not resolve the
-//! drive, Ωh > 1, the factor is 1.
+//! error δ/h^(i−1) in a multiplier of index i. The error estimate of the multiplier therefore does not decrease with
+//! the step. The error test rejects the step, the next step is smaller and its estimate larger, and so on until the
+//! step size underflows. With the weight factor (Ωh)^(i−1), where Ω is the angular frequency of the drive, the error
+//! of the multiplier is measured by its effect on the velocity (i = 2) or the displacement (i = 3) within the step.
+//! This effect decreases with the step. If steps do not resolve the drive (Ωh > 1), the factor is 1.
 //!
 //! Reference: E. Hairer, C. Lubich, M. Roche, *The Numerical Solution of Differential-Algebraic
 //! Systems by Runge–Kutta Methods*, Springer 1989, chapter 7 (errors of index-2 and index-3
@@ -21,7 +21,7 @@ use crate::integration::settings::{AbsoluteTolerances, Settings};
 use crate::integration::typical::transit_time;
 use crate::muscle_dae::MuscleDae;
 
-/// Size of the next step, shared by an integrator and its weights; 0 before the first step.
+/// Size of the next step, shared between an integrator and its weights; 0 before the first step.
 #[derive(Debug, Clone, Default)]
 pub struct SharedStepSize(Arc<AtomicU64>);
 
@@ -37,11 +37,11 @@ impl SharedStepSize {
     }
 }
 
-/// Error weights of all unknowns y_j: `1/(rtol |y_j| + atol_j)`. Those of multipliers have the factor
-/// min(Ωh, 1)^(i−1), or 1 before the first step.
+/// Error weights of all unknowns y_j: `1/(rtol |y_j| + atol_j)`. The weights of multipliers are multiplied by
+/// min(Ωh, 1)^(i−1), or by 1 before the first step.
 ///
-/// The index i is the index for the incompressible body: a large κ is a singular perturbation, and
-/// the multiplier behaves as in the limit as long as the steps do not resolve compression waves.
+/// The index i is the index of the incompressible body, because a large κ is a singular perturbation: as long as the
+/// steps do not resolve compression waves, the multiplier behaves as in the limit κ → ∞.
 #[derive(Debug, Clone)]
 pub struct StepWeights {
     layout: Layout,
@@ -92,8 +92,8 @@ impl StepWeights {
         }
     }
 
-    /// Returns min(Ωh, 1)^(i−1) for a multiplier of index i; 1 for displacement and velocity, and before
-    /// the first step.
+    /// Returns min(Ωh, 1)^(i−1) for a multiplier of index i. Returns 1 for displacement and velocity, and before the
+    /// first step.
     fn factor(&self, field: Field) -> f64 {
         let h = self.step_size.get();
         if field.is_displacement_like() || h == 0.0 {

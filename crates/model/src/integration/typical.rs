@@ -1,4 +1,4 @@
-//! Typical magnitudes of a body's unknowns, from its size, stiffness, density and loads.
+//! Typical magnitudes of a body's unknowns, estimated from its size, stiffness, density and loads.
 
 use myovib_fem::Law;
 
@@ -8,33 +8,32 @@ use crate::muscle::Muscle;
 use crate::muscle::activation::Activation;
 use crate::signal::Signal;
 
-/// Number of intervals at which loads are sampled. It is prime, because with a round number of samples, a load with a
-/// round number of periods could vanish at all sample times.
+/// Number of intervals at which loads are sampled. It is prime: with a round number of samples, a load with a round
+/// number of periods could vanish at all sample times.
 const INTERVALS: u32 = 997;
-/// Maximum number of breaks of a load at and between which it is also sampled.
+/// Maximum number of breaks of a load at which, and between which, the load is also sampled.
 const BREAKS: usize = 100;
 /// Approximate number of prescribed components whose motion is sampled.
 const MOVED: usize = 100;
-/// Ratio of an absolute tolerance to the relative tolerance times a typical magnitude: unknowns below a tenth of the
-/// typical magnitude are computed with the absolute accuracy of this tenth.
+/// Ratio of an absolute tolerance to the product of the relative tolerance and a typical magnitude. Unknowns below a
+/// tenth of the typical magnitude are computed with the same absolute accuracy as this tenth.
 const SMALL: f64 = 0.1;
 /// Typical strain of a body that starts at rest and has no load with a known size, such as a body with feedback alone.
 const UNKNOWN_STRAIN: f64 = 1e-2;
-/// Smallest resolved change of the strain, relative to the strain under the whole loads; rounding errors are far
-/// smaller.
+/// Smallest resolved change of the strain, relative to the strain under all loads. Rounding errors are far smaller.
 const SMALLEST_CHANGE: f64 = 1e-6;
 
 /// Typical magnitudes of the unknowns of a body.
 ///
-/// They follow from a strain ε, the largest of
-/// - σ/G with the stress σ = f L/V + T and the shear modulus G (σ if it exceeds G); f is the sum of the magnitudes of
-///   the nodal force components on the body at rest, L its length, V its volume and T its active tension,
-/// - a prescribed displacement divided by L,
-/// - displacements divided by L, and velocities divided by the speed c = √(G/ρ) of shear waves, at the start,
+/// They follow from a strain ε. It is the largest of the following values, but at most 1:
+/// - σ/G with the stress σ = f L/V + T and the shear modulus G (σ if it exceeds G), where f is the sum of the
+///   magnitudes of the nodal force components on the body at rest, L its length, V its volume and T its active tension;
+/// - a prescribed displacement divided by L;
+/// - at the start, displacements divided by L and velocities divided by the speed c = √(G/ρ) of shear waves.
 ///
-/// and at most 1. In a motion that starts in equilibrium, given loads, tensions and displacements are measured from
-/// their values at the start, unless nothing changes. A load and its response thus have the same ratio in all
-/// units and, for small strains, for all magnitudes of the load. Slender bodies move by more than εL when they bend;
+/// In a motion that starts in equilibrium, given loads, tensions and displacements are measured from their values at
+/// the start, unless nothing changes. The ratio of a response to its typical magnitude is thus the same in all units
+/// and, for small strains, for all magnitudes of the load. Slender bodies move by more than ε L when they bend, so
 /// their tolerances are stricter than necessary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TypicalValues {
@@ -49,7 +48,7 @@ pub struct TypicalValues {
 }
 
 impl TypicalValues {
-    /// Returns the magnitudes for the loads of `muscle` up to the time `t_end` (s) and the start of its motion.
+    /// Returns the magnitudes for the loads of `muscle` up to the time `t_end` (s) and for the start of its motion.
     pub fn of(muscle: &Muscle, t_end: f64, start: TypicalStart) -> Self {
         let magnitudes = |signal: &Signal| largest(signal, t_end, 0.0);
         let Scale { strain, modulus } = match start {
@@ -78,7 +77,7 @@ impl TypicalValues {
         }
     }
 
-    /// Returns absolute tolerances of `rtol` times a tenth of these magnitudes.
+    /// Returns absolute tolerances equal to `rtol` times a tenth of these magnitudes.
     pub fn tolerances(&self, rtol: f64) -> AbsoluteTolerances {
         let fraction = SMALL * rtol;
         AbsoluteTolerances {
@@ -93,7 +92,7 @@ impl TypicalValues {
 /// Start of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TypicalStart {
-    /// Largest displacement, m, and velocity, m/s, at the start.
+    /// Largest displacement (m) and velocity (m/s) at the start.
     At([f64; 2]),
     /// Equilibrium under the loads at the start.
     Equilibrium,
@@ -102,7 +101,7 @@ pub enum TypicalStart {
 /// Typical strain and stiffness of a body.
 struct Scale {
     strain: f64,
-    /// Shear modulus, or stress if it is larger, Pa.
+    /// The shear modulus or the stress, whichever is larger, Pa.
     modulus: f64,
 }
 
@@ -122,12 +121,12 @@ impl Scale {
     }
 }
 
-/// Returns the time in which shear waves cross the body, s.
+/// Returns the time (s) in which shear waves cross the body.
 pub(crate) fn transit_time(muscle: &Muscle) -> f64 {
     extent(muscle) / (mean_shear_modulus(muscle) / mean_density(muscle)).sqrt()
 }
 
-/// Returns the reciprocal of the mean shear compliance over the volume (Reuss average), Pa.
+/// Returns the reciprocal of the shear compliance averaged over the volume (Reuss average), Pa.
 fn mean_shear_modulus(muscle: &Muscle) -> f64 {
     let space = muscle.solid.space();
     let (mut compliance, mut volume) = (0.0, 0.0);
@@ -174,19 +173,19 @@ pub fn slowest_element(muscle: &Muscle) -> [f64; 2] {
     elements.max_by(|a, b| time(a).total_cmp(&time(b))).unwrap_or([0.0, f64::INFINITY])
 }
 
-/// Returns the mean density, kg/m³, also for a body whose inertia is neglected.
+/// Returns the mean density (kg/m³), even for a body whose inertia is neglected.
 pub(crate) fn mean_density(muscle: &Muscle) -> f64 {
     mass(muscle) / muscle.solid.volume()
 }
 
-/// Returns the mass, kg, also of a body whose inertia is neglected; in 2D, per meter of thickness.
+/// Returns the mass (kg; in 2D, kg per meter of thickness), even for a body whose inertia is neglected.
 pub fn mass(muscle: &Muscle) -> f64 {
     let (solid, space) = (&muscle.solid, muscle.solid.space());
     let densities = solid.densities().iter().enumerate();
     densities.map(|(element, density)| density * space.measure_of(element)).sum()
 }
 
-/// Returns the sum of the absolute nodal force components of all loads, N, for signals of the given sizes.
+/// Returns the sum of the absolute nodal force components of all loads (N) for signals of the given sizes.
 fn total_force(muscle: &Muscle, size: impl Fn(&Signal) -> f64) -> f64 {
     let loads = muscle.loads.iter();
     let mut total: f64 = loads.map(|load| load.magnitude() * size(load.signal())).sum();
@@ -208,8 +207,8 @@ fn tension(muscle: &Muscle, size: impl Fn(&Signal) -> f64) -> f64 {
     tensions.fold(0.0, |max, tension| max.max(tension.abs()))
 }
 
-/// Returns the largest distance of a function from `origin` between 0 and `t_end`, at equidistant times, at its breaks
-/// and midway between them.
+/// Returns the largest distance of a signal from `origin` between 0 and `t_end`. The signal is sampled at equidistant
+/// times, at its breaks and midway between its breaks.
 fn largest(signal: &Signal, t_end: f64, origin: f64) -> f64 {
     let uniform = (0..=INTERVALS).map(|i| t_end * f64::from(i) / f64::from(INTERVALS));
     let mut breaks = vec![0.0];
@@ -267,7 +266,8 @@ mod tests {
         let vibration = Signal::from(Sine { amplitude: 0.05, frequency: 0.5, phase: 0.0 });
         let both = Signal::sum(vec![constant, vibration]);
         let found = of(&both, TypicalStart::Equilibrium);
-        // The peak is at most half an interval from the largest sample: 1 - cos(π/2/997); plus rounding of 50 + 0.05.
+        // The peak is at most half an interval from the largest sample: 1 - cos(π/2/997). The rounding of 50 + 0.05 is
+        // added.
         assert!((found.displacement / (1e-3 * rest.displacement) - 1.0).abs() < 2e-6);
     }
 

@@ -1,8 +1,8 @@
-//! Error of a run, estimated by a second run at looser tolerances.
+//! Error of a run, estimated by a second run with looser tolerances.
 //!
-//! The error test bounds the error of a single step; the accumulated error depends on the motion. The looser run has
-//! the larger error, so the difference of the two runs is approximately this error. It bounds the error of the tighter
-//! run if the looser run has at least twice this error.
+//! The error test bounds the error of a single step, while the accumulated error depends on the motion. The run with
+//! looser tolerances has the larger error, so the difference between the two runs is approximately this error. The
+//! difference bounds the error of the tighter run if the error of the looser run is at least twice as large.
 
 use crate::integration::settings::IntegratorKind;
 
@@ -12,9 +12,9 @@ const LOOSEST: f64 = 0.5;
 /// Returns the ratio of the tolerances of the second run to those of the first, whose largest relative tolerance is
 /// `rtol`.
 ///
-/// The steps of a method of high order depend little on the tolerance. If both runs take similar
-/// steps, their errors are similar and the difference is small. `scripts/errors` measures how often the
-/// difference bounds the error with these ratios.
+/// The steps of a high-order method depend only weakly on the tolerance. If both runs take similar steps, their errors
+/// are similar, and the difference between the runs is small. `scripts/errors` measures how often the difference
+/// bounds the error with these ratios.
 pub fn loosening(integrator: IntegratorKind, rtol: f64) -> f64 {
     let ratio = match integrator {
         IntegratorKind::Bdf | IntegratorKind::Radau5 => 30.0,
@@ -34,7 +34,7 @@ pub struct ErrorEstimate {
 }
 
 impl ErrorEstimate {
-    /// Returns the difference relative to the size; 0 for a quantity that is equal in both runs.
+    /// Returns the difference relative to the size, or 0 if the quantity is equal in both runs.
     pub fn relative(&self) -> f64 {
         match self.difference {
             0.0 => 0.0,
@@ -44,7 +44,7 @@ impl ErrorEstimate {
 
     /// Estimates the error of a quantity from its values in both runs at the same times.
     pub fn between(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
-        // Values without a meaning, such as a phase at rest, are NaN in both runs.
+        // Undefined values, such as a phase at rest, are NaN in both runs.
         let pairs = pairs.filter(|(a, b)| !(a.is_nan() && b.is_nan()));
         let sizes = pairs.clone().map(|(a, _)| a.abs());
         let differences = pairs.map(|(a, b)| (a - b).abs());
@@ -59,7 +59,7 @@ impl ErrorEstimate {
 mod tests {
     use super::*;
 
-    /// Regression: the error of a quantity that had no value at any time was zero.
+    /// Regression: the error of a quantity without any defined value was reported as zero.
     #[test]
     fn nothing_compared_has_no_error() {
         for pairs in [vec![], vec![(f64::NAN, f64::NAN)]] {

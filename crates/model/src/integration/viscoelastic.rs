@@ -21,8 +21,8 @@ impl ViscoelasticRadau {
     /// Starts a muscle with Prony terms at time `t` from a state with consistent derivatives.
     ///
     /// # Errors
-    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for invalid settings of Radau
-    /// IIA.
+    /// Returns [`ModelError::OnlyBdf`] for settings that only BDF supports, and [`ModelError::Radau`] if a setting of
+    /// Radau IIA is invalid.
     pub(crate) fn starting_at(
         dae: MuscleDae,
         settings: &Settings,

@@ -1,22 +1,21 @@
 //! Elimination of unknowns from the Newton system, and the remaining (condensed) system.
 //!
-//! A kinematic equation ẋ − w = 0 (q̇ − v, λ̇ − μ) leads to the row c δx − δw = b_w of (∂F/∂y + c ∂F/∂ẏ) δ = b, so δw =
-//! c δx − b_w exactly. After substitution into the other rows, a matrix A that multiplied δw multiplies c δx, and A b_w
-//! is added to the right-hand side:
+//! In the Newton system (∂F/∂y + c ∂F/∂ẏ) δ = b, a kinematic equation ẋ − w = 0 (q̇ − v, λ̇ − μ) leads to the row
+//! c δx − δw = b_w. Therefore δw = c δx − b_w exactly. After substitution into the other rows, a matrix A that
+//! multiplied δw multiplies c δx, and A b_w is added to the right-hand side:
 //!
 //! ```text
 //! ( A_x + c A_w ) δx + … = b + A_w b_w
 //! ```
 //!
-//! For the muscle, the remaining system in (q, λ) has half the size and is symmetric except for the
-//! damping: the dynamic stiffness c² M + c D + K bordered by B. It is a sum of the same matrices
-//! with polynomials in c as coefficients, so all positions are computed once. The signs of some
-//! rows (the rows of B) are changed if this makes the matrix symmetric. In 3D, where
-//! factorizations are most expensive, a nearly symmetric matrix is
-//! [symmetrized](super::symmetry::NearlySymmetric) unless contacts have friction.
+//! For the muscle, the remaining system in (q, λ) has half the size. Its matrix is the dynamic stiffness
+//! c² M + c D + K bordered by B, and is symmetric except for the damping. It is a sum of the same matrices with
+//! polynomials in c as coefficients, so all positions are computed only once. The signs of some rows (the rows of B)
+//! are changed if this makes the matrix symmetric. In 3D, where factorizations are most expensive, a nearly symmetric
+//! matrix is [symmetrized](super::symmetry::NearlySymmetric) unless contacts have friction.
 //!
-//! The first line of (33) is not a kinematic equation; its system is [split](super::Splitting)
-//! instead, or retained in full if damping other than Rayleigh damping prevents this.
+//! The first line of (33) is not a kinematic equation. The system of (33) is therefore [split](super::Splitting), or
+//! retained in full if damping other than Rayleigh damping prevents the splitting.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -76,7 +75,7 @@ pub(super) struct RetainedBlock {
     pub(super) condensed: Range<usize>,
     /// Sign of the block's rows in the condensed system: 1 or -1.
     pub(super) sign: f64,
-    /// Additional factor of the block's rows, applied after the eliminated part is subtracted.
+    /// Additional factor of the block's rows. It is applied after the eliminated part is subtracted.
     pub(super) scale: Option<Quadratic>,
 }
 
@@ -90,14 +89,14 @@ impl RetainedBlock {
     }
 }
 
-/// A block of unknowns recovered from its base: δw = (b − rate · c δx) / value.
+/// A block of unknowns that is recovered from its base: δw = (b − rate · c δx) / value.
 #[derive(Debug, Clone)]
 pub(super) struct Recovered {
     /// Rows of the kinematic equation in the full system.
     pub(super) rows: Range<usize>,
     /// Eliminated unknowns in the full system.
     pub(super) unknowns: Range<usize>,
-    /// Their range among all eliminated unknowns.
+    /// Range of these unknowns among all eliminated unknowns.
     pub(super) position: Range<usize>,
     /// Unknowns of the base in the condensed system.
     pub(super) base: Range<usize>,
@@ -105,7 +104,7 @@ pub(super) struct Recovered {
     pub(super) value: f64,
 }
 
-/// Returns the terms of all equations, with their rows.
+/// Returns the terms of all equations, each with the block of its rows.
 fn terms_of_body(blocks: &[(Field, Vec<Term>)]) -> impl Iterator<Item = (Field, Term)> {
     let terms = |(rows, terms): &(Field, Vec<Term>)| {
         let rows = *rows;
@@ -114,7 +113,7 @@ fn terms_of_body(blocks: &[(Field, Vec<Term>)]) -> impl Iterator<Item = (Field, 
     blocks.iter().flat_map(terms)
 }
 
-/// Positions of all blocks in the full and the condensed system.
+/// Positions of all blocks in the full system and in the condensed system.
 struct Arrangement {
     kinematic: Vec<Kinematic>,
     retained: Vec<(Field, RetainedBlock)>,
@@ -187,9 +186,8 @@ impl Arrangement {
         self.kinematic.iter().find(|k| k.eliminated == field)
     }
 
-    /// Returns the retained field whose condensed rows contain the equation of a field. The
-    /// equation of an eliminated unknown is in the rows of its base, whose own rows contain the
-    /// kinematic equation.
+    /// Returns the retained field whose condensed rows contain the equation of `field`. The equation of an eliminated
+    /// field is in the condensed rows of its base, because the base's own rows contain the kinematic equation.
     fn owner(&self, field: Field) -> Field {
         self.eliminating(field).map_or(field, |k| k.base)
     }
@@ -236,8 +234,8 @@ impl Arrangement {
         [condensed, coupling]
     }
 
-    /// Returns the condensed matrix and the row signs that make it symmetric. If no signs do and `is_requested` is set,
-    /// replaces a nearly symmetric matrix by a symmetric one.
+    /// Returns the condensed matrix and the row signs that make it symmetric. If there are no such signs and
+    /// `is_requested` is set, replaces a nearly symmetric matrix by a symmetric one.
     fn symmetrized(
         &mut self,
         entries: Vec<Entry<Quadratic>>,
@@ -267,7 +265,7 @@ impl Arrangement {
     }
 }
 
-/// The elimination for one formulation: patterns, positions, coefficients.
+/// The elimination for one formulation: patterns, positions and coefficients.
 #[derive(Debug, Clone)]
 pub struct Condensation {
     pub(super) retained: Vec<RetainedBlock>,
@@ -276,7 +274,7 @@ pub struct Condensation {
     pub(super) condensed: Assembly<Quadratic>,
     /// A_w / value for all eliminated unknowns. It multiplies the right-hand sides of the kinematic equations.
     pub(super) coupling: Assembly<Quadratic>,
-    /// Terms of the equations included above, with their rows.
+    /// Terms of the equations that the matrices above include, each with the block of its rows.
     pub(super) included: Vec<(Field, Term)>,
     /// Prony series of viscoelastic stress.
     pub(super) series: Series,
@@ -292,28 +290,29 @@ impl Condensation {
     /// Sets up the elimination for `dae`.
     pub fn new(dae: &MuscleDae) -> Self {
         let in_space = dae.muscle().solid.space().dimension() == 3;
-        // Friction couples slip with the stiff normal direction: without its skew part, Newton's iteration diverges.
+        // Friction couples slip with the stiff normal direction. Without the skew part of this coupling, Newton's
+        // iteration diverges.
         let symmetrizes = in_space && !dae.muscle().has_friction();
         Self::build(dae, symmetrizes, dae.has_viscous_stress())
     }
 
-    /// Sets up the elimination for matrices at states without velocities. At these states, the stiffness of viscous
+    /// Sets up the elimination for matrices at states with zero velocities. At these states, the stiffness of viscous
     /// stresses and the terms that [`NearlySymmetric`] replaces are symmetric, except for the stiffness of boundary
     /// forces.
     pub(crate) fn at_rest(dae: &MuscleDae) -> Self {
         Self::build(dae, !dae.muscle().has_boundary_forces(), false)
     }
 
-    /// Sets up the elimination, with a nearly symmetric matrix or an unsymmetric stiffness of added
-    /// stresses replaced by its symmetric part if requested.
+    /// Sets up the elimination. If requested, replaces a nearly symmetric matrix (`symmetrizes`) or an unsymmetric
+    /// stiffness of added stresses (`symmetrizes_added`) by its symmetric part.
     fn build(dae: &MuscleDae, symmetrizes: bool, symmetrizes_added: bool) -> Self {
         let blocks = dae.blocks();
         let mut places = Arrangement::new(dae, &blocks);
         let [condensed, mut coupling] = places.entries(&blocks);
         let (mut condensed, signs) = places.symmetrized(condensed, symmetrizes);
         if signs.is_some() && symmetrizes_added {
-            // All other terms are symmetric: the skew part of this stiffness would save fewer
-            // Newton iterations than the unsymmetric factorization costs.
+            // All other terms are symmetric. The Newton iterations saved by the skew part of this stiffness would cost
+            // less than the unsymmetric factorization.
             for entry in &mut condensed {
                 if entry.matrix == Matrix::AddedStiffness {
                     entry.matrix = Matrix::AddedSymmetricStiffness;

@@ -1,4 +1,4 @@
-//! The condensed Newton matrix for one c: setup and solution of the full system.
+//! The condensed Newton matrix for one value of c: setup and solution of the full system.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,8 +11,8 @@ use myovib_sparse::Product;
 
 /// The condensed Newton matrix ∂F/∂y + c ∂F/∂ẏ with its factors and workspace.
 ///
-/// Several of them, real and complex, share one [`Condensation`] and one [`Elimination`]. After the
-/// first setup, neither setups nor solves for one right-hand side allocate.
+/// Several real and complex matrices share one [`Condensation`] and one [`Elimination`]. After the first setup,
+/// neither setups nor solves for one right-hand side allocate memory.
 #[derive(Debug)]
 pub struct Condensed<T: Scalar> {
     plan: Arc<Condensation>,
@@ -44,7 +44,7 @@ impl<T: Scalar> Condensed<T> {
     /// Assembles and factorizes the matrix for `c` from the `values` of the muscle's matrices.
     ///
     /// # Errors
-    /// [`SparseError::Singular`] and other errors of the factorization.
+    /// Returns [`SparseError::Singular`] or other errors of the factorization.
     pub fn set_up<'m>(
         &mut self,
         c: T,
@@ -66,7 +66,7 @@ impl<T: Scalar> Condensed<T> {
         &self.system
     }
 
-    /// Returns the linear system, to restore its pivoting history.
+    /// Returns the linear system, so that its pivoting history can be restored.
     pub(super) fn system_mut(&mut self) -> &mut SparseSystem<T> {
         &mut self.system
     }
@@ -85,7 +85,7 @@ impl<T: Scalar> Condensed<T> {
     /// Solves the full system in place.
     ///
     /// # Shapes
-    /// `rhs`: the unknowns of the full system.
+    /// `rhs`: one entry per unknown of the full system.
     pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         self.solve_columns(rhs, 1, work)
     }
@@ -93,7 +93,7 @@ impl<T: Scalar> Condensed<T> {
     /// Solves the full system in place for several right-hand sides, stored row by row.
     ///
     /// # Shapes
-    /// `rhs`: the unknowns of the full system times `n_columns`.
+    /// `rhs`: `n_columns` entries per unknown of the full system.
     pub fn solve_columns(
         &mut self,
         rhs: &mut [T],
@@ -142,11 +142,11 @@ impl<T: Scalar> Condensed<T> {
         Ok(())
     }
 
-    /// Solves with the transpose of the full system (not conjugated) in place: the steps of
-    /// [`solve`](Self::solve), transposed and in reverse order.
+    /// Solves with the transpose of the full system (not conjugated) in place. The steps are the transposed steps of
+    /// [`solve`](Self::solve) in reverse order.
     ///
     /// # Shapes
-    /// `rhs`: the unknowns of the full system.
+    /// `rhs`: one entry per unknown of the full system.
     pub fn solve_transposed(
         &mut self,
         rhs: &mut [T],

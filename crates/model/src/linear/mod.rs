@@ -1,11 +1,11 @@
 //! Linear systems of Newton's method, reduced by the structure of the formulation.
 //!
-//! Main types: a [`Condensation`] is the elimination of velocities from the Newton matrix, set up
-//! once per formulation; [`Condensed`] holds the values, real or complex, for one c. A
-//! [`Splitting`] and a [`Split`] are their counterparts for the stabilized equations, whose system
-//! splits into two. A [`Reduction`] is one of the first kind or one of the second, a [`Reduced`] their values.
-//! [`SparseSystem`] factorizes and solves with the elimination order of an [`Elimination`], and checks the solution.
-//! [`CondensedSolver`] is the interface to the integrators.
+//! Main types: A [`Condensation`] describes the elimination of velocities from the Newton matrix and is set up once
+//! per formulation. A [`Condensed`] holds the real or complex values for one value of c. [`Splitting`] and [`Split`]
+//! are the counterparts for the stabilized equations, whose system splits into two. A [`Reduction`] is either a
+//! condensation or a splitting, and a [`Reduced`] holds its values. A [`SparseSystem`] factorizes and solves with the
+//! elimination order of an [`Elimination`], and checks the solution. A [`CondensedSolver`] is the interface to the
+//! integrators.
 
 mod condensation;
 mod condensed;

@@ -1,4 +1,4 @@
-//! A muscle's Newton matrix for one c, reduced as its formulation allows.
+//! A muscle's Newton matrix for one value of c, reduced as far as its formulation allows.
 
 use std::ops::Add;
 use std::sync::Arc;
@@ -16,8 +16,8 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
-/// Reduction of the Newton matrices of a formulation, set up and analyzed once for all real and
-/// complex matrices.
+/// Reduction of the Newton matrices of a formulation. It is set up and analyzed once for all real and complex
+/// matrices.
 #[derive(Debug, Clone)]
 pub struct Reduction {
     body: ReductionOfBody,
@@ -34,7 +34,7 @@ enum ReductionOfBody {
 }
 
 impl Reduction {
-    /// Sets up the reduction for `dae`; every formulation has one.
+    /// Sets up the reduction for `dae`. Every formulation has a reduction.
     ///
     /// # Panics
     /// Panics if the equations have a term that no part of the reduction includes.
@@ -61,7 +61,8 @@ impl Reduction {
         Ok(Self { body, tensions: tensions.map(Arc::new) })
     }
 
-    /// Predicts the size of one matrix with values of type `T` and of its factors; `None` for an external solver.
+    /// Predicts the size of one matrix with values of type `T` and of its factors. Returns `None` for an external
+    /// solver.
     pub fn prediction<T: Scalar>(&self) -> Option<Prediction> {
         match &self.body {
             ReductionOfBody::Condensed(_, elimination) => elimination.prediction::<T>(),
@@ -118,9 +119,9 @@ pub struct Reduced<T: Scalar> {
 /// The body's part of the matrix.
 #[derive(Debug)]
 enum ReducedBody<T: Scalar> {
-    /// Velocities eliminated.
+    /// The velocities are eliminated.
     Condensed(Box<Condensed<T>>),
-    /// Split into two systems.
+    /// The system is split into two systems.
     Split(Box<Split<T>>),
 }
 
@@ -143,7 +144,7 @@ impl<T: Scalar> Reduced<T> {
         }
     }
 
-    /// Returns the linear systems, to restore their pivoting history.
+    /// Returns the linear systems, so that their pivoting history can be restored.
     pub(super) fn systems_mut(&mut self) -> Vec<&mut SparseSystem<T>> {
         match &mut self.body {
             ReducedBody::Condensed(matrix) => vec![matrix.system_mut()],
@@ -154,7 +155,7 @@ impl<T: Scalar> Reduced<T> {
     /// Assembles and factorizes the matrix for `c` from the `values` of the muscle's matrices.
     ///
     /// # Errors
-    /// [`SparseError::Singular`] and other errors of the factorization.
+    /// Returns [`SparseError::Singular`] or other errors of the factorization.
     pub fn set_up<'m>(
         &mut self,
         c: T,
@@ -173,7 +174,7 @@ impl<T: Scalar> Reduced<T> {
     /// Solves the full system in place.
     ///
     /// # Shapes
-    /// `rhs`: the unknowns of the full system.
+    /// `rhs`: one entry per unknown of the full system.
     pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         if let Some(tensions) = &mut self.tensions {
             tensions.solve(rhs);
@@ -188,7 +189,7 @@ impl<T: Scalar> Reduced<T> {
     /// eliminated, all right-hand sides are solved in one pass over the factors.
     ///
     /// # Shapes
-    /// `rhs`: the unknowns of the full system times `n_columns`.
+    /// `rhs`: `n_columns` entries per unknown of the full system.
     pub fn solve_columns(
         &mut self,
         rhs: &mut [T],
@@ -205,7 +206,7 @@ impl<T: Scalar> Reduced<T> {
     /// Solves with the transpose of the full system (not conjugated) in place.
     ///
     /// # Shapes
-    /// `rhs`: the unknowns of the full system.
+    /// `rhs`: one entry per unknown of the full system.
     pub fn solve_transposed(
         &mut self,
         rhs: &mut [T],
@@ -231,7 +232,7 @@ mod tests {
     use crate::formulation::Formulation::{Position, Stabilized};
     use crate::paper;
 
-    /// Regression: each integration over a period of a periodic state repeated the analysis.
+    /// Regression: for a periodic state, each integration over a period repeated the analysis.
     #[test]
     fn clones_of_a_system_share_one_analysis() {
         let mesh = generate::beam(0.1, 0.02, [2, 1]).unwrap();

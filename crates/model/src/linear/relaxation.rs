@@ -1,14 +1,15 @@
 //! Elimination of the internal stresses of Prony terms at each quadrature point.
 //!
-//! They occur only in the balance of momentum and in their own rows, decoupled from each other:
+//! The internal stresses occur only in the balance of momentum and in their own rows, which are decoupled from each
+//! other:
 //!
 //! ```text
 //! (c + 1/τ) δQ − g/τ δS = b_Q,        momentum: … − ∫F δQ:∇φ = b.
 //! ```
 //!
-//! So δQ = (g δS + τ b_Q)/(1 + cτ): the material part of the stiffness is multiplied by φ(c) − 1 ([`Series`]), ∫F τ
-//! b_Q/(1 + cτ):∇φ is added to the right-hand side, and once δq is known, δQ follows from δS. The factorized matrix
-//! keeps its size. A solve needs two additional element passes, whatever the number of right-hand sides.
+//! Therefore δQ = (g δS + τ b_Q)/(1 + cτ). The material part of the stiffness is multiplied by φ(c) − 1 ([`Series`]),
+//! and ∫F τ b_Q/(1 + cτ):∇φ is added to the right-hand side. Once δq is known, δQ follows from δS. The factorized
+//! matrix keeps its size. A solve needs two additional element passes, regardless of the number of right-hand sides.
 
 use std::ops::Range;
 
@@ -20,9 +21,8 @@ use crate::field::Field;
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
 
-/// Number of stress components at quadrature points processed together for several right-hand sides, so that they stay
-/// in cache. A single right-hand side is processed without strides, which allows vector
-/// instructions.
+/// Number of stress components at quadrature points that are processed together for several right-hand sides, so that
+/// they stay in cache. A single right-hand side is processed without strides, which allows vector instructions.
 const BLOCK: usize = 64;
 
 /// Prony series of the viscoelastic parts of a body.
@@ -35,8 +35,8 @@ impl Series {
         Self(parts.map(|part| part.prony.clone()).collect())
     }
 
-    /// Returns the factor of a matrix after internal stresses are eliminated: φ(c) − 1 for the
-    /// stiffness of a viscoelastic stress, 1 for all others.
+    /// Returns the factor of a matrix after the internal stresses are eliminated: φ(c) − 1 for the stiffness of a
+    /// viscoelastic stress, and 1 for all other matrices.
     pub(super) fn factor<T: Scalar>(&self, matrix: Matrix, c: T) -> T {
         match matrix {
             Matrix::RelaxingStiffness(k) => self.0[k].tangent_factor(c) - T::one(),
@@ -86,7 +86,7 @@ pub(super) struct Relaxation {
     internal: Range<usize>,
     momentum: Range<usize>,
     displacement: Range<usize>,
-    /// One array per right-hand side and real number.
+    /// One array for each real number of each right-hand side.
     slots: Vec<Vec<f64>>,
     nodal: Vec<Vec<f64>>,
 }
@@ -108,7 +108,7 @@ impl Relaxation {
         })
     }
 
-    /// Allocates `count` vectors at the quadrature points and as many zero vectors at the nodes.
+    /// Provides `count` vectors at the quadrature points and `count` zero vectors at the nodes.
     fn workspace(&mut self, dae: &MuscleDae, count: usize) -> [&mut [Vec<f64>]; 2] {
         let solid = &dae.muscle().solid;
         for (vectors, length) in

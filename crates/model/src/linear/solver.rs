@@ -1,5 +1,5 @@
-//! The condensed matrices as a linear solver of the integrators: one real and several complex
-//! values of c at a time.
+//! Linear solver of the integrators that uses condensed matrices, for one real and several complex values of c at a
+//! time.
 
 use myovib_dae::{LinearSolver, Linearization, StepError};
 use myovib_sparse::SparseOptions;
@@ -25,7 +25,7 @@ pub struct CondensedSolver {
     driven: (DrivenObstacles<f64>, Vec<DrivenObstacles<Complex64>>),
     /// Whether the matrices are known to fit into memory.
     is_allocated: bool,
-    /// The values of c.
+    /// The real value and the complex values of c.
     shifts: (f64, Vec<Complex64>),
 }
 
@@ -46,8 +46,8 @@ impl CondensedSolver {
 }
 
 impl CondensedSolver {
-    /// Creates the solver for right-hand sides without the rows of internal stresses, which the
-    /// integrator eliminates.
+    /// Creates the solver for right-hand sides without the rows of internal stresses. The integrator eliminates these
+    /// stresses.
     pub(crate) fn without_recovery(
         dae: &MuscleDae,
         options: SparseOptions,
@@ -69,8 +69,8 @@ impl CondensedSolver {
         Ok(())
     }
 
-    /// Sets up all matrices. Calls `prepare` with the number of each matrix before its setup; the
-    /// real matrix is the first.
+    /// Sets up all matrices. Before each setup, calls `prepare` with the index of the matrix; the real matrix has
+    /// index 0.
     pub(crate) fn set_up_each(
         &mut self,
         dae: &mut MuscleDae,
@@ -106,8 +106,8 @@ impl CondensedSolver {
         Ok(result?)
     }
 
-    /// Rejects a transposed solve with eliminated internal stresses or obstacles under a force, which the adjoint does
-    /// not support.
+    /// Rejects a transposed solve if there are eliminated internal stresses or obstacles under a force, because the
+    /// adjoint does not support them.
     fn expect_nothing_relaxes(&self) -> Result<(), StepError> {
         match self.relaxation {
             None if self.driven.0.is_empty() => Ok(()),
@@ -221,7 +221,7 @@ impl<P: AsMut<MuscleDae>> LinearSolver<P> for CondensedSolver {
     }
 }
 
-/// Solves with a matrix for the given c, including the elimination of internal stresses.
+/// Solves with the matrix for the given value of c, including the elimination of internal stresses.
 fn solve_columns<T: Parts>(
     (matrix, driven): (&mut Reduced<T>, &DrivenObstacles<T>),
     relaxation: &mut Option<Relaxation>,

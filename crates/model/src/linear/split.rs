@@ -1,4 +1,4 @@
-//! The two parts of a stabilized Newton system for one c: setup and successive solution.
+//! The two parts of a stabilized Newton system for one value of c: setup and successive solution.
 
 use std::sync::Arc;
 
@@ -12,8 +12,8 @@ use myovib_sparse::Product;
 /// The Newton matrix ∂F/∂y + c ∂F/∂ẏ of (33) as two saddle-point problems with factors and
 /// workspace.
 ///
-/// Several of them, real and complex, can share one [`Splitting`]. After the first setup, neither
-/// setups nor solves allocate.
+/// Several real and complex matrices can share one [`Splitting`]. After the first setup, neither setups nor solves
+/// allocate memory.
 #[derive(Debug)]
 pub struct Split<T: Scalar> {
     plan: Arc<Splitting>,
@@ -54,7 +54,7 @@ impl<T: Scalar> Split<T> {
         [&self.motion, &self.velocity]
     }
 
-    /// Returns the linear systems, to restore their pivoting history.
+    /// Returns the linear systems, so that their pivoting history can be restored.
     pub(super) fn systems_mut(&mut self) -> [&mut SparseSystem<T>; 2] {
         [&mut self.motion, &mut self.velocity]
     }
@@ -62,7 +62,7 @@ impl<T: Scalar> Split<T> {
     /// Assembles and factorizes both matrices for `c` from the `values` of the muscle's matrices.
     ///
     /// # Errors
-    /// [`SparseError::Singular`] and other errors of the factorization.
+    /// Returns [`SparseError::Singular`] or other errors of the factorization.
     pub fn set_up<'m>(
         &mut self,
         c: T,
@@ -94,7 +94,7 @@ impl<T: Scalar> Split<T> {
     /// Solves the full system in place.
     ///
     /// # Shapes
-    /// `rhs`: the unknowns of the full system.
+    /// `rhs`: one entry per unknown of the full system.
     pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         let (plan, s) = (&self.plan, self.s);
         let ranges = &plan.ranges;
@@ -142,11 +142,11 @@ impl<T: Scalar> Split<T> {
         Ok(())
     }
 
-    /// Solves with the transpose of the full system (not conjugated) in place: the steps of
-    /// [`solve`](Self::solve), transposed and in reverse order.
+    /// Solves with the transpose of the full system (not conjugated) in place. The steps are the transposed steps of
+    /// [`solve`](Self::solve) in reverse order.
     ///
     /// # Shapes
-    /// `rhs`: the unknowns of the full system.
+    /// `rhs`: one entry per unknown of the full system.
     pub fn solve_transposed(
         &mut self,
         rhs: &mut [T],

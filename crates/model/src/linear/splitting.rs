@@ -9,10 +9,10 @@
 //! K δq + s M δv − Bᵀ δλ         = b_v        B δq        = b_μ
 //! ```
 //!
-//! The sum of the third and s times the first does not contain δv, and both multipliers combine to
-//! λ' = δλ − s δμ. The motion is therefore computed first. Then either the third or the first row
-//! together with the second gives the velocity and one multiplier. Both are saddle-point problems
-//! of half the size:
+//! The sum of the third row and s times the first row does not contain δv, and the two multipliers combine to
+//! λ' = δλ − s δμ. The motion (δq, λ') is therefore computed first. Then the second row, together with either the
+//! third or the first row, determines the velocity and one multiplier. Both systems are saddle-point problems of half
+//! the size:
 //!
 //! ```text
 //! ( K + s (c M + K_μ)   −Bᵀ ) ( δq )   ( b_v + s b_q )
@@ -22,8 +22,8 @@
 //! ( −B      ) ( δλ   ) = ( −s (b_λ − Ḃ δq) )  or  ( −B      ) ( s δμ ) = ( −s (b_λ − Ḃ δq)          ).
 //! ```
 //!
-//! The two variants differ only by rounding errors: a variant loses digits if its product with δq is the larger part of
-//! the first system. The smaller of K and s c M is therefore used ([`Source`]).
+//! The two variants of the second system differ only in rounding errors. A variant loses digits if its product with δq
+//! is the larger part of the first system. The smaller of K and s c M is therefore used ([`Source`]).
 
 use std::ops::Range;
 
@@ -66,7 +66,7 @@ impl Transferred {
     }
 }
 
-/// The two saddle-point problems of a muscle: patterns, positions, coefficients.
+/// The two saddle-point problems of a muscle: patterns, positions and coefficients.
 #[derive(Debug, Clone)]
 pub struct Splitting {
     /// Matrix of (δq, λ'); square.
@@ -77,13 +77,13 @@ pub struct Splitting {
     /// side.
     pub(super) transferred: Assembly<Transferred>,
     pub(super) alpha: f64,
-    /// Terms of the equations included above, with their rows.
+    /// Terms of the equations that the matrices above include, each with the block of its rows.
     pub(super) included: Vec<(Field, Term)>,
     /// Prony series of viscoelastic stress.
     pub(super) series: Series,
     /// Symmetry of both matrices.
     kinds: [Kind; 2],
-    /// q, v, λ, μ in the full system; each equation has the rows of its unknowns.
+    /// Ranges of q, v, λ, μ in the full system. Each equation occupies the rows of its unknowns.
     pub(super) ranges: Ranges,
 }
 
@@ -112,8 +112,9 @@ impl Ranges {
 }
 
 impl Splitting {
-    /// Sets up the two problems for `dae`. Returns `None` if it lacks the stabilized kinematic equation, or if it has
-    /// damping other than α times the mass matrix: adding s times the first line then does not eliminate δv.
+    /// Sets up the two problems for `dae`. Returns `None` if `dae` lacks the stabilized kinematic equation. Also
+    /// returns `None` if it has damping other than α times the mass matrix, because adding s times the first line then
+    /// does not eliminate δv.
     pub fn new(dae: &MuscleDae) -> Option<Self> {
         let rows = dae.formulation().rows();
         let stabilized = rows.contains(&(Field::Displacement, Equation::StabilizedKinematic));
@@ -178,8 +179,8 @@ impl Splitting {
         })
     }
 
-    /// Analyzes the patterns of both problems. Factors are in double precision: the multipliers are differences of both
-    /// solutions, and errors of 1e-7 become errors of several percent.
+    /// Analyzes the patterns of both problems. The factors are in double precision, because the multipliers are
+    /// differences between the two solutions: errors of 1e-7 would become errors of several percent.
     pub(crate) fn eliminations(
         &self,
         options: SparseOptions,
@@ -223,7 +224,7 @@ fn transferred(
     })
 }
 
-/// Returns the terms that both problems include, with their rows.
+/// Returns the terms that the two problems include, each with the block of its rows.
 fn included(blocks: &[(Field, Vec<Term>)], alpha: f64) -> Vec<(Field, Term)> {
     use Field::{Displacement, GglMultiplier, Pressure, Velocity};
     let inertia = Term { df_dyp: 1.0, ..Term::value(Velocity, Matrix::Mass, alpha) };
@@ -237,7 +238,7 @@ fn included(blocks: &[(Field, Vec<Term>)], alpha: f64) -> Vec<(Field, Term)> {
         (Pressure, divergence(Velocity)),
         (GglMultiplier, divergence(Displacement)),
     ];
-    // Of the terms that multiply displacements, rates count only in the kinematic equation.
+    // For terms that multiply displacements, the rates are included only in the kinematic equation.
     let df_dy = |term| Term { df_dyp: 0.0, ..term };
     for rows in [Velocity, Pressure] {
         included.extend(acting_on_q(blocks, rows).map(|term| (rows, df_dy(term))));

@@ -6,8 +6,8 @@ use super::Quadratic;
 use crate::assembly::Entry;
 use crate::matrix::Matrix;
 
-/// Returns the row signs that make the matrix of these `entries` symmetric for every c, indexed by the first row of
-/// each block; the sign of the first block is positive. Returns `None` if there are no such signs.
+/// Returns the row signs that make the matrix of these `entries` symmetric for every c. The signs are indexed by the
+/// first row of each block, and the sign of the first block is positive. Returns `None` if there are no such signs.
 pub(super) fn symmetric_signs(entries: &[Entry<Quadratic>]) -> Option<HashMap<usize, f64>> {
     signs_of(&sums(entries), |matrix| matrix.properties().transpose)
 }
@@ -54,12 +54,12 @@ fn signs_of(
     Some(known)
 }
 
-/// A symmetric matrix close to the matrix of a body with damping by β or under follower pressures.
+/// A symmetric approximation of the matrix of a body with damping by β or under follower pressures.
 ///
-/// With the rows of the constraint multiplied by −(1 + βc), the unsymmetric terms are D = ∂(B v)/∂q, whose transpose
-/// does not occur, and the stiffness of pressures and of stresses that depend on the velocity (which the caller
-/// replaces). Each is replaced by its symmetric part. The neglected part is a small part of a small term, and the
-/// factorization costs half as much.
+/// After the rows of the constraint are multiplied by −(1 + βc), the unsymmetric terms are D = ∂(B v)/∂q, whose
+/// transpose does not occur, and the stiffness of pressures and of velocity-dependent stresses (the caller replaces
+/// the latter). Each of these terms is replaced by its symmetric part. The neglected part is a small part of a small
+/// term, and the factorization costs half as much.
 pub(super) struct NearlySymmetric {
     pub(super) entries: Vec<Entry<Quadratic>>,
     /// First row of the balance of momentum.
@@ -70,8 +70,8 @@ pub(super) struct NearlySymmetric {
 }
 
 impl NearlySymmetric {
-    /// Returns the symmetric matrix close to the matrix of `entries`, or `None` if it does not have
-    /// this form.
+    /// Returns the symmetric approximation of the matrix of `entries`, or `None` if the matrix does not have this
+    /// form.
     pub(super) fn of(entries: &[Entry<Quadratic>]) -> Option<Self> {
         let is_mass = |entry: &&Entry<Quadratic>| entry.matrix == Matrix::Mass;
         let balance = entries.iter().find(is_mass)?.rows.start;

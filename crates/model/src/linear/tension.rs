@@ -1,4 +1,4 @@
-//! Tensions of activation models, eliminated before the factorization.
+//! Elimination of the tensions of activation models before the factorization.
 //!
 //! Ṫ depends only on t and T, so the Newton matrix is block-triangular:
 //!
@@ -36,7 +36,7 @@ impl TensionBlock {
         })
     }
 
-    /// Returns the included terms of the equations with their rows.
+    /// Returns the included terms of the equations, each with the block of its rows.
     pub(super) fn included() -> [(Field, Term); 3] {
         let on_tensions = |matrix| Term::value(Field::Tension, matrix, 1.0);
         let rate = Term::rate(Field::Tension, Matrix::TensionIdentity, 1.0);
@@ -48,7 +48,7 @@ impl TensionBlock {
     }
 }
 
-/// The block for one c.
+/// The block for one value of c.
 #[derive(Debug)]
 pub(super) struct Tensions<T> {
     plan: Arc<TensionBlock>,
@@ -89,7 +89,7 @@ impl<T: Scalar> Tensions<T> {
         }
     }
 
-    /// Solves for the tensions of the transposed system; the body must already be solved for.
+    /// Solves for the tensions of the transposed system. The solution for the body must already be known.
     pub(super) fn solve_transposed(&self, rhs: &mut [T]) {
         let plan = &*self.plan;
         for (k, &inverse) in self.inverse.iter().enumerate() {
