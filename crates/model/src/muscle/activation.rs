@@ -8,30 +8,30 @@ use crate::signal::timing::{Break, FRACTION, TimeScales, shortest};
 /// Tension T of an active stress, uniform over its region.
 #[derive(Debug, Clone)]
 pub enum Activation {
-    /// Nonnegative function of time, Pa.
+    /// Nonnegative function of time (Pa).
     Given(Signal),
-    /// Unknown that follows Bestel's equation; zero at the start unless the run continues from a saved state.
+    /// Unknown tension that satisfies Bestel's equation. It starts from zero unless the run continues from a saved
+    /// state.
     Bestel(Bestel),
-    /// Tension that follows the coherence of oscillators, by a
-    /// [`Feedback`](crate::coupling::Feedback). This value applies while the oscillators are
-    /// incoherent or at rest.
+    /// Tension determined by the coherence of oscillators through a [`Feedback`](crate::coupling::Feedback). The value
+    /// below applies while the oscillators are incoherent or at rest.
     Coherence {
-        /// T0, Pa.
+        /// Tension T0 of incoherent oscillators, Pa.
         unsynchronized: f64,
     },
-    /// Linear function of time: the linearization of a model at a state, used for derivatives there.
+    /// Linear function of time: the tangent of an activation model at a state, used for derivatives at that state.
     Line {
         /// Time of the state, s.
         t: f64,
-        /// T there, Pa.
+        /// Tension T in this state, Pa.
         tension: f64,
-        /// Ṫ, Pa/s.
+        /// Rate Ṫ, Pa/s.
         slope: f64,
     },
 }
 
 impl Activation {
-    /// Returns the model, if the tension follows one.
+    /// Returns the activation model if it determines the tension.
     pub fn model(&self) -> Option<&Bestel> {
         match self {
             Self::Bestel(model) => Some(model),
@@ -39,12 +39,12 @@ impl Activation {
         }
     }
 
-    /// Returns whether the tension follows the coherence of oscillators.
+    /// Returns whether the coherence of oscillators determines the tension.
     pub(crate) fn is_coherent(&self) -> bool {
         matches!(self, Self::Coherence { .. })
     }
 
-    /// Returns the tension at time `t`; `unknown` is the tension of a model.
+    /// Returns the tension at time `t`. If an activation model determines the tension, this is `unknown`.
     pub fn at(&self, t: f64, unknown: f64) -> f64 {
         match self {
             Self::Given(signal) => signal.at(t).value,
@@ -54,7 +54,8 @@ impl Activation {
         }
     }
 
-    /// Returns the tension scaled by `part`; a model's tension is an unknown and is not scaled.
+    /// Returns the activation with the tension scaled by `part`. Tensions of activation models are unknowns and are not
+    /// scaled.
     #[must_use]
     pub fn scaled(&self, part: f64) -> Self {
         match self {
@@ -69,7 +70,7 @@ impl Activation {
         }
     }
 
-    /// Returns the model's tangent at time `t` and `tension`; other tensions are unchanged.
+    /// Replaces an activation model by its tangent at time `t` and `tension`. Other activations are returned unchanged.
     pub(crate) fn tangent_at(&self, t: f64, tension: f64) -> Self {
         match self {
             Self::Bestel(model) => Self::Line { t, tension, slope: model.rate(t, tension) },
@@ -78,10 +79,10 @@ impl Activation {
     }
 }
 
-/// Distance from the center of a switch beyond which tanh is constant to 1e-17, in units of its width.
+/// Distance from the center of a switch, in units of its width, beyond which tanh is constant to within 1e-17.
 const SWITCH_WIDTH: f64 = 20.0;
 
-/// Steps near a switch are limited to a fraction of its duration. Steps end at the kinks of |a|.
+/// Near a switch, steps are limited to a fraction of its duration. Steps end at the kinks of |a|.
 impl TimeScales for Bestel {
     fn next_break(&self, after: f64) -> Option<Break> {
         let t = self.breakpoints().into_iter().find(|t| *t > after)?;

@@ -9,8 +9,8 @@ use myovib_fem::{
 
 use crate::signal::Signal;
 
-/// Cosine of the angle between the motion of an obstacle and the direction to the body below which the motion counts as
-/// tangential, up to rounding.
+/// The motion of an obstacle is considered tangential if the cosine of its angle with the direction toward the body is
+/// below this value, which allows for rounding errors.
 const TANGENTIAL: f64 = 1e-12;
 
 /// A force on the nodes: a constant vector times a function of time.
@@ -23,7 +23,7 @@ pub struct Load {
 }
 
 impl Load {
-    /// Creates a load `vector · signal(t)`, in N, or in N per m of thickness in 2D.
+    /// Creates the load `vector · signal(t)` (N; in 2D, N per meter of thickness).
     ///
     /// # Shapes
     /// `vector`: all nodal components of the body. Analyses of a body with a different number of components panic.
@@ -44,7 +44,7 @@ impl Load {
         Self { signal: self.signal.scaled(part), ..self.clone() }
     }
 
-    /// Returns the sum of the absolute nodal force components, N, for a signal equal to 1.
+    /// Returns the sum of the absolute values of the nodal force components (N) for a signal equal to 1.
     pub(crate) fn magnitude(&self) -> f64 {
         self.entries.iter().map(|(_, value)| value.abs()).sum()
     }
@@ -68,12 +68,12 @@ pub(crate) trait BoundaryForce {
     /// are scaled by `part`.
     fn add_force(&self, t: f64, part: f64, sign: f64, u: &[f64], total: &mut [f64]);
 
-    /// Adds to `values` the derivative of the force with respect to the free components of `u`, with obstacles driven
-    /// by a force kept in place.
+    /// Adds to `values` the derivative of the force with respect to the free components of `u`. Obstacles driven by a
+    /// force are held fixed.
     fn add_stiffness(&self, t: f64, part: f64, u: &[f64], values: &mut [f64]);
 }
 
-/// Returns the forces that depend on the displacement of the boundary.
+/// Returns all forces that depend on the displacement of the boundary.
 pub(crate) fn boundary_forces<'a>(
     surface_loads: &'a [SurfaceLoad],
     contacts: &'a [Contact],
@@ -82,7 +82,7 @@ pub(crate) fn boundary_forces<'a>(
     loads.chain(contacts.iter().map(|own| own as &dyn BoundaryForce))
 }
 
-/// A load on the deformed boundary, such as a pressure, whose size follows a function of time.
+/// A load on the deformed boundary, such as a pressure, with a magnitude that is a function of time.
 #[derive(Debug, Clone)]
 pub struct SurfaceLoad {
     operator: Arc<dyn SurfaceOperator>,
@@ -90,15 +90,15 @@ pub struct SurfaceLoad {
 }
 
 impl SurfaceLoad {
-    /// Creates a load whose size follows `signal`.
+    /// Creates a load with the magnitude `signal`.
     pub fn new(operator: Arc<dyn SurfaceOperator>, signal: Signal) -> Self {
         Self { operator, signal }
     }
 
-    /// Creates the pressure `signal` (Pa) on a group of the boundary, positive toward the body.
+    /// Creates a pressure on a boundary group. `signal` is the pressure in Pa, positive toward the body.
     ///
     /// # Errors
-    /// [`FemError`] for a group that contains no parts of the boundary.
+    /// [`FemError`] if the group contains no part of the boundary.
     pub fn pressure(solid: &Solid, group: &str, signal: Signal) -> Result<Self, FemError> {
         let operator = Arc::new(FollowerPressure::new(solid, group)?);
         Ok(Self { operator, signal })
@@ -115,8 +115,8 @@ impl SurfaceLoad {
         Self { operator: Arc::clone(&self.operator), signal: self.signal.scaled(part) }
     }
 
-    /// Returns the sum of the absolute nodal force components, N, on the undeformed body for a signal equal to 1. `n`:
-    /// number of nodal components.
+    /// Returns the sum of the absolute values of the nodal force components (N) on the undeformed body for a signal
+    /// equal to 1. `n` is the number of nodal components.
     pub(crate) fn magnitude(&self, n: usize) -> f64 {
         let mut force = vec![0.0; n];
         self.operator.add_force(1.0, &vec![0.0; n], &mut force);
@@ -146,9 +146,9 @@ impl BoundaryForce for SurfaceLoad {
 pub enum ObstacleMotion {
     /// Displacement along each axis, m.
     Given(Vec<Signal>),
-    /// The obstacle moves along a direction until the contact balances a force, without inertia.
+    /// The obstacle has no inertia. It moves along a direction until the contact force balances a given force.
     Driven {
-        /// Unit vector.
+        /// Unit vector of the direction.
         direction: Vec<f64>,
         /// Force along the direction, N (N/m in 2D).
         force: Signal,
@@ -166,20 +166,20 @@ pub struct Contact {
     friction: Option<Friction>,
 }
 
-/// Returns whether a displacement is always zero.
+/// Returns whether a displacement is zero at all times.
 fn rests(own: &Signal) -> bool {
     own.constant_over(0.0, f64::MAX) == Some(0.0)
 }
 
 impl Contact {
-    /// Creates the contact of a group of the boundary with an obstacle. The default `stiffness` (Pa/m) depends on the
-    /// body: see [`RigidContact::new`].
+    /// Creates the contact between a boundary group and an obstacle. The default `stiffness` (Pa/m) depends on the
+    /// body; see [`RigidContact::new`].
     ///
     /// # Shapes
     /// `motion`: one component per axis.
     ///
     /// # Errors
-    /// [`FemError`] for a group that contains no parts of the boundary.
+    /// [`FemError`] if the group contains no part of the boundary.
     pub fn new(
         solid: &Solid,
         group: &str,
@@ -197,54 +197,54 @@ impl Contact {
         })
     }
 
-    /// Adds friction, which acts only in motions: equilibria have no slip velocity.
+    /// Adds friction. It acts only during motions, because the slip velocity is zero in equilibrium.
     #[must_use]
     pub fn with_friction(self, friction: Friction) -> Self {
         Self { friction: Some(friction), ..self }
     }
 
-    /// Adds augmented Lagrange multipliers, which loading paths adjust until the penetration vanishes. Elsewhere they
-    /// are constant.
+    /// Adds augmented Lagrange multipliers. On loading paths, they are adjusted until the penetration vanishes; in
+    /// other analyses, they are constant.
     #[must_use]
     pub fn augmented(mut self) -> Self {
         self.set_depths(vec![0.0; self.operator.n_points()]);
         self
     }
 
-    /// Sets the [`depths`](RigidContact::depths) of multipliers.
+    /// Sets the [`depths`](RigidContact::depths) of the multipliers.
     pub(crate) fn set_depths(&mut self, depths: Vec<f64>) {
         self.operator.set_depths(depths);
     }
 
-    /// Returns the depths of the multipliers; empty without multipliers.
+    /// Returns the depths of the multipliers, or an empty slice without multipliers.
     pub(crate) fn depths(&self) -> &[f64] {
         self.operator.depths()
     }
 
-    /// Returns the mean distance of the body from the obstacle in units of the accepted distance: see
+    /// Returns the mean distance between the body and the obstacle, relative to the accepted distance; see
     /// [`RigidContact::distance`].
     pub(crate) fn mean_distance(&self, t: f64, part: f64, u: &[f64]) -> f64 {
         self.operator.distance(&self.offset(t, part, u), u)
     }
 
-    /// Updates the multipliers, as [`RigidContact::update_multipliers`] does.
+    /// Updates the multipliers with [`RigidContact::update_multipliers`].
     pub(crate) fn update_multipliers(&mut self, t: f64, part: f64, u: &[f64]) {
         let offset = self.offset(t, part, u);
         self.operator.update_multipliers(&offset, u);
     }
 
-    /// Multiplies the stiffness by `factor` at the same pressures, as [`RigidContact::scale_stiffness`] does.
+    /// Multiplies the stiffness by `factor` without changing the pressures; see [`RigidContact::scale_stiffness`].
     pub(crate) fn scale_stiffness(&mut self, factor: f64, t: f64, part: f64, u: &[f64]) {
         let offset = self.offset(t, part, u);
         self.operator.scale_stiffness(factor, &offset, u);
     }
 
-    /// Returns the friction.
+    /// Returns the friction, if any.
     pub fn friction(&self) -> Option<&Friction> {
         self.friction.as_ref()
     }
 
-    /// Returns the name of the group.
+    /// Returns the name of the boundary group.
     pub fn group(&self) -> &str {
         &self.group
     }
@@ -254,12 +254,12 @@ impl Contact {
         self.operator.stiffness()
     }
 
-    /// Returns the mean size of the facets of the group, m: see [`RigidContact::facet_size`].
+    /// Returns the mean facet size of the group (m); see [`RigidContact::facet_size`].
     pub fn facet_size(&self) -> f64 {
         self.operator.facet_size()
     }
 
-    /// Returns the displacements of the obstacle, or its force.
+    /// Returns the prescribed displacements of the obstacle or, if a force drives the obstacle, this force.
     pub fn signals(&self) -> &[Signal] {
         match &self.motion {
             ObstacleMotion::Given(motion) => motion,
@@ -267,7 +267,7 @@ impl Contact {
         }
     }
 
-    /// Returns whether the undeformed group faces away from the obstacle at t = 0: see [`RigidContact::faces_away`].
+    /// Returns whether the undeformed group faces away from the obstacle at t = 0; see [`RigidContact::faces_away`].
     pub fn faces_away(&self) -> bool {
         let offset = match &self.motion {
             ObstacleMotion::Given(motion) => motion.iter().map(|own| own.at(0.0).value).collect(),
@@ -295,7 +295,7 @@ impl Contact {
         Self { motion, ..self.clone() }
     }
 
-    /// Returns the displacement of the obstacle, for the arguments of [`sums`](Self::sums).
+    /// Returns the displacement vector of the obstacle. The arguments are the same as for [`sums`](Self::sums).
     fn offset(&self, t: f64, part: f64, u: &[f64]) -> Vec<f64> {
         match &self.motion {
             ObstacleMotion::Given(motion) => {
@@ -309,7 +309,8 @@ impl Contact {
         }
     }
 
-    /// Returns the displacement of a driven obstacle along its direction, for the arguments of [`sums`](Self::sums).
+    /// Returns the displacement of an obstacle driven by a force along its direction; `None` for other obstacles. The
+    /// arguments are the same as for [`sums`](Self::sums).
     pub fn driven_distance(&self, t: f64, part: f64, u: &[f64]) -> Option<f64> {
         let ObstacleMotion::Driven { direction, force } = &self.motion else {
             return None;
@@ -318,10 +319,13 @@ impl Contact {
         Some(self.operator.displacement_under(force, direction, u))
     }
 
-    /// Returns the displacement of the obstacle as one number, for the arguments of [`sums`](Self::sums); `None` for an
-    /// obstacle at rest. If a force drives the obstacle, this is the displacement along the direction of the force. A
-    /// prescribed motion along one axis is positive toward the body or, if it is tangential, along the axis. A motion
-    /// along several axes is projected onto the direction to the nearest point of the undeformed body.
+    /// Returns the displacement of the obstacle as a scalar, or `None` for an obstacle at rest. The arguments are the
+    /// same as for [`sums`](Self::sums).
+    ///
+    /// If a force drives the obstacle, the scalar is the displacement along the direction of the force. For a
+    /// prescribed motion along one axis, the scalar is positive toward the body or, if the motion is tangential, in the
+    /// direction of the axis. A motion along several axes is projected onto the direction to the nearest point of the
+    /// undeformed body.
     pub fn distance(&self, t: f64, part: f64, u: &[f64]) -> Option<f64> {
         let ObstacleMotion::Given(motion) = &self.motion else {
             return self.driven_distance(t, part, u);
@@ -334,13 +338,14 @@ impl Contact {
         self.moves().then(|| along.iter().map(|(own, e)| part * e * own.at(t).value).sum())
     }
 
-    /// Returns whether the obstacle moves, or is driven by a force.
+    /// Returns whether the obstacle moves or is driven by a force.
     pub fn moves(&self) -> bool {
         self.is_driven() || !self.signals().iter().all(rests)
     }
 
-    /// Returns the derivatives of the contact force of a driven obstacle, for the arguments of [`sums`](Self::sums),
-    /// and the force under the full load; `None` if the obstacle is not driven by a force or not in contact.
+    /// Returns the derivatives of the contact force of an obstacle driven by a force, and the driving force under the
+    /// full load. Returns `None` if no force drives the obstacle or if it is not in contact. The arguments are the same
+    /// as for [`sums`](Self::sums).
     pub(crate) fn driven_slope(&self, t: f64, part: f64, u: &[f64]) -> Option<(DrivenSlope, f64)> {
         let ObstacleMotion::Driven { direction, force } = &self.motion else {
             return None;
@@ -357,13 +362,14 @@ impl Contact {
         self.operator.sums(&self.offset(t, part, u), u)
     }
 
-    /// Returns the undeformed area in contact, m² (length in 2D, m), for the arguments of [`sums`](Self::sums).
+    /// Returns the area in contact, m² (length in 2D, m), measured on the undeformed body. The arguments are the same
+    /// as for [`sums`](Self::sums).
     pub fn area(&self, t: f64, part: f64, u: &[f64]) -> f64 {
         self.operator.area(&self.offset(t, part, u), u)
     }
 
-    /// Calls `action` with the friction, the motion of the obstacle at time `t`, and the motion of the body. Does
-    /// nothing without friction.
+    /// Calls `action` with the friction and the motions of the obstacle and the body at time `t`. Returns `None`
+    /// without friction.
     fn slide<R>(
         &self,
         t: f64,
@@ -380,7 +386,8 @@ impl Contact {
         Some(action(friction, &Sliding { offset, velocity, u, v }))
     }
 
-    /// Adds the force of the obstacle on the body, for the displacement and velocity `motion` of all nodes, to `total`.
+    /// Adds to `total` the force of the obstacle on the body. `motion` contains the displacement and velocity of all
+    /// nodes.
     pub fn add_total_force(&self, t: f64, motion: [&[f64]; 2], total: &mut [f64]) {
         let mut friction = vec![0.0; total.len()];
         self.add_friction(t, motion, &mut friction);
@@ -388,31 +395,32 @@ impl Contact {
         self.add_force(t, 1.0, 1.0, motion[0], total);
     }
 
-    /// Adds the friction force of the body on the obstacle to `total`, for the displacement and velocity `motion` of
-    /// all nodes.
+    /// Adds to `total` the friction force of the body on the obstacle. `motion` contains the displacement and velocity
+    /// of all nodes.
     pub(crate) fn add_friction(&self, t: f64, motion: [&[f64]; 2], total: &mut [f64]) {
         self.slide(t, motion, |friction, sliding| {
             self.operator.add_friction(friction, sliding, total);
         });
     }
 
-    /// Adds the derivatives of [`add_friction`](Self::add_friction) with respect to the free components of `motion` to
-    /// `values`.
+    /// Adds to `values` the derivatives of [`add_friction`](Self::add_friction) with respect to the free components of
+    /// the displacement and velocity in `motion`.
     pub(crate) fn add_friction_slopes(&self, t: f64, motion: [&[f64]; 2], values: [&mut [f64]; 2]) {
         self.slide(t, motion, |friction, sliding| {
             self.operator.add_friction_slopes(friction, sliding, values);
         });
     }
 
-    /// Returns the [`FrictionSums`] for the displacement and velocity `motion` of all nodes; zero without friction.
+    /// Returns the [`FrictionSums`], which are zero without friction. `motion` contains the displacement and velocity
+    /// of all nodes.
     pub fn friction_sums(&self, t: f64, motion: [&[f64]; 2]) -> FrictionSums {
         let sums = self
             .slide(t, motion, |friction, sliding| self.operator.friction_sums(friction, sliding));
         sums.unwrap_or_default()
     }
 
-    /// Returns the dissipation by friction, and the power of the obstacle: the power of friction on the body plus this
-    /// dissipation.
+    /// Returns the power dissipated by friction and the power supplied by the obstacle. The latter is the sum of the
+    /// power of friction on the body and the dissipated power.
     pub(crate) fn friction_powers(&self, t: f64, motion: [&[f64]; 2]) -> [f64; 2] {
         let sums = self.friction_sums(t, motion);
         let components = sums.force.iter().zip(self.signals());
@@ -420,7 +428,7 @@ impl Contact {
         [sums.dissipation, obstacle]
     }
 
-    /// Returns the stored energy and its rate at time `t`, for the displacement `u` and velocity `v` of all nodes. The
+    /// Returns the stored energy and its rate at time `t` for the displacement `u` and velocity `v` of all nodes. The
     /// rate is the power of the obstacle minus the power of the contact force on the body.
     pub(crate) fn stored_energy(&self, t: f64, u: &[f64], v: &[f64]) -> [f64; 2] {
         let sums = self.sums(t, 1.0, u);
@@ -443,8 +451,8 @@ impl Contact {
         [sums.energy, obstacle - on_body]
     }
 
-    /// Adds the derivative of the force on the body with respect to the load factor, for the displacement of all nodes
-    /// and its derivative, to `total`. Does nothing if a force drives the obstacle.
+    /// Adds to `total` the derivative of the force on the body with respect to the load factor. `u` is the displacement
+    /// of all nodes, and `rate` its derivative. Does nothing if a force drives the obstacle.
     pub(crate) fn add_force_rate(
         &self,
         (t, factor): (f64, f64),
@@ -469,17 +477,18 @@ impl BoundaryForce for Contact {
     }
 }
 
-/// Sets the depths of the multipliers of each contact; the lists of contacts without multipliers are empty.
+/// Sets the depths of the multipliers of each contact. `depths` contains an empty list for each contact without
+/// multipliers.
 pub(crate) fn set_multipliers(contacts: &mut [Contact], depths: Vec<Vec<f64>>) {
     let augmented = contacts.iter_mut().zip(depths).filter(|(_, depths)| !depths.is_empty());
     augmented.for_each(|(contact, depths)| contact.set_depths(depths));
 }
 
-/// A displacement component that follows a function of time instead of an equation of motion.
+/// A displacement component that is prescribed as a function of time instead of determined by an equation of motion.
 #[derive(Debug, Clone)]
 pub struct Prescribed {
     /// Index of the component in a nodal array.
     pub component: usize,
-    /// Its displacement, m; its derivatives are the prescribed velocity and acceleration.
+    /// Prescribed displacement, m. Its derivatives are the prescribed velocity and acceleration.
     pub signal: Signal,
 }

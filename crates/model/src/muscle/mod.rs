@@ -22,21 +22,22 @@ use robin_support::RobinSupport;
 /// An elastic body with its physical constants and loads.
 #[derive(Debug, Clone)]
 pub struct Muscle {
-    /// Operators of the finite element space with material law and density.
+    /// Finite element operators of the body, with its material law and density.
     pub solid: Solid,
-    /// Damping and compressibility; for graded bodies, the maximum κ, α and β.
+    /// Damping and compressibility. For graded bodies, the maximum values of κ, α and β.
     pub parameters: Parameters,
-    /// Forces of fixed direction on the body.
+    /// Forces with fixed directions.
     pub loads: Vec<Load>,
-    /// Loads on its deformed boundary, such as pressures.
+    /// Loads on the deformed boundary, such as pressures.
     pub surface_loads: Vec<SurfaceLoad>,
-    /// Contacts of its boundary with rigid obstacles.
+    /// Contacts of the boundary with rigid obstacles.
     pub contacts: Vec<Contact>,
-    /// Displacement components that follow a function of time; other constrained components are 0.
+    /// Displacement components prescribed as functions of time. Other constrained components are zero.
     pub prescribed: Vec<Prescribed>,
-    /// Elastic and viscous foundations of its boundary.
+    /// Elastic and viscous foundations of the boundary.
     pub foundations: Vec<RobinSupport>,
-    /// Tensions of the solid's added stresses, by their number; those not listed are 0.
+    /// Index of each active added stress of the solid, with its tension. Stresses that are not listed have zero
+    /// tension.
     pub activations: Vec<(usize, Activation)>,
     /// Factor of the given tensions in each element, if they are not uniform.
     pub tension_factors: Option<Vec<f64>>,
@@ -58,14 +59,14 @@ impl Muscle {
         }
     }
 
-    /// Creates a body without loads whose elements have separate κ, α and β.
+    /// Creates an unloaded body with separate values of κ, α and β for each element.
     ///
-    /// [`parameters`](Self::parameters) then contains the maximum of each. Either all elements have infinite κ or all
-    /// have finite κ; either all have β = 0 or all have β > 0.
+    /// [`parameters`](Self::parameters) then contains the maximum of each constant. κ must be infinite in all elements
+    /// or finite in all elements. β must be zero in all elements or positive in all elements.
     ///
     /// # Errors
-    /// [`ModelError::MixedParameters`] if κ = ∞ and κ < ∞, or β = 0 and β > 0, are mixed: the index
-    /// would differ between the elements; errors of [`Solid::with_element_scales`].
+    /// [`ModelError::MixedParameters`] if κ = ∞ and κ < ∞, or β = 0 and β > 0, are mixed, because the index would then
+    /// differ between elements; errors of [`Solid::with_element_scales`].
     pub fn graded(solid: Solid, elements: &[Parameters]) -> Result<Self, ModelError> {
         let mixed = |what, which: fn(&Parameters) -> bool| {
             let first = elements.iter().position(which);
@@ -95,11 +96,12 @@ impl Muscle {
         Ok(Self::unloaded(solid, body))
     }
 
-    /// Checks the prescribed motions and tensions: each prescribed component is constrained, occurs once and moves
-    /// continuously, with continuous velocity if the body has inertia; each tension belongs to an active stress.
+    /// Checks the prescribed motions and tensions. Each prescribed component must be constrained, must occur only once,
+    /// and must move continuously. If the body has inertia, the velocity must also be continuous. Each tension must
+    /// belong to an active stress.
     ///
     /// # Errors
-    /// [`ModelError::Prescribed`], [`ModelError::Activation`], [`ModelError::Fem`] for an activation model.
+    /// [`ModelError::Prescribed`], [`ModelError::Activation`], or [`ModelError::Fem`] for an invalid activation model.
     pub fn check(&self) -> Result<(), ModelError> {
         let has_inertia = self.solid.has_inertia();
         self.check_with(|motion| match has_inertia {
@@ -108,7 +110,8 @@ impl Muscle {
         })
     }
 
-    /// Checks the body for an equilibrium like [`check`](Self::check), except that prescribed motions may jump.
+    /// Checks the body before a search for equilibrium. Prescribed motions may jump, in contrast to
+    /// [`check`](Self::check).
     ///
     /// # Errors
     /// As for [`check`](Self::check).
@@ -170,14 +173,14 @@ impl Muscle {
         Ok(())
     }
 
-    /// Returns the activation models, whose tensions are unknowns, with the index of their stress.
+    /// Returns the activation models, whose tensions are unknowns, each with the index of its stress.
     pub fn models(&self) -> impl Iterator<Item = (usize, &Bestel)> {
         let activations = self.activations.iter();
         activations.filter_map(|(number, activation)| Some((*number, activation.model()?)))
     }
 
-    /// Returns the tension of each element of a body at rest at time `t`. For activation models, this is the initial
-    /// value, zero; for tensions that follow chains, the value for incoherent oscillators.
+    /// Returns the tension in each element of a body at rest at time `t`. Tensions of activation models have their
+    /// initial value, zero. Tensions that depend on chains have their value for incoherent oscillators.
     pub(crate) fn tensions_at_rest(&self, t: f64) -> Vec<f64> {
         let mut tensions = vec![0.0; self.solid.n_tensions()];
         let at_start = vec![0.0; self.models().count()];
@@ -185,8 +188,8 @@ impl Muscle {
         tensions
     }
 
-    /// Computes the tension of each element at time `t`. `unknowns` are the tensions of the models,
-    /// `coherent` the tension of each element where it follows the coherence of oscillators.
+    /// Computes the tension in each element at time `t`. `unknowns` contains the tensions of activation models.
+    /// `coherent` contains the tension in each element whose tension depends on the coherence of oscillators.
     pub(crate) fn fill_tensions(
         &self,
         t: f64,
@@ -211,8 +214,9 @@ impl Muscle {
         }
     }
 
-    /// Returns the body with forces, pressures, motions of supports and obstacles, and tensions other
-    /// than unknowns scaled by `part`, as in an equilibrium of [`approach`](crate::statics::approach).
+    /// Returns the body with its loads scaled by `part`, as in an equilibrium of
+    /// [`approach`](crate::statics::approach). This includes the motions of supports and obstacles, and all tensions
+    /// that are not unknowns.
     #[must_use]
     pub fn under_part_of_loads(&self, part: f64) -> Self {
         Self {
@@ -236,7 +240,7 @@ impl Muscle {
         }
     }
 
-    /// Returns the body with the multipliers of a state of a loading path.
+    /// Returns the body with the contact multipliers of a state on a loading path.
     #[must_use]
     pub fn with_multipliers(mut self, of_contacts: Vec<Vec<f64>>) -> Self {
         set_multipliers(&mut self.contacts, of_contacts);
@@ -248,12 +252,12 @@ impl Muscle {
         boundary_forces(&self.surface_loads, &self.contacts)
     }
 
-    /// Returns whether a contact has friction.
+    /// Returns whether any contact has friction.
     pub(crate) fn has_friction(&self) -> bool {
         self.contacts.iter().any(|own| own.friction().is_some())
     }
 
-    /// Returns whether a force depends on the displacement of the boundary.
+    /// Returns whether any force depends on the displacement of the boundary.
     pub(crate) fn has_boundary_forces(&self) -> bool {
         self.boundary_forces().next().is_some()
     }
@@ -277,8 +281,8 @@ impl Muscle {
         self
     }
 
-    /// Returns the body with tensions that are functions of time: each model is replaced by its
-    /// tangent at time `t` and `tensions`.
+    /// Returns the body with each activation model replaced by its tangent at time `t` and `tensions`. The tensions are
+    /// then functions of time instead of unknowns.
     pub(crate) fn with_tangents_of_tensions(&self, t: f64, tensions: &[f64]) -> Self {
         let mut muscle = self.clone();
         let modeled = muscle.activations.iter_mut().filter(|(_, a)| a.model().is_some());
@@ -288,20 +292,19 @@ impl Muscle {
         muscle
     }
 
-    /// Returns the number of coefficients q and λ including constrained nodes, as counted in the
-    /// paper.
+    /// Returns the number of coefficients q and λ, counted as in the paper: constrained nodes are included.
     pub fn n_unknowns_paper(&self) -> usize {
         self.solid.space().n_components() + self.solid.space().n_pressures()
     }
 
-    /// Returns the highest frequency of the loads, tensions and prescribed motions, Hz, if one of
-    /// them has a frequency.
+    /// Returns the highest frequency (Hz) of the loads, tensions and prescribed motions, or `None` if no function has a
+    /// frequency.
     pub fn forcing_frequency(&self) -> Option<f64> {
         let frequencies = self.signals().filter_map(Signal::frequency);
         frequencies.reduce(f64::max)
     }
 
-    /// Returns the lowest and the highest frequency of each sweep up to the time `to`, Hz.
+    /// Returns the lowest and highest frequencies (Hz) of each frequency sweep until the time `to` (s).
     pub fn sweeps(&self, to: f64) -> Vec<[f64; 2]> {
         let mut sweeps: Vec<_> = self.signals().filter_map(|signal| signal.sweep(to)).collect();
         sweeps.dedup();
@@ -317,8 +320,9 @@ impl Muscle {
         self.signals().filter_map(first).reduce(f64::min)
     }
 
-    /// Returns the schedule of all signals: of loads, and of prescribed motions with their velocity and acceleration.
-    /// Without inertia, the slopes of all signals are included, because the rates jump with them.
+    /// Returns the schedule of all signals. With inertia, it includes the loads, and the prescribed motions with their
+    /// velocities and accelerations. Without inertia, it includes the slopes of all signals, because the rates of the
+    /// unknowns jump if a slope jumps.
     pub fn schedule(&self) -> Schedule {
         let mut schedule = Schedule::default();
         let (of_loads, of_motions) = if self.solid.has_inertia() { (0, 2) } else { (1, 1) };
@@ -347,7 +351,7 @@ impl Muscle {
         schedule
     }
 
-    /// Returns the functions of time of loads, tensions and prescribed motions.
+    /// Returns the functions of time that define loads, tensions and prescribed motions.
     pub fn signals(&self) -> impl Iterator<Item = &Signal> {
         let loads = self.loads.iter().map(Load::signal);
         let surface_loads = self.surface_loads.iter().map(SurfaceLoad::signal);

@@ -5,8 +5,8 @@ use myovib_fem::{RobinMatrix, Solid, SupportDirection};
 use crate::error::ModelError;
 use crate::reading::probe::Probe;
 
-/// Elastic foundation of a boundary group: `P N + k u + c u̇ = 0`, or only its normal component
-/// (Robin); or a spring at a point.
+/// Elastic foundation of a boundary group, or a spring at a point. The foundation is the Robin boundary condition
+/// `P N + k u + c u̇ = 0`, which may be restricted to its normal component.
 #[derive(Debug, Clone)]
 pub struct RobinSupport {
     operator: RobinMatrix,
@@ -15,14 +15,14 @@ pub struct RobinSupport {
 }
 
 impl RobinSupport {
-    /// Creates the elastic foundation of a group with stiffness k and damping c.
+    /// Creates the elastic foundation of a boundary group with stiffness k and damping c.
     ///
     /// # Units
     /// k in Pa/m, c in Pa·s/m.
     ///
     /// # Errors
-    /// [`ModelError::Fem`] for a group that is not on the boundary; [`ModelError::OutOfRange`] if k or c is negative or
-    /// not finite.
+    /// [`ModelError::Fem`] if the group is not on the boundary; [`ModelError::OutOfRange`] if k or c is negative or not
+    /// finite.
     pub fn new(
         solid: &Solid,
         group: &str,
@@ -33,11 +33,11 @@ impl RobinSupport {
         Ok(Self { operator: RobinMatrix::new(solid.space(), group, along)?, stiffness, damping })
     }
 
-    /// Creates a spring and damper between the body at `point` and the ground, in all directions or along a unit
-    /// vector.
+    /// Creates a spring and a damper between the body at `point` and the ground. They act in all directions or along a
+    /// unit vector.
     ///
     /// # Units
-    /// k in N/m, c in N·s/m; in 2D per meter of depth.
+    /// k in N/m, c in N·s/m; in 2D, both are per meter of depth.
     ///
     /// # Errors
     /// [`ModelError::OutOfRange`] if k or c is negative or not finite.
@@ -55,24 +55,23 @@ impl RobinSupport {
         })
     }
 
-    /// Returns k, Pa/m; N/m for a spring.
+    /// Returns the stiffness k, in Pa/m for a foundation and in N/m for a spring.
     pub fn stiffness(&self) -> f64 {
         self.stiffness
     }
 
-    /// Returns c, Pa·s/m; N·s/m for a spring.
+    /// Returns the damping c, in Pa·s/m for a foundation and in N·s/m for a spring.
     pub fn damping(&self) -> f64 {
         self.damping
     }
 
-    /// Returns the support matrix for unit stiffness: integrated over the group, or concentrated at the point of a
+    /// Returns the support matrix for unit stiffness, integrated over the group or concentrated at the point of the
     /// spring.
     pub fn operator(&self) -> &RobinMatrix {
         &self.operator
     }
 
-    /// Adds to `total` the force of the body on the foundation at displacement `u` and velocity `v`
-    /// of all nodes.
+    /// Adds to `total` the force of the body on the foundation for the displacement `u` and velocity `v` of all nodes.
     pub(crate) fn add_force(&self, u: &[f64], v: &[f64], total: &mut [f64]) {
         if self.stiffness > 0.0 {
             self.operator.add_product(self.stiffness, u, total);

@@ -1,4 +1,4 @@
-//! Residual and Jacobian: one element pass each, followed by sums of blocks.
+//! Residual and Jacobian. Each requires one pass over the elements, followed by a sum of blocks.
 
 use std::slice::{from_mut, from_ref};
 
@@ -19,7 +19,7 @@ use crate::muscle::parameters::Parameters;
 use crate::state::{Integrals, State, Workspace};
 
 impl MuscleDae {
-    /// Fills the nodal arrays from the unknowns; constrained components follow their signals.
+    /// Fills the nodal arrays from the unknowns. Constrained components are evaluated from their signals.
     pub(super) fn expand(&mut self, t: f64, y: &[f64], y_dot: Option<&[f64]>) {
         let dofs = self.muscle.solid.dofs();
         let range = |field| self.layout.range(field).expect("all formulations have q and v");
@@ -45,7 +45,7 @@ impl MuscleDae {
         self.muscle.fill_tensions(t, unknown, coherent, &mut work.tensions);
     }
 
-    /// Rejects negative tensions, since a muscle can only pull.
+    /// Rejects negative tensions, because a muscle can only pull.
     fn expect_tensions(&self, t: f64) -> Result<(), StepError> {
         for (_, activation) in &self.muscle.activations {
             let tension = activation.at(t, 0.0);
@@ -60,8 +60,8 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Rejects obstacles that pull, and motions in which a force moves an obstacle past the body, so that no
-    /// displacement balances the force.
+    /// Rejects negative forces on obstacles, because an obstacle can only press. Also rejects motions in which a force
+    /// moves an obstacle past the body, because no displacement then balances the force.
     fn expect_contact(&self, t: f64) -> Result<(), StepError> {
         for contact in self.muscle.contacts.iter().filter(|own| own.is_driven()) {
             let (force, group) = (contact.signals()[0].at(t).value, contact.group());
@@ -83,8 +83,8 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Rejects the full matrix of a system whose internal stresses are eliminated at the quadrature
-    /// points.
+    /// Rejects systems whose internal stresses are eliminated at the quadrature points, because their full matrix is
+    /// not available.
     pub(super) fn expect_whole(&self) -> Result<(), StepError> {
         match self.context.added.relaxing {
             0 => Ok(()),
@@ -96,10 +96,11 @@ impl MuscleDae {
         }
     }
 
-    /// Evaluates the state-dependent matrices; the element tangents of a linear law without factors only once.
+    /// Evaluates the matrices that depend on the state. For a linear law without factors, the element tangents are
+    /// evaluated only once.
     ///
     /// # Errors
-    /// [`StepError::Recoverable`] for an element with det F ≤ 0.
+    /// [`StepError::Recoverable`] if an element has det F ≤ 0.
     pub fn update_matrices(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
         let constant = self.muscle.solid.is_linear() && self.factors.is_none() && self.has_matrices;
         if constant && !self.muscle.has_boundary_forces() {
@@ -140,7 +141,7 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Evaluates the tangents of added stresses and friction for the motion in `work`, if there are any.
+    /// Evaluates the tangents of added stresses and friction, if any, for the motion in `work`.
     fn update_added(&mut self, t: f64) {
         let (muscle, work, added) = (&self.muscle, &self.work, self.context.added);
         let (u, v) = (&work.displacement[..], &work.velocity[..]);
@@ -171,12 +172,11 @@ impl MuscleDae {
         }
     }
 
-    /// Computes the residual of a muscle that differs from `other` only outside the element
-    /// integrals. It reuses the integrals of the last residual of `other`, which must belong to the
-    /// same state.
+    /// Computes the residual of a muscle that differs from `other` only in terms outside the element integrals. Reuses
+    /// the integrals of the last residual of `other`, which must have been evaluated at the same state.
     ///
     /// # Errors
-    /// Errors of the residual, which is evaluated if `other` lacks an integral.
+    /// Errors of the residual if `other` lacks an integral; all integrals are then evaluated.
     pub(crate) fn residual_with_integrals_of(
         &mut self,
         other: &Self,
@@ -218,10 +218,10 @@ impl MuscleDae {
         self.integrate(t, y, y_dot)
     }
 
-    /// Computes the changes of the element integrals at a state for changes of motion and pressure.
+    /// Computes the changes of the element integrals at a state that result from changes of motion and pressure.
     ///
     /// # Errors
-    /// [`StepError::Recoverable`] for an element with det F ≤ 0.
+    /// [`StepError::Recoverable`] if an element has det F ≤ 0.
     pub(crate) fn change_integrals(
         &mut self,
         (t, y, y_dot): (f64, &[f64], &[f64]),
@@ -237,7 +237,7 @@ impl MuscleDae {
         self.counters.passed(pass)
     }
 
-    /// Adds `factor` times the element forces of the last integrals to the momentum rows of `rows`.
+    /// Adds `factor` times the most recently integrated element forces to the momentum rows of `rows`.
     pub(crate) fn add_forces(&self, factor: f64, rows: &mut [f64]) {
         let balance = self.layout.range(Field::Velocity);
         let rows = &mut rows[balance.unwrap_or_default()];
@@ -251,7 +251,7 @@ impl MuscleDae {
         }
     }
 
-    /// Sums all loads for the motion in `work`.
+    /// Adds up all loads for the motion in `work`.
     fn sum_loads(&mut self, t: f64) {
         let (muscle, work) = (&self.muscle, &mut self.work);
         work.load.fill(0.0);
@@ -310,7 +310,7 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Computes the rows of all equations from the motion and the integrals in `work`.
+    /// Computes the residuals of all equations from the motion and the integrals in `work`.
     pub(crate) fn sum_rows(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) {
         self.sum_loads(t);
         let (muscle, work, layout) = (&self.muscle, &mut self.work, &self.layout);

@@ -7,22 +7,21 @@ use super::MuscleDae;
 use crate::muscle::Muscle;
 
 impl MuscleDae {
-    /// Sets factors of the law's energy at the corners of each element for all further evaluations.
+    /// Sets the factors of the law's energy at the corners of each element for all further evaluations.
     ///
     /// # Panics
-    /// Panics at the next evaluation, if there is not one factor per vertex of each element.
+    /// The next evaluation panics unless `factors` contains one factor per vertex of each element.
     pub fn set_factors(&mut self, factors: &[f64]) {
         let own = self.factors.get_or_insert_default();
         own.clear();
         own.extend_from_slice(factors);
     }
 
-    /// Adds ∫ w (P + β Ṗ) : ∇φ to the rows of the momentum balance, with P excluding the pressure's
-    /// part and w given by its values at the corners of each element. This is ∂F/∂g for factors 1 +
-    /// g w.
+    /// Adds ∫ w (P + β Ṗ) : ∇φ to the rows of the momentum balance. P excludes the stress due to the pressure, and
+    /// `weights` contains the values of w at the corners of each element. The integral is ∂F/∂g for factors 1 + g w.
     ///
     /// # Errors
-    /// [`StepError::Recoverable`] for an element with det F ≤ 0.
+    /// [`StepError::Recoverable`] if an element has det F ≤ 0.
     pub fn add_factor_response(
         &mut self,
         t: f64,
@@ -55,11 +54,11 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Adds λᵀ ∂F/∂g_e to `products` for a factor 1 + g_e of the law's energy in each element e,
-    /// where λ is `adjoint`. One pass over the mesh is sufficient for all e.
+    /// Adds λᵀ ∂F/∂g_e to `products` for each element e, where λ is `adjoint` and 1 + g_e is a factor of the law's
+    /// energy in the element. One pass over the mesh is sufficient for all elements.
     ///
     /// # Errors
-    /// [`StepError::Recoverable`] for an element with det F ≤ 0.
+    /// [`StepError::Recoverable`] if an element has det F ≤ 0.
     pub(crate) fn add_factor_products(
         &mut self,
         t: f64,
@@ -81,11 +80,11 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Sets the tensions that follow the coherence of oscillators, one per element, Pa, for all
-    /// further evaluations; values of other elements are ignored.
+    /// Sets the tensions (Pa) that depend on the coherence of oscillators, one per element, for all further
+    /// evaluations. Values for elements without such a tension are ignored.
     ///
     /// # Panics
-    /// Panics at the next evaluation, if there is not one value per element.
+    /// The next evaluation panics unless `tensions` contains one value per element.
     pub(crate) fn set_tensions(&mut self, tensions: &[f64]) {
         let own = self.coherent_tensions.get_or_insert_default();
         own.clear();
@@ -93,7 +92,7 @@ impl MuscleDae {
     }
 
     /// Adds the force of the active stresses for these element `tensions` to the rows of the momentum balance. The
-    /// force is linear in the tensions, so this is ∂F/∂T in that direction.
+    /// force is linear in the tensions, so it is also the derivative of F in the direction of `tensions`.
     pub(crate) fn add_tension_response(
         &mut self,
         t: f64,

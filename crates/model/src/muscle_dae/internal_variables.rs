@@ -15,22 +15,21 @@ use crate::error::ModelError;
 use crate::field::Field;
 use crate::start::Consistent;
 
-/// A [`MuscleDae`] as a problem without the last block of its unknowns, the internal stresses Q of
-/// Prony terms. The law's stress S drives them, and the overstress H = Σ g S − Σ Q is their
-/// response.
+/// The problem of a [`MuscleDae`] without its last block of unknowns, the internal stresses Q of Prony terms. The
+/// stress S of the law drives the internal stresses, and their response is the overstress H = Σ g S − Σ Q.
 pub(crate) struct InternalVariableDae {
     dae: MuscleDae,
     /// Number of unknowns without internal stresses.
     n: usize,
     /// Changes of S at the quadrature points.
     rates: [Vec<f64>; 1],
-    /// Internal stresses used for the next consistent start.
+    /// Internal stresses for the next computation of consistent values.
     internal: Vec<f64>,
 }
 
 impl InternalVariableDae {
-    /// Returns the problem of `dae` and its internal variables, which start from the internal
-    /// stresses in `y` and have the tolerance `absolute`, Pa.
+    /// Returns the problem of `dae` and its internal variables. The internal variables start from the internal stresses
+    /// in `y` and have the absolute tolerance `absolute` (Pa).
     ///
     /// # Panics
     /// Panics if `dae` has no internal stresses.
@@ -56,7 +55,7 @@ impl InternalVariableDae {
         (problem, variables)
     }
 
-    /// Uses these internal stresses for further [consistent](Consistent) starts.
+    /// Sets the internal stresses for further computations of [consistent](Consistent) values.
     pub(crate) fn keep(&mut self, internal: Vec<f64>) {
         self.internal = internal;
     }
@@ -72,8 +71,8 @@ impl InternalVariableDae {
 }
 
 impl MuscleDae {
-    /// Sets H = 0 for all further evaluations, which then take vectors without internal stresses:
-    /// the state of a body in equilibrium.
+    /// Sets H = 0 for all further evaluations, as in a body in equilibrium. The evaluations then expect vectors without
+    /// internal stresses.
     pub(crate) fn relax_overstress(&mut self) {
         let n_slots = self.muscle.solid.n_slots();
         self.overstress = (n_slots > 0).then(|| vec![0.0; n_slots]);
@@ -103,7 +102,7 @@ impl Problem for InternalVariableDae {
         self.dae.residual(t, y, y_dot, residual)
     }
 
-    /// Empty: the full matrix is never assembled.
+    /// Returns an empty pattern, because the full matrix is never assembled.
     fn jacobian_pattern(&self) -> SparsityPattern {
         SparsityPattern::zeros(self.n, self.n)
     }
@@ -150,7 +149,7 @@ impl InternalVariableProblem for InternalVariableDae {
     }
 }
 
-/// The muscle whose matrices are condensed.
+/// Gives access to the muscle whose matrices are condensed.
 impl AsMut<MuscleDae> for InternalVariableDae {
     fn as_mut(&mut self) -> &mut MuscleDae {
         &mut self.dae

@@ -1,8 +1,8 @@
-//! The muscle in one of its formulations as a [`Problem`].
+//! A muscle in one of its formulations as a [`Problem`].
 //!
-//! [`MuscleDae`] is defined here. [`evaluation`] contains its residual and Jacobian,
-//! [`observation`] the quantities derived from a state, [`factors`] stiffness that varies in space
-//! and time, and [`internal_variables`] internal stresses stored by the integrator.
+//! This module defines [`MuscleDae`]. [`evaluation`] contains its residual and Jacobian, and [`observation`] the
+//! quantities derived from a state. [`factors`] supports stiffness and tension that vary in space and time.
+//! [`internal_variables`] supports internal stresses that are stored by the integrator.
 
 mod evaluation;
 mod factors;
@@ -34,38 +34,38 @@ use crate::operators::mass;
 use crate::start::saddle::Saddle;
 use crate::state::Workspace;
 
-/// F(t, y, ẏ) = 0 for a [`Muscle`] in a [`Formulation`].
+/// The equations F(t, y, ẏ) = 0 of a [`Muscle`] in a [`Formulation`].
 #[derive(Debug, Clone)]
 pub struct MuscleDae {
     muscle: Muscle,
     formulation: Formulation,
-    /// Each block of unknowns, and the equation in its rows.
+    /// Each block of unknowns and the equation in its rows.
     rows: Vec<(Field, Equation)>,
     layout: Layout,
     context: Context,
     needs: Needs,
-    /// Whether a law uses fiber directions, for the counters.
+    /// Whether a law uses fiber directions; required for the counters.
     has_fibers: bool,
-    /// The full Jacobian, laid out at first use since condensed solvers do not need it.
-    /// Coefficients: ∂F/∂y and ∂F/∂ẏ.
+    /// The structure of the full Jacobian, created at first use because condensed solvers do not need it. Each term has
+    /// coefficients for ∂F/∂y and ∂F/∂ẏ.
     assembly: OnceLock<Assembly<[f64; 2]>>,
     matrices: Matrices,
-    /// Derivatives for obstacles driven by a force, from the last update of the matrices.
+    /// Derivatives of the contact forces of obstacles driven by a force, from the last update of the matrices.
     driven_slopes: Vec<DrivenSlope>,
-    /// Whether the matrices have been evaluated at any state, which suffices for a linear law.
+    /// Whether the matrices have been evaluated. For a linear law, one evaluation at any state is sufficient.
     has_matrices: bool,
     work: Workspace,
     counters: WorkCounters,
-    /// Factors of the law's energy, one per vertex of each element; `None` means one everywhere.
+    /// Factors of the law's energy, one per vertex of each element; `None` if all factors are one.
     factors: Option<Vec<f64>>,
-    /// Tensions that follow the coherence of oscillators, one per element; `None` means oscillators at rest.
+    /// Tensions that depend on the coherence of oscillators, one per element; `None` if the oscillators are at rest.
     coherent_tensions: Option<Vec<f64>>,
-    /// H at the quadrature points, for vectors that end before the internal stresses; see
+    /// Overstress H at the quadrature points, used with vectors that do not contain the internal stresses; see
     /// [`internal_variables`].
     overstress: Option<Vec<f64>>,
-    /// Reduction of the Newton matrices with its options, from the first use by any clone.
+    /// Reduction of the Newton matrices and its options, created at the first use by any clone.
     reduction: Shared<(SparseOptions, Reduction)>,
-    /// Analysis of the mass matrix, from the first use by any clone.
+    /// Analysis of the mass matrix, created at the first use by any clone.
     mass_analysis: Shared<Arc<Elimination>>,
 }
 
@@ -80,8 +80,7 @@ impl MuscleDae {
     /// Creates the DAE for a run.
     ///
     /// # Errors
-    /// [`ModelError::NotAllowed`] if the formulation is incompatible with κ and β; errors
-    /// of [`Muscle::check`].
+    /// [`ModelError::NotAllowed`] if the formulation is incompatible with κ and β; errors of [`Muscle::check`].
     pub fn new(muscle: Muscle, formulation: Formulation) -> Result<Self, ModelError> {
         formulation.check(&muscle.parameters)?;
         muscle.check()?;
@@ -170,8 +169,8 @@ impl MuscleDae {
         })
     }
 
-    /// Creates the DAE of a body with the same mesh in another formulation, with the same energy factors and
-    /// coherence-dependent tensions.
+    /// Creates the DAE of a body with the same mesh in another formulation. The energy factors and the
+    /// coherence-dependent tensions are copied.
     pub(crate) fn with_body(&self, muscle: &Muscle, formulation: Formulation) -> Self {
         Self {
             factors: self.factors.clone(),
@@ -210,8 +209,8 @@ impl MuscleDae {
         self.formulation
     }
 
-    /// Returns each block of unknowns with the equation in its rows: the formulation, then
-    /// activation models, then internal stresses.
+    /// Returns each block of unknowns with the equation in its rows. The blocks of the formulation come first, followed
+    /// by those of activation models and internal stresses.
     pub fn rows(&self) -> &[(Field, Equation)] {
         &self.rows
     }
@@ -231,19 +230,19 @@ impl MuscleDae {
         &self.counters
     }
 
-    /// Sets the work counters, for example to the counters of the earlier part of a resumed run.
+    /// Sets the work counters, for example to the final counters of the run that is resumed.
     pub fn set_counters(&mut self, counters: WorkCounters) {
         self.counters = counters;
     }
 
-    /// Returns the counters for use by a linear solver.
+    /// Returns the counters so that a linear solver can update them.
     pub(crate) fn counters_mut(&mut self) -> &mut WorkCounters {
         &mut self.counters
     }
 
-    /// Returns the body's terms of the Jacobian for each block of rows, labeled by the unknowns in
-    /// the same position. Activation models are excluded: they depend on nothing else and are
-    /// solved first.
+    /// Returns the terms of the body's Jacobian for each block of rows. The blocks are labeled by the unknowns in the
+    /// same position. Activation models are excluded, because they do not depend on other unknowns and are solved
+    /// first.
     pub(crate) fn blocks(&self) -> Vec<(Field, Vec<Term>)> {
         let mut blocks = blocks(self.formulation.rows(), &self.context);
         for (_, terms) in &mut blocks {
@@ -252,7 +251,7 @@ impl MuscleDae {
         blocks
     }
 
-    /// Returns all terms of the Jacobian with their rows.
+    /// Returns all terms of the Jacobian, each with its block of rows.
     pub(crate) fn terms(&self) -> Vec<(Field, Term)> {
         let blocks = blocks(&self.rows, &self.context).into_iter();
         let terms =
@@ -270,28 +269,29 @@ impl MuscleDae {
         self.context.added.stress[1]
     }
 
-    /// Returns whether the body may have damping other than Rayleigh damping with uniform α and β: always, if κ, α or β vary
-    /// between elements.
+    /// Returns whether the body may have damping other than Rayleigh damping with uniform α and β. This is always the
+    /// case if κ, α or β varies between elements.
     pub(crate) fn has_damping_besides_mass(&self) -> bool {
         let added = self.context.added;
         added.is_damped() || added.friction || self.context.graded || self.context.coherence
     }
 
-    /// Includes the effect of eliminated oscillators on stiffness and damping in
-    /// [`blocks`](Self::blocks) and in condensed matrices created later. The values must be filled
-    /// before each matrix setup.
+    /// Includes the effect of eliminated oscillators on stiffness and damping in [`blocks`](Self::blocks) and in
+    /// condensed matrices that are created later. Returns the values of these terms, which must be filled before each
+    /// matrix setup.
     pub(crate) fn coherence_matrices(&mut self) -> &mut [Vec<f64>; 2] {
         self.context.coherence = true;
         self.reduction = Shared::default();
         self.matrices.coherence_mut(&self.muscle.solid)
     }
 
-    /// Returns the pattern of a matrix of this formulation and whether it is transposed.
+    /// Returns the sparsity pattern of a matrix of this formulation, and whether the matrix has the transpose of this
+    /// pattern.
     pub(crate) fn pattern_of(&self, matrix: Matrix) -> (&SparsityPattern, bool) {
         self.matrices.pattern(&self.muscle.solid, matrix)
     }
 
-    /// Returns the displacement of all nodes at which viscoelastic stress was last linearized.
+    /// Returns the displacement of all nodes at which the viscoelastic stress was last linearized.
     pub(crate) fn relaxing_at(&self) -> &[f64] {
         self.matrices.relaxing_at()
     }
@@ -310,7 +310,7 @@ impl MuscleDae {
     }
 }
 
-/// Returns the properties on which the coefficients of the equations depend.
+/// Collects the properties on which the coefficients of the equations depend.
 fn context(muscle: &Muscle, formulation: Formulation) -> Context {
     Context {
         alpha: muscle.parameters.alpha,
@@ -331,7 +331,7 @@ fn context(muscle: &Muscle, formulation: Formulation) -> Context {
     }
 }
 
-/// Returns the Jacobian's terms for each block of rows.
+/// Returns the terms of the Jacobian for each block of rows.
 fn blocks(rows: &[(Field, Equation)], context: &Context) -> Vec<(Field, Vec<Term>)> {
     rows.iter().map(|(field, equation)| (*field, equation.terms(context))).collect()
 }

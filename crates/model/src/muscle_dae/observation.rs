@@ -16,20 +16,20 @@ use crate::reading::snapshot::Snapshot;
 use crate::state::Workspace;
 
 impl MuscleDae {
-    /// Returns displacement and velocity at all nodes at time `t`, including prescribed components.
+    /// Returns the displacement and velocity of all nodes at time `t`, including prescribed components.
     pub fn nodal_motion(&mut self, t: f64, y: &[f64]) -> (&[f64], &[f64]) {
         self.expand(t, y, None);
         (&self.work.displacement, &self.work.velocity)
     }
 
-    /// Returns whether the stress depends on ẏ: the damping stress needs the pressure rate, which
-    /// some formulations take from the integrator.
+    /// Returns whether the stress depends on ẏ. This is the case if the damping stress requires the pressure rate and
+    /// the formulation takes this rate from the integrator.
     pub fn stress_needs_rates(&self) -> bool {
         self.context.beta > 0.0 && self.context.pressure_rate == PressureRateSource::Derivative
     }
 
-    /// Returns a snapshot of the body at time `t` for measurements. `y_dot` may be empty if the body is at rest, or if
-    /// neither accelerations nor stresses that [depend on it](Self::stress_needs_rates) are measured.
+    /// Returns a snapshot of the body at time `t` for measurements. `y_dot` may be empty if the body is at rest. It may
+    /// also be empty if neither accelerations nor stresses that [depend on ẏ](Self::stress_needs_rates) are measured.
     pub fn snapshot<'a>(&'a mut self, t: f64, y: &'a [f64], y_dot: &'a [f64]) -> Snapshot<'a> {
         if y_dot.is_empty() {
             self.expand(t, y, None);
@@ -60,14 +60,14 @@ impl MuscleDae {
         }
     }
 
-    /// Returns the part of `values` that belongs to `field`.
+    /// Returns the part of `values` that belongs to `field`, if there is one.
     fn range_in<'v>(&self, field: Field, values: &'v [f64]) -> Option<&'v [f64]> {
         values.get(self.layout.range(field)?)
     }
 
-    /// Computes inertia, stress and damping minus the loads at all nodal components. The result is
-    /// zero where the body moves freely, and the force of the support on the body (N; N/m in 2D)
-    /// where it is fixed or moved.
+    /// Computes the unbalanced force at all nodal components: inertia, stress and damping minus the loads. At free
+    /// components, the force is zero. At fixed or prescribed components, it is the force of the support on the body (N;
+    /// N/m in 2D).
     pub fn unbalanced_force(
         &mut self,
         t: f64,
@@ -87,18 +87,18 @@ impl MuscleDae {
         })
     }
 
-    /// Returns loads and ∫Ṗ:∇φ (zero without damping) at all nodal components from the last
+    /// Returns the loads and ∫Ṗ:∇φ (zero without damping) at all nodal components from the last evaluation of the
     /// residual.
     pub(crate) fn nodal_forces(&self) -> (&[f64], &[f64]) {
         (&self.work.load, &self.work.force_rate)
     }
 
-    /// Returns the velocity at all nodal components from the last residual.
+    /// Returns the velocity at all nodal components from the last evaluation of the residual.
     pub(crate) fn nodal_velocity(&self) -> &[f64] {
         &self.work.velocity
     }
 
-    /// Returns the energy of foundations and contacts at the last state, whose time is `t`.
+    /// Returns the energy of foundations and contacts for the most recent state, which must be at time `t`.
     pub(crate) fn boundary_energy(&self, t: f64) -> f64 {
         let Workspace { displacement: u, velocity: v, .. } = &self.work;
         let Muscle { foundations, contacts, .. } = &self.muscle;
@@ -107,9 +107,9 @@ impl MuscleDae {
         contacts.chain(foundations).sum()
     }
 
-    /// Returns the power of contacts (as power of the loads), the dissipation of foundations, friction, viscous and
-    /// viscoelastic stresses, and the power of active stresses. The last residual must have been evaluated at this
-    /// time `t` and state `y`. Other entries are zero.
+    /// Returns the power of contacts (as power of the loads), the dissipation by foundations, friction, viscous
+    /// stresses and viscoelastic stresses, and the power of active stresses. Other entries are zero. The last residual
+    /// must have been evaluated at time `t` and state `y`.
     pub(crate) fn added_powers(&self, t: f64, y: &[f64]) -> Powers {
         let Workspace { displacement: u, velocity: v, tensions, .. } = &self.work;
         let Muscle { solid, foundations, contacts, .. } = &self.muscle;
@@ -148,7 +148,7 @@ impl MuscleDae {
         self.layout.range(Field::Pressure).map(|range| &y[range])
     }
 
-    /// Returns u and p at a probe.
+    /// Returns the displacement u and the pressure p at a probe.
     pub fn read(&mut self, probe: &Probe, t: f64, y: &[f64]) -> ProbeValue {
         let pressure = self.pressure(y);
         let (displacement, _) = self.nodal_motion(t, y);
@@ -163,8 +163,8 @@ impl MuscleDae {
         self.displacement_along(probe, direction)
     }
 
-    /// Returns the displacement d·u at a probe along a vector d, including prescribed components. Components of d
-    /// beyond the dimension of the body are ignored.
+    /// Returns the displacement d·u at a probe along the vector d = `direction`, including prescribed components.
+    /// Components of d beyond the dimension of the body are ignored.
     pub fn displacement_along(&self, probe: &Probe, direction: [f64; 3]) -> Displacement {
         let start = self.layout.range(Field::Displacement).expect("all formulations have q").start;
         let dimension = self.muscle.solid.space().dimension();
@@ -188,8 +188,8 @@ impl MuscleDae {
         displacement
     }
 
-    /// Returns the unknowns among nodal components of the displacement or velocity with their
-    /// weights; empty for other quantities.
+    /// Selects the unknowns among nodal `components` of the displacement or velocity. Returns the index of each unknown
+    /// with its weight; empty for other quantities.
     pub fn unknowns_among(
         &self,
         quantity: Quantity,
@@ -210,19 +210,19 @@ impl MuscleDae {
         components.iter().filter_map(unknown).collect()
     }
 
-    /// Returns the unknown of a nodal component, if it is free, in the block of a field that starts
-    /// at `start`.
+    /// Returns the index of the unknown for a nodal component, in the block of a field that starts at `start`; `None`
+    /// if the component is not free.
     fn unknown_of(&self, component: usize, start: usize) -> Option<usize> {
         let free = self.muscle.solid.dofs().free_to_full();
         let place = free.binary_search(&component).ok()?;
         Some(start + place)
     }
 
-    /// Returns the constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + g(J))|
-    /// / ∫ψ_k; 0 for a formulation without pressure.
+    /// Returns the constraint drift: the maximum of |∫ψ_k (p/κ + g(J))| / ∫ψ_k over the P1 functions ψ_k. The drift is
+    /// 0 for a formulation without pressure.
     ///
     /// # Errors
-    /// [`Inverted`] for an element with det F ≤ 0.
+    /// [`Inverted`] if an element has det F ≤ 0.
     pub fn constraint_drift(&mut self, t: f64, y: &[f64]) -> Result<f64, Inverted> {
         let Some(range) = self.layout.range(Field::Pressure) else {
             return Ok(0.0);

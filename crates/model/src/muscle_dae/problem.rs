@@ -1,4 +1,4 @@
-//! The muscle as a problem of the integrators: residual, Jacobian, kinds, indices and names of its unknowns.
+//! Interface of the muscle to the integrators: residual and Jacobian, and the kinds, indices and names of the unknowns.
 
 use myovib_dae::{Problem, StepError, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -42,7 +42,7 @@ impl Problem for MuscleDae {
         Ok(())
     }
 
-    /// Computes both parts in one element pass.
+    /// Computes ∂F/∂y and ∂F/∂ẏ in one element pass.
     fn jacobian_parts(
         &mut self,
         t: f64,
@@ -60,7 +60,7 @@ impl Problem for MuscleDae {
     fn kinds(&self) -> Option<Vec<VariableKind>> {
         let has_inertia = self.muscle.solid.has_inertia();
         Some(self.layout.fill(|field| match field {
-            // The derivative of the displacement only defines the velocity.
+            // The derivative of the displacement is used only to define the velocity.
             Field::Displacement | Field::Velocity if !has_inertia => VariableKind::Algebraic,
             _ => self.formulation.kind(field, &self.muscle.parameters),
         }))

@@ -8,22 +8,23 @@ use myovib_dae::{LinearSolver, Linearization, Problem, StepError};
 use num_complex::Complex64;
 
 const HARMONICS: usize = 10;
-/// Number of sample times in a period. With 3 H + 1 sample times or more for H harmonics, products of two harmonics are
-/// not aliased to any of them.
+/// Number of sample times per period. With at least 3 H + 1 sample times for H harmonics, products of two harmonics are
+/// not aliased to any of the H harmonics.
 const TIMES: usize = 32;
 const MAX_ITERATIONS: usize = 30;
-/// Ratio of consecutive corrections above which the motion does not count as nearly linear.
+/// If the ratio of consecutive corrections exceeds this value, the motion is not considered nearly linear.
 const CONTRACTION: f64 = 0.5;
 
-/// Returns y at the start of the periodic motion near the constant state `y`, or `None` if the motion is not nearly
-/// linear or `interrupt` is set.
+/// Returns y at the start of the periodic motion near the constant state `y`. Returns `None` if the motion is not
+/// nearly linear or if `interrupt` is set.
 ///
-/// Applies Newton's method to Σ ŷ_k e^(ikωt) with the Jacobian of the constant state: each harmonic has a separate
-/// linear system, with the matrix ∂F/∂y + ikω ∂F/∂ẏ. The iteration ends when the corrections are below `tolerance`,
-/// relative to the largest value in each of the `blocks`.
+/// Applies Newton's method to the coefficients of Σ ŷ_k e^(ikωt), with the Jacobian at the constant state. Each
+/// harmonic therefore has a separate linear system with the matrix ∂F/∂y + ikω ∂F/∂ẏ. The iteration ends when the
+/// corrections in each of the `blocks` are below `tolerance` times the largest value in the block.
 ///
 /// # Errors
-/// Errors of the problem, and singular matrices: if an equation determines only a rate, the mean is undetermined.
+/// Errors of the problem, and errors due to singular matrices. For example, if an equation determines only a rate, the
+/// mean value is undetermined.
 pub fn balance<P: Problem, M: LinearSolver<P>>(
     problem: &mut P,
     matrices: &mut M,

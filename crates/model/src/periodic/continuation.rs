@@ -1,4 +1,4 @@
-//! Curves of periodic states over a parameter, by continuation in the arclength.
+//! Curves of periodic states as a function of a parameter, by arc-length continuation.
 
 use super::krylov::{dot, gmres, norm};
 use super::shooting::Shooting;
@@ -6,14 +6,14 @@ use crate::error::ModelError;
 
 /// Relative residual of the linear solve for a tangent.
 const REDUCTION: f64 = 1e-9;
-/// Maximum number of Newton iterations of a step after which the next step may be longer.
+/// The next step may be longer if a step requires at most this number of Newton iterations.
 const FEW: usize = 2;
 const GROWTH: f64 = 1.5;
-/// Maximum number of halvings of a step.
+/// Maximum number of times that a step is halved.
 const HALVINGS: usize = 8;
-/// Distance from the end of the range, relative to its length, at which the curve ends.
+/// Distance from an end of the range, relative to the length of the range, at which the curve ends.
 const AT_THE_END: f64 = 1e-3;
-/// Maximum number of secant steps to a fold.
+/// Maximum number of secant steps for locating a fold.
 const SECANTS: usize = 20;
 
 /// A function that computes the state after one period for a value of the parameter.
@@ -24,35 +24,35 @@ pub(super) type Family<'a> = dyn FnMut(&[f64], f64) -> Result<Vec<f64>, ModelErr
 pub struct Continuation {
     /// Options of shooting.
     pub shooting: Shooting,
-    /// Scale of the parameter; its changes are relative to this scale.
+    /// Scale of the parameter, to which its changes are relative.
     pub parameter_scale: f64,
-    /// Range of the parameter; the curve ends when it reaches either end.
+    /// Range of the parameter. The curve ends when the parameter reaches either end.
     pub range: [f64; 2],
     /// Whether the parameter decreases at the start.
     pub is_descending: bool,
-    /// Largest step in the arclength of (state, parameter), in units of the scales.
+    /// Largest arc-length step of the scaled state and parameter.
     pub max_step: f64,
     /// Maximum number of points.
     pub max_points: usize,
 }
 
-/// A periodic state of a curve.
+/// A periodic state on a curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
     /// State at the start of the period.
     pub state: Vec<f64>,
     /// Value of the parameter.
     pub parameter: f64,
-    /// Whether the parameter turns back here.
+    /// Whether the parameter reverses its direction at this point.
     pub is_fold: bool,
 }
 
 /// Follows the curve of periodic states from the periodic `state` at `parameter` to an end of the range. `visit`
-/// receives the points along the curve, including the start and folds.
+/// receives the points along the curve, including the start and all folds.
 ///
 /// # Errors
-/// Reasons why the curve ends inside the range: [`ModelError::NoPeriodicState`] if even short steps fail,
-/// [`ModelError::CurveTooLong`], errors of the map and of `visit`.
+/// Fails if the curve ends inside the range. The reasons are [`ModelError::NoPeriodicState`] if even short steps fail,
+/// [`ModelError::CurveTooLong`] if `max_points` is reached, and errors of the map and of `visit`.
 pub fn follow(
     map: &mut Family<'_>,
     (state, parameter): (&[f64], f64),
@@ -88,12 +88,12 @@ pub fn follow(
 struct Advance {
     x: Vec<f64>,
     tangent: Vec<f64>,
-    /// Fold between the previous point and this one.
+    /// Fold between the previous point and this point.
     fold: Option<Vec<f64>>,
     iterations: usize,
 }
 
-/// Steps along a curve; x = (state, parameter) relative to their scales.
+/// Method for taking steps along a curve. x contains the scaled state, followed by the scaled parameter.
 struct Tracer<'a, 'm> {
     map: &'a mut Family<'m>,
     continuation: &'a Continuation,
@@ -109,7 +109,7 @@ impl Tracer<'_, '_> {
         Ok(end.iter().zip(state).map(|(end, y)| end - y).collect())
     }
 
-    /// Returns the unit tangent of the curve at x. `direction` is an approximation with the same orientation.
+    /// Returns the unit tangent of the curve at x. `direction` approximates the tangent and determines its orientation.
     fn tangent(&mut self, x: &[f64], direction: &[f64]) -> Result<Vec<f64>, ModelError> {
         let continuation = self.continuation;
         let shooting = &continuation.shooting;
@@ -127,7 +127,7 @@ impl Tracer<'_, '_> {
         Ok(tangent)
     }
 
-    /// Returns the point of the curve at the distance `step` along the tangent at x, and the number of iterations.
+    /// Returns the point of the curve at the distance `step` from x along the tangent, and the number of iterations.
     fn step(
         &mut self,
         x: &[f64],
@@ -147,8 +147,8 @@ impl Tracer<'_, '_> {
         Ok((x, iterations))
     }
 
-    /// Returns the next point, at a distance of at most `step` and such that its prediction is in the range. Halves
-    /// `step` while Newton's method or the map fails.
+    /// Returns the next point, at a distance of at most `step`. The prediction of the point is in the range. Halves
+    /// `step` each time Newton's method or the map fails.
     fn advance_in_range(
         &mut self,
         x: &[f64],
@@ -178,7 +178,8 @@ impl Tracer<'_, '_> {
         range.map(|bound| bound / parameter_scale)
     }
 
-    /// Returns the bound that x has passed, or, unless it is a fold, is about to reach along the tangent.
+    /// Returns the bound of the range that x has passed. Unless x is a fold, also returns a bound that the curve is
+    /// about to reach along the tangent.
     fn bound_beyond(&self, x: &[f64], tangent: &[f64], is_fold: bool) -> Option<f64> {
         let n = x.len() - 1;
         let [low, high] = self.scaled_range();
@@ -192,7 +193,7 @@ impl Tracer<'_, '_> {
         }
     }
 
-    /// Returns the point at a `bound` of the parameter near the line from x to `target`.
+    /// Returns the point of the curve near the line from x to `target` at which the parameter equals `bound`.
     fn at_bound(&mut self, x: &[f64], target: &[f64], bound: f64) -> Result<Point, ModelError> {
         let n = x.len() - 1;
         let shooting = &self.continuation.shooting;
@@ -205,8 +206,8 @@ impl Tracer<'_, '_> {
         Ok(Point { state: shooting.unscaled(&state), parameter: bound, is_fold: false })
     }
 
-    /// Returns the point at the distance `step` along the tangent at x, with the fold between the two points if there
-    /// is one.
+    /// Advances by the distance `step` along the tangent at x. The result includes the fold between the two points, if
+    /// there is one.
     fn advance(&mut self, x: &[f64], tangent: &[f64], step: f64) -> Result<Advance, ModelError> {
         let n = x.len() - 1;
         let (next, iterations) = self.step(x, tangent, step)?;
@@ -218,8 +219,8 @@ impl Tracer<'_, '_> {
         Ok(Advance { x: next, tangent: next_tangent, fold, iterations })
     }
 
-    /// Returns the fold between x and the point at the distance `end`, where the parameter is constant along the
-    /// tangent, by the Illinois method.
+    /// Locates the fold between x and the point at the distance `end` by the Illinois method. At a fold, the parameter
+    /// does not change along the tangent.
     fn fold(
         &mut self,
         x: &[f64],

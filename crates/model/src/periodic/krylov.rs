@@ -8,10 +8,11 @@ use crate::error::ModelError;
 /// A function that computes the product of a matrix with a vector.
 pub(super) type Product<'a> = dyn FnMut(&[f64]) -> Result<Vec<f64>, ModelError> + 'a;
 
-/// Norm of a new basis vector, relative to the product it comes from, below which the space counts as invariant.
+/// A Krylov space is considered invariant if the norm of a new basis vector, relative to the product from which it is
+/// computed, is below this value.
 const INVARIANT: f64 = 1e-13;
 
-/// Orthonormal basis V of a Krylov space, and H with A V_k = V_(k+1) H.
+/// Orthonormal basis V of a Krylov space, and the matrix H for which A V_k = V_(k+1) H.
 struct Arnoldi {
     basis: Vec<Vec<f64>>,
     columns: Vec<Vec<f64>>,
@@ -19,7 +20,7 @@ struct Arnoldi {
 }
 
 impl Arnoldi {
-    /// Starts with the direction of a nonzero vector.
+    /// Starts the basis with the direction of a nonzero vector.
     fn new(start: &[f64]) -> Self {
         let size = norm(start);
         Self {
@@ -29,7 +30,7 @@ impl Arnoldi {
         }
     }
 
-    /// Adds the product with the last basis vector.
+    /// Extends the basis by the product with the last basis vector.
     fn extend(&mut self, product: &mut Product<'_>) -> Result<(), ModelError> {
         let mut next = product(&self.basis[self.columns.len()])?;
         let size = norm(&next);
@@ -59,7 +60,7 @@ impl Arnoldi {
     }
 }
 
-/// Solves A x = b by GMRES up to the relative residual `tolerance`, with at most `most` products.
+/// Solves A x = b by GMRES to the relative residual `tolerance`, with at most `most` products.
 pub(super) fn gmres(
     product: &mut Product<'_>,
     b: &[f64],
@@ -89,9 +90,9 @@ pub(super) fn gmres(
     }
 }
 
-/// Returns the `count` eigenvalues of largest magnitude, by Arnoldi's method with at most `most` products, and their
-/// residual norms; a conjugate pair is not split. The iteration ends when all residuals are below `tolerance` times the
-/// largest magnitude.
+/// Computes the `count` eigenvalues of largest magnitude and their residual norms by Arnoldi's method, with at most
+/// `most` products. If the last eigenvalue is complex, its conjugate is included. The iteration ends when all residuals
+/// are below `tolerance` times the largest magnitude.
 pub(super) fn eigenvalues(
     product: &mut Product<'_>,
     start: &[f64],
@@ -124,7 +125,7 @@ pub(super) fn eigenvalues(
     }
 }
 
-/// Returns the magnitude of the last component of the unit eigenvector of this eigenvalue.
+/// Returns the magnitude of the last component of the unit eigenvector for the eigenvalue `value`.
 fn last_component(matrix: &DMatrix<f64>, value: Complex64) -> f64 {
     let n = matrix.nrows();
     let mut shifted = matrix.map(|x| Complex64::new(x, 0.0));
@@ -132,7 +133,7 @@ fn last_component(matrix: &DMatrix<f64>, value: Complex64) -> f64 {
         shifted[(i, i)] -= value;
     }
     let rows = shifted.svd(false, true).v_t;
-    // Singular values descend.
+    // The singular values are in descending order.
     rows.map_or(1.0, |rows| rows[(n - 1, n - 1)].norm())
 }
 
@@ -165,7 +166,7 @@ mod tests {
         let expected = [(0.9, 0.0), (0.5, 0.5), (0.5, -0.5)];
         assert_eq!(found.len(), 3);
         for ((value, left), (re, im)) in found.into_iter().zip(expected) {
-            // Rounding errors, amplified by a condition number of about 100.
+            // The condition number of about 100 amplifies rounding errors.
             assert!((value - Complex64::new(re, im)).norm() < 1e-12, "{value}");
             assert!(left < 1e-10);
         }

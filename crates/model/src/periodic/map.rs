@@ -8,18 +8,18 @@ use crate::integration::run::{Observer, run};
 use crate::integration::statistics::{Counts, EndReason, Outcome};
 use crate::start::Consistent;
 
-/// Times of an integration, s.
+/// Time interval of an integration, with its step control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// Start and end.
+    /// Start and end, s.
     pub times: [f64; 2],
-    /// Constant step, or `None` for adaptive steps.
+    /// Constant step size (s), or `None` for adaptive steps.
     pub fixed_step: Option<f64>,
-    /// Factor of the tolerances.
+    /// Factor by which the tolerances are multiplied.
     pub tolerance_factor: f64,
 }
 
-/// Function that starts an integrator over an interval from consistent y and ẏ.
+/// Function that creates an integrator for an interval, starting from consistent y and ẏ.
 pub trait StartInterval<P>:
     FnMut(P, Interval, &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>
 {
@@ -30,11 +30,11 @@ impl<P, S> StartInterval<P> for S where
 {
 }
 
-/// Integrates a system over one period from consistent values.
+/// Map of a system over one period, computed by time integration.
 ///
 /// The unknowns of the map are the differential variables. Before each integration, they are projected onto the
 /// constraints ([`Consistent`]), which also determines the algebraic variables and the derivatives. A periodic state
-/// satisfies the constraints, because the end of an integration does.
+/// satisfies the constraints, because the state at the end of an integration satisfies them.
 pub struct PeriodMap<P, S> {
     dae: P,
     start: S,
@@ -46,7 +46,7 @@ pub struct PeriodMap<P, S> {
 }
 
 impl<P: Consistent + Clone, S: StartInterval<P>> PeriodMap<P, S> {
-    /// Creates the map from the first to the second of the `times`, s. `y` is any state.
+    /// Creates the map from the first to the second of the `times` (s). `y` may be any state.
     ///
     /// # Errors
     /// Errors of the problem.
@@ -85,19 +85,20 @@ impl<P: Consistent + Clone, S: StartInterval<P>> PeriodMap<P, S> {
         &mut self.dae
     }
 
-    /// Integrates with this number of equal steps from now on, or with adaptive steps for `None`. With equal steps, the
-    /// end is a smooth function of the start, and fast vibrations of a deviation decay instead of shortening the steps.
+    /// Sets the number of equal steps for all further integrations; `None` selects adaptive steps. With equal steps,
+    /// the final state is a smooth function of the initial state. Fast vibrations of a deviation then decay instead of
+    /// shortening the steps.
     pub fn set_steps(&mut self, n_steps: Option<u64>) {
         let [from, to] = self.interval.times;
         self.interval.fixed_step = n_steps.map(|n| (to - from) / n as f64);
     }
 
-    /// Multiplies the tolerances of the integrator by this factor from now on.
+    /// Multiplies the tolerances of the integrator by `factor` in all further integrations.
     pub fn set_tolerance_factor(&mut self, factor: f64) {
         self.interval.tolerance_factor = factor;
     }
 
-    /// Returns the factor of the tolerances of the integrator.
+    /// Returns the factor by which the tolerances of the integrator are multiplied.
     pub fn tolerance_factor(&self) -> f64 {
         self.interval.tolerance_factor
     }
@@ -107,12 +108,12 @@ impl<P: Consistent + Clone, S: StartInterval<P>> PeriodMap<P, S> {
         self.evaluations
     }
 
-    /// Returns the counts of all integrations.
+    /// Returns the work counts of all integrations together.
     pub fn counts(&self) -> Counts {
         self.counts
     }
 
-    /// Returns consistent y and ẏ at the start for these differential variables.
+    /// Returns consistent y and ẏ at the start of the period for the differential variables `state`.
     ///
     /// # Errors
     /// Errors of [`Consistent::consistent`].
@@ -127,7 +128,8 @@ impl<P: Consistent + Clone, S: StartInterval<P>> PeriodMap<P, S> {
     /// Returns the differential variables after one period.
     ///
     /// # Errors
-    /// Errors of [`consistent`](Self::consistent) and of the integrator; [`ModelError::PeriodStopped`].
+    /// Errors of [`consistent`](Self::consistent) and of the integrator; [`ModelError::PeriodStopped`] if the
+    /// integration ends early.
     pub fn map(&mut self, state: &[f64]) -> Result<Vec<f64>, ModelError> {
         self.observed(state, &mut [])
     }

@@ -1,13 +1,13 @@
-//! Shooting: periodic states by Newton's method, and their Floquet multipliers.
+//! Shooting: computation of periodic states by Newton's method, and of their Floquet multipliers.
 
 use num_complex::Complex64;
 
 use super::krylov::{Product, eigenvalues, gmres, norm};
 use crate::error::ModelError;
 
-/// Reduction of the residual by the linear solve of a Newton iteration.
+/// Factor by which the linear solve of a Newton iteration reduces the residual.
 const REDUCTION: f64 = 1e-3;
-/// Maximum number of halvings of a correction.
+/// Maximum number of times that a correction is halved.
 const HALVINGS: usize = 8;
 
 /// A function that computes the state after one period.
@@ -18,15 +18,15 @@ pub(super) type Map<'a> = dyn FnMut(&[f64]) -> Result<Vec<f64>, ModelError> + 'a
 pub struct Shooting {
     /// Magnitude of each component of the state, to which differences and residuals are relative.
     pub scales: Vec<f64>,
-    /// Maximum relative difference of the states at the ends of the period.
+    /// Maximum relative difference between the states at the start and end of the period.
     pub tolerance: f64,
-    /// Relative error of the map, which determines the increment of the differences.
+    /// Relative error of the map, which determines the increment of the finite differences.
     pub map_error: f64,
     /// Whether multipliers use one-sided differences, at half the cost of central differences.
     pub is_one_sided: bool,
     /// Maximum number of Newton iterations.
     pub max_iterations: usize,
-    /// Maximum number of matrix-vector products per linear solve or set of multipliers.
+    /// Maximum number of matrix-vector products for a linear solve or for computing the multipliers.
     pub max_products: usize,
 }
 
@@ -43,8 +43,8 @@ impl Shooting {
         }
     }
 
-    /// Returns the increment h that balances the truncation error of central differences, h², and the error of
-    /// the map, ε/h.
+    /// Returns the increment h that balances the truncation error h² of central differences with their error ε/h due to
+    /// the error ε of the map.
     pub(super) fn increment(&self) -> f64 {
         self.map_error.cbrt()
     }
@@ -57,7 +57,7 @@ impl Shooting {
         state.iter().zip(&self.scales).map(|(x, s)| x * s).collect()
     }
 
-    /// Returns the product of the derivative of `function` at `x` with `v`, by central differences.
+    /// Returns the product of the derivative of `function` at `x` with `v`, computed by a central difference.
     pub(super) fn product(
         &self,
         function: &mut Product<'_>,
@@ -71,7 +71,7 @@ impl Shooting {
         Ok(both.map(|(a, b)| (a - b) / (2.0 * h)).collect())
     }
 
-    /// Returns the product of the derivative of `function` at `x` with `v`, by a one-sided difference.
+    /// Returns the product of the derivative of `function` at `x` with `v`, computed by a one-sided difference.
     fn one_sided_product(
         &self,
         function: &mut Product<'_>,
@@ -90,8 +90,8 @@ impl Shooting {
         largest(&self.scaled(&moved))
     }
 
-    /// Solves `residual`(x) = 0 by Newton's method from `x`. Returns x, the norm of its residual, and the number
-    /// of iterations.
+    /// Solves `residual`(x) = 0 by Newton's method, starting from `x`. Returns x, the norm of its residual, and the
+    /// number of iterations.
     pub(super) fn solve(
         &self,
         residual: &mut Product<'_>,
@@ -106,7 +106,7 @@ impl Shooting {
                 return Err(self.failure(&left));
             }
             let right: Vec<f64> = left.iter().map(|r| -r).collect();
-            // One-sided differences suffice for the reduction of the residual.
+            // One-sided differences are accurate enough for the required reduction of the residual.
             let mut product = |v: &[f64]| self.one_sided_product(residual, (&x, &left), v);
             let correction = gmres(&mut product, &right, REDUCTION, self.max_products)?;
             let mut length = 1.0;
@@ -143,7 +143,7 @@ impl Shooting {
 pub struct PeriodicState {
     /// State at the start of the period.
     pub state: Vec<f64>,
-    /// Maximum relative difference of the states at the ends of the period.
+    /// Maximum relative difference between the states at the start and end of the period.
     pub residual: f64,
     /// Number of Newton iterations.
     pub iterations: usize,
@@ -171,15 +171,15 @@ pub fn shoot(
 pub struct Multipliers {
     /// Floquet multipliers in descending order of magnitude.
     pub values: Vec<Complex64>,
-    /// Residual norm of each multiplier, an estimate of its error.
+    /// Residual norm of each multiplier, which estimates the error of the multiplier.
     pub residuals: Vec<f64>,
     /// Error of the finite differences.
     pub resolution: f64,
 }
 
 impl Multipliers {
-    /// Returns the `count` leading multipliers of a system of two parts, of which only the first acts on the other. If
-    /// the last of them is complex, its conjugate is included.
+    /// Combines the multipliers of two parts of a system, of which only the first acts on the other. Returns the
+    /// `count` leading multipliers. If the last one is complex, its conjugate is included.
     pub fn with(&self, other: &Self, count: usize) -> Self {
         let all = [self, other].into_iter();
         let pairs =
@@ -192,18 +192,18 @@ impl Multipliers {
         Self { values, residuals, resolution: self.resolution.max(other.resolution) }
     }
 
-    /// Returns the largest magnitude, 0 without multipliers.
+    /// Returns the largest magnitude, or 0 without multipliers.
     pub fn spectral_radius(&self) -> f64 {
         self.values.first().map_or(0.0, |value| value.norm())
     }
 
-    /// Returns the error of the largest magnitude.
+    /// Returns the error estimate of the largest magnitude.
     pub fn error(&self) -> f64 {
         self.residuals.first().map_or(self.resolution, |left| left.max(self.resolution))
     }
 
-    /// Returns whether all multipliers are inside the unit circle; `None` if the largest is on it within its
-    /// [`error`](Self::error), as without damping.
+    /// Returns whether all multipliers are inside the unit circle. Returns `None` if the largest multiplier is on the
+    /// circle within its [`error`](Self::error), for example without damping.
     pub fn is_stable(&self) -> Option<bool> {
         let distance = self.spectral_radius() - 1.0;
         (distance.abs() > self.error()).then_some(distance < 0.0)
@@ -228,11 +228,12 @@ pub fn multipliers(
         true => shooting.one_sided_product(&mut image, (&x, &at_x), v),
         false => shooting.product(&mut image, &x, v),
     };
-    // One application removes the components that decay within a period. Equidistributed values exclude no direction.
+    // One product removes the components that decay within a period. The equidistributed start values have components
+    // in all directions.
     let golden = 0.5 * (5_f64.sqrt() - 1.0);
     let all: Vec<f64> = (1..=x.len()).map(|i| (golden * i as f64).fract() - 0.5).collect();
     let start = product(&all)?;
-    // One-sided differences resolve multipliers to their increment, central differences to its square.
+    // The resolution of multipliers is the increment for one-sided differences and its square for central differences.
     let resolution = match shooting.is_one_sided {
         true => shooting.map_error.sqrt(),
         false => shooting.increment().powi(2),
@@ -250,7 +251,7 @@ pub fn multipliers(
     Ok(Multipliers { values, residuals, resolution })
 }
 
-/// Returns max |x_i|; NaN counts as the largest.
+/// Returns max |x_i|. NaN is considered the largest value.
 pub(super) fn largest(x: &[f64]) -> f64 {
     x.iter().map(|x| x.abs()).max_by(f64::total_cmp).unwrap_or(0.0)
 }

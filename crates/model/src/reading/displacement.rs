@@ -1,8 +1,8 @@
-//! Displacement at a point of a body as a function of the integrator's vector.
+//! Displacement at a point of a body as a function of the vector of unknowns.
 
 use crate::signal::Signal;
 
-/// `u(ξ, t) = Σ w_i y_i + Σ w_k s_k(t)`: a combination of a few unknowns and prescribed displacements.
+/// `u(ξ, t) = Σ w_i y_i + Σ w_k s_k(t)`: a linear combination of a few unknowns and prescribed displacements.
 #[derive(Debug, Clone, Default)]
 pub struct Displacement {
     /// Unknowns (index in y) with their weights.
@@ -12,7 +12,7 @@ pub struct Displacement {
 }
 
 impl Displacement {
-    /// Creates a displacement that depends on unknowns only.
+    /// Creates a displacement that depends only on unknowns.
     pub(crate) fn of_unknowns(unknowns: Vec<(usize, f64)>) -> Self {
         Self { unknowns, prescribed: Vec::new() }
     }

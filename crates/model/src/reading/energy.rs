@@ -1,21 +1,21 @@
-//! Energies of the body and their sources.
+//! Energies of a body, and the powers that change them.
 
 use crate::error::ModelError;
 use crate::muscle_dae::MuscleDae;
 
-/// Energies at one time; in 2D, per meter of depth.
+/// Energies at one point in time; in 2D, per meter of depth.
 ///
-/// The equations of motion satisfy `d/dt (kinetic + elastic) = load + support + active -
-/// dissipation` with the [`Powers`] as long as the constraint holds.
+/// As long as the constraint holds, the solution of the equations of motion satisfies
+/// `d/dt (kinetic + elastic) = load + support + active - dissipation` with the [`Powers`].
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Energies {
     /// ½ vᵀMv, J (J/m in 2D).
     pub kinetic: f64,
-    /// Stored energy ∫W + κ/2 g(J)² and the energies of elastic foundations and of contacts, J (J/m in 2D).
+    /// Stored energy ∫W + κ/2 g(J)² plus the energies of elastic foundations and contacts, J (J/m in 2D).
     pub elastic: f64,
 }
 
-/// Powers at one time; in 2D, per meter of depth.
+/// Powers at one point in time; in 2D, per meter of depth.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Powers {
     /// Power of the loads and of moving obstacles, W (W/m in 2D).
@@ -24,13 +24,13 @@ pub struct Powers {
     pub support: f64,
     /// Power of the active stresses, W (W/m in 2D).
     pub active: f64,
-    /// α vᵀMv + β ∫Ṗ:∇v + ∫η Ė:Ė, viscous foundations, friction, and ∫H:Ė of viscoelastic stress, W (W/m in 2D). The
-    /// last term is negative while Prony terms release stored energy.
+    /// Dissipated power, W (W/m in 2D): α vᵀMv + β ∫Ṗ:∇v + ∫η Ė:Ė, viscous foundations, friction, and ∫H:Ė of
+    /// viscoelastic stress. The last term is negative while Prony terms release stored energy.
     pub dissipation: f64,
 }
 
 impl MuscleDae {
-    /// Computes the energies at a state and its derivative, without evaluating the residual.
+    /// Computes the energies for a state and its derivative without evaluating the residual.
     pub fn energies(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Energies {
         let snapshot = self.snapshot(t, y, y_dot);
         let (solid, velocity) = (snapshot.solid, snapshot.velocity);
@@ -45,7 +45,7 @@ impl MuscleDae {
         Energies { kinetic, elastic: strain - doubled + self.boundary_energy(t) }
     }
 
-    /// Computes the powers at a state and its derivative.
+    /// Computes the powers for a state and its derivative.
     ///
     /// # Errors
     /// Errors of the residual.

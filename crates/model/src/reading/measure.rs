@@ -1,6 +1,6 @@
-//! Measurements of a body at one time: values at points and averages.
+//! Measurements of a body at one point in time: values at points and averages.
 //!
-//! Values are only computed on request.
+//! Values are computed only on request.
 
 use myovib_fem::{ElementPoint, Space};
 
@@ -19,11 +19,12 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// Measures quantities at a point. A point slightly outside the mesh is replaced by a nearby point of the mesh, as
-    /// in [`Probe::near`](crate::Probe::near).
+    /// Creates a measurement of quantities at a point. If the point is slightly outside the mesh, a nearby point of the
+    /// mesh is used instead, as in [`Probe::near`](crate::Probe::near).
     ///
     /// # Errors
-    /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
+    /// [`ModelError::Coordinates`] if the number of coordinates is wrong, [`ModelError::OutsideMesh`] if the point is
+    /// too far outside the mesh.
     pub fn at(
         space: &Space,
         point: impl AsRef<[f64]>,
@@ -36,12 +37,12 @@ impl Measurement {
         })
     }
 
-    /// Measures quantities averaged over a group of elements or boundary facets, weighted by undeformed length, area or
-    /// volume.
+    /// Creates a measurement of averages over a group of elements or boundary facets. The averages are weighted by
+    /// undeformed length, area or volume.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`](myovib_fem::FemError::UnknownGroup), or
-    /// [`FemError::WrongGroup`](myovib_fem::FemError::WrongGroup) for other kinds of groups.
+    /// [`FemError::UnknownGroup`](myovib_fem::FemError::UnknownGroup) if the group does not exist,
+    /// [`FemError::WrongGroup`](myovib_fem::FemError::WrongGroup) if it is a group of another kind.
     pub fn average(
         space: &Space,
         group: &str,
@@ -55,7 +56,7 @@ impl Measurement {
         Ok(Self { places, quantities: quantities.to_vec(), dimension: space.dimension() })
     }
 
-    /// Subtracts the averages over a group.
+    /// Subtracts the averages over a group from all values.
     ///
     /// # Errors
     /// As for [`average`](Self::average).
@@ -66,7 +67,7 @@ impl Measurement {
         Ok(self)
     }
 
-    /// Returns the names of the values in their order.
+    /// Returns the names of the values, in the same order as the values.
     pub fn names(&self) -> Vec<String> {
         let quantities = self.quantities.iter();
         quantities.flat_map(|quantity| quantity.columns(self.dimension)).collect()
@@ -93,9 +94,9 @@ impl Measurement {
         states.count() * self.places.len()
     }
 
-    /// Returns value number `value` as a linear functional of a nodal quantity: the quantity, and
-    /// (component, weight) pairs. Returns `None` if the value is not linear in displacements or
-    /// velocities.
+    /// Returns the value with the zero-based index `value` as a linear functional of a nodal quantity. The result
+    /// contains the quantity and a list of (component, weight) pairs. Returns `None` if the value is not linear in
+    /// displacements or velocities.
     pub fn functional(&self, space: &Space, value: usize) -> Option<(Quantity, Vec<(usize, f64)>)> {
         let mut columns = self.quantities.iter().flat_map(|&quantity| {
             let width = quantity.columns(self.dimension).len();
@@ -172,7 +173,7 @@ mod tests {
             let mut values = Vec::new();
             measurement.read(&snapshot, &mut values);
             assert_eq!(measurement.names(), ["u_x", "u_y", "p"]);
-            // Rounding errors of sums of about fifty terms.
+            // Tolerance for rounding errors in sums of about fifty terms.
             assert!((values[0] - mean).abs() < 1e-13, "{group}: {values:?}");
             assert_eq!(values[1..], [0.0, 0.0]);
         }
@@ -203,14 +204,13 @@ mod tests {
                 let (found, terms) = of(value).unwrap();
                 let sum: f64 = terms.iter().map(|(i, weight)| weight * u[*i]).sum();
                 assert_eq!(found, quantity);
-                // Rounding errors of sums of about twenty terms below 1.
+                // Tolerance for rounding errors in sums of about twenty terms below 1.
                 assert!((sum - values[value]).abs() < 1e-14, "{value}: {sum}");
             }
         }
     }
 
-    /// Simple shear: the principal values reproduce tr E, tr E² and det E and are in descending
-    /// order.
+    /// In simple shear, the principal values reproduce tr E, tr E² and det E and are in descending order.
     #[test]
     fn principal_strains_have_the_invariants_of_the_strain() {
         let solid = solid();

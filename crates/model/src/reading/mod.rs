@@ -1,4 +1,4 @@
-//! Quantities derived from a body's state: values at points, averages over groups, energies.
+//! Quantities derived from the state of a body: values at points, averages over groups, energies.
 
 pub(crate) mod displacement;
 pub(crate) mod energy;
@@ -11,14 +11,15 @@ use myovib_fem::{ElementPoint, Near, Space};
 
 use crate::error::ModelError;
 
-/// Maximum distance of a point outside the mesh, relative to the size of the nearest element, for which the nearest
-/// point of the mesh is used instead. The distance between a curved surface and its chord may be this large.
+/// Distance of a point from the mesh, relative to the size of the nearest element, up to which the nearest point of the
+/// mesh is used instead. The distance between a curved surface and its chord may be this large.
 const NEAR: f64 = 0.05;
 
-/// Returns the position of a point in the mesh, for any dimension.
+/// Locates a point in a mesh of any dimension.
 ///
 /// # Errors
-/// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
+/// [`ModelError::Coordinates`] if the number of coordinates is wrong, [`ModelError::OutsideMesh`] if no element
+/// contains the point.
 fn locate(space: &Space, point: &[f64]) -> Result<ElementPoint, ModelError> {
     let place = match (space.dimension(), point) {
         (2, &[x, y]) => space.locate([x, y]),
@@ -34,12 +35,12 @@ fn locate(space: &Space, point: &[f64]) -> Result<ElementPoint, ModelError> {
     })
 }
 
-/// Returns the position of a point in the mesh, or of the nearest point of the mesh, and their
-/// distance, m.
+/// Returns the location of a point in the mesh or, if the point is outside, of the nearest point of the mesh. Also
+/// returns the distance between the two points (m).
 ///
 /// # Errors
-/// [`ModelError::Coordinates`]; [`ModelError::OutsideMesh`] if the distance exceeds a twentieth of
-/// the element.
+/// [`ModelError::Coordinates`] if the number of coordinates is wrong, [`ModelError::OutsideMesh`] if the distance
+/// exceeds a twentieth of the element size.
 fn locate_near(space: &Space, point: &[f64]) -> Result<(ElementPoint, f64), ModelError> {
     let error = match locate(space, point) {
         Ok(located) => return Ok((located, 0.0)),

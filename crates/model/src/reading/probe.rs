@@ -5,7 +5,7 @@ use myovib_fem::{Barycentric, ElementPoint, Space};
 use super::{locate, locate_near, place_of};
 use crate::error::ModelError;
 
-/// A point located in its element.
+/// A point and its location in the mesh.
 #[derive(Debug, Clone)]
 pub struct Probe {
     point: Vec<f64>,
@@ -14,7 +14,7 @@ pub struct Probe {
     vertices: Vec<(usize, f64)>,
 }
 
-/// u and p at a probe.
+/// Displacement u and pressure p at a probe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbeValue {
     /// Displacement, m; in 2D the third component is zero.
@@ -27,17 +27,19 @@ impl Probe {
     /// Locates a point.
     ///
     /// # Errors
-    /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
+    /// [`ModelError::Coordinates`] if the number of coordinates is wrong, [`ModelError::OutsideMesh`] if no element
+    /// contains the point.
     pub fn at(space: &Space, point: impl AsRef<[f64]>) -> Result<Self, ModelError> {
         let point = point.as_ref();
         Ok(Self::new(space, locate(space, point)?, point.to_vec()))
     }
 
-    /// Locates a point. A point outside the mesh by at most a twentieth of an element is replaced by a nearby point of
-    /// the mesh. Also returns the distance between the two points, m.
+    /// Locates a point. If the point is outside the mesh by at most a twentieth of the element size, a nearby point of
+    /// the mesh is used instead. Also returns the distance between the two points (m).
     ///
     /// # Errors
-    /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
+    /// [`ModelError::Coordinates`] if the number of coordinates is wrong, [`ModelError::OutsideMesh`] if the point is
+    /// too far outside the mesh.
     pub fn near(space: &Space, point: impl AsRef<[f64]>) -> Result<(Self, f64), ModelError> {
         let point = point.as_ref();
         let (located, distance) = locate_near(space, point)?;
@@ -77,18 +79,17 @@ impl Probe {
         &self.point
     }
 
-    /// Returns the location in the mesh.
+    /// Returns the location of the point in the mesh.
     pub fn located(&self) -> ElementPoint {
         self.located
     }
 
-    /// Returns the nodes on which the value depends, with their weights.
+    /// Returns the nodes from which values are interpolated, with their weights.
     pub fn node_weights(&self) -> &[(usize, f64)] {
         &self.nodes
     }
 
-    /// Interpolates a displacement-like nodal array at the point; in 2D the third component is
-    /// zero.
+    /// Interpolates a nodal vector field, such as the displacement, at the point. In 2D, the third component is zero.
     pub fn vector(&self, nodal: &[f64]) -> [f64; 3] {
         let dimension = self.point.len();
         let mut vector = [0.0; 3];
@@ -99,12 +100,12 @@ impl Probe {
         vector
     }
 
-    /// Interpolates a pressure-like array at the point.
+    /// Interpolates a scalar field given at the vertices, such as the pressure, at the point.
     pub fn scalar(&self, vertex: &[f64]) -> f64 {
         self.vertices.iter().map(|(n, w)| w * vertex[*n]).sum()
     }
 
-    /// Returns u and p at the point.
+    /// Returns the displacement u and the pressure p at the point.
     pub fn read(&self, displacement: &[f64], pressure: Option<&[f64]>) -> ProbeValue {
         ProbeValue {
             displacement: self.vector(displacement),

@@ -12,7 +12,7 @@ use super::snapshot::Snapshot;
 /// Kind of components of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Components {
-    /// A number.
+    /// A single value.
     Scalar,
     /// Components along the coordinate axes.
     Vector,
@@ -25,25 +25,26 @@ pub enum Components {
 struct Description {
     /// Name in field files and prefix of column names.
     names: [&'static str; 2],
-    /// SI unit of its values; empty for a ratio.
+    /// SI unit of the values; empty for a ratio.
     unit: &'static str,
     components: Components,
     evaluation: Evaluation,
 }
 
-/// Computation of the components. Components of symmetric tensors are in the 3D order.
+/// Function that computes the components. Components of symmetric tensors are in the 3D order.
 enum Evaluation {
-    /// From the fields.
+    /// Computed from the fields.
     Fields(fn(&Snapshot<'_>, &ElementPoint) -> Vec<f64>),
-    /// From the displacement gradient.
+    /// Computed from the displacement gradient.
     Gradient(fn(Tensor3) -> Vec<f64>),
-    /// From det F.
+    /// Computed from det F.
     State(fn(&PointState) -> Vec<f64>),
-    /// From the stress.
+    /// Computed from the stress.
     Stress(fn(&PointState) -> Vec<f64>),
 }
 
-/// Defines [`Quantity`] from the list of quantities: documentation, variant and name in scenes.
+/// Defines [`Quantity`] from a list of quantities. Each entry contains the documentation, the variant, the name in
+/// scenes, and the description.
 macro_rules! quantities {
     ($($(#[$about:meta])* $quantity:ident $name:literal $description:tt)*) => {
         /// A quantity of the deformed body.
@@ -94,7 +95,7 @@ quantities! {
         components: Components::Scalar,
         evaluation: Evaluation::Fields(|body, place| vec![match body.pressure {
             Pressure::Nodal(p) => body.solid.space().pressure_at(p, place),
-            // −κ g(J) for the formulation without pressure.
+            // The formulation without pressure uses −κ g(J).
             Pressure::Penalty { .. } => body.state_at(place).pressure,
         }]),
     }
@@ -152,7 +153,7 @@ quantities! {
     }
 }
 
-/// Positions of the 2D components of a symmetric tensor in the 3D order.
+/// Indices of the components of a 2D symmetric tensor in the 3D order.
 const IN_THE_PLANE: [usize; 4] = [0, 1, 3, 2];
 
 impl Quantity {
@@ -172,7 +173,7 @@ impl Quantity {
         self.description().names[1]
     }
 
-    /// Returns the SI unit of the quantity; empty for a ratio.
+    /// Returns the SI unit of the quantity, which is empty for a ratio.
     pub fn unit(self) -> &'static str {
         self.description().unit
     }
@@ -213,8 +214,8 @@ impl Quantity {
 }
 
 impl Snapshot<'_> {
-    /// Returns whether a quantity has the same value in all elements (of a region) at a shared
-    /// point.
+    /// Returns whether a quantity is continuous: at a point shared by several elements (of one region), all these
+    /// elements have the same value.
     pub fn is_continuous(&self, quantity: Quantity) -> bool {
         match quantity {
             Quantity::Pressure => matches!(self.pressure, Pressure::Nodal(_)),

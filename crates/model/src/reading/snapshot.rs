@@ -1,9 +1,9 @@
-//! State of a body at one time, from which quantities are computed.
+//! State of a body at one point in time, from which quantities are computed.
 
 use myovib_fem::output::{PointState, StressContext};
 use myovib_fem::{ElementPoint, Fields, Pressure, Solid};
 
-/// State of a body at one time.
+/// State of a body at one point in time.
 ///
 /// # Shapes
 /// `displacement`, `velocity`, `acceleration`: all nodal components.
@@ -21,14 +21,14 @@ pub struct Snapshot<'a> {
     pub pressure: Pressure<'a>,
     /// Factors of the law's energy, if any.
     pub factors: Option<&'a [f64]>,
-    /// Pressure rate, Pa/s; required by the damping stress if the pressure is an unknown.
+    /// Pressure rate, Pa/s; required for the damping stress if the pressure is an unknown.
     pub p_rate: Option<&'a [f64]>,
     /// Tensions, damping and internal stresses, on which the stress also depends.
     pub stress_context: StressContext<'a>,
 }
 
 impl<'a> Snapshot<'a> {
-    /// Returns displacement, pressure and their rates for the operators of the solid.
+    /// Returns the displacement, the pressure and their rates as arguments of the solid's operators.
     pub fn fields(&self) -> Fields<'a> {
         Fields {
             v: Some(self.velocity),

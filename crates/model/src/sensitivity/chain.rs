@@ -2,8 +2,8 @@
 
 use crate::coupling::Oscillators;
 
-/// Dependence of a network of oscillators on one parameter: a stencil of perturbed networks, or the initial position of
-/// the oscillators.
+/// Dependence of a network of oscillators on one parameter. It is described by a stencil of perturbed networks, unless
+/// the parameter is the initial position of the oscillators.
 #[derive(Debug, Clone)]
 pub struct ChainDependence {
     pub(super) network: usize,
@@ -15,7 +15,8 @@ pub struct ChainDependence {
 
 impl ChainDependence {
     /// Creates the dependence of the network with index `network`. The derivative of a quantity is `own_weight` times
-    /// its value for the network itself, plus each weight in `perturbed` times its value for the perturbed network.
+    /// the value for the network itself plus, for each pair in `perturbed`, the weight times the value for the
+    /// perturbed network.
     pub fn new(network: usize, own_weight: f64, perturbed: Vec<(f64, Oscillators)>) -> Self {
         Self { network, own_weight, perturbed, is_start: false }
     }

@@ -1,4 +1,4 @@
-//! ∂F/∂p from residuals of muscles with perturbed parameters.
+//! Derivatives ∂F/∂p, computed from residuals of muscles with perturbed parameters.
 
 use std::cell::OnceCell;
 
@@ -14,33 +14,33 @@ use crate::muscle_dae::MuscleDae;
 
 /// Dependence of a muscle on one parameter: a stencil of perturbed muscles.
 ///
-/// The derivative of any computed quantity is w_0 times the quantity of the muscle itself plus w_k
-/// times the quantity of perturbed muscle k. Perturbed muscles are built like the muscle itself, so
-/// no formula is implemented twice.
+/// The derivative of any computed quantity is w_0 times its value for the muscle itself plus the sum of w_k times its
+/// value for each perturbed muscle k. Perturbed muscles are built like the muscle itself, so no formula is implemented
+/// twice.
 #[derive(Debug, Clone)]
 pub struct Dependence {
     parameter: Parameter,
     own_weight: f64,
     perturbed: Vec<(f64, MuscleDae)>,
     scope: Scope,
-    /// ∂y_0/∂p; empty if zero.
+    /// Derivative ∂y_0/∂p of the initial state; empty if zero.
     start: Vec<f64>,
 }
 
 /// Part of the model that a parameter affects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Scope {
-    /// Any part: all equations are evaluated.
+    /// Any part. All equations are evaluated.
     Global,
     ElementForces,
-    /// Terms outside the element integrals, which are then shared with the unperturbed muscle.
+    /// Only terms outside the element integrals. The integrals are shared with the unperturbed muscle.
     OutsideElements,
     Loads,
 }
 
 impl Dependence {
     /// Creates the dependence on a parameter in which the equations are affine. In `other`, the parameter is larger by
-    /// `distance`, which may be as large as the parameter itself. The difference is exact up to rounding.
+    /// `distance`, which may be as large as the parameter itself. The finite difference is exact up to rounding errors.
     pub fn affine(
         parameter: Parameter,
         formulation: Formulation,
@@ -57,8 +57,8 @@ impl Dependence {
         }
     }
 
-    /// Creates the dependence on a parameter in which the equations are smooth: a fourth-order difference of the
-    /// `muscles` at the points of `stencil`, with step `delta`.
+    /// Creates the dependence on a parameter in which the equations are smooth. The derivative is a fourth-order finite
+    /// difference of the `muscles` at the points of `stencil`, with step `delta`.
     pub fn smooth(
         parameter: Parameter,
         formulation: Formulation,
@@ -93,7 +93,7 @@ impl Dependence {
         Self { start, ..self }
     }
 
-    /// Returns ∂y_0/∂p; empty if zero.
+    /// Returns the derivative ∂y_0/∂p of the initial state; empty if zero.
     pub fn start(&self) -> &[f64] {
         &self.start
     }
@@ -105,8 +105,8 @@ impl Dependence {
         std::iter::once((self.own_weight, own)).chain(perturbed).collect()
     }
 
-    /// Declares that the parameter does not affect the element integrals. Examples are parameters of inertia or
-    /// damping, and of compressibility if the pressure is an unknown. Perturbed muscles then need no element passes.
+    /// Declares that the parameter does not affect the element integrals, so that perturbed muscles require no element
+    /// passes. Examples are parameters of inertia or damping, and of compressibility if the pressure is an unknown.
     #[must_use]
     pub fn outside_elements(self) -> Self {
         Self { scope: Scope::OutsideElements, ..self }
@@ -151,17 +151,17 @@ pub struct Dependences {
     all: Vec<Dependence>,
     /// Dependence of the chains on the parameters; empty without chains.
     pub(super) chains: Vec<Option<ChainDependence>>,
-    /// A copy of the muscle, so that the matrices of the integrator's muscle remain valid for its
+    /// Copy of the muscle used for evaluations, so that the matrices of the integrator's muscle remain valid for the
     /// next factorization.
     copy: Option<Box<MuscleDae>>,
-    /// Set at the first step; `None` if they cannot be stored.
+    /// Tangents, set at the first step; `None` if they cannot be stored.
     tangents: OnceCell<Option<Box<Tangents>>>,
-    /// Integrals and residual of the muscle at the last state, which all parameters share.
+    /// Results at the last state, which all parameters share.
     evaluation: Evaluation,
     residual: Vec<f64>,
 }
 
-/// Results at the state at which the copy's element integrals were computed.
+/// State at which the element integrals of the copy were computed, and the residual at this state.
 #[derive(Debug, Default)]
 struct Evaluation {
     t: f64,
@@ -188,7 +188,7 @@ impl Dependences {
         self.all.len()
     }
 
-    /// Returns ∂y_0/∂p for each parameter and `n` unknowns.
+    /// Returns ∂y_0/∂p for each parameter. Each derivative has `n` components.
     pub(super) fn starts(&self, n: usize) -> Vec<Vec<f64>> {
         let of = |one: &Dependence| match one.start.is_empty() {
             true => vec![0.0; n],
@@ -205,8 +205,8 @@ impl Dependences {
         &mut self.all[j]
     }
 
-    /// Computes the element integrals at a state unless they are available, and the residual if it
-    /// is needed and not available.
+    /// Computes the element integrals at a state unless they are available. Also computes the residual if it is needed
+    /// and not available.
     fn ensure_evaluated(
         &mut self,
         dae: &MuscleDae,
@@ -234,7 +234,7 @@ impl Dependences {
     }
 }
 
-/// Returns a copy of the system, which is created once.
+/// Returns a copy of the system. The copy is created at the first call.
 pub(super) fn copy_of<'a, P: Clone>(slot: &'a mut Option<Box<P>>, dae: &P) -> &'a mut P {
     slot.get_or_insert_with(|| Box::new(dae.clone()))
 }

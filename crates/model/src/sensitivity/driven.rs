@@ -21,13 +21,13 @@ pub struct DrivenDependences {
     residual: Vec<f64>,
     /// Products with ∂F/∂s of each network; empty until first used.
     products: Vec<Product>,
-    /// Values of ∂F/∂s at each place, for each network.
+    /// Values of ∂F/∂s for each stored state and each network.
     places: Vec<Vec<Vec<f64>>>,
     networks: Vec<Oscillators>,
 }
 
 impl DrivenDependences {
-    /// Creates the dependences of a muscle and of [its chains](Dependences::with_chains).
+    /// Creates the dependences of a muscle and its [chains](Dependences::with_chains).
     pub(super) fn new(all: Dependences) -> Self {
         Self {
             all,

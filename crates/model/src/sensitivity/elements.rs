@@ -1,4 +1,4 @@
-//! Products with the tangents of element integrals by element passes.
+//! Products with the tangents of element integrals, computed by element passes.
 
 use std::ops::Range;
 
@@ -20,13 +20,13 @@ pub(super) struct ElementProduct {
     displacement: Range<usize>,
     velocity: Range<usize>,
     pressure: Option<Range<usize>>,
-    /// Range of the pressure rate, if it is an unknown.
+    /// Range of the pressure rate if it is an unknown.
     pressure_rate: Option<Range<usize>>,
     rate_is_derivative: bool,
     columns: Vec<Column>,
 }
 
-/// Nodal values of one direction and the resulting changes.
+/// Nodal values for one column of X and Ẋ, and the resulting changes.
 #[derive(Debug, Clone)]
 struct Column {
     u: Vec<f64>,
@@ -67,7 +67,7 @@ impl ElementProduct {
         })
     }
 
-    /// Returns whether this matrix is included in the product.
+    /// Returns whether a matrix is included in the product.
     pub(super) fn takes(matrix: Matrix) -> bool {
         matches!(
             matrix,
@@ -80,7 +80,7 @@ impl ElementProduct {
         )
     }
 
-    /// Subtracts the product from `out` at a state for `n_columns` columns stored row by row.
+    /// Subtracts the product at a state from `out` for `n_columns` columns, which are stored row by row.
     pub(super) fn subtract(
         &mut self,
         dae: &mut MuscleDae,

@@ -14,7 +14,7 @@ use crate::integration::settings::Settings;
 use crate::muscle_dae::MuscleDae;
 use crate::start::Consistent;
 
-/// A function that computes quantities of a system in a state (t, y, ẏ).
+/// A function that computes quantities of a system for a state (t, y, ẏ).
 pub type OutputFunction<'a, P> =
     dyn FnMut(&mut P, f64, &[f64], &[f64]) -> Result<Vec<f64>, ModelError> + 'a;
 
@@ -36,12 +36,13 @@ pub type DrivingIntegrator =
 type Driving = CoupledDae<MuscleDae>;
 
 impl SensitiveIntegrator {
-    /// Starts a muscle at t = 0 from a state with consistent derivatives. `dependences` contains the derivatives of
-    /// this state; without parameters, this is a plain integration.
+    /// Starts the integration of a muscle at t = 0 from a state with consistent derivatives. `dependences` also
+    /// contains the derivatives of this state with respect to the parameters. Without parameters, only the motion is
+    /// integrated.
     ///
     /// # Errors
-    /// [`ModelError::Jump`] if there are parameters and a load jumps, [`ModelError::OnlyBdf`], and
-    /// [`ModelError::Radau`] for invalid settings of Radau IIA.
+    /// [`ModelError::Jump`] if there are parameters and a load jumps, [`ModelError::OnlyBdf`] if a setting is available
+    /// only for BDF, [`ModelError::Radau`] if a setting of Radau IIA is invalid.
     pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
@@ -52,7 +53,7 @@ impl SensitiveIntegrator {
             if dae.muscle().solid.has_inertia() {
                 expect_no_jump(&dae, settings.t_end)?;
             } else if let Some(t) = dae.muscle().first_jump(settings.t_end) {
-                // Where only slopes jump, at times that do not depend on parameters, the state is continuous.
+                // If only slopes jump, at times that do not depend on parameters, the state is continuous.
                 return Err(ModelError::Jump { t });
             }
         }
@@ -64,11 +65,11 @@ impl SensitiveIntegrator {
 }
 
 impl DrivingIntegrator {
-    /// Starts a muscle with chains, in the same way as [`starting_at`](SensitiveIntegrator::starting_at).
+    /// Starts the integration of a muscle with chains, as [`starting_at`](SensitiveIntegrator::starting_at) does.
     ///
     /// # Errors
-    /// [`ModelError::Jump`] if there are parameters and a load jumps, and [`ModelError::Radau`] for invalid options of
-    /// Radau IIA.
+    /// [`ModelError::Jump`] if there are parameters and a load jumps, [`ModelError::Radau`] if an option of Radau IIA
+    /// is invalid.
     pub fn driving(
         dae: CoupledDae<MuscleDae>,
         (test, options): (ErrorTest, CoupledOptions),
@@ -96,8 +97,8 @@ where
     M: LinearSolver<P>,
     Q: PerturbedSystems<P>,
 {
-    /// Sets the accuracy of the sensitivities' linear solves as a fraction of their error
-    /// tolerance.
+    /// Sets the tolerance of the linear systems for the sensitivities as a fraction of the tolerance of the
+    /// integration.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { sensitivities: self.sensitivities.with_tolerance(tolerance), ..self }
@@ -110,12 +111,12 @@ where
         Self { sensitivities, ..self }
     }
 
-    /// Returns the work for the sensitivities in addition to the integration.
+    /// Returns the work for computing the sensitivities, in addition to the work of the integration.
     pub fn work(&self) -> SensitivityWork {
         self.sensitivities.work()
     }
 
-    /// Reads quantities at a time within the last step.
+    /// Evaluates quantities at a time within the last step.
     pub fn read(
         &mut self,
         t: f64,
@@ -125,9 +126,9 @@ where
         read(self.inner.problem_mut(), t, &y, &y_dot)
     }
 
-    /// Returns the derivative with respect to parameter j of quantities at a time within the last step: a central
-    /// difference of the reading along ∂y/∂p, plus its explicit derivative. `own` is the value of the reading. The
-    /// derivative is NaN at a kink.
+    /// Returns the derivatives of quantities with respect to parameter j at a time within the last step. Each
+    /// derivative is a central difference of the quantity along ∂y/∂p plus the explicit derivative; at a kink, it is
+    /// NaN. `own` contains the values of the quantities.
     ///
     /// # Panics
     /// Panics if the parameter does not exist.
@@ -187,14 +188,14 @@ where
     }
 }
 
-/// Steps of differences along ∂y/∂p, in units of the parameter's scale p̄: p̄ ∂y/∂p has the magnitude of y. ε^(1/3)
-/// balances truncation and rounding errors. Most readings are linear; the shorter steps are used if a reading has a
-/// kink nearby.
+/// Steps of finite differences along ∂y/∂p, in units of the parameter's scale p̄, because p̄ ∂y/∂p has the magnitude of
+/// y. The first step, about ε^(1/3), balances truncation and rounding errors. Most readings are linear; the shorter
+/// steps are used if a reading has a kink nearby.
 const STEPS: [f64; 3] = [6e-6, 6e-9, 6e-12];
 
-/// Returns whether three values at equal short distances indicate a smooth function, rather than a function with a kink
-/// or jump in the middle. Examples of the latter are the modulus and the argument of an order parameter if all
-/// oscillators are at rest. `bends` are the second differences over the previous step, if any, and over this step,
+/// Returns whether three values at short, equal distances belong to a smooth function rather than a function with a
+/// kink or jump in the middle. If all oscillators are at rest, the modulus and the argument of an order parameter have
+/// such a kink or jump. `bends` contains the second differences over the previous step, if any, and over this step,
 /// which is a thousand times shorter.
 fn is_smooth([above, own, below]: [f64; 3], bends: [f64; 2]) -> bool {
     let [before, bend] = bends;
@@ -202,15 +203,15 @@ fn is_smooth([above, own, below]: [f64; 3], bends: [f64; 2]) -> bool {
         return true;
     }
     match before.is_nan() {
-        // Rounding errors, or a flat maximum.
+        // The second difference is a rounding error, or the function has a flat maximum.
         true => bend <= 1e-9 * (above.abs() + own.abs() + below.abs()),
-        // The second difference decreases to 1e-6 of its value if the function is smooth, to 1e-3 at a kink.
+        // The second difference decreases to 1e-6 of its value if the function is smooth, but only to 1e-3 at a kink.
         false => bend <= 1e-5 * before,
     }
 }
 
-/// Rejects a load that jumps before the end: the state of a body with inertia may jump with it, and
-/// dependences across such jumps are not implemented.
+/// Rejects loads that jump before the end of the run. The state of a body with inertia may jump with a load, and
+/// derivatives across such jumps are not implemented.
 ///
 /// # Errors
 /// [`ModelError::Jump`].
@@ -233,7 +234,7 @@ where
     fn advance(&mut self) -> Result<Advance, ModelError> {
         self.inner.pass_jump()?;
         if self.sensitivities.needs_reinit(self.inner.solver()) {
-            // Only quasi-static bodies reach a jump.
+            // Only quasi-static bodies can reach a jump.
             let parameters = 0..self.sensitivities.n_parameters();
             let values = parameters.map(|j| self.sensitivities.of(j).to_vec());
             let values = values.collect();

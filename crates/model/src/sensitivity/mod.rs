@@ -1,11 +1,15 @@
 //! Sensitivities of a muscle's motion to parameters.
 //!
-//! A [`Dependence`] is a parameter with perturbed muscles whose residuals form ∂F/∂p with a [`Stencil`]; a
-//! [`ChainDependence`] is its counterpart for networks. [`Dependences`] collects all parameters of a muscle and its
-//! chains. [`SensitiveIntegrator`] integrates ∂y/∂p together with the motion by Radau IIA. `Tangents` computes products
-//! with ∂F/∂y for it, by element passes where an `ElementProduct` is available. [`PerturbedSystems`] provides the
-//! perturbed systems for the explicit derivative of a reading. [`ElementStiffness`] is a field of parameters for an
-//! [`Adjoint`](myovib_radau::Adjoint), with which a [`RecordedIntegrator`] traverses its steps backward.
+//! A [`Dependence`] describes a parameter by perturbed muscles. ∂F/∂p is computed from the residuals of these muscles
+//! with a [`Stencil`]. A [`ChainDependence`] is its counterpart for networks. [`Dependences`] collects all parameters
+//! of a muscle and its chains.
+//!
+//! [`SensitiveIntegrator`] integrates ∂y/∂p together with the motion by Radau IIA. It uses `Tangents` for products with
+//! ∂F/∂y, which are computed by element passes where an `ElementProduct` is available. [`PerturbedSystems`] provides
+//! the perturbed systems for the explicit derivatives of readings.
+//!
+//! [`ElementStiffness`] is a field of parameters for an [`Adjoint`](myovib_radau::Adjoint), with which a
+//! [`RecordedIntegrator`] traverses its steps backward.
 
 mod chain;
 mod dependence;

@@ -6,10 +6,11 @@ use super::dependence::Dependences;
 use crate::error::ModelError;
 use crate::muscle_dae::MuscleDae;
 
-/// Parameters with perturbed systems, for which quantities can be evaluated as for the original system.
+/// Parameters with perturbed systems. Quantities of perturbed systems are evaluated in the same way as for the original
+/// system.
 pub trait PerturbedSystems<P>: Parameters<P> {
     /// Returns the derivatives of quantities with respect to parameter j at a fixed state. `read` computes the
-    /// quantities for a system, and `own` are their values for the unperturbed system.
+    /// quantities for a system, and `own` contains their values for the unperturbed system.
     ///
     /// # Errors
     /// Errors of `read`.

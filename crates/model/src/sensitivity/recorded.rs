@@ -11,29 +11,29 @@ use crate::integration::radau::RadauIntegrator;
 use crate::integration::settings::Settings;
 use crate::muscle_dae::MuscleDae;
 
-/// A muscle integrated by Radau IIA from t = 0 with checkpoints, from which the discrete adjoint
-/// replays its steps backward.
+/// A muscle integrated by Radau IIA from t = 0 with checkpoints. The discrete adjoint replays the steps backward from
+/// these checkpoints.
 pub struct RecordedIntegrator {
     inner: RadauIntegrator<MuscleDae, SystemMatrices<MuscleDae>>,
     recording: Recording,
 }
 
-/// A sum Σ_i c_i u(t_i) of a linear combination of unknowns, u = Σ_k w_k y_k.
+/// The sum Σ_i c_i u(t_i), where u = Σ_k w_k y_k is a linear combination of unknowns.
 #[derive(Debug, Clone, Copy)]
 pub struct LinearMisfit<'a> {
     /// The unknowns and their weights w.
     pub unknowns: &'a [(usize, f64)],
-    /// Ascending times, s, and the weights c of the values at these times.
+    /// Ascending times t_i (s), each with the weight c_i of the value at this time.
     pub samples: &'a [(f64, f64)],
 }
 
 impl RecordedIntegrator {
-    /// Starts a muscle at t = 0 from a state with consistent derivatives, which must not depend on
-    /// its stiffness.
+    /// Starts the integration of a muscle at t = 0 from a state with consistent derivatives. The state must not depend
+    /// on the stiffness of the muscle.
     ///
     /// # Errors
-    /// [`ModelError::Jump`], [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for
-    /// invalid settings of Radau IIA or a muscle with internal variables.
+    /// [`ModelError::Jump`] if a load jumps, [`ModelError::OnlyBdf`] if a setting is available only for BDF,
+    /// [`ModelError::Radau`] if a setting of Radau IIA is invalid or the muscle has internal variables.
     pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
@@ -45,13 +45,11 @@ impl RecordedIntegrator {
         Ok(Self { inner, recording })
     }
 
-    /// Returns the derivative of a misfit with respect to a factor of the law's stress in each
-    /// element, for the steps taken. `on_progress` is called before each step of the backward pass and
-    /// returns whether to continue.
+    /// Returns the derivative of a misfit with respect to a factor of the law's stress in each element, for the
+    /// recorded steps. `on_progress` is called before each step of the backward pass and returns whether to continue.
     ///
     /// # Errors
-    /// [`ModelError::Radau`]: errors of the [adjoint](Adjoint::gradient), or interruption
-    /// by `on_progress`.
+    /// [`ModelError::Radau`] for errors of the [adjoint](Adjoint::gradient) and for an interruption by `on_progress`.
     pub fn by_stiffness(
         &mut self,
         misfit: LinearMisfit<'_>,

@@ -1,11 +1,11 @@
-//! Products with the tangents of internal stresses by element passes.
+//! Products with the tangents of internal stresses, computed by element passes.
 
 use std::ops::Range;
 
 use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 
-/// Contribution of the internal stresses Q to ∂F/∂y X + ∂F/∂ẏ Ẋ, in addition to the displacement
+/// Contribution of the internal stresses Q to ∂F/∂y X + ∂F/∂ẏ Ẋ, in addition to the contribution of the displacement
 /// matrices:
 ///
 /// ```text
@@ -22,7 +22,7 @@ pub(super) struct RelaxationProduct {
 }
 
 impl RelaxationProduct {
-    /// Creates the product for a muscle with internal stresses.
+    /// Creates the product for a muscle with internal stresses; `None` for other muscles.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
         let range = |field| dae.layout().range(field);
         Some(Self {
@@ -34,8 +34,8 @@ impl RelaxationProduct {
         })
     }
 
-    /// Subtracts the product from `out` for `n_columns` columns stored row by row; `dae` must hold
-    /// the matrices of the state.
+    /// Subtracts the product from `out` for `n_columns` columns, which are stored row by row. `dae` must contain the
+    /// matrices of the state.
     pub(super) fn subtract(
         &mut self,
         dae: &MuscleDae,

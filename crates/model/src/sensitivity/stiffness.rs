@@ -5,19 +5,18 @@ use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, StepError};
 use super::tangents::Tangents;
 use crate::muscle_dae::MuscleDae;
 
-/// A factor of the law's energy in each element, 1 unless the muscle has
-/// [factors](MuscleDae::set_factors): a field to be identified from measurements.
+/// A factor of the law's energy in each element: a field to be identified from measurements. The factors are 1 unless
+/// the muscle has other [factors](MuscleDae::set_factors).
 ///
-/// F is linear in the factors. The products of λ with the forces of all elements cost one element
-/// pass.
+/// F is linear in the factors. The products of λ with the forces of all elements require one element pass.
 #[derive(Debug)]
 pub struct ElementStiffness {
     list: Vec<Parameter>,
     n_corners: usize,
     weights: Vec<f64>,
-    /// Tangents, if transposed products with them are available.
+    /// Tangents, if transposed products with the tangents are available.
     tangents: Option<Tangents>,
-    /// A copy of the muscle, so that the matrices of the integrator's muscle remain valid for its
+    /// Copy of the muscle used for evaluations, so that the matrices of the integrator's muscle remain valid for the
     /// next factorization.
     copy: Box<MuscleDae>,
 }

@@ -1,4 +1,4 @@
-//! Products with a muscle's tangents, matrix by matrix.
+//! Products with the tangents of a muscle, computed matrix by matrix.
 
 use std::ops::Range;
 
@@ -14,10 +14,10 @@ use crate::muscle_dae::MuscleDae;
 
 /// ∂F/∂y and ∂F/∂ẏ at several states.
 ///
-/// Products traverse the list of the equations' terms. Constant matrices (masses, identities) are
-/// never assembled into the full matrix, and a matrix that multiplies two blocks of unknowns (K
-/// multiplies q and β K multiplies v) is applied once. Internal stresses, and the terms of an
-/// [`ElementProduct`], use element passes instead of matrices.
+/// A product is the sum of the products with all terms of the equations. Constant matrices (masses, identities) are
+/// never assembled into the full matrix. A matrix that multiplies two blocks of unknowns (K multiplies q and β K
+/// multiplies v) is applied only once. Internal stresses and the terms of an [`ElementProduct`] use element passes
+/// instead of matrices.
 #[derive(Debug)]
 pub(super) struct Tangents {
     places: States,
@@ -48,7 +48,7 @@ struct PlacedMatrix {
 #[derive(Debug, Clone, Copy)]
 enum Multiplication {
     Identity,
-    /// Product with the pattern of this index.
+    /// Product with a matrix. The index refers to the field `products` of [`Tangents`].
     Plain(usize),
     Transposed(usize),
 }
@@ -69,12 +69,12 @@ impl Operand {
 }
 
 impl Tangents {
-    /// Creates the tangents of a muscle; `None` if activation models add unknowns.
+    /// Creates the tangents of a muscle. Returns `None` if activation models add unknowns.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
         Self::with(dae, ElementProduct::new(dae))
     }
 
-    /// Creates tangents that also support transposed products; `None` if stress is viscoelastic or
+    /// Creates tangents that also support transposed products. Returns `None` if the stress is viscoelastic or
     /// activation models add unknowns.
     pub(super) fn transposable(dae: &MuscleDae) -> Option<Self> {
         Self::with(dae, None).filter(|tangents| tangents.relaxation.is_none())
@@ -121,7 +121,8 @@ impl Tangents {
                             products.push(Product::new(pattern));
                             products.len() - 1
                         });
-                        // A sum along a row requires one write per row, a sum along a column one per entry.
+                        // A sum along a row requires one write per row; a sum along a column requires one write per
+                        // entry.
                         let is_symmetric = matches!(
                             term.matrix,
                             Matrix::Mass | Matrix::Stiffness | Matrix::PressureMass
@@ -152,7 +153,7 @@ impl Tangents {
         })
     }
 
-    /// Stores a state, and evaluates its matrices unless element passes replace them.
+    /// Stores a state, and evaluates the matrices of the state unless element passes replace them.
     pub(super) fn keep(
         &mut self,
         dae: &MuscleDae,
@@ -179,7 +180,7 @@ impl Tangents {
         }
     }
 
-    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out` for `n_columns` columns stored row by row.
+    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out` for `n_columns` columns, which are stored row by row.
     pub(super) fn subtract(
         &mut self,
         place: usize,
@@ -236,7 +237,7 @@ impl Tangents {
         Ok(())
     }
 
-    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two vectors of `out`; the tangents must be
+    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two vectors of `out`. The tangents must be
     /// [transposable](Self::transposable).
     pub(super) fn subtract_transposed(
         &mut self,
