@@ -19,7 +19,8 @@ impl TimeFunction for f64 {
     }
 }
 
-/// Steps must resolve the curvature of the spline, which is smooth enough at its knots that steps need not end there.
+/// Steps must resolve the curvature of the spline. They need not end at its knots, because the spline is smooth enough
+/// there.
 impl TimeFunction for Spline {
     fn at(&self, t: f64) -> Jet {
         self.at(t)
@@ -57,7 +58,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Number of intervals at whose ends the speed of a rotation is evaluated.
 const SPEEDS: u32 = 16;
 
-/// sin(θ + `phase`) − sin(`phase`) of an angle θ.
+/// The function sin(θ + `phase`) − sin(`phase`) of an angle θ.
 #[derive(Debug)]
 pub(super) struct Turn {
     pub(super) angle: Signal,
@@ -127,7 +128,7 @@ impl TimeFunction for Combination {
     fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
         let changes = |part: &&Signal| part.constant_over(from, to).is_none();
         match self.0 {
-            // One factor may start to change when another factor changes.
+            // One factor may begin to change when another factor changes.
             Operation::Product if self.1.iter().filter(changes).count() > 1 => {
                 Some(FRACTION * self.time_scale(from, to)?)
             }

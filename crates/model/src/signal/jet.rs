@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul};
 
-/// f(t), f'(t), f''(t).
+/// The value f(t) and the derivatives f'(t) and f''(t).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Jet {
     /// f(t).
@@ -14,12 +14,12 @@ pub struct Jet {
 }
 
 impl Jet {
-    /// Returns a constant function.
+    /// Creates the jet of a constant function.
     pub fn constant(value: f64) -> Self {
         Self { value, d1: 0.0, d2: 0.0 }
     }
 
-    /// Returns the function t.
+    /// Creates the jet of the function f(t) = t.
     pub fn variable(t: f64) -> Self {
         Self { value: t, d1: 1.0, d2: 0.0 }
     }

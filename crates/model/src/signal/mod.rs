@@ -1,7 +1,7 @@
 //! Functions of time with their exact first and second derivatives.
 //!
-//! Loads need the value, a strain prescribed at the end of the rod also the first derivative, and
-//! prescribed displacements both derivatives, which enter the differentiated constraints.
+//! Loads require only the value. A strain prescribed at the end of the rod also requires the first derivative.
+//! Prescribed displacements require both derivatives, which occur in the differentiated constraints.
 //!
 //! Any type that implements [`TimeFunction`] can be used. [`formula`] lists the functions that scenes select by name,
 //! each defined in its own file.
@@ -22,7 +22,7 @@ use composed::{Combination, Operation, Turn};
 use jet::Jet;
 use timing::{Break, FRACTION, TimeScales};
 
-/// Properties of a function of time that an integration needs; times in s.
+/// A function of time, with the properties that an integration requires. Times are in s.
 ///
 /// # Examples
 /// ```
@@ -44,8 +44,8 @@ use timing::{Break, FRACTION, TimeScales};
 /// assert_eq!(load.at(0.0).d1, -6.0);
 /// ```
 pub trait TimeFunction: Debug + Send + Sync {
-    /// Returns value, first and second derivative at time `t`. At a break and up to 16 ε t after it, these are the
-    /// values before the break.
+    /// Returns the value and the first two derivatives at time `t`. At a break and up to 16 ε t after it, these are the
+    /// values from before the break.
     fn at(&self, t: f64) -> Jet;
 
     /// Returns the shortest time scale of changes between two times, such as a rise time or a period;
@@ -63,7 +63,7 @@ pub trait TimeFunction: Debug + Send + Sync {
         None
     }
 
-    /// Returns the first break later than `after`.
+    /// Returns the first break after the time `after`.
     fn next_break(&self, _after: f64) -> Option<Break> {
         None
     }
@@ -74,27 +74,28 @@ pub trait TimeFunction: Debug + Send + Sync {
         3
     }
 
-    /// Returns the highest frequency of its sines, Hz, if any.
+    /// Returns the highest frequency (Hz) of the sines in the function, if any.
     fn frequency(&self) -> Option<f64> {
         None
     }
 
-    /// Returns the lowest and the highest frequency (Hz) of a sweep between t = 0 and `to` (s); `None` for other functions.
+    /// Returns the lowest and the highest frequency (Hz) of a sweep between t = 0 and `to` (s); `None` for other
+    /// functions.
     fn sweep(&self, _to: f64) -> Option<[f64; 2]> {
         None
     }
 
-    /// Returns the first and the last time at which the function is defined.
+    /// Returns the first and the last time (s) at which the function is defined.
     fn range(&self) -> (f64, f64) {
         ALWAYS
     }
 
-    /// Returns the reason why its parameters are inconsistent, if they are.
+    /// Returns the reason why the parameters of the function are inconsistent, if they are.
     fn objection(&self) -> Option<Objection> {
         None
     }
 
-    /// Returns the function under a fraction `part` of a load; `None` if this is `part` times the function.
+    /// Returns the function under the fraction `part` of a load; `None` if the result is `part` times the function.
     fn under_part(&self, _part: f64) -> Option<Signal> {
         None
     }
@@ -133,22 +134,22 @@ impl Signal {
         value.into()
     }
 
-    /// Creates the sum of its terms.
+    /// Creates the sum of `terms`.
     pub fn sum(terms: Vec<Self>) -> Self {
         Combination(Operation::Sum, terms).into()
     }
 
-    /// Creates the product of its factors.
+    /// Creates the product of `factors`.
     pub fn product(factors: Vec<Self>) -> Self {
         Combination(Operation::Product, factors).into()
     }
 
-    /// Creates sin θ of an angle θ (rad).
+    /// Creates the function sin θ of an angle θ (rad).
     pub fn sine(angle: Self) -> Self {
         Turn { angle, phase: 0.0 }.into()
     }
 
-    /// Creates cos θ − 1 of an angle θ (rad).
+    /// Creates the function cos θ − 1 of an angle θ (rad).
     pub fn cosine_less_one(angle: Self) -> Self {
         let phase = FRAC_PI_2;
         Turn { angle, phase }.into()
@@ -162,22 +163,23 @@ impl Signal {
         self.0.under_part(factor).unwrap_or_else(product)
     }
 
-    /// Returns whether [`scaled`](Self::scaled) multiplies the function.
+    /// Returns whether [`scaled`](Self::scaled) multiplies the function by the factor.
     pub(crate) fn is_linear_in_load(&self) -> bool {
         self.0.under_part(1.0).is_none()
     }
 
-    /// Returns the highest frequency of its sines, Hz, if any.
+    /// Returns the highest frequency (Hz) of the sines in the function, if any.
     pub fn frequency(&self) -> Option<f64> {
         self.0.frequency()
     }
 
-    /// Returns the lowest and the highest frequency (Hz) of a sweep between t = 0 and `to` (s); `None` for other functions.
+    /// Returns the lowest and the highest frequency (Hz) of a sweep between t = 0 and `to` (s); `None` for other
+    /// functions.
     pub fn sweep(&self, to: f64) -> Option<[f64; 2]> {
         self.0.sweep(to)
     }
 
-    /// Returns value, first and second derivative at time `t` (s).
+    /// Returns the value and the first two derivatives at time `t` (s).
     pub fn at(&self, t: f64) -> Jet {
         self.0.at(t)
     }
@@ -188,8 +190,8 @@ impl Signal {
         self.0.lowest_jump()
     }
 
-    /// Returns the reason why the function cannot prescribe a motion, with a remedy; `None` if its
-    /// value and slope are continuous.
+    /// Returns the reason why the function cannot prescribe a motion, with a remedy. Returns `None` if the value and
+    /// the slope are continuous.
     pub fn unfit_for_motion(&self) -> Option<&'static str> {
         match self.lowest_jump() {
             0 => Some("it jumps; give the step a rise"),
@@ -201,12 +203,12 @@ impl Signal {
         }
     }
 
-    /// Returns the latest start and the earliest end of its tables, s.
+    /// Returns the latest start and the earliest end (s) of the tables in the function.
     pub fn range(&self) -> (f64, f64) {
         self.0.range()
     }
 
-    /// Returns the reason why its parameters are inconsistent, if they are.
+    /// Returns the reason why the parameters of the function are inconsistent, if they are.
     pub fn objection(&self) -> Option<Objection> {
         self.0.objection()
     }
@@ -276,8 +278,8 @@ mod tests {
         for signal in signals() {
             for t in [0.0, 0.31, 0.8, 1.7] {
                 let (before, here, after) = (signal.at(t - h), signal.at(t), signal.at(t + h));
-                // Truncation h²/6·|f'''| with |f'''| ≤ 100·(16π)³ ≈ 1.3e7, and one order more
-                // for the second derivative of the same signal: 1.3e7·50·1.7e-11.
+                // The truncation error is h²/6·|f'''| with |f'''| ≤ 100·(16π)³ ≈ 1.3e7. For the second derivative, the
+                // next derivative is larger by a factor of about 50: 1.3e7·50·1.7e-11.
                 assert!((here.d1 - (after.value - before.value) / (2.0 * h)).abs() < 1e-3);
                 assert!((here.d2 - (after.d1 - before.d1) / (2.0 * h)).abs() < 2e-2);
             }
@@ -294,7 +296,7 @@ mod tests {
         assert_eq!(sum.frequency(), Some(8.0));
     }
 
-    /// The phase after a time is the mean frequency times the time.
+    /// The phase at a time is the mean frequency times this time.
     #[test]
     fn a_chirp_passes_from_one_frequency_to_another() {
         let chirp = Signal::from(formula::Chirp {
@@ -306,7 +308,7 @@ mod tests {
         });
         for (t, frequency) in [(0.0, 4.0), (1.0, 6.0), (3.0, 10.0), (4.0, 10.0)] {
             let here = chirp.at(t);
-            // The phase is 0, 5, 21 and 31 turns; the bound is the rounding of 2 · 2π · 31.
+            // The phase is 0, 5, 21 and 31 turns; the bound allows for the rounding error of 2 · 2π · 31.
             assert!(here.value.abs() < 1e-12);
             assert!((here.d1 / (std::f64::consts::TAU * frequency) - 2.0).abs() < 1e-12);
         }
@@ -316,8 +318,8 @@ mod tests {
         assert_eq!(enveloped.sweep(1.0), Some([4.0, 6.0]));
         assert_eq!(enveloped.sweep(9.0), Some([4.0, 10.0]));
         assert_eq!(Signal::paper(2.0).sweep(9.0), None);
-        // A sine of negative frequency vibrates equally fast; this chirp slows down to zero and
-        // continues.
+        // A sine of negative frequency vibrates equally fast. This chirp slows down to zero frequency and then becomes
+        // faster again.
         let through_zero = Signal::from(formula::Chirp {
             amplitude: 2.0,
             frequency: 4.0,
@@ -349,7 +351,8 @@ mod tests {
         assert_eq!(jumps.lowest_jump(), 0);
     }
 
-    /// The step is constant on each side, up to the last stage times, and has no derivatives.
+    /// The step is constant on each side and has no derivatives. Times within rounding errors after the step still have
+    /// the value on the left.
     #[test]
     fn a_step_without_a_rise_has_a_value_on_each_side() {
         for start in [0.0, 0.3, 7.0, -2.0] {
@@ -369,7 +372,7 @@ mod tests {
     fn the_papers_load_starts_from_rest_and_reaches_its_amplitude() {
         let load = Signal::paper(100.0);
         assert_eq!(load.at(0.0).value, 0.0);
-        // At t = 5 + 1/32 s, the sine is 1, and the sigmoid is 1 up to exp(-42).
+        // At t = 5 + 1/32 s, the sine is 1, and the sigmoid differs from 1 by exp(-42).
         let expected = 100.0 * (1.0 - 1.0 / (1.0 + 8f64.exp()));
         assert!((load.at(5.0 + 1.0 / 32.0).value - expected).abs() < 1e-10);
     }

@@ -1,35 +1,35 @@
-//! Times at which the steps of a run must end, and limits of their size, so that no load is missed.
+//! Times at which the steps of a run must end, and limits on the step size, so that no load is missed.
 //!
-//! An error estimate depends on a load only at the points that a step evaluates. While a body is at
-//! rest, nothing else indicates a coming pulse, so the steps would grow until they pass over it.
-//! Therefore each step ends at the next break of the signals that drive the system. Its size is
-//! limited to a fraction of the duration of any change within the step. A load that is smooth
-//! throughout costs no extra steps.
+//! An error estimate depends on a load only through the points at which a step evaluates it. While a body is at rest,
+//! nothing else indicates an approaching pulse, so the steps would grow until they skip the pulse. Therefore, each step
+//! ends at the next break of the signals that drive the system. In addition, the step size is limited to a fraction of
+//! the duration of any change within the step. A load that is smooth throughout requires no additional steps.
 
 use std::sync::Arc;
 
 use super::timing::{Break, TimeScales, just_after, shortest};
 
-/// Ratio of t_out − t of a first step to the system's shortest time scale. Both integrators begin with
-/// `min(0.001 · (t_out − t), 0.5/‖ẏ‖)`. At rest, ẏ provides no scale, so the first term decides: it is 0.08 of the time
-/// scale, half a radian of a sine. For the paper's 8 Hz, t_out is 10 s, the end of Table 2's runs.
+/// Ratio of t_out − t, which determines the size of a first step from t, to the shortest time scale of the system. Both
+/// integrators begin with `min(0.001 · (t_out − t), 0.5/‖ẏ‖)`. At rest, ẏ provides no scale, so the first term
+/// determines the step size: 0.08 of the time scale, or half a radian of a sine. For the paper's frequency of 8 Hz,
+/// t_out is 10 s, the end of the runs in Table 2.
 const AHEAD: f64 = 80.0;
 
-/// Times whose relative difference is below this value count as equal: a few thousand times the
-/// unit roundoff, shorter than any step of an integrator.
+/// Times are considered equal if their relative difference is below this value, which is a few thousand times the unit
+/// roundoff and shorter than any step of an integrator.
 pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// Signals that drive a system.
 #[derive(Clone, Default)]
 pub struct Schedule {
-    /// The driving functions, and for each the number of its derivatives in the equations.
+    /// The driving functions, each with the number of its derivatives that occur in the equations.
     drives: Vec<(Arc<dyn TimeScales>, u8)>,
     /// Shortest time scale of the system without its drives, s.
     own_time: Option<f64>,
 }
 
 impl Schedule {
-    /// Adds a function of time; the equations contain this number of its derivatives.
+    /// Adds a function of time. `derivatives` is the number of its derivatives that occur in the equations.
     pub fn add(&mut self, drive: impl TimeScales + 'static, derivatives: u8) {
         self.drives.push((Arc::new(drive), derivatives));
     }
@@ -39,7 +39,7 @@ impl Schedule {
         self.own_time = shortest(times.into_iter().chain(self.own_time));
     }
 
-    /// Returns the first break of the equations later than `after`.
+    /// Returns the first break of the equations after the time `after`.
     pub fn next_break(&self, after: f64) -> Option<Break> {
         let breaks = self.drives.iter().filter_map(|(drive, derivatives)| {
             let next = drive.next_break(after)?;
@@ -48,8 +48,8 @@ impl Schedule {
         breaks.reduce(Break::earlier)
     }
 
-    /// Returns the time just after the last jump at `t` or within rounding after it; from this time on, the system is
-    /// driven by the values after the jump. Returns `None` without a jump.
+    /// Returns the time just after the last jump at `t` or within rounding errors after `t`. From this time on, the
+    /// values after the jump drive the system. Returns `None` if there is no jump.
     pub(crate) fn after_jump(&self, t: f64) -> Option<f64> {
         let first = self.next_break(t.next_down());
         let breaks = std::iter::successors(first, |last| self.next_break(last.t));
@@ -58,33 +58,33 @@ impl Schedule {
         jumps.last().map(|jump| just_after(jump.t))
     }
 
-    /// Returns the first jump of the equations later than `after`, s.
+    /// Returns the first jump (s) of the equations after the time `after`.
     pub(crate) fn next_jump(&self, after: f64) -> Option<f64> {
         let first = self.next_break(after);
         let mut breaks = std::iter::successors(first, |last| self.next_break(last.t));
         breaks.find(|next| next.order == 0).map(|jump| jump.t)
     }
 
-    /// Returns the shortest time scale of the changes of all signals between two times, s.
+    /// Returns the shortest time scale (s) of the changes of all signals between two times.
     pub fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let drives = self.drives.iter();
         shortest(drives.filter_map(|(drive, _)| drive.time_scale(from, to)))
     }
 
-    /// Returns whether all changes between two times are resolved by limits of the steps. Returns `false` without
-    /// driving functions, because the schedule then contains no information.
+    /// Returns whether limits on the step size resolve all changes between two times. Returns `false` without driving
+    /// functions, because the schedule then contains no information.
     pub(crate) fn is_resolved(&self, from: f64, to: f64) -> bool {
         !self.drives.is_empty() && self.drives.iter().all(|(drive, _)| drive.is_resolved(from, to))
     }
 
-    /// Returns the t_out that gives the scale of the first step at time `t`. It is the end of the
-    /// run for a system that has no time scale and is not driven.
+    /// Returns the time t_out that determines the scale of the first step at time `t`. If the system has no time scale
+    /// and is not driven, this is the end of the run.
     pub(crate) fn look_ahead(&self, t: f64, t_end: f64) -> f64 {
         let times = self.time_scale(t, t_end).into_iter().chain(self.own_time);
         shortest(times).map_or(t_end, |time| t + AHEAD * time)
     }
 
-    /// Returns the longest step at `t`, up to `h`, over which all changes are resolved.
+    /// Returns the longest step from `t`, at most `h`, that resolves all changes.
     pub(crate) fn longest_step(&self, t: f64, h: f64) -> f64 {
         let (mut h, least) = (h, ROUNDING * t.abs());
         let allowed = |h: f64| {
@@ -94,8 +94,8 @@ impl Schedule {
         // A shorter step contains fewer changes, so halving finds a size within a factor of two of the longest possible
         // step.
         while let Some(allowed) = allowed(h) {
-            // A step of the same size as the last limited step is not limited again because of rounding: otherwise, the
-            // number of steps would depend on the unit of time.
+            // A step of the same size as the last limited step is not limited again because of rounding errors.
+            // Otherwise, the number of steps would depend on the unit of time.
             if h <= allowed.max(least) + ROUNDING * (t.abs() + h) {
                 break;
             }
@@ -104,8 +104,8 @@ impl Schedule {
         h
     }
 
-    /// Returns the latest end of a step from `t` of size `proposed`: the next break, the end of the
-    /// run, or a limit by the time scales.
+    /// Returns the latest time at which a step from `t` of size `proposed` may end. The limit is the next break, the
+    /// end of the run, or a fraction of the time scales.
     pub fn limit(&self, t: f64, proposed: f64, t_end: f64) -> f64 {
         let last = t_end - ROUNDING * t_end.abs();
         let next = self.next_break(t + ROUNDING * t.abs());
@@ -154,7 +154,7 @@ mod tests {
         assert!(pulse.is_resolved(0.0, 1.0) && pulse.is_resolved(1.0, 1.005));
         let sine = Signal::from(formula::Sine { amplitude: 1.0, frequency: 8.0, phase: 0.0 });
         assert!(!schedule(sine, 0).is_resolved(0.0, 0.01));
-        // A ramped sine is limited during its rise only.
+        // Steps over a ramped sine are limited only during the rise.
         assert!(!schedule(Signal::paper(1.0), 0).is_resolved(9.0, 9.1));
         assert!(!Schedule::default().is_resolved(0.0, 1.0));
         pulse.add(Unforeseen, 0);
@@ -168,13 +168,13 @@ mod tests {
         assert_eq!(pulse.limit(0.0, 0.7, 10.0), 0.5);
         assert_eq!(pulse.limit(0.0, 0.1, 10.0), 1.0);
         assert_eq!(pulse.limit(0.5, 0.4, 10.0), 0.75);
-        // Regression: a step that ended a rounding error before the break was divided in two, and
-        // the number of steps depended on the unit of time.
+        // Regression: a step that ended slightly before the break, due to rounding errors, was divided in two, and the
+        // number of steps depended on the unit of time.
         assert_eq!(pulse.limit(0.5, 0.5 - 1e-16, 10.0), 1.0);
         assert_eq!(pulse.limit(1.0, 0.7, 10.0), 1.0 + 0.005);
         assert_eq!(pulse.limit(1.02, 0.7, 10.0), 10.0);
         assert_eq!(pulse.limit(0.0, 5.0, 0.4), 0.4);
-        // Regression: the last size was limited to itself, so the rest of the rise was not divided.
+        // Regression: a step of the last size was not limited any further, so the rest of the rise was not divided.
         for rounding in [-f64::EPSILON, 0.0, 2.0 * f64::EPSILON] {
             let half_of_rest = 0.5 * (1.02 - 1.0125);
             assert_eq!(pulse.limit(1.0125, 0.005 * (1.0 + rounding), 10.0), 1.0125 + half_of_rest);
@@ -182,7 +182,7 @@ mod tests {
         let late = schedule(step(1e5), 0);
         let (start, next) = (1e5 + 0.0125, 1e5 + 0.005);
         let middle = start + 0.5 * (1e5 + 0.02 - start);
-        // The size has a rounding error of 1.5e-11, which is 1e-9 of it.
+        // The step size has a rounding error of 1.5e-11, which is 1e-9 of its value.
         assert!((late.limit(start, next - 1e5, 2e5) - middle).abs() < 1e-10);
     }
 
@@ -197,7 +197,7 @@ mod tests {
             t += table.longest_step(t, 1.0);
             steps += 1;
         }
-        // Halved distances from 1 s to 0.2 ms, and the spline's ripples before the pulse.
+        // The distances are halved from 1 s to 0.2 ms, and the spline has ripples before the pulse.
         assert!((10..80).contains(&steps), "{steps}");
     }
 

@@ -1,4 +1,4 @@
-//! Cubic splines: tables of values as functions with two continuous derivatives.
+//! Cubic splines, which represent tables of values as functions with two continuous derivatives.
 
 use super::jet::Jet;
 use super::table::Points;
@@ -7,10 +7,10 @@ use crate::error::ModelError;
 
 /// Cubic spline through given points.
 ///
-/// [`new`](Self::new) creates the natural spline, whose second derivative vanishes at both ends: of all twice
-/// differentiable functions through the points, it minimizes `∫ s''² dt`. Between points, it may overshoot by a
-/// fraction of their difference. Its error for a smooth function is of order h⁴ inside and h² near the ends.
-/// [`of_acceleration`](Self::of_acceleration) integrates a piecewise linear acceleration twice.
+/// [`new`](Self::new) creates the natural spline, whose second derivative vanishes at both ends. Of all twice
+/// differentiable functions through the points, it minimizes `∫ s''² dt`. Between two points, it may overshoot by a
+/// fraction of the difference between their values. For a smooth function, its error is of order h⁴ in the interior and
+/// h² near the ends. [`of_acceleration`](Self::of_acceleration) integrates a piecewise linear acceleration twice.
 ///
 /// # Examples
 /// ```
@@ -23,7 +23,7 @@ use crate::error::ModelError;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spline {
     points: Points,
-    /// Second derivatives at the points.
+    /// Second derivatives of the spline at the points.
     moments: Vec<f64>,
     /// The acceleration whose second integral is the spline, if any.
     acceleration: Option<Points>,
@@ -36,7 +36,8 @@ pub struct Overshoot {
     pub between: [f64; 2],
     /// Extreme value of the spline between the two points.
     pub value: f64,
-    /// Amount by which it exceeds the values at the two points, as a fraction of the range of all values.
+    /// Amount by which the extreme value exceeds the values at the two points, as a fraction of the range of all
+    /// values.
     pub excess: f64,
 }
 
@@ -50,8 +51,8 @@ impl Spline {
     /// Creates the natural spline through `values` at ascending `times` (s).
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] for fewer than two points, times that do not ascend, or
-    /// non-finite values.
+    /// [`ModelError::OutOfRange`] if there are fewer than two points, if the times are not ascending, or if a value is
+    /// not finite.
     ///
     /// # Panics
     /// Panics if the lengths differ.
@@ -59,7 +60,8 @@ impl Spline {
         Ok(Points::new(times, values)?.into())
     }
 
-    /// Creates the displacement of an `acceleration` that is linear between its points, at rest at t = 0.
+    /// Creates the displacement with an `acceleration` that is linear between its points. The motion starts at rest at
+    /// t = 0.
     pub fn of_acceleration(acceleration: Points) -> Self {
         let Points { times, values: moments, .. } = acceleration.clone();
         let (mut values, mut velocity) = (vec![0.0], 0.0);
@@ -81,13 +83,13 @@ impl Spline {
         spline_through(times, values)
     }
 
-    /// Returns the largest overshoot beyond the two neighboring points.
+    /// Returns the largest overshoot beyond the values at two neighboring points, if any.
     pub fn overshoot(&self) -> Option<Overshoot> {
         let Points { times, values, spread } = &self.points;
         let extremum = |i: usize| {
             let [t0, t1] = [times[i], times[i + 1]];
             let (low, high) = (values[i].min(values[i + 1]), values[i].max(values[i + 1]));
-            // The slope is a parabola; with sixteen samples, the relative error of an extremum is the square of a
+            // The slope is a parabola. With sixteen samples, the relative error of an extremum is the square of a
             // sixteenth.
             let inside = (1..16).map(|k| self.at(t0 + (t1 - t0) * f64::from(k) / 16.0).value);
             let beyond = inside.map(|y| ((y - high).max(low - y).max(0.0), y));
@@ -98,14 +100,14 @@ impl Spline {
         all.filter(|found| found.excess > 0.0).max_by(|a, b| a.excess.total_cmp(&b.excess))
     }
 
-    /// Returns the first and the last time, s.
+    /// Returns the first and the last time (s).
     pub fn range(&self) -> (f64, f64) {
         self.points.range()
     }
 
-    /// Returns the time in which the largest curvature between two times changes the value by the
-    /// range of the table, √(2 range/|s''|), s; `None` if the spline is straight. The integral
-    /// of an acceleration may drift far, so the time scale of the acceleration is returned if it is shorter.
+    /// Returns the time √(2 range/|s''|) (s), in which the largest curvature between two times changes the value by the
+    /// range of the table. Returns `None` if the spline is straight. The integral of an acceleration may drift far;
+    /// therefore, the time scale of the acceleration is returned if it is shorter.
     pub fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let place = |t: f64| self.points.times.partition_point(|&time| time <= t);
         let (first, last) = (place(from), place(to));
@@ -119,7 +121,7 @@ impl Spline {
         shortest(of_acceleration.into_iter().chain([own]))
     }
 
-    /// Returns value and derivatives at time `t`; the first and last cubics extend beyond the ends.
+    /// Returns the value and the derivatives at time `t`. Beyond the ends, the first and last cubics are extended.
     pub fn at(&self, t: f64) -> Jet {
         let (Points { times, values, .. }, i) = (&self.points, self.points.interval(t));
         let h = times[i + 1] - times[i];
@@ -134,10 +136,10 @@ impl Spline {
     }
 }
 
-/// Computes the second derivatives at the points from the continuity of the first: `h_i m_i + 2
-/// (h_i + h_{i+1}) m_{i+1} + h_{i+1} m_{i+2} = 6 (slope_{i+1} - slope_i)`.
+/// Computes the second derivatives at the points from the continuity of the first derivative:
+/// `h_i m_i + 2 (h_i + h_{i+1}) m_{i+1} + h_{i+1} m_{i+2} = 6 (slope_{i+1} - slope_i)`.
 ///
-/// The matrix is tridiagonal and diagonally dominant: elimination needs no pivoting.
+/// The matrix is tridiagonal and diagonally dominant, so elimination requires no pivoting.
 fn moments(times: &[f64], values: &[f64]) -> Vec<f64> {
     let n = times.len();
     let h: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -159,7 +161,7 @@ fn moments(times: &[f64], values: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Regression: a vibration on a drift had the time scale of the drift, and steps passed over it.
+    /// Regression: a vibration on a drift had the time scale of the drift, so steps missed the vibration.
     #[test]
     fn drift_does_not_hide_vibrations() {
         let times: Vec<f64> = (0..=1000).map(|i| 1e-3 * f64::from(i)).collect();

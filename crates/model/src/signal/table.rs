@@ -9,7 +9,7 @@ use super::jet::Jet;
 use super::timing::{Break, just_after, shortest};
 use crate::error::ModelError;
 
-/// Points of a function of time: ascending times (s), and a finite value at each.
+/// Points of a function of time: ascending times (s) with a finite value at each time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Points {
     pub(super) times: Vec<f64>,
@@ -22,7 +22,8 @@ impl Points {
     /// Creates the points after checking `times` (s) and `values`.
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] for fewer than two points, times that do not ascend, or non-finite numbers.
+    /// [`ModelError::OutOfRange`] if there are fewer than two points, if the times are not ascending, or if a number is
+    /// not finite.
     ///
     /// # Panics
     /// Panics if the lengths differ.
@@ -48,30 +49,29 @@ impl Points {
         Self { spread: largest - smallest, times, values }
     }
 
-    /// Returns the first and the last time, s.
+    /// Returns the first and the last time (s).
     pub fn range(&self) -> (f64, f64) {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
-    /// Returns the index of the interval that contains time `t`; outside the range, the first or last interval.
+    /// Returns the index of the interval that contains time `t`. Outside the range, this is the first or last interval.
     pub(super) fn interval(&self, t: f64) -> usize {
         let after = self.times.partition_point(|&start| start <= t);
         after.saturating_sub(1).min(self.times.len() - 2)
     }
 
-    /// Returns the slope of the line over an interval.
+    /// Returns the slope of the straight line over an interval.
     fn slope(&self, i: usize) -> f64 {
         (self.values[i + 1] - self.values[i]) / (self.times[i + 1] - self.times[i])
     }
 
-    /// Returns the time in which the steepest line between two times covers the range of the
-    /// values, s.
+    /// Returns the time (s) in which the steepest line between two times covers the range of the values.
     pub(super) fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let slopes = (self.interval(from)..=self.interval(to)).map(|i| self.slope(i).abs());
         shortest([self.spread / slopes.fold(0.0, f64::max)])
     }
 
-    /// Returns the value between two times if it is constant there.
+    /// Returns the value if it is constant between two times.
     fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
         let (first, last) = (self.interval(from), self.interval(to.next_down()));
         let values = &self.values[first..=last.max(first) + 1];
@@ -79,8 +79,8 @@ impl Points {
     }
 }
 
-/// Straight lines between the points; the first and last lines are extended. Steps end at each
-/// point where the slope jumps.
+/// Piecewise linear interpolation. The first and last lines are extended beyond the ends. Steps end at each point where
+/// the slope jumps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polyline(pub Points);
 
@@ -119,8 +119,8 @@ impl TimeFunction for Polyline {
     }
 }
 
-/// Monotone cubic interpolation: the slope is continuous, and between two points the values stay between those at the
-/// two points.
+/// Monotone cubic interpolation. The slope is continuous, and the values between two points stay between the values at
+/// these points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pchip {
     points: Points,
@@ -153,8 +153,8 @@ fn inner_slope([h0, h1]: [f64; 2], [d0, d1]: [f64; 2]) -> f64 {
     (w0 + w1) / (w0 / d0 + w1 / d1)
 }
 
-/// Returns the slope at an end of the parabola through three points, limited so that the interval
-/// stays monotone.
+/// Returns the slope, at one end, of the parabola through three points. The slope is limited so that the interpolation
+/// stays monotone in the interval.
 fn end_slope([h0, h1]: [f64; 2], [d0, d1]: [f64; 2]) -> f64 {
     let slope = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1);
     match () {
@@ -232,7 +232,7 @@ mod tests {
     fn between_two_points_values_are_between_theirs_and_derivatives_match() {
         for signal in [Signal::from(Polyline(points())), Signal::from(Pchip::from(points()))] {
             for (t, value) in TIMES.iter().zip(VALUES) {
-                // Rounding of the last point, reached from the start of its interval.
+                // The last point has a rounding error, because it is evaluated from the start of its interval.
                 assert!((signal.at(*t).value - value).abs() < 1e-12 * 1000.0);
             }
             for (t, y) in TIMES.windows(2).zip(VALUES.windows(2)) {
@@ -241,7 +241,7 @@ mod tests {
                     let here = signal.at(t);
                     let (low, high) = (y[0].min(y[1]), y[0].max(y[1]));
                     assert!(here.value >= low - 1e-9 && here.value <= high + 1e-9, "{t}");
-                    // Cubic: the error of the central difference is h²/6 |f'''| with |f'''| below 1e5.
+                    // The error of the central difference is h²/6 |f'''|, where |f'''| is below 1e5.
                     let h = 1e-5;
                     let slope = (signal.at(t + h).value - signal.at(t - h).value) / (2.0 * h);
                     assert!((slope - here.d1).abs() < 1e-4, "{t}");

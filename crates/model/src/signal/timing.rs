@@ -1,16 +1,16 @@
-//! Times at which a function of time changes, and its time scales, which the steps of an
-//! integration must resolve.
+//! Times at which a function of time changes, and the time scales of the changes. The steps of an integration must
+//! resolve these time scales.
 //!
-//! A [`Break`] is a time at which a derivative jumps: steps end there. If nothing jumps, transient
-//! changes (a rise, the bends of a table) are resolved by steps of a fraction of their duration. A
-//! continuing sine is resolved by the first step of the run, and then by error estimates.
+//! A [`Break`] is a time at which a derivative jumps. Steps end at breaks. If nothing jumps, transient changes (a rise,
+//! the bends of a table) are resolved by steps of a fraction of their duration. A continuing sine is resolved by the
+//! size of the first step, and then by error estimates.
 
 /// A time at which a derivative of a function of time jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Break {
     /// Time, s.
     pub t: f64,
-    /// The lowest derivative that jumps: 0 is the value itself, 1 a kink.
+    /// Order of the lowest derivative that jumps: 0 for the value itself, 1 for a kink.
     pub order: u8,
 }
 
@@ -21,32 +21,31 @@ impl Break {
     }
 }
 
-/// Offset after a jump, relative to its time. It exceeds the rounding errors of the stage times of a
-/// step that ends at the jump, and is shorter than any step of an integrator.
+/// Offset after a jump, relative to the time of the jump. It exceeds the rounding errors of the stage times of a step
+/// that ends at the jump, but is shorter than any step of an integrator.
 const PASSED: f64 = 16.0 * f64::EPSILON;
-/// Time from which the offset is computed for a jump at t = 0, s.
+/// Time (s) to which the offset is relative for a jump at t = 0.
 const LEAST_TIME: f64 = 1e-290;
 
-/// Returns the first time after a jump or kink at `t`: a function has its left value and slope before
-/// this time, and its right value and slope from this time on.
+/// Returns the first time after a jump or kink at `t`. Before this time, a function has its left value and slope; from
+/// this time on, it has its right value and slope.
 pub(crate) fn just_after(t: f64) -> f64 {
     t + PASSED * t.abs().max(LEAST_TIME)
 }
 
-/// Properties of a signal that are needed to choose steps. The defaults are those of a constant.
+/// Properties of a signal that are needed to choose steps. The default implementations describe a constant.
 pub trait TimeScales: Send + Sync {
-    /// Returns the first break later than `after`.
+    /// Returns the first break after the time `after`.
     fn next_break(&self, _after: f64) -> Option<Break> {
         None
     }
 
-    /// Returns the shortest time scale, s, of changes of the function between two times; `None` if it is constant.
+    /// Returns the shortest time scale (s) of changes of the function between two times; `None` if it is constant.
     fn time_scale(&self, _from: f64, _to: f64) -> Option<f64> {
         None
     }
 
-    /// Returns the longest step, s, that cannot miss a change between two times; `None` if nothing
-    /// changes.
+    /// Returns the longest step (s) that cannot miss a change between two times; `None` if nothing changes.
     fn longest_step(&self, _from: f64, _to: f64) -> Option<f64> {
         None
     }
@@ -76,13 +75,13 @@ pub(crate) fn shortest(times: impl IntoIterator<Item = f64>) -> Option<f64> {
     times.into_iter().filter(meaningful).reduce(f64::min)
 }
 
-/// Returns the first of the two `times` later than `after`, as a break of this `order`.
+/// Returns the first of the two `times` after the time `after`, as a break of this `order`.
 pub(super) fn first(times: [f64; 2], after: f64, order: u8) -> Option<Break> {
     let later = times.into_iter().find(|t| *t > after)?;
     Some(Break { t: later, order })
 }
 
-/// Returns 0 if both times are before the rise of a function, `value` if both are after it, otherwise `None`.
+/// Returns 0 if both times are before the rise of a function, `value` if both are after the rise, and otherwise `None`.
 pub(super) fn between([start, end]: [f64; 2], value: f64, from: f64, to: f64) -> Option<f64> {
     match () {
         () if to <= start => Some(0.0),
@@ -122,8 +121,8 @@ mod tests {
         }
     }
 
-    /// Checks reported breaks of order k against values: the derivative of order k − 1 is continuous, and at a kink the
-    /// first derivative jumps.
+    /// Compares reported breaks of order k with values. The derivative of order k − 1 must be continuous, and at a kink
+    /// the first derivative must jump.
     #[test]
     fn breaks_are_where_derivatives_jump() {
         let ramp = Signal::from(Ramp { value: 2.0, start: 0.5, end: 1.5 });
@@ -133,8 +132,7 @@ mod tests {
         for (t, order) in breaks {
             let (before, after) = (both.at(t - 1e-12), both.at(t + 1e-12));
             assert!((before.value - after.value).abs() < 1e-10);
-            // The slopes are 2/s and at most 1.9/0.02 s; 1e-12 s from the ends of the step its
-            // slope is below 1e-9.
+            // The slopes are 2/s and at most 1.9/0.02 s. At 1e-12 s from the ends of the step, its slope is below 1e-9.
             let kinked = (before.d1 - after.d1).abs() > 1.0;
             assert_eq!(kinked, order == 1, "{t}");
             // Steps end at t and continue just after it; the step is steeper by 2e-11/s after 1e-12 s.
@@ -189,7 +187,7 @@ mod tests {
 
         let slow = times.iter().map(|t| (std::f64::consts::TAU * t).sin());
         let table = Spline::new(times.clone(), slow.collect()).unwrap();
-        // √(2 · 2/(2π)²) s for a sine of 1 Hz and range 2.
+        // The time scale is √(2 · 2/(2π)²) s for a sine of 1 Hz and range 2.
         let period = Signal::from(table).time_scale(0.1, 0.9).unwrap();
         assert!((period - 1.0 / std::f64::consts::PI).abs() < 1e-3, "{period}");
     }

@@ -10,13 +10,14 @@ use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 use crate::operators;
 
-/// Time over which the elastic response is included, relative to the retardation time; the relative error of the
-/// velocity has this size. The elastic response determines the velocity of parts without viscosity.
+/// Time over which the elastic response is included, relative to the retardation time. The relative error of the
+/// velocity is of the same size. The elastic response determines the velocity of parts without viscosity.
 const ELASTIC_TIME: f64 = 1e-7;
 
-/// Corrects the velocity and, for κ = ∞, the pressure in `y` by v and π, which solve `(D + h K) v − Bᵀπ = −f` and
-/// `B v = −g` with the damping D, the stiffness K, the unbalanced force f and the rate of volume change g. Without
-/// damping, for example if the active stress is zero, `y` does not change.
+/// Corrects the velocity in `y` by v and, for κ = ∞, the pressure by π. The corrections solve
+/// `(D + h K) v − Bᵀπ = −f` and `B v = −g`, where D is the damping, K the stiffness, f the unbalanced force and g the
+/// rate of volume change. The elastic response is included over the time h. Without damping, for example if the active
+/// stress is zero, `y` does not change.
 pub(super) fn balance(dae: &mut MuscleDae, t: f64, y: &mut [f64]) -> Result<(), ModelError> {
     let range = |field| dae.layout().range(field);
     let velocity = range(Field::Velocity).expect("all formulations have v");

@@ -11,15 +11,14 @@ use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
 use crate::operators::{compliance, element_size, mass};
 
-/// Maximum number of fixed-point iterations for the slow manifold. Each reduces the error by a
-/// factor of about β |∇v|; if they do not converge, no useful slow manifold exists.
+/// Maximum number of fixed-point iterations for the slow manifold. Each iteration reduces the error by a factor of
+/// about β |∇v|. If the iterations do not converge, no useful slow manifold exists.
 const MAX_ITERATIONS: usize = 50;
-/// Relative change of λ at which the iteration ends: far below the errors of finite differences in
-/// time.
+/// Relative change of λ at which the iteration ends. It is far below the errors of finite differences in time.
 const SETTLED: f64 = 1e-11;
-/// Strain of an element during one time step of the second-order finite differences in time; it determines the step.
-/// The relative truncation error is about the square of this strain, the relative rounding error about 1e-16 divided
-/// by it.
+/// Strain of an element during one time step of the second-order finite differences in time. It determines the step.
+/// The relative truncation error is about the square of this strain, and the relative rounding error is about 1e-16
+/// divided by the strain.
 const DIFFERENCE: f64 = 1e-5;
 
 /// Internal stresses of a viscoelastic body; empty for other bodies.
@@ -29,19 +28,19 @@ pub(super) struct Internal<'a> {
     pub(super) rates: &'a [f64],
 }
 
-/// v̇, λ, λ̇, λ̈ of a motion.
+/// Acceleration v̇ and pressures λ, λ̇, λ̈ of a motion.
 #[derive(Default)]
 pub(super) struct Dynamics {
     pub(super) acceleration: Vec<f64>,
     pub(super) pressure: Vec<f64>,
     pub(super) pressure_rate: Vec<f64>,
     pub(super) pressure_acceleration: Vec<f64>,
-    /// Whether λ was free and is on the slow manifold.
+    /// Whether λ was not determined by the equations and was chosen on the slow manifold.
     pub(super) on_slow_manifold: bool,
 }
 
 impl Dynamics {
-    /// Computes the accelerations of a body without pressure field; `internal` contains its internal stresses.
+    /// Computes the accelerations of a body without a pressure field. `internal` contains its internal stresses.
     pub(super) fn without_pressure(
         mut dae: MuscleDae,
         t: f64,
@@ -54,9 +53,9 @@ impl Dynamics {
         Ok(Self { acceleration: dae.solve_mass(&negative(&force))?, ..Self::default() })
     }
 
-    /// Computes accelerations and pressures of a motion of `muscle` that satisfies the constraints, from the balance of
-    /// momentum of `dae`. If the pressure is not determined, it is `pressure`, if given, or a value on the slow
-    /// manifold.
+    /// Computes the accelerations and pressures of a motion of `muscle` from the balance of momentum of `dae`. The
+    /// motion must satisfy the constraints. If the equations do not determine the pressure, the result uses `pressure`
+    /// if it is given, and otherwise a value on the slow manifold.
     pub(super) fn new(
         dae: MuscleDae,
         muscle: &Muscle,
@@ -107,7 +106,7 @@ impl Dynamics {
     }
 }
 
-/// The case κ = ∞: the balance of momentum and the second derivative of the constraint, and the first time
+/// Equations for κ = ∞: the balance of momentum, the second derivative of the constraint, and the first time
 /// derivatives of these two equations.
 struct Incompressible<'a> {
     muscle: &'a Muscle,
@@ -170,7 +169,8 @@ impl<'a> Incompressible<'a> {
                 break;
             }
         }
-        // Satisfies the balance of momentum to rounding: the remainder is assigned to β λ̇, or to λ without damping.
+        // This satisfies the balance of momentum to rounding: the remainder is assigned to β λ̇, or to λ without
+        // damping.
         let (acceleration, missing) = self.acceleration(&pressure)?;
         if is_damped {
             let rates = missing.iter().zip(&beta);
@@ -187,7 +187,7 @@ impl<'a> Incompressible<'a> {
         })
     }
 
-    /// Returns v̇, and the π for which −Bᵀπ balances the momentum at this λ with λ̇ = 0.
+    /// Returns v̇, and the π for which −Bᵀπ balances the momentum at the given λ with λ̇ = 0.
     fn acceleration(&mut self, pressure: &[f64]) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
         let (zero, no_rate) = (vec![0.0; self.q.len()], vec![0.0; pressure.len()]);
         let y = [self.q, self.v, pressure, self.internal.values];
@@ -198,8 +198,7 @@ impl<'a> Incompressible<'a> {
         self.saddle.solve(&negative(&force), &negative(&flux))
     }
 
-    /// Returns λ̇ from the differentiated equations with λ̈ = 0; `rate` is the current
-    /// approximation.
+    /// Returns λ̇ from the differentiated equations with λ̈ = 0. `rate` is the current approximation of λ̇.
     fn pressure_rate(
         &mut self,
         acceleration: &[f64],
@@ -218,7 +217,7 @@ impl<'a> Incompressible<'a> {
             let motion = Motion::new(self.muscle, t, &q, &v, acceleration);
             Ok((force, motion.volume_residual_acceleration()?))
         };
-        // One-sided difference, because the load may have a jump or a kink at this time.
+        // A one-sided difference is used, because the load may have a jump or a kink at this time.
         let [(f0, g0), (f1, g1), (f2, g2)] = [at(0.0)?, at(step)?, at(2.0 * step)?];
         let fall = |here: &[f64], next: &[f64], last: &[f64]| -> Vec<f64> {
             let of_row = |i: usize| (3.0 * here[i] - 4.0 * next[i] + last[i]) / (2.0 * step);
@@ -229,8 +228,8 @@ impl<'a> Incompressible<'a> {
         Ok(sum(rate, &correction))
     }
 
-    /// Returns the time in which the velocity or the acceleration strains an element by [`DIFFERENCE`], whichever is
-    /// shorter, but at most [`LONGEST_DIFFERENCE`] times the transit time.
+    /// Returns the time in which the velocity or the acceleration strains an element by [`DIFFERENCE`]: the shorter of
+    /// the two times, but at most [`LONGEST_DIFFERENCE`] times the transit time.
     fn difference_step(&self, acceleration: &[f64]) -> f64 {
         let displacement = DIFFERENCE * element_size(&self.muscle.solid);
         let by_velocity = displacement / largest(self.v);
@@ -240,10 +239,10 @@ impl<'a> Incompressible<'a> {
 }
 
 /// Longest step of the finite differences in time, relative to the time in which shear waves cross the body. A body at
-/// rest without loads has no other scale.
+/// rest without loads has no other time scale.
 const LONGEST_DIFFERENCE: f64 = 1e-3;
 
-/// Evaluates the rows of the balance of momentum.
+/// Evaluates the residual of the balance of momentum.
 pub(super) fn momentum(
     dae: &mut MuscleDae,
     t: f64,

@@ -1,7 +1,7 @@
-//! Consistent initial values for every formulation, from displacements and velocities.
+//! Consistent initial values for every formulation, computed from displacements and velocities.
 //!
 //! [`InitialValues`] contains y and ẏ that satisfy F(t, y, ẏ) = 0 and, for index 2 or 3, the hidden equations that
-//! follow from its derivatives; [`BlockResidual`] measures the error.
+//! follow from the derivatives of F. [`BlockResidual`] measures the error.
 //!
 //! Reference: U. M. Ascher, L. R. Petzold, *Computer Methods for Ordinary Differential Equations
 //! and Differential-Algebraic Equations*, SIAM 1998, section 9.2 (hidden constraints).
@@ -34,31 +34,32 @@ use crate::statics::{self, Search};
 /// Consistent initial values of a muscle in a formulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InitialValues {
-    /// y.
+    /// Unknowns y.
     pub y: Vec<f64>,
-    /// ẏ, including the derivatives of algebraic variables.
+    /// Derivatives ẏ, including those of algebraic variables.
     pub y_dot: Vec<f64>,
-    /// Largest change of a displacement component by the projection onto the constraint, m.
+    /// Largest change (m) of a displacement component due to the projection onto the constraint.
     pub displacement_moved: f64,
-    /// Largest change of a velocity component by the projection, m/s.
+    /// Largest change (m/s) of a velocity component due to the projection.
     pub velocity_moved: f64,
-    /// Whether λ(0) was free (κ = ∞ with β > 0) and computed on the slow manifold. A motion so fast
-    /// that β |∇v| is not small has no slow manifold, and starts with a transient.
+    /// Whether λ(0) was not determined by the equations (κ = ∞ with β > 0) and was computed on the slow manifold. If
+    /// the motion is so fast that β |∇v| is not small, there is no slow manifold, and the motion starts with a
+    /// transient.
     pub on_slow_manifold: bool,
 }
 
 /// A system that can compute a consistent state near a given state.
 pub trait Consistent: Problem {
-    /// Computes y and ẏ that satisfy the equations at time `t`, including hidden equations. Projects the displacements
-    /// and velocities of `y` onto the constraints, keeps the other unknowns whose initial values are free, and computes
-    /// the rest.
+    /// Computes y and ẏ that satisfy the equations at time `t`, including hidden equations. The displacements and
+    /// velocities of `y` are projected onto the constraints. Other unknowns with free initial values are kept, and the
+    /// remaining unknowns are computed.
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError>;
 }
 
 impl Consistent for MuscleDae {
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
         if !self.muscle().solid.has_inertia() {
-            // Displacements are continuous; velocities and pressures follow kinks of support motions.
+            // Displacements are continuous. Velocities and pressures change at kinks of support motions.
             let start = InitialValues::without_inertia(self, t, y.to_vec())?;
             return Ok([start.y, start.y_dot]);
         }
@@ -79,24 +80,25 @@ struct Motions {
 }
 
 impl InitialValues {
-    /// Computes consistent values at time `t` for the displacement `q` and velocity `v`. Unknown
-    /// tensions start from zero, and stress is relaxed (H = 0).
+    /// Computes consistent values at time `t` for the displacement `q` and velocity `v`. Unknown tensions start from
+    /// zero, and the stress is relaxed (H = 0).
     ///
     /// # Method
-    /// For κ = ∞, both are first projected: q onto ∫ψ g(J) = 0 in the H1 seminorm, v onto ∫ψ g' cof F:∇v = 0 in the
-    /// norm of the kinetic energy. λ and v̇ follow from the balance of momentum with the second derivative of the
-    /// constraint, λ̇ and v̈ from the derivatives of these equations. With β > 0, only λ + β λ̇ is determined. Of all
-    /// λ(0), the value with λ̈ = 0 is chosen, so that e^(-t/β) is excited only by terms of order β² λ̈ (the slow
-    /// manifold to first order in β). For κ < ∞, the constraint gives λ and λ̇, so p/κ + g(J) = 0, which `velocity`
-    /// conserves, holds from the start.
+    /// For κ = ∞, q and v are first projected: q onto ∫ψ g(J) = 0 in the H1 seminorm, and v onto ∫ψ g' cof F:∇v = 0 in
+    /// the norm of the kinetic energy. λ and v̇ follow from the balance of momentum and the second derivative of the
+    /// constraint; λ̇ and v̈ follow from the derivatives of these equations. With β > 0, only λ + β λ̇ is determined.
+    /// Among all possible λ(0), the value with λ̈ = 0 is chosen. Then e^(-t/β) is excited only by terms of order β² λ̈
+    /// (the slow manifold to first order in β).
+    ///
+    /// For κ < ∞, the constraint determines λ and λ̇. Therefore p/κ + g(J) = 0, which `velocity` conserves, holds from
+    /// the start.
     ///
     /// # Shapes
     /// `q`, `v`: the free displacement components.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] or [`ModelError::NotIncompressible`] for a displacement that cannot
-    /// be made consistent, [`ModelError::Factorization`] if the pressures are undetermined (B
-    /// without full rank).
+    /// [`ModelError::Inverted`] or [`ModelError::NotIncompressible`] if the displacement cannot be made consistent;
+    /// [`ModelError::Factorization`] if the pressures are undetermined (B does not have full rank).
     ///
     /// # Panics
     /// Panics if a length is wrong.
@@ -105,8 +107,8 @@ impl InitialValues {
         Self::contracting(dae, t, [q, v, &tensions], None, None)
     }
 
-    /// Computes consistent values for given tensions, with internal stresses if the body's stress is not relaxed, and
-    /// with a given λ if λ is not determined by the equations and need not be on the slow manifold.
+    /// Computes consistent values for given tensions. `internal` contains the internal stresses; without it, the stress
+    /// is relaxed. `pressure` is used for λ if the equations do not determine λ; without it, λ is on the slow manifold.
     fn contracting(
         dae: &mut MuscleDae,
         t: f64,
@@ -139,7 +141,7 @@ impl InitialValues {
                 Field::PressureRate => (&dynamics.pressure_rate, &dynamics.pressure_acceleration),
                 Field::Tension => (tensions, &tension_rates),
                 Field::InternalStress => (internal.values, internal.rates),
-                // Zero in the exact solution.
+                // The multiplier is zero in the exact solution.
                 Field::GglMultiplier => continue,
             };
             y[range.clone()].copy_from_slice(value);
@@ -166,7 +168,7 @@ impl InitialValues {
         Self::next_to(dae, t, y, None)
     }
 
-    /// Computes consistent values for the state `y`, and keeps λ if its range in `y` is given.
+    /// Computes consistent values for the state `y`. Keeps λ if the range of λ in `y` is given.
     fn next_to(
         dae: &mut MuscleDae,
         t: f64,
@@ -239,8 +241,8 @@ impl InitialValues {
     }
 }
 
-/// Returns ẏ for a body without inertia in the state `y`: the rates of tensions. All other rates are unknown before a
-/// step and are set to zero.
+/// Returns ẏ for a body without inertia in the state `y`. It contains the rates of tensions. All other rates are
+/// unknown before a step and are set to zero.
 fn rates_without_inertia(dae: &MuscleDae, t: f64, y: &[f64]) -> Vec<f64> {
     let mut y_dot = vec![0.0; y.len()];
     if let Some(range) = dae.layout().range(Field::Tension) {
@@ -252,7 +254,7 @@ fn rates_without_inertia(dae: &MuscleDae, t: f64, y: &[f64]) -> Vec<f64> {
     y_dot
 }
 
-/// Returns internal stresses and their rates: the given values, or the values of a body with
+/// Returns internal stresses and their rates. The stresses are the `given` values or, without them, the values for
 /// relaxed stress.
 fn internal_stresses(
     muscle: &Muscle,

@@ -9,7 +9,7 @@ use crate::operators;
 /// Strain of the displaced bodies from which central differences are computed.
 const SMALL_STRAIN: f64 = 1e-3;
 
-/// A motion of the body at one time, including prescribed components.
+/// A motion of the body at one point in time, including prescribed components.
 #[derive(Debug, Clone)]
 pub(crate) struct Motion<'a> {
     muscle: &'a Muscle,
@@ -19,7 +19,7 @@ pub(crate) struct Motion<'a> {
 }
 
 impl<'a> Motion<'a> {
-    /// Creates the motion at time `t` with these free components.
+    /// Creates the motion at time `t` with the free components `q`, `v` and `v_dot`.
     pub(crate) fn new(muscle: &'a Muscle, t: f64, q: &[f64], v: &[f64], v_dot: &[f64]) -> Self {
         let dofs = muscle.solid.dofs();
         let nodal = |free: &[f64]| {
@@ -87,7 +87,7 @@ impl<'a> Motion<'a> {
         Ok(sum)
     }
 
-    /// Computes B(q) over the free components.
+    /// Computes the matrix B(q) for the free components.
     pub(crate) fn divergence(&self) -> Result<CscMatrix<f64>, Inverted> {
         operators::divergence(&self.muscle.solid, &self.displacement)
     }

@@ -11,8 +11,9 @@ use crate::operators;
 
 /// Maximum number of iterations. Near a solution, Newton's method converges in about five.
 const MAX_ITERATIONS: usize = 30;
-/// Projected volume residual below which Newton's method has converged if it does not decrease any further. Rounding
-/// leaves about 1e-16 times the number of terms; index 3 amplifies a larger residual at the first step.
+/// Newton's method has converged if the projected volume residual is below this value and does not decrease any
+/// further. Rounding errors leave a residual of about 1e-16 times the number of terms. With index 3, a larger residual
+/// would be amplified at the first step.
 const CONVERGED: f64 = 1e-7;
 
 /// Computes a displacement with ∫ψ g(J) = 0 close to `q` in the H1 seminorm, which spreads the
@@ -66,7 +67,7 @@ pub(super) fn velocity(
     Ok(v)
 }
 
-/// Returns max over ψ_k of |∫ψ_k …| / ∫ψ_k.
+/// Returns the maximum of |∫ψ_k …| / ∫ψ_k over all ψ_k.
 fn largest_projected(solid: &Solid, volume_residual: &[f64]) -> f64 {
     let projected: Vec<f64> = volume_residual
         .iter()

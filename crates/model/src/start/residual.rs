@@ -1,4 +1,4 @@
-//! Residuals of F(t, y, ẏ) = 0 for given values y, ẏ, block by block.
+//! Residual of each block of F(t, y, ẏ) = 0 for given y and ẏ.
 
 use std::fmt;
 
@@ -16,12 +16,12 @@ pub struct BlockResidual {
     pub field: Field,
     /// The equation.
     pub equation: Equation,
-    /// max |F_i| over the block, in the equation's units.
+    /// max |F_i| over the block, in the units of the equation.
     pub largest: f64,
-    /// The residual as a fraction of max Σ_j (|∂F_i/∂y_j y_j| + |∂F_i/∂ẏ_j ẏ_j|), the size of the
-    /// terms that should cancel; infinite if these are zero and F_i is not.
+    /// The residual as a fraction of max Σ_j (|∂F_i/∂y_j y_j| + |∂F_i/∂ẏ_j ẏ_j|), the size of the terms that should
+    /// cancel. It is infinite if these terms are zero but F_i is not.
     pub relative: f64,
-    /// Position of the maximum: the name of the unknown of the row, with its node.
+    /// Location of the maximum: the name of the unknown in this row, with its node.
     pub worst: String,
 }
 
@@ -55,11 +55,11 @@ pub fn residuals(
     blocks(dae, [y, y_dot], t, &residual)
 }
 
-/// Computes the [`residuals`] of a body with Prony terms, without the rates of their internal stresses. The terms of each
-/// block are those of `relaxed`, the same body without Prony terms.
+/// Computes the [`residuals`] of a body with Prony terms, except for the blocks of internal stresses. The sizes of the
+/// terms in each block are computed for `relaxed`, the same body without Prony terms.
 ///
 /// # Errors
-/// As [`residuals`].
+/// As for [`residuals`].
 pub(crate) fn residuals_with_overstress(
     dae: &mut MuscleDae,
     relaxed: &mut MuscleDae,

@@ -1,4 +1,4 @@
-//! Direct solution of (H, -Bᵀ; B, 0): a symmetric matrix with a constraint.
+//! Direct solution of linear systems with (H, -Bᵀ; B, 0): a symmetric matrix with a constraint.
 
 use std::sync::Arc;
 
@@ -16,7 +16,8 @@ pub(crate) struct Saddle {
 }
 
 impl Saddle {
-    /// Factorizes H alone, with the analysis of an earlier matrix of the same pattern if it is `known`.
+    /// Factorizes H without a constraint. If the analysis of an earlier matrix with the same pattern is `known`, it is
+    /// used again.
     pub(crate) fn alone(
         h: &CscMatrix<f64>,
         known: &mut Option<Arc<Elimination>>,
@@ -24,7 +25,7 @@ impl Saddle {
         Self::analyzed(h, &CscMatrix::zeros(0, h.nrows()), known)
     }
 
-    /// Factorizes the matrix, where H is symmetric.
+    /// Factorizes the matrix. H must be symmetric.
     pub(crate) fn factor(h: &CscMatrix<f64>, b: &CscMatrix<f64>) -> Result<Self, ModelError> {
         Self::analyzed(h, b, &mut None)
     }
@@ -36,7 +37,7 @@ impl Saddle {
     ) -> Result<Self, ModelError> {
         let (n, m) = (h.nrows(), b.nrows());
         let mut matrix = CooMatrix::new(n + m, n + m);
-        // A mass matrix does not couple different components; without its zeros it separates into several small
+        // A mass matrix does not couple different components. Without its zeros, it separates into several small
         // systems.
         for (row, column, value) in h.triplet_iter().filter(|(.., value)| **value != 0.0) {
             matrix.push(row, column, *value);

@@ -8,20 +8,22 @@ use super::path::{PathEnd, PathState, Stability};
 use super::{GRADIENT_STEP, Search, Shortfall, not_converged};
 use crate::error::ModelError;
 
-/// Target number of iterations per step, for the control of the step length.
+/// Target number of iterations per step, used to control the step length.
 const ITERATIONS: f64 = 5.0;
-/// Target distance between an equilibrium and its prediction, relative to the step length, which is chosen accordingly.
+/// Target distance between an equilibrium and its prediction, relative to the step length. The step length is chosen to
+/// reach this target.
 const DISTANCE: f64 = 0.1;
-/// Smallest cosine of the angle between the tangents at the ends of a step; below it, the step may leave the branch.
+/// Smallest cosine of the angle between the tangents at the ends of a step. If the cosine is smaller, the step may have
+/// left the branch.
 const SMALLEST_COSINE: f64 = 0.5;
-/// Smallest length of a step relative to the first one.
+/// Smallest length of a step, relative to the first step.
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 
-/// Reason why a path ends when the load returns to zero.
+/// Reason why a path ends if the load returns to zero.
 const NO_PULL: &str = "the load returns to zero, where an obstacle under a force loses contact: prescribe its \
                        displacement instead";
 
-/// A path followed in steps of controlled arc length.
+/// A path that is followed in steps of controlled arc length.
 pub(super) struct ArcLength<'n, 'm> {
     newton: &'n mut Newton<'m>,
     metric: Metric,
@@ -55,7 +57,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
         })
     }
 
-    /// Takes steps until the load factor is 1 or -1, at most `max_steps`.
+    /// Takes steps until the load factor is 1 or -1, but at most `max_steps` steps.
     pub(super) fn follow(
         mut self,
         max_steps: usize,
@@ -136,7 +138,8 @@ impl<'n, 'm> ArcLength<'n, 'm> {
         }
     }
 
-    /// Returns the unit tangent at the equilibrium `to`; `None` if it turns too far, or if the matrix is singular.
+    /// Returns the unit tangent at the equilibrium `to`. Returns `None` if the tangent turns too far or the matrix is
+    /// singular.
     fn tangent_at(&mut self, to: &Point) -> Result<Option<Point>, ModelError> {
         let x = match self.newton.direction(&to.x, to.load) {
             Ok(x) => x,
@@ -149,7 +152,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
         Ok((cosine.abs() >= SMALLEST_COSINE).then(|| scaled(&direction, 1.0 / norm)))
     }
 
-    /// Locates a limit point and the end of the path within a step, and records the states.
+    /// Locates a limit point and the end of the path, if they are within a step, and records the states.
     fn finish(
         &mut self,
         step: PathStep,
@@ -250,7 +253,7 @@ impl Curve<'_> {
     }
 }
 
-/// Returns a root of `f` between `low` and `high`, where its signs differ, by bisection.
+/// Returns a root of `f` between `low` and `high` by bisection. The signs of `f` at `low` and `high` must differ.
 fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let is_above = f(high) >= 0.0;
     for _ in 0..f64::MANTISSA_DIGITS {

@@ -1,4 +1,4 @@
-//! Loading paths: equilibria under growing loads.
+//! Loading paths: equilibria under an increasing load.
 
 use std::ops::ControlFlow;
 
@@ -14,14 +14,14 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 
-/// Method by which a loading path is followed, and its end.
+/// Method by which a loading path is followed, and the end of the path.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Control {
     /// Equilibria under these load factors, in this order. Intermediate steps are taken where necessary.
     Load(Vec<f64>),
-    /// The equilibrium under the whole load, continued from the equilibrium of a body with the same mesh but different
-    /// loads or constants, whose displacement of all nodes is given. If this fails, the search starts from the unloaded
-    /// body.
+    /// The equilibrium under the whole load, continued from the equilibrium of a similar body. The similar body has the
+    /// same mesh but different loads or constants, and the vector contains the displacement of all its nodes. If the
+    /// continuation fails, the search starts from the unloaded body.
     Neighbor(Vec<f64>),
     /// Arc-length continuation, which can pass limit points, until the load factor is 1 or -1. The step length is
     /// adapted.
@@ -34,11 +34,11 @@ pub enum Control {
 }
 
 /// Follows the path of equilibria from the unloaded body, as [`equilibrium`](super::equilibrium) does. `record`
-/// receives each requested state, converged to rounding, but not the unloaded body; it may end the path. `watch` is
-/// called before each iteration and may interrupt the search.
+/// receives each requested state except for the unloaded body, and may end the path. These states have converged to
+/// rounding errors. `watch` is called before each iteration and may interrupt the search.
 ///
-/// If the path ends early, its last state is also recorded. With multipliers of contacts, which converge only at
-/// requested states, it is recorded only if there is no other state.
+/// If the path ends early, its last state is also recorded. Multipliers of contacts converge only at requested states.
+/// With multipliers, the last state is therefore recorded only if there is no other state.
 ///
 /// # Errors
 /// Errors of [`equilibrium`](super::equilibrium) except for [`ModelError::NoEquilibrium`] and

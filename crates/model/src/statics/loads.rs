@@ -7,26 +7,26 @@ use super::path::{PathEnd, PathState, Stability};
 use super::{GRADIENT_STEP, Search, Shortfall, not_converged};
 use crate::error::ModelError;
 
-/// Maximum number of iterations of a load step after which the next step may be twice as long.
+/// The next load step may be twice as long if a step requires at most this number of iterations.
 const QUICK: usize = 4;
-/// Largest second-order part of a prediction, relative to the first-order part.
+/// Largest allowed second-order part of a prediction, relative to the first-order part.
 const LARGEST_CHANGE: f64 = 0.5;
-/// A path ends if a step fails even though its load increment is below this fraction of the whole load, and its change
-/// of displacement gradients is below this fraction of the allowed change. A soft body may need smaller load
-/// increments: before a limit point, or at the start of a contact.
+/// A path ends if a step fails although its load increment is below this fraction of the whole load and its change of
+/// the displacement gradient is below this fraction of the allowed change. A soft body may require smaller load
+/// increments, for example before a limit point or at the start of a contact.
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 /// Load increment, as a fraction of the whole load, below which a failed step always ends the path.
 const SMALLEST_LOAD_STEP: f64 = 1e-9;
 
-/// A path followed in load steps.
+/// A path that is followed in load steps.
 pub(super) struct LoadSteps<'n, 'm> {
     newton: &'n mut Newton<'m>,
     x: Vec<f64>,
     reached: f64,
-    /// Largest increment of the next step.
+    /// Largest load increment of the next step.
     increment: f64,
     load_steps: usize,
-    /// Increment of the last step, and the direction at its start.
+    /// Load increment of the last step, and the direction at the start of that step.
     before: Option<(f64, Vec<f64>)>,
     stability: Stability,
 }
@@ -55,8 +55,8 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         for &load in loads {
             let from = self.reached;
             shortfall = self.advance_to(load, watch)?;
-            // Multipliers converge at requested states only; another state is recorded only if the path would be
-            // empty.
+            // Multipliers converge only at requested states. Another state is recorded only if the path would otherwise
+            // be empty.
             let is_state = self.reached != from && !(has_states && self.newton.has_multipliers());
             if shortfall.is_none() || is_state {
                 has_states = true;
@@ -173,8 +173,8 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         Ok(None)
     }
 
-    /// Predicts the equilibrium after a `step` from the direction at its start, and from the change of the direction
-    /// over the previous step.
+    /// Predicts the equilibrium after a `step` from the direction at the start of the step and the change of the
+    /// direction over the previous step.
     fn predicted(&self, direction: &[f64], step: f64) -> Vec<f64> {
         let x = self.x.iter().zip(direction);
         let mut predicted: Vec<f64> = x.map(|(x, d)| x + step * d).collect();
@@ -182,7 +182,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
             let change = direction.iter().zip(before).map(|(now, before)| now - before);
             let change: Vec<f64> = change.map(|d| 0.5 * step * step / length * d).collect();
             let n_free = self.newton.n_free();
-            // If the direction changes fast, such as before a limit point, its change is not constant.
+            // If the direction changes rapidly, for example before a limit point, the change is not constant.
             if square(&change[..n_free])
                 <= (LARGEST_CHANGE * step).powi(2) * square(&direction[..n_free])
             {
@@ -199,7 +199,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         self.stability.observe(self.newton, negative, self.reached, None);
     }
 
-    /// Ends the path with `shortfall` after converging the last equilibrium fully.
+    /// Ends the path with `shortfall` after the last equilibrium has fully converged.
     fn give_up(&mut self, shortfall: Shortfall) -> Result<Option<Shortfall>, ModelError> {
         if self.load_steps > 0 {
             let goes_on = |_| ControlFlow::Continue(());

@@ -6,20 +6,20 @@ use super::newton::{Newton, is_singular};
 use super::{GRADIENT_STEP, Search};
 use crate::error::ModelError;
 
-/// Maximum number of iterations of a step after which the next step may be twice as long.
+/// The next step may be twice as long if a step requires at most this number of iterations.
 const QUICK: usize = 4;
-/// Smallest step. A search from the unloaded body costs less than many small steps.
+/// Smallest step. Smaller steps would cost more than a search from the unloaded body.
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
 
-/// An equilibrium under the whole load, and the number of steps to it.
+/// An equilibrium under the whole load, and the number of steps taken.
 pub(super) struct Continued {
     pub(super) x: Vec<f64>,
     pub(super) steps: usize,
 }
 
-/// Follows the solutions of R(x) = (1 − s) R(x₀) from the state x₀ with the given nodal `displacement` at s = 0 to the
-/// equilibrium at s = 1, with the residual R under the whole load. Supports move at constant rates from their positions
-/// in x₀. Returns `None` if small steps fail, or if `watch` ends the search.
+/// Follows the solutions of R(x) = (1 − s) R(x₀) from s = 0 to the equilibrium at s = 1, where R is the residual under
+/// the whole load. The state x₀ has the given nodal `displacement`. Supports move at constant rates from their
+/// positions in x₀. Returns `None` if small steps fail or if `watch` ends the search.
 pub(super) fn follow(
     newton: &mut Newton<'_>,
     displacement: &[f64],

@@ -28,12 +28,12 @@ use crate::operators::largest_gradient;
 use crate::signal::Signal;
 pub(super) use arc::{Metric, Point};
 
-/// Newton's iteration ends if the increment is below this fraction of the solution. Convergence is
-/// quadratic, so the remaining error is about its square, below rounding.
+/// Newton's iteration ends if the increment is below this fraction of the solution. Convergence is quadratic, so the
+/// remaining error is about the square of this fraction, which is below rounding errors.
 const RELATIVE_INCREMENT: f64 = 1e-9;
-/// An equilibrium on the path, from which the next load step is predicted, is accepted if the estimate of the next
-/// increment is below this fraction of the solution. The estimate assumes linear convergence with the ratio of the last
-/// two increments.
+/// An equilibrium on the path, from which the next load step is predicted, is accepted if the estimated next increment
+/// is below this fraction of the solution. The estimate assumes linear convergence with the ratio of the last two
+/// increments.
 const RELATIVE_INCREMENT_ON_PATH: f64 = 1e-4;
 /// Newton's iteration also ends if forces and volumes are balanced to this fraction of the loads
 /// and of the body's volume, because a displacement or pressure that is zero in equilibrium
@@ -44,17 +44,17 @@ const MAX_ITERATIONS: usize = 16;
 /// the prediction. Beyond this distance, the prediction carries no information, and the iteration may end on another
 /// branch.
 const CORRECTION: f64 = 0.25;
-/// Displacement gradient up to which a correction is always accepted: at a kink of a law, such as fibers becoming
-/// slack, the correction is as long as the prediction for any step size.
+/// Corrections with a displacement gradient up to this value are always accepted. At a kink of a law, for example if
+/// fibers become slack, the correction is as long as the prediction for any step size.
 const SMALL_GRADIENT: f64 = 1e-3;
-/// Displacement gradient of the motion of supports with which the derivative of the forces with respect to the load is
-/// computed: truncation and rounding errors are both below 1e-9 of the derivative.
+/// Displacement gradient of the motion of supports that is used to compute the derivative of the forces with respect to
+/// the load. With this value, truncation and rounding errors are both below 1e-9 of the derivative.
 const PROBING_GRADIENT: f64 = 1e-5;
-/// Load factor at which derivatives of contact forces of the unloaded body are evaluated, because obstacles often only
-/// touch the unloaded body.
+/// Load factor at which the derivatives of contact forces are evaluated for the unloaded body, because obstacles often
+/// only touch the unloaded body.
 const FIRST_CONTACT: f64 = 1e-6;
 
-/// The equations of an equilibrium, and the factors of their matrix.
+/// The equations of an equilibrium, and the factors of their Jacobian matrix.
 pub(super) struct Newton<'a> {
     pub(super) muscle: &'a Muscle,
     /// Contacts of the body, with the multipliers of the path.
@@ -71,20 +71,20 @@ pub(super) struct Newton<'a> {
     pub(super) work: LinearWork,
     /// Time at which the loads are evaluated, s.
     t: f64,
-    /// The loads of fixed direction.
+    /// Loads with fixed directions.
     load: Vec<f64>,
     /// The tension of each element.
     tensions: Vec<f64>,
-    /// Square of the reference force of the convergence test: the norm of all loads on the undeformed body, or of the
-    /// forces that move the supports, whichever is larger.
+    /// Square of the reference force of the convergence test. The reference force is the norm of all loads on the
+    /// undeformed body or the norm of the forces that move the supports, whichever is larger.
     force_square: f64,
-    /// The prescribed components and the derivatives of their displacement with respect to the load factor, m.
+    /// Prescribed components, each with the derivative (m) of its displacement with respect to the load factor.
     prescribed: Vec<(usize, f64)>,
-    /// Prescribed components whose displacement is not proportional to the load factor, at the end of the list
-    /// above. Their derivatives are evaluated at the load factor of the last [`direction`](Self::direction).
+    /// Prescribed components whose displacement is not proportional to the load factor. They are at the end of
+    /// `prescribed`. Their derivatives are evaluated at the load factor of the last [`direction`](Self::direction).
     turned: Vec<(usize, Signal)>,
     displacement: Vec<f64>,
-    /// Zero: the body is at rest.
+    /// Zero, because the body is at rest.
     velocity: Vec<f64>,
     /// The force of active stresses.
     added: Vec<f64>,
@@ -92,14 +92,14 @@ pub(super) struct Newton<'a> {
     slopes: Vec<DrivenSlope>,
     driven: DrivenObstacles<f64>,
     pub(super) iterations: usize,
-    /// Subtracted from the residual by [`solve`](Self::solve); empty if zero.
+    /// Vector that [`solve`](Self::solve) subtracts from the residual; empty if zero.
     pub(super) offset: Vec<f64>,
-    /// Components of supports and their distances from their prescribed positions at the start of a continuation from a
-    /// similar body.
+    /// Components of supports, each with its distance from the prescribed position at the start of a continuation from
+    /// a similar body.
     pub(super) distances: Vec<(usize, f64)>,
-    /// Fraction of these distances that remains.
+    /// Fraction of `distances` that remains.
     pub(super) distant: f64,
-    /// The element inverted last by a trial of the current load step.
+    /// The element that was last inverted by a trial in the current load step.
     pub(super) inverted: Option<Inverted>,
 }
 
@@ -173,7 +173,7 @@ impl<'a> Newton<'a> {
         self.muscle.solid.dofs().n_free()
     }
 
-    /// Returns the largest |u| of a node for the unknowns `x` under the full load, m.
+    /// Returns the largest nodal |u| (m) for the unknowns `x` under the full load.
     pub(super) fn largest_displacement(&mut self, x: &[f64]) -> f64 {
         let solid = &self.muscle.solid;
         self.place(&x[..solid.dofs().n_free()], 1.0);
@@ -200,7 +200,7 @@ impl<'a> Newton<'a> {
         Ok(change)
     }
 
-    /// Returns the negative derivative of the residual with respect to the load factor at fixed unknowns.
+    /// Returns the negative derivative of the residual with respect to the load factor, with the unknowns fixed.
     ///
     /// Supports are moved by only a small part of their displacement, so that no element inverts even if the total
     /// displacement is large. The forces of moved obstacles are differentiated exactly, because a contact may change
@@ -275,13 +275,14 @@ impl<'a> Newton<'a> {
     }
 
     /// Solves the equations under `factor` times the load by Newton's iteration from the `predicted` equilibrium.
-    /// Returns `None` if `watch` ends the iteration, if an element inverts, if an obstacle passes the body, if the
-    /// matrix is singular, if the iteration does not converge, if an increment is longer than the one before, or if the
-    /// result is farther from `predicted` than `CORRECTION` times the length of the prediction from `start`. A body in
-    /// contact may also move by the largest penetration of the prediction in each component. Increments and
-    /// corrections with gradients up to `SMALL_GRADIENT` are always accepted.
     ///
-    /// Before each iteration, `watch` receives its number, both within this load step and in total.
+    /// Returns `None` if `watch` ends the iteration, if an element inverts, if an obstacle passes the body, if the
+    /// matrix is singular, if the iteration does not converge, if an increment is longer than the previous one, or if
+    /// the result is too far from `predicted`. The allowed distance is `CORRECTION` times the length of the prediction
+    /// from `start`. A body in contact may also move by the largest penetration of the prediction in each component.
+    /// Increments and corrections with gradients up to `SMALL_GRADIENT` are always accepted.
+    ///
+    /// Before each iteration, `watch` receives the number of the iteration, counted within this load step and in total.
     pub(super) fn solve(
         &mut self,
         start: &[f64],
@@ -349,25 +350,28 @@ impl<'a> Newton<'a> {
         Ok(None)
     }
 
-    /// Returns the number of independent directions in which the energy decreases; `None` if the forces have no
-    /// potential or pivots had to be exchanged. For κ = ∞, only displacements that conserve the volume are considered;
-    /// for finite κ, the energy includes the energy of volume changes.
+    /// Returns the number of independent directions in which the energy decreases. Returns `None` if the forces have no
+    /// potential or pivots had to be exchanged. For κ = ∞, only displacements that conserve the volume are considered.
+    /// For finite κ, the energy includes the energy of volume changes.
     pub(super) fn instabilities(&self) -> Option<usize> {
         self.negative_directions().filter(|_| self.is_symmetric())
     }
 
-    /// Returns whether the tangent is symmetric, up to the sign of rows.
+    /// Returns whether the tangent is symmetric except for the signs of rows.
     pub(super) fn is_symmetric(&self) -> bool {
         self.muscle.surface_loads.is_empty()
     }
 
-    /// Returns the number of negative pivots beyond one for each pressure, if all pivots are on the diagonal. Newton's
-    /// matrix (K, −Bᵀ; B, M_p/κ) has the inertia of (K, −Bᵀ; −B, −M_p/κ) after a change of sign of its last rows: one
-    /// negative pivot for each pressure and one more for each direction in which the energy decreases (Sylvester's
-    /// law). An undetermined pressure has a pivot of either sign, and hides one direction at most. For an unsymmetric
-    /// tangent, only the parity of the number is meaningful, because it determines the sign of the determinant. In the
-    /// factorized matrix, obstacles driven by a force are fixed; releasing them adds one negative direction for each
-    /// of their negative pivots.
+    /// Returns the number of negative pivots in excess of one per pressure, if all pivots are on the diagonal.
+    ///
+    /// After a change of sign of its last rows, Newton's matrix (K, −Bᵀ; B, M_p/κ) has the inertia of (K, −Bᵀ; −B,
+    /// −M_p/κ). According to Sylvester's law, it has one negative pivot for each pressure and one more for each
+    /// direction in which the energy decreases. An undetermined pressure has a pivot of either sign, and hides at most
+    /// one direction. For an unsymmetric tangent, only the parity of the number is meaningful, because it determines
+    /// the sign of the determinant.
+    ///
+    /// Obstacles driven by a force are fixed in the factorized matrix. Releasing the obstacles adds one negative
+    /// direction for each of their negative pivots.
     pub(super) fn negative_directions(&self) -> Option<usize> {
         let pivots = self.system.pivots()?;
         let (momentum, constraint) = pivots.split_at(self.muscle.solid.dofs().n_free());
@@ -376,7 +380,7 @@ impl<'a> Newton<'a> {
         Some(negative.saturating_sub(constraint.len()) + self.driven.negative_pivots())
     }
 
-    /// Returns the larger of the two increment-to-solution ratios (displacement, pressure).
+    /// Returns the ratio of increment to solution for the displacement or the pressure, whichever is larger.
     fn ratio(&self, increment: &[f64], x: &[f64]) -> f64 {
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let ratios = self.layout.blocks().iter().map(|(_, range)| {
@@ -388,14 +392,14 @@ impl<'a> Newton<'a> {
         ratios.fold(0.0, f64::max)
     }
 
-    /// Returns whether the volume residuals have converged, which increments of a singular matrix do not show.
+    /// Returns whether the volume residuals have converged. If the matrix is singular, increments do not indicate this.
     fn has_balanced_volumes(&self, r: &[f64]) -> bool {
         let constraint = &r[self.muscle.solid.dofs().n_free()..];
         square(constraint).sqrt() <= RELATIVE_INCREMENT_ON_PATH * self.muscle.solid.volume()
     }
 
-    /// Returns the square of the relative residual: forces are relative to the reference force, volume residuals to the
-    /// body's volume.
+    /// Returns the square of the relative residual. Forces are relative to the reference force, and volume residuals
+    /// are relative to the body's volume.
     fn size(&self, r: &[f64]) -> f64 {
         let (momentum, constraint) = r.split_at(self.muscle.solid.dofs().n_free());
         let volume = self.muscle.solid.volume();
@@ -403,7 +407,7 @@ impl<'a> Newton<'a> {
     }
 }
 
-/// Returns the derivative with respect to the load factor, at `factor`, of the value of `signal` at time `t`.
+/// Returns the derivative of the value of `signal` at time `t` with respect to the load factor, evaluated at `factor`.
 fn rate(signal: &Signal, factor: f64, t: f64) -> f64 {
     let at = |step: f64| signal.scaled(factor + step).at(t).value;
     (at(PROBING_GRADIENT) - at(-PROBING_GRADIENT)) / (2.0 * PROBING_GRADIENT)
@@ -426,7 +430,7 @@ fn equations(muscle: &Muscle, has_pressure: bool) -> (Layout, Vec<Entry<f64>>) {
         has_pressure,
         pressure_rate: PressureRateSource::None,
         pressed: muscle.has_boundary_forces(),
-        // In equilibrium, all stress is relaxed and nothing slips.
+        // In equilibrium, all stresses are relaxed and nothing slips.
         added: Added { relaxing: 0, friction: false, ..Added::of(muscle) },
         graded: solid.has_element_scales(),
         coherence: false,
@@ -446,7 +450,7 @@ fn equations(muscle: &Muscle, has_pressure: bool) -> (Layout, Vec<Entry<f64>>) {
     (layout, entries)
 }
 
-/// Returns the force of dead loads `load`, surface loads and contraction on the undeformed body.
+/// Returns the force on the undeformed body due to the dead loads `load`, surface loads and active contraction.
 fn force_at_rest(muscle: &Muscle, t: f64, load: &[f64], tensions: &[f64]) -> Vec<f64> {
     let rest = vec![0.0; load.len()];
     let mut whole = load.to_vec();
@@ -465,7 +469,7 @@ fn force_at_rest(muscle: &Muscle, t: f64, load: &[f64], tensions: &[f64]) -> Vec
     whole
 }
 
-/// Returns whether the matrix of another state may be factorizable.
+/// Returns whether, despite this error, the matrix of another state may be factorizable.
 pub(super) fn is_singular(error: &SparseError) -> bool {
     matches!(
         error,

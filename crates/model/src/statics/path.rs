@@ -1,4 +1,4 @@
-//! Equilibria on a loading path, and its limit and bifurcation points.
+//! Equilibria on a loading path, and the limit and bifurcation points of the path.
 
 use super::Shortfall;
 use super::newton::Newton;
@@ -15,7 +15,7 @@ pub struct PathState {
     /// Number of independent small motions that grow, as in [`Equilibrium`](super::Equilibrium); unknown at a limit
     /// point.
     pub instabilities: Option<usize>,
-    /// Newton iterations up to this state.
+    /// Number of Newton iterations up to this state.
     pub newton_iterations: usize,
     /// Depths of the augmented Lagrange multipliers of each contact, for
     /// [`with_multipliers`](crate::Muscle::with_multipliers).
@@ -36,8 +36,8 @@ pub enum CriticalKind {
 pub struct CriticalPoint {
     /// Limit point or bifurcation.
     pub kind: CriticalKind,
-    /// Load factors of the computed states before and after the point. If the point was located, both are its load
-    /// factor.
+    /// Load factors of the computed states before and after the point. If the point was located, both values are the
+    /// load factor of the point.
     pub loads: [f64; 2],
 }
 
@@ -46,11 +46,11 @@ pub struct CriticalPoint {
 pub struct PathEnd {
     /// Load factor of the last state.
     pub reached: f64,
-    /// Steps taken.
+    /// Number of steps taken.
     pub load_steps: usize,
-    /// Newton iterations over all steps, excluding predictions.
+    /// Number of Newton iterations over all steps, excluding predictions.
     pub newton_iterations: usize,
-    /// Limit and bifurcation points, in the order of the path.
+    /// Limit and bifurcation points, in the order in which they occur on the path.
     pub critical_points: Vec<CriticalPoint>,
     /// Reason why the path ends early, if it does.
     pub shortfall: Option<Shortfall>,
@@ -73,18 +73,18 @@ impl PathState {
     }
 }
 
-/// Number of directions in which the energy decreases, tracked along a path.
+/// Number of directions in which the energy decreases, followed along a path.
 #[derive(Debug, Default)]
 pub(super) struct Stability {
-    /// Load factor and number of these directions at the last state with a known number.
+    /// Load factor and number of these directions at the last state for which the number is known.
     last: Option<(f64, usize)>,
     pub(super) points: Vec<CriticalPoint>,
 }
 
 impl Stability {
-    /// Records the critical points since the previous state, from the change of the number of `negative` directions.
-    /// `limit` is the load factor of a limit point between the two states, where the stiffness of one direction changes
-    /// its sign.
+    /// Records the critical points since the previous state, from the change in the number of `negative` directions.
+    /// `limit` is the load factor of a limit point between the two states. At the limit point, the stiffness of one
+    /// direction changes sign.
     pub(super) fn observe(
         &mut self,
         newton: &Newton<'_>,

@@ -14,18 +14,18 @@ pub(crate) struct Prospect<'a> {
     newton: Newton<'a>,
 }
 
-/// Response of the body to the full load by linear elasticity, and the cost of computing it: one
-/// iteration of Newton's method.
+/// Response of the body to the full load according to linear elasticity, and the cost of computing it by one iteration
+/// of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LinearResponse {
-    /// The largest |u| of a node, m.
+    /// The largest nodal |u|, m.
     pub(crate) displacement: f64,
-    /// CPU time, s.
+    /// CPU time of the computation, s.
     pub(crate) seconds: f64,
 }
 
 impl<'a> Prospect<'a> {
-    /// Prepares the equilibrium of a `muscle` under its loads at time `t`.
+    /// Prepares the search for the equilibrium of `muscle` under its loads at time `t`.
     ///
     /// # Errors
     /// Errors of [`equilibrium`](super::equilibrium) that do not depend on the loads.
@@ -43,7 +43,7 @@ impl<'a> Prospect<'a> {
         &self.newton.layout
     }
 
-    /// Returns the predicted memory and work of factorizing the iteration matrix, if known in advance.
+    /// Returns the predicted memory and work for factorizing the iteration matrix, if known in advance.
     pub(crate) fn needs(&self) -> Option<Prediction> {
         self.newton.needs
     }
@@ -53,7 +53,7 @@ impl<'a> Prospect<'a> {
         self.newton.in_use
     }
 
-    /// Returns the CPU time of an evaluation of the iteration matrix at rest, s.
+    /// Returns the CPU time (s) for evaluating the iteration matrix at rest.
     ///
     /// # Errors
     /// Returns no error for a body at rest.
@@ -64,10 +64,10 @@ impl<'a> Prospect<'a> {
         Ok(clock.elapsed().as_secs_f64())
     }
 
-    /// Computes the response of the body to its loads by linear elasticity.
+    /// Computes the response of the body to its loads according to linear elasticity.
     ///
     /// # Errors
-    /// [`ModelError::Factorization`] for a body without sufficient supports.
+    /// [`ModelError::Factorization`] if the supports of the body are insufficient.
     pub(crate) fn linear_response(&mut self) -> Result<LinearResponse, ModelError> {
         let newton = &mut self.newton;
         let clock = CpuClock::start();

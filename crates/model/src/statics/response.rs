@@ -8,8 +8,9 @@ use crate::muscle::Muscle;
 
 /// Derivatives of equilibria with respect to parameters.
 ///
-/// G(x, p) = 0 gives `∂G/∂x ∂x/∂p = −∂G/∂p`, with one factorization for all parameters. A parameter is given as a
-/// stencil of muscles with different values of the parameter: the weighted sum of their G at the same x is ∂G/∂p.
+/// G(x, p) = 0 gives `∂G/∂x ∂x/∂p = −∂G/∂p`. One factorization is sufficient for all parameters. A parameter is given
+/// as a stencil of muscles with different values of the parameter. ∂G/∂p is the weighted sum of the residuals G of
+/// these muscles at the same x.
 pub struct EquilibriumDerivatives<'a> {
     newton: Newton<'a>,
     parameters: Vec<Vec<(f64, Newton<'a>)>>,
@@ -19,7 +20,7 @@ impl<'a> EquilibriumDerivatives<'a> {
     /// Prepares the derivatives of equilibria of `muscle` under its loads at time `t`.
     ///
     /// # Errors
-    /// Matrices that do not fit in memory.
+    /// Fails if the matrices do not fit in memory.
     pub fn new(
         muscle: &'a Muscle,
         formulation: Formulation,
@@ -37,12 +38,12 @@ impl<'a> EquilibriumDerivatives<'a> {
         })
     }
 
-    /// Computes ∂x/∂p of the equilibrium `x` (displacements, then pressures) under a `part` of the
-    /// loads, for each parameter.
+    /// Computes ∂x/∂p of the equilibrium `x` (displacements, then pressures) under the fraction `part` of the loads,
+    /// for each parameter.
     ///
     /// # Errors
-    /// [`ModelError::Factorization`] at a limit point, [`ModelError::Inverted`] for a muscle of a
-    /// stencil that moves its supports too far.
+    /// [`ModelError::Factorization`] at a limit point; [`ModelError::Inverted`] if a muscle of a stencil moves its
+    /// supports too far.
     pub fn at(&mut self, x: &[f64], part: f64) -> Result<Vec<Vec<f64>>, ModelError> {
         let Self { newton, parameters } = self;
         newton.tangent(x, part)?;
@@ -63,8 +64,8 @@ impl<'a> EquilibriumDerivatives<'a> {
 }
 
 impl Equilibrium {
-    /// Computes ∂x/∂p of the equilibrium of `muscle` at time `t` for each of `parameters`:
-    /// displacements, then pressures. See [`EquilibriumDerivatives`].
+    /// Computes ∂x/∂p (displacements, then pressures) of the equilibrium of `muscle` at time `t` for each of
+    /// `parameters`. See [`EquilibriumDerivatives`].
     ///
     /// # Errors
     /// Errors of [`EquilibriumDerivatives::at`].

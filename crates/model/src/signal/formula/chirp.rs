@@ -30,7 +30,7 @@ pub struct Chirp {
 }
 
 impl Chirp {
-    /// Returns the frequency at time `t`, Hz.
+    /// Returns the frequency (Hz) at time `t`.
     fn frequency_at(&self, t: f64) -> f64 {
         let passed = (t / self.duration).min(1.0);
         self.frequency + passed * (self.end_frequency - self.frequency)
@@ -64,7 +64,7 @@ impl TimeFunction for Chirp {
         shortest([ends[0].max(ends[1]).recip()])
     }
 
-    /// No limit: the error test resolves a continuing vibration.
+    /// Does not limit steps, because the error test resolves a continuing vibration.
     fn longest_step(&self, _: f64, _: f64) -> Option<f64> {
         None
     }

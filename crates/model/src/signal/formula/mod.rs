@@ -16,13 +16,13 @@ pub enum Role {
     Break,
 }
 
-/// Function of time given by a formula.
+/// Constants of a function of time given by a formula.
 trait Constants {
-    /// Names of the constants with a derivative, and their roles.
+    /// Names and roles of the constants with respect to which the function can be differentiated.
     const ROLES: &[(&str, Role)];
 }
 
-/// Defines [`Formula`] from a list of files, their types, and the names in scenes.
+/// Defines [`Formula`] from a list of files, types, and names in scenes.
 macro_rules! formulas {
     ($($file:ident $name:ident $tag:tt)*) => {
         $(mod $file; pub use $file::$name;)*

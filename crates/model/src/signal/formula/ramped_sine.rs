@@ -10,7 +10,8 @@ use crate::paper::{LOAD_FREQUENCY, LOAD_SHIFT, LOAD_STEEPNESS};
 use crate::signal::timing::shortest;
 use crate::signal::{Jet, TimeFunction};
 
-/// Distance from its center, in units of 1/steepness, beyond which a sigmoid is constant to 2e-9 of its height.
+/// Distance from the center of a sigmoid, in units of 1/steepness, beyond which it is constant to within 2e-9 of its
+/// height.
 const SIGMOID_WIDTH: f64 = 20.0;
 
 /// The paper's load: `amplitude · (1/(1+exp(-steepness t + shift)) - 1/(1+exp(shift))) · sin(2π frequency t)`.
@@ -45,8 +46,8 @@ fn paper_shift() -> f64 {
 }
 
 impl RampedSine {
-    /// Returns the rise time of the sigmoid, s, if it rises between two times. Its largest slope is
-    /// a quarter of its steepness.
+    /// Returns the rise time of the sigmoid (s) if it rises between two times. The largest slope of the sigmoid is a
+    /// quarter of its steepness.
     fn rise(&self, from: f64, to: f64) -> Option<f64> {
         let [first, last] = [from, to].map(|t| self.steepness * t - self.shift);
         let rises = first.min(last) < SIGMOID_WIDTH && first.max(last) > -SIGMOID_WIDTH;
@@ -76,8 +77,8 @@ impl TimeFunction for RampedSine {
         shortest(rise.chain([self.frequency.abs().recip()]))
     }
 
-    /// Limits steps only while the sigmoid rises. The rise is smooth and gradual, so steps of the rise time suffice for
-    /// error estimates to detect it.
+    /// Limits steps only while the sigmoid rises. The rise is smooth and gradual, so error estimates detect it even
+    /// with steps as long as the rise time.
     fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
         self.rise(from, to)
     }

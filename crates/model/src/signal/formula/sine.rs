@@ -37,7 +37,7 @@ impl TimeFunction for Sine {
         shortest([self.frequency.abs().recip()])
     }
 
-    /// No limit: the error test resolves a continuing vibration.
+    /// Does not limit steps, because the error test resolves a continuing vibration.
     fn longest_step(&self, _: f64, _: f64) -> Option<f64> {
         None
     }

@@ -53,7 +53,7 @@ impl TimeFunction for StepFunction {
     }
 }
 
-/// Returns s³ (6 s² - 15 s + 10) between 0 and 1, constant beyond.
+/// Returns s³ (6 s² - 15 s + 10) for s between 0 and 1. The function is constant outside this interval.
 fn smooth_step(s: Jet) -> Jet {
     let x = s.value.clamp(0.0, 1.0);
     s.compose(

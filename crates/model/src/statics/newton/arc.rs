@@ -1,4 +1,4 @@
-//! Newton's method for an equilibrium at a given distance from another one, with the load unknown.
+//! Newton's method for an equilibrium at a given distance from another equilibrium, with an unknown load.
 
 use std::ops::ControlFlow;
 
@@ -7,8 +7,8 @@ use super::{
 };
 use crate::error::ModelError;
 
-/// Length of a vector of displacement components and a load factor: the square is the sum of the squares of the
-/// components, plus a multiple of the square of the load factor.
+/// Metric for vectors of displacement components and a load factor. The square of the length is the sum of the squares
+/// of the components plus a multiple of the square of the load factor.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::statics) struct Metric {
     n_free: usize,
@@ -16,7 +16,7 @@ pub(in crate::statics) struct Metric {
     weight: f64,
 }
 
-/// Unknowns and load factor, or a change of them.
+/// Unknowns and load factor, or changes of both.
 #[derive(Debug, Clone)]
 pub(in crate::statics) struct Point {
     pub(in crate::statics) x: Vec<f64>,
@@ -24,8 +24,8 @@ pub(in crate::statics) struct Point {
 }
 
 impl Metric {
-    /// Creates a metric in which displacements and load factor contribute equally to the initial `direction` with
-    /// respect to the load. Prescribed components belong to the displacements.
+    /// Creates a metric in which displacements and load factor contribute equally to the length of the initial
+    /// `direction`, the derivative with respect to the load factor. Prescribed components count as displacements.
     pub(in crate::statics) fn new(newton: &Newton<'_>, direction: &[f64]) -> Self {
         let n_free = newton.n_free();
         let supports = newton.prescribed.iter().map(|(_, value)| value * value);
@@ -90,7 +90,7 @@ impl Newton<'_> {
                 Err(error) if is_singular(&error) => return Ok(None),
                 Err(error) => return Err(error.into()),
             }
-            // Block elimination of the equation |covered|² = radius².
+            // The equation |covered|² = radius² is solved by block elimination.
             let covered = at.plus(-1.0, start);
             let [correction, by_load] =
                 [(correction, 0.0), (by_load, 1.0)].map(|(x, load)| Point { x, load });

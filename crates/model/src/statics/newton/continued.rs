@@ -8,7 +8,7 @@ use crate::operators::largest_gradient;
 
 impl Newton<'_> {
     /// Moves the supports to their positions in the nodal `displacement` of a similar body. Returns the free
-    /// components, with pressures of zero.
+    /// components, followed by zero pressures.
     pub(in crate::statics) fn take_over(&mut self, displacement: &[f64]) -> Vec<f64> {
         let free = self.muscle.solid.dofs().free_to_full();
         let mut x: Vec<f64> = free.iter().map(|&i| displacement[i]).collect();
@@ -30,8 +30,8 @@ impl Newton<'_> {
         Ok(r)
     }
 
-    /// Returns dx/ds for R(x, s) = (1 − s) `imbalance`, with the residual R under the whole load and supports at the
-    /// fraction 1 − s of their distances, and the size of its displacement gradient.
+    /// Returns dx/ds for R(x, s) = (1 − s) `imbalance`, and the size of its displacement gradient. R is the residual
+    /// under the whole load with supports at the fraction 1 − s of their distances.
     pub(in crate::statics) fn rate(
         &mut self,
         x: &[f64],

@@ -9,23 +9,24 @@ use crate::muscle::load::{Contact, set_multipliers};
 /// Maximum number of updates of multipliers. If the contact is stiffer than the body, each update divides the
 /// penetration by about the ratio of the two stiffnesses.
 const MAX_AUGMENTATIONS: usize = 50;
-/// Maximum number of halvings of an update if the equilibrium after it is not found.
+/// Maximum number of halvings of an update if no equilibrium is found after the update.
 const HALVINGS: usize = 6;
-/// Fraction of the last distance from the obstacle above which a contact becomes stiffer before the next update.
-/// Quadratic facets cannot follow a curved obstacle, and some pressures then converge slowly.
+/// A contact becomes stiffer before the next update if its distance from the obstacle exceeds this fraction of the last
+/// distance. Quadratic facets cannot follow a curved obstacle, so some pressures converge slowly.
 const SLOW: f64 = 0.5;
-/// Factor of the stiffness of such a contact. A power of two, so that the given stiffness is restored without rounding.
+/// Factor by which the stiffness of such a contact is multiplied. It is a power of two, so that the given stiffness is
+/// restored without rounding errors.
 const STIFFENING: f64 = 4.0;
-/// Largest stiffness of such a contact, relative to the given one.
+/// Largest stiffness of such a contact, relative to the given stiffness.
 const STIFFEST: f64 = 64.0;
 /// Smallest penetration of an unloaded body, as a fraction of the facet size, that can prevent convergence.
 const OVERLAP: f64 = 0.01;
 
 impl Newton<'_> {
-    /// Updates the multipliers of contacts and solves for the equilibrium `x` again, in turn, until no contact
-    /// penetrates (method of Uzawa). Updates after which the equilibrium is not found are halved. Contacts that
-    /// converge slowly are stiffened during the updates. Returns whether the updates converge; if not, `x` and the
-    /// multipliers belong to the last equilibrium.
+    /// Alternately updates the multipliers of contacts and solves for the equilibrium `x` until no contact penetrates
+    /// (Uzawa's method). An update is halved if no equilibrium is found after it. Contacts that converge slowly are
+    /// stiffened during the updates. Returns whether the updates converge; if not, `x` and the multipliers belong to
+    /// the last equilibrium.
     pub(in crate::statics) fn augment(
         &mut self,
         x: &mut Vec<f64>,
@@ -94,7 +95,7 @@ impl Newton<'_> {
         Ok(false)
     }
 
-    /// Returns the group of an obstacle that enters the unloaded body, and its penetration (m).
+    /// Returns the boundary group of an obstacle that penetrates the unloaded body, and the penetration (m).
     pub(in crate::statics) fn overlap_at_rest(&self) -> Option<(&str, f64)> {
         let rest = vec![0.0; self.displacement.len()];
         let contacts = self.contacts.iter().filter(|contact| !contact.is_driven());

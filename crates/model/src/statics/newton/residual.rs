@@ -9,8 +9,8 @@ use crate::field::Field;
 use crate::muscle::load::{BoundaryForce, boundary_forces};
 
 impl Newton<'_> {
-    /// Sets all components of the displacement: the free components to `q`, the others to `factor`
-    /// times their prescribed values.
+    /// Sets all components of the displacement: the free components to `q`, and the other components to `factor` times
+    /// their prescribed values.
     pub(super) fn deform(&mut self, q: &[f64], factor: f64) {
         for &(component, value) in &self.prescribed {
             self.displacement[component] = factor * value;
@@ -39,8 +39,8 @@ impl Newton<'_> {
         self.residual_under(x, factor, None, r)
     }
 
-    /// Computes the residual. If `driven` is given, it scales the forces on obstacles, and contacts with obstacles of
-    /// prescribed motion are omitted.
+    /// Computes the residual. If `driven` is given, it scales the forces on obstacles, and contacts with obstacles that
+    /// have a prescribed motion are omitted.
     pub(super) fn residual_under(
         &mut self,
         x: &[f64],
@@ -142,7 +142,8 @@ impl Newton<'_> {
         driven.factorize(slopes, (n, rows.clone(), rows), |x| system.solve(x, work))
     }
 
-    /// Solves with the factors of the last [`factorize`](Self::factorize), with obstacles that follow their forces.
+    /// Solves a linear system with the factors of the last [`factorize`](Self::factorize). Obstacles follow their
+    /// forces.
     pub(in crate::statics) fn solve_linear(&mut self, b: &mut [f64]) -> Result<(), SparseError> {
         self.system.solve(b, &mut self.work)?;
         self.driven.correct(b, 1);
