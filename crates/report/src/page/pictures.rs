@@ -213,7 +213,7 @@ fn contacts_and_points(scene: &Scene) -> String {
 /// Returns the table of materials and their constants, in an HTML element with this class.
 fn materials(scene: &Scene, class: &str) -> String {
     let rows: String = scene
-        .file
+        .file()
         .material
         .iter()
         .enumerate()
