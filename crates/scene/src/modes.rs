@@ -14,7 +14,7 @@ use crate::{Body, InputError, Scene, json};
 /// Modes of bodies that differ only in κ, and the state about which the modes are computed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Modes {
-    /// Constant traction in the state of linearization (Pa).
+    /// Constant traction (Pa) in the state about which the equations are linearized.
     pub load: f64,
     /// Time (s) at which the loads of the equilibrium are evaluated; null for the unloaded body.
     pub preload_time: Option<f64>,

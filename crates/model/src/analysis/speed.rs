@@ -22,7 +22,7 @@ pub(super) struct Speed {
     /// Operations of a factorization, counted as in
     /// [`Prediction::flops`](myovib_sparse::Prediction::flops).
     pub(super) operations: f64,
-    /// Number of entries of the factors processed in solves.
+    /// Number of factor entries that the solves process.
     pub(super) entries: f64,
 }
 

@@ -58,7 +58,7 @@ impl Source {
         }
     }
 
-    /// Returns wᵀ `body`, the change of u for the change `body` of the body's unknowns.
+    /// Returns wᵀ `body`, the change of u if the body's unknowns change by `body`.
     fn change<T: Scalar>(&self, body: &[T]) -> T {
         let terms = self.unknowns().iter().map(|&(i, weight)| body[i] * weight);
         terms.fold(T::zero(), |sum, term| sum + term)

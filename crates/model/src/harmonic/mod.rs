@@ -85,7 +85,7 @@ pub struct DynamicStiffness {
     t: f64,
     /// Harmonic forces at all nodal components.
     force: Vec<Complex64>,
-    /// Harmonic motion of the supports at all nodal components; zero for free components.
+    /// Harmonic motion of the supports, for all nodal components; zero for free components.
     supports: Vec<Complex64>,
 }
 

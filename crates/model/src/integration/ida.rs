@@ -120,7 +120,7 @@ fn of_first_step(stop: &Stop) -> bool {
     stop.statistics.steps == 0 && reason
 }
 
-/// Creates a builder for IDAS with a stop time at the end.
+/// Creates a builder for IDAS whose stop time is `t_end`.
 pub(crate) fn builder<P: Problem>(problem: P, options: IdaOptions, t_end: f64) -> IdaBuilder<P> {
     IdaSolver::builder(problem).options(IdaOptions { stop_time: Some(t_end), ..options })
 }

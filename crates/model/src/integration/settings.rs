@@ -262,7 +262,7 @@ impl Settings {
         }
     }
 
-    /// Rejects settings that only BDF supports if the integrator is Radau IIA.
+    /// If the integrator is Radau IIA, rejects settings that only BDF supports.
     ///
     /// # Errors
     /// Returns [`ModelError::OnlyBdf`] if such a setting is used.

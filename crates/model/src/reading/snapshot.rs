@@ -47,7 +47,7 @@ impl<'a> Snapshot<'a> {
         }
     }
 
-    /// Returns the strain and the stress of the law at a point.
+    /// Returns strain and stress at a point, by the material law.
     pub(super) fn state_at(&self, place: &ElementPoint) -> PointState {
         self.solid.state_at(&self.fields(), place)
     }

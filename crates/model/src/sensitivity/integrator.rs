@@ -111,7 +111,7 @@ where
         Self { sensitivities, ..self }
     }
 
-    /// Returns the work for computing the sensitivities, in addition to the work of the integration.
+    /// Returns the additional work of the sensitivities, beyond the work of the integration.
     pub fn work(&self) -> SensitivityWork {
         self.sensitivities.work()
     }

@@ -238,7 +238,7 @@ impl<'a> Incompressible<'a> {
     }
 }
 
-/// Longest step of the finite differences in time, relative to the time in which shear waves cross the body. A body at
+/// Largest time step of the finite differences, relative to the time in which a shear wave crosses the body. A body at
 /// rest without loads has no other time scale.
 const LONGEST_DIFFERENCE: f64 = 1e-3;
 

@@ -11,9 +11,9 @@ use crate::error::ModelError;
 const QUICK: usize = 4;
 /// Largest allowed second-order part of a prediction, relative to the first-order part.
 const LARGEST_CHANGE: f64 = 0.5;
-/// A path ends if a step fails although its load increment is below this fraction of the whole load and its change of
-/// the displacement gradient is below this fraction of the allowed change. A soft body may require smaller load
-/// increments, for example before a limit point or at the start of a contact.
+/// A path ends if a step fails whose load increment is below this fraction of the whole load, and whose change of the
+/// displacement gradient is below this fraction of the allowed change. A soft body may require smaller load increments,
+/// for example before a limit point or at the start of a contact.
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 /// Load increment, as a fraction of the whole load, below which a failed step always ends the path.
 const SMALLEST_LOAD_STEP: f64 = 1e-9;

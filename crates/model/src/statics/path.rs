@@ -17,7 +17,7 @@ pub struct PathState {
     pub instabilities: Option<usize>,
     /// Number of Newton iterations up to this state.
     pub newton_iterations: usize,
-    /// Depths of the augmented Lagrange multipliers of each contact, for
+    /// Augmented Lagrange multipliers of each contact, expressed as penetration depths, for
     /// [`with_multipliers`](crate::Muscle::with_multipliers).
     pub multipliers: Vec<Vec<f64>>,
 }

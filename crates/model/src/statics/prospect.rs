@@ -1,4 +1,4 @@
-//! Predictions about a search for an equilibrium before it begins.
+//! Predictions made before a search for an equilibrium begins.
 
 use myovib_sparse::Prediction;
 

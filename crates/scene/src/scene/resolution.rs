@@ -33,7 +33,7 @@ fn obstacles(file: &SceneFile, body: &Body) -> Vec<String> {
     notes.collect()
 }
 
-/// Returns a note if elements are long compared with shear waves at the highest frequency.
+/// Returns a note if elements are long compared with the shear wavelength at the highest frequency.
 fn waves(file: &SceneFile, body: &Body) -> Option<String> {
     let frequency = match (file.analysis, &file.response) {
         (Analysis::Response, Some(own)) => own.frequencies.grid().ok()?.ends()[1],

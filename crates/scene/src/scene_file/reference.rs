@@ -318,7 +318,7 @@ fn is_choice(schema: &Value) -> bool {
     choices(schema).next().is_some() && choices(schema).all(|one| one["const"].is_string())
 }
 
-/// Returns whether a definition is a table, or several tables that a tag distinguishes.
+/// Returns whether a definition is a table, or one of several tables, depending on a tag.
 fn is_table(schema: &Value) -> bool {
     let is_tagged = |one: &Value| {
         let properties = one["properties"].as_object().into_iter().flatten();

@@ -140,7 +140,7 @@ fn collect(source: &Source, value: &Value, path: &str, found: &mut Vec<Old>) {
     }
 }
 
-/// Returns the path with new names in all its parts.
+/// Returns the path with each key replaced by its new name.
 fn renamed(bare: &str) -> String {
     let mut old = String::new();
     let mut new = String::new();

@@ -246,7 +246,7 @@ mod tests {
             title: String::new(),
             probe: Vec::new(),
             fields: None,
-            ..Scene::built_in(figure, &[]).unwrap().file
+            ..Scene::built_in(figure, &[]).unwrap().file().clone()
         }
     }
 
