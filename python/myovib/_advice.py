@@ -429,7 +429,9 @@ def _jumping(
 
 def _jumps(function: Callable[[float], Array], distance: float) -> Array:
     """Return the jump of each component within this distance of 0, or 0 if the rest of the interval changes it as much."""
-    a, b, left, right = -distance, distance, function(-distance), function(distance)
+    # Bisection of an interval that is not symmetric avoids the value at 0, which functions such as sign define separately.
+    a, b = -distance, 1.3 * distance
+    left, right = function(a), function(b)
     total, rest = np.abs(right - left), np.zeros(len(left))
     for _ in range(BISECTIONS):
         middle = 0.5 * (a + b)

@@ -576,3 +576,41 @@ def test_entries_that_sparsity_lacks_after_the_start_are_named(method):
     with pytest.warns(UserWarning, match="`sparsity`"):
         s = solve_dae(turning, (0, 3), [0, 0, 0], [1, 0, 0], method, sparsity=np.eye(3))
     assert not s.success and "equation 1 changes with variable 2" in s.message
+
+
+def test_dry_friction_from_rest_is_named_for_the_first_step_of_bdf():
+    """Regression: the message asked for ever smaller first steps."""
+
+    def friction(t, y, yp):
+        return [yp[0] - y[1], yp[1] + y[0] - y[2], y[2] + 0.3 * np.sign(y[1])]
+
+    start = [2.05, 0, 0], [0, -2.05, 0]
+    s = solve_dae(friction, (0, 3), *start)
+    assert s.status == -1 and "[2]" in s.message and "variable 1" in s.message, s.message
+    s = solve_dae(lambda t, y, yp: [*friction(t, y, yp)[:2], y[2] + 0.3 * np.tanh(y[1] / 1e-5)], (0, 3), *start)
+    assert s.success
+
+
+@pytest.mark.parametrize("tol", [1e-6, 1e-3])
+def test_a_pole_at_index_2_is_named(tol):
+    """Regression: the messages suggested looser and tighter tolerances."""
+
+    def equations(t, y, yp):
+        v = y[2:4]
+        return np.r_[yp[:2] - v, yp[2:4] + y[4] * y[:2] - (v @ v) * v, y[:2] @ v]
+
+    start = [1, 0, 0, 1, 1], [0, 1, -1, 1, 0]
+    s = solve_dae(equations, (0, 3), *start, method="radau9", index=[1, 1, 1, 1, 2], rtol=tol, atol=1e-2 * tol)
+    # |v|' = |v|³ ends at t = 1/2.
+    assert s.status == -1 and abs(s.t[-1] - 0.5) < 1e-3
+    assert "[0, 1, 2, 3]" in s.message and "tolerances" not in s.message.partition("; ")[2], s.message
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau9"])
+def test_a_break_beside_the_jump_is_named(method):
+    def equations(t, y, yp):
+        return [yp[0] + y[0] - y[1], y[1] - np.floor(t / 0.01 + 1e-9)]
+
+    breaks = [0.01 * k for k in range(1, 10)]
+    s = solve_dae(equations, (0, 0.1), [0, 0], [0, 0], method, breaks=breaks)
+    assert s.status == -1 and "0.01 differs by 1.0e-11" in s.message, s.message
