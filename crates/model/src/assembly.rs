@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn blocks_overlap_transpose_and_sum() {
-        // A 3×3 matrix: a 2×2 diagonal block that is added twice, a 1×2 block below it, and the transpose of the 1×2
+        // A 3×3 matrix: a 2×2 diagonal block added twice, a 1×2 block below it, and the transpose of the 1×2
         // block.
         let square = pattern(2, 2, &[(0, 0), (1, 1)]);
         let wide = pattern(1, 2, &[(0, 0), (0, 1)]);

@@ -7,7 +7,7 @@ pub enum ModelError {
     /// A parameter outside its range.
     #[error("{name} = {value} is out of range: {allowed}")]
     OutOfRange { name: &'static str, value: f64, allowed: &'static str },
-    /// A formulation that is incompatible with κ and β.
+    /// A formulation incompatible with κ and β.
     #[error("formulation `{formulation}` is incompatible with κ = {kappa}, β = {beta}: {allowed}")]
     NotAllowed {
         /// Name of the requested formulation.
@@ -81,7 +81,7 @@ pub enum ModelError {
     /// A setting that Radau IIA does not support.
     #[error("Radau IIA has no `{setting}`: it is a setting of BDF (IDAS)")]
     OnlyBdf { setting: &'static str },
-    /// A setting that is not available for a body with feedback.
+    /// A setting not available for a body with feedback.
     #[error("`{setting}` is not available for a body with feedback: remove it")]
     NotWithFeedback { setting: &'static str },
     /// Newton's method found no static equilibrium.
@@ -186,7 +186,7 @@ pub enum ModelError {
     /// The structural analysis failed.
     #[error(transparent)]
     Structure(#[from] myovib_structure::StructureError),
-    /// A measurement of a part that is missing in the system.
+    /// A measurement of a part missing in the system.
     #[error("the system has no {part}")]
     NoSuchPart { part: &'static str },
     /// A recorder failed to write.

@@ -228,7 +228,7 @@ impl Advice {
         Finding { fields: self.highest(), problem, remedies }
     }
 
-    /// Reports multipliers of higher index that are included in the error test.
+    /// Reports multipliers of higher index included in the error test.
     fn error_test(&self) -> Option<Finding> {
         if self.settings.multiplier_weights == MultiplierWeights::StepScaled {
             return None;

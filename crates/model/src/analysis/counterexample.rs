@@ -71,7 +71,7 @@ impl Solution {
 /// under a vertical load of 8 Hz.
 ///
 /// # Errors
-/// Returns [`ModelError::Fem`] if the mesh lacks one of the groups.
+/// Returns [`ModelError::Fem`] if the mesh lacks any of the groups.
 pub fn solve(mesh: &Mesh, space: MultiplierSpace) -> Result<Solution, ModelError> {
     let amplitude = Signal::constant(paper::LOAD_AMPLITUDE);
     let muscle = paper::muscle_with_load(mesh, paper::SMALL_STRAIN, f64::INFINITY, 0.0, amplitude)?;

@@ -1,4 +1,4 @@
-//! Parts of a body that are not held by its supports.
+//! Parts of a body not held by its supports.
 
 use std::fmt;
 

@@ -23,7 +23,7 @@ const RESONANCE: f64 = 0.1;
 /// suggest a mesh in mm.
 const FAR_ABOVE_MODES: f64 = 200.0;
 /// Ratio of the load frequency to the lowest eigenfrequency below which a scene is unusual, because inertia has no
-/// effect. Such ratios suggest moduli that are wrong by a factor of 1000, or a mesh in km.
+/// effect. Such ratios suggest moduli wrong by a factor of 1000, or a mesh in km.
 const FAR_BELOW_MODES: f64 = 1e-5;
 /// Assumed maximum ratio of the frequency of a stretching mode to the lowest eigenfrequency. The ratio is large for
 /// slender bodies because they bend.

@@ -9,11 +9,11 @@ use crate::analysis::free_parts::{FreePart, FreeParts};
 use crate::error::ModelError;
 use crate::muscle::Muscle;
 
-/// Maximum number of parts without common edges (3D: faces) that are treated separately. If a mesh has more parts, it
+/// Maximum number of parts without common edges (3D: faces) to treat separately. If a mesh has more parts, it
 /// is treated as one body, and its hinges are not detected.
 const MAX_PARTS: usize = 100;
 
-/// Returns the parts of the body that can move rigidly, or `None` if there are no such parts. Compares the rank of the
+/// Returns the parts of the body that can move rigidly; `None` without such parts. Compares the rank of the
 /// conditions of supports and joints with the rigid motions of each part.
 pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
     let space = muscle.solid.space();

@@ -94,7 +94,7 @@ pub struct HarmonicResponse {
     stiffness: DynamicStiffness,
     plan: Arc<Condensation>,
     elimination: Arc<Elimination>,
-    /// Matrices that are currently not used by any thread. Allocating a matrix costs as much as a factorization.
+    /// Matrices currently not used by any thread. Allocating a matrix costs as much as a factorization.
     matrices: Mutex<Vec<Factorized>>,
 }
 

@@ -65,7 +65,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         Ok(Self::of(solver, t_end))
     }
 
-    /// Creates the integrator with error weights that are a function of y.
+    /// Creates the integrator with error weights as a function of y.
     ///
     /// # Errors
     /// Returns [`ModelError::Radau`] if an option of Radau IIA is invalid.

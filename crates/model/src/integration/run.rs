@@ -67,7 +67,7 @@ fn integrate<P>(
         for observer in observers.iter_mut() {
             let mut step = AcceptedStep { from, to, integrator: &mut *integrator };
             if let ControlFlow::Break(outcome) = observer.accepted(&mut step)? {
-                // A limit that is reached in the last step does not truncate the run.
+                // A limit reached in the last step does not truncate the run.
                 let is_limit =
                     matches!(outcome.reason(), Some(EndReason::Interrupted | EndReason::WorkCap));
                 if is_limit && advance == Advance::Finished {
@@ -86,7 +86,7 @@ fn integrate<P>(
 pub struct Limits<'a> {
     /// CPU time allowed, s.
     pub cpu_seconds: f64,
-    /// Flag that is set from outside to interrupt the run.
+    /// Flag set from outside to interrupt the run.
     pub interrupted: Option<&'a std::sync::atomic::AtomicBool>,
     started: CpuClock,
 }

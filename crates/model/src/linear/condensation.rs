@@ -89,7 +89,7 @@ impl RetainedBlock {
     }
 }
 
-/// A block of unknowns that is recovered from its base: δw = (b − rate · c δx) / value.
+/// A block of unknowns recovered from its base: δw = (b − rate · c δx) / value.
 #[derive(Debug, Clone)]
 pub(super) struct Recovered {
     /// Rows of the kinematic equation in the full system.

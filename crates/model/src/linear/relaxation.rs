@@ -21,7 +21,7 @@ use crate::field::Field;
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
 
-/// Number of stress components at quadrature points that are processed together for several right-hand sides, so that
+/// Number of stress components at quadrature points processed together for several right-hand sides, so that
 /// they stay in cache. A single right-hand side is processed without strides, which allows vector instructions.
 const BLOCK: usize = 64;
 

@@ -484,7 +484,7 @@ pub(crate) fn set_multipliers(contacts: &mut [Contact], depths: Vec<Vec<f64>>) {
     augmented.for_each(|(contact, depths)| contact.set_depths(depths));
 }
 
-/// A displacement component that is prescribed as a function of time instead of determined by an equation of motion.
+/// A displacement component prescribed as a function of time instead of determined by an equation of motion.
 #[derive(Debug, Clone)]
 pub struct Prescribed {
     /// Index of the component in a nodal array.

@@ -36,7 +36,7 @@ pub struct Muscle {
     pub prescribed: Vec<Prescribed>,
     /// Elastic and viscous foundations of the boundary.
     pub foundations: Vec<RobinSupport>,
-    /// Index of each active added stress of the solid, with its tension. Stresses that are not listed have zero
+    /// Index of each active added stress of the solid, with its tension. Unlisted stresses have zero
     /// tension.
     pub activations: Vec<(usize, Activation)>,
     /// Factor of the given tensions in each element, if they are not uniform.

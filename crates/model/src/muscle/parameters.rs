@@ -1,4 +1,4 @@
-//! Physical constants of the muscle that are not part of its material law.
+//! Physical constants of the muscle, not part of its material law.
 
 use myovib_fem::Pressure;
 

@@ -2,7 +2,7 @@
 //!
 //! This module defines [`MuscleDae`]. [`evaluation`] contains its residual and Jacobian, and [`observation`] the
 //! quantities derived from a state. [`factors`] supports stiffness and tension that vary in space and time.
-//! [`internal_variables`] supports internal stresses that are stored by the integrator.
+//! [`internal_variables`] supports internal stresses stored by the integrator.
 
 mod evaluation;
 mod factors;
@@ -230,7 +230,7 @@ impl MuscleDae {
         &self.counters
     }
 
-    /// Sets the work counters, for example to the final counters of the run that is resumed.
+    /// Sets the work counters, for example to the final counters of the resumed run.
     pub fn set_counters(&mut self, counters: WorkCounters) {
         self.counters = counters;
     }
@@ -277,7 +277,7 @@ impl MuscleDae {
     }
 
     /// Includes the effect of eliminated oscillators on stiffness and damping in [`blocks`](Self::blocks) and in
-    /// condensed matrices that are created later. Returns the values of these terms, which must be filled before each
+    /// later condensed matrices. Returns the values of these terms, which must be filled before each
     /// matrix setup.
     pub(crate) fn coherence_matrices(&mut self) -> &mut [Vec<f64>; 2] {
         self.context.coherence = true;

@@ -60,7 +60,7 @@ impl Spline {
         Ok(Points::new(times, values)?.into())
     }
 
-    /// Creates the displacement with an `acceleration` that is linear between its points. The motion starts at rest at
+    /// Creates the displacement with an `acceleration` linear between its points. The motion starts at rest at
     /// t = 0.
     pub fn of_acceleration(acceleration: Points) -> Self {
         let Points { times, values: moments, .. } = acceleration.clone();

@@ -33,7 +33,7 @@ pub(crate) fn just_after(t: f64) -> f64 {
     t + PASSED * t.abs().max(LEAST_TIME)
 }
 
-/// Properties of a signal that are needed to choose steps. The default implementations describe a constant.
+/// Properties of a signal needed to choose steps. The default implementations describe a constant.
 pub trait TimeScales: Send + Sync {
     /// Returns the first break after the time `after`.
     fn next_break(&self, _after: f64) -> Option<Break> {

@@ -23,7 +23,7 @@ const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 const NO_PULL: &str = "the load returns to zero, where an obstacle under a force loses contact: prescribe its \
                        displacement instead";
 
-/// A path that is followed in steps of controlled arc length.
+/// A path followed in steps of controlled arc length.
 pub(super) struct ArcLength<'n, 'm> {
     newton: &'n mut Newton<'m>,
     metric: Metric,

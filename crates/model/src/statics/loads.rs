@@ -18,7 +18,7 @@ const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 /// Load increment, as a fraction of the whole load, below which a failed step always ends the path.
 const SMALLEST_LOAD_STEP: f64 = 1e-9;
 
-/// A path that is followed in load steps.
+/// A path followed in load steps.
 pub(super) struct LoadSteps<'n, 'm> {
     newton: &'n mut Newton<'m>,
     x: Vec<f64>,
