@@ -198,8 +198,8 @@ fn total_force(muscle: &Muscle, size: impl Fn(&Signal) -> f64) -> f64 {
 
 /// Returns the largest active tension, Pa.
 fn tension(muscle: &Muscle, size: impl Fn(&Signal) -> f64) -> f64 {
-    let tensions = muscle.activations.iter().map(|(_, activation)| match activation {
-        Activation::Given(signal) => size(signal),
+    let tensions = muscle.activations.iter().map(|(number, activation)| match activation {
+        Activation::Given(signal) => muscle.largest_tension_factor(*number) * size(signal),
         Activation::Bestel(model) => model.tension,
         Activation::Coherence { unsynchronized } => *unsynchronized,
         Activation::Line { tension, .. } => *tension,

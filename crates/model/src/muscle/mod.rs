@@ -214,6 +214,16 @@ impl Muscle {
         }
     }
 
+    /// Returns the largest factor of a given tension in the elements of the added stress `number`.
+    pub(crate) fn largest_tension_factor(&self, number: usize) -> f64 {
+        let Some(factors) = &self.tension_factors else {
+            return 1.0;
+        };
+        let own = factors.iter().enumerate();
+        let own = own.filter(|(element, _)| self.solid.added_number(*element) == Some(number));
+        own.map(|(_, factor)| *factor).fold(0.0, f64::max)
+    }
+
     /// Returns the body with its loads scaled by `part`, as in an equilibrium of
     /// [`approach`](crate::statics::approach). This includes the motions of supports and obstacles, and all tensions
     /// that are not unknowns.

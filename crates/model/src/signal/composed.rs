@@ -115,7 +115,8 @@ impl TimeFunction for Combination {
         let mut size = 0.0;
         let parts = self.1.iter().map(|part| part.at(t)).inspect(|part| size += part.value.abs());
         let mut combined = parts.fold(Jet::constant(start), put);
-        if matches!(self.0, Operation::Sum) && combined.value.abs() <= ROUNDING * size {
+        let cancels = size.is_finite() && combined.value.abs() <= ROUNDING * size;
+        if matches!(self.0, Operation::Sum) && cancels {
             combined.value = 0.0;
         }
         combined

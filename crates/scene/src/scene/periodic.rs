@@ -24,6 +24,9 @@ const CHANGE: f64 = 1e-6;
 /// larger than the error of a maximum of sampled values.
 const GROWTH: f64 = 0.1;
 
+/// Rounding of a constant load, relative to its maximum.
+const ROUNDING: f64 = 1e-12;
+
 impl Builder<'_> {
     /// Replaces BDF by the default method, because differences of the map over a period require small errors.
     pub(super) fn without_bdf(&self, wanted: &mut IntegratorSettings) {
@@ -149,7 +152,7 @@ fn is_constant(signal: &Signal, start: f64, frequency: f64) -> bool {
     let values = || (0..TIMES).map(|i| signal.at(time(i)).value);
     let largest = values().map(f64::abs).fold(0.0, f64::max);
     let first = signal.at(time(0)).value;
-    values().all(|value| (value - first).abs() <= CHANGE * largest)
+    values().all(|value| (value - first).abs() <= ROUNDING * largest)
 }
 
 /// Returns the functions of time of the loads and motions with their paths in the scene.

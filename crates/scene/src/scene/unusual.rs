@@ -45,6 +45,7 @@ pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding
     let all = size(body, &parts)
         .into_iter()
         .chain(of_materials)
+        .chain(materials::kink(&parts))
         .chain(loads::strong_load(file, body, t_end, &parts))
         .chain(loads::large_displacement(file, body, t_end));
     all.map(|(problem, usual)| Finding {
@@ -241,6 +242,9 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         );
         // 100 times the shear modulus is 5e6 Pa.
         assert_eq!(finding(1e5), Vec::<String>::new());
+        // Without a softer material.
+        let stiff = found(&[group, &material(2.7e6), "material[0].shear_modulus=6e4"]);
+        assert!(!stiff.iter().any(|text| text.contains("k = 1e-6")), "{stiff:?}");
     }
 
     /// Checks that a static analysis ignores unusual damping, and an unusual density unless the body has weight.

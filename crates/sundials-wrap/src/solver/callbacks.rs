@@ -243,6 +243,9 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
             return weighed;
         }
         let mut step = self.search_time.unwrap_or(1.0 / c_j);
+        if let Some(sensitivities) = &mut self.sensitivities {
+            sensitivities.step = step;
+        }
         self.repetitions.count(t, step);
         let fine: Vec<f64>;
         let weights = match self.repetitions.suggest_kink() {
@@ -331,7 +334,8 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         let Some(linearized) = &mut self.sensitivities else {
             return Answer::Fatal;
         };
-        let at = Linearization { t, y, y_dot, step: 1.0, weights: &self.weights };
+        let step = linearized.step;
+        let at = Linearization { t, y, y_dot, step, weights: &self.weights };
         let result = linearized.linearize(&mut self.problem, &at);
         self.failures.answer("Jacobian", t, result, &[])
     }

@@ -55,6 +55,8 @@ pub(super) struct SensitivityEquations<P> {
     pub(super) starts: Vec<[Vec<f64>; 2]>,
     /// Time of `starts`.
     pub(super) t_start: f64,
+    /// Step of the last matrix setup, which precedes the sensitivities of a step.
+    pub(super) step: f64,
     jacobian: Jacobian,
     /// ∂F/∂y and ∂F/∂ẏ.
     parts: [Vec<f64>; 2],
@@ -79,6 +81,7 @@ impl<P: Problem> SensitivityEquations<P> {
             options,
             starts,
             t_start,
+            step: 1.0,
             jacobian,
             parts: [vec![0.0; nnz], vec![0.0; nnz]],
         })

@@ -41,12 +41,11 @@ pub(super) struct Part {
 /// Condition under which a scene is checked, and the check of each of its materials.
 pub(super) type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Unusual>);
 
-pub(super) const CHECKS: [Check; 5] = [
+pub(super) const CHECKS: [Check; 4] = [
     (|_| true, volume),
     (|_| true, softness),
     (has_mass, mass),
     (|file| file.analysis == Analysis::Dynamic, damping),
-    (|file| file.material.len() > 1, kink),
 ];
 
 impl Part {
@@ -135,21 +134,24 @@ fn damping(part: &Part) -> Option<Unusual> {
     })
 }
 
-/// Checks the jump of the fiber stiffness where fibers begin to stretch.
-fn kink(part: &Part) -> Option<Unusual> {
-    let Law::TransverseMooneyRivlin { c10, c01, c3, c4, .. } = part.law else {
-        return None;
-    };
-    let jump = c3 * c4;
-    (jump > LARGEST_JUMP * 2.0 * (c10 + c01)).then(|| {
-        let problem = format!(
-            "fibers without stiffness in compression, and {jump:.1e} Pa in tension: beside a softer material, Newton's method \
-             may fail where they are nearly unloaded"
-        );
-        (
-            problem,
-            "if it fails, use holzapfel-ogden with a_f = c3 c4/2, b = b_f = 0.01, a_s = a_fs = 0 and k = 1e-6, whose fibers \
-             have one stiffness in tension and compression",
-        )
+/// Checks the jump of the fiber stiffness where fibers begin to stretch, if another material is softer.
+pub(super) fn kink(parts: &[Part]) -> Option<Unusual> {
+    let softest = parts.iter().map(|part| part.shear).fold(f64::INFINITY, f64::min);
+    parts.iter().enumerate().find_map(|(i, part)| {
+        let Law::TransverseMooneyRivlin { c10, c01, c3, c4, .. } = part.law else {
+            return None;
+        };
+        let (shear, jump) = (2.0 * (c10 + c01), c3 * c4);
+        (softest < shear && jump > LARGEST_JUMP * shear).then(|| {
+            let problem = format!(
+                "material[{i}]: fibers without stiffness in compression, and {jump:.1e} Pa in tension: beside a softer \
+                 material, Newton's method may fail where they are nearly unloaded"
+            );
+            (
+                problem,
+                "if it fails, use holzapfel-ogden with a = 2 (c10 + c01), a_f = c3 c4/2, b = b_f = 0.01, a_s = a_fs = 0 and \
+                 k = 1e-6, whose fibers have one stiffness in tension and compression",
+            )
+        })
     })
 }
