@@ -153,9 +153,9 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             advice += f"at the end of the span: also list {ends[-1]} in `breaks`"
         elif variable is None:
             advice += "at this time: list the times at which inputs jump in `breaks`"
-            near = min(ends[1:-1], key=lambda t: abs(t - stop), default=np.inf)
-            if abs(near - stop) < NEAR * span:
-                advice += f", to all digits: the listed time {near} differs by {abs(near - stop):.1e}"
+            nearest = min(ends[1:-1], key=lambda t: abs(t - stop), default=np.inf)
+            if abs(nearest - stop) < NEAR * span:
+                advice += f", to all digits: the listed time {nearest} differs by {abs(nearest - stop):.1e}"
         else:
             advice += (
                 f"near this value of variable {variable}, and F may switch at every step (chattering), as dry friction and "

@@ -461,13 +461,13 @@ def solve_dae(
 
         def repeated(h: float | None) -> DaeSolution | None:
             """Return the solution in the first steps, if the first one has the size h."""
-            few = {**request, "first_step": h, "max_steps": 6, "dense": False}
+            few = {**request, "first_step": h, "max_steps": 6, "dense": False, "parameters": []}
             try:
-                first, _ = _integrate_parts(few, ends[:2], (residual, matrices, _Events(None, ())), (start, rates), None)
+                first, _ = _integrate_parts(few, ends[:2], (residual, matrices, _Events(None, ()), None), (start, rates), None)
             except Exception:  # F may be undefined there
                 return None
             first.pop("warnings")
-            return _solution(first, n, 0, family)
+            return _solution(first, n, 0, 0, family)
 
         # Output times replace the steps in the result.
         first_steps = solution if outputs is None else repeated(request["first_step"])
@@ -556,9 +556,9 @@ def _integrate_parts(
             events = _within(watched.values, part_limits, origin)
             events = _in_bytes(events, len(watched.functions), "events")
         of_parameters: dict[str, Any] = {"df_dp": None, "dy0_dp": []}
-        if sensitivities and dy_dp is not None:
-            of_parameters = sensitivities.request(dy_dp, (part_limits, origin), (y, yp), request)
         try:
+            if sensitivities and dy_dp is not None:
+                of_parameters = sensitivities.request(dy_dp, (part_limits, origin), (y, yp), request, is_first)
             solved = _native.solve(
                 {
                     **request,
@@ -576,6 +576,13 @@ def _integrate_parts(
                     "initial": initial,
                 }
             )
+        except _native.StepFailure as error:
+            # Raised outside of the integration, by the derivative with respect to a parameter.
+            message = f"dF/dp is not defined at t = {end_from.t}: {error}"
+            if is_first:
+                raise _Failed(message) from None
+            found.update(status=-1, message=message)
+            break
         except RuntimeError as error:
             # The traceback of an exception from a user's function contains the frames of that function.
             is_of_user = error.__traceback__ is not None and error.__traceback__.tb_next is not None

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ._arguments import _in_bytes, _real, _vector, _with
+from ._native import StepFailure
 from ._parts import _within
-from ._solution import Array
+from ._solution import Array, Function
 from ._structure import Structure
 
 # Relative increment of central differences.
 INCREMENT = float(np.cbrt(np.finfo(float).eps))
+
+# Residual of a linearized equation, relative to its terms, above which it is violated. The terms have errors of the size
+# of the tolerances.
+VIOLATED = 0.05
 
 
 class Sensitivities:
@@ -29,7 +35,10 @@ class Sensitivities:
         n: int,
     ) -> None:
         """Check the arguments of `solve_dae`; `functions` are `residual` and `df_dp`."""
-        self.parameters = _vector("parameters", parameters)
+        if np.size(parameters) == 0:
+            raise ValueError("parameters is empty: must have at least one value")
+        self.parameters = _vector("parameters", parameters).copy()
+        self.parameters.flags.writeable = False
         (self._residual, self._df_dp), self._args, self.n = functions, tuple(args), n
         shape = (n, len(self.parameters))
         start = np.zeros(shape) if dy0_dp is None else _real("dy0_dp", dy0_dp)
@@ -43,19 +52,33 @@ class Sensitivities:
         """Return dF/dp, row by row."""
         n_parameters = len(self.parameters)
         if self._df_dp is not None:
-            function = _with(self._df_dp, (self.parameters.copy(), *self._args), "df_dp")
+            function = _with(self._df_dp, (self.parameters, *self._args), "df_dp")
             matrix = _real("df_dp", function(t, y, yp))
             if matrix.shape != (self.n, n_parameters):
                 raise ValueError(f"df_dp returned the shape {matrix.shape}: must be {(self.n, n_parameters)}")
             return matrix.ravel()
-        columns = []
-        for j, p in enumerate(self.parameters):
-            size = INCREMENT * (abs(p) or 1.0)
-            at = self.parameters.copy(), self.parameters.copy()
-            at[0][j], at[1][j] = p + size, p - size
-            values = [_real("residual", _with(self._residual, (q, *self._args), "residual")(t, y, yp)) for q in at]
-            columns.append((values[0] - values[1]) / (at[0][j] - at[1][j]))
-        return np.column_stack(columns).ravel()
+        return np.column_stack([self._quotient(j, t, y, yp) for j in range(n_parameters)]).ravel()
+
+    def _quotient(self, j: int, t: float, y: Array, yp: Array) -> Array:
+        """Return the difference quotient of F for parameter j: one-sided if F is defined on one side only."""
+        size = INCREMENT * (abs(self.parameters[j]) or 1.0)
+        found: list[tuple[float, Array]] = []
+        for step in (size, -size, 0.0):
+            if len(found) == 2:
+                break
+            changed = self.parameters.copy()
+            changed[j] += step
+            with suppress(StepFailure), np.errstate(all="ignore"):
+                values = _real("residual", self._residual_at(changed)(t, y, yp))
+                if np.isfinite(values).all():
+                    found.append((changed[j], values))
+        if len(found) < 2:
+            raise StepFailure(f"F is not defined on either side of parameters[{j}] = {self.parameters[j]}: give `df_dp`")
+        (p, values), (q, others) = found
+        return np.asarray((values - others) / (p - q))
+
+    def _residual_at(self, parameters: Array) -> Function:
+        return _with(self._residual, (parameters, *self._args), "residual")
 
     def request(
         self,
@@ -63,21 +86,37 @@ class Sensitivities:
         times: tuple[tuple[float, float], float],
         state: tuple[Array, Array],
         request: dict[str, Any],
+        is_first: bool,
     ) -> dict[str, Any]:
         """Return the entries of a request of the native module for a part that starts with these `values` of dy/dp.
 
-        `times` are the first and the last time of the part, and the origin from which times are counted.
+        `times` are the first and the last time of the part, and the origin from which times are counted. At the start of the
+        first part, the values must satisfy the derivatives of the equations without y'.
         """
         (limits, origin), (y, yp) = times, state
-        residual = _with(self._residual, (self.parameters.copy(), *self._args), "residual")
+        residual = self._residual_at(self.parameters)
         weights = request["rtol"] * np.abs(y) + np.array(request["atol"])
         pattern = request["pattern"] and tuple(np.array(part) for part in request["pattern"])
         structure = Structure.at(residual, limits[0], y, yp, weights, pattern=pattern)
         both = self.at(structure, (limits[0], y, yp), values)
+        if is_first and structure is not None:
+            self._expect_consistent(structure, (limits[0], y, yp), both[0])
         return {
             "df_dp": _in_bytes(_within(self.derivatives, limits, origin), values.size, "df_dp"),
             "dy0_dp": [[s.tolist() for s in pair] for pair in zip(*(part.T for part in both), strict=True)],
         }
+
+    def _expect_consistent(self, structure: Structure, at: tuple[float, Array, Array], values: Array) -> None:
+        """Reject values that do not satisfy the derivatives of the equations without y'."""
+        df_dp = self.derivatives(*at).reshape(values.shape)
+        size = abs(structure.df_dy) @ np.abs(values) + np.abs(df_dp)
+        is_violated = np.abs(structure.df_dy @ values + df_dp) > VIOLATED * size
+        is_violated &= structure.without_rates[:, None]
+        for equation, j in np.argwhere(is_violated):
+            raise ValueError(
+                f"dy0_dp violates the derivative of equation {equation} with respect to parameters[{j}] (counted from 0): give "
+                "the derivative of a y0 that satisfies this equation for all values of the parameter"
+            )
 
     def at(self, structure: Structure | None, at: tuple[float, Array, Array], values: Array) -> tuple[Array, Array]:
         """Return dy/dp and its derivative with respect to time at the start of a part, each (n, parameters).

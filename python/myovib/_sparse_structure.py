@@ -84,6 +84,10 @@ class SparseStructure(Structure):
         return bool(np.isfinite(self.df_dy.data).all() and np.isfinite(self.df_dyp.data).all())
 
     @property
+    def without_rates(self) -> NDArray[np.bool_]:
+        return np.asarray(self.df_dyp.getnnz(axis=1) == 0)
+
+    @property
     def differential(self) -> Array:
         rows = np.maximum(*(abs(part).max(axis=1).toarray().ravel() for part in (self.df_dy, self.df_dyp)))
         entries = abs(self.df_dyp).tocoo()

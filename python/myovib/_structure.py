@@ -110,6 +110,11 @@ class Structure:
         return bool(np.isfinite([self.df_dy, self.df_dyp]).all())
 
     @property
+    def without_rates(self) -> NDArray[np.bool_]:
+        """Return the equations that contain no derivatives."""
+        return np.asarray(~self.df_dyp.any(axis=1))
+
+    @property
     def differential(self) -> Array:
         """Return the variables whose derivatives occur in F beyond the rounding of the quotients."""
         rows = np.maximum(np.abs(self.df_dy).max(axis=1), np.abs(self.df_dyp).max(axis=1))
