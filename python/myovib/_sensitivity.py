@@ -18,8 +18,7 @@ from ._structure import Structure
 # Relative increment of central differences.
 INCREMENT = float(np.cbrt(np.finfo(float).eps))
 
-# Residual of a linearized equation, relative to its terms, above which it is violated. The terms have errors of the size
-# of the tolerances.
+# Residual of a linearized equation, relative to the largest possible terms, above which it is violated.
 VIOLATED = 0.05
 
 
@@ -109,7 +108,9 @@ class Sensitivities:
     def _expect_consistent(self, structure: Structure, at: tuple[float, Array, Array], values: Array) -> None:
         """Reject values that do not satisfy the derivatives of the equations without y'."""
         df_dp = self.derivatives(*at).reshape(values.shape)
-        size = abs(structure.df_dy) @ np.abs(values) + np.abs(df_dp)
+        # Entries that are zero have errors of the size of the increments.
+        rows = abs(structure.df_dy) @ np.ones(self.n)
+        size = rows[:, None] * np.abs(values).max(axis=0) + np.abs(df_dp)
         is_violated = np.abs(structure.df_dy @ values + df_dp) > VIOLATED * size
         is_violated &= structure.without_rates[:, None]
         for equation, j in np.argwhere(is_violated):

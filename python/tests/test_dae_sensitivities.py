@@ -215,3 +215,23 @@ def test_parameters_precede_other_arguments():
 
     s = solve_dae(scaled, (0, 1), [1], [-1.4], "radau5", parameters=[0.7], args=(2.0,), rtol=1e-8, atol=1e-10)
     np.testing.assert_allclose(s.dy_dp[0, 0, -1], -2.0 * np.exp(-1.4), rtol=1e-6)
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-8])
+def test_sensitivities_to_the_initial_angle_are_consistent_where_entries_vanish(rtol):
+    """Regression: the derivative 2 z of the constraint vanishes at the start, but its difference quotient does not."""
+    start = np.zeros((5, 1))
+    # x = cos θ, z = sin θ at θ = 0, and the tension v² − g z = −g sin θ.
+    start[[1, 4], 0] = 1.0, -9.81
+
+    def equations(t, y, yp, p):
+        return pendulum(t, y, yp, [1.0, 9.81])
+
+    y0, yp0 = [1, 0, 0, 0, 0], [0, 0, 0, -9.81, 0]
+    options = dict(index=[1, 1, 2, 2, 3], rtol=rtol, atol=rtol)
+    s = solve_dae(equations, (0, 0.5), y0, yp0, "radau5", parameters=[0.0], dy0_dp=start, **options)
+    x, z = s.y[:2, -1]
+    dx, dz = s.dy_dp[:2, 0, -1]
+    # The derivative of x² + z² = 1.
+    assert s.success and abs(x * dx + z * dz) < 10 * rtol
+    assert abs(dz) > 0.1
