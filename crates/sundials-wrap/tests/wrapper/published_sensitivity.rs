@@ -241,7 +241,8 @@ fn reproduces_the_published_sensitivities_of_the_slider_crank() {
         }
         let g = solver.y()[10];
         println!("{method:?}: G = {g:.6}, dG/dp = {found:.5?}, {:?}", solver.statistics().steps);
-        assert!((g - 3.336_616).abs() < 2e-5, "{g}");
+        // Ten times the relative tolerance: steps that differ by 2 % change G by 1e-5.
+        assert!((g - 3.336_616).abs() < 1e-5 * 3.336_616, "{g}");
         for (found, published) in found.into_iter().zip([0.33346, -0.36375]) {
             assert!((found - published).abs() < 5e-5, "{method:?}: {found}");
         }
