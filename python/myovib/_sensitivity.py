@@ -97,7 +97,7 @@ class Sensitivities:
         weights = request["rtol"] * np.abs(y) + np.array(request["atol"])
         pattern = request["pattern"] and tuple(np.array(part) for part in request["pattern"])
         structure = Structure.at(residual, limits[0], y, yp, weights, pattern=pattern)
-        both = self.at(structure, (limits[0], y, yp), values)
+        both = self._consistent(structure, (limits[0], y, yp), values)
         if is_first and structure is not None:
             self._expect_consistent(structure, (limits[0], y, yp), both[0])
         return {
@@ -119,7 +119,7 @@ class Sensitivities:
                 "the derivative of a y0 that satisfies this equation for all values of the parameter"
             )
 
-    def at(self, structure: Structure | None, at: tuple[float, Array, Array], values: Array) -> tuple[Array, Array]:
+    def _consistent(self, structure: Structure | None, at: tuple[float, Array, Array], values: Array) -> tuple[Array, Array]:
         """Return dy/dp and its derivative with respect to time at the start of a part, each (n, parameters).
 
         At index 0 and 1, the rows of algebraic variables follow from the others. Otherwise `values` are returned, with

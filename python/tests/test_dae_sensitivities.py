@@ -96,6 +96,7 @@ def test_sensitivities_continue_after_a_break(method):
     since = np.maximum(times - 1.0, 0.0)
     y = -times * np.exp(-p * times)
     y = y + (since * np.exp(-p * since) * p - (1.0 - np.exp(-p * since))) / p**2
+    # One hundred tolerances, as above.
     np.testing.assert_allclose(s.dy_dp[0, 0], y, rtol=0, atol=1e-5)
     np.testing.assert_allclose(s.dy_dp[1, 0], y + (times > 1.0), rtol=0, atol=1e-5)
 
@@ -109,6 +110,7 @@ def test_a_run_ends_at_an_event_with_its_sensitivities(method):
     s = solve_dae(decay, (0, 5), [1, 3], [-0.7, -4.2], method, parameters=[0.7, 3.0], events=half, rtol=1e-7, atol=1e-9)
     assert s.status == 1
     exact = exact_decay(s.t[-1:], [0.7, 3.0])
+    # One hundred tolerances, as above.
     np.testing.assert_allclose(s.dy_dp[:, :, -1:], exact, rtol=0, atol=1e-5)
 
 
@@ -124,6 +126,7 @@ def test_large_sparse_systems_have_sensitivities(method):
     y0, yp0 = np.r_[np.ones(n), np.full(n, 3.0)], np.r_[np.full(n, -0.7), np.full(n, -4.2)]
     s = solve_dae(copies, (0, 2), y0, yp0, method, parameters=[0.7, 3.0], sparsity=pattern, rtol=1e-6, atol=1e-6)
     exact = exact_decay(s.t, [0.7, 3.0])
+    # 100 tolerances for Radau IIA and 1000 for BDF, as above.
     np.testing.assert_allclose(s.dy_dp[[0, n]], exact, rtol=0, atol=1e-3 if method == "bdf" else 1e-4)
 
 
@@ -166,6 +169,7 @@ def test_sensitivities_are_independent_of_the_unit_of_time(method, time):
     s = solve_dae(cubic, (0, 2 * time), [1], [-1 / time], method, parameters=[1.0], rtol=1e-5, atol=1e-8)
     # y = (1 + 2 p t/T)^(-1/2).
     exact = -(s.t / time) * (1 + 2 * s.t / time) ** -1.5
+    # One hundred tolerances, as above.
     np.testing.assert_allclose(s.dy_dp[0, 0], exact, rtol=0, atol=1e-3)
 
 
@@ -180,6 +184,7 @@ def test_results_up_to_an_undefined_derivative_are_kept(breaks):
 
     s = solve_dae(decay, (0, 2), [1, 3], [-0.7, -4.2], "radau5", parameters=[0.7, 3.0], df_dp=df_dp, breaks=breaks)
     assert s.status == -1 and 0 < s.t[-1] <= 0.5
+    # One hundred times the default tolerance of 1e-4.
     np.testing.assert_allclose(s.dy_dp, exact_decay(s.t, [0.7, 3.0]), rtol=0, atol=1e-2)
 
 
@@ -191,7 +196,7 @@ def test_parameters_at_the_edge_of_their_domain(method):
         return [yp[0] + p[0] * y[0]]
 
     s = solve_dae(limited, (0, 2), [1], [-0.7], method, parameters=[0.7], rtol=1e-6, atol=1e-9)
-    # One-sided differences have errors of 6e-6.
+    # One-sided differences have errors of 6e-6; 1000 tolerances for BDF.
     np.testing.assert_allclose(s.dy_dp[0, 0], -s.t * np.exp(-0.7 * s.t), rtol=0, atol=1e-3)
 
 

@@ -116,7 +116,8 @@ impl Jacobian {
         at: &Linearization<'_>,
         [df_dy, df_dyp]: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
-        // Central quotients over ε^(1/3) |y| have errors of about ε^(2/3) from truncation and from rounding.
+        // Central quotients over ε^(1/3) |y| have errors of about ε^(2/3) from truncation and from rounding. Displacements
+        // of ẏ have other sizes, because F is usually linear in ẏ.
         let size =
             |i: usize| f64::EPSILON.cbrt() * at.y[i].abs().max((at.step * at.y_dot[i]).abs());
         let weights = at.weights.iter().enumerate().map(|(i, w)| 1.0 / (1.0 / w).max(size(i)));
@@ -182,7 +183,8 @@ mod tests {
         }
     }
 
-    /// ẏ + y³ = 0 with a tolerance of 1e-3: one-sided quotients have relative errors of 1e-3, central ones of its square.
+    /// ẏ + y³ = 0 with a tolerance of 1e-3: the relative error is 1e-3 by one-sided quotients, and its square by
+    /// central quotients.
     #[test]
     fn central_differences_are_more_accurate_than_the_tolerance() {
         struct Cube;

@@ -29,7 +29,7 @@ pub trait Body: Consistent + Send + Sized + 'static {
         Schedule::default()
     }
 
-    /// Returns a condensed solver for the body's Newton systems, if one is available that is cheaper than factorizing
+    /// Returns a condensed solver for the body's Newton systems, if it is available and cheaper than factorizing
     /// the full matrix.
     fn condensed_solver(&mut self, _options: SparseOptions) -> SolverIfCondensed<Self> {
         Ok(None)

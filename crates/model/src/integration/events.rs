@@ -16,7 +16,7 @@ const SAMPLES: u32 = 2;
 const MAX_NARROWINGS: usize = 100;
 
 /// Returns the first time in the last step `[from, to]` at which `excess(problem, t, y)` is positive, accurate up to
-/// rounding. Returns `None` if there is no such time.
+/// rounding. Returns `None` without such a time.
 ///
 /// # Errors
 /// Returns the errors of the dense output and of `excess`.

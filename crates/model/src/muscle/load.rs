@@ -82,7 +82,7 @@ pub(crate) fn boundary_forces<'a>(
     loads.chain(contacts.iter().map(|own| own as &dyn BoundaryForce))
 }
 
-/// A load on the deformed boundary, such as a pressure, with a magnitude that is a function of time.
+/// A load on the deformed boundary, such as a pressure. Its magnitude is a function of time.
 #[derive(Debug, Clone)]
 pub struct SurfaceLoad {
     operator: Arc<dyn SurfaceOperator>,

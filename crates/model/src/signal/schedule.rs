@@ -49,7 +49,7 @@ impl Schedule {
     }
 
     /// Returns the time just after the last jump at `t` or within rounding errors after `t`. From this time on, the
-    /// values after the jump drive the system. Returns `None` if there is no jump.
+    /// values after the jump drive the system. Returns `None` without a jump.
     pub(crate) fn after_jump(&self, t: f64) -> Option<f64> {
         let first = self.next_break(t.next_down());
         let breaks = std::iter::successors(first, |last| self.next_break(last.t));

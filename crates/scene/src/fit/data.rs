@@ -57,7 +57,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// Suffix of the names of columns that contain standard deviations in plain tables.
 const NOISE: &str = ".noise";
-/// Columns that are read from a PEtab measurement table.
+/// Columns read from a PEtab measurement table.
 const USED: [&str; 6] =
     ["observableId", "time", "frequency", "load", "measurement", "noiseParameters"];
 /// PEtab columns that must contain a single value, because each file is one experiment.

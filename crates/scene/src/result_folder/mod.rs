@@ -3,6 +3,7 @@
 //! All commands follow the same rules: a manifest lists the files that the program created, a lock excludes other
 //! processes, and a file that the manifest does not list is never replaced or removed.
 
+mod existing;
 mod manifest;
 
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -17,6 +18,7 @@ use serde_json::{Value, json};
 use crate::atomic_file::{self, Growing};
 use crate::versions::Versions;
 use crate::{Error, InputError, Scene, inputs};
+pub use existing::Existing;
 use manifest::Manifest;
 pub use manifest::command_of;
 
@@ -29,30 +31,6 @@ const LONGEST_NAME: usize = 255;
 
 /// File locked by a command while it writes to the folder.
 const LOCK: &str = ".lock";
-
-/// Treatment of earlier results in the folder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Existing {
-    /// Keep the earlier results and refuse to write.
-    Refuse,
-    /// Remove the files that the earlier command created.
-    Overwrite,
-    /// Continue the earlier command.
-    Resume,
-    /// Add files to the earlier results. A file of the same name is replaced if the same command created it.
-    Add,
-}
-
-impl Existing {
-    /// Returns the treatment for the options `--resume` and `--overwrite`, which are mutually exclusive.
-    pub fn of(resume: bool, overwrite: bool) -> Self {
-        match (resume, overwrite) {
-            (true, _) => Self::Resume,
-            (_, true) => Self::Overwrite,
-            _ => Self::Refuse,
-        }
-    }
-}
 
 /// Request by a command to use a folder. Call [`check`](Self::check) before a long computation, and
 /// [`open`](Self::open) as soon as results must be written.

@@ -11,7 +11,7 @@ use crate::statistics::DRIFT_SAMPLES;
 /// Maximum number of probes. Each probe keeps a file open, and systems allow about a thousand open files per process.
 const MAX_PROBES: usize = 500;
 /// Number of files that a run may have open in addition to the files of its probes: standard streams, the lock, and a
-/// file that is being written.
+/// file in progress.
 const OTHER_FILES: usize = 16;
 /// Maximum number of rows of a probe. For a probe at a point, this corresponds to a file of about 1 GB.
 const MAX_ROWS: f64 = 1e7;
