@@ -1,7 +1,7 @@
-//! The paper's chain of 20 oscillators under an 8 Hz forcing, from rest to its steady coherence.
+//! The paper's chain of 20 oscillators under an 8 Hz forcing, integrated from rest until its coherence is steady.
 //!
-//! The forcing replaces the rod, which follows its load almost instantly at 8 Hz, with an amplitude of L/2 = 0.05 that
-//! increases with the paper's ramp. Paper: section 3.1, Figure 3.
+//! The forcing replaces the rod, which follows its load almost instantly at 8 Hz. The amplitude of the forcing
+//! increases to L/2 = 0.05 with the paper's ramp. Paper: section 3.1, Figure 3.
 //!
 //! `cargo run -p myovib-oscillators --example forced_chain`
 
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// ṡ = −F(s, 0; c).
+/// Returns ṡ = −F(s, 0; c).
 fn rhs(network: &Network, c: f64, s: &[f64]) -> Vec<f64> {
     let mut s_dot = vec![0.0; s.len()];
     network.residual(s, &vec![0.0; s.len()], &[c], &mut s_dot);

@@ -1,4 +1,4 @@
-//! The plane array, which the paper calls the "straightforward extension" of the chain.
+//! The plane array of oscillators, which the paper calls the "straightforward extension" of the chain.
 
 use crate::chain::{Ends, line_neighbors};
 use crate::drive::Reach;
@@ -10,15 +10,15 @@ const DIRECTIONS: usize = 2;
 
 /// A plane array of oscillators, with one equation per oscillator *and coordinate direction*.
 ///
-/// Each direction d obeys the chain's equation with neighbors along both axes,
-/// `ÿ + ω_n² y − μ (1 − y²) ẏ + a y³ − D_n/2 (y_east + y_west + y_north + y_south) + c_d(u) = 0`.
-/// Paper: section 1.2, after eq. (22), which mentions the extension without writing it. Every neighbor couples with
-/// D_n/2 as in the chain, so an open N × 1 array equals two open chains, one per direction.
+/// Each direction d obeys the chain's equation with neighbors along both axes, `ÿ + ω_n² y − μ (1 − y²) ẏ + a y³ −
+/// D_n/2 (y_east + y_west + y_north + y_south) + c_d(u) = 0`. Paper: section 1.2, after eq. (22), mentions the
+/// extension but does not state it. As in the chain, every neighbor is coupled with the factor D_n/2. An open N ×
+/// 1 array is therefore equal to two open chains, one per direction.
 ///
 /// # Shapes
-/// Oscillator (i, j), column i of row j, has the index `n = j · columns + i`, the order of `omega`. The network has `2
-/// · columns · rows` scalar oscillators: all of the first direction, then all of the second
-/// ([`direction`](Self::direction)). The forcing has two components.
+/// The oscillator in column i of row j has the index `n = j · columns + i`, also in `omega`. The network has
+/// `2 · columns · rows` scalar oscillators: all oscillators of the first direction, followed by all oscillators of
+/// the second direction ([`direction`](Self::direction)). The forcing has two components.
 ///
 /// # Units
 /// `omega` in rad/s.
@@ -53,7 +53,7 @@ pub struct Array {
     pub coefficients: Coefficients,
     /// Periodic or open, along both axes.
     pub ends: Ends,
-    /// Oscillators that the forcing acts on; the boundary is the rim.
+    /// Oscillators on which the forcing acts. The boundary is the rim of the array.
     pub reach: Reach,
 }
 
@@ -61,8 +61,8 @@ impl Array {
     /// Returns the equations of this array.
     ///
     /// # Errors
-    /// [`Error::ArrayFrequencies`], [`Error::NoOscillators`], [`Error::Frequency`],
-    /// [`Error::Coefficient`].
+    /// Returns [`Error::ArrayFrequencies`], [`Error::NoOscillators`], [`Error::Frequency`] or
+    /// [`Error::Coefficient`] if the description is invalid.
     pub fn network(&self) -> Result<Network, Error> {
         let Self { columns, rows, .. } = *self;
         if columns.checked_mul(rows) != Some(self.omega.len()) {
@@ -75,8 +75,8 @@ impl Array {
         Network::new(&nodes, self.coefficients, DIRECTIONS)
     }
 
-    /// Returns the index range of the scalar oscillators of one direction, in ω and in the positions. Add the number of
-    /// scalar oscillators for the velocities.
+    /// Returns the index range of the scalar oscillators of one direction, both in ω and in the positions. The
+    /// indices of the velocities are larger by the number of scalar oscillators.
     pub fn direction(&self, direction: usize) -> std::ops::Range<usize> {
         let n = self.columns * self.rows;
         direction * n..(direction + 1) * n

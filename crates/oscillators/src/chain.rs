@@ -1,4 +1,4 @@
-//! The one-dimensional chain of the paper, a cross-section through the tissue.
+//! The one-dimensional chain of the paper: a cross-section through the tissue.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,10 +19,10 @@ pub enum Ends {
     Open,
 }
 
-/// A chain of N oscillators with nearest-neighbor coupling, or one such chain at each of several points.
+/// A chain of N oscillators with nearest-neighbor coupling, or several such chains at different points.
 ///
-/// `ÿ_n + ω_n² y_n − μ (1 − y_n²) ẏ_n + a y_n³ − D_n (y_{n+1} + y_{n−1})/2 + c(u) = 0`,
-/// `D_n = D ω_n`. Paper: eqs. (22), (24).
+/// `ÿ_n + ω_n² y_n − μ (1 − y_n²) ẏ_n + a y_n³ − D_n (y_{n+1} + y_{n−1})/2 + c(u) = 0`, `D_n = D ω_n`. Paper: eqs.
+/// (22), (24).
 ///
 /// # Shapes
 /// N is the length of `omega`; the forcing has one component.
@@ -52,7 +52,7 @@ pub struct Chain {
     pub coefficients: Coefficients,
     /// Periodic or open.
     pub ends: Ends,
-    /// Oscillators that the forcing acts on; the boundary consists of the first and the last.
+    /// Oscillators on which the forcing acts. The boundary consists of the first and the last oscillator.
     pub reach: Reach,
 }
 
@@ -60,17 +60,19 @@ impl Chain {
     /// Returns the equations of this chain.
     ///
     /// # Errors
-    /// [`Error::NoOscillators`], [`Error::Frequency`], [`Error::Coefficient`].
+    /// Returns [`Error::NoOscillators`], [`Error::Frequency`] or [`Error::Coefficient`] if the description is
+    /// invalid.
     pub fn network(&self) -> Result<Network, Error> {
         self.network_at(1)
     }
 
-    /// Returns the equations of chains at `places` points, all of the same length. `omega` lists the frequencies of the
-    /// first point, then of the second, …; each chain has its own component of the forcing.
+    /// Returns the equations of chains at `places` points. All chains have the same length. `omega` lists the
+    /// frequencies of the first chain, then the frequencies of the second chain, and so on. Each chain has its own
+    /// component of the forcing.
     ///
     /// # Errors
-    /// As for [`network`](Self::network), and [`Error::ArrayFrequencies`] if the number of frequencies is not a
-    /// multiple of `places`.
+    /// Returns the errors of [`network`](Self::network), and [`Error::ArrayFrequencies`] if the number of
+    /// frequencies is not a multiple of `places`.
     pub fn network_at(&self, places: usize) -> Result<Network, Error> {
         let given = self.omega.len();
         let n = given / places.max(1);

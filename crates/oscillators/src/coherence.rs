@@ -1,7 +1,7 @@
-//! Coherence of the oscillators at one time.
+//! Coherence of the oscillators at one point in time.
 //!
-//! Each oscillator is a point in the complex plane, its phasor. The paper's measures Ψ and χ are the centroids of the
-//! phasors and of their directions.
+//! The state of each oscillator is a point in the complex plane, its phasor. The paper's measure Ψ is the centroid
+//! of the phasors, and χ is the centroid of their directions.
 
 use std::f64::consts::TAU;
 
@@ -9,11 +9,11 @@ use num_complex::Complex64;
 
 /// Returns the phasors of the oscillators, `r_n e^{iθ_n} = y_n + i ẏ_n/ω_n`.
 ///
-/// Paper: after eq. (23). A free oscillator moves clockwise: θ_n decreases. The radius r_n is the modulus and
-/// the phase θ_n the argument of the n-th phasor.
+/// Paper: after eq. (23). The radius r_n is the modulus of the n-th phasor, and the phase θ_n is its argument. A
+/// free oscillator moves clockwise: θ_n decreases.
 ///
 /// # Shapes
-/// `omega`, `y`, `w` (= ẏ): N values each.
+/// `omega`, `y` and `w` (= ẏ) hold N values each.
 ///
 /// # Panics
 /// Panics if the lengths differ.
@@ -23,10 +23,10 @@ pub fn phasors(omega: &[f64], y: &[f64], w: &[f64]) -> impl Iterator<Item = Comp
     omega.iter().zip(y).zip(w).map(|((omega, &y), w)| Complex64::new(y, w / omega))
 }
 
-/// The two complex order parameters of the oscillators at one time.
+/// The two complex order parameters of the oscillators at one point in time.
 ///
-/// `Ψ = (1/N) Σ r_n e^{iθ_n}`, `χ = (1/N) Σ e^{iθ_n}`. Paper: eq. (23). For an oscillator at rest
-/// e^{iθ} is undefined; its contribution to χ is 0.
+/// `Ψ = (1/N) Σ r_n e^{iθ_n}`, `χ = (1/N) Σ e^{iθ_n}`. Paper: eq. (23). For an oscillator at rest, e^{iθ} is
+/// undefined, and the contribution to χ is 0.
 ///
 /// # Examples
 /// ```
@@ -38,9 +38,9 @@ pub fn phasors(omega: &[f64], y: &[f64], w: &[f64]) -> impl Iterator<Item = Comp
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coherence {
-    /// Ψ = R e^{iΘ}, the centroid of the oscillators: amplitude and phase of their common motion.
+    /// The centroid Ψ = R e^{iΘ} of the oscillators: amplitude and phase of their common motion.
     pub centroid: Complex64,
-    /// χ, the phase coherence; its modulus is 1 if all phases agree.
+    /// The phase coherence χ. Its modulus is 1 if all phases agree.
     pub phase: Complex64,
 }
 
@@ -57,7 +57,7 @@ impl Coherence {
     }
 }
 
-/// Computes Ψ and χ for each of the chains at `places` points in a network; see
+/// Computes Ψ and χ for each chain of a network with chains at `places` points; see
 /// [`Chain::network_at`](crate::Chain::network_at).
 ///
 /// # Panics
@@ -70,18 +70,18 @@ pub fn coherence_at(places: usize, omega: &[f64], y: &[f64], w: &[f64]) -> Vec<C
     chains.map(|own| Coherence::new(&omega[own.clone()], &y[own.clone()], &w[own])).collect()
 }
 
-/// Returns the instantaneous frequency of the centroid in Hz, positive for the natural (clockwise) sense of rotation;
-/// `None` if Ψ = 0.
+/// Returns the instantaneous frequency of the centroid in Hz, or `None` if Ψ = 0. The frequency is positive for
+/// the natural (clockwise) sense of rotation.
 ///
-/// `f = −Θ̇/(2π)`, `Θ̇ = Im(conj(Ψ) Ψ̇)/|Ψ|²`, `Ψ̇ = (1/N) Σ (ẏ_n + i ÿ_n/ω_n)`. The derivative is computed from the
-/// states, not from differences of samples. f varies within one revolution because the orbit is not a circle; its mean
-/// over a revolution is the frequency of the motion.
+/// `f = −Θ̇/(2π)`, `Θ̇ = Im(conj(Ψ) Ψ̇)/|Ψ|²`, `Ψ̇ = (1/N) Σ (ẏ_n + i ÿ_n/ω_n)`. The derivative is computed from
+/// the states, not from differences of samples. The orbit is not a circle, so f varies within one revolution. The
+/// mean of f over a revolution is the frequency of the motion.
 ///
 /// # Shapes
-/// `omega`, `y`, `w` (= ẏ), `w_dot` (= ÿ): N values each.
+/// `omega`, `y`, `w` (= ẏ) and `w_dot` (= ÿ) hold N values each.
 ///
 /// # Units
-/// Hz; `omega` in rad/s.
+/// The result is in Hz; `omega` is in rad/s.
 ///
 /// # Panics
 /// Panics if the slices are empty or their lengths differ.
@@ -92,6 +92,8 @@ pub fn centroid_frequency(omega: &[f64], y: &[f64], w: &[f64], w_dot: &[f64]) ->
     (squared > 0.0).then(|| -(centroid.conj() * rate).im / squared / TAU)
 }
 
+/// Returns the mean of complex numbers.
+///
 /// # Panics
 /// Panics if the iterator is empty.
 pub(crate) fn mean(numbers: impl Iterator<Item = Complex64>) -> Complex64 {

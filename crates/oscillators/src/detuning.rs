@@ -24,8 +24,8 @@ pub enum Generator {
 impl Generator {
     /// Returns the first `n` numbers of the stream with this seed, each in [0, 1).
     ///
-    /// MT19937 yields 53-bit doubles; MATLAB's default stream (`rng(0)` or `rng default`) has seed 5489. ChaCha is seeded
-    /// by `seed_from_u64` and uses the upper 53 bits of each 64-bit word.
+    /// MT19937 generates doubles with 53 random bits; MATLAB's default stream (`rng(0)` or `rng default`) has
+    /// seed 5489. ChaCha is seeded by `seed_from_u64` and uses the upper 53 bits of each 64-bit word.
     ///
     /// # Examples
     /// ```
@@ -53,12 +53,12 @@ fn unit_interval(bits: u64) -> f64 {
     bits as f64 / (1_u64 << 53) as f64
 }
 
-/// Frequencies distributed around a center: `ω_n = center + ξ_n`, ξ_n uniform in ±`half_width`.
+/// Frequencies distributed around a center: `ω_n = center + ξ_n`, where ξ_n is uniform in ±`half_width`.
 ///
-/// Paper: section 3.1, ω_n = 16π + ξ_n with ξ_n from MATLAB's `rand`, mapped to the interval.
+/// Paper: section 3.1, ω_n = 16π + ξ_n, where ξ_n is a number from MATLAB's `rand`, mapped to the interval.
 ///
 /// # Units
-/// `center` and `half_width` in rad/s.
+/// `center` and `half_width` are in rad/s.
 ///
 /// # Examples
 /// ```
@@ -88,7 +88,8 @@ impl Detuning {
     /// Returns the frequencies ω_1 … ω_N.
     ///
     /// # Errors
-    /// [`Error::NoOscillators`] for N = 0, [`Error::HalfWidth`] for a negative or non-finite half width.
+    /// Returns [`Error::NoOscillators`] for N = 0, and [`Error::HalfWidth`] if the half width is negative or not
+    /// finite.
     pub fn frequencies(&self, n: usize) -> Result<Vec<f64>, Error> {
         let Self { center, half_width, generator, seed } = *self;
         if n == 0 {
@@ -103,7 +104,7 @@ impl Detuning {
 }
 
 impl Default for Detuning {
-    /// The values of the paper's section 3.1: 8 Hz ± 0.05 rad/s from MATLAB's default stream.
+    /// Returns the values of the paper's section 3.1: 8 Hz ± 0.05 rad/s from MATLAB's default stream.
     fn default() -> Self {
         Self {
             center: 16.0 * PI,

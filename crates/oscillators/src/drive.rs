@@ -1,4 +1,4 @@
-//! Coupling from the tissue's displacement to the oscillators.
+//! Coupling of the oscillators to the displacement of the tissue.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -20,17 +20,17 @@ pub enum Reach {
 /// `c(u) = γ u(ξ, t)`. Paper: eq. (24) and the formula after it.
 ///
 /// # Units
-/// `gain` in 1/s² per unit of displacement (the position of an oscillator is dimensionless).
+/// The `gain` is in 1/s² per unit of displacement (the position of an oscillator is dimensionless).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
-    /// γ.
+    /// Gain γ.
     pub gain: f64,
-    /// Oscillators that c(u) acts on.
+    /// Oscillators on which c(u) acts.
     pub reach: Reach,
 }
 
 impl Default for Drive {
-    /// γ = 1 for all oscillators (the paper gives no value).
+    /// Returns γ = 1 for all oscillators (the paper does not state a value).
     fn default() -> Self {
         Self { gain: 1.0, reach: Reach::All }
     }

@@ -4,13 +4,13 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages name the fields")]
 pub enum Error {
-    /// N = 0.
+    /// The number of oscillators N is zero.
     #[error("at least one oscillator is required, found N = 0")]
     NoOscillators,
     /// A natural frequency is not positive or not finite.
     #[error("oscillator {number}: the frequency must be positive and finite, found {value} rad/s")]
     Frequency {
-        /// Number of the oscillator, starting at 1 as in the paper.
+        /// One-based index of the oscillator, as in the paper.
         number: usize,
         /// Frequency found, in rad/s.
         value: f64,

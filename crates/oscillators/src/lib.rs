@@ -1,17 +1,18 @@
 //! Chains and arrays of Van der Pol–Duffing oscillators, and measures of their coherence.
 //!
 //! This crate contains the microscale of the paper (section 1.2): residual and Jacobian blocks of the oscillators,
-//! their natural frequencies, and the coherence measures. It contains no time integrator. A model combines the blocks
-//! with the blocks of a rod or a muscle, or passes them to an integrator alone.
+//! their natural frequencies, and the coherence measures. It contains no time integrator. A model combines these
+//! blocks with the blocks of a rod or a muscle, or passes them directly to an integrator.
 //!
 //! # Types
 //! - [`Coefficients`]: μ, a and D of eq. (22), with the paper's values as default.
-//! - [`Chain`], [`Array`]: user descriptions with frequencies, ends and the reach of the forcing.
-//! - [`Network`]: the equations of both: residual, Jacobian, coupling column.
-//! - [`Drive`]: the forcing c(u) = γ u and the oscillators it acts on.
+//! - [`Chain`], [`Array`]: descriptions by the user, with frequencies, ends and the reach of the forcing.
+//! - [`Network`]: the equations of a chain or an array (residual, Jacobian and coupling column).
+//! - [`Drive`]: the forcing c(u) = γ u and the oscillators on which it acts.
 //! - [`Detuning`]: frequencies ω_n = ω + ξ_n drawn by a named, seeded [`Generator`].
-//! - [`Coherence`], [`Settled`], [`SmoothCoherence`]: Ψ and χ of eq. (23) at one time, statistics over a trailing
-//!   window, and a differentiable coherence.
+//! - [`Coherence`]: Ψ and χ of eq. (23) at one point in time.
+//! - [`Settled`]: statistics over a trailing window.
+//! - [`SmoothCoherence`]: a differentiable coherence.
 //! - [`Neighborhood`]: the coherence of nearby places.
 //!
 //! # References

@@ -5,14 +5,15 @@ use std::collections::HashMap;
 use crate::coherence::{Coherence, mean};
 use crate::error::Error;
 
-/// Relative rounding of coordinates; a place exactly at the radius is included.
+/// Relative tolerance for rounding errors of coordinates, so that a place exactly at the radius is included.
 const SLACK: f64 = 1e-9;
 
 /// The neighborhood of each place: all places within a radius.
 ///
-/// The coherence of the neighborhood of place i is `|1/n Σ χ_j|` over the n places j within the radius, including i
-/// itself, with equal weights. If all places have the same number of oscillators, it is |χ| of all oscillators at these
-/// places. A single oscillator always has |χ| = 1, so for one oscillator per place this is the meaningful measure.
+/// The coherence of the neighborhood of place i is `|1/n Σ χ_j|`. The sum extends over the n places j within the
+/// radius, including i itself. If all places have the same number of oscillators, this is |χ| of all oscillators
+/// at the n places. With one oscillator per place, the coherence of each place is always 1, and only the coherence
+/// of a neighborhood is meaningful.
 ///
 /// # Units
 /// The radius has the unit of the places.
@@ -32,7 +33,7 @@ const SLACK: f64 = 1e-9;
 pub struct Neighborhood {
     places: Vec<[f64; 3]>,
     radius: f64,
-    /// Indices of the places in each cube of a grid with the radius as side length.
+    /// Indices of the places in each cube of a grid. The side length of the cubes is the radius.
     cubes: HashMap<[i64; 3], Vec<usize>>,
 }
 
@@ -40,7 +41,7 @@ impl Neighborhood {
     /// Creates the neighborhoods of `places`.
     ///
     /// # Errors
-    /// [`Error::Radius`].
+    /// Returns [`Error::Radius`] unless the radius is positive and finite.
     pub fn new(places: Vec<[f64; 3]>, radius: f64) -> Result<Self, Error> {
         if !(radius > 0.0 && radius.is_finite()) {
             return Err(Error::Radius { value: radius });

@@ -1,7 +1,7 @@
-//! Coupled oscillators as residual and Jacobian blocks on slices.
+//! Residual and Jacobian blocks of coupled oscillators, evaluated on slices.
 //!
-//! [`Network`] is the common form of the chain and the array: a list of scalar oscillators, each with its frequency,
-//! its neighbors and the component of the forcing that acts on it. It has no geometry (note
+//! [`Network`] is the common form of the chain and the array. It is a list of scalar oscillators, each with its
+//! frequency, its neighbors and the component of the forcing that acts on it. A network has no geometry (note
 //! [0001](crate::notes::one_network)).
 
 use std::ops::Range;
@@ -16,16 +16,16 @@ use crate::error::Error;
 /// Paper: eq. (22), where D_n = D ω_n.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coefficients {
-    /// μ of the Van der Pol damping −μ (1 − y²) ẏ, in 1/s.
+    /// Coefficient μ of the Van der Pol damping −μ (1 − y²) ẏ, in 1/s.
     pub vdp_mu: f64,
-    /// a of the Duffing stiffness a y³, in 1/s².
+    /// Coefficient a of the Duffing stiffness a y³, in 1/s².
     pub duffing: f64,
-    /// D of the coupling to neighbors, in 1/s.
+    /// Strength D of the coupling to neighbors, in 1/s.
     pub coupling: f64,
 }
 
 impl Default for Coefficients {
-    /// The values of the paper's section 3: μ = 2, a = 0, D = 3.
+    /// Returns the values of the paper's section 3: μ = 2, a = 0, D = 3.
     fn default() -> Self {
         Self { vdp_mu: 2.0, duffing: 0.0, coupling: 3.0 }
     }
@@ -34,36 +34,37 @@ impl Default for Coefficients {
 /// One scalar oscillator of a network.
 pub(crate) struct Node {
     pub(crate) omega: f64,
-    /// Neighbors, each with the coupling D_n/2. A neighbor on both sides is listed twice.
+    /// Neighbors, each coupled with the strength D_n/2. A neighbor on both sides is listed twice.
     pub(crate) neighbors: Vec<usize>,
     /// Component of the forcing that acts on this oscillator.
     pub(crate) channel: Option<usize>,
 }
 
-/// One coupling term: the position of `by` enters the equation of `on` with the factor `D_n/2`.
+/// One coupling term: the position of oscillator `by` enters the equation of oscillator `on` with the factor
+/// `D_n/2`.
 #[derive(Debug, Clone)]
 struct Pull {
     on: usize,
     by: usize,
     slot: usize,
-    /// Position in the values of the stiffness.
+    /// Index of the term in the values of the stiffness matrix.
     stiffness: usize,
 }
 
-/// Positions of one oscillator's own entries in the values of the Jacobian.
+/// Indices of the entries that couple an oscillator to itself in the values of the Jacobian.
 #[derive(Debug, Clone)]
 struct Slots {
     kinematic_position: usize,
     kinematic_velocity: usize,
     momentum_position: usize,
     momentum_velocity: usize,
-    /// Position in the values of the stiffness.
+    /// Index of the diagonal entry in the values of the stiffness matrix.
     stiffness: usize,
 }
 
 /// The equations of N scalar oscillators in first-order form.
 ///
-/// With the states `s = (y_1 … y_N, w_1 … w_N)` and the forcing `c`, the block F(s, ṡ; c) = 0 is
+/// For the states `s = (y_1 … y_N, w_1 … w_N)` and the forcing `c`, the block F(s, ṡ; c) = 0 consists of the rows
 ///
 /// ```text
 /// row n:      ẏ_n − w_n
@@ -73,8 +74,8 @@ struct Slots {
 /// Paper: eqs. (22), (24). F does not depend explicitly on time, and ∂F/∂ṡ = I, so ṡ = −F(s, 0; c).
 ///
 /// # Shapes
-/// States, derivatives and residuals have length `2 N`. The forcing has one component per direction: one for a chain,
-/// two for a plane array.
+/// States, derivatives and residuals have length `2 N`. The forcing has one component per direction: one for a
+/// chain, two for a plane array.
 ///
 /// # Examples
 /// ```
@@ -99,7 +100,7 @@ pub struct Network {
     omega: Vec<f64>,
     coefficients: Coefficients,
     channels: Vec<Option<usize>>,
-    /// Rows that each component of the forcing acts on.
+    /// Rows on which each component of the forcing acts.
     forced: Vec<Vec<usize>>,
     pulls: Vec<Pull>,
     slots: Vec<Slots>,
@@ -108,7 +109,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// Validates the nodes and builds the Jacobian pattern.
+    /// Validates the nodes and builds the pattern of the Jacobian.
     pub(crate) fn new(
         nodes: &[Node],
         coefficients: Coefficients,
@@ -121,7 +122,7 @@ impl Network {
         let mut forced = vec![Vec::new(); n_channels];
         for (k, node) in nodes.iter().enumerate() {
             if let Some(channel) = node.channel {
-                // `reached` relies on this order.
+                // `reached` relies on this order of the channels.
                 debug_assert_eq!(channel, k / (n / n_channels), "channels one after the other");
                 forced[channel].push(n + k);
             }
@@ -173,24 +174,21 @@ impl Network {
         self.forced.len()
     }
 
-    /// Returns the natural frequencies ω_n of the scalar oscillators.
-    ///
-    /// # Units
-    /// rad/s
+    /// Returns the natural frequencies ω_n of the scalar oscillators, in rad/s.
     pub fn omega(&self) -> &[f64] {
         &self.omega
     }
 
     /// Returns the rows of the residual that contain component `channel` of the forcing.
     ///
-    /// They define the coupling column: ∂F/∂c is 1 in these rows and 0 elsewhere. A model adds `a · γ · ∂u/∂q` there,
-    /// with the gain γ of its [`Drive`](crate::Drive).
+    /// These rows define the coupling column: ∂F/∂c is 1 in these rows and 0 elsewhere. A model adds
+    /// `a · γ · ∂u/∂q` in these rows, where γ is the gain of its [`Drive`](crate::Drive).
     pub fn forced_rows(&self, channel: usize) -> impl Iterator<Item = usize> + '_ {
         self.forced[channel].iter().copied()
     }
 
-    /// Returns the oscillators that component `channel` of the forcing influences, directly or through neighbors. No
-    /// other component influences them.
+    /// Returns the oscillators that component `channel` of the forcing influences, either directly or through
+    /// neighbors. No other component influences these oscillators.
     pub fn reached(&self, channel: usize) -> Range<usize> {
         let n = self.n_oscillators() / self.n_channels();
         channel * n..(channel + 1) * n
@@ -199,7 +197,7 @@ impl Network {
     /// Evaluates F(s, ṡ; c) into `residual`, overwriting it.
     ///
     /// # Shapes
-    /// `s`, `s_dot`, `residual`: [`n_states`](Self::n_states); `forcing`:
+    /// `s`, `s_dot` and `residual` have length [`n_states`](Self::n_states); `forcing` has length
     /// [`n_channels`](Self::n_channels).
     ///
     /// # Panics
@@ -228,7 +226,7 @@ impl Network {
 
     /// Returns the compressed-column pattern of `a ∂F/∂s + b ∂F/∂ṡ` (major dimension: columns).
     ///
-    /// It does not depend on the coefficients; entries that vanish for D = 0 are included.
+    /// The pattern does not depend on the coefficients: it includes the entries that vanish for D = 0.
     pub fn jacobian_pattern(&self) -> &SparsityPattern {
         &self.pattern
     }
@@ -265,9 +263,10 @@ impl Network {
         self.slots.iter().map(|slots| slots.stiffness)
     }
 
-    /// Evaluates the rows N + n of ∂F/∂s, from which [`jacobian`](Self::jacobian) is composed: the stiffness K
-    /// (derivatives with respect to positions, in the order of its pattern) and the diagonal of the damping matrix
-    /// (with respect to velocities).
+    /// Evaluates the rows N + n of ∂F/∂s, which [`jacobian`](Self::jacobian) combines with the other rows. The
+    /// derivatives with respect to the positions form the stiffness K, whose values are in the order of its
+    /// pattern. The derivatives with respect to the velocities form a diagonal damping matrix, which is returned
+    /// as its diagonal.
     ///
     /// # Panics
     /// Panics if a slice has the wrong length.
@@ -286,7 +285,7 @@ impl Network {
         }
     }
 
-    /// Returns ∂F/∂y and ∂F/∂w of the oscillator's momentum row with respect to its own state.
+    /// Returns ∂F/∂y and ∂F/∂w in the momentum row of an oscillator, with respect to its own state.
     fn own_slopes(&self, oscillator: usize, y: f64, w: f64) -> [f64; 2] {
         let Coefficients { vdp_mu, duffing, .. } = self.coefficients;
         let restoring = self.omega[oscillator].powi(2) + 3.0 * duffing * y.powi(2);
@@ -294,7 +293,7 @@ impl Network {
         [restoring + damping_slope, -vdp_mu * (1.0 - y.powi(2))]
     }
 
-    /// Returns D_n/2 = D ω_n/2, the coupling factor of one neighbor of oscillator n.
+    /// Returns D_n/2 = D ω_n/2, the factor with which each neighbor of oscillator n is coupled.
     fn pull_strength(&self, oscillator: usize) -> f64 {
         0.5 * self.coefficients.coupling * self.omega[oscillator]
     }
@@ -316,13 +315,13 @@ fn check(nodes: &[Node], coefficients: &Coefficients) -> Result<(), Error> {
     }
 }
 
-/// Returns the position of an existing entry of `pattern`.
+/// Returns the index of an existing entry in the values of `pattern`.
 fn slot(pattern: &SparsityPattern, row: usize, column: usize) -> usize {
     let within = pattern.lane(column).binary_search(&row);
     pattern.major_offsets()[column] + within.expect("the entry is in the pattern")
 }
 
-/// Column m of the stiffness contains oscillator m and its neighbors.
+/// Returns the pattern of the stiffness. Column m contains the rows of oscillator m and of its neighbors.
 fn stiffness_pattern(nodes: &[Node]) -> SparsityPattern {
     let entries = nodes
         .iter()
@@ -331,8 +330,8 @@ fn stiffness_pattern(nodes: &[Node]) -> SparsityPattern {
     pattern(nodes.len(), entries)
 }
 
-/// Column y_m contains its kinematic row and the momentum rows of column m of the `stiffness`; column w_m contains its
-/// two rows.
+/// Returns the pattern of the Jacobian. Column y_m contains the kinematic row of oscillator m and the momentum
+/// rows in column m of the `stiffness`. Column w_m contains the two rows of oscillator m.
 fn jacobian_pattern(stiffness: &SparsityPattern) -> SparsityPattern {
     let n = stiffness.major_dim();
     let own = (0..n).flat_map(|m| [(m, m), (m, n + m), (n + m, n + m)]);
@@ -340,7 +339,7 @@ fn jacobian_pattern(stiffness: &SparsityPattern) -> SparsityPattern {
     pattern(2 * n, own.chain(by_position))
 }
 
-/// Returns the pattern of a square matrix from the rows and columns of its entries.
+/// Returns the pattern of a square matrix, given the row and column of each entry.
 fn pattern(n: usize, entries: impl Iterator<Item = (usize, usize)>) -> SparsityPattern {
     let mut matrix = CooMatrix::<f64>::new(n, n);
     entries.for_each(|(row, column)| matrix.push(row, column, 0.0));

@@ -6,8 +6,8 @@ use crate::error::Error;
 
 /// Mean, range and standard deviation of a quantity over the last part of a recording.
 ///
-/// Mean and standard deviation are time averages (trapezoidal rule). They do not depend on the sampling times, provided
-/// that the samples resolve the quantity.
+/// Mean and standard deviation are time averages, computed with the trapezoidal rule. If the samples resolve the
+/// quantity, these averages do not depend on the sampling times.
 ///
 /// # Examples
 /// ```
@@ -41,8 +41,8 @@ impl Settled {
     /// `t` (ascending) and `values` have the same length.
     ///
     /// # Errors
-    /// [`Error::Window`] if the window contains fewer than two samples or has no duration. A NaN window contains no
-    /// samples.
+    /// Returns [`Error::Window`] if the window contains fewer than two samples or has no duration. A NaN window
+    /// contains no samples.
     ///
     /// # Panics
     /// Panics if the lengths differ.

@@ -1,7 +1,7 @@
-//! A differentiable phase coherence, also defined at rest.
+//! A differentiable phase coherence, which is also defined at rest.
 //!
-//! If the stiffness of a tissue depends on the coherence, Newton's method needs |χ| and its derivative. Neither exists
-//! at rest, so the radii are smoothed.
+//! If the stiffness of a tissue depends on the coherence, Newton's method needs |χ| and its derivative. Neither
+//! exists for oscillators at rest, so the radii are smoothed.
 
 use num_complex::Complex64;
 
@@ -31,10 +31,10 @@ pub struct SmoothCoherence {
 }
 
 impl SmoothCoherence {
-    /// Creates the measure with the smoothing radius ε, in the unit of the oscillators' positions.
+    /// Creates the measure with the smoothing radius ε, in the unit of the positions of the oscillators.
     ///
     /// # Errors
-    /// [`Error::SmoothingRadius`] unless ε is positive and finite.
+    /// Returns [`Error::SmoothingRadius`] unless ε is positive and finite.
     pub fn new(radius: f64) -> Result<Self, Error> {
         if radius > 0.0 && radius.is_finite() {
             Ok(Self { radius })

@@ -1,23 +1,23 @@
-//! Mean frequency of a recorded centroid, from its accumulated rotation angle.
+//! Mean frequency of a recorded centroid, computed from its accumulated rotation angle.
 
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
-/// Returns the mean frequency in Hz of a centroid sampled at times `t`, positive for the natural (clockwise) sense of
-/// rotation; `None` unless Ψ ≠ 0 at two times.
+/// Returns the mean frequency (Hz) of a centroid sampled at the times `t`, or `None` unless Ψ ≠ 0 at two or more
+/// times. The frequency is positive for the natural (clockwise) sense of rotation.
 ///
-/// `f = −(Θ_end − Θ_start)/(2π (t_end − t_start))` with Θ = arg Ψ unwrapped from sample to sample. If Ψ passes near 0,
-/// Θ changes by half a revolution faster than any sampling, which a mean of sampled instantaneous frequencies misses;
-/// the unwrapped angle does not. The angle is unwrapped in a frame that rotates with the motion, at the rate `arg Σ
-/// conj(Ψ_k) Ψ_{k+1}` per step. In this frame the centroid moves slowly, so the sense of a passage is detected
-/// correctly. Samples with Ψ = 0 have no angle and are skipped.
+/// `f = −(Θ_end − Θ_start)/(2π (t_end − t_start))` with Θ = arg Ψ unwrapped from sample to sample. If Ψ passes
+/// near 0, Θ changes by half a revolution within a very short time. A mean of sampled instantaneous frequencies
+/// misses this change, but the unwrapped angle includes it. The angle is unwrapped in a frame that rotates with
+/// the motion, at the rate `arg Σ conj(Ψ_k) Ψ_{k+1}` per step. In this frame, the centroid moves slowly, so the
+/// sense of rotation is detected correctly when Ψ passes near 0. Samples with Ψ = 0 have no angle and are skipped.
 ///
 /// # Shapes
 /// `t` (ascending, evenly spaced) and `centroid` have the same length.
 ///
 /// # Units
-/// s, Hz. The fastest resolved motion is half a revolution per sample.
+/// Times are in s, the result is in Hz. The fastest resolved motion is half a revolution per sample.
 ///
 /// # Panics
 /// Panics if the lengths differ.
@@ -56,13 +56,13 @@ pub fn mean_frequency(t: &[f64], centroid: &[Complex64]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Returns a forced motion of 8 Hz plus a free motion of 7.75 Hz with `ratio` times its amplitude, from 3 s to 23
-    /// s.
+    /// Returns the sum of a forced motion of 8 Hz and a free motion of 7.75 Hz, sampled from 3 s to 23 s. The
+    /// amplitude of the free motion is `ratio` times the amplitude of the forced motion.
     fn beats(ratio: f64) -> (Vec<f64>, Vec<Complex64>) {
         let t: Vec<f64> = (300..=2300).map(|k| 0.01 * f64::from(k)).collect();
         let turning = |frequency: f64, t: f64| Complex64::cis(-TAU * frequency * t);
-        // The phase puts the passages near 0 midway between samples, where the angle jumps by nearly half a revolution,
-        // or by 0.08 revolutions more outside the rotating frame.
+        // The phase places the passages near 0 midway between samples. There, the angle jumps by nearly half a
+        // revolution, or by 0.08 revolutions more outside the rotating frame.
         let phase = 0.25 * 0.005 / 7.75;
         let centroid = t.iter().map(|&t| turning(8.0, t) + ratio * turning(7.75, t + phase));
         let centroid = centroid.collect();
@@ -86,7 +86,8 @@ mod tests {
         let (t, mut centroid) = beats(0.5);
         centroid[0] = Complex64::ZERO;
         centroid[700] = Complex64::ZERO;
-        // The beat now begins one sample later: 0.01 s of an angle that oscillates by asin 0.5.
+        // The beat now begins one sample later. This changes the result by 0.01 s of an angle that oscillates with
+        // the amplitude asin 0.5.
         let found = mean_frequency(&t, &centroid).unwrap();
         assert!((found - 8.0).abs() < 0.5_f64.asin() / TAU / 19.99, "{found}");
     }

@@ -1,4 +1,4 @@
-//! Coherence measures: identities, limits, derivatives.
+//! Tests of coherence measures: identities, limits and derivatives.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,7 +14,7 @@ fn identical_oscillators_count_as_one() {
     assert_eq!(one.centroid, Complex64::new(1.2, -31.0 / 50.0));
     for n in [2, 5, 20] {
         let all = Coherence::new(&vec![50.0; n], &vec![1.2; n], &vec![-31.0; n]);
-        // A sum of n equal numbers, divided by n: at most n roundings.
+        // A sum of n equal numbers, divided by n, has at most n rounding errors.
         let rounding = n as f64 * f64::EPSILON;
         assert!((all.centroid - one.centroid).norm() <= rounding * one.centroid.norm());
         assert!((all.phase - one.phase).norm() <= rounding);
@@ -29,7 +29,7 @@ fn evenly_spread_phases_are_incoherent() {
     let y: Vec<f64> = (0..n).map(|k| 2.0 * theta(k).cos()).collect();
     let w: Vec<f64> = (0..n).map(|k| 2.0 * 50.0 * theta(k).sin()).collect();
     let spread = Coherence::new(&vec![50.0; n], &y, &w);
-    // Rounding of n numbers of size 2.
+    // The error is the rounding of n numbers of magnitude 2.
     assert!(spread.centroid.norm() < 2.0 * n as f64 * f64::EPSILON);
     assert!(spread.phase.norm() < n as f64 * f64::EPSILON);
 }
@@ -39,25 +39,26 @@ fn an_oscillator_at_rest_has_no_phase() {
     let half = Coherence::new(&[50.0; 2], &[0.0, 3.0], &[0.0, 0.0]);
     assert_eq!((half.centroid.re, half.phase.re), (1.5, 0.5));
     assert_eq!(Coherence::new(&[50.0], &[0.0], &[0.0]).phase, Complex64::ZERO);
-    // A tiny radius is different from rest.
+    // An oscillator with a tiny radius is not at rest.
     assert_eq!(Coherence::new(&[50.0], &[1e-200], &[0.0]).phase.re, 1.0);
 }
 
 #[test]
 fn the_centroid_turns_at_the_common_frequency() {
-    // y = cos(2π f t): clockwise, on a circle when ω = 2π f.
+    // The motion y = cos(2π f t) is clockwise. It is on a circle if ω = 2π f.
     let (f, t) = (8.0, 0.017);
     let omega = TAU * f;
     let (y, w) = ((omega * t).cos(), -omega * (omega * t).sin());
     let measured = centroid_frequency(&[omega; 3], &[y; 3], &[w; 3], &[-omega * omega * y; 3]);
-    // Rounding: a few operations on numbers of relative accuracy ε.
+    // The error is the rounding of a few operations on numbers of relative accuracy ε.
     assert!((measured.unwrap() - f).abs() < 16.0 * f64::EPSILON * f);
     assert_eq!(centroid_frequency(&[omega], &[0.0], &[0.0], &[1.0]), None);
 }
 
 #[test]
 fn the_frequency_is_the_turning_of_the_phase() {
-    // Straight motion in the plane: y and w linear in t, against arg Ψ by central differences.
+    // For a straight motion in the plane, with y and w linear in t, the frequency is compared with central
+    // differences of arg Ψ.
     let (omega, y, w) = ([50.0, 49.0, 52.0], random(1, 3), random(2, 3));
     let w: Vec<f64> = w.iter().map(|w| 50.0 * w).collect();
     let w_dot: Vec<f64> = random(3, 3).iter().map(|x| 2500.0 * x).collect();
@@ -70,24 +71,24 @@ fn the_frequency_is_the_turning_of_the_phase() {
     let h = 1e-6;
     let turning = -(argument(h) - argument(-h)) / (2.0 * h) / TAU;
     let measured = centroid_frequency(&omega, &y, &w, &w_dot).unwrap();
-    // h² Θ'''/6 ≈ 1e-12 · 50³/6 and ε/h ≈ 1e-10, relative to a few Hz.
+    // The errors are h² Θ'''/6 ≈ 1e-12 · 50³/6 and ε/h ≈ 1e-10, relative to a few Hz.
     assert!((turning - measured).abs() < 1e-6 * measured.abs().max(1.0), "{turning} {measured}");
 }
 
 #[test]
 fn window_statistics_are_time_averages() {
-    // Samples at uneven times of 1.64 + 0.02 sin(2π 8 t) over whole cycles.
+    // Samples of 1.64 + 0.02 sin(2π 8 t) at uneven times over whole cycles.
     let t: Vec<f64> = (0..=40_000_u32)
         .map(|k| f64::from(k) / 1000.0)
         .map(|t| t + 2e-4 * (37.0 * t).sin())
         .collect();
     let ripple: Vec<f64> = t.iter().map(|t| 1.64 + 0.02 * (16.0 * PI * t).sin()).collect();
     let settled = Settled::over_window(&t, &ripple, 20.0).unwrap();
-    // The trapezoidal rule with 125 points per cycle has an error of order 0.02 (2π/125)²/12 = 4e-6; a window that
-    // differs from whole cycles by up to 1e-3 s in 20 s adds 0.02 · 5e-5 = 1e-6.
+    // The trapezoidal rule with 125 points per cycle has an error of order 0.02 (2π/125)²/12 = 4e-6. If the window
+    // differs from whole cycles by up to 1e-3 s in 20 s, this adds 0.02 · 5e-5 = 1e-6.
     assert!((settled.mean - 1.64).abs() < 5e-6, "{settled:?}");
     assert!((settled.std - 0.02 / 2_f64.sqrt()).abs() < 1e-5, "{settled:?}");
-    // Samples are within half a step, 0.025 rad, of the crests: 0.02 · 0.025²/2 = 6e-6.
+    // Each crest has a sample within half a step, 0.025 rad, so the error is 0.02 · 0.025²/2 = 6e-6.
     assert!((settled.max - 1.66).abs() < 7e-6 && (settled.min - 1.62).abs() < 7e-6);
 }
 
@@ -122,7 +123,8 @@ fn the_smooth_coherence_tends_to_the_phase_coherence() {
     let chi = Coherence::new(&omega, &y, &w).phase.norm_sqr();
     for radius in [1e-2, 1e-3, 1e-4] {
         let smooth = SmoothCoherence::new(radius).unwrap().squared(&omega, &y, &w);
-        // Each unit vector is short by ε²/(2 r²), r > 0.66: |χ|² changes by at most ε²/r².
+        // The length of each unit vector is too small by ε²/(2 r²) with r > 0.66, so |χ|² changes by at most
+        // ε²/r².
         assert!((smooth - chi).abs() < radius * radius / 0.66_f64.powi(2), "{radius}");
     }
     assert!(SmoothCoherence::new(0.0).is_err());
@@ -138,7 +140,8 @@ fn the_gradient_is_the_derivative_of_the_smooth_coherence() {
     for (y, w) in [moving, at_rest] {
         let (mut by_position, mut by_velocity) = (vec![f64::NAN; n], vec![f64::NAN; n]);
         smooth.gradient(&omega, &y, &w, &mut by_position, &mut by_velocity);
-        // Steps of 1e-5 in the phasors: h²/ε² · O(1) ≈ 1e-8 in S''' terms, rounding ε/h ≈ 2e-11.
+        // With steps of 1e-5 in the phasors, the terms with S''' contribute h²/ε² · O(1) ≈ 1e-8, and rounding
+        // contributes ε/h ≈ 2e-11.
         let h = 1e-5;
         for k in 0..n {
             let (mut plus, mut minus) = (y.clone(), y.clone());
@@ -156,7 +159,7 @@ fn the_gradient_is_the_derivative_of_the_smooth_coherence() {
     }
 }
 
-/// The grid search for neighbors is compared with a search over all places.
+/// Compares the grid search for neighbors with a search over all places.
 #[test]
 fn neighborhoods_contain_all_places_within_the_radius() {
     let n = 300;
@@ -174,12 +177,12 @@ fn neighborhoods_contain_all_places_within_the_radius() {
                 squares.sum::<f64>().sqrt()
             };
             let near: Vec<usize> = (0..n).filter(|&j| distance(&places[j]) <= radius).collect();
-            // The coherence of all oscillators at these places.
+            // The expected value is the coherence of all oscillators at these places.
             let own = |all: &[f64]| -> Vec<f64> {
                 near.iter().flat_map(|j| [all[2 * j], all[2 * j + 1]]).collect()
             };
             let all = Coherence::new(&own(&omega), &own(&y), &own(&w)).phase.norm();
-            // Sums of at most 600 numbers of magnitude 1, in a different order.
+            // The error is the rounding of sums of at most 600 numbers of magnitude 1 in a different order.
             assert!((found - all).abs() < 600.0 * f64::EPSILON, "{radius}: {found} {all}");
         }
     }

@@ -1,4 +1,4 @@
-//! Shared test utilities: random numbers, reference values, a small integrator.
+//! Shared test utilities: random numbers, reference values and a small integrator.
 
 use myovib_oscillators::{Generator, Network};
 use serde_json::Value;
@@ -8,7 +8,7 @@ pub(crate) fn random(seed: u32, n: usize) -> Vec<f64> {
     Generator::ChaCha8.uniform(seed, n).iter().map(|x| 2.0 * x - 1.0).collect()
 }
 
-/// Returns the published values of case S9; the file states their source.
+/// Returns the published values of case S9. Their file states the source.
 pub(crate) fn references() -> Value {
     serde_json::from_str(include_str!("../../../../data/references/s9_oscillators.json")).unwrap()
 }
@@ -44,10 +44,10 @@ pub(crate) fn integrate(network: &Network, s: &[f64], t_end: f64, n_steps: usize
     (0..n_steps).fold(s.to_vec(), |s, _| step(network, |_| 0.0, 0.0, &s, h))
 }
 
-/// Performs one step from `s` at time `t` under the forcing `c(t)`, equal in all directions.
+/// Performs one step from `s` at time `t` under the forcing `c(t)`, which is equal in all directions.
 ///
-/// The method extrapolates the modified midpoint rule to order 12. Without error control, each test states why its
-/// step is small enough.
+/// The method extrapolates the modified midpoint rule to order 12. It has no error control, so each test states
+/// why its step is small enough.
 pub(crate) fn step(
     network: &Network,
     c: impl Fn(f64) -> f64,

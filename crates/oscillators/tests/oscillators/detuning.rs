@@ -1,10 +1,11 @@
-//! The random streams compared with published values, and the frequency interval.
+//! Tests of the random streams, compared with published values, and of the frequency interval.
 
 use std::f64::consts::PI;
 
 use myovib_oscillators::{Detuning, Error, Generator};
 
-/// MATLAB's documented output of `rng default; rand(1, 5)`, with four and fifteen digits.
+/// Compares the stream with MATLAB's documented output of `rng default; rand(1, 5)`, in four and in fifteen
+/// digits.
 #[test]
 fn the_matlab_stream_matches_published_values() {
     let numbers = Generator::Matlab.uniform(5489, 5);
@@ -34,7 +35,8 @@ fn the_chacha_stream_is_uniform_and_reproducible() {
     assert_eq!(numbers, Generator::ChaCha8.uniform(1, 10_000));
     assert_ne!(numbers[..3], Generator::ChaCha8.uniform(2, 3));
     assert!(numbers.iter().all(|x| (0.0..1.0).contains(x)));
-    // The mean of n uniform numbers has the standard deviation 1/sqrt(12 n) = 0.0029; the limit is five times as large.
+    // The mean of n uniform numbers has the standard deviation 1/sqrt(12 n) = 0.0029. The limit is five times as
+    // large.
     let mean = numbers.iter().sum::<f64>() / 1e4;
     assert!((mean - 0.5).abs() < 5.0 * 0.0029, "{mean}");
 }

@@ -1,4 +1,4 @@
-//! Systems with known solutions.
+//! Oscillators with known solutions.
 
 use std::f64::consts::TAU;
 
@@ -6,10 +6,10 @@ use num_complex::Complex64;
 
 use myovib_oscillators::{Chain, Coefficients, Ends, Reach};
 
-/// Returns Van der Pol's oscillator `ÿ − μ (1 − y²) ẏ + ω² y = 0` as a chain of one.
+/// Returns Van der Pol's oscillator `ÿ − μ (1 − y²) ẏ + ω² y = 0` as a chain of one oscillator.
 ///
-/// With frequency ω, its limit cycle has the amplitude A(μ/ω) and the period T(μ/ω)/ω, where A and T are the functions
-/// for ω = 1.
+/// Its limit cycle has the amplitude A(μ/ω) and the period T(μ/ω)/ω, where A and T are the amplitude and the
+/// period for ω = 1 as functions of μ.
 pub(crate) fn van_der_pol(vdp_mu: f64, omega: f64) -> Chain {
     Chain {
         omega: vec![omega],
@@ -21,8 +21,8 @@ pub(crate) fn van_der_pol(vdp_mu: f64, omega: f64) -> Chain {
 
 /// A traveling wave of small amplitude on a free periodic chain of identical oscillators.
 ///
-/// For y² ≪ 1 the chain is linear, and `y_n(t) = Re(a exp(λ t + 2πi k n/N))`, n = 0 … N−1, with `λ² − μ λ + Ω² = 0`,
-/// `Ω² = ω² − D ω cos(2πk/N)`. Every wave grows like e^{μt/2}.
+/// For y² ≪ 1, the chain is linear, and its solution is `y_n(t) = Re(a exp(λ t + 2πi k n/N))`, n = 0 … N−1, where
+/// `λ² − μ λ + Ω² = 0`, `Ω² = ω² − D ω cos(2πk/N)`. Every wave grows like e^{μt/2}.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ChainMode {
     /// Number of oscillators N.
@@ -31,7 +31,7 @@ pub(crate) struct ChainMode {
     pub(crate) wave_number: usize,
     /// Natural frequency ω of all oscillators in rad/s.
     pub(crate) omega: f64,
-    /// μ and D; the Duffing term is negligible at small amplitude.
+    /// Coefficients μ and D. The Duffing term is negligible at small amplitudes.
     pub(crate) coefficients: Coefficients,
     /// Amplitude a at t = 0.
     pub(crate) amplitude: f64,

@@ -1,4 +1,4 @@
-//! The oscillators: equations, random streams, coherence, known solutions.
+//! Tests of the oscillators: equations, random streams, coherence and known solutions.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 mod coherence;

@@ -1,4 +1,4 @@
-//! The equations of chains and arrays: identities, edge cases and Jacobians.
+//! Tests of the equations of chains and arrays: identities, edge cases and Jacobians.
 
 use crate::common::{distance, random, rhs};
 use myovib_oscillators::{Array, Chain, Coefficients, Ends, Error, Network, Reach};
@@ -20,7 +20,7 @@ fn array(columns: usize, rows: usize, ends: Ends) -> Array {
     Array { columns, rows, omega, coefficients: ALL_TERMS, ends, reach: Reach::Boundary }
 }
 
-/// Returns chains of all edge-case lengths, arrays, and chains at several places.
+/// Returns chains of all edge-case lengths, arrays, and networks of chains at several places.
 fn networks() -> Vec<(String, Network)> {
     let mut all = Vec::new();
     for ends in [Ends::Periodic, Ends::Open] {
@@ -39,7 +39,7 @@ fn networks() -> Vec<(String, Network)> {
     all
 }
 
-/// Evaluates the paper's equation independently, from the printed formula.
+/// Evaluates the paper's equation from the printed formula, independently of the crate.
 fn printed_acceleration(omega: &[f64], y: &[f64], w: &[f64], c: f64) -> Vec<f64> {
     let n = omega.len();
     (0..n)
@@ -61,7 +61,7 @@ fn the_periodic_chain_is_the_printed_equation() {
         let s_dot = rhs(&chain(&omega, Ends::Periodic, Reach::All), &s, &[0.3]);
         assert_eq!(s_dot[..n], s[n..]);
         let expected = printed_acceleration(&omega, &s[..n], &s[n..], 0.3);
-        // Rounding of a sum of terms up to ω² ≈ 2600.
+        // The error is the rounding of a sum of terms up to ω² ≈ 2600.
         assert!(distance(&s_dot[n..], &expected) < 8.0 * 2600.0 * f64::EPSILON, "N = {n}");
     }
 }
@@ -72,7 +72,7 @@ fn identical_oscillators_move_as_one() {
     for n in [2, 3, 20] {
         let s = [vec![0.4; n], vec![-7.0; n]].concat();
         let all = rhs(&chain(&vec![50.0; n], Ends::Periodic, Reach::All), &s, &[1.5]);
-        // The two couplings are subtracted one after the other in every chain.
+        // In every chain, the two coupling terms are subtracted one after the other.
         assert_eq!(all, [vec![one[0]; n], vec![one[1]; n]].concat(), "N = {n}");
     }
 }
@@ -113,7 +113,7 @@ fn the_coupling_column_is_the_derivative_by_the_forcing() {
             let mut column = vec![0.0; network.n_states()];
             network.forced_rows(channel).for_each(|row| column[row] = 1.0);
             let difference: Vec<f64> = base.iter().zip(&forced).map(|(b, f)| b - f).collect();
-            // F is affine in c, so only the rounding of terms up to ω² remains.
+            // F is affine in c, so the only error is the rounding of terms up to ω².
             assert!(distance(&difference, &column) < 8.0 * 2700.0 * f64::EPSILON, "{name}");
         }
     }
@@ -132,8 +132,9 @@ fn the_jacobian_is_the_derivative_of_the_residual() {
         network.jacobian(&s, a, b, &mut values);
         let jacobian = CscMatrix::try_from_pattern_and_values(pattern, values).unwrap();
 
-        // Central differences along s + a h e, ṡ + b h e. F is cubic: the error is h² |F'''|/6
-        // with F''' of order a³ 2μ ≈ 4, plus rounding ω² ε/h ≈ 6e-13/h; h = 1e-4 balances them.
+        // Central differences along s + a h e, ṡ + b h e. F is cubic, so their truncation error is h² |F'''|/6,
+        // where F''' is of order a³ 2μ ≈ 4. The rounding error is ω² ε/h ≈ 6e-13/h. The step h = 1e-4 balances the
+        // two errors.
         let h = 1e-4;
         for column in 0..n {
             let at = |sign: f64| {
@@ -253,7 +254,7 @@ fn a_periodic_array_moves_as_one_under_both_axes() {
     let spread = |x: [f64; 2]| x.map(|x| [x; 12]).concat();
     let moved = rhs(&array.network().unwrap(), &[spread(y), spread(w)].concat(), &c);
     for direction in 0..2 {
-        // Two couplings of D_n/2 per axis: one oscillator with twice the coupling.
+        // Each axis has two couplings of D_n/2, which is equivalent to one oscillator with twice the coupling.
         let coefficients = Coefficients { coupling: 6.0, ..ALL_TERMS };
         let (omega, ends, reach) = (vec![50.0], Ends::Periodic, Reach::All);
         let one = Chain { omega, coefficients, ends, reach }.network().unwrap();

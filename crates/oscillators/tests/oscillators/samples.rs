@@ -1,4 +1,4 @@
-//! Numerical integration of known solutions: case S9 of the references.
+//! Numerical integration of known solutions: case S9 of the reference values.
 
 use std::f64::consts::PI;
 
@@ -6,14 +6,15 @@ use crate::common::{distance, integrate, numbers, references, rhs};
 use crate::known::{ChainMode, van_der_pol};
 use myovib_oscillators::{Coefficients, Network};
 
-/// Returns amplitude and period of the limit cycle, from one crest (w = 0, decreasing) to the next.
+/// Returns the amplitude and the period of the limit cycle, measured from one crest (w = 0, decreasing) to the
+/// next.
 fn limit_cycle(network: &Network, h: f64, duration: f64) -> (f64, f64) {
     let mut s = vec![2.0, 0.0];
     let mut crests = Vec::new();
     for k in 0..(duration / h) as usize {
         let next = integrate(network, &s, h, 1);
         if s[1] > 0.0 && next[1] <= 0.0 {
-            // Newton's method for w(t) = 0; each iterate takes one step from the same state.
+            // Newton's method for w(t) = 0. Each iterate takes one step from the same state.
             let (mut offset, mut crest) = (0.0, s.clone());
             for _ in 0..20 {
                 offset -= crest[1] / rhs(network, &crest, &[0.0])[1];
@@ -33,8 +34,8 @@ fn van_der_pol_reaches_the_published_limit_cycle() {
     let (amplitude, period) =
         (published["amplitude"].as_f64().unwrap(), published["period"].as_f64().unwrap());
     let network = van_der_pol(1.0, 1.0).network().unwrap();
-    // Perturbations decrease by e^{-7} per revolution: after 8 revolutions only rounding remains, of 10³ steps and of t
-    // ≈ 60 in the difference of two times.
+    // Perturbations decrease by e^{-7} per revolution, so after 8 revolutions only rounding errors remain: the
+    // errors of 10³ steps and, in the difference of two times, the rounding of t ≈ 60.
     let (a, t) = limit_cycle(&network, 0.05, 60.0);
     assert!((a - amplitude).abs() < 1e-12, "A = {a:.15}");
     assert!((t - period).abs() < 2e-12, "T = {t:.15}");
@@ -68,7 +69,7 @@ fn the_frequencies_of_small_waves_are_the_published_ones() {
     let published = &references()["chain_mode"];
     for (wave_number, frequency) in numbers(&published["frequencies"]).into_iter().enumerate() {
         let squared = ChainMode { wave_number, ..wave() }.squared_frequency();
-        // Rounding of a few operations.
+        // The error is the rounding of a few operations.
         assert!((squared.sqrt() - frequency).abs() < 8.0 * f64::EPSILON * frequency);
     }
     let lambda = wave().exponent();
@@ -77,12 +78,13 @@ fn the_frequencies_of_small_waves_are_the_published_ones() {
     assert!((lambda.im - exponent[1]).abs() < 8.0 * f64::EPSILON * exponent[1]);
 }
 
-/// The second half of a wave's states is the derivative of the first half.
+/// Checks that the second half of a wave's states is the derivative of the first half.
 #[test]
 fn the_velocities_of_a_small_wave_are_consistent() {
     let mode = wave();
     let t = 0.37;
-    // ε^(1/3) of the time scale 1/(50 rad/s): differences retain two thirds of the digits, 1e-10.
+    // The step is ε^(1/3) of the time scale 1/(50 rad/s). The differences retain two thirds of the digits, that
+    // is, 1e-10.
     let h = 1e-7;
     let (before, now, after) = (mode.states(t - h), mode.states(t), mode.states(t + h));
     let slope: Vec<f64> =
@@ -100,11 +102,11 @@ fn a_small_wave_on_the_chain_is_the_closed_form() {
     assert!(distance(&mode.states(1.0)[..5], &published) < 1e-12 * 4e-6);
     let network = mode.chain().network().unwrap();
     let integrated = integrate(&network, &mode.states(0.0), 1.0, 1000);
-    // The nonlinear terms are y² ≈ 2e-11 relative to the damping, μ t of it at t = 1: 4e-11 · y.
-    // Displacements reach 4.4e-6.
+    // The nonlinear terms are y² ≈ 2e-11 relative to the damping. At t = 1, their effect is μ t times this ratio:
+    // 4e-11 · y. Displacements reach 4.4e-6.
     let error = distance(&integrated[..5], &published) / 4.4e-6;
     assert!(error < 4e-11, "{error:e}");
-    // With an amplitude a thousand times smaller, only the rounding of the integration remains.
+    // With an amplitude a thousand times smaller, only the rounding errors of the integration remain.
     let tiny = ChainMode { amplitude: 1e-9, ..mode };
     let integrated = integrate(&network, &tiny.states(0.0), 1.0, 1000);
     let error = distance(&integrated, &tiny.states(1.0)) / 4.4e-9 / (16.0 * PI);

@@ -1,5 +1,5 @@
-//! Van der Pol's oscillator with μ = 1000, problem `vdpolm` of the Test Set. Only an implicit method can integrate it,
-//! so a wrong Jacobian is detected.
+//! Van der Pol's oscillator with μ = 1000, problem `vdpolm` of the Test Set. Only implicit methods can integrate
+//! it efficiently, so the test detects a wrong Jacobian.
 
 use nalgebra::{DMatrix, DVector};
 use nalgebra_sparse::CscMatrix;
@@ -8,11 +8,11 @@ use crate::common::{numbers, references};
 use crate::known::van_der_pol;
 use myovib_oscillators::Network;
 
-/// Columns of the extrapolation tableau, the order of the method.
+/// Number of columns of the extrapolation tableau, which is the order of the method.
 const ORDER: usize = 8;
 
-/// Takes `n` steps of the linearly implicit Euler method over the length h, with the Jacobian evaluated at `frozen`:
-/// (∂F/∂s + n/h ∂F/∂ṡ) Δs = −F(s, 0).
+/// Takes `n` steps of the linearly implicit Euler method over a total length h, with the Jacobian evaluated at
+/// `frozen`: (∂F/∂s + n/h ∂F/∂ṡ) Δs = −F(s, 0).
 fn implicit_euler(network: &Network, frozen: &[f64], h: f64, n: usize) -> DVector<f64> {
     let size = network.n_states();
     let pattern = network.jacobian_pattern().clone();
@@ -29,7 +29,7 @@ fn implicit_euler(network: &Network, frozen: &[f64], h: f64, n: usize) -> DVecto
     s
 }
 
-/// Returns the extrapolated state after the length `h`, and the last correction as an error estimate.
+/// Returns the extrapolated state after a step of length `h`, and the last correction as an error estimate.
 fn extrapolated(network: &Network, s: &DVector<f64>, h: f64) -> (DVector<f64>, f64) {
     let mut previous: Vec<DVector<f64>> = Vec::new();
     for n in 1..=ORDER {
@@ -41,7 +41,8 @@ fn extrapolated(network: &Network, s: &DVector<f64>, h: f64) -> (DVector<f64>, f
         }
         previous = row;
     }
-    // Relative to position and velocity, the latter bounded below by 1e-3.
+    // The error is relative to position and velocity. The magnitude of the velocity is replaced by 1e-3 where it
+    // is smaller.
     let correction = &previous[ORDER - 1] - &previous[ORDER - 2];
     let error = (correction[0] / s[0].abs().max(1.0)).hypot(correction[1] / s[1].abs().max(1e-3));
     (previous.swap_remove(ORDER - 1), error)
@@ -58,7 +59,7 @@ fn integrate(network: &Network, s: [f64; 2], t_end: f64, tolerance: f64) -> (DVe
         if error <= tolerance {
             (t, s, steps) = (t + h, next, steps + 1);
         }
-        // A NaN error (from an overflow) shortens the step like a large one.
+        // A NaN error, which results from an overflow, shortens the step like a large error.
         let factor = 0.8 * (tolerance / error).powf(1.0 / ORDER as f64);
         h *= if factor.is_finite() { factor.clamp(0.2, 4.0) } else { 0.2 };
     }
@@ -72,9 +73,10 @@ fn the_stiff_oscillator_matches_the_test_set() {
     let network = van_der_pol(published["vdp_mu"].as_f64().unwrap(), 1.0).network().unwrap();
     let t_end = published["t"].as_f64().unwrap();
     let (s, steps) = integrate(&network, [2.0, 0.0], t_end, 1e-10);
-    // The flow between the jumps is contractive, so the error at the end is at most the tolerance of one step.
+    // Between its jumps, the flow is contractive, so the error at the end is at most the tolerance of one step.
     assert!((s[0] - y[0]).abs() < 1e-10 * y[0].abs(), "{:e}", s[0] - y[0]);
     assert!((s[1] - y[1]).abs() < 1e-10 * y[1].abs(), "{:e}", s[1] - y[1]);
-    // The right Jacobian needs 1200 steps; a step limited by stability, h < 2/(3 μ), would need 3 million.
+    // With the correct Jacobian, 1200 steps suffice. If stability limited the step to h < 2/(3 μ), 3 million steps
+    // would be necessary.
     assert!(steps < 2500, "{steps}");
 }

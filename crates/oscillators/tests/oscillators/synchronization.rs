@@ -1,5 +1,5 @@
-//! Synchronization of oscillators. Reference values come from an independent integration of the rod-driven chain; here
-//! the rod's steady response replaces the rod.
+//! Synchronization of oscillators. Reference values come from an independent integration of the chain driven by
+//! the rod. Here, the steady response of the rod replaces the rod.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,11 +9,11 @@ use myovib_oscillators::{
     centroid_frequency,
 };
 
-/// 12.5 points per cycle. Halving the step changes the smallest |Ψ| of the last window by 6e-12, and the time averages,
-/// which depend on the sampling, by 2e-6 (frequency: 1.4e-5 Hz).
+/// Time step: 12.5 points per cycle. Halving the step changes the smallest |Ψ| of the last window by 6e-12. It
+/// changes the time averages, which depend on the sampling, by 2e-6 (the frequency by 1.4e-5 Hz).
 const STEP: f64 = 0.01;
 
-/// Steady |Ψ|, |χ| and frequency of the centroid over the last 20 s.
+/// Steady values of |Ψ|, |χ| and the frequency of the centroid over the last 20 s.
 struct Course {
     centroid: Settled,
     phase: Settled,
@@ -46,8 +46,8 @@ fn course(network: &Network, s: Vec<f64>, t_end: f64, c: impl Fn(f64) -> f64) ->
     }
 }
 
-/// Returns c(t) of the paper's rod: the ramp of the load and the steady amplitude at 8 Hz (|U(L/2)| = 0.0506 of case
-/// S8, whose phase of 6e-4 is neglected).
+/// Returns c(t) of the paper's rod: the ramp of the load times the steady response at 8 Hz. The amplitude |U(L/2)|
+/// = 0.0506 is taken from case S8, whose phase of 6e-4 is neglected.
 fn rod_forcing(gain: f64) -> impl Fn(f64) -> f64 {
     let drive = Drive { gain, reach: Reach::All };
     move |t| {
@@ -74,14 +74,14 @@ fn from_rest(network: &Network, t_end: f64, gain: f64) -> Course {
 #[test]
 fn twenty_oscillators_reach_the_reference_coherence() {
     let Course { centroid, phase, frequency, rise } = from_rest(&chain(20, 0.05, 3.0), 200.0, 1.0);
-    // The independent integration gives means over 20 s with these margins,
+    // The means over 20 s agree with the independent integration within these margins,
     assert!((centroid.mean - 1.642).abs() < 0.002, "{centroid:?}");
     assert!((phase.mean - 0.836).abs() < 0.001, "{phase:?}");
-    // ripple and frequency to the printed digits,
+    // the ripple and the frequency agree to the printed digits,
     assert!((centroid.min - 1.62).abs() < 0.005, "{centroid:?}");
     assert!((centroid.max - 1.67).abs() < 0.005, "{centroid:?}");
     assert!((frequency.mean - 7.763).abs() < 0.001, "{frequency:?}");
-    // and a rise "to about 1.99 near t = 15" before.
+    // and |Ψ| first rises "to about 1.99 near t = 15".
     let crest = rise.iter().copied().fold(0.0, f64::max);
     let at = rise.iter().position(|r| *r == crest).unwrap() as f64 * STEP;
     assert!((crest - 1.99).abs() < 0.005 && (at - 15.0).abs() < 2.5, "{crest} at {at}");
@@ -90,7 +90,8 @@ fn twenty_oscillators_reach_the_reference_coherence() {
 #[test]
 fn five_oscillators_reach_the_reference_coherence() {
     let Course { centroid, phase, .. } = from_rest(&chain(5, 0.5, 3.0), 50.0, 1.0);
-    // "|Ψ| within [1.64, 1.70] over a cycle, |χ| 0.94", to the printed digits.
+    // The reference states "|Ψ| within [1.64, 1.70] over a cycle, |χ| 0.94". The results agree to the printed
+    // digits.
     assert!(centroid.min > 1.635 && centroid.max < 1.705, "{centroid:?}");
     assert!((phase.mean - 0.94).abs() < 0.005, "{phase:?}");
 }
@@ -100,15 +101,15 @@ fn identical_oscillators_move_at_the_coupled_frequency() {
     let network = chain(20, 0.0, 3.0);
     let start = [vec![1.0; 20], vec![0.0; 20]].concat();
     let Course { phase, frequency, .. } = course(&network, start, 40.0, |_| 0.0);
-    // Sums of 20 equal numbers.
+    // The error is the rounding of a sum of 20 equal numbers.
     let rounding = 20.0 * f64::EPSILON;
     assert!((phase.min - 1.0).abs() < rounding && (phase.max - 1.0).abs() < rounding, "{phase:?}");
-    // Ω² = ω² − D ω, lowered by Van der Pol's (μ/Ω)²/16. The next term is of relative order
-    // (μ/Ω)⁴ = 3e-6; a window of 20 s with a phase ripple of 0.05 rad resolves 4e-4 Hz.
+    // The expected frequency is Ω² = ω² − D ω, lowered by Van der Pol's (μ/Ω)²/16. The next term is of relative
+    // order (μ/Ω)⁴ = 3e-6. A window of 20 s with a phase ripple of 0.05 rad resolves 4e-4 Hz.
     let coupled = ((16.0 * PI).powi(2) - 3.0 * 16.0 * PI).sqrt();
     let expected = coupled / TAU * (1.0 - (2.0 / coupled).powi(2) / 16.0);
     assert!((frequency.mean - expected).abs() < 4e-4, "{frequency:?} {expected}");
-    // The published value, to its digits.
+    // The published value, to its printed digits.
     assert!((frequency.mean - 7.757).abs() < 5e-4, "{frequency:?}");
 }
 
@@ -126,11 +127,11 @@ fn narrower_detuning_and_stronger_coupling_give_more_coherence() {
 #[test]
 fn a_strong_drive_entrains_the_chain() {
     let driven = |gain| from_rest(&chain(20, 0.05, 3.0), 100.0, gain);
-    // Near γ = 3000 the drive competes with the chain's own frequency: |Ψ| beats down to 0.
+    // Near γ = 3000, the drive competes with the chain's own frequency: |Ψ| beats and falls to 0.
     let contest = driven(3000.0);
     assert!(contest.centroid.min < 0.1 && contest.centroid.max > 1.9, "{:?}", contest.centroid);
-    // At 4000 the centroid is locked to 8 Hz at reduced coherence; at 6000 the coherence is high as well.
-    // 8.000 Hz to the resolution of the window, 4e-4 Hz.
+    // At γ = 4000, the centroid is locked to 8 Hz at reduced coherence. At γ = 6000, the coherence is high as
+    // well. The window resolves 8.000 Hz to 4e-4 Hz.
     let (locked, firm) = (driven(4000.0), driven(6000.0));
     assert!((locked.frequency.mean - 8.0).abs() < 4e-4, "{:?}", locked.frequency);
     assert!((firm.frequency.mean - 8.0).abs() < 4e-4, "{:?}", firm.frequency);
