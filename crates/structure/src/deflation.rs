@@ -1,32 +1,32 @@
-//! Deflation of a pencil, which solves for the constraints and removes them step by step.
+//! Deflation of a pencil: the constraints are solved and removed step by step.
 //!
-//! Consider one step on E ẋ + A x = f. Orthogonal compression of the rows, E = (U₁ U₂) (U₁ᵀE; 0), yields the
-//! constraints U₂ᵀ A x = U₂ᵀ f. They are linearly independent for a regular pencil. With an orthogonal basis (W Z),
-//! where Z spans the kernel of G = U₂ᵀA, the unknowns are x = W y + Z x' with G W y = U₂ᵀ f. The smaller square pencil
-//! (U₁ᵀE Z, U₁ᵀA Z) remains for x'. This is the Wong sequence V ← A⁻¹(E V) in orthonormal bases (Kunkel and Mehrmann,
-//! section 2.1). The index is the number of steps until E is non-singular; linearly dependent constraints indicate a
-//! singular pencil.
+//! Consider one step for E ẋ + A x = f. The orthogonal compression of the rows, E = (U₁ U₂) (U₁ᵀE; 0), yields the
+//! constraints U₂ᵀ A x = U₂ᵀ f. For a regular pencil, these constraints are linearly independent. With an
+//! orthogonal basis (W Z), where Z spans the kernel of G = U₂ᵀA, the unknowns are x = W y + Z x' with G W y = U₂ᵀ
+//! f. The smaller square pencil (U₁ᵀE Z, U₁ᵀA Z) remains for x'. This is the Wong sequence V ← A⁻¹(E V) in
+//! orthonormal bases (Kunkel and Mehrmann, section 2.1). The index is the number of steps until E is non-singular;
+//! linearly dependent constraints indicate a singular pencil.
 
 use nalgebra::DMatrix;
 
 use crate::jacobi::left_svd;
 use crate::rank::RankDecision;
 
-/// One deflation step, in the notation of the formulas above.
+/// One deflation step, in the notation of the module documentation.
 pub(crate) struct DeflationStep {
     pub(crate) u1: DMatrix<f64>,
     pub(crate) u2: DMatrix<f64>,
     pub(crate) w: DMatrix<f64>,
     pub(crate) z: DMatrix<f64>,
-    /// G W, lower triangular and non-singular.
+    /// The matrix G W, lower triangular and non-singular.
     pub(crate) gw: DMatrix<f64>,
-    /// U₁ᵀE W.
+    /// The matrix U₁ᵀE W.
     pub(crate) ew: DMatrix<f64>,
-    /// U₁ᵀA W.
+    /// The matrix U₁ᵀA W.
     pub(crate) aw: DMatrix<f64>,
 }
 
-/// The complete deflation.
+/// All deflation steps and the result.
 pub(crate) struct Deflation {
     pub(crate) steps: Vec<DeflationStep>,
     pub(crate) decisions: Vec<RankDecision>,
@@ -34,9 +34,9 @@ pub(crate) struct Deflation {
 }
 
 pub(crate) enum End {
-    /// An ordinary differential equation: E is non-singular, possibly of size zero.
+    /// The remaining pencil is an ordinary differential equation: E is non-singular, possibly of size zero.
     Regular { e: DMatrix<f64>, a: DMatrix<f64> },
-    /// A singular pencil with `nullity` dependent constraints.
+    /// The pencil is singular and has `nullity` dependent constraints.
     Singular { nullity: usize },
 }
 
@@ -75,7 +75,7 @@ pub(crate) fn deflate(mut e: DMatrix<f64>, mut a: DMatrix<f64>) -> Deflation {
     }
 }
 
-/// Returns orthonormal bases (W, Z) with G Z = 0, and G W, from Gᵀ = (W Z) (R; 0).
+/// Returns orthonormal bases (W, Z) with G Z = 0, and the product G W, from Gᵀ = (W Z) (R; 0).
 fn kernel(g: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
     let (n_constraints, n) = g.shape();
     let qr = g.transpose().qr();

@@ -8,15 +8,15 @@ use num_complex::Complex64;
 
 use crate::error::StructureError;
 
-/// Solves (∂F/∂y + s ∂F/∂ẏ) ŷ = f̂ in place for the linearization of `problem` at (t, y, 0). The
-/// result is the motion y + Re(ŷ e^{st}) under the load Re(f̂ e^{st}), with s = iω, for any index.
+/// Solves (∂F/∂y + s ∂F/∂ẏ) ŷ = f̂ in place for the linearization of `problem` at (t, y, 0). The result is the
+/// motion y + Re(ŷ e^{st}) under the load Re(f̂ e^{st}), with s = iω. The system may have any index.
 ///
 /// # Shapes
-/// `amplitudes`: the unknowns; f̂ on entry, ŷ on return.
+/// `amplitudes` has one entry per unknown: f̂ on entry, ŷ on return.
 ///
 /// # Errors
-/// [`StructureError::Linearize`] if the Jacobian cannot be evaluated; [`StructureError::Factorize`] if the matrix is
-/// singular.
+/// Returns [`StructureError::Linearize`] if the Jacobian cannot be evaluated, and [`StructureError::Factorize`] if
+/// the matrix is singular.
 ///
 /// # Panics
 /// Panics if a length is wrong.

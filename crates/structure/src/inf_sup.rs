@@ -1,4 +1,4 @@
-//! The discrete inf–sup constant of a mixed method, from its matrices.
+//! The discrete inf–sup constant of a mixed method, computed from its matrices.
 
 use nalgebra_sparse::CscMatrix;
 
@@ -7,34 +7,36 @@ use crate::modes::modes;
 use crate::rank::RankDecision;
 use crate::vibration::{Constraint, Vibration};
 
-/// Shift relative to the mean eigenvalue: close to zero, so that the zero eigenvalues of a rank-deficient B are
-/// counted, but not zero, where the factorization would fail.
+/// Shift relative to the mean eigenvalue. It is close to zero, so that the zero eigenvalues of a rank-deficient B
+/// are counted. It is not exactly zero, because the factorization would fail there.
 const SHIFT: f64 = -1e-3;
-/// Number of non-zero values to compute, so that the count of zeros is complete.
+/// Number of non-zero values to compute in addition to the zeros, so that the count of zeros is complete.
 const BEYOND: usize = 3;
 
-/// Discrete inf–sup stability of pressures p and displacements u coupled by B: the smallest values of
+/// Discrete inf–sup stability of pressures p and displacements u, which are coupled by B. It is given by the
+/// smallest values of
 ///
 /// β² with B H⁻¹ Bᵀ p = β² N p,   β = inf over p of sup over u of pᵀB u / (|p|_N |u|_H).
 ///
-/// If N is the pressure mass matrix and H the stiffness of the H1 seminorm, the smallest value approximates the inf–sup
-/// constant, which is independent of the mesh for a stable pair. With identities for N and H, the values are the
-/// singular values of B, which decrease under refinement for any pair. Paper: eq. (27).
+/// If N is the pressure mass matrix and H the stiffness of the H1 seminorm, the smallest β approximates the
+/// inf–sup constant. For a stable pair of elements, this constant is independent of the mesh. If N and H are
+/// identity matrices, the values of β are the singular values of B, which decrease under refinement for any pair.
+/// Paper: eq. (27).
 #[derive(Debug, Clone, PartialEq)]
 pub struct InfSup {
     /// Smallest non-zero values of β, ascending.
     pub constants: Vec<f64>,
-    /// Decision on which of the smallest values of β² are zero; their number is the nullity of Bᵀ.
+    /// Decision about which of the smallest values of β² are zero. The number of zeros is the nullity of Bᵀ.
     pub decision: RankDecision,
 }
 
 impl InfSup {
-    /// Computes the smallest values of β for `operator` B (one row per pressure) with the norms `displacement_norm` H
-    /// and `pressure_norm` N, both symmetric positive definite.
+    /// Computes the smallest values of β for `operator` B (one row per pressure) with the norms
+    /// `displacement_norm` H and `pressure_norm` N, both symmetric positive definite.
     ///
     /// # Errors
-    /// [`StructureError::Sizes`] if the sizes do not match, [`StructureError::Factorize`] if a norm is singular or an
-    /// entry is not finite.
+    /// Returns [`StructureError::Sizes`] if the sizes do not match, and [`StructureError::Factorize`] if a norm is
+    /// singular or an entry is not finite.
     pub fn of(
         operator: &CscMatrix<f64>,
         displacement_norm: &CscMatrix<f64>,
@@ -64,7 +66,7 @@ impl InfSup {
         }
     }
 
-    /// Number of independent pressures that no displacement controls.
+    /// Returns the number of independent pressures that no displacement controls.
     pub fn nullity(&self) -> usize {
         self.decision.nullity()
     }
@@ -75,12 +77,13 @@ impl InfSup {
     }
 }
 
-/// Returns the mean of b_ij² / (h_jj n_ii) over the rows, the magnitude of β² for diagonal norms, or 1 for B = 0.
+/// Returns the mean of b_ij² / (h_jj n_ii) over the rows, which is the magnitude of β² for diagonal norms. Returns
+/// 1 for B = 0.
 fn typical_square(b: &CscMatrix<f64>, h: &CscMatrix<f64>, n: &CscMatrix<f64>) -> f64 {
     let (h, n) = (diagonal(h), diagonal(n));
     let sum: f64 = b.triplet_iter().map(|(i, j, value)| value * value / (h[j] * n[i])).sum();
     if sum == 0.0 {
-        // Nothing is constrained; any scale is valid.
+        // Nothing is constrained, so any scale is valid.
         return 1.0;
     }
     sum / b.nrows() as f64

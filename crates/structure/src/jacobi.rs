@@ -1,10 +1,10 @@
 //! Singular values and left singular vectors by one-sided Jacobi rotations.
 //!
-//! The rank decisions and kernel bases rely on these values, so they must be accurate to rounding for every matrix, in
-//! particular for rank-deficient ones. Jacobi rotations satisfy this requirement and compute small singular values to
-//! high relative accuracy. The columns of Rᵀ, from a QR decomposition with column pivoting M Π = Q R, are rotated until
-//! they are orthogonal, Rᵀ J = V Σ; then M Π = (Q J) Σ Vᵀ. With pivoting, few rotations are necessary (Drmač and
-//! Veselić, SIAM J. Matrix Anal. Appl. 29 (2008) 1322).
+//! The rank decisions and kernel bases rely on these values, so they must be accurate to rounding for every
+//! matrix, in particular for rank-deficient matrices. Jacobi rotations satisfy this requirement and compute small
+//! singular values to high relative accuracy. First, a QR decomposition with column pivoting yields M Π = Q R.
+//! Then the columns of Rᵀ are rotated until they are orthogonal: Rᵀ J = V Σ. This yields M Π = (Q J) Σ Vᵀ. With
+//! pivoting, few rotations are necessary (Drmač and Veselić, SIAM J. Matrix Anal. Appl. 29 (2008) 1322).
 
 use nalgebra::DMatrix;
 
@@ -13,7 +13,8 @@ const ORTHOGONAL: f64 = f64::EPSILON;
 /// Maximum number of sweeps over all pairs. Convergence is quadratic; about five sweeps are sufficient.
 const MAX_SWEEPS: usize = 60;
 
-/// Returns the singular values of a square matrix in descending order, and U with columns in the same order.
+/// Returns the singular values of a square matrix in descending order, and the matrix U with its columns in the
+/// same order.
 pub(crate) fn left_svd(matrix: &DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
     let n = matrix.nrows();
     let qr = matrix.clone().col_piv_qr();
@@ -54,7 +55,7 @@ fn rotation(x: &DMatrix<f64>, p: usize, q: usize, tolerance: f64) -> Option<(f64
     Some((cosine, cosine * tangent))
 }
 
-/// Replaces columns p < q by (cos p − sin q, sin p + cos q).
+/// Replaces columns p < q by cos p − sin q and sin p + cos q, respectively.
 fn rotate(x: &mut DMatrix<f64>, p: usize, q: usize, cosine: f64, sine: f64) {
     let n = x.nrows();
     let (head, tail) = x.as_mut_slice().split_at_mut(q * n);
@@ -68,7 +69,8 @@ mod tests {
     use super::*;
     use nalgebra::{DVector, dmatrix};
 
-    /// Products of n terms of magnitude one have a rounding error of at most n² ε.
+    /// Asserts that a residual consists of rounding errors. Products with n terms of magnitude one have errors of
+    /// at most n² ε.
     fn assert_small(residual: &DMatrix<f64>, n: usize) {
         assert!(residual.amax() < (n * n) as f64 * f64::EPSILON, "{residual:.1e}");
     }
@@ -81,7 +83,7 @@ mod tests {
         assert!((values[1] - 5f64.sqrt()).abs() < 1e-14);
     }
 
-    /// The left kernel is accurate to rounding for any rank.
+    /// Checks that the left kernel is accurate to rounding for any rank.
     #[test]
     fn rank_deficient_matrices() {
         for (n, rank) in [(1, 0), (3, 1), (3, 2), (7, 4), (30, 13), (30, 30)] {

@@ -1,12 +1,12 @@
-//! The lowest eigenfrequencies and modes, by shift and invert.
+//! The lowest eigenfrequencies and modes, computed by the shift-and-invert method.
 //!
-//! With the shift σ, the map w ↦ u defined by (K − σM) u − Bᵀp = M w, B u + C p = 0 is symmetric in the inner product
-//! of M, preserves the constraint, and has the eigenvalues θ = 1/(ω² − σ). The lowest modes have the negative θ and the
-//! largest positive θ, which are at the ends of its spectrum.
-//! The method builds a block Krylov space with full orthogonalization in the inner product of M and solves the
-//! projected dense problem (Rayleigh–Ritz). Blocks find multiple eigenvalues, with certainty up to the multiplicity
-//! [`BLOCK`]. The images of all blocks except the last lie in the space, so the residual of a pair follows from the
-//! images of the last block.
+//! With the shift σ, the map w ↦ u defined by (K − σM) u − Bᵀp = M w, B u + C p = 0 is symmetric in the inner
+//! product of M, preserves the constraint, and has the eigenvalues θ = 1/(ω² − σ). The lowest modes have the
+//! negative values of θ and the largest positive values, which are at the ends of the spectrum of the map. The
+//! method builds a block Krylov space with full orthogonalization in the inner product of M and solves the
+//! projected dense problem (Rayleigh–Ritz). A block method finds multiple eigenvalues, with certainty up to the
+//! multiplicity [`BLOCK`]. The images of all blocks except the last block are in the space, so the images of the
+//! last block determine the residual of a pair.
 //!
 //! Reference: R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228.
 
@@ -18,22 +18,22 @@ use crate::vibration::{Shifted, Vibration};
 
 /// Number of vectors per block.
 const BLOCK: usize = 4;
-/// A pair has converged if the residual of its θ is below this fraction of θ. The error of ω² is of second order in the
-/// residual.
+/// Tolerance of convergence: the residual of θ relative to θ. The error of ω² is of second order in the residual.
 const CONVERGED: f64 = 1e-10;
-/// A new direction shorter than this after orthogonalization consists of rounding errors: the space is exhausted.
+/// Length, after orthogonalization, below which a new direction consists of rounding errors. The space is then
+/// exhausted.
 const EXHAUSTED: f64 = 1e-12;
-/// A vector at least this long after orthogonalization against some vectors, relative to its length before, is still
-/// orthogonal to the other vectors, up to ten times the rounding error.
+/// Minimum ratio of the lengths of a vector after and before its orthogonalization against some vectors. If the
+/// ratio is larger, the vector is still orthogonal to the other vectors, up to ten times the rounding error.
 const ACCURATE: f64 = 0.1;
-/// Negative θ with a magnitude below this fraction of the largest |θ| consist of rounding errors.
+/// Fraction of the largest |θ| below which negative values of θ consist of rounding errors.
 const NEGATIVE: f64 = 1e-10;
-/// Maximum number of basis vectors per requested mode, plus a constant. About three per mode are sufficient; a larger
-/// space without convergence indicates inaccurate factors.
+/// Maximum number of basis vectors per requested mode, plus a constant. About three vectors per mode suffice. If a
+/// larger space does not lead to convergence, the factors are inaccurate.
 const VECTORS_PER_MODE: usize = 10;
 const FURTHER_VECTORS: usize = 200;
-/// Number of basis vectors per requested mode from which convergence is tested, since the projected problem costs more than
-/// the vectors.
+/// Number of basis vectors per requested mode from which convergence is tested. Earlier tests would be
+/// inefficient, because the projected problem costs more than the vectors.
 const FEWEST_VECTORS_PER_MODE: usize = 2;
 
 /// A harmonic vibration mode.
@@ -41,11 +41,11 @@ const FEWEST_VECTORS_PER_MODE: usize = 2;
 pub struct Mode {
     /// ω² in 1/s²; negative for an unstable equilibrium.
     pub omega_squared: f64,
-    /// Displacements u, normalized by uᵀ M u = 1.
+    /// Displacements u, normalized such that uᵀ M u = 1.
     pub shape: Vec<f64>,
     /// Corresponding multipliers p.
     pub multipliers: Vec<f64>,
-    /// ‖K u − Bᵀp − ω² M u‖ / ‖(ω² − σ) M u‖ with the shift σ.
+    /// The residual ‖K u − Bᵀp − ω² M u‖ / ‖(ω² − σ) M u‖, where σ is the shift.
     pub residual: f64,
 }
 
@@ -61,21 +61,22 @@ impl Mode {
     }
 }
 
-/// Computes the `count` lowest modes in ascending order of ω²; returns fewer if the system has fewer. Modes converge fast
-/// if their ω² are near `shift`.
+/// Computes the `count` lowest modes in ascending order of ω², or all modes if the system has fewer. Modes
+/// converge fast if their ω² is near `shift`.
 ///
 /// # Errors
-/// [`StructureError::Factorize`] if K − σM with the constraint is singular: the shift is an eigenvalue (0 for an
-/// unsupported body), or the constraint has dependent rows; [`StructureError::NotConverged`] if it is nearly singular.
+/// Returns [`StructureError::Factorize`] if K − σM with the constraint is singular. In this case, the shift is an
+/// eigenvalue (0 for an unsupported body), or the constraint has dependent rows. Returns
+/// [`StructureError::NotConverged`] if the matrix is nearly singular.
 pub fn modes(vibration: &Vibration, count: usize, shift: f64) -> Result<Vec<Mode>, StructureError> {
     KrylovSpace::new(vibration, shift)?.modes(count)
 }
 
-/// Computes all modes with ω² below `limit` and the next one, in ascending order of ω²; `None` if these are more than
-/// `most`, or if their number is unknown because the factorization exchanged rows.
+/// Computes all modes with ω² below `limit` and the next mode, in ascending order of ω². Returns `None` if there
+/// are more than `most` such modes, or if their number is unknown because the factorization exchanged rows.
 ///
 /// # Errors
-/// As for [`modes`] with the shift `limit`.
+/// Returns the errors of [`modes`] with the shift `limit`.
 pub fn modes_below(
     vibration: &Vibration,
     limit: f64,
@@ -86,15 +87,16 @@ pub fn modes_below(
     n_below.map(|n_below| space.modes(n_below + 1)).transpose()
 }
 
-/// An eigenpair of the projected problem: θ, the coefficients in the basis, and ‖T v − θ v‖ / |θ| in the norm of M.
+/// An eigenpair of the projected problem: the value θ, the coefficients in the basis, and the residual ‖T v − θ v‖
+/// / |θ| in the norm of M.
 struct RitzPair {
     theta: f64,
     weights: DVector<f64>,
     residual: f64,
 }
 
-/// A basis V, orthonormal in the inner product of M, with M V, the projection H of T, and the components of the last
-/// block's images outside the space.
+/// A basis V, orthonormal in the inner product of M, with the products M V and the projection H of the map T. It
+/// also contains the components outside the space of the images of the last block.
 struct KrylovSpace<'a> {
     vibration: &'a Vibration,
     shifted: Shifted,
@@ -103,16 +105,16 @@ struct KrylovSpace<'a> {
     basis: Vec<DVector<f64>>,
     mass_basis: Vec<DVector<f64>>,
     projected: DMatrix<f64>,
-    /// T v − V H for the vectors of the last block.
+    /// The components T v − V H for the vectors of the last block.
     beyond: Vec<Image>,
 }
 
-/// The part w of a vector orthogonal to the space.
+/// The component w of a vector orthogonal to the space.
 struct Image {
     w: DVector<f64>,
-    /// M w.
+    /// The product M w.
     mass_times: DVector<f64>,
-    /// Norm of the vector.
+    /// Norm of the original vector.
     length: f64,
 }
 
@@ -164,8 +166,8 @@ impl<'a> KrylovSpace<'a> {
         }
     }
 
-    /// Adds a block of vectors: the components of the last images outside the space or, initially and in an invariant
-    /// subspace, new start vectors. Returns false if the whole space is spanned.
+    /// Adds a block of vectors: the components of the last images outside the space. Initially and in an invariant
+    /// subspace, adds new start vectors instead. Returns false if the vectors already span the whole space.
     fn grow(&mut self) -> Result<bool, StructureError> {
         let last = std::mem::take(&mut self.beyond);
         if self.add_block(last)? {
@@ -186,7 +188,7 @@ impl<'a> KrylovSpace<'a> {
         for j in before..n {
             let solution = self.shifted.solve(&self.mass_basis[j])?.0.into_owned();
             let (image, weights) = self.outside(solution);
-            // Symmetric except for rounding.
+            // The coefficients are symmetric except for rounding.
             self.projected.set_column(j, &weights);
             self.projected.set_row(j, &weights.transpose());
             self.beyond.push(image);
@@ -194,7 +196,8 @@ impl<'a> KrylovSpace<'a> {
         Ok(n > before)
     }
 
-    /// Returns the image of a vector without symmetry: fractional parts of multiples of an irrational number.
+    /// Returns the image of a start vector without symmetry, which consists of the fractional parts of multiples
+    /// of an irrational number.
     fn start(&mut self) -> Result<Image, StructureError> {
         self.n_starts += 1;
         let irrational = (self.n_starts as f64).sqrt() + std::f64::consts::PI;
@@ -205,12 +208,12 @@ impl<'a> KrylovSpace<'a> {
         Ok(self.outside(solution).0)
     }
 
-    /// Returns false once a solution has overflowed; the eigenvalues are then undefined.
+    /// Returns false if a solution has overflowed, because the eigenvalues are then undefined.
     fn is_finite(&self) -> bool {
         self.projected.iter().all(|value| value.is_finite())
     }
 
-    /// Returns the component of a vector orthogonal to the basis, and its coefficients in the basis.
+    /// Returns the component of a vector orthogonal to the basis, and the coefficients of the vector in the basis.
     fn outside(&self, mut w: DVector<f64>) -> (Image, DVector<f64>) {
         let mut weights = DVector::zeros(self.basis.len());
         // Two passes are sufficient.
@@ -229,7 +232,7 @@ impl<'a> KrylovSpace<'a> {
     }
 
     /// Adds the component of an image orthogonal to the space, unless it consists of rounding errors. The image is
-    /// orthogonal to the vectors before number `first`.
+    /// already orthogonal to the basis vectors before index `first`.
     fn add(&mut self, mut image: Image, first: usize) {
         let before = image.norm();
         for (v, mass_v) in self.basis[first..].iter().zip(&self.mass_basis[first..]) {
@@ -249,8 +252,8 @@ impl<'a> KrylovSpace<'a> {
         self.basis.push(image.w / remaining);
     }
 
-    /// Returns the `count` pairs of the projected problem with the lowest ω²; empty if fewer than `n_below` have a
-    /// negative θ.
+    /// Returns the `count` pairs of the projected problem with the lowest ω². The result is empty if fewer than
+    /// `n_below` pairs have a negative θ.
     fn ritz_pairs(&self, count: usize, n_below: Option<usize>) -> Vec<RitzPair> {
         let m = self.basis.len();
         if m == 0 {
@@ -260,7 +263,7 @@ impl<'a> KrylovSpace<'a> {
         let (theta, vectors) = symmetric_eigen(&self.projected);
         let mut order: Vec<usize> = (0..m).collect();
         order.sort_by(|&i, &j| theta[i].total_cmp(&theta[j]));
-        // The space has at most as many negative θ as the map.
+        // The space has at most as many negative values of θ as the map.
         let rounding = NEGATIVE * theta.amax();
         let is_negative = |i: &&usize| theta[**i] < -rounding;
         let n_negative = order.iter().take(n_below.unwrap_or(m)).take_while(is_negative).count();
@@ -285,7 +288,7 @@ impl<'a> KrylovSpace<'a> {
         order.iter().map(pair).collect()
     }
 
-    /// Returns the mode of a pair: ω² = σ + 1/θ, and p from T w = θ w.
+    /// Returns the mode of a pair. Here, ω² = σ + 1/θ, and p follows from T w = θ w.
     fn mode(&mut self, pair: &RitzPair) -> Result<Mode, StructureError> {
         let omega_squared = self.shift + pair.theta.recip();
         let mut u = DVector::zeros(self.vibration.n_displacements());

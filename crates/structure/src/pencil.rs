@@ -7,10 +7,11 @@ use crate::error::StructureError;
 
 /// The matrix pencil of E ẋ + A x = f.
 ///
-/// For a system F(t, y, ẏ) = 0, E = ∂F/∂ẏ and A = ∂F/∂y at a state. The index of this frozen pencil equals the index of
-/// the system if the system is linear with constant coefficients, and for the semi-explicit (Hessenberg) forms of
-/// constrained mechanics at a consistent state. For other matrices that vary along the solution, the two may differ
-/// (Griepentrog and März, section 1.3).
+/// For a system F(t, y, ẏ) = 0, the matrices E = ∂F/∂ẏ and A = ∂F/∂y are evaluated at a state. The index of this
+/// frozen pencil is equal to the index of the system in two cases: if the system is linear with constant
+/// coefficients, and for the semi-explicit (Hessenberg) forms of constrained mechanics at a consistent state. If
+/// the matrices of another system vary along the solution, the two indices may differ (Griepentrog and März,
+/// section 1.3).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pencil {
     e: DMatrix<f64>,
@@ -21,7 +22,8 @@ impl Pencil {
     /// Creates the pencil of two square matrices of equal size.
     ///
     /// # Errors
-    /// [`StructureError::Shape`], or [`StructureError::NotFinite`] with the first non-finite entry.
+    /// Returns [`StructureError::Shape`] if the matrices are not square or differ in size, or
+    /// [`StructureError::NotFinite`] with the first non-finite entry.
     pub fn new(e: DMatrix<f64>, a: DMatrix<f64>) -> Result<Self, StructureError> {
         if !e.is_square() || e.shape() != a.shape() {
             return Err(StructureError::Shape { e: e.shape(), a: a.shape() });
@@ -39,7 +41,8 @@ impl Pencil {
     /// Linearizes `problem` at (t, y, ẏ).
     ///
     /// # Errors
-    /// [`StructureError::Linearize`] if a Jacobian cannot be evaluated, and the errors of [`new`](Self::new).
+    /// Returns [`StructureError::Linearize`] if a Jacobian cannot be evaluated, and the errors of
+    /// [`new`](Self::new).
     pub fn linearize(
         problem: &mut dyn Problem,
         t: f64,
@@ -64,17 +67,17 @@ impl Pencil {
         Self::new(e, a)
     }
 
-    /// Number of equations and unknowns.
+    /// Returns the number of equations, which equals the number of unknowns.
     pub fn size(&self) -> usize {
         self.e.nrows()
     }
 
-    /// E, the coefficient matrix of ẋ.
+    /// Returns E, the coefficient matrix of ẋ.
     pub fn e(&self) -> &DMatrix<f64> {
         &self.e
     }
 
-    /// A, the coefficient matrix of x.
+    /// Returns A, the coefficient matrix of x.
     pub fn a(&self) -> &DMatrix<f64> {
         &self.a
     }

@@ -1,13 +1,13 @@
 //! Perturbation index of each variable: the number of derivatives of a perturbation that it depends on.
 //!
-//! In the Laplace domain, the solution of E ẋ + A x = δ is x = (sE + A)⁻¹ δ. The resolvent of a regular pencil is a
-//! strictly proper part plus a polynomial H₀ + s H₁ + … + s^(k−1) H_(k−1), where k is the index. Row i of H_j is
-//! non-zero if x_i contains the j-th derivative of δ, not only integrals of it. The perturbation index of x_i is the
-//! degree of row i plus one, or zero if the row vanishes. In Weierstrass form with the nilpotent block N, H_j = T₂
-//! (−N)^j S₂.
+//! In the Laplace domain, the solution of E ẋ + A x = δ is x = (sE + A)⁻¹ δ. The resolvent (sE + A)⁻¹ of a regular
+//! pencil is the sum of a strictly proper part and a polynomial H₀ + s H₁ + … + s^(k−1) H_(k−1), where k is the
+//! index. Row i of H_j is non-zero if x_i contains the j-th derivative of δ and not only integrals of δ. The
+//! perturbation index of x_i is the degree of row i plus one, or zero if the row vanishes. In Weierstrass form
+//! with the nilpotent block N, H_j = T₂ (−N)^j S₂.
 //!
-//! The polynomial follows from the deflation steps. Each step maps a right-hand side F(s), a polynomial in s, to the
-//! right-hand side of the smaller pencil,
+//! The polynomial follows from the deflation steps. The right-hand side F(s) is a polynomial in s. Each step maps
+//! it to the right-hand side F'(s) of the smaller pencil:
 //!
 //!   y = (G W)⁻¹ U₂ᵀF,   F' = U₁ᵀF - (U₁ᵀA W + s U₁ᵀE W) y,   x = W y + Z x'.
 
@@ -15,10 +15,10 @@ use nalgebra::DMatrix;
 
 use crate::deflation::DeflationStep;
 
-/// A polynomial in s with matrix coefficients, constant term first.
+/// A polynomial in s with matrix coefficients. The constant term comes first.
 pub(crate) type Polynomial = Vec<DMatrix<f64>>;
 
-/// Returns the polynomial part of (sE + A)⁻¹ from the deflation steps and the final (E, A).
+/// Returns the polynomial part of (sE + A)⁻¹, given the deflation steps and the final matrices (E, A).
 pub(crate) fn resolvent_polynomial(
     steps: &[DeflationStep],
     e: &DMatrix<f64>,
@@ -55,7 +55,8 @@ pub(crate) fn resolvent_polynomial(
     x
 }
 
-/// Returns the polynomial part of (sE + A)⁻¹ F(s) for a non-singular E by polynomial division: E X_(j−1) = F_j − A X_j.
+/// Returns the polynomial part of (sE + A)⁻¹ F(s) for a non-singular E. It is computed by polynomial division: E
+/// X_(j−1) = F_j − A X_j.
 fn divide(f: &Polynomial, e: &DMatrix<f64>, a: &DMatrix<f64>) -> Polynomial {
     if e.is_empty() {
         return f[1..].to_vec();

@@ -1,15 +1,15 @@
-//! Rank decisions: which values of a set are zero, and how certain the decision is.
+//! Rank decisions: decisions about which values of a set are zero, and the certainty of these decisions.
 
 use std::fmt;
 
 /// Values above this fraction of the reference are never treated as zero.
 ///
-/// About √(machine ε)/10: larger values are far above the rounding errors of matrices that were assembled in double
-/// precision and deflated by orthogonal transformations.
+/// This is about √(machine ε)/10. Larger values are far above the rounding errors of matrices that were assembled
+/// in double precision and deflated by orthogonal transformations.
 const MAY_BE_ZERO: f64 = 1e-9;
 /// Values below this fraction of the reference are always treated as zero.
 const MAY_BE_NONZERO: f64 = 1e-12;
-/// Minimum width of a decisive gap in decades.
+/// Minimum width of a decisive gap, in decades.
 const DECISIVE_DECADES: f64 = 3.0;
 
 /// Certainty of a rank decision.
@@ -17,16 +17,16 @@ const DECISIVE_DECADES: f64 = 3.0;
 pub enum Verdict {
     /// Exactly one gap of at least three decades separates zeros from non-zeros.
     Decisive,
-    /// No gap or several gaps are that wide, or a value is not finite.
+    /// No gap or more than one gap is that wide, or a value is not finite.
     Undecided,
 }
 
 /// Separation of a set of values into zeros and non-zeros.
 ///
-/// The values (singular values, or row norms) are sorted between the reference (the magnitude of their matrix) and the
-/// level of rounding, n ε times the reference. The cut must lie in a gap that overlaps the window \[1e-12, 1e-9\] ×
-/// reference; the widest such gap is used. The decision is decisive if this gap spans at least three decades and no
-/// other gap does.
+/// The values are singular values or row norms. They are sorted between the reference (the magnitude of their
+/// matrix) and the level of rounding, which is n ε times the reference. The cut must be in a gap that overlaps the
+/// window \[1e-12, 1e-9\] × reference. The widest such gap is used. The decision is decisive if this gap spans at
+/// least three decades and no other such gap does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RankDecision {
     /// Description of the values.
@@ -44,8 +44,8 @@ pub struct RankDecision {
 }
 
 impl RankDecision {
-    /// Decides which `magnitudes`, in any order, are zero, by the widest gap between them relative to `reference`, the
-    /// magnitude of the matrix.
+    /// Decides which `magnitudes`, in any order, are zero. The cut is in the widest gap between the magnitudes
+    /// relative to `reference`, the magnitude of the matrix.
     pub(crate) fn new(subject: String, magnitudes: &[f64], reference: f64) -> Self {
         let size = magnitudes.len();
         let reference = if reference > 0.0 { reference } else { 1.0 };
@@ -56,7 +56,7 @@ impl RankDecision {
         ladder.insert(0, ladder.first().map_or(1.0, |top| top.max(1.0)));
         ladder.push(rounding);
 
-        // Cut r keeps the r largest values: ladder[r] is above it, ladder[r + 1] below.
+        // Cut r keeps the r largest values: ladder[r] is above the cut, and ladder[r + 1] is below it.
         let decades = |rank: usize| (ladder[rank] / ladder[rank + 1]).log10();
         let cuts = (0..=size)
             .filter(|&r| ladder[r] >= MAY_BE_NONZERO && ladder[r + 1] <= MAY_BE_ZERO)
@@ -79,12 +79,12 @@ impl RankDecision {
         }
     }
 
-    /// Number of values treated as zero.
+    /// Returns the number of values treated as zero.
     pub fn nullity(&self) -> usize {
         self.size - self.rank
     }
 
-    /// Returns the width of the gap between zeros and non-zeros in decades.
+    /// Returns the width of the gap between zeros and non-zeros, in decades.
     pub fn gap(&self) -> f64 {
         (self.smallest_kept / self.largest_dropped).log10()
     }
@@ -122,13 +122,13 @@ mod tests {
         assert_eq!(decide(&[1.0, 0.1, 1e-6]), (3, Verdict::Decisive));
         assert_eq!(decide(&[0.0, 0.0]), (0, Verdict::Decisive));
         assert_eq!(decide(&[]), (0, Verdict::Decisive));
-        // Rounding errors amplified by three orders of magnitude, below a clear gap of six decades.
+        // Rounding errors, amplified by three orders of magnitude, below a clear gap of six decades.
         assert_eq!(decide(&[1.0, 1e-5, 1e-11, 1e-13, 1e-15]), (2, Verdict::Decisive));
     }
 
     #[test]
     fn a_value_within_the_window_is_undecided() {
-        // Five decades to each neighbor: both cuts are equally plausible.
+        // Five decades separate each pair of neighbors, so both cuts are equally plausible.
         assert_eq!(decide(&[1.0, 1e-5, 1e-10]).1, Verdict::Undecided);
         // A staircase with steps of two decades has no gap of three decades.
         let staircase: Vec<f64> = (0..8).map(|i| 100f64.powi(-i)).collect();

@@ -1,4 +1,4 @@
-//! Rigid-body motions that supports leave free.
+//! Rigid-body motions that the supports do not prevent.
 
 use std::fmt;
 
@@ -6,18 +6,18 @@ use nalgebra::{DMatrix, RowDVector, Vector3};
 
 use crate::eigen::symmetric_eigen;
 
-/// Singular values below this fraction of the largest indicate a free motion. Lengths are relative to the size of the
-/// bodies, so a value is small only if supports nearly coincide or are nearly parallel.
+/// Singular values below this fraction of the largest singular value indicate a free motion. Lengths are relative
+/// to the size of the bodies, so a value is small only if supports nearly coincide or are nearly parallel.
 const FREE: f64 = 1e-9;
 /// Components of unit motions below this value are printed as zero.
 const NAMED: f64 = 1e-6;
-/// Number of buffered rows before they are compressed by a QR decomposition.
+/// Number of buffered rows before a QR decomposition compresses them.
 const WAITING: usize = 256;
 
-/// Rigid bodies, supported and joined at points, in two or three dimensions.
+/// Rigid bodies in two or three dimensions, supported and joined at points.
 ///
-/// A small motion of a body is u(x) = t + ω × (x − c) with its center c: three parameters in 2D, six in 3D. A support
-/// is a condition n·u(x) = 0 at a point, a joint the condition u = u' for two bodies.
+/// A small motion of a body with center c is u(x) = t + ω × (x − c). It has three parameters in 2D and six in 3D.
+/// A support is a condition n·u(x) = 0 at a point. A joint is the condition u = u' for two bodies.
 #[derive(Debug, Clone)]
 pub struct RigidBodies {
     dimension: usize,
@@ -28,7 +28,7 @@ pub struct RigidBodies {
 }
 
 impl RigidBodies {
-    /// Creates bodies with these centers; `size` is the unit of length.
+    /// Creates bodies with the given centers. `size` is the unit of length.
     ///
     /// # Panics
     /// Panics unless the dimension is 2 or 3 and matches the number of coordinates of each center.
@@ -44,13 +44,13 @@ impl RigidBodies {
         }
     }
 
-    /// Fixes the displacement component along `direction` of the point `place` of `body`.
+    /// Fixes the displacement of `body` along `direction` at the point `place`.
     pub fn hold(&mut self, body: usize, place: &[f64], direction: &[f64]) {
         let row = self.row(body, place, in_space(direction));
         self.add(row);
     }
 
-    /// Joins two bodies at `place`.
+    /// Joins two bodies at the point `place`.
     pub fn join(&mut self, bodies: [usize; 2], place: &[f64]) {
         for axis in 0..self.dimension {
             let direction = Vector3::ith(axis, 1.0);
@@ -80,7 +80,7 @@ impl RigidBodies {
         }
     }
 
-    /// Compresses the buffered rows: R of a QR decomposition has the same kernel.
+    /// Compresses the buffered rows to the factor R of a QR decomposition, which has the same kernel.
     fn compress(&mut self) {
         let n = self.conditions.ncols();
         let mut rows: Vec<RowDVector<f64>> = std::mem::take(&mut self.waiting);
@@ -91,7 +91,7 @@ impl RigidBodies {
         }
     }
 
-    /// Returns an orthonormal basis of the motions that satisfy all conditions, as columns.
+    /// Returns an orthonormal basis of the motions that satisfy all conditions. The basis vectors are the columns.
     fn kernel(&mut self) -> DMatrix<f64> {
         self.compress();
         let n = self.conditions.ncols();
@@ -123,11 +123,11 @@ impl RigidBodies {
         }
     }
 
-    /// Decomposes the motions of one body, spanned by the columns, into slides and turns.
+    /// Decomposes the motions of one body into slides and turns. The columns span the motions.
     fn motions(&self, body: usize, columns: &DMatrix<f64>) -> Vec<Motion> {
         let n_slides = self.dimension;
         let (shifts, spins) = (columns.rows(0, n_slides), columns.rows_range(n_slides..));
-        // Slides have no rotation; turns are orthogonal to them.
+        // Slides have no rotation. Turns are orthogonal to slides.
         let (squares, vectors) = symmetric_eigen(&spins.tr_mul(&spins));
         let mut turns = Vec::new();
         let mut slides = Vec::new();
@@ -172,7 +172,7 @@ fn in_space(coordinates: &[f64]) -> Vector3<f64> {
     vector
 }
 
-/// Returns a basis of the span of `vectors` that contains as many coordinate axes as possible.
+/// Returns a basis of the span of `vectors` that includes as many coordinate axes as possible.
 fn along_axes(vectors: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let mut left: Vec<Vector3<f64>> = Vec::new();
     let add = |v: &Vector3<f64>, basis: &mut Vec<Vector3<f64>>| {
@@ -192,10 +192,10 @@ fn along_axes(vectors: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     basis
 }
 
-/// The motions that supports leave free.
+/// The motions that the supports do not prevent.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FreeMotions {
-    /// Number of independent motions of all bodies.
+    /// Number of independent motions of all bodies together.
     pub count: usize,
     /// Bodies that can move.
     pub bodies: Vec<MovingBody>,
@@ -206,7 +206,7 @@ pub struct FreeMotions {
 pub struct MovingBody {
     /// Index of the body.
     pub body: usize,
-    /// Its motions.
+    /// Motions of the body.
     pub motions: Vec<Motion>,
 }
 
@@ -218,7 +218,8 @@ pub enum Motion {
         /// Direction.
         direction: Vec<f64>,
     },
-    /// A rotation about a point, in 3D about an axis through it (possibly combined with a translation along it).
+    /// A rotation about a point in 2D, or about an axis in 3D (possibly combined with a translation along the
+    /// axis).
     Turn {
         /// Point on the axis.
         point: Vec<f64>,
@@ -255,7 +256,7 @@ fn direction_name(direction: &[f64]) -> String {
 }
 
 fn place(coordinates: &[f64]) -> String {
-    // Rounded to micrometers; adding zero turns a negative zero into a positive one.
+    // Rounds to micrometers. Adding zero turns a negative zero into a positive zero.
     let shown = |x: &f64| ((x * 1e6).round() / 1e6 + 0.0).to_string();
     let coordinates: Vec<String> = coordinates.iter().map(shown).collect();
     format!("({})", coordinates.join(", "))
@@ -326,7 +327,7 @@ mod tests {
         assert!(found[0].starts_with("can turn about x at (1, 0"), "{found:?}");
     }
 
-    /// A translation along a slope between two rollers.
+    /// A body supported by two rollers slides along their slope.
     #[test]
     fn a_slide_along_a_slope_has_its_direction() {
         let mut body = plane();
@@ -337,13 +338,13 @@ mod tests {
         let [Motion::Slide { direction }] = &found.bodies[0].motions[..] else {
             panic!("{found:?}")
         };
-        // Rounding of a few operations.
+        // The error is the rounding of a few operations.
         assert!(
             (direction[0].abs() - 0.6).abs() < 1e-14 && (direction[1].abs() - 0.8).abs() < 1e-14
         );
     }
 
-    /// A supported body carries another body at a single point; the latter can swing.
+    /// A supported body carries another body at a single point, so the other body can swing.
     #[test]
     fn a_joint_is_a_hinge() {
         let mut bodies = RigidBodies::new(2, &[vec![0.0, 0.0], vec![2.0, 0.0]], 2.0);

@@ -4,29 +4,32 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::pencil::Pencil;
 
-/// Entries this many decades below the envelope are rounding errors of an assembly and are ignored.
+/// Number of decades below the envelope from which entries are treated as rounding errors of an assembly and
+/// ignored.
 const ROUNDING_DECADES: f64 = 10.0;
-/// Weight of entries below the envelope in its fit; entries above have weight 1.
+/// Weight of entries below the envelope in its fit. Entries above the envelope have weight 1.
 const BELOW: f64 = 0.01;
-/// Maximum number of iterations of the envelope's fit, which ends when no entry changes sides.
+/// Maximum number of iterations in the fit of the envelope. The fit ends when no entry moves to the other side of
+/// the envelope.
 const ROUNDS: usize = 20;
 /// Regularization that selects one solution if the fit is not unique. It is small compared with the weight of each
-/// unknown, so the fit is unchanged to 10 digits.
+/// unknown, so it does not change the first 10 digits of the fit.
 const RIDGE: f64 = 1e-10;
 
-/// Returns R (τ E) C and R A C with positive diagonal R, C and a time unit τ.
+/// Returns the scaled matrices R (τ E) C and R A C. R and C are diagonal with positive entries, and τ is a unit of
+/// time.
 ///
 /// The exponents are the least-squares solution of
 ///
 ///   log|e_ij| + r_i + c_j + τ ≈ 0,   log|a_ij| + r_i + c_j ≈ 0   over all non-zero entries,
 ///
 /// which is the scaling of Curtis and Reid (J. Inst. Maths Applics 10 (1972) 118), extended to a pair of matrices.
-/// Other units change r, c and τ but not the scaled pencil, so results do not depend on the units. The index is
-/// independent of R, C, τ.
+/// A change of units changes r, c and τ but not the scaled pencil, so the results do not depend on the units. The
+/// index is independent of R, C and τ.
 ///
-/// Terms that cancel in an assembly leave rounding errors as entries, which would distort the fit. They are identified
-/// by their distance below an upper envelope, which is the same fit with a small weight for entries below it. The
-/// envelope does not depend on the units either.
+/// Terms that cancel in an assembly leave rounding errors as entries, and these would distort the fit. Such
+/// entries are identified by their distance below an upper envelope, which results from the same fit with a small
+/// weight for entries below it. The envelope does not depend on the units either.
 pub(crate) fn scale(pencil: &Pencil) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = pencil.size();
     let mut entries: Vec<Entry> = [(pencil.e(), 1.0), (pencil.a(), 0.0)]
@@ -72,7 +75,7 @@ fn non_zeros(matrix: &DMatrix<f64>, time: f64) -> impl Iterator<Item = Entry> {
     })
 }
 
-/// Fits an upper envelope. Only few entries are above it, by small amounts.
+/// Fits an upper envelope. Only a few entries are above it, and only by small amounts.
 fn envelope(n: usize, entries: &[Entry]) -> Shifts {
     let mut shifts = fit(n, entries, |_| 1.0);
     let mut above = Vec::new();
@@ -87,7 +90,7 @@ fn envelope(n: usize, entries: &[Entry]) -> Shifts {
     shifts
 }
 
-/// Solves the normal equations of the fit for (r, c, τ); entry k has the weight weight(k).
+/// Solves the normal equations of the fit for (r, c, τ). Entry k has the weight `weight(k)`.
 fn fit(n: usize, entries: &[Entry], weight: impl Fn(usize) -> f64) -> Shifts {
     let mut normal = DMatrix::from_diagonal_element(2 * n + 1, 2 * n + 1, RIDGE);
     let mut right = DVector::zeros(2 * n + 1);
@@ -121,12 +124,12 @@ mod tests {
         let tau = 1e-4;
         let plain = scale(&Pencil::new(e.clone(), a.clone()).unwrap());
         let scaled = scale(&Pencil::new(&rows * e * &columns * tau, &rows * a * &columns).unwrap());
-        // The regularization leaves ten digits.
+        // The regularization preserves ten digits.
         assert!((plain.0 - scaled.0).amax() < 1e-7);
         assert!((plain.1 - scaled.1).amax() < 1e-7);
     }
 
-    /// Three quarters of the entries are rounding errors, as after cancellation of terms in an assembly.
+    /// Three quarters of the entries are rounding errors, as after the cancellation of terms in an assembly.
     #[test]
     fn rounding_errors_do_not_affect_the_scaling() {
         let n = 12;
@@ -141,7 +144,7 @@ mod tests {
         let zero = |_: usize, _: usize| 0.0;
         let clean = Pencil::new(banded(0, &zero), banded(1, &zero)).unwrap();
         let noisy = Pencil::new(banded(0, &zero), banded(1, &rounding)).unwrap();
-        // The regularization leaves ten digits, minus the spread of the exponents.
+        // The regularization preserves ten digits, reduced by the spread of the exponents.
         assert!((scale(&clean).0 - scale(&noisy).0).amax() < 1e-7);
         assert!((scale(&clean).1 - scale(&noisy).1).amax() < 1e-7);
     }

@@ -1,4 +1,4 @@
-//! The index of a pencil and of its variables, with the rank decisions behind it.
+//! The index of a pencil and of its variables, with the rank decisions on which they are based.
 
 use std::fmt;
 use std::ops::Range;
@@ -12,10 +12,10 @@ use crate::scaling::scale;
 /// Result of the index computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Index {
-    /// The index; all rank decisions are decisive.
+    /// The index. All rank decisions are decisive.
     Decided(usize),
-    /// At least one decision is not decisive. The value results from the widest gaps; `None` indicates a singular
-    /// pencil.
+    /// At least one decision is not decisive. The value results from the widest gaps. `None` indicates that the
+    /// pencil is probably singular.
     Undecided(Option<usize>),
     /// The pencil is singular and has no index.
     Singular {
@@ -40,31 +40,32 @@ impl fmt::Display for Index {
 /// The perturbation index of one variable, or the maximum over a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct VariableIndex {
-    /// 0 for a variable that depends only on integrals of a perturbation δ, k + 1 for a variable that depends on
+    /// 0 for a variable that depends only on integrals of a perturbation δ; k + 1 for a variable that depends on
     /// derivatives of δ up to order k.
     pub index: u8,
-    /// Whether all underlying decisions are decisive.
+    /// Certainty of the index: decisive if all underlying rank decisions are decisive.
     pub verdict: Verdict,
 }
 
 /// The structure of a matrix pencil at infinity: its index, the indices of its variables, and the rank decisions.
 ///
 /// # Accuracy
-/// The pencil is scaled to remove units, then deflated by orthogonal transformations, which is backward stable. The
-/// result is exact for a pencil that differs from the scaled one by about the largest dropped value. The method cannot
-/// detect a term whose effect on a rank is below 1e-12 relative to its surroundings after scaling, and reports a
-/// decision between 1e-12 and 1e-9 as undecided. It is a dense method of cost O(n³) with two or three singular value
-/// decompositions, suited to a few hundred unknowns: a coarse mesh of a scene instead of the mesh of its run.
+/// The pencil is scaled to remove the influence of units, and then deflated by orthogonal transformations. This
+/// method is backward stable: the result is exact for a pencil that differs from the scaled pencil by about the
+/// largest dropped value. The method cannot detect a term whose effect on a rank, after scaling, is below 1e-12
+/// relative to other terms. It reports a decision between 1e-12 and 1e-9 as undecided. The method operates on
+/// dense matrices, and its cost is O(n³) for two or three singular value decompositions. It is suitable for a few
+/// hundred unknowns, so use a coarse mesh instead of the mesh of a simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PencilStructure {
-    /// The index of nilpotency (Kronecker index).
+    /// The index of nilpotency (Kronecker index) of the pencil.
     pub index: Index,
-    /// Rank decisions in order.
+    /// Rank decisions in the order of the deflation steps.
     pub decisions: Vec<RankDecision>,
     /// Perturbation index of each variable; empty for a singular pencil.
     pub variables: Vec<VariableIndex>,
-    /// Decisions on which variables contain the j-th derivative of a perturbation, j = 0, 1, …. The variable indices
-    /// follow from them.
+    /// Decisions about which variables contain the j-th derivative of a perturbation, j = 0, 1, …. The indices of
+    /// the variables follow from these decisions.
     pub variable_decisions: Vec<RankDecision>,
 }
 
@@ -72,8 +73,8 @@ impl PencilStructure {
     /// Computes the structure of a pencil.
     ///
     /// # Examples
-    /// A point on a line with prescribed position, q̇ = v, v̇ = λ, q = f: the multiplier depends on the second
-    /// derivative of f.
+    /// A point moves on a line with prescribed position: q̇ = v, v̇ = λ, q = f. The multiplier λ depends on the
+    /// second derivative of f.
     /// ```
     /// use myovib_structure::{Index, Pencil, PencilStructure};
     /// use nalgebra::dmatrix;
@@ -107,7 +108,7 @@ impl PencilStructure {
         Self { index, decisions: deflation.decisions, variables, variable_decisions }
     }
 
-    /// Returns the narrowest gap in decades among the decisions for the index.
+    /// Returns the width, in decades, of the narrowest gap among the decisions for the index.
     pub fn gap(&self) -> f64 {
         self.decisions.iter().map(RankDecision::gap).fold(f64::INFINITY, f64::min)
     }
@@ -128,7 +129,7 @@ fn verdict(clear: bool) -> Verdict {
     if clear { Verdict::Decisive } else { Verdict::Undecided }
 }
 
-/// The degrees of the rows of the resolvent's polynomial part, plus one.
+/// Returns the degree of each row of the resolvent's polynomial part, plus one.
 fn variable_indices(
     n: usize,
     resolvent: &[nalgebra::DMatrix<f64>],

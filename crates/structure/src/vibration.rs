@@ -11,21 +11,21 @@ use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use crate::error::StructureError;
 
-/// A multiplier p with C p + B u = 0 whose force on u is Bᵀ p.
+/// A constraint C p + B u = 0 with the multiplier p, which exerts the force Bᵀ p on u.
 ///
-/// For nearly incompressible tissue B is the volume operator and C = M_p/κ the pressure mass over
-/// the bulk modulus; C = 0 is the incompressible limit.
+/// For nearly incompressible tissue, B is the volume operator, and C = M_p/κ is the pressure mass matrix divided
+/// by the bulk modulus. C = 0 is the incompressible limit.
 #[derive(Debug, Clone)]
 pub struct Constraint {
-    /// B, one row for each multiplier.
+    /// The matrix B, with one row for each multiplier.
     pub operator: CscMatrix<f64>,
-    /// C, symmetric and positive semidefinite; without entries for a rigid constraint.
+    /// The matrix C, symmetric and positive semidefinite. It has no entries for a rigid constraint.
     pub compliance: CscMatrix<f64>,
 }
 
-/// M ü + K u - Bᵀ p = 0, C p + B u = 0: small free vibrations about an equilibrium.
+/// Small free vibrations about an equilibrium: M ü + K u - Bᵀ p = 0, C p + B u = 0.
 ///
-/// M is symmetric and positive definite, K symmetric. The harmonic motions u e^(iωt) solve
+/// M is symmetric and positive definite, and K is symmetric. The harmonic motions u e^(iωt) solve
 ///
 ///   K u - Bᵀ p = ω² M u,   C p + B u = 0.
 #[derive(Debug, Clone)]
@@ -33,8 +33,8 @@ pub struct Vibration {
     mass: CscMatrix<f64>,
     stiffness: CscMatrix<f64>,
     constraint: Option<Constraint>,
-    /// Whether to eliminate the displacements after the multipliers that act on them, which is suitable if C has the
-    /// large pivots.
+    /// Whether to eliminate the displacements after the multipliers that act on them. This order is suitable if
+    /// the large pivots are in C.
     displacements_last: bool,
 }
 
@@ -42,7 +42,7 @@ impl Vibration {
     /// Creates the vibration problem with mass M, stiffness K and an optional constraint.
     ///
     /// # Errors
-    /// [`StructureError::Sizes`] if the sizes do not match.
+    /// Returns [`StructureError::Sizes`] if the sizes do not match.
     pub fn new(
         mass: CscMatrix<f64>,
         stiffness: CscMatrix<f64>,
@@ -89,7 +89,7 @@ impl Vibration {
         self.constraint.as_ref().map_or(0, |c| c.operator.nrows())
     }
 
-    /// Computes M u. Columns equal rows, so each entry is a sum over a column.
+    /// Computes M u. M is symmetric, so each entry of the product is a sum over a column.
     pub(crate) fn mass_times(&self, u: &DVector<f64>) -> DVector<f64> {
         let u = u.as_slice();
         let entries = self.mass.col_iter().map(|column| {
@@ -162,8 +162,8 @@ pub(crate) struct Shifted {
 }
 
 impl Shifted {
-    /// Returns the number of ω² below the shift: the number of negative pivots minus the number of multipliers
-    /// (Sylvester's law). Returns `None` if rows were exchanged.
+    /// Returns the number of values ω² below the shift. By Sylvester's law, it is the number of negative pivots
+    /// minus the number of multipliers. Returns `None` if rows were exchanged.
     pub(crate) fn n_below(&self) -> Option<usize> {
         let pivots = self.factors.pivots()?;
         let negative = pivots.iter().filter(|pivot| **pivot < 0.0).count();
@@ -188,8 +188,9 @@ impl Shifted {
 mod tests {
     use super::*;
 
-    /// Six unit masses on springs of stiffness 1 to 6. A multiplier couples the first two: rigidly they have ω² = 3/2,
-    /// with the compliance 1/2 they have ω² = 7/2 ± √17/2. The pivots of multipliers are negative but do not count.
+    /// Six unit masses are supported by springs of stiffness 1 to 6, and a multiplier couples the first two
+    /// masses. With a rigid coupling, these have ω² = 3/2; with the compliance 1/2, they have ω² = 7/2 ± √17/2.
+    /// The pivots of multipliers are negative but do not count.
     #[test]
     fn the_number_of_modes_below_a_shift_excludes_multipliers() {
         let diagonal = |values: &[f64]| {

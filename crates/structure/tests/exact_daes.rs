@@ -1,15 +1,15 @@
-//! Small nonlinear DAEs of known index, given as a `Problem` and linearized on their solution.
+//! Small nonlinear DAEs of known index. Each is given as a `Problem` and linearized on its solution.
 //!
-//! A: Brenan, Campbell, Petzold, chapter 4 (index 1, linear with varying coefficients). B: Jay, BIT
-//! 33 (1993), example 7 (index 2). C: the pendulum in Cartesian coordinates (index 3) and with its
-//! constraint differentiated once and twice.
+//! A: Brenan, Campbell, Petzold, chapter 4 (index 1, linear with varying coefficients). B: Jay, BIT 33 (1993),
+//! example 7 (index 2). C: the pendulum in Cartesian coordinates (index 3), and the pendulum with its constraint
+//! differentiated once and twice.
 
 use myovib_dae::{Problem, StepError, VariableKind};
 use myovib_structure::{Index, Pencil, PencilStructure, StructureError};
 use nalgebra::DMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// A dense system given by its residual, a polynomial of degree at most four in y and ẏ.
+/// A dense system, given by its residual. The residual is a polynomial of degree at most four in y and ẏ.
 struct Dense<F> {
     n: usize,
     residual: F,
@@ -41,7 +41,7 @@ impl<F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> Problem for Dense<F> {
         b: f64,
         values: &mut [f64],
     ) -> Result<(), StepError> {
-        // Central differences with steps 1 and 1/2, extrapolated: exact up to degree four.
+        // Extrapolated central differences with steps 1 and 1/2, which are exact up to degree four.
         let slope = |j: usize, h: f64| {
             let moved = |sign: f64| {
                 let (mut y, mut yp) = (y.to_vec(), yp.to_vec());
@@ -69,7 +69,7 @@ impl<F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> Problem for Dense<F> {
     }
 }
 
-/// Returns the index and the variable indices at a state, and asserts that other units give the same result.
+/// Returns the index and the variable indices at a state. Asserts that a change of units gives the same result.
 fn index_of(
     n: usize,
     residual: impl Fn(f64, &[f64], &[f64]) -> Vec<f64>,
@@ -101,7 +101,7 @@ fn a_linear_index_1() {
     for t in [0.0f64, 1.0, 7.0] {
         let y = [(-t).exp() + t * t.sin(), t.sin()];
         let yp = [-(-t).exp() + t.sin() + t * t.cos(), t.cos()];
-        // y1 contains the perturbation of y2 = sin t if the derivative of y2 occurs, t ≠ 0.
+        // For t ≠ 0, the derivative of y2 occurs in the equations, so y1 contains the perturbation of y2 = sin t.
         let expected = if t == 0.0 { [0, 1] } else { [1, 1] };
         assert_eq!(index_of(2, f, t, &y, &yp), (Index::Decided(1), expected.to_vec()));
     }
@@ -122,7 +122,8 @@ fn b_jay_index_2() {
 
 const G: f64 = 9.81;
 
-/// The pendulum at the angle θ with angular velocity ω, λ = ω² + g cos θ: states (x, y, u, v, λ).
+/// Returns the state (x, y, u, v, λ) of the pendulum at the angle θ with the angular velocity ω, and its
+/// derivative. The multiplier is λ = ω² + g cos θ.
 fn pendulum(theta: f64, omega: f64) -> ([f64; 5], [f64; 5]) {
     let (x, y) = (theta.sin(), -theta.cos());
     let (u, v) = (-omega * y, omega * x);
@@ -149,7 +150,8 @@ fn c_pendulum_index_3_2_1() {
         let (y, yp) = pendulum(theta, omega);
         let place = pendulum_with(|y| y[0] * y[0] + y[1] * y[1] - 1.0);
         assert_eq!(index_of(5, place, 0.0, &y, &yp), (Index::Decided(3), vec![1, 1, 2, 2, 3]));
-        // Differentiated once: the perturbed velocity constraint affects x, y as an integral.
+        // With the constraint differentiated once, x and y contain the perturbation of the velocity constraint as
+        // an integral.
         let velocity = pendulum_with(|y| y[0] * y[2] + y[1] * y[3]);
         assert_eq!(index_of(5, velocity, 0.0, &y, &yp), (Index::Decided(2), vec![0, 0, 1, 1, 2]));
         let force = pendulum_with(|y| y[2] * y[2] + y[3] * y[3] - y[4] - G * y[1]);

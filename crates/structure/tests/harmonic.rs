@@ -1,4 +1,4 @@
-//! Harmonic response of an index-3 system: three masses with a lever, closed form.
+//! Harmonic response of an index-3 system, three masses with a lever, compared with the closed form.
 
 use std::f64::consts::TAU;
 
@@ -11,11 +11,11 @@ const STIFFNESSES: [f64; 3] = [800.0, 300.0, 400.0];
 const DAMPINGS: [f64; 3] = [2.0, 1.0, 0.4];
 const LEVER: f64 = 2.0;
 
-/// m ẍ + c ẋ + k x + Gᵀ λ = 0 with a spring between the second and the third mass, and
-/// x_1 − r x_2 = 0; y = (x, v, λ).
+/// The system m ẍ + c ẋ + k x + Gᵀ λ = 0 with x_1 − r x_2 = 0 and a spring between the second and the third mass.
+/// The unknowns are y = (x, v, λ).
 struct Masses;
 
-/// Force of grounded springs on the first two masses and of a spring between the last two.
+/// Returns the forces of grounded springs on the first two masses and of a spring between the last two masses.
 fn coupled(k: [f64; 3], x: &[f64]) -> [f64; 3] {
     let between = k[2] * (x[1] - x[2]);
     [k[0] * x[0], k[1] * x[1] + between, -between]
@@ -45,7 +45,7 @@ impl Problem for Masses {
         Ok(())
     }
 
-    /// The system is linear, so its columns are residuals of unit vectors.
+    /// Returns the Jacobian. The system is linear, so the columns are residuals of unit vectors.
     fn jacobian(
         &mut self,
         t: f64,
@@ -65,7 +65,8 @@ impl Problem for Masses {
     }
 }
 
-/// Returns x₁, x₂, x₃ and λ in closed form for a force on the first mass and a motion of the constraint.
+/// Returns x₁, x₂, x₃ and λ in closed form for a force on the first mass and a prescribed motion of the
+/// constraint.
 fn closed_form(s: Complex64, force: f64, motion: f64) -> [Complex64; 4] {
     let of = |i: usize| STIFFNESSES[i] + s * DAMPINGS[i];
     let (d, m3) = (of(2), MASSES[2] * s * s);
@@ -76,7 +77,7 @@ fn closed_form(s: Complex64, force: f64, motion: f64) -> [Complex64; 4] {
     [LEVER * x2 + motion, x2, d * x2 / (m3 + d), z2 * x2 / LEVER]
 }
 
-/// Force on the first mass and motion of the constraint.
+/// Pairs of a force on the first mass and a motion of the constraint.
 const DRIVES: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 0.01]];
 
 fn iomega(frequency: f64) -> Complex64 {
@@ -101,7 +102,8 @@ fn index_3_system_has_the_closed_form() {
             let [x1, x2, x3, lambda] = closed_form(s, force, motion);
             let expected = [x1, x2, x3, s * x1, s * x2, s * x3, lambda];
             for (unknown, (found, expected)) in found.into_iter().zip(expected).enumerate() {
-                // A few rounding errors times the condition near a resonance, about 100.
+                // The error is a few rounding errors times the condition number near a resonance, which is
+                // about 100.
                 let error = (found - expected).norm();
                 assert!(error <= 1e-12 * expected.norm(), "{frequency} Hz, {unknown}: {error:e}");
             }
@@ -109,8 +111,8 @@ fn index_3_system_has_the_closed_form() {
     }
 }
 
-/// Compares the closed form with an independent computation with 40 digits: amplitudes of x₁, x₃ and λ, and the first peak
-/// of x₃ with its half-power frequencies.
+/// Compares the closed form with an independent computation in 40 digits: the amplitudes of x₁, x₃ and λ, the
+/// first peak of x₃, and the half-power frequencies of this peak.
 #[test]
 fn the_closed_form_has_published_digits() {
     let published = [
@@ -123,11 +125,12 @@ fn the_closed_form_has_published_digits() {
         let [force, motion] = DRIVES[drive];
         let [x1, _, x3, lambda] = closed_form(iomega(frequency), force, motion);
         for (found, expected) in [x1, x3, lambda].into_iter().zip(expected) {
-            // Half a unit of the twelfth digit, for numbers that begin with 1.
+            // Half a unit of the twelfth digit, for values that begin with the digit 1.
             assert!((found.norm() / expected - 1.0).abs() < 5e-12, "{frequency} Hz: {found}");
         }
     }
-    // The half-power frequencies have 12 digits; near them, the amplitude changes 20 times as much as the frequency.
+    // The half-power frequencies have 12 digits. Near these frequencies, the relative change of the amplitude is
+    // 20 times the relative change of the frequency.
     let amplitude = |frequency: f64| closed_form(iomega(frequency), 1.0, 0.0)[2].norm();
     for (frequency, part) in
         [(2.993780705613, 1.0), (2.925530891412, 0.5_f64.sqrt()), (3.064778283868, 0.5_f64.sqrt())]
@@ -137,14 +140,15 @@ fn the_closed_form_has_published_digits() {
     }
 }
 
-/// Checks the eigenvalues s of E ẏ + A y = 0, for which −A⁻¹ E has the eigenvalue 1/s.
+/// Checks the eigenvalues s of E ẏ + A y = 0. For each s, the matrix −A⁻¹ E has the eigenvalue 1/s.
 #[test]
 fn index_3_system_has_the_published_modes() {
     let inverse = pencil().a().clone().try_inverse().expect("a held system");
     let values = (-inverse * pencil().e()).complex_eigenvalues();
     for (re, im) in [(-0.4361509494365, 18.801945534741), (-0.4860712727857, 29.653763382083)] {
         let published = Complex64::new(re, im);
-        // The reference has 13 decimals, and eigenvalues of simple modes have rounding errors times the condition, about 100.
+        // The reference values have 13 decimals. The eigenvalues of simple modes have rounding errors times the
+        // condition number, which is about 100.
         let error = |value: &Complex64| (value.inv() - published).norm() / published.norm();
         assert!(values.iter().any(|value| error(value) < 1e-12), "{values} {published}");
     }

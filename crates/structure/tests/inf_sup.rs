@@ -1,4 +1,4 @@
-//! Inf–sup constants compared with dense singular values and a closed form.
+//! Tests of inf–sup constants, compared with dense singular values and a closed form.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use myovib_structure::{InfSup, Verdict};
 use nalgebra::{DMatrix, SymmetricEigen};
 use nalgebra_sparse::CscMatrix;
 
-/// The difference operator of n + 1 displacements (n rows): B Bᵀ has the eigenvalues 2 − 2 cos(j π/(n + 1)).
+/// The difference operator of n + 1 displacements has n rows. The eigenvalues of B Bᵀ are 2 − 2 cos(j π/(n + 1)).
 #[test]
 fn the_difference_operator() {
     let n = 30;
@@ -21,12 +21,13 @@ fn the_difference_operator() {
     assert_eq!((found.nullity(), found.decision.verdict), (0, Verdict::Decisive));
     for (j, value) in found.constants.iter().enumerate() {
         let expected = 2.0 * ((j + 1) as f64 * PI / (2 * (n + 1)) as f64).sin();
-        // The error of β² is at most ε times the shift, 1e-3 of a typical 2: β to 1e-16 / β.
+        // The error of β² is at most ε times the shift, which is 1e-3 times a typical value of 2. The error of β
+        // is therefore below 1e-16 / β.
         assert!((value - expected).abs() < 1e-12);
     }
 }
 
-/// B = 0 controls no pressure.
+/// The operator B = 0 does not control any pressure.
 #[test]
 fn a_zero_operator_controls_no_pressure() {
     for n in [0, 5] {

@@ -1,4 +1,4 @@
-//! Pencils of known index: by construction, from the literature, or by differentiation.
+//! Pencils whose index is known by construction, from the literature, or by differentiation.
 
 use myovib_structure::{Index, Pencil, PencilStructure, Verdict};
 use nalgebra::{DMatrix, DVector, dmatrix};
@@ -15,7 +15,7 @@ fn indices(structure: &PencilStructure) -> Vec<u8> {
     structure.variables.iter().map(|v| v.index).collect()
 }
 
-/// A Jordan block with eigenvalue zero: ones above the diagonal.
+/// Returns a Jordan block with eigenvalue zero, whose entries above the diagonal are one.
 fn nilpotent(n: usize) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(j == i + 1)))
 }
@@ -31,7 +31,7 @@ fn direct_sum(blocks: &[DMatrix<f64>]) -> DMatrix<f64> {
     sum
 }
 
-/// A random matrix with singular values between 0.1 and 10.
+/// Returns a random matrix with singular values between 0.1 and 10.
 fn well_conditioned(n: usize, rng: &mut StdRng) -> DMatrix<f64> {
     let mut orthogonal = || DMatrix::from_fn(n, n, |_, _| rng.random_range(-1.0..1.0)).qr().q();
     let (left, right) = (orthogonal(), orthogonal());
@@ -39,7 +39,7 @@ fn well_conditioned(n: usize, rng: &mut StdRng) -> DMatrix<f64> {
     left * DMatrix::from_diagonal(&spread) * right
 }
 
-/// Random units: a diagonal matrix with entries from 1e-6 to 1e6.
+/// Returns random units as a diagonal matrix with entries from 1e-6 to 1e6.
 fn units(n: usize, rng: &mut StdRng) -> DMatrix<f64> {
     DMatrix::from_diagonal(&DVector::from_fn(n, |_, _| 10f64.powf(rng.random_range(-6.0..6.0))))
 }
@@ -58,7 +58,7 @@ fn a_purely_algebraic_system_has_index_1() {
     assert_eq!(indices(&found), [1, 1]);
 }
 
-/// N ẋ + x = f: x_1 contains the derivative of order n − 1 of f_n, x_n no derivative.
+/// In N ẋ + x = f, x_1 contains the derivative of f_n of order n − 1, whereas x_n contains no derivative.
 #[test]
 fn a_chain_has_the_index_of_its_length() {
     for n in 1..=6 {
@@ -69,11 +69,12 @@ fn a_chain_has_the_index_of_its_length() {
     }
 }
 
-/// Two masses and a spring, with the position of the second mass prescribed. The force on the first mass, the
-/// multiplier, contains the fourth derivative of this position, so the index is 5. With a prescribed velocity, it is 4.
+/// Two masses are connected by a spring, and the position of the second mass is prescribed. The multiplier is the
+/// force on the first mass. It contains the fourth derivative of this position, so the index is 5. With a
+/// prescribed velocity, it is 4.
 #[test]
 fn a_force_found_through_a_spring_has_index_4_and_5() {
-    // Unknowns q1, q2, v1, v2, λ.
+    // The unknowns are q1, q2, v1, v2, λ.
     let mut e = DMatrix::identity(5, 5);
     e[(4, 4)] = 0.0;
     let mut a = dmatrix![
@@ -92,15 +93,16 @@ fn a_force_found_through_a_spring_has_index_4_and_5() {
     assert_eq!(indices(&velocity), [2, 0, 3, 1, 4]);
 }
 
-/// Positions, velocities and multipliers of constrained mechanics: 1, 2, 3; and the lower index of the differentiated
-/// constraint, of the stabilized form of Gear, Gupta and Leimkuhler, and of a compliant constraint.
+/// In constrained mechanics, positions, velocities and multipliers have the indices 1, 2 and 3. The index is lower
+/// with the differentiated constraint, with the stabilized form of Gear, Gupta and Leimkuhler, and with a
+/// compliant constraint.
 #[test]
 fn constrained_mechanics_by_formulation() {
     let mass = dmatrix![2.0, 0.5; 0.5, 1.0];
     let stiffness = dmatrix![3.0, -1.0; -1.0, 2.0];
     let b = dmatrix![1.0, -2.0];
     let i = DMatrix::<f64>::identity(2, 2);
-    // Unknowns q, v, λ.
+    // The unknowns are q, v, λ.
     let mut e = direct_sum(&[i.clone(), mass.clone(), DMatrix::zeros(1, 1)]);
     let mut a = DMatrix::zeros(5, 5);
     a.view_mut((0, 2), (2, 2)).copy_from(&-&i);
@@ -124,7 +126,8 @@ fn constrained_mechanics_by_formulation() {
     assert_eq!(velocity.index, Index::Decided(2));
     assert_eq!(indices(&velocity), [0, 0, 1, 1, 2]);
 
-    // Compliant and differentiated: ṗ/κ + B v = 0, an ordinary differential equation.
+    // The constraint is compliant and differentiated, ṗ/κ + B v = 0, so the system is an ordinary differential
+    // equation.
     e[(4, 4)] = 1e-5;
     let compliant_velocity = structure(e.clone(), a.clone());
     assert_eq!(compliant_velocity.index, Index::Decided(0));
@@ -141,14 +144,14 @@ fn constrained_mechanics_by_formulation() {
 
 #[test]
 fn singular_pencils_have_no_index() {
-    // A duplicated equation: no index for any derivative.
+    // An equation occurs twice, so no number of differentiations determines all unknowns.
     let twice = structure(dmatrix![1.0, 2.0; 1.0, 2.0], dmatrix![3.0, 4.0; 3.0, 4.0]);
     assert_eq!(twice.index, Index::Singular { nullity: 1 });
     assert!(twice.variables.is_empty());
-    // An unknown that does not occur.
+    // One unknown does not occur in any equation.
     let absent = structure(dmatrix![1.0, 0.0; 0.0, 0.0], dmatrix![1.0, 0.0; 1.0, 0.0]);
     assert_eq!(absent.index, Index::Singular { nullity: 1 });
-    // Dependent constraints of an ordinary differential equation: the two rows of B are equal.
+    // An ordinary differential equation with dependent constraints: the two rows of B are equal up to a factor.
     let b = dmatrix![1.0, 1.0, 0.0; 2.0, 2.0, 0.0];
     let e = direct_sum(&[DMatrix::identity(3, 3), DMatrix::zeros(2, 2)]);
     let mut a = DMatrix::zeros(5, 5);
@@ -157,8 +160,8 @@ fn singular_pencils_have_no_index() {
     assert_eq!(structure(e, a).index, Index::Singular { nullity: 1 });
 }
 
-/// P (E, A) Q with random non-singular P, Q has the index of its Weierstrass form, the size of the largest nilpotent
-/// block. Other units of its rows, columns and time do not change it.
+/// With random non-singular P and Q, the pencil P (E, A) Q has the index of its Weierstrass form, which is the
+/// size of the largest nilpotent block. Other units of rows, columns and time do not change the index.
 #[test]
 fn random_transformations_of_weierstrass_forms() {
     let mut rng = StdRng::seed_from_u64(20090711);
@@ -189,7 +192,7 @@ fn random_transformations_of_weierstrass_forms() {
     }
 }
 
-/// A block of E close to rounding must not be decided.
+/// If a block of E is close to rounding, the index must not be decided.
 #[test]
 fn an_index_close_to_rounding_is_undecided() {
     let mut rng = StdRng::seed_from_u64(1);
@@ -202,12 +205,12 @@ fn an_index_close_to_rounding_is_undecided() {
     };
     assert_eq!(index_with(0.0), Index::Decided(1));
     assert_eq!(index_with(1e-3), Index::Decided(0));
-    // The transformation reduces it by two more decades: 5e-11 of E after scaling.
+    // The transformation reduces the block by two more decades, to 5e-11 of E after scaling.
     assert!(matches!(index_with(1e-8), Index::Undecided(Some(_))));
 }
 
-/// Soft tissue in SI units on a grid: masses of 1e-3 kg, stiffnesses of 1e4 Pa, volumes of 1e-3 m², bulk modulus κ. The
-/// result is correct even for a bulk modulus a million times the value of muscle.
+/// Soft tissue in SI units on a grid: masses of 1e-3 kg, stiffnesses of 1e4 Pa, volumes of 1e-3 m², and a bulk
+/// modulus κ. The result is correct even if the bulk modulus is a million times the bulk modulus of muscle.
 #[test]
 fn physical_magnitudes() {
     let m = 6;

@@ -1,4 +1,4 @@
-//! The inf–sup constants of P2–P1 and of equal-order P1–P1 triangles.
+//! Tests of the inf–sup constants of P2–P1 and of equal-order P1–P1 triangles.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ fn matrix(pattern: &SparsityPattern, values: Vec<f64>) -> CscMatrix<f64> {
     CscMatrix::try_from_pattern_and_values(pattern.clone(), values).expect("values of the pattern")
 }
 
-/// B at rest, the H1 norm, the L2 norm of pressures, and the mass of a body clamped on `fixed`.
+/// Matrices of a body clamped on `fixed`: B at rest, the H1 norm, the L2 norm of pressures, and the mass.
 struct Mixed {
     b: CscMatrix<f64>,
     h1: CscMatrix<f64>,
@@ -64,7 +64,7 @@ fn clamped_square(space: Space) -> Mixed {
     Mixed::new(space, &["left", "right"])
 }
 
-/// The constant of P2–P1 is preserved under three refinements, while σ_min(B) decreases like h².
+/// The constant of P2–P1 remains nearly the same under three refinements, while σ_min(B) decreases like h².
 #[test]
 fn taylor_hood_is_stable() {
     let mut last_raw = None;
@@ -82,8 +82,9 @@ fn taylor_hood_is_stable() {
     }
 }
 
-/// P1–P1 on the right-diagonal square: three pressures are not controlled, and the smallest non-zero constant decreases
-/// under refinement. The reference values are from the model's specification and are compared to its printed digits.
+/// For P1–P1 on a square with right diagonals, three pressures are not controlled, and the smallest non-zero
+/// constant decreases under refinement. The reference values are from the model's specification and agree to their
+/// printed digits.
 #[test]
 fn equal_order_is_unstable() {
     for (n, expected) in [(4, 0.115), (8, 0.085), (16, 0.048), (24, 0.033)] {
@@ -94,8 +95,8 @@ fn equal_order_is_unstable() {
     }
 }
 
-/// The spindle of the paper's muscle at two levels. The reference values are from the model's
-/// specification and are compared to its printed digits.
+/// Checks the spindle of the paper's muscle at two refinement levels. The reference values are from the model's
+/// specification and agree to their printed digits.
 #[test]
 fn the_spindle() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/muscle.msh");
@@ -114,8 +115,8 @@ fn the_spindle() {
     }
 }
 
-/// M v̇ = Bᵀλ, B q = 0, q̇ = v has index 3 with P2–P1 and is a singular pencil with P1–P1. With a compliance, both are
-/// regular with index 1.
+/// The system M v̇ = Bᵀλ, B q = 0, q̇ = v has index 3 with P2–P1. With P1–P1, its pencil is singular. With a
+/// compliance, both pencils are regular with index 1.
 #[test]
 fn uncontrolled_pressures_make_the_pencil_singular() {
     let index = |mixed: &Mixed, compliance: f64| {

@@ -1,11 +1,11 @@
-//! Eigenpairs compared with closed forms.
+//! Tests of eigenpairs, compared with closed forms.
 
 use std::f64::consts::PI;
 
 use myovib_structure::{Constraint, Mode, StructureError, Vibration, modes, modes_below};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
-/// The tridiagonal matrix with constant diagonals; `last` replaces the final diagonal entry.
+/// Returns the tridiagonal matrix with constant diagonals, where `last` replaces the final diagonal entry.
 fn tridiagonal(n: usize, diagonal: f64, off: f64, last: f64) -> CscMatrix<f64> {
     let mut matrix = CooMatrix::new(n, n);
     for i in 0..n {
@@ -26,8 +26,8 @@ fn entries(rows: usize, columns: usize, entries: &[(usize, usize, f64)]) -> CscM
     CscMatrix::from(&matrix)
 }
 
-/// Asserts the relative agreement of a converged ω². The residual test is 1e-10 and the error is of second order in the
-/// residual, so only the rounding of the factorization remains, condition (1e4 here) times ε.
+/// Asserts the relative agreement of a converged ω². The error is of second order in the residual, which is below
+/// 1e-10. Therefore only the rounding of the factorization remains: ε times the condition number (1e4 here).
 fn assert_close(found: f64, expected: f64) {
     assert!((found / expected - 1.0).abs() < 1e-11, "{found} against {expected}");
 }
@@ -42,7 +42,7 @@ fn chain(n: usize, k: f64, m: f64, constraint: Option<Constraint>) -> Vibration 
     Vibration::new(mass, tridiagonal(n, 2.0 * k, -k, 2.0 * k), constraint).expect("sizes agree")
 }
 
-/// n masses between walls: ω_j = 2 √(k/m) sin(j π / (2 (n + 1))).
+/// For n masses between two walls, ω_j = 2 √(k/m) sin(j π / (2 (n + 1))).
 #[test]
 fn chain_of_masses() {
     let (n, k, m) = (60, 1.1e4, 2e-3);
@@ -60,7 +60,7 @@ fn chain_of_masses() {
     }
 }
 
-/// Limits between two modes, with none to 19 modes below.
+/// The limits are between two modes, with 0 to 19 modes below.
 #[test]
 fn all_modes_below_a_limit_and_the_next_are_found() {
     let (n, k, m) = (60, 1.1e4, 2e-3);
@@ -79,10 +79,10 @@ fn all_modes_below_a_limit_and_the_next_are_found() {
     }
 }
 
-/// Springs to the ground with negative stiffness lower all ω² by the same value, so the chain is unstable.
+/// Grounded springs with negative stiffness lower all ω² by the same value, so the chain is unstable.
 ///
-/// Regression: the eigenvectors of indefinite projected problems were wrong, and the modes nearest to 0 were returned
-/// instead of the lowest.
+/// Regression: the eigenvectors of indefinite projected problems were wrong, and the modes nearest to 0 were
+/// returned instead of the lowest modes.
 #[test]
 fn the_lowest_modes_of_an_unstable_chain() {
     let (n, k, m) = (60, 1.1e4, 2e-3);
@@ -96,7 +96,7 @@ fn the_lowest_modes_of_an_unstable_chain() {
             let found = modes(&body, count, 0.0).unwrap();
             assert_eq!(found.len(), count);
             for (j, mode) in (1..).zip(&found) {
-                // Rounding errors are relative to the eigenvalues without the negative springs.
+                // Rounding errors are relative to the eigenvalues of the chain without the negative springs.
                 let error = (mode.omega_squared - (exact(j) - lowered)).abs();
                 assert!(
                     error < 1e-11 * (exact(j) + lowered),
@@ -106,14 +106,14 @@ fn the_lowest_modes_of_an_unstable_chain() {
                 let sine = |i: usize| ((i + 1) as f64 * j as f64 * PI / (n + 1) as f64).sin();
                 let product: f64 = (0..n).map(|i| sine(i) * mode.shape[i]).sum();
                 let size = (m * (0..n).map(|i| sine(i).powi(2)).sum::<f64>()).sqrt();
-                // The angle is at most the residual of θ, 1e-10, over the relative gap, at least 0.01.
+                // The angle is at most the residual of θ (1e-10) divided by the relative gap (at least 0.01).
                 assert!((product.abs() * m / size - 1.0).abs() < 1e-8);
             }
         }
     }
 }
 
-/// All modes of a small chain: the Krylov space is exhausted.
+/// If all modes of a small chain are requested, the Krylov space is exhausted.
 #[test]
 fn a_small_chain_has_no_additional_modes() {
     let found = modes(&chain(3, 1.0, 1.0, None), 10, 0.0).unwrap();
@@ -123,8 +123,9 @@ fn a_small_chain_has_no_additional_modes() {
     }
 }
 
-/// Clamped–free rod, linear elements, consistent mass, h = L/N, θ = (2j-1) π/(2N):
-/// ω² = 6 EA/(ρ h²) (1 - cos θ)/(2 + cos θ), and in the limit ω = (2j-1) π/(2L) √(EA/ρ), O(h²).
+/// For a clamped–free rod with linear elements, a consistent mass matrix, h = L/N and θ = (2j-1) π/(2N), the
+/// discrete values are ω² = 6 EA/(ρ h²) (1 - cos θ)/(2 + cos θ). They converge to ω = (2j-1) π/(2L) √(EA/ρ) with
+/// an error of O(h²).
 #[test]
 fn rod() {
     let (ea, rho, length) = (1e6, 1e3, 0.1);
@@ -142,12 +143,12 @@ fn rod() {
     };
     let exact = PI / (2.0 * length) * (ea / rho).sqrt();
     let (coarse, fine) = (lowest(10) / exact - 1.0, lowest(20) / exact - 1.0);
-    // The relative error is (π/2N)²/24; the next term is below 1 % of it.
+    // The relative error is (π/2N)²/24. The next term is below 1 % of this value.
     assert!((coarse / fine - 4.0).abs() < 0.04);
     assert!((coarse / ((PI / 20.0).powi(2) / 24.0) - 1.0).abs() < 0.01);
 }
 
-/// A square grid: the eigenvalues are sums of two eigenvalues of the chain, so every unequal pair occurs twice.
+/// The eigenvalues of a square grid are sums of two eigenvalues of the chain, so every unequal pair occurs twice.
 #[test]
 fn double_eigenvalues_have_two_modes() {
     let m = 12;
@@ -175,7 +176,8 @@ fn omegas(modes: &[Mode]) -> Vec<f64> {
     modes.iter().map(|mode| mode.omega_squared).collect()
 }
 
-/// A multiplier that fixes one mass: two shorter chains, and p is the reaction force.
+/// A multiplier that fixes one mass divides the chain into two shorter chains. The value of p is the reaction
+/// force.
 #[test]
 fn a_rigid_constraint_divides_the_chain() {
     let (n, held, k, m) = (20, 7, 3.0, 0.5);
@@ -191,7 +193,7 @@ fn a_rigid_constraint_divides_the_chain() {
         assert_close(mode.omega_squared, expected);
         let u = &mode.shape;
         assert!(u[held].abs() < 1e-12, "the mass moved by {:.1e}", u[held]);
-        // K u − Bᵀp = ω² M u at the fixed mass, where u = 0: p = −k (left + right).
+        // At the fixed mass, u = 0, so K u − Bᵀp = ω² M u yields p = −k (left + right).
         let force = -k * (u[held - 1] + u[held + 1]);
         assert!((mode.multipliers[0] - force).abs() < 1e-8 * k);
     }
@@ -212,7 +214,8 @@ fn a_compliant_constraint_is_a_spring() {
     }
 }
 
-/// A free body has modes with ω = 0: singular at shift 0, found with a negative shift.
+/// A free body has modes with ω = 0. The problem is singular with the shift 0, but a negative shift finds these
+/// modes.
 #[test]
 fn a_free_body_needs_a_shift() {
     let stiffness = entries(2, 2, &[(0, 0, 1.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 1.0)]);
