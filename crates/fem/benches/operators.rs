@@ -1,6 +1,7 @@
 //! Benchmarks of the operators on the mesh of the paper: `cargo bench -p myovib-fem`.
 //!
-//! Each line shows the fastest of many runs, in microseconds, and the ratio to the residual pass.
+//! Each line shows the time of the fastest of many runs, in microseconds, and the ratio of this time to the time
+//! of the residual pass.
 #![allow(clippy::unwrap_used, reason = "benchmarks may panic")]
 
 use std::hint::black_box;

@@ -1,8 +1,8 @@
-//! Prescribed bulge of the muscle: energy, volume change, stress.
+//! Energy, volume change and stress for a prescribed bulge of the muscle.
 //!
-//! Meshes the spindle, prescribes u_y = a cos²(π x / 0.2) (zero and flat at both ends) for several
-//! amplitudes a, and prints the results of the operators. Run with `cargo run -p myovib-fem
-//! --example bulge`.
+//! The example meshes the spindle and prescribes u_y = a cos²(π x / 0.2) for several amplitudes a. This
+//! displacement and its slope are zero at both ends. The example prints the results of the operators. Run it with
+//! `cargo run -p myovib-fem --example bulge`.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 use myovib_fem::solid::{Fields, Pressure, Solid, Vectors};
 use myovib_fem::{DofMap, Law, Space, generate};
 
-/// Returns energy, total volume residual and von Mises stress at (0.05, 0) for amplitude `a`.
+/// Returns the energy, the total volume residual, and the von Mises stress at (0.05, 0) for the amplitude `a`.
 fn results(solid: &Solid, a: f64) -> Result<[f64; 3], Box<dyn std::error::Error>> {
     let bulge = |&[x, _]: &[f64; 2]| [0.0, a * (PI * x / 0.2).cos().powi(2)];
     let u: Vec<f64> = solid.space().node_points().iter().flat_map(bulge).collect();
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let [energy, change, mises] = results(&solid, a)?;
         println!("{a:<11}  {energy:<12.5e}  {change:<16.5e}  {mises:.5e}");
     }
-    // A shear along y preserves the volume: u_y depends on x alone.
+    // u_y depends on x alone, so the deformation is a shear along y, which preserves the volume.
     let [small, change, _] = results(&solid, 1e-3)?;
     let [large, ..] = results(&solid, 2e-3)?;
     assert!(change.abs() < 1e-15 && (large / small - 4.0).abs() < 1e-2);

@@ -1,4 +1,4 @@
-//! Errors found before a computation starts: files, meshes, groups, inputs of the wrong size.
+//! Errors found before a computation starts, for example in files, meshes, groups and sizes of inputs.
 
 use std::path::PathBuf;
 
@@ -24,7 +24,7 @@ pub enum FemError {
     Msh {
         /// Name of the file as given.
         file: String,
-        /// Line number, from 1.
+        /// One-based line number.
         line: usize,
         /// Problem found on that line.
         problem: MshProblem,
@@ -78,13 +78,13 @@ pub enum FemError {
         "element {element} is in two regions with active or viscous stress: define both stresses in one region"
     )]
     DuplicateAddedStress { element: usize },
-    /// Active or viscous stress in an element with a small-strain law.
+    /// Element with a small-strain law in a region with active or viscous stress.
     #[error(
         "element {element} has a small-strain law, which excludes active and viscous stress: use \
          a finite-strain law or Rayleigh damping there"
     )]
     AddedToSmallStrain { element: usize },
-    /// Law without a choice of the volume function.
+    /// Law that does not support a choice of the volume function.
     #[error(
         "the law `{law}` is for small strains or includes its own volumetric energy, so it excludes the logarithmic \
          volumetric energy: use the quadratic energy or another law"
@@ -93,7 +93,7 @@ pub enum FemError {
     /// Index out of range.
     #[error("{what} {index} is out of range: the index must be below {count}")]
     OutOfRange {
-        /// Name of the indexed items.
+        /// Name of the indexed items in the message.
         what: &'static str,
         index: usize,
         count: usize,
@@ -101,13 +101,13 @@ pub enum FemError {
     /// Vertex that belongs to no element.
     #[error("vertex {vertex} belongs to no {}", shape.name)]
     UnusedVertex { vertex: usize, shape: &'static Shape },
-    /// Group edge or face that belongs to no element.
+    /// Edge or face of a group that belongs to no element.
     #[error("{} of group \"{group}\" belongs to no {}", facet(vertices), shape.name)]
     UnknownFacet { group: String, vertices: Vec<usize>, shape: &'static Shape },
     /// Boundary edge or face with an element on both sides.
     #[error("boundary {} of group \"{group}\" is inside the body", facet(vertices))]
     InteriorFacet { group: String, vertices: Vec<usize> },
-    /// The model has no plane of symmetry normal to the axis, or several.
+    /// The model has no plane of symmetry normal to the axis, or more than one.
     #[error(
         "the rim of the group does not determine a plane of symmetry normal to {}: the boundary next to it must be in \
          one such plane, with all nodes fixed along that axis",
@@ -120,7 +120,7 @@ pub enum FemError {
          a separate group for each piece"
     )]
     DisconnectedBoundary { group: String, found: usize },
-    /// List of the wrong length.
+    /// List with a wrong number of entries.
     #[error("{what}: found {found}, required {needed}")]
     Count { what: &'static str, found: usize, needed: usize },
     /// Unknown material law.
@@ -197,7 +197,7 @@ pub enum MshProblem {
          File > Export > \"Version 4 ASCII\", or `gmsh -3 -format msh41 FILE.geo` (-2 for a plane body)"
     )]
     Version(String),
-    /// Binary file with the most significant byte first.
+    /// Binary file in big-endian byte order.
     #[error("the byte order of this binary file is not supported: set `Mesh.Binary = 0` in Gmsh")]
     ByteOrder,
     /// Text that does not start with `$MeshFormat`.
@@ -243,7 +243,7 @@ pub enum MshProblem {
          removed volume must be removed too"
     )]
     MixedDimensions { tag: u64 },
-    /// Node of a plane mesh with z ≠ 0.
+    /// Node with z ≠ 0 in a plane mesh.
     #[error(
         "node {tag} has z = {z}: a mesh without tetrahedra must be plane and parallel to two axes; for a body in \
          space, define a volume in Gmsh and mesh it with `gmsh -3`"
@@ -253,7 +253,7 @@ pub enum MshProblem {
         /// Third coordinate.
         z: f64,
     },
-    /// Volumes without tetrahedra.
+    /// Geometry with volumes, but without tetrahedra.
     #[error(
         "the volumes of the file are not meshed, only their {meshed}: use `gmsh -3 -format msh41` instead of \
          `-{dimension}`; if the volumes are in no physical group, add them to one, since Gmsh saves only groups"
@@ -261,16 +261,16 @@ pub enum MshProblem {
     NotMeshed {
         /// Highest dimension of the elements.
         dimension: u64,
-        /// Parts of that dimension.
+        /// Name of the parts of this dimension.
         meshed: &'static str,
     },
-    /// No elements of a body.
+    /// File without triangles or tetrahedra.
     #[error(
         "the file has {meshed}, but no triangles or tetrahedra: mesh it with `gmsh -2` or `gmsh -3`, and add the \
          tissue to a `Physical Surface` in the plane or a `Physical Volume` in space, since Gmsh saves only such groups"
     )]
     NoElements {
-        /// Parts of the highest dimension.
+        /// Name of the parts of the highest dimension.
         meshed: &'static str,
     },
     /// Element of zero measure.

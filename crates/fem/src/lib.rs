@@ -3,23 +3,23 @@
 //! The crate provides operators; the crate `myovib-model` combines them into equations of motion.
 //!
 //! - [`element`]: simplices, shape functions and quadrature rules on the reference element.
-//! - [`mesh`]: meshes, their checks and refinement, generators and the Gmsh reader.
+//! - [`mesh`]: meshes, mesh checks and refinement, mesh generators and the Gmsh reader.
 //! - [`space`]: displacement and pressure spaces, free components and sparsity patterns.
 //! - [`material`]: hyperelastic laws, active and viscous stresses, Prony series and fiber fields.
-//! - `operators`: element integrals: residual, tangents, products, energy, power, mass, relaxation.
-//! - `boundary`: facet integrals: tractions, follower pressures, Robin supports, enclosed volumes.
+//! - `operators`: element integrals (residual, tangents, products, energy, power, mass, relaxation).
+//! - `boundary`: facet integrals (tractions, follower pressures, Robin supports, enclosed volumes).
 //! - `simd`: batches of elements, one element per lane of a vector register.
-//! - [`solid`]: a body: a space with its material, and all operators on it.
+//! - [`solid`]: a body, which consists of a space and its material, and all its operators.
 //! - [`output`]: stresses, strains and other quantities at points of a body.
 //! - [`rod`]: the damped one-dimensional rod.
 //!
-//! References: Simeon, Serban, Petzold, M2AN 43 (2009) 805–823, section 2, whose equation numbers
-//! are used; the notes in `notes/`.
+//! References: Simeon, Serban, Petzold, M2AN 43 (2009) 805–823, section 2 (equation numbers refer to this paper);
+//! the notes in `notes/`.
 #![forbid(unsafe_code)]
-// Loops over the indices of tensors, several at a time, read like their formulas.
+// Loops over several indices of tensors at a time resemble the formulas.
 #![allow(clippy::needless_range_loop)]
 
-/// Calls a function generic over the dimension.
+/// Calls a function with the dimension as a generic parameter.
 macro_rules! in_dimension {
     ($dimension:expr, $function:ident($($argument:expr),*)) => {
         match $dimension {

@@ -1,5 +1,5 @@
-//! Output quantities: kinetic energy, volume ratios, deformation and stress at a point. They are
-//! computed on demand.
+//! Output quantities: kinetic energy, volume ratios, and deformation and stress at a point. They are computed on
+//! demand.
 
 use crate::element::Barycentric;
 use crate::material::Law;
@@ -11,37 +11,37 @@ use crate::space::{Degree, ElementPoint};
 /// Range of J over sampled points of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VolumeRatios {
-    /// Minimum; a negative value means that the body is inverted there.
+    /// Minimum of J. A negative value means that the body is inverted at this point.
     pub smallest: f64,
-    /// Point of the minimum.
+    /// Point at which J has its minimum.
     pub at: ElementPoint,
-    /// Maximum.
+    /// Maximum of J.
     pub largest: f64,
 }
 
-/// Additional data of the stress, apart from displacement, pressure and their rates.
+/// Data for the computation of stresses other than displacement, pressure and their rates.
 #[derive(Debug, Clone, Copy)]
 pub struct StressContext<'a> {
-    /// Tension of each element, in Pa; unused without added stresses.
+    /// Tension (Pa) of each element. Not used without added stresses.
     pub tensions: &'a [f64],
-    /// Coefficient β of stiffness-proportional damping, in s.
+    /// Coefficient β (s) of stiffness-proportional damping.
     pub beta: f64,
-    /// Internal stresses, in Pa; unused without Prony series.
+    /// Internal stresses, in Pa. Not used without Prony series.
     pub internal: &'a [f64],
 }
 
-/// Deformation and stress at a point; in plane strain including the out-of-plane components.
+/// Deformation and stress at a point. In plane strain, the out-of-plane components are included.
 ///
 /// # Units
-/// Stresses and pressure in Pa.
+/// Stresses and pressure are in Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointState {
     /// Displacement gradient ∇u.
     pub gradient: Tensor3,
     /// Volume ratio J = det F (1 + div u for small strains).
     pub jacobian: f64,
-    /// Pressure p, or −κ g(J) without a pressure field, with the [function](crate::material::VolumeFunction) g; or −tr σ/3
-    /// for a law whose energy includes the volumetric part.
+    /// Pressure p. Without a pressure field, this is −κ g(J) with the [function](crate::material::VolumeFunction)
+    /// g. For a law whose energy includes the volumetric part, it is −tr σ/3.
     pub pressure: f64,
     /// First Piola–Kirchhoff stress P.
     pub piola: Tensor3,
@@ -50,7 +50,7 @@ pub struct PointState {
 }
 
 impl PointState {
-    /// Returns the state with its stress replaced by P. If `is_linear` (small strains), P and σ are equal.
+    /// Returns the state with its stress replaced by P. If `is_linear` is true (small strains), P and σ are equal.
     fn with_stress(mut self, piola: Tensor3, is_linear: bool) -> Self {
         (self.piola, self.cauchy) = (piola, piola);
         if !is_linear {
@@ -64,7 +64,7 @@ impl PointState {
         self
     }
 
-    /// Returns the von Mises equivalent of the Cauchy stress.
+    /// Returns the von Mises equivalent stress of the Cauchy stress.
     pub fn von_mises(&self) -> f64 {
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = self.cauchy;
         let squares = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
@@ -74,7 +74,7 @@ impl PointState {
 }
 
 impl Solid {
-    /// Returns deformation and elastic stress at a point.
+    /// Returns the deformation and the elastic stress at a point.
     ///
     /// The values are meaningless in an inverted element.
     ///
@@ -103,8 +103,8 @@ impl Solid {
         state
     }
 
-    /// Returns deformation and total stress of the momentum balance: elastic, added, viscoelastic
-    /// and stiffness-proportional damping stress.
+    /// Returns the deformation and the total stress in the momentum balance. The total stress is the sum of the
+    /// elastic, added, viscoelastic and stiffness-proportional damping stresses.
     ///
     /// # Panics
     /// Panics if a length is wrong or the velocity is missing.
@@ -150,7 +150,7 @@ impl Solid {
         let dilation_rate = contract3(&law.volume_gradient3(h), &v);
         let (function, d) = (self.volume_function(at.element), law.volume_change3(h));
         let slope = function.slope(d);
-        // The penalty of a law that includes the volumetric part is zero, unlike the pressure of its state.
+        // For a law that includes the volumetric part, the penalty is zero, but the pressure of the state is not.
         let (pressure, rate) = match fields.pressure {
             Pressure::Nodal(p) => {
                 let value = |p: &[f64]| self.space().pressure_at(p, at);
@@ -203,8 +203,9 @@ impl Solid {
         in_dimension!(self.space().dimension(), self.volume_ratios_in(u, points))
     }
 
-    /// Returns the range of J over the given points of all elements. Runs call this often: shape
-    /// functions are evaluated once for all elements, and the map of a straight element once.
+    /// Returns the range of J over the given points of all elements. This function is called often during runs.
+    /// Therefore shape functions are evaluated once for all elements, and the map of a straight element is
+    /// evaluated once.
     fn volume_ratios_in<const D: usize>(&self, u: &[f64], points: &[Barycentric]) -> VolumeRatios {
         let space = self.space();
         let shape = space.mesh().shape();
@@ -222,7 +223,7 @@ impl Solid {
                 if number > 0 && space.is_curved(element) {
                     inverse = space.map_at::<D>(element, &barycentric).0;
                 }
-                // Gradient in reference coordinates.
+                // The gradient in reference coordinates.
                 let mut reference = [[0.0; D]; D];
                 for (&node, slope) in nodes.iter().zip(slopes) {
                     for (row, u) in reference.iter_mut().zip(&u[D * node..]) {
@@ -250,7 +251,7 @@ impl Solid {
         found
     }
 
-    /// Returns ∇u at a point as a 3D tensor; in 2D the third row and column are zero.
+    /// Returns ∇u at a point as a 3D tensor. In 2D, the third row and the third column are zero.
     pub fn spatial_gradient_at(&self, u: &[f64], at: &ElementPoint) -> Tensor3 {
         if self.space().dimension() == 3 {
             return self.gradient_at(u, at);
@@ -283,7 +284,7 @@ impl Solid {
     /// Returns the kinetic energy ½ vᵀ M v.
     ///
     /// # Units
-    /// J; in plane strain J/m.
+    /// The energy is in J, or in J/m in plane strain.
     pub fn kinetic_energy(&self, v: &[f64]) -> f64 {
         let mut momentum = vec![0.0; v.len()];
         self.apply_mass(v, &mut momentum);

@@ -1,7 +1,7 @@
-//! Damped rod: a one-dimensional substitute for the muscle in long runs.
+//! Damped rod, a one-dimensional substitute for the muscle in long simulations.
 //!
-//! The module provides the residual and the Jacobian of the semi-discrete rod. The equation is
-//! linear, so the matrices are assembled once. Other crates integrate in time.
+//! The module provides the residual and the Jacobian of the semi-discrete rod. The equation is linear, so the
+//! matrices are assembled once. The time integration is in other crates.
 //!
 //! # Types
 //! - [`RodData`]: parameters, with default values from the paper.
@@ -23,10 +23,11 @@ use crate::space::sparsity::pattern;
 
 /// Parameters of the rod.
 ///
-/// `ρ (ü + α u̇) = EA u_xx + β EA u̇_xx` on (0, L), u(0, t) = 0, loaded at x = L; paper, eq. (35).
+/// `ρ (ü + α u̇) = EA u_xx + β EA u̇_xx` on (0, L) with u(0, t) = 0 and a load at x = L. Paper, eq. (35).
 ///
 /// # Units
-/// Dimensionless in the paper. Any consistent system of units is valid, with α in 1/s and β in s.
+/// The parameters are dimensionless in the paper. Any consistent system of units is valid, with α in 1/s and β in
+/// s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RodData {
     /// Axial stiffness EA.
@@ -44,7 +45,7 @@ pub struct RodData {
 }
 
 impl Default for RodData {
-    /// Returns the parameters of the paper, section 3.1.
+    /// Returns the parameters of section 3.1 of the paper.
     fn default() -> Self {
         Self {
             axial_stiffness: 1e6,
@@ -57,10 +58,9 @@ impl Default for RodData {
     }
 }
 
-/// Quantity prescribed by the signal τ(t) at the free end.
+/// Quantity that the signal τ(t) prescribes at the free end.
 ///
-/// The two interpretations differ by the phase lag of the damping: 0.05 rad at 8 Hz with the data
-/// of the paper.
+/// The two interpretations differ by the phase lag of the damping: 0.05 rad at 8 Hz with the data of the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum EndLoad {
     /// Strain, `u_x(L, t) = τ`, as printed in the paper. The damped rod then requires the force EA
@@ -73,20 +73,19 @@ pub enum EndLoad {
 
 /// Semi-discrete rod in first-order form.
 ///
-/// The states are `s = (q, v)`, the displacements and velocities of the free nodes (from the first
-/// node after the fixed end to the loaded node). With the force f at the loaded end,
+/// The states are `s = (q, v)`, the displacements and velocities of the free nodes, from the first node after the
+/// fixed end to the loaded node. With the force f at the loaded end, the equations are
 ///
 /// ```text
 /// q̇ − v = 0
 /// M v̇ + (α M + β A) v + A q − f e_last = 0
 /// ```
 ///
-/// This is eq. (36) of the paper with the symbols of its damping and stiffness matrices corrected:
-/// D = α M + β A multiplies q̇ and A multiplies q.
+/// This is eq. (36) of the paper with corrected symbols of the damping and stiffness matrices: D = α M + β A
+/// multiplies q̇ and A multiplies q.
 ///
 /// # Shapes
-/// [`n_free`](Self::n_free) is the number of elements; states, derivatives and residuals have
-/// length `2 · n_free`.
+/// [`n_free`](Self::n_free) is the number of elements. States, derivatives and residuals have length `2 · n_free`.
 ///
 /// # Examples
 /// ```
@@ -115,8 +114,8 @@ impl Rod {
     /// Assembles the matrices.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] if EA, ρ or L is not positive, a damping coefficient is negative, a
-    /// value is not finite or `n_elements` is zero.
+    /// Returns [`FemError::Parameter`] if EA, ρ or L is not positive, a damping coefficient is negative, a value
+    /// is not finite or `n_elements` is zero.
     pub fn new(data: RodData) -> Result<Self, FemError> {
         check(&data)?;
         let h = data.length / data.n_elements as f64;
@@ -216,7 +215,7 @@ impl Rod {
 
     /// Returns the mechanical energy `½ vᵀ M v + ½ qᵀ A q`.
     ///
-    /// Without load it decreases at the rate `vᵀ (α M + β A) v`.
+    /// Without a load, the energy decreases at the rate `vᵀ (α M + β A) v`.
     ///
     /// # Panics
     /// Panics unless `s` has length [`n_states`](Self::n_states).
@@ -230,10 +229,10 @@ impl Rod {
         twice / 2.0
     }
 
-    /// Returns the displacement at the point `x` of the rod as a functional of the displacements q.
+    /// Returns the displacement at the point `x` of the rod as a linear functional of the displacements q.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] if the point is not on the rod.
+    /// Returns [`FemError::Parameter`] if the point is not on the rod.
     pub fn displacement_at(&self, x: f64) -> Result<PointValue, FemError> {
         let RodData { length, n_elements, .. } = self.data;
         if !(0.0..=length).contains(&x) {
@@ -246,7 +245,7 @@ impl Rod {
         let scaled = x / length * n_elements as f64;
         let element = (scaled as usize).min(n_elements - 1);
         let right = scaled - element as f64;
-        // Node 0 is fixed; node k has the unknown k − 1.
+        // Node 0 is fixed, and node k has the unknown k − 1.
         let weights = [(element.checked_sub(1), 1.0 - right), (Some(element), right)];
         let entries = weights
             .into_iter()
@@ -256,7 +255,7 @@ impl Rod {
         Ok(PointValue { entries })
     }
 
-    /// Returns row, mass and stiffness of the entries in column `j`.
+    /// Returns the row, the mass and the stiffness of each entry in column `j`.
     fn column(&self, j: usize) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         let offsets = self.mass.pattern().major_offsets();
         (offsets[j]..offsets[j + 1]).map(|e| {
@@ -265,15 +264,16 @@ impl Rod {
     }
 }
 
-/// Displacement at a point as a linear functional: unknowns and weights.
+/// Displacement at a point as a linear functional, given by unknowns and weights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointValue {
-    /// Index in q and weight of each term; empty at the fixed end.
+    /// Index in q and weight of each term. The list is empty at the fixed end.
     pub entries: Vec<(usize, f64)>,
 }
 
 impl PointValue {
-    /// Returns the value for the displacements `q` (or the velocity for v).
+    /// Returns the displacement at the point for the nodal displacements `q`, or the velocity if nodal velocities
+    /// are given instead.
     ///
     /// # Panics
     /// Panics if `q` is shorter than the displacements of the rod.
@@ -312,15 +312,15 @@ fn tridiagonal_pattern(n: usize) -> SparsityPattern {
     pattern(n, (0..n).map(|j| (j.saturating_sub(1)..(j + 2).min(n)).collect()))
 }
 
-/// Returns the pattern of the first-order system: each of the columns q_j and v_j has its kinematic
-/// row and the momentum rows of the neighbors.
+/// Returns the pattern of the first-order system. Each of the columns q_j and v_j contains the kinematic row of j
+/// and the momentum rows of its neighbors.
 fn first_order_pattern(lanes: &SparsityPattern) -> SparsityPattern {
     let n = lanes.major_dim();
     let column = |j: usize| once(j).chain(lanes.lane(j).iter().map(|i| n + i)).collect();
     pattern(2 * n, (0..2 * n).map(|column_index| column(column_index % n)))
 }
 
-/// Assembles the element matrices `(d, o; o, d)` over the free nodes.
+/// Assembles the element matrices `(d, o; o, d)` for the free nodes.
 fn assemble(lanes: &SparsityPattern, diagonal: f64, off_diagonal: f64) -> CscMatrix<f64> {
     let n = lanes.major_dim();
     let values = lanes

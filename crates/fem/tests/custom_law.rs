@@ -1,4 +1,4 @@
-//! User-defined laws that use only the public interface.
+//! Tests of user-defined laws, which use only the public interface.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -9,7 +9,8 @@ use myovib_fem::material::three::{
 use myovib_fem::material::{Guccione, MooneyRivlin, Real, SmallStrain, StVenantKirchhoff};
 use myovib_fem::{DofMap, Fields, Law, Pressure, Solid, Space, Vectors, generate, inlined};
 
-/// Gent's law of rubber with limited extensibility, W = −μ J_m/2 ln(1 − (Ī1 − 3)/J_m), defined only by its energy.
+/// Gent's law for rubber with limited extensibility, W = −μ J_m/2 ln(1 − (Ī1 − 3)/J_m), defined by its energy
+/// alone.
 struct Gent {
     shear_modulus: f64,
     limit: f64,
@@ -19,14 +20,14 @@ inlined! {
     impl Isotropic for Gent {
         fn energy<R: Real>(&self, at: Invariants<R>) -> R {
             let x = (at.d + at.d.like(1.0)).inverse_cube_root();
-            // Ī1 − 3 with I1 = 3 + a + 2 d.
+            // Ī1 − 3, computed from I1 = 3 + a + 2 d.
             let stretched = (at.a + at.d * 2.0 + at.d.like(3.0)) * x * x - at.d.like(3.0);
             (stretched * (-1.0 / self.limit)).ln_1p() * (-0.5 * self.shear_modulus * self.limit)
         }
     }
 }
 
-/// Standard reinforcing law: neo-Hookean with k/2 E_ff².
+/// Standard reinforcing law: a neo-Hookean matrix with the fiber energy k/2 E_ff².
 struct Reinforced {
     matrix: MooneyRivlin,
     k: f64,
@@ -61,7 +62,7 @@ inlined! {
 
 const H: [[f64; 3]; 3] = [[0.1, 0.25, -0.1], [-0.15, -0.05, 0.2], [0.05, -0.3, 0.12]];
 
-/// Compares stress and tangent with central differences of energy and stress.
+/// Compares stress and tangent with central differences of the energy and the stress.
 fn check<W: Law3>(law: &W, scale: f64) {
     let at = |h| Strain3::new(law, h, Axes::cartesian(0.0));
     let shifted = |k: usize, l: usize, step: f64| {
@@ -70,7 +71,7 @@ fn check<W: Law3>(law: &W, scale: f64) {
         at(h)
     };
     let (stress, tangent) = (law.stress(&at(H)), law.tangent(&at(H)));
-    // Step ε^(1/3): differences are accurate to about 1e-10 of the modulus.
+    // With the step ε^(1/3), differences are accurate to about 1e-10 of the modulus.
     let step = 6e-6;
     for (k, row) in stress.iter().enumerate() {
         for (l, stress) in row.iter().enumerate() {
@@ -92,7 +93,7 @@ fn check<W: Law3>(law: &W, scale: f64) {
 fn law_can_be_given_by_its_energy_alone() {
     let law = Gent { shear_modulus: 2e4, limit: 5.0 };
     check(&law, 1e5);
-    // Simple shear: P01 = μ γ/(1 − γ²/J_m).
+    // In simple shear, P01 = μ γ/(1 − γ²/J_m).
     let mut h = [[0.0; 3]; 3];
     h[0][1] = 0.7;
     let stress = law.stress(&Strain3::new(&law, h, Axes::cartesian(0.0)));
@@ -137,7 +138,8 @@ fn custom_law_is_bitwise_equal_to_the_built_in_law() {
         assert_eq!(law.volume_gradient3(H), custom.volume_gradient3(H));
         let traits = |law: Law| (law.is_linear(), law.has_fibers(), law.description().complete);
         assert_eq!(traits(law), traits(custom));
-        // The factor scales the stress in one case and the constants in the other: one or two rounding errors.
+        // The factor scales the stress in one case and the constants in the other, which causes one or two
+        // rounding errors.
         let [scaled, custom_scaled] =
             [law, custom].map(|law| law.scaled(1.7).stress3(H, 0.0, axes));
         for (a, b) in scaled.iter().flatten().zip(custom_scaled.iter().flatten()) {

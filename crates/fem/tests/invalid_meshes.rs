@@ -1,11 +1,11 @@
-//! Invalid mesh files are rejected with the tags of the elements; correctable defects are corrected
-//! and noted.
+//! Invalid mesh files are rejected, and the error names the tags of the elements. Correctable defects are
+//! corrected and noted.
 
 use myovib_fem::mesh::{DefectKind, ElementName, MeshDefect, MeshNote};
 use myovib_fem::{FemError, Mesh, Space, load};
 
-/// Returns a mesh file with the given physical names, nodes (x y 0), load lines and triangles. Tags
-/// of nodes and elements start at 101.
+/// Returns a mesh file with the given physical names, nodes (x y 0), load lines and triangles. The tags of nodes
+/// and elements start at 101.
 fn file(names: &str, nodes: &[[f64; 2]], lines: &[[usize; 2]], triangles: &[[usize; 3]]) -> String {
     let tag = |index: usize| 101 + index;
     let mut text = format!(
@@ -118,7 +118,8 @@ fn clockwise_triangles_are_reoriented_and_noted() {
     assert_eq!(mesh.notes(), [note]);
 }
 
-/// A node moved across the opposite edge inverts a triangle; reorienting it would hide the defect.
+/// If a node is moved across the opposite edge, a triangle is inverted. Reorienting this triangle would hide the
+/// defect.
 #[test]
 fn inverted_triangles_are_rejected() {
     // The center node of a square of four triangles is moved beyond the right side.
@@ -160,8 +161,7 @@ fn inverted_tetrahedra_are_rejected() {
     assert_eq!(defect.elements.last(), Some(&ElementName::Tag(4)));
 }
 
-/// Returns a file with one second-order element with tag 7, from its Gmsh type, dimension and
-/// nodes.
+/// Returns a file with a single second-order element, which has tag 7. `kind` is the element type in Gmsh.
 fn quadratic(kind: usize, dimension: usize, nodes: &[[f64; 3]]) -> String {
     let n = nodes.len();
     let (surfaces, volumes) = (usize::from(dimension == 2), usize::from(dimension == 3));
@@ -179,7 +179,7 @@ fn quadratic(kind: usize, dimension: usize, nodes: &[[f64; 3]]) -> String {
     )
 }
 
-/// Reads a six-node triangle with the midside node of its first edge at `midside`.
+/// Reads a six-node triangle whose first edge has its midside node at `midside`.
 fn six_nodes(midside: [f64; 2]) -> Result<Mesh, FemError> {
     let nodes = [
         [0.0, 0.0, 0.0],
@@ -192,7 +192,7 @@ fn six_nodes(midside: [f64; 2]) -> Result<Mesh, FemError> {
     Mesh::parse_msh(quadratic(9, 2, &nodes), "m.msh")
 }
 
-/// Nodal data at midside nodes are ignored, and a note reports them.
+/// Nodal data at midside nodes are ignored, and a note reports this.
 #[test]
 fn field_values_off_the_vertices_are_noted() {
     let nodes = [
@@ -214,8 +214,8 @@ fn field_values_off_the_vertices_are_noted() {
     assert_eq!(notes(6), [note]);
 }
 
-/// Reads a ten-node tetrahedron with the midside node between its first and last vertex at
-/// `midside`; exchanges its second and third vertex if `mirrored`.
+/// Reads a ten-node tetrahedron. The midside node between the first and the last vertex is at `midside`. If
+/// `mirrored`, the second and the third vertex are exchanged.
 fn ten_nodes(midside: [f64; 3], mirrored: bool) -> Result<Mesh, FemError> {
     let mut nodes = [
         [0.0, 0.0, 0.0],
@@ -237,11 +237,12 @@ fn ten_nodes(midside: [f64; 3], mirrored: bool) -> Result<Mesh, FemError> {
     Mesh::parse_msh(quadratic(11, 3, &nodes), "m.msh")
 }
 
-/// If the midside node is at parameter s in [0, 1] of a straight edge, the derivative of the map at
-/// the end is 3 − 4 s: the element is inverted for s ≥ 3/4.
+/// If the midside node is at the parameter s in [0, 1] of a straight edge, the derivative of the map at the end is
+/// 3 − 4 s. The element is inverted for s ≥ 3/4.
 #[test]
 fn inverted_curved_elements_are_rejected() {
-    // The ends are nearly degenerate if this derivative, which is 1 in the straight element, is below 0.2.
+    // The element is nearly degenerate at an end if this derivative is below 0.2. In the straight element, the
+    // derivative is 1.
     for (s, end) in [(0.5, None), (0.29, Some(0.0)), (0.31, None), (0.69, None), (0.71, Some(1.0))]
     {
         let plane = six_nodes([s, 0.0]).expect("a triangle");
@@ -254,7 +255,7 @@ fn inverted_curved_elements_are_rejected() {
                 _ => None,
             });
             assert_eq!(found.map(|(_, near)| near), end, "{s}");
-            // Rounding errors of s.
+            // The error is the rounding of s.
             assert!(found.is_none_or(|(ratio, _)| (ratio - 0.16).abs() < 1e-14), "{s}: {found:?}");
         }
     }
@@ -274,7 +275,7 @@ fn inverted_curved_elements_are_rejected() {
     assert_eq!(spatial.kind, DefectKind::InvertedCurved);
 }
 
-/// The orientation of a curved element is checked after reorientation.
+/// The orientation of a curved element is checked after the element has been reoriented.
 #[test]
 fn mirrored_curved_elements_are_reoriented_and_noted() {
     let mesh = ten_nodes([-0.1, -0.1, 0.5], true).expect("a tetrahedron");

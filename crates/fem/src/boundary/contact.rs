@@ -1,4 +1,4 @@
-//! Contact of a boundary with a rigid obstacle, by a penalty.
+//! Contact of a boundary with a rigid obstacle, enforced by a penalty.
 
 mod area;
 mod driven;
@@ -14,56 +14,58 @@ pub use friction::{Friction, FrictionSums, Sliding};
 pub use obstacle::Obstacle;
 use obstacle::{Gap, dot};
 
-/// Default stiffness times facet size, in shear moduli of the body: at a contact pressure of one shear modulus the
-/// penetration is a hundredth of a facet.
+/// Default stiffness times facet size, in units of the shear modulus of the body. At a contact pressure of one
+/// shear modulus, the penetration is a hundredth of the facet size.
 const DEFAULT_STIFFNESS: f64 = 100.0;
 /// Penetration at which the full stiffness is reached, as a fraction of the facet size.
 const SMOOTHING: f64 = 1e-3;
-/// Mean distance from the obstacle that remains with augmented Lagrange multipliers, as a fraction of the facet size.
+/// Accepted mean distance from the obstacle with augmented Lagrange multipliers, as a fraction of the facet size.
 /// At a contact pressure of one shear modulus, the default penalty penetrates a hundred times deeper.
 const AUGMENTED: f64 = 1e-4;
-/// Cosine of the largest angle between an outward normal and the normal of an obstacle on the wrong side of the body.
+/// Cosine of the largest angle between an outward normal of the body and the normal of an obstacle on the wrong
+/// side of the body.
 const AWAY: f64 = 0.5;
 
-/// Contact of a boundary group with a rigid obstacle, with the energy ∫ φ(−g) dS over the undeformed boundary, with the
-/// gap g at the deformed point:
+/// Contact of a boundary group with a rigid obstacle. Its energy is ∫ φ(−g) dS over the undeformed boundary, where
+/// g is the gap at the deformed point:
 ///
 /// ```text
 /// φ(s) = 0 for s < 0,   k s³/(6 w) for s < w,   k (s² − w s + w²/3)/2 beyond
 /// ```
 ///
-/// The contact pressure φ' per undeformed area has a continuous derivative. It acts along the normal of the obstacle.
-/// [`Friction`] is added separately.
+/// The contact pressure φ' per undeformed area has a continuous derivative and acts along the normal of the
+/// obstacle. [`Friction`] is added separately.
 ///
-/// With augmented Lagrange multipliers, φ(d − g) − φ(d) replaces φ(−g), with a depth d ≥ 0 for each quadrature point. The
-/// pressure φ'(d) without penetration is the multiplier. The energy of an open contact is then negative.
+/// With augmented Lagrange multipliers, φ(d − g) − φ(d) replaces φ(−g). Each quadrature point has a depth d ≥ 0.
+/// The multiplier is φ'(d), the pressure at zero gap. The energy of an open contact is then negative.
 ///
 /// # Shapes
-/// Forces and displacements have length `n_components`; displacements of the obstacle have D components.
+/// Forces and displacements have length `n_components`; displacements of the obstacle have one component per
+/// dimension.
 ///
 /// # Units
-/// k in Pa/m; forces in N (N/m in 2D).
+/// k is in Pa/m; forces are in N (N/m in 2D).
 #[derive(Debug, Clone)]
 pub struct RigidContact {
     boundary: DeformedFacets,
-    /// Quadrature weights of the points of each facet, including the undeformed measure.
+    /// Quadrature weights of the points of each facet. They include the undeformed measure.
     weights: Vec<Vec<f64>>,
-    /// As in [`DeformedFacets::matrix_indices`].
+    /// Indices of matrix entries as in [`DeformedFacets::matrix_indices`].
     indices: Vec<Vec<Option<u32>>>,
     obstacle: Obstacle,
     stiffness: f64,
-    /// Shear modulus of the element of each facet, Pa.
+    /// Shear modulus (Pa) of the element of each facet.
     shear_moduli: Vec<f64>,
-    /// Depth w.
+    /// Smoothing depth w.
     smoothing: f64,
-    /// Depth d of each point of each facet, m; empty without multipliers.
+    /// Depth d (m) of each point of each facet. Empty without multipliers.
     depths: Vec<f64>,
 }
 
-/// Sums over a contact.
+/// Sums over all points of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ContactSums {
-    /// Force on the body, N (N/m in 2D); unused components are zero.
+    /// Force on the body, N (N/m in 2D). Unused components are zero.
     pub force: [f64; 3],
     /// Stored energy, J (J/m in 2D).
     pub energy: f64,
@@ -76,13 +78,13 @@ struct Touch<'a, const D: usize> {
     facet: usize,
     /// Index of the point among all facets.
     index: usize,
-    /// d − g.
+    /// The difference d − g.
     depth: f64,
-    /// Values of the shape functions.
+    /// Values of the shape functions at the point.
     values: &'a [f64],
     weight: f64,
     gap: Gap<D>,
-    /// φ, φ' and φ''.
+    /// The values φ, φ' and φ''.
     potential: [f64; 3],
 }
 
@@ -102,12 +104,12 @@ impl<const D: usize> Touch<'_, D> {
 }
 
 impl RigidContact {
-    /// Creates the contact of a group of edges of triangles or faces of tetrahedra. The default of
-    /// the `stiffness` follows from the shear moduli and facets of the group.
+    /// Creates the contact of a group of edges of triangles or faces of tetrahedra. The default `stiffness` is
+    /// computed from the shear moduli and facet sizes of the group.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`]; [`FemError::WrongGroup`] if the group has other members;
-    /// [`FemError::InteriorFacet`] for a member with elements on both sides.
+    /// Returns [`FemError::UnknownGroup`] if the group does not exist, [`FemError::WrongGroup`] if its members are
+    /// of another kind, or [`FemError::InteriorFacet`] if a member has elements on both sides.
     pub fn new(
         solid: &Solid,
         group: &str,
@@ -146,7 +148,7 @@ impl RigidContact {
         self.depths = depths;
     }
 
-    /// Returns the depths d of the multipliers, m; empty without multipliers.
+    /// Returns the depths d (m) of the multipliers. The slice is empty without multipliers.
     pub fn depths(&self) -> &[f64] {
         &self.depths
     }
@@ -156,10 +158,10 @@ impl RigidContact {
         self.weights.iter().map(Vec::len).sum()
     }
 
-    /// Returns the mean distance from the obstacle at displacement `u`, weighted by the contact pressure and
-    /// divided by the distance accepted with multipliers, 1e-4 of the facet size; 0 without contact. Individual
-    /// points penetrate deeper, because quadratic facets do not follow the shape of the obstacle at the edge of the
-    /// contact.
+    /// Returns the mean distance from the obstacle at displacement `u`, weighted by the contact pressure. The
+    /// result is relative to the accepted distance with multipliers, 1e-4 of the facet size, and it is 0 without
+    /// contact. Individual points penetrate deeper, because quadratic facets do not follow the shape of the
+    /// obstacle at the edge of the contact.
     ///
     /// # Panics
     /// Panics if an array is too short.
@@ -180,7 +182,7 @@ impl RigidContact {
         }
     }
 
-    /// Updates the multipliers to the pressures at displacement `u` (Uzawa).
+    /// Sets the multipliers to the contact pressures at displacement `u` (Uzawa's method).
     ///
     /// # Panics
     /// Panics if an array is too short.
@@ -194,11 +196,11 @@ impl RigidContact {
         self.depths = depths;
     }
 
-    /// Multiplies the stiffness by `factor` and changes the multipliers so that the contact pressures at displacement
-    /// `u` remain.
+    /// Multiplies the stiffness by `factor` and adapts the multipliers, so that the contact pressures at
+    /// displacement `u` do not change.
     ///
     /// # Panics
-    /// Panics if an array is too short, or without multipliers.
+    /// Panics if an array is too short, or if the contact has no multipliers.
     pub fn scale_stiffness(&mut self, factor: f64, offset: &[f64], u: &[f64]) {
         in_dimension!(self.boundary.dimension, self.scale_stiffness_in(factor, offset, u));
     }
@@ -217,17 +219,18 @@ impl RigidContact {
         (self.stiffness, self.depths) = (k, depths);
     }
 
-    /// Returns k, Pa/m.
+    /// Returns the penalty stiffness k, Pa/m.
     pub fn stiffness(&self) -> f64 {
         self.stiffness
     }
 
-    /// Returns the mean length of the facets, in 3D the square root of their mean area, m.
+    /// Returns the mean length (m) of the facets; in 3D, the square root of their mean area.
     pub fn facet_size(&self) -> f64 {
         self.smoothing / SMOOTHING
     }
 
-    /// Returns the unit vector from the obstacle to the nearest point of the undeformed group; in 2D with a third component of zero.
+    /// Returns the unit vector from the obstacle to the nearest point of the undeformed group. In 2D, the third
+    /// component is zero.
     pub fn toward_body(&self) -> [f64; 3] {
         in_dimension!(self.boundary.dimension, self.toward_body_in())
     }
@@ -237,7 +240,7 @@ impl RigidContact {
         let places = boundary.facets.iter().flat_map(|nodes| {
             let inside = boundary.points.iter();
             let inside = inside.map(|point| boundary.sum::<D>(nodes, &point.values, &rest));
-            // A pole of the body is often a node.
+            // Nodes are included because a pole of the body is often a node.
             let at_nodes = nodes.iter();
             inside.chain(at_nodes.map(|node| boundary.coordinates.as_chunks().0[*node]))
         });
@@ -248,9 +251,9 @@ impl RigidContact {
         normal
     }
 
-    /// Returns whether all normals of the obstacle at the undeformed group are within 60° of the outward normals of the
-    /// facets, so that the obstacle could press only on facets after a rotation by more than 30°. Walls perpendicular to
-    /// a plane may bulge against it.
+    /// Returns whether all normals of the obstacle at the undeformed group are within 60° of the outward normals
+    /// of the facets. In this case, a facet must rotate by more than 30° before the obstacle can press on it. The
+    /// limit is below 90°, because walls perpendicular to a plane may bulge against it.
     ///
     /// # Panics
     /// Panics if the `offset` of the obstacle is too short.
@@ -270,7 +273,8 @@ impl RigidContact {
         least > AWAY
     }
 
-    /// Adds the rate of the force on the body to `total`, for the displacement of the obstacle and of all nodes and their rates.
+    /// Adds the rate of the force on the body to `total`. `obstacle` holds the displacement and the velocity of
+    /// the obstacle, and `body` holds the displacements and velocities of all nodes.
     ///
     /// # Panics
     /// Panics if an array is too short.
@@ -344,7 +348,8 @@ impl RigidContact {
         }
     }
 
-    /// Adds `sign` times the force of the obstacle, displaced by `offset`, on the body at displacement `u` to `total`.
+    /// Adds `sign` times the force of the obstacle on the body to `total`. The obstacle is displaced by `offset`,
+    /// and the body by `u`.
     ///
     /// # Panics
     /// Panics if an array is too short.
@@ -369,7 +374,7 @@ impl RigidContact {
         });
     }
 
-    /// Adds the derivative of the force with respect to the free components of `u` to `values`:
+    /// Adds the derivative of the force with respect to the free components of `u` to `values`. The derivative is
     /// ∫ (−φ'' n⊗n + φ' ∇∇g) φ_a φ_b dS.
     ///
     /// # Shapes
@@ -387,7 +392,8 @@ impl RigidContact {
         });
     }
 
-    /// Adds the integrals of a `block` times the shape functions of rows and columns at a point.
+    /// Adds the contribution of one quadrature point to the integrals of a `block` times the shape functions of
+    /// rows and columns.
     fn add_block<const D: usize>(
         &self,
         touch: &Touch<'_, D>,
@@ -410,7 +416,7 @@ impl RigidContact {
         }
     }
 
-    /// Returns the sums at displacement `u`.
+    /// Returns the sums over the contact at displacement `u`.
     ///
     /// # Panics
     /// Panics if an array is too short.
@@ -420,7 +426,7 @@ impl RigidContact {
 
     fn sums_in<const D: usize>(&self, offset: &[f64], u: &[f64]) -> ContactSums {
         let mut sums = ContactSums::default();
-        // Points that multipliers do not press any more also have the energy −φ(d).
+        // Points at which the contact has opened also have the energy −φ(d).
         let points = self.depths.iter().zip(self.weights.iter().flatten());
         points.for_each(|(&d, weight)| sums.energy -= weight * self.potential(d)[0]);
         self.for_each_touch::<D>(offset, u, |touch| {

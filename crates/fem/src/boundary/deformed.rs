@@ -10,14 +10,14 @@ use crate::space::sparsity::entry_index;
 
 /// Facets of a group with quadrature in the deformed configuration.
 ///
-/// In 2D the boundary is a curve x(s), counterclockwise around the body; its outward normal times
-/// ds is the tangent x' ds rotated by −90°. In 3D it is a surface x(s, t), and the outward normal
-/// times the area element is x_s × x_t ds dt.
+/// In 2D, the boundary is a curve x(s) that runs counterclockwise around the body. The outward normal times the
+/// length element is the tangent x' ds rotated by −90°. In 3D, the boundary is a surface x(s, t), and the outward
+/// normal times the area element is x_s × x_t ds dt.
 #[derive(Debug, Clone)]
 pub struct DeformedFacets {
     /// Dimension of the space.
     pub dimension: usize,
-    /// Quadrature points of the reference facet; weights include its measure.
+    /// Quadrature points of the reference facet. The weights include the measure of the reference facet.
     pub points: Vec<FacetPoint>,
     /// Nodes of each facet.
     pub facets: Vec<Vec<usize>>,
@@ -26,21 +26,21 @@ pub struct DeformedFacets {
 }
 
 impl DeformedFacets {
-    /// Creates the facets of a boundary group: edges of triangles or faces of tetrahedra.
+    /// Creates the facets of a boundary group, which are edges of triangles or faces of tetrahedra.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`]; [`FemError::WrongGroup`] if the group has other members;
-    /// [`FemError::InteriorFacet`] for a member with elements on both sides.
+    /// Returns [`FemError::UnknownGroup`] if the group does not exist, [`FemError::WrongGroup`] if its members are
+    /// of another kind, or [`FemError::InteriorFacet`] if a member has elements on both sides.
     pub fn of_group(space: &Space, group: &str) -> Result<Self, FemError> {
         Ok(Self::new(space, &outward_facets(space, group)?))
     }
 
-    /// Creates the facets from their vertices, ordered so that the normals point outward.
+    /// Creates the facets from their vertices, which are ordered such that the normals point outward.
     pub(crate) fn new(space: &Space, outward: &[Vec<usize>]) -> Self {
         let shape: &Shape = space.mesh().shape();
         let mut points = facet_points(shape, space.degree());
         for point in &mut points {
-            // The reference edge has length 1, the reference face area 1/2.
+            // The reference edge has length 1, and the reference face has area 1/2.
             point.weight *= if shape.dimension == 2 { 1.0 } else { 0.5 };
         }
         Self {
@@ -51,8 +51,8 @@ impl DeformedFacets {
         }
     }
 
-    /// Returns the entry indices of each facet in the displacement pattern, by row (node, component) and
-    /// column; `None` for constrained components.
+    /// Returns the indices of each facet's entries in the displacement pattern, by row (node, component) and
+    /// column. The index is `None` for constrained components.
     pub fn matrix_indices(&self, solid: &Solid) -> Vec<Vec<Option<u32>>> {
         let dimension = self.dimension;
         let free = solid.dofs().full_to_free();
@@ -76,8 +76,8 @@ impl DeformedFacets {
         indices.collect()
     }
 
-    /// Returns Σ factor · (position of the node at displacement `u`). With shape function values as
-    /// factors this is the position of a point, with their derivatives it is a tangent.
+    /// Returns Σ factor · (position of the node at displacement `u`). If the factors are values of shape
+    /// functions, this is the position of a point. If they are derivatives of shape functions, it is a tangent.
     pub(crate) fn sum<const D: usize>(
         &self,
         nodes: &[usize],
@@ -93,8 +93,8 @@ impl DeformedFacets {
         sum
     }
 
-    /// Returns the derivatives of the position with respect to the facet parameters; in 2D only the
-    /// first is nonzero.
+    /// Returns the derivatives of the position with respect to the facet parameters. In 2D, only the first
+    /// derivative is nonzero.
     pub(crate) fn tangents<const D: usize>(
         &self,
         nodes: &[usize],
@@ -108,8 +108,9 @@ impl DeformedFacets {
         tangents
     }
 
-    /// Calls `kernel` at each quadrature point with the index of the facet, the point and the derivatives of the position
-    /// with respect to the facet parameters at displacement `u`; in 2D only the first is nonzero.
+    /// Calls `kernel` at each quadrature point. The arguments are the index of the facet, the point, and the
+    /// derivatives of the position at displacement `u` with respect to the facet parameters. In 2D, only the first
+    /// derivative is nonzero.
     ///
     /// # Panics
     /// Panics if `u` is too short, or unless `D` is the dimension.

@@ -11,51 +11,53 @@ use crate::mesh::Group;
 use crate::solid::Solid;
 use crate::space::Space;
 
-/// Volume on the outer side of a deformed boundary group; in 2D the area.
+/// Volume (area in 2D) on the outer side of a deformed boundary group.
 ///
-/// Each opening is closed by a cone over its rim with apex c, the mean of the rim vertices. The
-/// cone is flat if the rim is flat. With the outward normal n of the body and the area vector A of
-/// each opening, the divergence theorem gives
+/// Each opening is closed by a cone over its rim. The apex c of the cone is the mean of the rim vertices, so the
+/// cone is flat if the rim is flat. With the outward normal n of the body and the area vector A of each opening,
+/// the divergence theorem yields
 ///
 /// ```text
 /// V = (−∫ n·x ds + Σ c·A) / D,   A = 1/2 ∮ x × dx in 3D, (b − a) rotated by −90° in 2D.
 /// ```
 ///
-/// The group must be connected through its vertices. The volume enclosed by several pieces would be
-/// ambiguous: one cavity each, or one cavity between them as for two opposite walls.
+/// The group must be connected through its vertices. The volume enclosed by several pieces would be ambiguous:
+/// each piece could have its own cavity, or there could be one cavity between the pieces, as between two opposite
+/// walls.
 ///
 /// A model of a part of a symmetric body has openings at its planes of symmetry. With
-/// [`with_symmetry`](Self::with_symmetry) positions are measured from a point of all these planes, so that the planes
-/// contribute nothing. The remaining part of a rim is closed by a cone whose apex is the mean of its vertices, moved
-/// onto the planes at which it ends.
+/// [`with_symmetry`](Self::with_symmetry), positions are measured from a point on all these planes, so that the
+/// planes do not contribute to the volume. The remaining part of a rim is closed by a cone. The apex of the cone
+/// is the mean of the vertices of this part, moved onto the planes at which the part ends.
 ///
 /// # Units
 /// m³ (m² in 2D).
 #[derive(Debug, Clone)]
 pub struct EnclosedVolume {
     walls: DeformedFacets,
-    /// Edges of each rim, oriented like their facets, by their nodes. In 2D: the ends of the line,
-    /// first end first.
+    /// Edges of each rim as lists of nodes, oriented like the facets. In 2D: the ends of the line, starting with
+    /// its first end.
     rims: Vec<Vec<Vec<usize>>>,
-    /// Weight, shape functions and their derivatives at the quadrature points of an edge.
+    /// Weights, shape functions and derivatives of shape functions at the quadrature points of an edge.
     points: Vec<(f64, Vec<f64>, Vec<f64>)>,
     /// Planes of symmetry, each given by its normal axis and a node on it.
     planes: Vec<(usize, usize)>,
-    /// Sides of the rims, by their sorted vertices, and the axes normal to possible planes of symmetry at them.
+    /// Sides of the rims that may be on a plane of symmetry, given by their sorted vertices and the axis normal to
+    /// this plane.
     cuts: HashSet<(Vec<usize>, usize)>,
 }
 
 /// Maximum distance of the vertices of a flat rim from its plane, as a fraction of the rim's size.
 const FLAT: f64 = 1e-2;
-/// Maximum distance of nodes from their plane of symmetry, as a fraction of the size of the rims.
+/// Maximum distance of nodes from the plane of symmetry, as a fraction of the size of the rims.
 const ON_PLANE: f64 = 1e-6;
 
 impl EnclosedVolume {
     /// Creates the operator for a boundary group.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`]; [`FemError::WrongGroup`] if the group has other members;
-    /// [`FemError::InteriorFacet`] for a member with elements on both sides;
+    /// Returns [`FemError::UnknownGroup`] if the group does not exist, [`FemError::WrongGroup`] if its members are
+    /// of another kind, [`FemError::InteriorFacet`] if a member has elements on both sides, or
     /// [`FemError::DisconnectedBoundary`] if the group is not connected.
     pub fn new(solid: &Solid, group: &str) -> Result<Self, FemError> {
         let space = solid.space();
@@ -82,12 +84,13 @@ impl EnclosedVolume {
         Ok(volume)
     }
 
-    /// Restricts the volume to the modeled part of a symmetric cavity. The planes of symmetry are normal to `axes`; at a
-    /// rim, a facet of the remaining boundary is in such a plane, and its nodes are fixed along the axis.
+    /// Restricts the volume to the modeled part of a symmetric cavity. The planes of symmetry are normal to
+    /// `axes`. At a rim, a facet of the remaining boundary is in such a plane, and the nodes of this facet are
+    /// fixed along the axis.
     ///
     /// # Errors
-    /// [`FemError::NoSymmetryPlane`] if no rim side is in such a plane normal to an axis, or if rim sides are in several
-    /// of them.
+    /// Returns [`FemError::NoSymmetryPlane`] if, for an axis, no rim side is in such a plane, or if rim sides are
+    /// in several such planes.
     pub fn with_symmetry(mut self, axes: &[usize]) -> Result<Self, FemError> {
         let dimension = self.walls.dimension;
         let size = self.rim_size();
@@ -119,7 +122,7 @@ impl EnclosedVolume {
         Ok(self)
     }
 
-    /// Returns the sides of all rims: edges, or in 2D the ends of the line.
+    /// Returns the sides of all rims: edges in 3D, or the ends of the line in 2D.
     fn rim_sides(&self) -> impl Iterator<Item = &[usize]> {
         let n = if self.walls.dimension == 2 { 1 } else { usize::MAX };
         self.rims.iter().flatten().flat_map(move |side| side.chunks(n.min(side.len())))
@@ -130,9 +133,9 @@ impl EnclosedVolume {
         self.cuts.contains(&(sorted(&side[..self.walls.dimension - 1]), axis))
     }
 
-    /// Returns whether a rim probably ends at a plane of symmetry, and is not flat, so that its cone cuts off a part of
-    /// the cavity: some of its nodes are fixed along some axes and free along others, or the boundary beyond it is in a
-    /// plane.
+    /// Returns whether the rim probably ends at a plane of symmetry and is not flat, so that its cone cuts off a
+    /// part of the cavity. This is the case if some of its nodes are fixed along some axes and free along others,
+    /// or if the boundary beyond it is in a plane.
     pub fn may_end_at_symmetry(&self, solid: &Solid) -> bool {
         let (dimension, is_held) = (self.walls.dimension, held(solid));
         let n_held = |node: usize| (0..dimension).filter(|&axis| is_held(node, axis)).count();
@@ -143,8 +146,8 @@ impl EnclosedVolume {
         (is_partly_held || is_cut) && !self.has_flat_openings(solid)
     }
 
-    /// Returns whether each opening is flat at rest. In 2D, the chord between two ends is flat if both are held in one plane
-    /// and neither is at a plane normal to it.
+    /// Returns whether each opening is flat at rest. In 2D, the chord between the two ends is flat if both are
+    /// held in one plane and neither end is held at a plane normal to it.
     fn has_flat_openings(&self, solid: &Solid) -> bool {
         if self.walls.dimension == 2 {
             let (is_held, size) = (held(solid), self.rim_size());
@@ -184,8 +187,8 @@ impl EnclosedVolume {
         (0..dimension).map(extent).fold(0.0, f64::max)
     }
 
-    /// Returns the volume at displacement `u` (`n_components`): positive if the body surrounds it,
-    /// negative if the group surrounds the body.
+    /// Returns the volume at displacement `u`, which has length `n_components`. The volume is positive if the body
+    /// surrounds the volume, and negative if the group surrounds the body.
     ///
     /// # Panics
     /// Panics if `u` is too short.
@@ -199,7 +202,7 @@ impl EnclosedVolume {
         (lids - self.flux::<D>(origin, u)) / D as f64
     }
 
-    /// Returns a point on all planes of symmetry, at their positions for the displacement `u`.
+    /// Returns a point on all planes of symmetry, which are at their positions for the displacement `u`.
     fn origin<const D: usize>(&self, u: &[f64]) -> [f64; D] {
         let mut origin = [0.0; D];
         for &(axis, node) in &self.planes {
@@ -208,7 +211,7 @@ impl EnclosedVolume {
         origin
     }
 
-    /// ∫ n·(x − x₀) ds.
+    /// Returns ∫ n·(x − x₀) ds.
     fn flux<const D: usize>(&self, origin: [f64; D], u: &[f64]) -> f64 {
         let mut flux = 0.0;
         for nodes in &self.walls.facets {
@@ -222,7 +225,7 @@ impl EnclosedVolume {
         flux
     }
 
-    /// (c − x₀)·A.
+    /// Returns (c − x₀)·A.
     fn lid<const D: usize>(&self, rim: &[Vec<usize>], origin: [f64; D], u: &[f64]) -> f64 {
         let (center, vector) = self.cone::<D>(rim, u);
         let terms = center.iter().zip(vector).zip(origin);
@@ -239,7 +242,7 @@ impl EnclosedVolume {
             }
         }
         if D == 3 {
-            // The ends of a rim that is not closed are on planes of symmetry.
+            // If a rim is not closed, its ends are on planes of symmetry.
             let origin = self.origin::<D>(u);
             for axis in self.planes_of(rim) {
                 center[axis] = origin[axis];
@@ -283,8 +286,8 @@ impl EnclosedVolume {
     }
 }
 
-/// Returns the ends of the line formed by edges in 2D (empty if the line is closed). If there are several separate
-/// lines, returns their number as an error.
+/// Returns the ends of the line that the edges form in 2D. The result is empty if the line is closed. If there are
+/// several separate lines, returns the number of lines as an error.
 fn ends(edges: &[Vec<usize>]) -> Result<Vec<Vec<Vec<usize>>>, usize> {
     let unmatched = |end: usize| {
         let others: HashSet<usize> = edges.iter().map(|edge| edge[1 - end]).collect();
@@ -304,9 +307,9 @@ fn sorted(vertices: &[usize]) -> Vec<usize> {
     sorted
 }
 
-/// Returns the sides of facets outside a group that may be in a plane of symmetry, with its normal axis: all their nodes
-/// are fixed along this axis, and their coordinates differ by at most `tolerance`. The facets of the group, which a support
-/// may move, are not among them.
+/// Returns those sides of facets outside a group that may be in a plane of symmetry, each with the axis normal to
+/// the plane. All nodes of such a facet are fixed along this axis, and their coordinates along it differ by at
+/// most `tolerance`. Facets of the group are excluded, because a support may move them.
 fn cuts(solid: &Solid, facets: &[Vec<usize>], tolerance: f64) -> HashSet<(Vec<usize>, usize)> {
     let (space, is_held) = (solid.space(), held(solid));
     let dimension = space.dimension();
@@ -337,13 +340,13 @@ fn cuts(solid: &Solid, facets: &[Vec<usize>], tolerance: f64) -> HashSet<(Vec<us
     cuts
 }
 
-/// Returns whether a node is fixed or moved by a support along an axis.
+/// Returns a function that determines whether a node is fixed or moved by a support along an axis.
 fn held(solid: &Solid) -> impl Fn(usize, usize) -> bool {
     let (dimension, free) = (solid.space().dimension(), solid.dofs().free_to_full());
     move |node, axis| free.binary_search(&(dimension * node + axis)).is_err()
 }
 
-/// Returns the edges that belong to one face only, grouped by opening.
+/// Returns the edges that belong to a single face, grouped by opening.
 fn rims(space: &Space, faces: &[Vec<usize>]) -> Vec<Vec<Vec<usize>>> {
     let edges = faces.iter().flat_map(|face| [0, 1, 2].map(|i| [face[i], face[(i + 1) % 3]]));
     let all: HashSet<[usize; 2]> = edges.clone().collect();

@@ -1,4 +1,4 @@
-//! Quadrature on boundary facets: edges of triangles, faces of tetrahedra.
+//! Quadrature on boundary facets, which are edges of triangles or faces of tetrahedra.
 
 use std::collections::HashMap;
 
@@ -18,13 +18,13 @@ pub struct FacetPoint {
     pub barycentric: Vec<f64>,
     /// Values of the shape functions of the facet nodes.
     pub values: Vec<f64>,
-    /// Derivatives of the shape functions along the first edges from the first vertex. An edge has
-    /// a single derivative, a face has two.
+    /// Derivatives of the shape functions along the edges that start at the first vertex. An edge has one
+    /// derivative, a face has two.
     pub slopes: Vec<Vec<f64>>,
 }
 
 impl FacetPoint {
-    /// Returns the area vector at this point of a facet with the given node positions.
+    /// Returns the area vector at this point of a facet, given the positions of the facet's nodes.
     fn area_vector<const D: usize>(&self, positions: &[[f64; D]]) -> [f64; D] {
         let mut tangents = [[0.0; D]; 2];
         for (tangent, slopes) in tangents.iter_mut().zip(&self.slopes) {
@@ -38,9 +38,9 @@ impl FacetPoint {
         area_vector(s, t)
     }
 
-    /// Returns the local measure at this point of a curved facet with the given node positions.
+    /// Returns the local measure at this point of a curved facet, given the positions of the facet's nodes.
     fn measure<const D: usize>(&self, positions: &[[f64; D]]) -> f64 {
-        // The reference edge has length 1, the reference face area 1/2.
+        // The reference edge has length 1, and the reference face has area 1/2.
         let reference = if D == 2 { 1.0 } else { 0.5 };
         reference * length(self.area_vector(positions))
     }
@@ -50,7 +50,7 @@ fn length<const D: usize>(vector: [f64; D]) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Returns whether a facet has a node off the midpoint of its edge.
+/// Returns whether the facet is curved. In a curved facet, a node is not at the midpoint of its edge.
 fn is_curved<const D: usize>(positions: &[[f64; D]]) -> bool {
     let edges: &[[usize; 2]] = match D {
         2 => &[[0, 1]],
@@ -85,7 +85,7 @@ impl<const D: usize> SurfacePoint<'_, D> {
         })
     }
 
-    /// Returns a unit normal, of either orientation.
+    /// Returns a unit normal, with either orientation.
     pub(crate) fn unit_normal(&self) -> [f64; D] {
         let normal = self.point.area_vector(self.positions);
         let length = length(normal);
@@ -96,7 +96,8 @@ impl<const D: usize> SurfacePoint<'_, D> {
 /// Calls `kernel` at the quadrature points of all facets of a boundary group.
 ///
 /// # Errors
-/// [`FemError::UnknownGroup`], [`FemError::WrongGroup`].
+/// Returns [`FemError::UnknownGroup`] if the group does not exist, or [`FemError::WrongGroup`] if its members are
+/// of another kind.
 pub(crate) fn for_each_point<const D: usize>(
     space: &Space,
     group: &str,
@@ -127,7 +128,7 @@ pub(crate) fn for_each_point<const D: usize>(
     Ok(())
 }
 
-/// Returns the quadrature points of facets, exact for degree 5 on edges and degree 6 on faces.
+/// Returns the quadrature points of facets. The rules are exact up to degree 5 on edges and degree 6 on faces.
 pub(crate) fn facet_points(shape: &Shape, degree: Degree) -> Vec<FacetPoint> {
     if shape.dimension == 2 {
         let at = |(s, weight): (f64, f64)| FacetPoint {
@@ -153,7 +154,8 @@ pub(crate) fn facet_points(shape: &Shape, degree: Degree) -> Vec<FacetPoint> {
     at.collect()
 }
 
-/// Returns the shape functions of the ends and the midpoint of an edge at parameter `s` in [0, 1].
+/// Returns the values of the shape functions of the ends and the midpoint of an edge at the parameter `s` in [0,
+/// 1].
 fn edge_values(degree: Degree, s: f64) -> [f64; 3] {
     match degree {
         Degree::One => [1.0 - s, s, 0.0],
@@ -185,8 +187,8 @@ fn facet_measure<const D: usize>(corners: &[[f64; D]]) -> f64 {
     }
 }
 
-/// Returns the area vector: in 2D the first tangent rotated by −90°, in 3D the cross product of
-/// both.
+/// Returns the area vector. In 2D, this is the first tangent rotated by −90°; in 3D, it is the cross product of
+/// the two tangents.
 pub fn area_vector<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] {
     let mut normal = [0.0; D];
     match D {
@@ -196,21 +198,22 @@ pub fn area_vector<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] {
     normal
 }
 
-/// Member of a boundary group as a side of an element.
+/// Member of a boundary group, described as a side of an element.
 #[derive(Debug, Clone)]
 pub(crate) struct Side {
-    /// Index of the element, the first one if there are two.
+    /// Index of the element, or of the first element if there are two.
     element: usize,
-    /// Local vertices of the side, counterclockwise as seen from outside.
+    /// Local indices of the vertices of the side, counterclockwise as seen from outside.
     corners: &'static [usize],
-    /// Whether there is an element on the other side too.
+    /// Whether there is also an element on the other side.
     is_interior: bool,
 }
 
-/// Returns the element sides of a group, in its order.
+/// Returns the element sides of a group, in the order of its members.
 ///
 /// # Errors
-/// [`FemError::UnknownGroup`], [`FemError::WrongGroup`].
+/// Returns [`FemError::UnknownGroup`] if the group does not exist, or [`FemError::WrongGroup`] if its members are
+/// of another kind.
 fn sides(mesh: &Mesh, group: &str) -> Result<Vec<Side>, FemError> {
     let members = mesh.facets(group)?;
     let key = |mut vertices: Vec<usize>| {
@@ -243,17 +246,18 @@ fn sides(mesh: &Mesh, group: &str) -> Result<Vec<Side>, FemError> {
 /// Returns the element of each member of a boundary group.
 ///
 /// # Errors
-/// [`FemError::UnknownGroup`], [`FemError::WrongGroup`].
+/// Returns [`FemError::UnknownGroup`] if the group does not exist, or [`FemError::WrongGroup`] if its members are
+/// of another kind.
 pub(crate) fn owners(mesh: &Mesh, group: &str) -> Result<Vec<usize>, FemError> {
     let sides = sides(mesh, group)?;
     Ok(sides.into_iter().map(|side| side.element).collect())
 }
 
-/// Returns the members of a boundary group with vertices ordered so that normals point outward.
+/// Returns the members of a boundary group. Their vertices are ordered such that the normals point outward.
 ///
 /// # Errors
-/// [`FemError::UnknownGroup`]; [`FemError::WrongGroup`]; [`FemError::InteriorFacet`] for a member
-/// with elements on both sides.
+/// Returns [`FemError::UnknownGroup`] if the group does not exist, [`FemError::WrongGroup`] if its members are of
+/// another kind, or [`FemError::InteriorFacet`] if a member has elements on both sides.
 pub(crate) fn outward_facets(space: &Space, group: &str) -> Result<Vec<Vec<usize>>, FemError> {
     let mesh = space.mesh();
     let members = mesh.facets(group)?;
@@ -271,11 +275,12 @@ pub(crate) fn outward_facets(space: &Space, group: &str) -> Result<Vec<Vec<usize
 }
 
 impl Space {
-    /// Returns quadrature points and weights over a group of elements or element sides; the weights
-    /// sum to its measure.
+    /// Returns quadrature points and weights for a group of elements or element sides. The sum of the weights is
+    /// the measure of the group.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] for other groups.
+    /// Returns [`FemError::UnknownGroup`] if the group does not exist, or [`FemError::WrongGroup`] if its members
+    /// are of another kind.
     pub fn quadrature(&self, group: &str) -> Result<Vec<(ElementPoint, f64)>, FemError> {
         let (mesh, shape) = (self.mesh(), self.mesh().shape());
         if let Group::Elements(members) = mesh.group(group)? {

@@ -6,29 +6,29 @@ use crate::boundary::facet::area_vector;
 use crate::error::FemError;
 use crate::solid::Solid;
 
-/// Load −∫_group p (cof F N)·φ ds of a pressure p on the deformed group, positive toward the body.
+/// Load −∫_group p (cof F N)·φ ds of a pressure p on the deformed group. A positive pressure acts toward the body.
 ///
-/// cof F N ds is the deformed area vector: x' ds rotated by −90° in 2D, x_s × x_t ds dt in 3D. The
-/// load is therefore a polynomial of degree D − 1 in the positions and is integrated exactly.
+/// The deformed area vector cof F N ds is x' ds rotated by −90° in 2D, and x_s × x_t ds dt in 3D. The load is
+/// therefore a polynomial of degree D − 1 in the positions and is integrated exactly.
 ///
 /// # Shapes
 /// Loads and displacements have length `n_components`.
 ///
 /// # Units
-/// p in Pa; the load in N (N/m in 2D).
+/// p is in Pa; the load is in N (N/m in 2D).
 #[derive(Debug, Clone)]
 pub struct FollowerPressure {
     boundary: DeformedFacets,
-    /// As in [`DeformedFacets::matrix_indices`].
+    /// Indices of matrix entries as in [`DeformedFacets::matrix_indices`].
     indices: Vec<Vec<Option<u32>>>,
 }
 
 impl FollowerPressure {
-    /// Creates the operator for a boundary group: edges of triangles or faces of tetrahedra.
+    /// Creates the operator for a boundary group, which consists of edges of triangles or faces of tetrahedra.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`]; [`FemError::WrongGroup`] if the group has other members;
-    /// [`FemError::InteriorFacet`] for a member with elements on both sides.
+    /// Returns [`FemError::UnknownGroup`] if the group does not exist, [`FemError::WrongGroup`] if its members are
+    /// of another kind, or [`FemError::InteriorFacet`] if a member has elements on both sides.
     pub fn new(solid: &Solid, group: &str) -> Result<Self, FemError> {
         let boundary = DeformedFacets::of_group(solid.space(), group)?;
         Ok(Self { indices: boundary.matrix_indices(solid), boundary })

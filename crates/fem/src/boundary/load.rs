@@ -7,19 +7,19 @@ use crate::element::quadrature::Rule;
 use crate::error::FemError;
 use crate::space::{ElementPoint, Space};
 
-/// Returns the load ∫_group τ · φ ds of a constant traction τ, a dead load per undeformed length or
-/// area; paper, eq. (18).
+/// Returns the load ∫_group τ · φ ds of a constant traction τ. The traction is a dead load per undeformed length
+/// or area. Paper, eq. (18).
 ///
 /// # Shapes
-/// The result has length `n_components`. It is linear in τ, so a time-dependent load can combine
-/// precomputed vectors of unit tractions.
+/// The result has length `n_components`. It is linear in τ, so a time-dependent load can combine precomputed
+/// vectors of unit tractions.
 ///
 /// # Units
-/// τ in N/m²; the result in N (N/m in 2D).
+/// τ is in N/m²; the result is in N (N/m in 2D).
 ///
 /// # Errors
-/// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] unless the group has edges (2D) or faces
-/// (3D).
+/// Returns [`FemError::UnknownGroup`] if the group does not exist, or [`FemError::WrongGroup`] unless it has edges
+/// (2D) or faces (3D).
 ///
 /// # Panics
 /// Panics unless `D` is the dimension.
@@ -31,11 +31,11 @@ pub fn traction<const D: usize>(
     traction_field(space, group, |_| traction)
 }
 
-/// Returns the load ∫_group τ(x) · φ ds of a traction that varies along the group; exact for cubic
-/// τ.
+/// Returns the load ∫_group τ(x) · φ ds of a traction that varies along the group. The quadrature is exact for
+/// cubic τ.
 ///
 /// # Errors
-/// The errors of [`traction`].
+/// Returns the errors of [`traction`].
 ///
 /// # Panics
 /// Panics unless `D` is the dimension.
@@ -47,11 +47,11 @@ pub fn traction_field<const D: usize>(
     facet_traction(space, group, |_, _, x| traction(x))
 }
 
-/// Returns the load ∫_group τ · φ ds of a traction given as a function of the facet vertices, the
-/// barycentric coordinates on the facet, and the position; exact for cubic τ and therefore for nodal data.
+/// Returns the load ∫_group τ · φ ds of a traction given as a function of the facet vertices, the barycentric
+/// coordinates on the facet, and the position. The quadrature is exact for cubic τ and therefore for nodal data.
 ///
 /// # Errors
-/// The errors of [`traction`].
+/// Returns the errors of [`traction`].
 ///
 /// # Panics
 /// Panics unless `D` is the dimension.
@@ -72,7 +72,7 @@ pub fn facet_traction<const D: usize>(
     Ok(load)
 }
 
-/// Returns the load ∫ f(x) · φ of a force per volume; exact for polynomials f up to degree 4.
+/// Returns the load ∫ f(x) · φ of a force per volume. The quadrature is exact for polynomials f up to degree 4.
 ///
 /// # Shapes
 /// The result has length `n_components`.
@@ -83,10 +83,10 @@ pub fn body_force<const D: usize>(space: &Space, force: impl Fn([f64; D]) -> [f6
     element_body_force(space, |_, x| force(x))
 }
 
-/// Returns the load ∫ ρ a · φ of a constant acceleration a, for example the weight.
+/// Returns the load ∫ ρ a · φ of a constant acceleration a, for example gravity.
 ///
 /// # Shapes
-/// `densities` has one entry per element, 0 for elements without load. The result has length
+/// `densities` has one entry per element, which is 0 for elements without load. The result has length
 /// `n_components`.
 ///
 /// # Panics
@@ -99,8 +99,8 @@ pub fn weight<const D: usize>(
     element_body_force(space, |at, _| acceleration.map(|a| densities[at.element] * a))
 }
 
-/// Returns the load ∫ f · φ of a force per volume given as a function of the point in its element
-/// and the position; exact like [`body_force`].
+/// Returns the load ∫ f · φ of a force per volume, given as a function of the point in an element and the
+/// position. The quadrature is as exact as in [`body_force`].
 ///
 /// # Panics
 /// Panics unless `D` is the dimension.
@@ -143,10 +143,10 @@ mod tests {
     fn weight_of_two_regions_is_mass_times_acceleration() {
         let mesh = generate::rectangle([0.0, 0.0], [2.0, 1.0], [2, 1]).unwrap();
         let space = Space::taylor_hood(&mesh);
-        // Each cell has two triangles of area 1/2; the left cell has mass 3, the right one mass 0.
+        // Each cell has two triangles of area 1/2. The left cell has mass 3, and the right cell has mass 0.
         let weight = weight(&space, &[3.0, 3.0, 0.0, 0.0], [0.0, -2.0]);
         let total = |axis: usize| weight.iter().skip(axis).step_by(2).sum::<f64>();
-        // Rounding of a dozen terms of order one.
+        // The error is the rounding of a dozen terms of order one.
         assert!(total(0).abs() < 1e-14 && (total(1) + 6.0).abs() < 1e-14);
     }
 }

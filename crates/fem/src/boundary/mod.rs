@@ -8,7 +8,7 @@ pub(crate) mod follower;
 pub mod load;
 pub(crate) mod robin;
 
-/// Force on the deformed boundary proportional to a size, such as a pressure.
+/// Force on the deformed boundary, proportional to a scalar `size` such as a pressure.
 ///
 /// # Shapes
 /// Forces and displacements have length `n_components`.
@@ -16,10 +16,10 @@ pub(crate) mod robin;
 /// # Panics
 /// Methods panic if an array is too short.
 pub trait SurfaceOperator: std::fmt::Debug + Send + Sync {
-    /// Adds the force of this `size` at displacement `u` to `total`.
+    /// Adds the force for the given `size` at displacement `u` to `total`.
     fn add_force(&self, size: f64, u: &[f64], total: &mut [f64]);
 
-    /// Adds the derivative of the force with respect to the free components of `u` to `values`, the entries of
-    /// [`Solid::displacement_pattern`](crate::Solid::displacement_pattern).
+    /// Adds the derivative of the force with respect to the free components of `u` to `values`, which holds the
+    /// entries of [`Solid::displacement_pattern`](crate::Solid::displacement_pattern).
     fn add_stiffness(&self, size: f64, u: &[f64], values: &mut [f64]);
 }

@@ -1,5 +1,4 @@
-//! Elastic and viscous support of a boundary (Robin condition), in all directions or along the
-//! normal.
+//! Elastic and viscous support of a boundary (Robin condition), either in all directions or along the normal.
 
 use std::collections::BTreeMap;
 
@@ -18,17 +17,17 @@ pub enum SupportDirection {
     Normal,
 }
 
-/// Matrix R with `v·R u = ∫_group v·u ds` or `∫_group (v·N) (u·N) ds`. A boundary with the Robin
-/// condition `P N + k u + c u̇ = 0` has the stiffness k R and the damping c R.
+/// Matrix R defined by `v·R u = ∫_group v·u ds` or `∫_group (v·N) (u·N) ds`. A boundary with the Robin condition
+/// `P N + k u + c u̇ = 0` has the stiffness k R and the damping c R.
 ///
 /// # Shapes
 /// Displacements and forces have length `n_components`.
 ///
 /// # Units
-/// R in m² (m in 2D). With k in Pa/m and c in Pa·s/m, forces are in N (N/m in 2D).
+/// R is in m² (m in 2D). With k in Pa/m and c in Pa·s/m, forces are in N (N/m in 2D).
 #[derive(Debug, Clone)]
 pub struct RobinMatrix {
-    /// Row, column and value over all components, sorted by row.
+    /// Row, column and value of each entry over all components, sorted by row.
     entries: Vec<(usize, usize, f64)>,
 }
 
@@ -36,7 +35,8 @@ impl RobinMatrix {
     /// Creates the matrix for a group of edges of triangles or faces of tetrahedra.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] for other groups.
+    /// Returns [`FemError::UnknownGroup`] if the group does not exist, or [`FemError::WrongGroup`] if its members
+    /// are of another kind.
     pub fn new(space: &Space, group: &str, direction: SupportDirection) -> Result<Self, FemError> {
         in_dimension!(space.dimension(), Self::new_in(space, group, direction))
     }
@@ -70,8 +70,8 @@ impl RobinMatrix {
         Ok(Self { entries: entries.collect() })
     }
 
-    /// Creates the matrix of a spring at a point, `v·R u = v(x)·u(x)` or `(v(x)·d) (u(x)·d)`, where u(x) is the sum of
-    /// nodal values with the given weights and d a unit vector.
+    /// Creates the matrix of a spring at a point: `v·R u = v(x)·u(x)` or `(v(x)·d) (u(x)·d)`. Here, u(x) is the
+    /// sum of nodal values with the given weights, and d is a unit vector.
     pub fn of_point(
         space: &Space,
         node_weights: &[(usize, f64)],
@@ -107,7 +107,7 @@ impl RobinMatrix {
         }
     }
 
-    /// Returns u·R u, twice the energy of the support for k = 1.
+    /// Returns u·R u, which is twice the energy of the support for k = 1.
     ///
     /// # Panics
     /// Panics if `u` is too short.
@@ -128,7 +128,7 @@ impl RobinMatrix {
         let (pattern, n_free) = (solid.displacement_pattern(), solid.dofs().n_free());
         for &(row, column, value) in &self.entries {
             let [row, column] = [row, column].map(|full| free[full] as usize);
-            // Constrained components are mapped to an index above `n_free`.
+            // The index of constrained components is above `n_free`.
             if row < n_free && column < n_free {
                 values[entry_index(pattern, row, column)] += factor * value;
             }

@@ -1,9 +1,9 @@
-//! Reference elements: triangle and tetrahedron, linear and quadratic.
+//! Reference elements: linear and quadratic triangles and tetrahedra.
 //!
-//! A [`Shape`] holds the vertices, edges and sides of a simplex. All functions use barycentric coordinates λ, so the
-//! same code handles both shapes. The nodes are the vertices, followed (for quadratic elements) by the edge midpoints
-//! in the order of [`Shape::edges`]. Gradients are taken with respect to the reference coordinates (λ1, …, λD), with λ0
-//! = 1 − Σ λi.
+//! A [`Shape`] holds the vertices, edges and sides of a simplex. All functions use barycentric coordinates λ, so
+//! the same code handles both shapes. The nodes are the vertices, followed (for quadratic elements) by the edge
+//! midpoints in the order of [`Shape::edges`]. Gradients are taken with respect to the reference coordinates (λ1,
+//! …, λD), with λ0 = 1 − Σ λi.
 
 pub mod quadrature;
 
@@ -13,13 +13,13 @@ use std::ops::Deref;
 /// Shape of the elements of a mesh.
 #[derive(Debug, PartialEq)]
 pub struct Shape {
-    /// Name in messages, singular.
+    /// Singular of the name in messages.
     pub name: &'static str,
-    /// Name in messages, plural.
+    /// Plural of the name in messages.
     pub plural: &'static str,
-    /// Name of its measure in messages: area or volume.
+    /// Name of the measure in messages: area or volume.
     pub measure_name: &'static str,
-    /// Description, in messages, of a vertex order for which the measure is negative.
+    /// Description in messages of a vertex order for which the measure is negative.
     pub inverted_order: &'static str,
     /// Number of coordinates.
     pub dimension: usize,
@@ -94,8 +94,8 @@ impl Shape {
         }
     }
 
-    /// Returns the values of the shape functions at `lambda`: λi for linear elements; λi (2 λi − 1)
-    /// at vertices and 4 λi λj at midpoints for quadratic ones.
+    /// Returns the values of the shape functions at `lambda`. For linear elements, these are λi. For quadratic
+    /// elements, they are λi (2 λi − 1) at vertices and 4 λi λj at midpoints.
     pub fn values(&self, degree: Degree, lambda: &[f64]) -> Vec<f64> {
         match degree {
             Degree::One => lambda.to_vec(),
@@ -146,7 +146,7 @@ pub enum Degree {
     Two,
 }
 
-/// Barycentric coordinates of a point in an element: one per vertex, with sum 1.
+/// Barycentric coordinates of a point in an element. There is one coordinate per vertex, and their sum is 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Barycentric {
     lambda: [f64; 4],
@@ -204,7 +204,7 @@ impl fmt::Display for Barycentric {
     }
 }
 
-/// Returns ∂x/∂ξ from nodal positions and reference gradients of the shape functions.
+/// Returns ∂x/∂ξ, given the nodal positions and the reference gradients of the shape functions.
 pub(crate) fn jacobian<const D: usize>(
     nodes: &[[f64; D]],
     gradients: &[[f64; D]],
@@ -233,7 +233,7 @@ pub(crate) fn inverse<const D: usize>(map: [[f64; D]; D]) -> ([[f64; D]; D], f64
             det
         }
         3 => {
-            // The cofactor of (i, j); cyclic indices give the right sign.
+            // The cofactor of (i, j). Cyclic indices yield the correct sign.
             let cofactor = |i: usize, j: usize| {
                 let ([a, b], [c, d]) = ([(i + 1) % 3, (i + 2) % 3], [(j + 1) % 3, (j + 2) % 3]);
                 map[a][c] * map[b][d] - map[a][d] * map[b][c]
@@ -251,11 +251,11 @@ pub(crate) fn inverse<const D: usize>(map: [[f64; D]; D]) -> ([[f64; D]; D], f64
     (inverse, det)
 }
 
-/// Returns ∂ξ/∂x of a straight-sided element and the determinant of ∂x/∂ξ, the ratio of its measure
-/// to the measure of the reference element.
+/// Returns ∂ξ/∂x of a straight-sided element and the determinant of ∂x/∂ξ. The determinant is the ratio of the
+/// element's measure to the measure of the reference element.
 ///
 /// # Panics
-/// Panics for fewer than `D + 1` vertices.
+/// Panics if there are fewer than `D + 1` vertices.
 pub fn inverse_map<const D: usize>(vertices: &[[f64; D]]) -> ([[f64; D]; D], f64) {
     let map = std::array::from_fn(|i| std::array::from_fn(|m| vertices[m + 1][i] - vertices[0][i]));
     inverse(map)
@@ -268,7 +268,7 @@ mod tests {
     const SHAPES: [&Shape; 2] = [&TRIANGLE, &TETRAHEDRON];
     const DEGREES: [Degree; 2] = [Degree::One, Degree::Two];
 
-    /// Points inside and on the boundary.
+    /// Returns points inside the element and on its boundary.
     fn samples(shape: &Shape) -> Vec<Vec<f64>> {
         match shape.dimension {
             2 => vec![vec![0.2, 0.3, 0.5], vec![0.9, 0.05, 0.05], vec![0.0, 0.4, 0.6]],
@@ -345,8 +345,8 @@ mod tests {
         }
     }
 
-    /// Divergence theorem for f = x / D: ∮ x·n / D equals the measure if sides are oriented
-    /// outward.
+    /// By the divergence theorem for f = x / D, the integral ∮ x·n / D equals the measure if the sides are
+    /// oriented outward.
     #[test]
     fn sides_are_oriented_outward() {
         let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
@@ -371,7 +371,7 @@ mod tests {
         for i in 0..3 {
             for j in 0..3 {
                 let product: f64 = (0..3).map(|k| map[i][k] * back[k][j]).sum();
-                // A few roundings of numbers of order one.
+                // The error is a few roundings of numbers of order one.
                 assert!((product - f64::from(i == j)).abs() < 8.0 * f64::EPSILON);
             }
         }

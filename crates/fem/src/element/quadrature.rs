@@ -1,11 +1,11 @@
-//! Quadrature rules of known degree on the triangle, the tetrahedron and the edge.
+//! Quadrature rules of known degree on triangles, tetrahedra and edges.
 //!
-//! The rules are symmetric and have positive weights. Points are barycentric and the weights sum to
-//! 1, so ∫_T f ≈ |T| Σ w_q f(λ_q).
+//! The rules are symmetric and have positive weights. Points are given in barycentric coordinates, and the sum of
+//! the weights is 1, so ∫_T f ≈ |T| Σ w_q f(λ_q).
 //!
-//! References: Strang and Fix, *An Analysis of the Finite Element Method* (1973), table 4.1;
-//! Dunavant, Int. J. Numer. Meth. Eng. 21 (1985) 1129–1148; Walkington, *Quadrature on simplices of
-//! arbitrary dimension* (2000); Keast, Comput. Methods Appl. Mech. Eng. 55 (1986) 339–348.
+//! References: Strang and Fix, *An Analysis of the Finite Element Method* (1973), table 4.1; Dunavant, Int. J.
+//! Numer. Meth. Eng. 21 (1985) 1129–1148; Walkington, *Quadrature on simplices of arbitrary dimension* (2000);
+//! Keast, Comput. Methods Appl. Mech. Eng. 55 (1986) 339–348.
 
 use crate::element::{Barycentric, Shape};
 
@@ -14,25 +14,25 @@ use crate::element::{Barycentric, Shape};
 pub struct Point {
     /// Barycentric coordinates.
     pub barycentric: Barycentric,
-    /// Fraction of the element's measure.
+    /// Weight as a fraction of the element's measure.
     pub weight: f64,
 }
 
 /// Quadrature rule on elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Rule {
-    /// Exact for polynomials of degree 2: three points on the triangle, four on the tetrahedron.
+    /// Exact for polynomials up to degree 2: three points on the triangle, four points on the tetrahedron.
     Degree2,
-    /// Exact for degree 4: six points on the triangle; fourteen points on the tetrahedron, exact
-    /// for degree 5. Integrates all polynomial terms of the plane Taylor–Hood operators exactly.
+    /// Exact up to degree 4, with six points on the triangle and fourteen points on the tetrahedron (where it is
+    /// exact up to degree 5). The rule integrates all polynomial terms of the plane Taylor–Hood operators exactly.
     #[default]
     Degree4,
-    /// Exact for degree 6: twelve points on the triangle, twenty-four on the tetrahedron.
+    /// Exact up to degree 6: twelve points on the triangle, twenty-four points on the tetrahedron.
     Degree6,
 }
 
 impl Rule {
-    /// Returns the polynomial degree up to which the rule is exact on every shape.
+    /// Returns the polynomial degree up to which the rule is exact for all shapes.
     pub fn degree(self) -> usize {
         match self {
             Rule::Degree2 => 2,
@@ -53,7 +53,7 @@ impl Rule {
         match self {
             Rule::Degree2 => orbit3(1.0 / 6.0, 1.0 / 3.0).to_vec(),
             Rule::Degree4 => {
-                // The roots of the rule by Strang and Fix in closed form.
+                // Closed form of the roots of the rule by Strang and Fix.
                 let root = (38.0 - 44.0 * 0.4_f64.sqrt()).sqrt();
                 let a = [1.0, -1.0].map(|sign| (8.0 - 10.0_f64.sqrt() + sign * root) / 18.0);
                 let spread = (213_125.0 - 53_320.0 * 10.0_f64.sqrt()).sqrt();
@@ -103,7 +103,7 @@ fn orbit3(a: f64, weight: f64) -> [Point; 3] {
     [[b, a, a], [a, b, a], [a, a, b]].map(|lambda| point(lambda, weight))
 }
 
-/// Returns the six points with coordinates `a`, `b` and `1 - a - b` in any order.
+/// Returns the six points whose coordinates are permutations of `a`, `b` and `1 - a - b`.
 fn orbit6(a: f64, b: f64, weight: f64) -> [Point; 6] {
     let c = 1.0 - a - b;
     [[a, b, c], [b, c, a], [c, a, b], [b, a, c], [a, c, b], [c, b, a]]
@@ -119,10 +119,10 @@ fn orbit4(a: f64, weight: f64) -> [Point; 4] {
     })
 }
 
-/// Pairs of different vertices of a tetrahedron.
+/// All pairs of vertices of a tetrahedron.
 const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// Returns the six points with two coordinates `a` and two `1/2 - a`.
+/// Returns the six points with two coordinates equal to `a` and two equal to `1/2 - a`.
 fn pairs(a: f64, weight: f64) -> [Point; 6] {
     PAIRS.map(|pair| {
         let mut lambda = [0.5 - a; 4];
@@ -133,7 +133,7 @@ fn pairs(a: f64, weight: f64) -> [Point; 6] {
     })
 }
 
-/// Returns the twelve points with two coordinates `a`, one `b` and one `1 - 2a - b`.
+/// Returns the twelve points with two coordinates equal to `a`, one equal to `b` and one equal to `1 - 2a - b`.
 fn orbit12(a: f64, b: f64, weight: f64) -> Vec<Point> {
     let c = 1.0 - 2.0 * a - b;
     let both = PAIRS.iter().flat_map(|&[i, j]| [[i, j], [j, i]]);
@@ -145,10 +145,10 @@ fn orbit12(a: f64, b: f64, weight: f64) -> Vec<Point> {
     .collect()
 }
 
-/// Returns the three-point Gauss–Legendre rule on [0, 1] as pairs of coordinate and weight; exact
-/// for degree 5.
+/// Returns the three-point Gauss–Legendre rule on [0, 1] as pairs of a coordinate and a weight. The rule is exact
+/// up to degree 5.
 ///
-/// It integrates a quadratic shape function times a cubic traction exactly.
+/// It therefore integrates a quadratic shape function times a cubic traction exactly.
 pub(crate) fn edge_degree5() -> [(f64, f64); 3] {
     let offset = 0.5 * 0.6_f64.sqrt();
     [(0.5 - offset, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.5 + offset, 5.0 / 18.0)]
@@ -179,7 +179,7 @@ mod tests {
         (points.iter().map(product).sum::<f64>() - exact(powers)).abs()
     }
 
-    /// Returns the exponents of all monomials of the given degree in `count` coordinates.
+    /// Returns the exponents of all monomials of the given degree in `count` variables.
     fn monomials(count: usize, degree: u32) -> Vec<Vec<u32>> {
         if count == 1 {
             return vec![vec![degree]];
@@ -199,13 +199,13 @@ mod tests {
         for shape in [&TRIANGLE, &TETRAHEDRON] {
             for rule in [Rule::Degree2, Rule::Degree4, Rule::Degree6] {
                 let points = rule.points(shape);
-                // The tetrahedral rule of degree 4 is exact for degree 5: no symmetric rule with
+                // The tetrahedral rule of degree 4 is exact up to degree 5, because no symmetric rule with
                 // positive weights has fewer points.
                 let better = shape.dimension == 3 && rule == Rule::Degree4;
                 let degree = rule.degree() as u32 + u32::from(better);
                 for degree in 0..=degree {
                     for powers in monomials(shape.n_vertices(), degree) {
-                        // Rounding of at most two dozen terms below 1.
+                        // The error is the rounding of at most two dozen terms below 1.
                         let error = error(&points, &powers);
                         assert!(error < 4.0 * f64::EPSILON, "{rule:?} {powers:?} {error:e}");
                     }

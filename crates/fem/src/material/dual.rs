@@ -1,4 +1,4 @@
-//! Dual numbers: rates and tangents by automatic differentiation.
+//! Dual numbers, which provide rates and tangents by automatic differentiation.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -134,7 +134,7 @@ impl<R: Real> Real for Dual<R> {
     #[inline(always)]
     fn ln_1p(self) -> Self {
         let (one, value) = (self.value.like(1.0), self.value.ln_1p());
-        // NaN below −1, as the value.
+        // The rate is NaN below −1, like the value.
         self.chain(value, one / (one + self.value) + value * 0.0)
     }
 
@@ -152,7 +152,7 @@ mod tests {
     use super::Dual;
     use crate::material::Real;
 
-    /// Evaluates every operation at a point where all are regular.
+    /// Evaluates every operation at a point where all operations are regular.
     fn all<R: Real>(x: R, y: R) -> [R; 12] {
         [
             x + y,
@@ -170,7 +170,7 @@ mod tests {
         ]
     }
 
-    /// Regression: laws with a logarithm had finite stresses beyond their limit.
+    /// Regression: laws with a logarithm had finite stresses beyond the limit of their domain.
     #[test]
     fn the_logarithm_has_no_rate_outside_its_domain() {
         assert!(Dual { value: -1.5, rate: 1.0 }.ln_1p().rate.is_nan());
@@ -185,7 +185,7 @@ mod tests {
         let duals = all(Dual { value: x, rate: x_rate }, Dual { value: y, rate: y_rate });
         for (k, dual) in duals.iter().enumerate() {
             let difference = (plus[k] - minus[k]) / (2.0 * step);
-            // Rounding and truncation errors of order ε^(2/3) for functions of order one.
+            // For functions of order one, the rounding and truncation errors are of order ε^(2/3).
             assert!((dual.rate - difference).abs() < 1e-9, "operation {k}");
             assert_eq!(dual.value, all(x, y)[k], "operation {k}");
         }

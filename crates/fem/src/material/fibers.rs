@@ -9,7 +9,7 @@ use crate::space::ElementPoint;
 
 /// Fiber and sheet directions at the vertices of each element, interpolated as signed vectors.
 ///
-/// By default fibers are along x and sheets along y.
+/// By default, fibers are along x, and sheets are along y.
 ///
 /// # Examples
 /// ```
@@ -39,11 +39,11 @@ impl Fibers {
         Self { elements: vec![along; mesh.n_elements()] }
     }
 
-    /// Sets one fiber direction in the given elements, and one sheet direction; without it, sheets have an arbitrary
-    /// direction orthogonal to the fibers.
+    /// Sets the same fiber direction and the same sheet direction in the given elements. If no sheet direction is
+    /// given, the sheets have an arbitrary direction orthogonal to the fibers.
     ///
     /// # Errors
-    /// [`FemError::Direction`] for a vector equal to zero, not finite, or (in 2D) not in the plane.
+    /// Returns [`FemError::Direction`] if a vector is zero, not finite, or (in 2D) not in the plane.
     pub fn set_constant(
         &mut self,
         mesh: &Mesh,
@@ -67,9 +67,9 @@ impl Fibers {
     /// Sets the directions of the given elements from nodal fields of the mesh.
     ///
     /// # Errors
-    /// [`FemError::UnknownField`]; [`FemError::Count`] unless a field has three components;
-    /// [`FemError::Direction`] for a vector missing at a vertex, equal to zero, not finite, or (in
-    /// 2D) not in the plane.
+    /// Returns [`FemError::UnknownField`] if a field does not exist, [`FemError::Count`] unless a field has three
+    /// components, or [`FemError::Direction`] if a vector is missing at a vertex, zero, not finite, or (in 2D) not
+    /// in the plane.
     pub fn set_nodal(
         &mut self,
         mesh: &Mesh,
@@ -97,8 +97,8 @@ impl Fibers {
         axes_at(&fiber[..n], sheet.as_ref().map(|sheet| &sheet[..n]), lambda)
     }
 
-    /// Returns the number of elements with two vertices whose fibers differ by more than 120°. The
-    /// mesh does not resolve the fiber field there.
+    /// Returns the number of elements with two vertices at which the fibers differ by more than 120°. The mesh
+    /// does not resolve the fiber field in these elements.
     pub fn unresolved(&self, mesh: &Mesh) -> usize {
         let n = mesh.shape().n_vertices();
         let far = |a: &[f64; 3], b: &[f64; 3]| {
@@ -112,7 +112,7 @@ impl Fibers {
         self.elements.iter().filter(is_unresolved).count()
     }
 
-    /// Returns the quadrature points where the interpolated vector almost vanishes, so the
+    /// Returns the quadrature points at which the interpolated vector almost vanishes. At these points, the
     /// direction of the nearest vertex is used.
     pub fn opposed(&self, mesh: &Mesh, rule: Rule) -> Vec<ElementPoint> {
         let points = rule.points(mesh.shape());
@@ -148,7 +148,7 @@ mod tests {
     use super::Fibers;
     use crate::generate;
 
-    /// Regression: directions shorter than 1e-6 became the x axis.
+    /// Regression: directions shorter than 1e-6 were replaced by the x axis.
     #[test]
     fn a_direction_may_have_any_length() {
         let mesh = generate::block([0.0; 3], [1.0; 3], [1, 1, 1]).unwrap();
@@ -166,7 +166,7 @@ mod tests {
             let pairs = [(found.fiber, unit.fiber), (found.sheet, unit.sheet)];
             for (found, expected) in pairs {
                 for (a, b) in found.iter().zip(expected) {
-                    // A few roundings of the scaled components.
+                    // The error is a few roundings of the scaled components.
                     assert!((a - b).abs() < 8.0 * f64::EPSILON, "{length:e}");
                 }
             }

@@ -1,16 +1,18 @@
-//! Fiber and sheet directions at points of an element, interpolated from its vertices.
+//! Fiber and sheet directions at points of an element, interpolated from the vertices.
 
 use super::three::Axes;
 use crate::error::FemError;
 use crate::mesh::simplices::dot;
 
-/// Length of a vector interpolated between unit vectors below which the vertex vectors are treated as opposed.
+/// Length below which a vector interpolated between unit vectors is too short, so that the vectors at the vertices
+/// are treated as opposed.
 const OPPOSED: f64 = 1e-6;
 
-/// Largest out-of-plane component, attributed to rounding, of a unit vector in a plane mesh.
+/// Largest out-of-plane component of a unit vector in a plane mesh. Components up to this value are attributed to
+/// rounding.
 const IN_PLANE: f64 = 1e-10;
 
-/// Axes at a point, and whether the vertex vectors are opposed there.
+/// Axes at a point, and whether the vectors at the vertices are opposed at this point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Directed {
     /// Fiber and sheet direction.
@@ -20,13 +22,12 @@ pub struct Directed {
     pub nearest: bool,
 }
 
-/// Returns the axes at the point with barycentric coordinates `weights`: fibers and sheets of the
-/// vertices are interpolated as signed vectors and normalized, and s0 is made orthogonal to f0.
+/// Returns the axes at the point with barycentric coordinates `weights`. Fibers and sheets at the vertices are
+/// interpolated as signed vectors and normalized, and s0 is made orthogonal to f0.
 ///
-/// The vectors at the vertices have [unit length](unit_vector).
-/// If an interpolated vector is too short, the direction of the nearest vertex is used. Without
-/// sheets, or if the sheet of the nearest vertex is parallel to the fiber, s0 is an arbitrary
-/// direction orthogonal to f0.
+/// The vectors at the vertices have [unit length](unit_vector). If an interpolated vector is too short, the
+/// direction of the nearest vertex is used. Without sheets, or if the sheet of the nearest vertex is parallel to
+/// the fiber, s0 is an arbitrary direction orthogonal to f0.
 ///
 /// # Shapes
 /// `fibers`, `sheets` and `weights` have one entry per vertex.
@@ -48,9 +49,9 @@ pub fn axes_at(fibers: &[[f64; 3]], sheets: Option<&[[f64; 3]]>, weights: &[f64]
     Directed { axes: Axes { fiber, sheet }, nearest: fiber_opposed || sheet_opposed }
 }
 
-/// Returns the unit vector along a nonzero vector.
+/// Returns the unit vector in the direction of a nonzero vector.
 pub fn unit_vector(vector: [f64; 3]) -> [f64; 3] {
-    // Scaled first: the squares of components of 1e-200 are zero.
+    // The vector is scaled first, because the squares of components of 1e-200 are zero.
     let largest = vector.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let scaled = vector.map(|x| x / largest);
     let length = dot(scaled, scaled).sqrt();
@@ -60,7 +61,7 @@ pub fn unit_vector(vector: [f64; 3]) -> [f64; 3] {
 /// Checks that a vector of a mesh node is a valid direction.
 ///
 /// # Errors
-/// [`FemError::Direction`] for a vector that vanishes, is not finite, or (in 2D) leaves the plane.
+/// Returns [`FemError::Direction`] if the vector is zero, not finite, or (in 2D) not in the plane.
 pub fn check_direction(
     field: &str,
     node: u64,
@@ -89,7 +90,7 @@ fn interpolated(vectors: &[[f64; 3]], weights: &[f64]) -> [f64; 3] {
     sum
 }
 
-/// Returns the unit vector, or `None` for a short vector.
+/// Returns the normalized vector, or `None` if the vector is too short.
 fn normalized(vector: [f64; 3]) -> Option<[f64; 3]> {
     let length = dot(vector, vector).sqrt();
     (length >= OPPOSED).then(|| vector.map(|x| x / length))
@@ -100,8 +101,8 @@ fn less_along(vector: [f64; 3], unit: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| vector[i] - along * unit[i])
 }
 
-/// Returns a unit vector orthogonal to `unit`: the coordinate direction least parallel to
-/// it, projected onto the orthogonal plane.
+/// Returns a unit vector orthogonal to `unit`. It is the coordinate direction least parallel to `unit`, projected
+/// onto the orthogonal plane.
 fn any_across(unit: [f64; 3]) -> [f64; 3] {
     let least = (0..3).min_by(|&a, &b| unit[a].abs().total_cmp(&unit[b].abs()));
     let mut coordinate = [0.0; 3];
@@ -129,7 +130,7 @@ mod tests {
         for (a, b, expected) in [(f, f, 1.0), (s, s, 1.0), (f, s, 0.0)] {
             assert!((dot(a, b) - expected).abs() < 4.0 * f64::EPSILON);
         }
-        // Weighted sums 0.1 + 0.32 + 0.2, 0.24 + 0.18, 0.24.
+        // The weighted sums are 0.1 + 0.32 + 0.2, 0.24 + 0.18, and 0.24.
         let direction = [0.62, 0.42, 0.24];
         let length = dot(direction, direction).sqrt();
         for (found, expected) in f.iter().zip(direction) {

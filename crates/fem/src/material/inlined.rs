@@ -2,8 +2,9 @@
 
 /// Adds `#[inline(always)]` to all functions of an `impl` block.
 ///
-/// Every function of a law needs the attribute: element loops are compiled for several instruction sets, and a function
-/// that is not inlined into them is compiled without vector instructions, which makes it up to nine times as slow.
+/// Every function of a law needs this attribute, because element loops are compiled for several instruction sets.
+/// If a function is not inlined into these loops, it is compiled without vector instructions and can be nine times
+/// as slow.
 ///
 /// # Examples
 /// ```

@@ -1,17 +1,17 @@
 //! Material laws: energy, stress, tangent and their rates as functions of H = ∇u.
 //!
-//! In plane strain an isotropic law is a function of two invariants that vanish at rest,
+//! In plane strain, an isotropic law is a function of two invariants that vanish at rest,
 //!
 //! ```text
 //! d = J − 1 = tr H + det H,        e = (H00 − H11)² + (H01 + H10)² = |F|² − 2 J,
 //! ```
 //!
-//! and is given by a `Potential`: W(e, d) and its partial derivatives. All tensors follow from
-//! `∂e/∂F = 2 D` and `∂d/∂F = N` with `D = H − cof H` and `N = cof F`, which are linear in H. No
-//! small number is formed as a difference of numbers near one; see note 0001. For small strains `d
-//! = tr H` and `N = I`.
+//! and is given by a `Potential`: W(e, d) and its partial derivatives. All tensors follow from `∂e/∂F = 2 D` and
+//! `∂d/∂F = N` with `D = H − cof H` and `N = cof F`, which are linear in H. Small numbers are never computed as
+//! differences of numbers near one; see note 0001. For small strains, `d = tr H` and `N = I`.
 //!
-//! Note 0001 derives the invariant form. Each law is a file in `laws` and a line in `laws/mod.rs`. The module [`three`] has the laws in 3D.
+//! Note 0001 derives the invariant form. Each law consists of a file in `laws` and a line in `laws/mod.rs`. The
+//! module [`three`] contains the laws in 3D.
 
 mod activation;
 mod active;
@@ -50,12 +50,12 @@ use three::{Axes, CustomLaw, Law3, Tensor3};
 /// 2 × 2 tensor: ∇u, a stress or a velocity gradient.
 pub type Tensor = [[f64; 2]; 2];
 
-/// Point evaluation in plane strain: the in-plane components of the 3D law at F33 = 1.
+/// Evaluation at a point in plane strain, which uses the in-plane components of the 3D law at F33 = 1.
 ///
-/// For laws with fibers, the fibers are along x; in 3D the axes are arguments.
+/// For laws with fibers, the fibers are along x. In 3D, the axes are arguments.
 impl Law {
-    /// Returns whether the tangent at rest is one-sided: fibers resist tension only, with a jump of their stiffness at
-    /// stretch 1. `false` for user-defined laws.
+    /// Returns whether the tangent at rest is one-sided. In this case, the fibers resist only tension, and their
+    /// stiffness has a jump at stretch 1. Returns `false` for user-defined laws.
     pub fn is_one_sided_at_rest(self) -> bool {
         match self {
             Self::HolzapfelOgden { a_f, a_s, k, .. } => {
@@ -66,10 +66,10 @@ impl Law {
         }
     }
 
-    /// Creates a law from a user-defined type. In 2D it is evaluated by its 3D functions.
+    /// Creates a law from a user-defined type. In 2D, the law is evaluated by its 3D functions.
     ///
-    /// In 3D, results are bitwise equal to the results of a built-in law with the same formulas; the evaluation is
-    /// somewhat slower. Messages refer to the law as `name`.
+    /// In 3D, the results are bitwise equal to the results of a built-in law with the same formulas, but the
+    /// evaluation is somewhat slower. Messages refer to the law as `name`.
     ///
     /// # Examples
     /// ```
@@ -139,13 +139,12 @@ impl Law {
         with_law!(self, w => has_fibers(&w), custom => custom.has_fibers())
     }
 
-    /// Returns κ of the penalty energy κ/2 g(J)²; zero for a law whose energy includes the
-    /// volumetric part.
+    /// Returns κ of the penalty energy κ/2 g(J)², or zero for a law whose energy includes the volumetric part.
     pub(crate) fn penalty(self, kappa: f64) -> f64 {
         if self.description().complete { 0.0 } else { kappa }
     }
 
-    /// Returns whether the force is linear in displacement and pressure.
+    /// Returns whether the force is linear in the displacement and the pressure.
     pub fn is_linear(self) -> bool {
         fn is_small<W: Law3>(_: &W) -> bool {
             !W::FINITE

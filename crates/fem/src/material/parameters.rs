@@ -1,4 +1,4 @@
-//! Description of laws: name, constants with unit and range.
+//! Description of laws: name, and constants with their units and ranges.
 
 use super::Law;
 use crate::error::FemError;
@@ -21,7 +21,7 @@ pub enum Range {
 }
 
 impl Range {
-    /// Returns whether a value is allowed; NaN never is.
+    /// Returns whether a value is allowed. NaN is never allowed.
     pub fn contains(self, value: f64) -> bool {
         match self {
             Range::Positive => value > 0.0 && value.is_finite(),
@@ -33,7 +33,7 @@ impl Range {
         }
     }
 
-    /// Returns a description of the range that follows "must be".
+    /// Returns a description of the range, which continues the words "must be".
     pub fn in_words(self) -> &'static str {
         match self {
             Range::Positive => "positive and finite",
@@ -48,7 +48,7 @@ impl Range {
     /// Checks the value of the named parameter.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] for a value out of range.
+    /// Returns [`FemError::Parameter`] if a value is out of range.
     pub(crate) fn check(self, name: &'static str, value: f64) -> Result<(), FemError> {
         if self.contains(value) {
             return Ok(());
@@ -83,7 +83,8 @@ impl Parameter {
         Self { name, unit, about, range, default: None }
     }
 
-    /// Returns whether the energy is affine in the constant: constants in Pa are factors of terms.
+    /// Returns whether the energy is affine in the constant. This is the case for constants in Pa, which are
+    /// factors of terms.
     pub fn is_modulus(&self) -> bool {
         self.unit == "Pa"
     }
@@ -103,27 +104,28 @@ pub struct Description {
     pub energy: &'static str,
     /// Summary, in one sentence.
     pub about: &'static str,
-    /// Constants, in order.
+    /// Constants of the law, in the order in which they are listed.
     pub parameters: &'static [Parameter],
     /// Whether the law depends on the fiber axes.
     pub fibers: bool,
-    /// Whether the energy includes the volumetric part, so neither pressure nor κ is added. Such a
-    /// law is compatible with the formulation `displacement` only.
+    /// Whether the energy includes the volumetric part, so that neither pressure nor κ is added. Such a law is
+    /// compatible only with the formulation `displacement`.
     pub complete: bool,
 }
 
-/// Law with a description; its constants are its fields.
+/// Law with a description. The constants of the law are its fields.
 pub trait Described {
     /// Description of the law.
     const DESCRIPTION: Description;
 }
 
 impl Law {
-    /// Returns the named law with the given constants and defaults for the others.
+    /// Returns the law with the given name and constants. Other constants have their default values.
     ///
     /// # Errors
-    /// [`FemError::UnknownLaw`], [`FemError::UnknownConstant`], [`FemError::MissingConstant`], or
-    /// [`FemError::Parameter`] for a value out of range.
+    /// Returns [`FemError::UnknownLaw`] or [`FemError::UnknownConstant`] if a name is unknown,
+    /// [`FemError::MissingConstant`] if a required constant is missing, or [`FemError::Parameter`] if a value is
+    /// out of range.
     ///
     /// # Examples
     /// ```
@@ -166,10 +168,10 @@ impl Law {
         Ok(law)
     }
 
-    /// Checks the ranges of all constants, and constants that are valid only in combination.
+    /// Checks the ranges of all constants, and the combinations of constants that depend on each other.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] for a value out of range or an invalid combination.
+    /// Returns [`FemError::Parameter`] if a value is out of range or a combination is invalid.
     pub fn check(self) -> Result<(), FemError> {
         let parameters = self.description().parameters.iter();
         parameters
@@ -178,7 +180,8 @@ impl Law {
         self.check_combination()
     }
 
-    /// Checks that coefficients that may be negative leave a positive shear modulus, or a convex energy.
+    /// Checks that the shear modulus is positive, or that the energy is convex, although some coefficients may be
+    /// negative.
     fn check_combination(self) -> Result<(), FemError> {
         match self {
             Law::Ogden { .. } => return check_ogden_terms(&self.values()),
@@ -200,7 +203,7 @@ impl Law {
     }
 }
 
-/// Checks the terms of Ogden's law, given by coefficients and exponents in turn.
+/// Checks the terms of Ogden's law. The values alternate between coefficients and exponents.
 fn check_ogden_terms(values: &[f64]) -> Result<(), FemError> {
     let parameters = super::Ogden::DESCRIPTION.parameters;
     let mut modulus = 0.0;
@@ -224,7 +227,7 @@ fn check_ogden_terms(values: &[f64]) -> Result<(), FemError> {
     })
 }
 
-/// Checks that the quadratic form of the weights b_1 to b_6 of Fung's law is not negative.
+/// Checks that the quadratic form with the weights b_1 to b_6 of Fung's law has no negative values.
 fn check_fung_weights(values: &[f64]) -> Result<(), FemError> {
     let [ff, ss, nn, fs, sn, nf] = [1, 2, 3, 4, 5, 6].map(|i| values[i]);
     let minors = [
@@ -239,7 +242,8 @@ fn check_fung_weights(values: &[f64]) -> Result<(), FemError> {
         let sum: f64 = terms.iter().sum();
         sum < -16.0 * f64::EPSILON * scale || sum.is_nan()
     };
-    // If the determinant is negative, the coupling with the largest contribution to it is reported.
+    // If the determinant is negative, the error reports the coupling with the largest contribution to the
+    // determinant.
     let parts = [fs * fs * nn, sn * sn * ff, nf * nf * ss];
     let largest = (0..3).max_by(|&a, &b| parts[a].total_cmp(&parts[b])).unwrap_or(0);
     let coupling = |i: usize| if i < 3 { i } else { largest };

@@ -31,7 +31,7 @@ pub(crate) trait Potential {
     /// Whether strains are finite (d = J − 1) or small (d = div u).
     const FINITE: bool;
 
-    /// Whether W includes the volumetric part, so no κ is added.
+    /// Whether W includes the volumetric part, so that κ is not added.
     const COMPLETE: bool = false;
 
     fn energy(&self, e: f64, d: f64) -> f64;

@@ -1,25 +1,23 @@
-//! Viscoelasticity by Prony series, with pointwise elimination of the internal stresses.
+//! Viscoelasticity described by Prony series. The internal stresses are eliminated at each point.
 //!
-//! The passive second Piola–Kirchhoff stress S (without the pressure term) is replaced by S + Σ H_k
-//! with `Ḣ_k + H_k/τ_k = g_k Ṡ`, H_k = 0 initially. The variables Q_k = g_k S − H_k avoid the rate
-//! of S:
+//! The passive second Piola–Kirchhoff stress S (without the pressure term) is replaced by S + Σ H_k, where
+//! `Ḣ_k + H_k/τ_k = g_k Ṡ` and H_k = 0 initially. The variables Q_k = g_k S − H_k avoid the rate of S:
 //!
 //! ```text
 //! Q̇_k = (g_k S − Q_k)/τ_k,    stress: (1 + Σ g_k) S − Σ Q_k
 //! ```
 //!
-//! Each term has one symmetric tensor Q_k per quadrature point. In the Newton equations of an
-//! implicit integrator with shift γ (ẏ → γ δy; real for BDF, real and complex for Radau IIA), with
-//! r_k the residual of Q̇_k + Q_k/τ_k − g_k S/τ_k,
+//! Each term has one symmetric tensor Q_k per quadrature point. Let γ be the shift in the Newton equations of an
+//! implicit integrator, which replace ẏ by γ δy. The shift is real for BDF, and real or complex for Radau IIA.
+//! With the residual r_k of Q̇_k + Q_k/τ_k − g_k S/τ_k,
 //!
 //! ```text
 //! δQ_k = (g_k δS − τ_k r_k)/(1 + γ τ_k)
 //! δ(stress) = φ(γ) δS + Σ τ_k r_k/(1 + γ τ_k),    φ = 1 + Σ g_k γ τ_k/(1 + γ τ_k)
 //! ```
 //!
-//! The material part of the tangent (∂P/∂F without its geometric part δ_ik S_JL) is therefore
-//! multiplied by φ(γ), and the geometric part contains the total stress. Source: FEBio, uncoupled
-//! viscoelasticity.
+//! The material part of the tangent (∂P/∂F without its geometric part δ_ik S_JL) is therefore multiplied by φ(γ),
+//! and the geometric part contains the total stress. Source: FEBio, uncoupled viscoelasticity.
 
 use std::ops::Mul;
 
@@ -31,14 +29,14 @@ use crate::error::FemError;
 /// Term of a Prony series.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PronyTerm {
-    /// Weight g: relaxing stress relative to the long-term stress.
+    /// Weight g, the relaxing stress relative to the long-term stress.
     pub weight: f64,
     /// Relaxation time τ, in s.
     pub time: f64,
 }
 
-/// Fractional (springpot) stress in parallel to the law, for harmonic motions only: it adds w s^a to
-/// the factor of the law's linearized stress, with s^a = ω^a (cos(πa/2) + i sin(πa/2)) for s = iω.
+/// Fractional (springpot) stress in parallel to the law, for harmonic motions only. It adds w s^a to the factor of
+/// the law's linearized stress. For s = iω, s^a = ω^a (cos(πa/2) + i sin(πa/2)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Springpot {
     /// Weight w, in s^a.
@@ -47,7 +45,7 @@ pub struct Springpot {
     pub exponent: f64,
 }
 
-/// Prony series of a material, and its springpot; empty for an elastic material.
+/// Prony series of a material, and an optional springpot. Both are empty for an elastic material.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Prony {
     terms: Vec<PronyTerm>,
@@ -58,7 +56,7 @@ impl Prony {
     /// Creates a series.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] for a negative weight or a non-positive time.
+    /// Returns [`FemError::Parameter`] if a weight is negative or a time is not positive.
     pub fn new(terms: Vec<PronyTerm>) -> Result<Self, FemError> {
         for term in &terms {
             Range::NotNegative.check("Prony weight", term.weight)?;
@@ -70,7 +68,7 @@ impl Prony {
     /// Adds a springpot.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] for a negative weight, or an exponent outside (0, 1).
+    /// Returns [`FemError::Parameter`] if the weight is negative, or if the exponent is outside (0, 1).
     pub fn with_springpot(self, springpot: Springpot) -> Result<Self, FemError> {
         Range::NotNegative.check("springpot weight", springpot.weight)?;
         let value = springpot.exponent;
@@ -130,8 +128,7 @@ impl PronyTerm {
         (stress * self.weight - residual * self.time) / (T::one() + shift * self.time)
     }
 
-    /// Returns the contribution τ r/(1 + γ τ) of the residual of Q to the stress in the Newton
-    /// equations.
+    /// Returns τ r/(1 + γ τ), the contribution of the residual of Q to the stress in the Newton equations.
     #[inline(always)]
     pub fn residual_stress<T>(&self, shift: T, residual: T) -> T
     where
@@ -154,7 +151,8 @@ mod tests {
 
     #[test]
     fn step_response_is_a_sum_of_exponentials() {
-        // S jumps to 1 at t = 0, where Q = 0: the stress is 1 + Σ g e^{−t/τ}. Heun's method.
+        // S jumps to 1 at t = 0, where Q = 0, so the stress is 1 + Σ g e^{−t/τ}. The equations are integrated with
+        // Heun's method.
         let prony = series();
         let (steps, end) = (20_000, 1.0);
         let h = end / f64::from(steps);
@@ -168,7 +166,7 @@ mod tests {
         }
         let found = prony.instantaneous() - states.iter().sum::<f64>();
         let exact: f64 = prony.terms().iter().map(|t| t.weight * (-end / t.time).exp()).sum();
-        // Error of Heun's method: 0.5 (h/τ)²/6.
+        // The error of Heun's method is 0.5 (h/τ)²/6.
         assert!((found - 1.0 - exact).abs() < 1e-8, "{found}");
     }
 
@@ -182,7 +180,7 @@ mod tests {
             let mut eliminated = prony.tangent_factor(shift) * stress;
             for (term, residual) in prony.terms().iter().zip(residuals) {
                 let state = term.update(shift, stress, residual);
-                // γ δQ + δQ/τ − g δS/τ = −r
+                // The update must satisfy γ δQ + δQ/τ − g δS/τ = −r.
                 let left = shift * state + (state - stress * term.weight) / term.time;
                 assert!((left + residual).norm() < 1e-13);
                 total -= state;

@@ -1,13 +1,11 @@
-//! Number types on which laws are evaluated: `f64`, vector registers, or dual numbers of either.
+//! Number types with which laws are evaluated: `f64`, vector registers, or dual numbers of these types.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Number type: `f64`, a vector register with one number per element, or a [`Dual`](super::Dual) of
-/// these.
+/// Number type: `f64`, a vector register with one number per element, or a [`Dual`](super::Dual) of these.
 ///
-/// A law is written once for all number types. Its functions must be `#[inline(always)]`, so that
-/// every operation is one vector instruction, and must not branch on values: use
-/// [`choose`](Real::choose) instead of `if`.
+/// A law is written once for all number types. Its functions must be `#[inline(always)]`, so that every operation
+/// is one vector instruction. They must not branch on values; use [`choose`](Real::choose) instead of `if`.
 pub trait Real:
     Copy
     + Add<Output = Self>
@@ -20,7 +18,7 @@ pub trait Real:
     /// Returns a constant of the same type as `self`.
     fn like(self, value: f64) -> Self;
 
-    /// Returns `self` · a + b, rounded once.
+    /// Returns `self` · a + b with a single rounding.
     fn mul_add(self, a: Self, b: Self) -> Self;
 
     /// Returns √x.
@@ -29,21 +27,21 @@ pub trait Real:
     /// Returns x^(−1/3) for normal x > 0.
     fn inverse_cube_root(self) -> Self;
 
-    /// Returns eˣ with an error of at most two units in the last place; ∞ above 709.4.
+    /// Returns eˣ with an error of at most two units in the last place. The result is ∞ above 709.4.
     fn exp(self) -> Self;
 
-    /// Returns eˣ − 1 without cancellation near zero; slower than [`exp`](Real::exp), intended for
-    /// energies.
+    /// Returns eˣ − 1 without cancellation near zero. The function is slower than [`exp`](Real::exp) and is
+    /// intended for energies.
     fn exp_m1(self) -> Self;
 
-    /// Returns ln(1 + x) without cancellation near zero; slow, intended for energies.
+    /// Returns ln(1 + x) without cancellation near zero. The function is slow and is intended for energies.
     fn ln_1p(self) -> Self;
 
     /// Returns `then` if `self` ≥ 0, and `otherwise` if `self` is negative or NaN.
     fn choose(self, then: Self, otherwise: Self) -> Self;
 }
 
-/// Number type without derivatives; functions may operate on the bits of its values.
+/// Number type without derivatives, so that functions may operate on the bits of its values.
 pub(crate) trait Plain: Real {
     /// Applies `f` to each `f64`.
     fn map(self, f: impl Fn(f64) -> f64) -> Self;

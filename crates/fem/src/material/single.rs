@@ -1,4 +1,4 @@
-//! Evaluation on `f64`.
+//! Evaluation with `f64`.
 
 use super::elementary;
 use super::real::{Plain, Real};

@@ -1,4 +1,4 @@
-//! Stress and tangent of a potential W(e, d), on `f64` or vector registers.
+//! Stress and tangent of a potential W(e, d), evaluated with `f64` or vector registers.
 //!
 //! With D = H − cof H, N = cof F, d and e as in the [parent module](super), and W_e = ∂W/∂e etc.:
 //!
@@ -9,8 +9,8 @@
 //!
 //! Here 𝔻 and ℂ are the constant maps G → G − cof G and G → cof G. Rates are derivatives along V.
 //!
-//! [`Strain`] holds the common quantities at a point. Common subexpressions of several results are
-//! written identically, so the compiler evaluates them once.
+//! [`Strain`] holds the quantities at a point that several results share. Subexpressions that occur in several
+//! results are written identically, so that the compiler evaluates them once.
 
 use super::potential::Potential;
 use super::{Dual, PlaneCurvature, PlaneSlope, Real};
@@ -18,8 +18,8 @@ use super::{Dual, PlaneCurvature, PlaneSlope, Real};
 /// 2 × 2 tensor.
 pub(crate) type TensorOf<R> = [[R; 2]; 2];
 
-/// Function g(J) in the volumetric energy κ/2 g². The pressure is p = −κ g, so it adds −p g to the energy. κ = ∞ makes g = 0, for
-/// which all functions are equal.
+/// Function g(J) in the volumetric energy κ/2 g². The pressure is p = −κ g, and the energy with a pressure
+/// contains −p g. For κ = ∞, the constraint is g = 0, and all functions are equivalent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VolumeFunction {
     /// g = J − 1.
@@ -71,13 +71,13 @@ pub(crate) struct Volumetric<R> {
 }
 
 impl<R: Real> Volumetric<R> {
-    /// Creates a constant pressure.
+    /// Creates the terms for a constant pressure.
     #[inline(always)]
     pub(crate) fn pressure(p: R) -> Self {
         Self { p, p_rate: p.like(0.0), kappa: 0.0 }
     }
 
-    /// Returns the terms as dual numbers with the rate of p as derivative.
+    /// Returns the terms as dual numbers. The derivative of p is its rate.
     #[inline(always)]
     pub(crate) fn moving(self) -> Volumetric<Dual<R>> {
         Volumetric {
@@ -88,11 +88,11 @@ impl<R: Real> Volumetric<R> {
     }
 }
 
-/// Symmetric derivative of a tensor with respect to a tensor, stored as its upper triangle by rows.
+/// Symmetric derivative of a tensor with respect to a tensor. The upper triangle is stored row by row.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Symmetric<R>(pub(crate) [R; 10]);
 
-/// Index of (row, column) in [`Symmetric`].
+/// Index of the entry (row, column) in [`Symmetric`].
 pub(crate) const UPPER: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]];
 
 impl<R: Real> Symmetric<R> {
@@ -116,7 +116,7 @@ impl<R: Real> Symmetric<R> {
     }
 }
 
-/// Returns m ℂ, the derivative of m N for constant m.
+/// Returns m ℂ, the derivative of m N at constant m.
 #[inline(always)]
 pub(crate) fn volume_tangent<W: Potential, R: Real>(_: &W, m: R) -> Symmetric<R> {
     let zero = m.like(0.0);
@@ -158,14 +158,14 @@ fn sum<R: Real>(x: TensorOf<R>, y: TensorOf<R>) -> TensorOf<R> {
     [[x[0][0] + y[0][0], x[0][1] + y[0][1]], [x[1][0] + y[1][0], x[1][1] + y[1][1]]]
 }
 
-/// Returns G − cof G; for H this is half of ∂e/∂F, symmetric and traceless.
+/// Returns G − cof G, which is symmetric and traceless. For G = H, it is half of ∂e/∂F.
 #[inline(always)]
 fn distortion<R: Real>(g: TensorOf<R>) -> TensorOf<R> {
     let (stretch, shear) = (g[0][0] - g[1][1], g[0][1] + g[1][0]);
     [[stretch, shear], [shear, -stretch]]
 }
 
-/// Returns Ṅ: cof V, or 0 for small strains.
+/// Returns Ṅ, which is cof V, or 0 for small strains.
 #[inline(always)]
 pub(crate) fn volume_gradient_rate<W: Potential, R: Real>(_: &W, v: TensorOf<R>) -> TensorOf<R> {
     if W::FINITE { [[v[1][1], -v[1][0]], [-v[0][1], v[0][0]]] } else { [[v[0][0].like(0.0); 2]; 2] }
@@ -182,7 +182,7 @@ pub(crate) struct Strain<R> {
     distortion: TensorOf<R>,
     /// Tensor N = ∂d/∂F: cof F, or I for small strains.
     pub(crate) cofactor: TensorOf<R>,
-    /// Factor of W; `None` means one.
+    /// Factor of the energy W. `None` means one.
     pub(crate) factor: Option<R>,
 }
 
@@ -213,7 +213,7 @@ impl<R: Real> Strain<R> {
         }
     }
 
-    /// Returns W_e and W_d, including the volumetric term κ d − p in the latter.
+    /// Returns W_e and W_d. The latter includes the volumetric term κ d − p.
     #[inline(always)]
     fn first<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> PlaneSlope<R> {
         let slope = w.first(self.e, self.d);
@@ -241,7 +241,7 @@ impl<R: Real> Strain<R> {
         }
     }
 
-    /// Returns the second derivatives of W times the factor, with their rates along ė and ḋ.
+    /// Returns the second derivatives of W times the factor, with the rates along ė and ḋ.
     #[inline(always)]
     fn moving_second<W: Potential>(&self, w: &W, e_rate: R, d_rate: R) -> PlaneCurvature<Dual<R>> {
         let moving = |value, rate| Dual { value, rate };
@@ -304,8 +304,8 @@ impl<R: Real> Strain<R> {
             slope.e * 2.0,
             if W::FINITE { slope.d } else { slope.d.like(0.0) },
         );
-        // With M = 2 W_ee D + 2 W_ed N, D⊗M + M⊗D contains both terms in D; the next pair contains
-        // the terms in N.
+        // Here, M = 2 W_ee D + 2 W_ed N. The pair D⊗M + M⊗D contains all terms with D, and the next pair contains
+        // the term with N only.
         let m = combine(curve.ee * 2.0, self.distortion, curve.ed * 2.0, self.cofactor);
         a.add_pair(self.distortion, m);
         a.add_pair(self.cofactor, scaled(curve.dd * 0.5, self.cofactor));
@@ -332,7 +332,7 @@ impl<R: Real> Strain<R> {
             slope_e_rate * 2.0,
             if W::FINITE { slope_d_rate } else { e_rate.like(0.0) },
         );
-        // Rate of D⊗M + M⊗D with M = 2 W_ee D + 2 W_ed N, terms grouped by D and N.
+        // Rate of D⊗M + M⊗D with M = 2 W_ee D + 2 W_ed N. The terms are grouped by D and N.
         let m_rate = sum(
             combine(ee_rate * 2.0, self.distortion, curve.ee * 4.0, distortion_v),
             combine(ed_rate * 2.0, self.cofactor, curve.ed * 2.0, cofactor_rate),

@@ -1,16 +1,16 @@
-//! Identities and central differences for every law in plane strain.
+//! Tests of every law in plane strain by identities and central differences.
 
 use super::tensor::{Strain, Symmetric, UPPER, Volumetric};
 use super::three::Tangent3;
 pub(crate) use super::{Law, Tensor};
 use super::{along_x, embed, in_plane as in_plane_of, with_potential};
 
-/// Derivative of a tensor with respect to a tensor; rows and columns in the order 00, 01, 10, 11.
+/// Derivative of a tensor with respect to a tensor. Rows and columns are in the order 00, 01, 10, 11.
 pub(crate) type Tangent = [[f64; 4]; 4];
 
 /// Tangents and rates in plane strain.
 impl Law {
-    /// Returns Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ with `v` = ∇v.
+    /// Returns Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ for `v` = ∇v.
     pub(crate) fn stress_rate(self, h: Tensor, v: Tensor, p: f64, p_rate: f64) -> Tensor {
         let volumetric = Volumetric { p, p_rate, kappa: 0.0 };
         with_potential!(
@@ -30,13 +30,13 @@ impl Law {
         )
     }
 
-    /// Returns ∂Ṗ/∂F at fixed ∇v, p and ṗ: the rate of the tangent along `v` = ∇v.
+    /// Returns ∂Ṗ/∂F at fixed ∇v, p and ṗ, which is the rate of the tangent along `v` = ∇v.
     pub(crate) fn tangent_rate(self, h: Tensor, v: Tensor, p_rate: f64) -> Tangent {
         let volumetric = Volumetric { p: 0.0, p_rate, kappa: 0.0 };
         with_potential!(
             self,
             w => full(Strain::new(&w, h).tangent_rate(&w, v, volumetric)),
-            // In 2D the cofactor is linear in F, so the result does not depend on p.
+            // In 2D, the cofactor is linear in F, so the result does not depend on p.
             else => in_plane_tangent(&self.tangent_rate3(embed(h), embed(v), [0.0, p_rate], along_x()))
         )
     }
@@ -56,8 +56,8 @@ fn in_plane_tangent(a: &Tangent3) -> Tangent {
     INDICES.map(|row| INDICES.map(|column| a[row][column]))
 }
 
-/// Step of central differences: ε^(1/3) balances truncation and rounding at a relative error of
-/// about 1e-10.
+/// Step of central differences. The step ε^(1/3) balances truncation and rounding at a relative error of about
+/// 1e-10.
 pub(crate) const STEP: f64 = 6e-6;
 pub(crate) const DIFFERENCE: f64 = 1e-8;
 
@@ -106,7 +106,7 @@ macro_rules! law_tests {
         mod $name {
             use super::*;
 
-            /// Largest entry of the tangent, the scale of difference errors.
+            /// Returns the largest entry of the tangent, which is the scale of the difference errors.
             fn scale(h: Tensor) -> f64 {
                 let entries = $law.tangent(h, PRESSURE);
                 entries.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()))
@@ -125,7 +125,7 @@ macro_rules! law_tests {
             fn scaled_law_has_scaled_energy() {
                 for h in STATES {
                     let (scaled, once) = ($law.scaled(3.0).energy(h), $law.energy(h));
-                    // A few roundings in each term of the energy.
+                    // The error is a few roundings in each term of the energy.
                     assert!((scaled - 3.0 * once).abs() <= 16.0 * f64::EPSILON * scaled);
                 }
             }
@@ -187,7 +187,7 @@ macro_rules! law_tests {
                 for h in STATES {
                     let rate = |h| $law.stress_rate(h, VELOCITY, PRESSURE, PRESSURE_RATE);
                     let tangent = $law.tangent_rate(h, VELOCITY, PRESSURE_RATE);
-                    // Third derivatives of W are about ten times the second derivatives here.
+                    // Here, the third derivatives of W are about ten times the second derivatives.
                     check_tangent(tangent, rate, h, 10.0 * scale(h));
                 }
             }
@@ -203,7 +203,7 @@ fn rotations_have_no_stress_up_to_rounding() {
     for angle in [1e-9_f64, 0.3, 2.0, 3.1] {
         let (s, c) = angle.sin_cos();
         let h = [[c - 1.0, -s], [s, c - 1.0]];
-        // One rounding in sin and cos, times the modulus.
+        // The error is one rounding of sin and cos, times the modulus.
         let bound = 4.0 * f64::EPSILON * 2.0e4;
         assert!(in_plane(law.stress(h, 0.0)).iter().all(|s| s.abs() < bound), "{angle}");
         assert!(law.energy(h) < 1e-20);
@@ -237,11 +237,11 @@ fn deviatoric_st_venant_kirchhoff_matches_its_formula() {
         let trace = exx + eyy;
         let squares = exx * exx + eyy * eyy + 2.0 * exy * exy;
         let energy = shear_modulus * (squares - trace * trace / 3.0);
-        // Rounding of terms of order ζ.
+        // The error is the rounding of terms of order ζ.
         assert!((law.energy(h) - energy).abs() < 1e-11 * shear_modulus);
         let p33 = -2.0 / 3.0 * shear_modulus * trace;
         assert!((law.stress_33(h, 0.0) - p33).abs() < 1e-11 * shear_modulus);
-        // The pressure acts on the deformed area: −p J.
+        // The pressure acts on the deformed area, so it contributes −p J.
         let with_pressure = p33 - PRESSURE * (f[0][0] * f[1][1] - f[0][1] * f[1][0]);
         assert!((law.stress_33(h, PRESSURE) - with_pressure).abs() < 1e-11 * shear_modulus);
     }

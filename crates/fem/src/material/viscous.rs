@@ -1,11 +1,11 @@
-//! Kelvin–Voigt damping: `S_v = η Ė`, `P = F S_v`, dissipation η Ė:Ė.
+//! Kelvin–Voigt damping: `S_v = η Ė`, `P = F S_v`, with the dissipation η Ė:Ė.
 //!
-//! The functions apply in 2D and 3D; in plane strain F33 = 1 contributes nothing.
+//! The functions apply in 2D and 3D. In plane strain, F33 = 1 does not contribute.
 
 use super::Real;
 use super::active::{apply, dot};
 
-/// Viscous stress at a point with F, V = ∇v and viscosity η.
+/// Viscous stress at a point for given F, V = ∇v and viscosity η.
 #[derive(Debug, Clone, Copy)]
 pub struct Viscous<R, const D: usize> {
     f: [[R; D]; D],
@@ -19,7 +19,7 @@ impl<R: Real, const D: usize> Viscous<R, D> {
     /// Creates the viscous stress at `f` = F and `v` = ∇v.
     ///
     /// # Units
-    /// `eta` in Pa·s.
+    /// `eta` is in Pa·s.
     #[inline(always)]
     pub fn new(f: [[R; D]; D], v: [[R; D]; D], eta: R) -> Self {
         let mut stress = f;
@@ -87,8 +87,8 @@ impl<R: Real, const D: usize> Viscous<R, D> {
     }
 }
 
-/// Derivatives of P contracted with two vectors a and b (gradients of shape functions); with
-/// components (i, k)
+/// Derivatives of P contracted with two vectors a and b, which are gradients of shape functions. With the
+/// components (i, k),
 ///
 /// ```text
 /// ∂P/∂F = δ_ik S_JL + η/2 (F_iL V_kJ + (F Vᵀ)_ik δ_JL)      (not symmetric)
@@ -108,7 +108,7 @@ pub struct ViscousTangents<R, const D: usize> {
 }
 
 impl<R: Real, const D: usize> ViscousTangents<R, D> {
-    /// Returns the products of a vector that the derivatives need.
+    /// Returns the products of a vector from which the derivatives are computed.
     #[inline(always)]
     pub fn products(&self, a: [R; D]) -> GradientProducts<R, D> {
         let mut half = a;
@@ -168,7 +168,7 @@ fn pairing<R: Real, const D: usize>(
     out
 }
 
-/// Vector a with its products.
+/// Vector a and its products with tensors.
 #[derive(Debug, Clone, Copy)]
 pub struct GradientProducts<R, const D: usize> {
     vector: [R; D],
@@ -229,14 +229,14 @@ mod tests {
 
     #[test]
     fn stress_matches_closed_forms_of_stretch_and_shear() {
-        // Stretch: P_11 = η λ² λ̇.
+        // Under a stretch, P_11 = η λ² λ̇.
         let diagonal = |x: f64, y: f64| [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, y]];
         let (stretch, rate) = (1.3_f64, 0.7);
         let f = diagonal(stretch, stretch.powf(-0.5));
         let v = diagonal(rate, -0.5 * stretch.powf(-1.5) * rate);
         let found = Viscous::new(f, v, ETA).stress()[0][0];
         assert!((found - ETA * stretch * stretch * rate).abs() < 1e-12 * ETA);
-        // Simple shear: Ė_12 = γ̇/2, Ė_22 = γ γ̇, so P_12 = η γ̇ (1/2 + γ²), P_11 = η γ γ̇/2.
+        // In simple shear, Ė_12 = γ̇/2 and Ė_22 = γ γ̇, so P_12 = η γ̇ (1/2 + γ²) and P_11 = η γ γ̇/2.
         let gamma = 0.4;
         let shear = [[1.0, gamma, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let shear_rate = [[0.0, rate, 0.0], [0.0; 3], [0.0; 3]];
@@ -251,7 +251,7 @@ mod tests {
         let stress = point.stress();
         let power: f64 = (0..9).map(|r| stress[r / 3][r % 3] * V[r / 3][r % 3]).sum();
         assert!((power - point.dissipation()).abs() < 1e-12 * power);
-        // A spin V = Ω F with skew Ω does no work.
+        // A spin V = Ω F with a skew Ω does no work.
         let omega = [[0.0, 0.4, -0.3], [-0.4, 0.0, 0.2], [0.3, -0.2, 0.0]];
         let spin =
             [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).map(|k| omega[i][k] * F[k][j]).sum()));

@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 use super::{Mesh, distance, sorted};
 use crate::error::FemError;
 
-/// Relative distance between a midside node and the midpoint of its edge above which the edge is
-/// curved. Files with eight digits place the nodes of straight edges more accurately than this.
+/// Relative distance of a midside node from the midpoint of its edge above which the edge is curved. In files with
+/// eight digits, the nodes of straight edges are within this distance.
 const STRAIGHT: f64 = 1e-7;
 
-/// Values at the vertices of a mesh, read from `$NodeData`.
+/// Values of a field at the vertices of a mesh, read from `$NodeData`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NodalField {
     /// Number of values per vertex.
     pub components: usize,
-    /// Values, vertex by vertex; NaN for values missing in the file.
+    /// Values, vertex by vertex. A value is NaN if it is missing in the file.
     pub values: Vec<f64>,
 }
 
@@ -26,7 +26,7 @@ impl NodalField {
 }
 
 impl Mesh {
-    /// Returns the nodal fields, by name.
+    /// Returns the nodal fields, keyed by name.
     pub fn fields(&self) -> &BTreeMap<String, NodalField> {
         &self.fields
     }
@@ -34,7 +34,7 @@ impl Mesh {
     /// Returns the nodal field with the given name.
     ///
     /// # Errors
-    /// [`FemError::UnknownField`], which lists the available fields.
+    /// Returns [`FemError::UnknownField`] if the field does not exist; the error lists the available fields.
     pub fn field(&self, name: &str) -> Result<&NodalField, FemError> {
         self.fields.get(name).ok_or_else(|| FemError::UnknownField {
             name: name.to_owned(),
@@ -45,8 +45,8 @@ impl Mesh {
     /// Returns the mesh with other nodal fields.
     ///
     /// # Errors
-    /// [`FemError::Count`] if the length of a field is not its number of components times the
-    /// number of vertices.
+    /// Returns [`FemError::Count`] if the length of a field is not its number of components times the number of
+    /// vertices.
     pub fn with_fields(mut self, fields: BTreeMap<String, NodalField>) -> Result<Self, FemError> {
         for field in fields.values() {
             let (found, needed) = (field.values.len(), field.components * self.n_points());
@@ -59,12 +59,12 @@ impl Mesh {
         Ok(self)
     }
 
-    /// Returns the mesh with midside nodes at the given positions; each is identified by the ends
-    /// of its edge. A node at the midpoint of its edge keeps the edge straight.
+    /// Returns the mesh with midside nodes at the given positions. Each position is keyed by the ends of the edge.
+    /// A node at the midpoint of its edge keeps the edge straight.
     ///
     /// # Errors
-    /// [`FemError::UnknownFacet`] for edges that belong to no element, [`FemError::Defect`] for
-    /// elements that the nodes invert.
+    /// Returns [`FemError::UnknownFacet`] if an edge does not belong to an element, or [`FemError::Defect`] if the
+    /// nodes invert an element.
     ///
     /// # Panics
     /// Panics unless `D` is the dimension.
@@ -98,8 +98,8 @@ impl Mesh {
         Ok(self)
     }
 
-    /// Returns the position of the midside node of a curved edge, or `None` for a straight edge. In
-    /// 2D the third coordinate is 0.
+    /// Returns the position of the midside node of a curved edge, or `None` for a straight edge. In 2D, the third
+    /// coordinate is 0.
     pub(crate) fn curved_midpoint(&self, edge: [usize; 2]) -> Option<[f64; 3]> {
         self.midside.get(&sorted(edge)).copied()
     }

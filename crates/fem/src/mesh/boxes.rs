@@ -1,4 +1,4 @@
-//! Bounding-box tree for finding items near a point.
+//! Bounding-box tree that finds the items near a point.
 
 use super::simplices::Point;
 
@@ -51,13 +51,13 @@ impl Extent {
     }
 }
 
-/// Binary tree of boxes, split in halves; built in O(n log n) for boxes of any size.
+/// Binary tree of boxes, which are split in halves. It is built in O(n log n) operations for boxes of any size.
 #[derive(Debug)]
 pub(super) struct BoxTree {
     boxes: Vec<Extent>,
-    /// Box indices in the order of the leaves.
+    /// Box indices in the order in which the leaves hold them.
     order: Vec<usize>,
-    /// Bounding box of each tree node; the children of node k are 2k + 1 and 2k + 2.
+    /// Bounding box of each tree node. The children of node k are 2k + 1 and 2k + 2.
     nodes: Vec<Extent>,
 }
 
@@ -92,7 +92,7 @@ impl BoxTree {
         self.split(2 * node + 2, right);
     }
 
-    /// Returns the first `Some` of `found` over the items whose boxes intersect `target`.
+    /// Calls `found` for the items whose boxes intersect `target`, and returns the first result other than `None`.
     pub(super) fn find<T>(
         &self,
         target: &Extent,
@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn find_visits_exactly_the_intersecting_boxes() {
-        // 300 points along a spiral, without order or even spacing.
+        // 300 points along a spiral, in no particular order and unevenly spaced.
         let points: Vec<Point> =
             (0..300).map(|i| f64::from(i) * 0.1).map(|s| [s * s.cos(), s * s.sin(), s]).collect();
         let boxes: Vec<Extent> = points.iter().map(|p| Extent::around(&[*p], 1.0)).collect();

@@ -4,14 +4,16 @@ use super::{DEGENERATE, DefectKind, ElementName, Mesh, MeshDefect, MeshNote};
 use crate::element::quadrature::Rule;
 use crate::element::{Degree, inverse, inverse_map, jacobian};
 
-/// Determinant of a curved element's map, relative to the straight element, below which a note names the element: it is
-/// zero at a quarter point. An element with 0.106 inverted under an active tension of eight shear moduli.
+/// Limit below which a note names a curved element as nearly degenerate. The ratio is the determinant of the
+/// element's map divided by the determinant for the straight element. It is zero if a midside node is at the
+/// quarter point of its edge. An element with the ratio 0.106 inverted under an active tension of eight shear
+/// moduli.
 pub(super) const NEARLY_DEGENERATE: f64 = 0.2;
 
 impl Mesh {
-    /// Rejects curved elements whose map has a non-positive determinant at a node or at a point of
-    /// any quadrature rule, and returns a note if a determinant is below [`NEARLY_DEGENERATE`]. Straight elements are
-    /// checked by their measure.
+    /// Rejects curved elements whose map has a non-positive determinant at a node or at a point of any quadrature
+    /// rule. Returns a note if a determinant, relative to the straight element, is below [`NEARLY_DEGENERATE`].
+    /// For straight elements, the measure is checked instead.
     ///
     /// # Panics
     /// Panics unless `D` is the dimension.
@@ -39,7 +41,7 @@ impl Mesh {
                 (0..D).map(|m| values.iter().zip(&nodes).map(|(n, x)| n * x[m]).sum()).collect()
             };
             let ratios: Vec<f64> = gradients.iter().map(ratio).collect();
-            // The threshold of straight elements: smaller determinants are rounding errors.
+            // This is the threshold for straight elements. Smaller determinants are rounding errors.
             let is_positive = |ratio: &f64| *ratio > DEGENERATE; // false for NaN
             if let Some(at) = ratios.iter().position(|ratio| !is_positive(ratio)) {
                 return Err(MeshDefect {

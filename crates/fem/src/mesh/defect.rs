@@ -5,7 +5,7 @@ use std::fmt;
 /// Name of an element in messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ElementName {
-    /// Index of the element, from 0.
+    /// Zero-based index of the element.
     Index(usize),
     /// Tag of the element in the mesh file.
     Tag(u64),
@@ -26,9 +26,9 @@ impl fmt::Display for ElementName {
 pub struct MeshDefect {
     /// Kind of the defect.
     pub kind: DefectKind,
-    /// Elements concerned.
+    /// Elements that have the defect.
     pub elements: Vec<ElementName>,
-    /// Approximate position, with as many coordinates as the mesh.
+    /// Approximate position of the defect, with as many coordinates as the mesh has dimensions.
     pub near: Vec<f64>,
 }
 
@@ -37,16 +37,16 @@ pub struct MeshDefect {
 pub enum DefectKind {
     /// Two elements have the same vertices.
     Duplicate,
-    /// More than two elements share an edge (in 3D: a face).
+    /// More than two elements share an edge (in 3D, a face).
     NonManifold,
-    /// Two elements lie on the same side of the edge (face) they share.
+    /// Two elements are on the same side of their shared edge (in 3D, face).
     SameSide {
         /// Whether the vertex order of the second element was inverted.
         inverted: bool,
     },
-    /// Elements touch along coincident edges (faces) with duplicate vertices.
+    /// Elements touch along coincident edges (in 3D, faces) with duplicate vertices.
     Crack,
-    /// Elements touch along parts of edges (faces): a hanging node.
+    /// Elements touch along parts of edges (in 3D, faces), so there is a hanging node.
     HangingNode,
     /// Elements overlap.
     Overlap,

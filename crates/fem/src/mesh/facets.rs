@@ -1,16 +1,16 @@
-//! Facets of a mesh: edges of triangles or faces of tetrahedra.
+//! Facets of a mesh, which are edges of triangles or faces of tetrahedra.
 
 use super::simplices::Simplices;
 
 /// Facet as seen from an adjacent element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Facet {
-    /// Vertices in ascending order; in 2D the last entry is `usize::MAX`.
+    /// Vertices in ascending order. In 2D, the last entry is `usize::MAX`.
     key: [usize; 3],
     pub(super) element: usize,
     /// Local index of the element vertex opposite to the facet.
     pub(super) opposite: usize,
-    /// Side of the facet (with vertices in ascending order) on which the element lies.
+    /// Side of the facet on which the element is, for the facet with its vertices in ascending order.
     pub(super) side: bool,
 }
 
@@ -21,7 +21,7 @@ impl Facet {
         for (entry, k) in key.iter_mut().zip(others) {
             *entry = mesh.vertices(element)[k];
         }
-        // Sign of removing a vertex from an oriented simplex, times the sign of sorting the rest.
+        // The sign for removing a vertex from an oriented simplex, times the sign for sorting the other vertices.
         let mut side = opposite.is_multiple_of(2);
         for (i, j) in [(0, 1), (1, 2), (0, 1)] {
             if key[i] > key[j] {
@@ -39,7 +39,7 @@ impl Facet {
     }
 }
 
-/// Returns all facets of all elements, those with equal vertices next to each other.
+/// Returns all facets of all elements. Facets with equal vertices are adjacent in the list.
 pub(super) fn sorted_facets(mesh: &Simplices<'_>) -> Vec<Facet> {
     let mut facets: Vec<Facet> = (0..mesh.len())
         .flat_map(|e| (0..=mesh.dimension).map(move |k| (e, k)))

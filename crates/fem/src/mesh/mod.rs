@@ -1,12 +1,12 @@
 //! Meshes of triangles or tetrahedra with named groups.
 //!
-//! A [`Mesh`] owns points, elements and the physical groups that scenes refer to. It is always
-//! valid because [`Mesh::new`] checks it: elements have positive measure, share whole edges (in 3D:
-//! faces) and do not overlap; every vertex belongs to an element; group edges and faces belong to
-//! elements and are listed once. [`Mesh::notes`] lists corrections that were made.
+//! A [`Mesh`] owns points, elements and the physical groups to which scenes refer. It is always valid, because
+//! [`Mesh::new`] checks the following conditions: elements have positive measure, share whole edges (in 3D, faces)
+//! and do not overlap; every vertex belongs to an element; group edges and faces belong to elements and are listed
+//! once. [`Mesh::notes`] lists the corrections that were made.
 //!
-//! The dimension is a property of the mesh. Functions with a parameter `D` return points as arrays
-//! of `D` coordinates; those with a parameter `V` return arrays of `V` vertices per element. They
+//! The dimension is a property of the mesh. Functions with a parameter `D` return points as arrays of `D`
+//! coordinates, and functions with a parameter `V` return arrays of `V` vertices per element. These functions
 //! panic if `D` or `V` does not match the mesh.
 
 mod attributes;
@@ -33,20 +33,20 @@ pub use boxes::bounds;
 pub use defect::{DefectKind, ElementName, MeshDefect};
 pub use note::MeshNote;
 
-/// Relative measure below which an element is degenerate: measure / (longest edge)^D. The value
-/// corresponds to an angle of 1e-12 rad, at which gradients keep at most four digits.
+/// Relative measure, measure / (longest edge)^D, below which an element is degenerate. The value corresponds to an
+/// angle of 1e-12 rad, for which gradients are accurate to at most four digits.
 const DEGENERATE: f64 = 1e-12;
 
 /// Members of a physical group.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Group {
-    /// Vertices, by index.
+    /// Vertices, given by index.
     Points(Vec<usize>),
-    /// Edges, by their two vertices: sides of triangles, or curves in 3D.
+    /// Edges, given by their two vertices. These are sides of triangles, or curves in 3D.
     Edges(Vec<[usize; 2]>),
-    /// Faces of tetrahedra, by their three vertices.
+    /// Faces of tetrahedra, given by their three vertices.
     Faces(Vec<[usize; 3]>),
-    /// Triangles or tetrahedra, by index.
+    /// Triangles or tetrahedra, given by index.
     Elements(Vec<usize>),
 }
 
@@ -60,7 +60,7 @@ impl Group {
         }
     }
 
-    /// Returns the name of the members in messages about a mesh of the given shape.
+    /// Returns the name of the members for messages about a mesh of the given shape.
     pub(crate) fn member_name(&self, shape: &Shape) -> &'static str {
         match self {
             Group::Points(_) => "points",
@@ -74,7 +74,7 @@ impl Group {
 /// Mesh of triangles or tetrahedra.
 ///
 /// # Units
-/// Coordinates are in meters for the muscle.
+/// For the muscle, coordinates are in meters.
 ///
 /// # Examples
 /// ```
@@ -98,20 +98,19 @@ pub struct Mesh {
     vertices: Vec<usize>,
     groups: BTreeMap<String, Group>,
     fields: BTreeMap<String, NodalField>,
-    /// Midside nodes off the midpoint of their edge, by the sorted ends of the edge.
+    /// Midside nodes off the midpoint of their edge, keyed by the sorted ends of the edge.
     midside: BTreeMap<[usize; 2], [f64; 3]>,
     notes: Vec<MeshNote>,
 }
 
 impl Mesh {
-    /// Creates a mesh of points with `D` coordinates and elements with `V = D + 1` vertices.
-    /// Reorients inverted elements and drops repeated group members; [`notes`](Self::notes) reports
-    /// both.
+    /// Creates a mesh of points with `D` coordinates and elements with `V = D + 1` vertices. Reorients inverted
+    /// elements and drops repeated group members. [`notes`](Self::notes) reports these corrections.
     ///
     /// # Errors
-    /// Returns an error for indices out of range, elements of zero measure, unused vertices, and
-    /// group edges or faces that belong to no element; [`FemError::Defect`] for elements that
-    /// overlap or that touch without sharing a whole edge (face).
+    /// Returns an error for indices out of range, elements of zero measure, unused vertices, and group edges or
+    /// faces that do not belong to an element. Returns [`FemError::Defect`] if elements overlap, or if they touch
+    /// without sharing a whole edge (in 3D, face).
     ///
     /// # Panics
     /// Panics if `D` is not 2 or 3 or if `V` is not `D + 1`.
@@ -181,7 +180,7 @@ impl Mesh {
     /// Returns the mesh with other groups.
     ///
     /// # Errors
-    /// The errors of [`new`](Self::new) that concern groups.
+    /// Returns the errors of [`new`](Self::new) that concern groups.
     pub fn with_groups(&self, groups: BTreeMap<String, Group>) -> Result<Self, FemError> {
         let mut mesh = self.clone();
         mesh.set_groups(groups)?;
@@ -240,19 +239,19 @@ impl Mesh {
         self.shape.dimension
     }
 
-    /// Returns the corrections and omissions made while building the mesh.
+    /// Returns notes on the corrections and omissions that were made while building the mesh.
     pub fn notes(&self) -> &[MeshNote] {
         &self.notes
     }
 
-    /// Returns the mesh with the notes of its source mesh or file placed before its own notes.
+    /// Returns the mesh with the notes of its source mesh or file inserted before its own notes.
     pub(crate) fn with_earlier_notes(mut self, mut notes: Vec<MeshNote>) -> Self {
         notes.append(&mut self.notes);
         self.notes = notes;
         self
     }
 
-    /// Returns the mesh with all coordinates multiplied by `factor`, which is positive.
+    /// Returns the mesh with all coordinates multiplied by the positive number `factor`.
     pub fn scaled(mut self, factor: f64) -> Self {
         let midside = self.midside.values_mut().flatten();
         self.coordinates.iter_mut().chain(midside).for_each(|x| *x *= factor);
@@ -277,8 +276,8 @@ impl Mesh {
         self.coordinates.len() / self.dimension()
     }
 
-    /// Returns the vertices of each element. Triangles are counterclockwise; the first three
-    /// vertices of a tetrahedron are counterclockwise as seen from the side opposite to the fourth.
+    /// Returns the vertices of each element. The vertices of triangles are counterclockwise. The first three
+    /// vertices of a tetrahedron are counterclockwise as seen from the side opposite to the fourth vertex.
     pub fn elements(&self) -> impl ExactSizeIterator<Item = &[usize]> {
         self.vertices.chunks_exact(self.shape.n_vertices())
     }
@@ -303,13 +302,13 @@ impl Mesh {
         self.vertices.len() / self.shape.n_vertices()
     }
 
-    /// Returns the edges of an element as sorted pairs, in the order of the midpoint nodes.
+    /// Returns the edges of an element as sorted pairs of vertices, in the order of the midpoint nodes.
     pub fn edges_of<'a>(&self, element: &'a [usize]) -> impl Iterator<Item = [usize; 2]> + use<'a> {
         let edges = self.shape.edges.iter();
         edges.map(|edge| sorted(edge.map(|i| element[i])))
     }
 
-    /// Returns all groups, by name.
+    /// Returns all groups, keyed by name.
     pub fn groups(&self) -> &BTreeMap<String, Group> {
         &self.groups
     }
@@ -317,7 +316,7 @@ impl Mesh {
     /// Returns the group with the given name.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`], which lists the available groups.
+    /// Returns [`FemError::UnknownGroup`] if the group does not exist; the error lists the available groups.
     pub fn group(&self, name: &str) -> Result<&Group, FemError> {
         self.groups.get(name).ok_or_else(|| FemError::UnknownGroup {
             name: name.to_owned(),
@@ -325,10 +324,11 @@ impl Mesh {
         })
     }
 
-    /// Returns the group with a name. If several groups have this name, returns the group of the given dimension.
+    /// Returns the group with the given name. If several groups have this name, returns the group of the given
+    /// dimension.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`].
+    /// Returns [`FemError::UnknownGroup`] if the group does not exist.
     pub fn group_of_dimension(&self, name: &str, dimension: usize) -> Result<&Group, FemError> {
         let kind = msh::kind_of(dimension as u64);
         match self.groups.get(&format!("{kind} {name}")) {
@@ -340,7 +340,8 @@ impl Mesh {
     /// Returns the edges of the group with the given name.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] if the group has other members.
+    /// Returns [`FemError::UnknownGroup`] if the group does not exist, or [`FemError::WrongGroup`] if its members
+    /// are of another kind.
     pub fn edges(&self, name: &str) -> Result<&[[usize; 2]], FemError> {
         match self.group(name)? {
             Group::Edges(edges) => Ok(edges),
@@ -348,16 +349,17 @@ impl Mesh {
         }
     }
 
-    /// Returns the index of the connected part of each element. Elements in a part are connected
-    /// through edges (in 3D: faces); different parts may still share single vertices.
+    /// Returns the index of the connected part to which each element belongs. Elements of a part are connected
+    /// through edges (in 3D, faces). Different parts may still share single vertices.
     pub fn parts(&self) -> Vec<usize> {
         parts::by_facets(self.dimension(), &self.coordinates, &self.vertices)
     }
 
-    /// Returns the boundary facets of a group: edges of triangles or faces of tetrahedra.
+    /// Returns the boundary facets of a group, which are edges of triangles or faces of tetrahedra.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] if the group has other members.
+    /// Returns [`FemError::UnknownGroup`] if the group does not exist, or [`FemError::WrongGroup`] if its members
+    /// are of another kind.
     pub fn facets(&self, name: &str) -> Result<Vec<&[usize]>, FemError> {
         let dimension = self.dimension();
         match (dimension, self.group_of_dimension(name, dimension - 1)?) {
@@ -396,7 +398,7 @@ impl Mesh {
     }
 }
 
-/// Views flat coordinates as points.
+/// Views a flat array of coordinates as points.
 pub(crate) fn points<const D: usize>(coordinates: &[f64], dimension: usize) -> &[[f64; D]] {
     assert_eq!(D, dimension, "the dimension of the mesh");
     coordinates.as_chunks().0
@@ -406,7 +408,7 @@ fn check_index(what: &'static str, index: usize, count: usize) -> Result<(), Fem
     if index < count { Ok(()) } else { Err(FemError::OutOfRange { what, index, count }) }
 }
 
-/// Returns the signed measure of an element, negative if it is inverted.
+/// Returns the signed measure of an element, which is negative if the element is inverted.
 pub(crate) fn measure<const D: usize>(corners: &[[f64; D]]) -> f64 {
     Shape::of_dimension(D).reference_measure * inverse_map(corners).1
 }
@@ -429,7 +431,7 @@ pub(crate) fn distance<const D: usize>(a: [f64; D], b: [f64; D]) -> f64 {
     differences.reduce(f64::hypot).map_or(0.0, f64::abs)
 }
 
-/// Returns the vertices in ascending order, the form in which edges and faces are compared.
+/// Returns the vertices in ascending order, so that edges and faces can be compared.
 pub(crate) fn sorted<const K: usize>(mut vertices: [usize; K]) -> [usize; K] {
     vertices.sort_unstable();
     vertices

@@ -17,34 +17,35 @@ pub enum MeshNote {
     /// Elements of negative measure were reoriented.
     Reoriented {
         elements: usize,
-        /// Name of their original vertex order.
+        /// Name of the original vertex order of the elements.
         order: &'static str,
     },
-    /// A group listed some members repeatedly (an edge possibly in both directions); each counts once.
+    /// A group listed some members repeatedly, possibly with an edge in both directions. Each member counts once.
     Repeated {
         group: String,
         /// Number of dropped entries.
         entries: usize,
-        /// Name of its members.
+        /// Name of the members of the group.
         kind: &'static str,
     },
-    /// The mesh is in a plane other than z = 0; its two axes are renamed x and y.
+    /// The mesh is in a plane other than z = 0. The two axes of this plane are renamed x and y.
     Plane {
-        /// Axes of the file.
+        /// Original axes in the file.
         axes: [char; 2],
     },
-    /// A nodal field has values at non-vertex nodes; only the vertex values are used.
+    /// A nodal field has values at nodes other than vertices. Only the values at vertices are used.
     OffVertexValues {
         field: String,
         /// Number of dropped values.
         values: usize,
     },
-    /// Curved elements are nearly degenerate: the determinant of their map is below a tenth of its value in the straight element.
+    /// Curved elements are nearly degenerate: the determinant of their map is below a fifth of its value in the
+    /// straight element.
     NearlyDegenerate {
         elements: usize,
         /// Smallest ratio of the two determinants.
         ratio: f64,
-        /// Position of the smallest ratio, with as many coordinates as the mesh.
+        /// Position of the smallest ratio, with as many coordinates as the mesh has dimensions.
         near: Vec<f64>,
     },
 }
@@ -79,7 +80,7 @@ impl fmt::Display for MeshNote {
     }
 }
 
-/// Drops repeated members of groups and returns a note for each group concerned.
+/// Drops repeated members of groups and returns a note for each group with repeated members.
 pub(super) fn drop_repetitions(
     groups: &mut BTreeMap<String, Group>,
     shape: &Shape,
@@ -103,7 +104,7 @@ pub(super) fn drop_repetitions(
     notes
 }
 
-/// Keeps the first member for each key; returns the number of dropped members.
+/// Keeps the first member for each key, and returns the number of dropped members.
 fn keep_first<T, K: Eq + Hash>(members: &mut Vec<T>, key: impl Fn(&T) -> K) -> usize {
     let before = members.len();
     let mut seen = HashSet::with_capacity(before);

@@ -3,8 +3,8 @@
 use super::facets::{by_vertices, sorted_facets};
 use super::simplices::Simplices;
 
-/// Returns the connected part of each element, numbered from 0 by first element. Elements belong to
-/// one part if they are connected through facets.
+/// Returns the zero-based index of the connected part of each element. Parts are in the order of their first
+/// elements. Elements belong to the same part if they are connected through facets.
 pub(super) fn by_facets(dimension: usize, points: &[f64], elements: &[usize]) -> Vec<usize> {
     let mesh = Simplices::new(dimension, points, elements);
     let mut sets = DisjointSets::new(mesh.len());
@@ -36,7 +36,7 @@ impl DisjointSets {
 
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
-        // The smaller number becomes the root, so parts are numbered by their first elements.
+        // The smaller index becomes the root, so that parts are in the order of their first elements.
         self.parents[a.max(b)] = a.min(b);
     }
 

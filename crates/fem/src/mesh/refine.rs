@@ -1,4 +1,5 @@
-//! Uniform (red) refinement: each triangle into four, each tetrahedron into eight elements.
+//! Uniform (red) refinement, which splits each triangle into four elements and each tetrahedron into eight
+//! elements.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -6,11 +7,11 @@ use crate::element::{Degree, Shape, TRIANGLE};
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh, NodalField, sorted};
 
-/// Children of a triangle with vertices 0 to 2 and midpoints 3 to 5.
+/// Children of a triangle with the vertices 0 to 2 and the midpoints 3 to 5.
 const TRIANGLES: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
 
-/// Children of a tetrahedron with vertices 0 to 3 and midpoints 4 to 9. The inner octahedron is cut
-/// along the line from midpoint 6 (of edge 02) to midpoint 8 (of edge 13).
+/// Children of a tetrahedron with the vertices 0 to 3 and the midpoints 4 to 9. The inner octahedron is cut along
+/// the line from midpoint 6 (of edge 02) to midpoint 8 (of edge 13).
 const TETRAHEDRA: [[usize; 4]; 8] = [
     [0, 4, 6, 7],
     [4, 1, 5, 8],
@@ -23,14 +24,14 @@ const TETRAHEDRA: [[usize; 4]; 8] = [
 ];
 
 impl Mesh {
-    /// Returns the mesh with every element split at its edge midpoints, triangles into four and
-    /// tetrahedra into eight.
+    /// Returns the mesh with every element split at the midpoints of its edges: triangles into four elements and
+    /// tetrahedra into eight elements.
     ///
-    /// Existing vertices keep their indices. Groups keep their names and their members are split;
-    /// nodal fields are interpolated. The children of a curved element follow its shape.
+    /// Existing vertices keep their indices. Groups keep their names, and their members are split. Nodal fields
+    /// are interpolated. The children of a curved element follow the shape of the element.
     ///
     /// # Errors
-    /// [`FemError::Defect`] for curved elements with an inverted child.
+    /// Returns [`FemError::Defect`] if a child of a curved element is inverted.
     pub fn refined(&self) -> Result<Mesh, FemError> {
         match self.dimension() {
             2 => self.split::<2, 3, 4>(&TRIANGLES),

@@ -1,4 +1,4 @@
-//! Groups selected by position or direction.
+//! Selection of groups by position or direction.
 
 use super::facets::{by_vertices, sorted_facets};
 use super::simplices::{Simplices, dot, minus};
@@ -19,8 +19,8 @@ impl Mesh {
         Group::Elements((0..self.n_elements()).filter(is_member).collect())
     }
 
-    /// Returns the facets of the boundary (edges in 2D, faces in 3D) that satisfy a condition on their vertices and
-    /// outward unit normal.
+    /// Returns the boundary facets (edges in 2D, faces in 3D) whose vertices and outward unit normal satisfy a
+    /// condition.
     pub fn boundary_where(&self, is_member: impl Fn(&[&[f64]], &[f64]) -> bool) -> Group {
         let dimension = self.dimension();
         let simplices = Simplices::new(dimension, &self.coordinates, &self.vertices);

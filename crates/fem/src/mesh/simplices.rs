@@ -1,9 +1,9 @@
-//! Flat tables of triangles or tetrahedra, so that one check can be used for both.
+//! Flat tables of triangles or tetrahedra. They allow the same checks for both shapes.
 
-/// Point; in 2D the third coordinate is 0.
+/// Point. In 2D, the third coordinate is 0.
 pub(crate) type Point = [f64; 3];
 
-/// Points and elements of a mesh; an element has d + 1 vertices in d dimensions.
+/// Points and elements of a mesh. In d dimensions, an element has d + 1 vertices.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Simplices<'a> {
     pub(super) dimension: usize,
@@ -38,7 +38,7 @@ impl<'a> Simplices<'a> {
         self.vertices(e).iter().map(|&v| self.point(v)).collect()
     }
 
-    /// Returns the mean position of the given vertices, with as many coordinates as the mesh.
+    /// Returns the mean position of the given vertices, with as many coordinates as the mesh has dimensions.
     pub(super) fn middle(&self, vertices: &[usize]) -> Vec<f64> {
         let mean = |axis: usize| {
             let sum: f64 = vertices.iter().map(|&v| self.point(v)[axis]).sum();

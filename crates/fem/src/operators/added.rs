@@ -1,12 +1,12 @@
-//! Stresses added to the laws in regions: active stress along the fibers and viscous stress.
+//! Stresses added to the laws in regions of elements: active stress along the fibers and viscous stress.
 //!
 //! ```text
 //! P = τ(T, λ, λ̇) (F f0)⊗f0 + F η Ė
 //! ```
 //!
-//! One pass over the regions with added stress evaluates the force or its tangents with respect to
-//! displacement and velocity. The displacement tangent is not symmetric if the stress depends on
-//! the velocity. See `material::ActiveStress` and `material::Viscous`.
+//! One pass over the regions with added stress evaluates the force or its tangents with respect to displacement
+//! and velocity. The displacement tangent is not symmetric if the stress depends on the velocity. See
+//! `material::ActiveStress` and `material::Viscous`.
 
 use pulp::{Simd, WithSimd};
 
@@ -35,11 +35,11 @@ impl AddedStress {
     }
 }
 
-/// Fields at which added stresses are evaluated.
+/// Fields for which added stresses are evaluated.
 ///
 /// # Shapes
-/// `u` and `v` have length `n_components`. `tensions` has one entry per element, in Pa, if there
-/// are added stresses; entries of elements without active stress are ignored.
+/// `u` and `v` have length `n_components`. If there are added stresses, `tensions` has one entry (Pa) per element.
+/// Entries of elements without active stress are ignored.
 #[derive(Debug, Clone, Copy)]
 pub struct AddedMotion<'a> {
     /// Displacement.
@@ -50,20 +50,19 @@ pub struct AddedMotion<'a> {
     pub tensions: &'a [f64],
 }
 
-/// Requested tangents of the force of added stresses; each given buffer is overwritten with values
-/// in the order of the displacement pattern.
+/// Requested tangents of the force of added stresses. Each given buffer is overwritten with values in the order of
+/// the displacement pattern.
 #[derive(Debug, Default)]
 pub struct AddedTangents<'a> {
     /// Derivative with respect to the displacement.
     pub by_displacement: Option<&'a mut [f64]>,
-    /// Derivative with respect to the velocity; zero unless a stress [is
-    /// viscous](AddedStress::is_viscous).
+    /// Derivative with respect to the velocity. It is zero unless a stress [is viscous](AddedStress::is_viscous).
     pub by_velocity: Option<&'a mut [f64]>,
 }
 
 slots!(AddedTangents, 2, by_displacement, by_velocity);
 
-/// Added stress at a point with the motion ∇u, ∇v.
+/// Added stress at a point for the motion ∇u, ∇v.
 pub(crate) struct AtPoint<R, const D: usize> {
     fiber: Option<ActiveFiber<R, D>>,
     viscous: Option<Viscous<R, D>>,
@@ -73,13 +72,13 @@ pub(crate) struct AtPoint<R, const D: usize> {
 struct Local<S: Simd, const D: usize, const N: usize> {
     u: [[Lanes<S>; D]; N],
     v: [[Lanes<S>; D]; N],
-    /// Tension; `None` if it is zero in all elements.
+    /// Tension. `None` if the tension is zero in all elements.
     tension: Option<Lanes<S>>,
 }
 
 impl<R: Real, const D: usize> AtPoint<R, D> {
-    /// Creates the stress at a point with the given tension and undeformed fiber direction
-    /// `reference`, which only the active stress uses.
+    /// Creates the stress at a point with the given tension and the undeformed fiber direction `reference`. Only
+    /// the active stress uses this direction.
     #[inline(always)]
     pub(crate) fn new(
         stress: &AddedStress,
@@ -104,7 +103,7 @@ impl<R: Real, const D: usize> AtPoint<R, D> {
     }
 
     /// Returns P.
-    // No closures here: they would be compiled without vector instructions.
+    // Closures are avoided, because they would be compiled without vector instructions.
     #[inline(always)]
     pub(crate) fn stress(&self, zero: R) -> [[R; D]; D] {
         let mut total = [[zero; D]; D];
@@ -127,7 +126,7 @@ fn add<R: Real, const D: usize>(sum: &mut [[R; D]; D], tensor: &[[R; D]; D]) {
     }
 }
 
-/// Batches with added stress and the motion.
+/// Batches with their added stresses, and the motion.
 #[derive(Clone, Copy)]
 pub(crate) struct Regions<'a, const D: usize, const N: usize, const P: usize> {
     pub(crate) elements: BatchRange<'a, D, N, P>,
@@ -136,8 +135,7 @@ pub(crate) struct Regions<'a, const D: usize, const N: usize, const P: usize> {
 }
 
 impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
-    /// Returns the index, the batch and the index of its stress for each batch with a nonzero
-    /// stress.
+    /// Returns the index of each batch with a nonzero stress, the batch, and the index of the stress.
     fn members(&self) -> impl Iterator<Item = (usize, &Batch<D, N, P>, usize)> {
         let batches = self.elements.batches.iter().enumerate();
         let acts = |number: usize| self.stresses[number] != AddedStress::default();
@@ -158,7 +156,7 @@ impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
         }
     }
 
-    /// Returns the stress `number` at a quadrature point.
+    /// Returns the stress with the index `number` at a quadrature point.
     #[inline(always)]
     fn at<S: Simd>(
         &self,
@@ -268,7 +266,7 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd for Add<'
         let gradients = part.gradients(point);
         let weights = part.weights(point);
         if let Some(fiber) = &at.fiber {
-            // The derivatives are dyads of the fiber direction in J and L.
+            // The derivatives are dyads of the fiber direction in the indices J and L.
             let mut fiber_slopes = [part.zero(); N];
             for (slope, gradient) in fiber_slopes.iter_mut().zip(&gradients) {
                 for (f, g) in fiber.direction().iter().zip(gradient) {
@@ -320,7 +318,7 @@ mod tests {
         let (stretch, rate) = (1.25, 0.5);
         let motion = [[[stretch - 1.0, 0.0], [0.0; 2]], [[rate, 0.0], [0.0; 2]]];
         let point = AtPoint::new(&stress, None, [1.0, 0.0], motion);
-        // P_11 = η λ² λ̇, exact in binary arithmetic.
+        // P_11 = η λ² λ̇. These numbers are exact in binary arithmetic.
         assert_eq!(point.stress(0.0)[0][0], 40.0 * stretch * stretch * rate);
     }
 }

@@ -8,7 +8,7 @@ use crate::operators::fields::{Fields, Pressure};
 use crate::simd::batch::{Batches, Part, Point};
 use crate::simd::lanes::Lanes;
 
-/// Pass over all batches. In 2D it evaluates the 3D energy at F33 = 1.
+/// Pass over all batches. In 2D, it evaluates the 3D energy at F33 = 1.
 pub(crate) struct StrainEnergy<'a, const D: usize, const N: usize, const P: usize> {
     pub(crate) elements: &'a Batches<D, N, P>,
     pub(crate) fields: &'a Fields<'a>,
@@ -25,7 +25,8 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for StrainEnergy<'
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part);
                 let energies = element_energies(part, points, self.fields);
-                // The sum is computed element by element, so it does not depend on the width of registers.
+                // The sum is computed element by element, so that it does not depend on the width of the
+                // registers.
                 for energy in &energies.as_slice()[..part.occupied().len()] {
                     sum += energy;
                 }

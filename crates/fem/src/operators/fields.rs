@@ -1,40 +1,40 @@
-//! Input fields of the operators of a [`Solid`](crate::solid::Solid), and buffers of their results.
+//! Input fields of the operators of a [`Solid`](crate::solid::Solid), and buffers for their results.
 
 use crate::element::Barycentric;
 
 /// Volumetric stress added to the material law.
 #[derive(Debug, Clone, Copy)]
 pub enum Pressure<'a> {
-    /// Pressure field by its vertex values: `P = P_iso − p cof F`. Paper, eq. (20).
+    /// Pressure field, given by its values at the vertices: `P = P_iso − p cof F`. Paper, eq. (20).
     Nodal(&'a [f64]),
-    /// Penalty energy κ/2 g(J)² at each point instead of a pressure field. Paper, eq. (16).
+    /// Penalty energy κ/2 g(J)² at each point, used instead of a pressure field. Paper, eq. (16).
     Penalty {
         /// Bulk modulus, Pa.
         kappa: f64,
     },
 }
 
-/// Fields at which operators are evaluated.
+/// Fields for which operators are evaluated.
 ///
 /// # Shapes
-/// `u` and `v` have length `n_components`, interleaved, including constrained components. `p`,
-/// `p_rate` and `mu` have length `n_pressures`. `factors` has one entry per vertex of each element.
-/// A missing `p_rate` or `mu` counts as zero, missing factors count as one.
+/// `u` and `v` are interleaved and have length `n_components`, including constrained components. `p`, `p_rate` and
+/// `mu` have length `n_pressures`. `factors` has one entry per vertex of each element. A missing `p_rate` or `mu`
+/// counts as zero, and missing factors count as one.
 #[derive(Debug, Clone, Copy)]
 pub struct Fields<'a> {
     /// Displacement.
     pub u: &'a [f64],
     /// Pressure field or penalty.
     pub pressure: Pressure<'a>,
-    /// Velocity; required for all rates.
+    /// Velocity. It is required for all rates.
     pub v: Option<&'a [f64]>,
     /// Pressure rate.
     pub p_rate: Option<&'a [f64]>,
     /// Multiplier of the velocity constraint in (33).
     pub mu: Option<&'a [f64]>,
-    /// Factors of the energy W, linear in each element: a stiffness that varies in space and time
-    /// like E(ξ, t) in the paper. They do not affect the volume terms, and rates are taken at fixed
-    /// factors.
+    /// Factors of the energy W, which are linear in each element. They describe a stiffness that varies in space
+    /// and time, like E(ξ, t) in the paper. The factors do not affect the volume terms, and rates are computed at
+    /// constant factors.
     pub factors: Option<&'a [f64]>,
 }
 
@@ -45,7 +45,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// Implements access to the `$n` result buffers of a pass in the order of their declaration.
+/// Implements access to the `$n` result buffers of a pass, in the order in which they are declared.
 macro_rules! slots {
     ($name:ident, $n:literal, $($array:ident),+) => {
         impl $name<'_> {
@@ -72,8 +72,7 @@ macro_rules! slots {
 }
 pub(crate) use slots;
 
-/// Vectors requested from [`Solid::evaluate`](crate::solid::Solid::evaluate); each given buffer is
-/// overwritten.
+/// Vectors requested from [`Solid::evaluate`](crate::solid::Solid::evaluate). Each given buffer is overwritten.
 #[derive(Debug, Default)]
 pub struct Vectors<'a> {
     /// Internal force ∫ P(F, p) : ∇φ; length `n_components`.
@@ -99,22 +98,22 @@ impl Vectors<'_> {
 
 slots!(Vectors, 5, force, force_rate, volume_residual, volume_residual_rate, multiplier_force);
 
-/// Tangents requested from [`Solid::tangents`](crate::solid::Solid::tangents); each given buffer is
-/// overwritten with values in the order of its pattern.
+/// Tangents requested from [`Solid::tangents`](crate::solid::Solid::tangents). Each given buffer is overwritten
+/// with values in the order of its pattern.
 #[derive(Debug, Default)]
 pub struct Tangents<'a> {
-    /// ∂force/∂u; displacement pattern.
+    /// ∂force/∂u, in the displacement pattern.
     pub stiffness: Option<&'a mut [f64]>,
-    /// ∂force_rate/∂v: the stiffness with each element scaled by its ratio of β; displacement
-    /// pattern.
+    /// ∂force_rate/∂v, in the displacement pattern. This is the stiffness with the contribution of each element
+    /// scaled by its ratio of β.
     pub damped_stiffness: Option<&'a mut [f64]>,
-    /// ∂force_rate/∂u; displacement pattern.
+    /// ∂force_rate/∂u, in the displacement pattern.
     pub rate_stiffness: Option<&'a mut [f64]>,
-    /// B(u) = ∂volume_residual/∂u; divergence pattern.
+    /// B(u) = ∂volume_residual/∂u, in the divergence pattern.
     pub divergence: Option<&'a mut [f64]>,
-    /// ∂(B(u) v)/∂u = ∫ ψ Ṅ : ∇φ with Ṅ = ∂cof F/∂F : ∇v; divergence pattern.
+    /// ∂(B(u) v)/∂u = ∫ ψ Ṅ : ∇φ with Ṅ = ∂cof F/∂F : ∇v, in the divergence pattern.
     pub divergence_rate: Option<&'a mut [f64]>,
-    /// ∂(B(u)ᵀ μ)/∂u; displacement pattern.
+    /// ∂(B(u)ᵀ μ)/∂u, in the displacement pattern.
     pub multiplier_stiffness: Option<&'a mut [f64]>,
 }
 
@@ -141,23 +140,23 @@ slots!(
 /// Tangent that [`Solid::multiply`](crate::solid::Solid::multiply) applies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TangentProduct {
-    /// Coefficient β of force + β force_rate; 0 for the force alone.
+    /// Coefficient β of force + β force_rate. For β = 0, the product uses only the force.
     pub beta: f64,
     /// Whether the constraint is volume_residual_rate instead of volume_residual.
     pub constraint_rate: bool,
 }
 
 impl TangentProduct {
-    /// Returns whether the functions depend on v or ṗ.
+    /// Returns whether the differentiated functions depend on v or ṗ.
     pub(crate) fn has_rates(self) -> bool {
         self.beta > 0.0 || self.constraint_rate
     }
 }
 
-/// Direction in which the fields change, and the resulting changes, which are overwritten.
+/// Direction in which the fields change, and buffers for the resulting changes. The buffers are overwritten.
 ///
 /// # Shapes
-/// Lengths as in [`Fields`]. Missing directions count as zero.
+/// The lengths are as in [`Fields`]. Missing directions count as zero.
 #[derive(Debug)]
 pub struct Change<'a> {
     /// Change of the displacement.
@@ -174,7 +173,7 @@ pub struct Change<'a> {
     pub volume_residual: Option<&'a mut [f64]>,
 }
 
-/// Inverted element: det F ≤ 0 or NaN at a quadrature point. The stress is undefined there.
+/// Error for an inverted element: det F ≤ 0 or NaN at a quadrature point. The stress at this point is undefined.
 ///
 /// An integrator can recover with a smaller step.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! Constant matrices: masses of displacement and pressure, H1 seminorm of displacements.
+//! Constant matrices: mass matrices of displacement and pressure, and the H1 seminorm of displacements.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -6,7 +6,7 @@ use crate::element::quadrature::Rule;
 use crate::space::Space;
 use crate::space::sparsity::{entry_index, node_pattern, pressure_pattern};
 
-/// Symmetric sparse matrix; rows and columns are interchangeable.
+/// Symmetric sparse matrix, in which rows and columns are interchangeable.
 #[derive(Debug, Clone)]
 pub(crate) struct SymmetricMatrix {
     pub(crate) pattern: SparsityPattern,
@@ -14,8 +14,8 @@ pub(crate) struct SymmetricMatrix {
 }
 
 impl SymmetricMatrix {
-    /// Returns ∫ ρ φ_a φ_b over all displacement nodes, with one density per element. On straight
-    /// elements the integrand has degree at most 4.
+    /// Returns ∫ ρ φ_a φ_b over all displacement nodes, with one density per element. On straight elements, the
+    /// integrand has degree at most 4.
     pub(crate) fn node_mass(space: &Space, densities: &[f64]) -> Self {
         let shape = space.mesh().shape();
         Self::assemble(
@@ -28,7 +28,8 @@ impl SymmetricMatrix {
         )
     }
 
-    /// Returns ∫ ∇φ_a · ∇φ_b over all displacement nodes. On straight elements the integrand has degree at most 2.
+    /// Returns ∫ ∇φ_a · ∇φ_b over all displacement nodes. On straight elements, the integrand has degree at
+    /// most 2.
     pub(crate) fn node_gradients(space: &Space) -> Self {
         in_dimension!(space.dimension(), Self::node_gradients_in(space))
     }
@@ -52,7 +53,7 @@ impl SymmetricMatrix {
         )
     }
 
-    /// Returns ∫ w ψ_k ψ_l between the pressures, with one weight w per element.
+    /// Returns the matrix ∫ w ψ_k ψ_l of the pressures, with one weight w per element.
     pub(crate) fn pressure_mass(space: &Space, weight: impl Fn(usize) -> f64) -> Self {
         Self::assemble(
             pressure_pattern(space),
@@ -64,9 +65,9 @@ impl SymmetricMatrix {
         )
     }
 
-    /// Sums `product(element, weight, s_a, s_b)` over elements and quadrature points. The function
-    /// `shapes` maps (element, barycentric coordinates) to s_1, s_2, …: one value or gradient for
-    /// each of the `members` of the element.
+    /// Sums `product(element, weight, s_a, s_b)` over elements and quadrature points. The function `shapes` maps
+    /// (element, barycentric coordinates) to s_1, s_2, …, which are one value or gradient for each of the
+    /// `members` of the element.
     fn assemble<T>(
         pattern: SparsityPattern,
         space: &Space,
@@ -75,7 +76,7 @@ impl SymmetricMatrix {
         shapes: impl Fn(usize, &[f64]) -> Vec<T>,
         product: impl Fn(usize, f64, &T, &T) -> f64,
     ) -> Self {
-        // The map of curved elements contributes a determinant of degree 2 or 3.
+        // The map of a curved element contributes a determinant of degree 2 or 3.
         let curved = (0..space.n_elements()).any(|element| space.is_curved(element));
         let rule = if curved { Rule::Degree6 } else { rule };
         let points = rule.points(space.mesh().shape());
@@ -116,7 +117,7 @@ impl SymmetricMatrix {
         }
     }
 
-    /// Writes the product with each component of an interleaved vector to `out`.
+    /// Multiplies the matrix by each component of an interleaved vector, and writes the result to `out`.
     pub(crate) fn apply_interleaved(&self, dimension: usize, x: &[f64], out: &mut [f64]) {
         in_dimension!(dimension, self.apply_to_components(x, out))
     }
@@ -136,7 +137,7 @@ impl SymmetricMatrix {
         }
     }
 
-    /// Returns the sum of each row: ∫ ψ_k for the pressure mass matrix.
+    /// Returns the sum of each row. For the pressure mass matrix, this is ∫ ψ_k.
     pub(crate) fn row_sums(&self) -> Vec<f64> {
         (0..self.pattern.major_dim()).map(|row| self.row(row).map(|(_, v)| v).sum()).collect()
     }
@@ -162,7 +163,7 @@ mod tests {
         for space in [Space::equal_order(&mesh), Space::taylor_hood(&mesh)] {
             close(norm_squared(&space, &|x, y| x + 2.0 * y), 5.0);
         }
-        // (2x + y)² + x² integrates to 4/3 + 1 + 1/3 + 1/3.
+        // The integrand (2x + y)² + x² has the integral 4/3 + 1 + 1/3 + 1/3.
         close(norm_squared(&Space::taylor_hood(&mesh), &|x, y| x * x + x * y), 3.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Driver of the element passes: selects the law of each batch and runs a kernel on its elements.
+//! Driver of the element passes. It selects the law of each batch and runs a kernel on the elements of the batch.
 
 use pulp::{Simd, WithSimd};
 
@@ -11,11 +11,11 @@ use crate::simd::lanes::outlined;
 
 /// Contribution of elements to the results of a pass.
 pub(crate) trait Kernel<const D: usize, const N: usize, const P: usize> {
-    /// Whether a second version without rates is compiled in 2D. In 3D the run-time test is
+    /// Whether a second version without rates is compiled in 2D. In 3D, the cost of a test at run time is
     /// negligible.
     const SPLIT: bool = false;
 
-    /// Buffers shared by all parts.
+    /// Buffers that all parts share.
     type Workspace<S: Simd>: Default;
 
     /// Sets the results to zero.
@@ -76,7 +76,7 @@ where
     }
 }
 
-/// Implements the pass for one element type; `$with_law` binds its laws.
+/// Implements the pass for one element type. The macro `$with_law` binds the laws of this type.
 macro_rules! pass {
     ($dimension:literal, $nodes:literal, $pressures:literal, $with_law:ident) => {
         impl<K: Kernel<$dimension, $nodes, $pressures>> WithSimd

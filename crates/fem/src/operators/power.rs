@@ -9,11 +9,11 @@ use crate::operators::fields::{Fields, Inverted};
 use crate::simd::batch::{Batches, Part, Point};
 use crate::simd::lanes::Lanes;
 
-/// Pass over all batches. In 2D it evaluates the 3D law at F33 = 1, like the energy.
+/// Pass over all batches. As for the energy, the 3D law is evaluated at F33 = 1 in 2D.
 pub(crate) struct Powers<'a, const D: usize, const N: usize, const P: usize> {
     pub(crate) elements: &'a Batches<D, N, P>,
     pub(crate) fields: &'a Fields<'a>,
-    /// Coefficient β of P + β Ṗ.
+    /// Coefficient β in P + β Ṗ.
     pub(crate) beta: f64,
     pub(crate) direction: &'a [f64],
     pub(crate) out: &'a mut [f64],
@@ -40,7 +40,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Powers<'_, D, 
     }
 }
 
-/// Returns ∫ (P + β Ṗ) : ∇w for each element of a part; P excludes the volume terms.
+/// Returns ∫ (P + β Ṗ) : ∇w for each element of a part. Here, P excludes the volume terms.
 #[inline(always)]
 fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &mut Part<'_, S, D, N, P>,

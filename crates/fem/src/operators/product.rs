@@ -1,7 +1,7 @@
 //! Element pass for products of the tangents with several directions.
 //!
-//! The moduli at each point are pulled back to the reference element once for all directions, and
-//! no matrix is formed. For a few directions this is faster than assembling the matrices.
+//! The moduli at each point are pulled back to the reference element once for all directions, and no matrix is
+//! assembled. For a few directions, this is faster than assembling the matrices.
 
 use pulp::{Simd, WithSimd};
 
@@ -14,7 +14,7 @@ use crate::operators::tangent::pull_back;
 use crate::simd::batch::{Part, Point, add_dot, add_scaled};
 use crate::simd::lanes::{Lanes, outlined};
 
-/// Moduli at a quadrature point of a part, pulled back and multiplied by the quadrature weight.
+/// Moduli at a quadrature point of a part. They are pulled back and multiplied by the quadrature weight.
 pub(crate) struct Moduli<S: Simd, const D: usize> {
     /// Tangent ∂P/∂F.
     tangent: Tangent<Lanes<S>, D>,
@@ -42,7 +42,7 @@ fn reference_gradient<S: Simd, const D: usize, const N: usize, const P: usize>(
     gradient
 }
 
-/// Adds A : G to `flux` for a pulled-back tangent A given by its blocks i ≤ k.
+/// Adds A : G to `flux`, where the pulled-back tangent A is given by its blocks with i ≤ k.
 #[inline(always)]
 fn add_contracted<S: Simd, const D: usize>(
     flux: &mut Tensor<Lanes<S>, D>,
@@ -121,7 +121,7 @@ fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constituti
     Ok(())
 }
 
-/// Adds the changes along one direction.
+/// Adds the changes along one direction to the results.
 #[inline(always)]
 fn add_change<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &Part<'_, S, D, N, P>,
@@ -207,7 +207,7 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Multipl
         moduli(law, part, points, (self.fields, at), moduli_at_points)?;
         let changes =
             Changes { part, points, at, moduli: moduli_at_points, changes: &mut *self.changes };
-        // Compiled once for all laws.
+        // This function is compiled once for all laws.
         outlined(part.zero().simd(), changes);
         Ok(())
     }

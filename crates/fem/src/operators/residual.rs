@@ -1,4 +1,4 @@
-//! Element pass for all vectors: force, volume residual, their rates and Bᵀμ.
+//! Element pass for all vectors: force, volume residual, the rates of both, and Bᵀμ.
 
 use pulp::Simd;
 
@@ -12,8 +12,8 @@ use crate::simd::lanes::Lanes;
 
 /// Nodal values of the fields for a part of a batch.
 ///
-/// `RATES` states at compile time whether v, ṗ and μ are needed; otherwise they are zero. A test at
-/// each point would cost a tenth of a pass without rates.
+/// `RATES` states at compile time whether v, ṗ and μ are needed. If they are not needed, they are zero. A test at
+/// each point would take a tenth of the time of a pass without rates.
 pub(crate) struct Local<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
 {
     u: [[Lanes<S>; D]; N],
@@ -23,14 +23,14 @@ pub(crate) struct Local<S: Simd, const D: usize, const N: usize, const P: usize,
     mu: [Lanes<S>; P],
     factors: Option<[Lanes<S>; P]>,
     kappa: f64,
-    /// Whether v, ṗ and μ are needed; tested at run time if `RATES` is true.
+    /// Whether v, ṗ and μ are needed. If `RATES` is true, this flag is tested at run time.
     moving: bool,
 }
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
     Local<S, D, N, P, RATES>
 {
-    /// Gathers the fields. Missing fields count as zero; callers check the required ones.
+    /// Gathers the fields. Missing fields count as zero, and callers check that required fields exist.
     #[inline(always)]
     pub(crate) fn gather(part: &Part<'_, S, D, N, P>, fields: &Fields<'_>, moving: bool) -> Self {
         let (p, kappa) = match fields.pressure {
@@ -59,7 +59,7 @@ pub(crate) struct AtPoint<S: Simd, const D: usize, C: Constitutive<D>> {
 }
 
 impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
-    /// Interpolates to a point and returns an error if an element is inverted there.
+    /// Interpolates the fields to a point. Returns an error if an element is inverted at this point.
     #[inline(always)]
     pub(crate) fn new<const N: usize, const P: usize, const RATES: bool>(
         law: &C,
@@ -94,7 +94,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
     }
 }
 
-/// Adds flux : ∇φ of one point to the element vectors.
+/// Adds flux : ∇φ at one point to the element vectors.
 #[inline(always)]
 pub(crate) fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut [[Lanes<S>; D]; N],
@@ -110,7 +110,7 @@ pub(crate) fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize
     }
 }
 
-/// Adds ψ f of one point to the element vectors.
+/// Adds ψ f at one point to the element vectors.
 #[inline(always)]
 fn accumulate_scalar<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut [Lanes<S>; P],

@@ -1,4 +1,4 @@
-//! Element pass for all tangents, scattered into fixed patterns.
+//! Element pass for all tangents, whose entries are scattered into fixed patterns.
 
 use pulp::{Simd, WithSimd};
 
@@ -11,14 +11,15 @@ use crate::simd::batch::{Part, Point, add_dot, dot, dot_numbers};
 use crate::simd::lanes::{Lanes, outlined};
 use crate::space::sparsity::{NO_ENTRY, ScatterMap};
 
-/// Element matrices `[a][b][i][k]` for nodes a ≤ b, component i of a and component k of b.
+/// Element matrices `[a][b][i][k]` for nodes a ≤ b, where i is a component of node a and k is a component of node
+/// b.
 pub(crate) type Matrix<S, const D: usize, const N: usize> = [[Tensor<Lanes<S>, D>; N]; N];
 
 /// Element divergences `[v][b][k]` for pressure v and component k of node b.
 type Divergence<S, const D: usize, const N: usize, const P: usize> = [[[Lanes<S>; D]; N]; P];
 
-/// Returns w J⁻¹ A J⁻ᵀ for i ≤ k: both gradient directions pulled back to the reference element,
-/// times the quadrature weight.
+/// Returns w J⁻¹ A J⁻ᵀ for i ≤ k. Both gradient directions are pulled back to the reference element, and the
+/// result is multiplied by the quadrature weight.
 #[inline(always)]
 pub(crate) fn pull_back<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &Part<'_, S, D, N, P>,
@@ -55,7 +56,7 @@ pub(crate) fn pull_back<S: Simd, const D: usize, const N: usize, const P: usize>
     out
 }
 
-/// Adds ∇φ_a : A : ∇φ_b of one point to the element matrices.
+/// Adds ∇φ_a : A : ∇φ_b at one point to the element matrices.
 #[inline(always)]
 fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut Matrix<S, D, N>,
@@ -89,7 +90,7 @@ fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
     }
 }
 
-/// Calls [`accumulate`]; in 3D, where it is long, as a separate function.
+/// Calls [`accumulate`]. In 3D, this function is long and is therefore compiled as a separate function.
 #[inline(always)]
 pub(crate) fn add<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut Matrix<S, D, N>,
@@ -124,7 +125,7 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd
     }
 }
 
-/// Adds ψ_v N : ∇φ_b of one point to the element divergences.
+/// Adds ψ_v N : ∇φ_b at one point to the element divergences.
 #[inline(always)]
 fn accumulate_divergence<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut Divergence<S, D, N, P>,
@@ -144,7 +145,8 @@ fn accumulate_divergence<S: Simd, const D: usize, const N: usize, const P: usize
     }
 }
 
-/// Adds element matrices to the global matrix, element by element. Only the upper blocks of symmetric matrices are read.
+/// Adds element matrices to the global matrix, element by element. For symmetric matrices, only the upper blocks
+/// are read.
 #[inline(always)]
 pub(crate) fn scatter<
     S: Simd,
@@ -199,7 +201,7 @@ pub(crate) fn add_entry(index: u32, entry: f64, values: &mut [f64]) {
     }
 }
 
-/// Scales an element matrix, if present.
+/// Scales an element matrix, if it is present.
 #[inline(always)]
 fn scale<S: Simd, const D: usize, const N: usize>(
     local: &mut Option<Matrix<S, D, N>>,

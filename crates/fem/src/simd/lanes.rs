@@ -1,7 +1,7 @@
 //! Vector register with one number per element.
 //!
-//! Functions on lanes use loops and are always inlined. Closures (for example in `array::map`)
-//! would be compiled as separate functions without vector instructions.
+//! Functions of lanes use loops and are always inlined. Closures (for example in `array::map`) would be compiled
+//! as separate functions without vector instructions.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::slice::{from_mut, from_ref};
@@ -12,14 +12,14 @@ use pulp::{Simd, WithSimd};
 use crate::material::elementary;
 use crate::material::real::{Plain, Real};
 
-/// Runs `op` with the instructions of `simd` as a separate function. Functions called from several
-/// loops are then compiled once, and long functions are not inlined in even longer ones.
+/// Runs `op` as a separate function with the instructions of `simd`. If `op` is called from several loops, it is
+/// then compiled only once. Long functions are not inlined in even longer functions.
 #[inline(never)]
 pub(crate) fn outlined<S: Simd, Op: WithSimd>(simd: S, op: Op) -> Op::Output {
     simd.vectorize(op)
 }
 
-/// Elements per batch: one AVX-512 register of f64, two AVX2 registers.
+/// Number of elements per batch, which fill one AVX-512 register of f64 or two AVX2 registers.
 pub(crate) const LANES: usize = 8;
 
 /// One number per element of a batch.
@@ -31,7 +31,7 @@ impl Array {
     pub(crate) const ZERO: Self = Self([0.0; LANES]);
 }
 
-/// Vector register: one number for each of the elements that fit in it.
+/// Vector register with one number for each of the elements that fit in it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lanes<S: Simd> {
     simd: S,
@@ -57,14 +57,14 @@ impl<S: Simd> Lanes<S> {
         self.simd
     }
 
-    /// Loads register number `part` of an array.
+    /// Loads the register with the index `part` from an array.
     #[inline(always)]
     pub(crate) fn load(simd: S, array: &Array, part: usize) -> Self {
         let value = S::as_simd_f64s(&array.0).0[part];
         Self { simd, value }
     }
 
-    /// Stores register number `part` of an array.
+    /// Stores the register with the index `part` in an array.
     #[inline(always)]
     pub(crate) fn store(&self, array: &mut Array, part: usize) {
         let values = self.as_slice();

@@ -1,4 +1,4 @@
-//! Force and tangents of active and viscous stresses.
+//! Force and tangents of the active and viscous stresses.
 
 use crate::error::FemError;
 use crate::material::Range;
@@ -14,13 +14,12 @@ use super::threads::{self, Entries};
 use super::{Elements, Solid, narrow, with_elements};
 
 impl Solid {
-    /// Returns the solid with active or viscous stresses added in disjoint regions of elements.
+    /// Returns the solid with active or viscous stresses, which are added in disjoint regions of elements.
     ///
     /// # Errors
-    /// [`FemError::OutOfRange`] for an element that does not exist;
-    /// [`FemError::DuplicateAddedStress`] for an element in two regions;
-    /// [`FemError::AddedToSmallStrain`] for an element with a small-strain law;
-    /// [`FemError::Parameter`] for constants out of range.
+    /// Returns [`FemError::OutOfRange`] if an element does not exist, [`FemError::DuplicateAddedStress`] if an
+    /// element is in two regions, [`FemError::AddedToSmallStrain`] if an element has a small-strain law, or
+    /// [`FemError::Parameter`] if a constant is out of range.
     pub fn with_added_stresses(
         mut self,
         regions: &[(Vec<usize>, AddedStress)],
@@ -42,7 +41,7 @@ impl Solid {
         Ok(self.with_rebuilt_batches())
     }
 
-    /// Returns the region of each element, if it is in one.
+    /// Returns the region of each element, or `None` if the element is not in a region.
     pub(super) fn region_of_element<'r>(
         &self,
         regions: impl Iterator<Item = &'r Vec<usize>>,
@@ -89,7 +88,7 @@ impl Solid {
         &self.added
     }
 
-    /// Returns the number of tensions: one per element, or 0 without added stresses.
+    /// Returns the number of tensions, which is one per element, or 0 without added stresses.
     pub fn n_tensions(&self) -> usize {
         match self.added.is_empty() {
             true => 0,
@@ -112,7 +111,7 @@ impl Solid {
         self.end_infallible([out]);
     }
 
-    /// Writes the force of the active stresses alone, which is linear in the tensions, to `out`.
+    /// Writes the force of the active stresses alone to `out`. This force is linear in the tensions.
     ///
     /// # Panics
     /// Panics if a length is wrong.

@@ -1,4 +1,4 @@
-//! Material of elements. Elements of equal material are computed together.
+//! Material of elements. Elements of the same material are computed together.
 
 use crate::error::FemError;
 use crate::material::{Law, Range, VolumeFunction};
@@ -6,22 +6,22 @@ use crate::material::{Law, Range, VolumeFunction};
 /// Bulk modulus and damping of an element, relative to the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElementScale {
-    /// Ratio of κ; positive.
+    /// Ratio of κ, which must be positive.
     pub kappa: f64,
-    /// Ratio of α; zero or positive.
+    /// Ratio of α, which must not be negative.
     pub alpha: f64,
-    /// Ratio of β; zero or positive.
+    /// Ratio of β, which must not be negative.
     pub beta: f64,
 }
 
 impl ElementScale {
-    /// Values of the body.
+    /// Scales of an element that has the values of the body.
     pub const ONE: Self = Self { kappa: 1.0, alpha: 1.0, beta: 1.0 };
 
     /// Checks the ranges of the ratios.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] for a ratio out of range.
+    /// Returns [`FemError::Parameter`] if a ratio is out of range.
     pub(crate) fn check(&self) -> Result<(), FemError> {
         Range::Positive.check("ratio of kappa", self.kappa)?;
         Range::NotNegative.check("ratio of alpha", self.alpha)?;
@@ -42,7 +42,7 @@ pub(crate) struct ElementMaterial {
 }
 
 impl ElementMaterial {
-    /// Returns whether the same code computes elements of both materials.
+    /// Returns whether the same code can compute elements of both materials.
     pub(crate) fn is_computed_like(&self, other: &Self) -> bool {
         self.law == other.law && self.volume_function == other.volume_function
     }

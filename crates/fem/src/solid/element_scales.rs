@@ -1,4 +1,4 @@
-//! Bulk modulus and damping that differ between elements.
+//! Bulk moduli and damping coefficients that differ between elements.
 
 use crate::error::FemError;
 use crate::material::{Law, VolumeFunction};
@@ -23,11 +23,11 @@ impl Solid {
         self.materials[element].volume_function
     }
 
-    /// Returns the solid with this volume function g(J) in its volumetric energy κ/2 g².
+    /// Returns the solid with the given volume function g(J) in its volumetric energy κ/2 g².
     ///
     /// # Errors
-    /// [`FemError::VolumeFunction`] for a function other than the default if a law has small strains or an energy that
-    /// includes the volumetric part.
+    /// Returns [`FemError::VolumeFunction`] if `function` is not the default and a law has small strains or an
+    /// energy that includes the volumetric part.
     pub fn with_volume_function(mut self, function: VolumeFunction) -> Result<Self, FemError> {
         if self.materials.iter().all(|own| own.volume_function == function) {
             return Ok(self);
@@ -44,12 +44,12 @@ impl Solid {
         Ok(self.with_rebuilt_batches())
     }
 
-    /// Returns the solid with κ, α and β of each element, relative to the body.
+    /// Returns the solid with values of κ, α and β for each element, relative to the body.
     ///
     /// # Errors
-    /// [`FemError::Count`] unless there is one scale per element; [`FemError::Parameter`] for
-    /// scales out of range; [`FemError::SharedPressure`] if elements with different κ or β share a
-    /// continuous pressure.
+    /// Returns [`FemError::Count`] unless there is one scale per element, [`FemError::Parameter`] if a scale is
+    /// out of range, or [`FemError::SharedPressure`] if elements with different κ or β share a continuous
+    /// pressure.
     pub fn with_element_scales(mut self, scales: &[ElementScale]) -> Result<Self, FemError> {
         check_count("element scales, one per element", scales.len(), self.space.n_elements())?;
         let mut pressure_scales: Vec<Option<ElementScale>> = vec![None; self.space.n_pressures()];
@@ -93,8 +93,7 @@ impl Solid {
         self.scaled_matrices.as_ref().map_or(&self.pressure_mass, |scaled| &scaled.compliance)
     }
 
-    /// Returns ∫ ψ_k ψ_l κ_body/κ in the pressure pattern. For uniform κ this is the pressure mass
-    /// matrix.
+    /// Returns ∫ ψ_k ψ_l κ_body/κ in the pressure pattern. If κ is uniform, this is the pressure mass matrix.
     pub fn compliance_values(&self) -> &[f64] {
         &self.compliance().values
     }
@@ -111,8 +110,8 @@ impl Solid {
         self.scaled_matrices.as_ref().map_or(&self.mass, |scaled| &scaled.damping_mass)
     }
 
-    /// Returns ∫ ρ α/α_body φ_i φ_j between free components in the displacement pattern. For
-    /// uniform α this is the mass matrix.
+    /// Returns ∫ ρ α/α_body φ_i φ_j for the free components, in the displacement pattern. If α is uniform, this is
+    /// the mass matrix.
     pub fn damping_mass_values(&self) -> Vec<f64> {
         self.on_free_components(self.damping_mass())
     }
@@ -125,7 +124,7 @@ impl Solid {
         self.damping_mass().apply_interleaved(self.space.dimension(), a, out);
     }
 
-    /// Returns the ratio β/β_body of each pressure, or `None` if it is 1 everywhere.
+    /// Returns the ratio β/β_body for each pressure, or `None` if the ratio is 1 everywhere.
     pub fn pressure_damping(&self) -> Option<&[f64]> {
         self.scaled_matrices.as_ref().map(|scaled| &scaled.pressure_damping[..])
     }

@@ -1,4 +1,4 @@
-//! Element passes: vectors, tangents, products, strain energy and power at given fields.
+//! Element passes that evaluate vectors, tangents, products, strain energy and power for given fields.
 
 use crate::operators::energy::StrainEnergy;
 use crate::operators::fields::{
@@ -17,7 +17,7 @@ impl Solid {
     /// Evaluates the requested vectors in one pass over the elements.
     ///
     /// # Errors
-    /// [`Inverted`] if det F ≤ 0 or NaN at a quadrature point; the vectors are then invalid.
+    /// Returns [`Inverted`] if det F ≤ 0 or NaN at a quadrature point. In this case, the vectors are invalid.
     ///
     /// # Panics
     /// Panics if a length is wrong, or if a rate is requested without `v`.
@@ -49,7 +49,7 @@ impl Solid {
     /// Evaluates the requested tangents in one pass over the elements.
     ///
     /// # Errors
-    /// [`Inverted`] if det F ≤ 0 or NaN at a quadrature point; the values are then invalid.
+    /// Returns [`Inverted`] if det F ≤ 0 or NaN at a quadrature point. In this case, the values are invalid.
     ///
     /// # Panics
     /// Panics if a length is wrong, or if a rate is requested without `v`.
@@ -78,11 +78,11 @@ impl Solid {
         self.end(out.all_mut(), local)
     }
 
-    /// Computes products of the tangents with several directions in one pass over the elements,
-    /// without forming matrices.
+    /// Computes products of the tangents with several directions in one pass over the elements, without forming
+    /// matrices.
     ///
     /// # Errors
-    /// [`Inverted`] if det F ≤ 0 or NaN at a quadrature point; the products are then invalid.
+    /// Returns [`Inverted`] if det F ≤ 0 or NaN at a quadrature point. In this case, the products are invalid.
     ///
     /// # Panics
     /// Panics if a length is wrong, or if a rate is requested without `v`.
@@ -111,14 +111,14 @@ impl Solid {
         }))
     }
 
-    /// Returns the potential of the force: ∫ W(F) − p g(J) with a pressure field, ∫ W(F) + κ/2
-    /// g(J)² otherwise.
+    /// Returns the potential of the force, which is ∫ W(F) − p g(J) with a pressure field, and ∫ W(F) + κ/2 g(J)²
+    /// otherwise.
     ///
-    /// If the pressure satisfies the constraint, the stored energy is this value minus pᵀ M_p p /
-    /// (2κ). Paper, eqs. (16) and (20).
+    /// If the pressure satisfies the constraint, the stored energy is this value minus pᵀ M_p p / (2κ). Paper,
+    /// eqs. (16) and (20).
     ///
     /// # Units
-    /// J; in plane strain J/m.
+    /// The result is in J, or in J/m in plane strain.
     ///
     /// # Panics
     /// Panics if a length is wrong.
@@ -132,14 +132,14 @@ impl Solid {
         }))
     }
 
-    /// Adds the power ∫ (P + β Ṗ) : ∇w of the stresses of each element along the field w
-    /// (`direction`) to `out`, without the terms of the pressure or the penalty.
+    /// Adds the power ∫ (P + β Ṗ) : ∇w of the stresses of each element along the field w (`direction`) to `out`.
+    /// The power excludes the terms of the pressure or the penalty.
     ///
     /// # Shapes
-    /// `direction` has the length of the displacement; `out` has one entry per element.
+    /// `direction` has the length of the displacement, and `out` has one entry per element.
     ///
     /// # Errors
-    /// [`Inverted`] if det F ≤ 0 or NaN at a quadrature point; `out` is then invalid.
+    /// Returns [`Inverted`] if det F ≤ 0 or NaN at a quadrature point. In this case, `out` is invalid.
     ///
     /// # Panics
     /// Panics if a length is wrong, or if `beta` > 0 without `v`.
@@ -166,7 +166,7 @@ impl Solid {
     }
 
     /// Returns the fields with the factors of the solid included. If both the fields and the solid have factors,
-    /// `product` stores their product.
+    /// the product of these factors is stored in `product`.
     pub(crate) fn with_own_factors<'f>(
         &'f self,
         fields: &Fields<'f>,

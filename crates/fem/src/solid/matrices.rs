@@ -7,13 +7,12 @@ use crate::operators::mass::SymmetricMatrix;
 use crate::space::sparsity::entry_index;
 
 impl Solid {
-    /// Returns the pattern of tangents with respect to the displacement: n_free × n_free,
-    /// compressed columns.
+    /// Returns the pattern of tangents with respect to the displacement: n_free × n_free, by compressed columns.
     pub fn displacement_pattern(&self) -> &SparsityPattern {
         &self.displacement_pattern
     }
 
-    /// Returns the pattern of B: n_pressures × n_free, compressed columns.
+    /// Returns the pattern of B: n_pressures × n_free, by compressed columns.
     pub fn divergence_pattern(&self) -> &SparsityPattern {
         &self.divergence_pattern
     }
@@ -23,18 +22,18 @@ impl Solid {
         &self.pressure_mass.pattern
     }
 
-    /// Returns the mass matrix ρ ∫ φ_i φ_j between free components in the displacement pattern.
+    /// Returns the mass matrix ρ ∫ φ_i φ_j for the free components, in the displacement pattern.
     pub fn mass_values(&self) -> Vec<f64> {
         self.on_free_components(&self.mass)
     }
 
-    /// Returns ∫ ∇φ_i : ∇φ_j between free components in the displacement pattern: the squared H1
-    /// seminorm, which defines inf–sup constants. Paper, eq. (27).
+    /// Returns ∫ ∇φ_i : ∇φ_j for the free components, in the displacement pattern. This matrix defines the squared
+    /// H1 seminorm, which is used for inf–sup constants. Paper, eq. (27).
     pub fn gradient_values(&self) -> Vec<f64> {
         self.on_free_components(&SymmetricMatrix::node_gradients(&self.space))
     }
 
-    /// Expands a nodal matrix to the free components, in the displacement pattern.
+    /// Expands a nodal matrix to a matrix for the free components, in the displacement pattern.
     pub(super) fn on_free_components(&self, nodal: &SymmetricMatrix) -> Vec<f64> {
         let pattern = &self.displacement_pattern;
         let mut values = vec![0.0; pattern.nnz()];

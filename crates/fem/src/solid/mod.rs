@@ -1,8 +1,8 @@
-//! Operators of a solid: forces, volume residuals, their rates and tangents, mass matrices.
+//! Operators of a solid: forces, volume residuals, the rates and tangents of both, and mass matrices.
 //!
-//! [`Solid`] owns the space, the laws, the scatter maps and the constant matrices. [`Fields`] holds
-//! the fields at which [`Solid::evaluate`] and [`Solid::tangents`] are evaluated; [`Vectors`] and
-//! [`Tangents`] select the results and hold their buffers. The tangents satisfy
+//! [`Solid`] owns the space, the laws, the scatter maps and the constant matrices. [`Fields`] holds the input
+//! fields of [`Solid::evaluate`] and [`Solid::tangents`]. [`Vectors`] and [`Tangents`] select the results and hold
+//! the buffers for them. The tangents satisfy
 //!
 //! ```text
 //! ∂force/∂p = −B(u)ᵀ              ∂force_rate/∂v = stiffness     ∂force_rate/∂ṗ = −B(u)ᵀ
@@ -10,7 +10,7 @@
 //! ∂volume_residual_rate/∂v = B(u)             ∂volume_residual_rate/∂u = divergence_rate
 //! ```
 //!
-//! so five blocks are sufficient for all formulations. Reference: paper, section 2.
+//! so that five blocks are sufficient for all formulations. Reference: paper, section 2.
 
 mod added;
 pub(crate) mod assembler;
@@ -50,7 +50,7 @@ use crate::space::{Degree, ElementPoint, Space};
 use element_scales::ScaledMatrices;
 use partition::Partition;
 
-/// Batches by dimension, number of nodes and number of pressures of an element.
+/// Batches, distinguished by the dimension and by the number of nodes and pressures of an element.
 #[derive(Debug, Clone)]
 #[cfg_attr(test, allow(dead_code))] // see `with_elements`
 enum Elements {
@@ -62,8 +62,8 @@ enum Elements {
 
 /// Evaluates an expression with `$mapped` bound to the batches of any element type.
 ///
-/// Three-dimensional bodies are covered by integration tests. The unit tests exclude them because
-/// their loops take minutes to compile a second time.
+/// Integration tests cover three-dimensional bodies. The unit tests exclude these bodies, because it would take
+/// minutes to compile their loops a second time.
 macro_rules! with_elements {
     ($elements:expr, $mapped:ident => $body:expr) => {
         match $elements {
@@ -105,7 +105,7 @@ impl Elements {
     }
 }
 
-/// Batches and the positions of their matrices in the global matrices.
+/// Batches and the locations of their element matrices in the global matrices.
 #[derive(Debug, Clone)]
 struct MappedBatches<const D: usize, const N: usize, const P: usize> {
     batches: Batches<D, N, P>,
@@ -132,8 +132,8 @@ impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
 }
 
 impl<const N: usize, const P: usize> MappedBatches<2, N, P> {
-    /// Runs a vector pass with the widest vector instructions of the processor. In 2D AVX-512 saves
-    /// a tenth of the time.
+    /// Runs a vector pass with the widest vector instructions of the processor. In 2D, AVX-512 saves a tenth of
+    /// the time.
     fn evaluate<Op: WithSimd>(&self, arch: Arch, op: Op) -> Op::Output {
         arch.dispatch(op)
     }
@@ -147,8 +147,8 @@ impl<const N: usize, const P: usize> MappedBatches<3, N, P> {
     }
 }
 
-/// Runs an element pass without AVX-512. AVX-512 saves no time in passes with much work per point or in rare passes,
-/// but it would increase the code by a third.
+/// Runs an element pass without AVX-512. In rare passes and in passes with much work per point, AVX-512 would not
+/// save time, but it would increase the code size by a third.
 fn narrow<Op: WithSimd>(arch: Arch, op: Op) -> Op::Output {
     #[cfg(target_arch = "x86_64")]
     match arch {
@@ -160,11 +160,11 @@ fn narrow<Op: WithSimd>(arch: Arch, op: Op) -> Op::Output {
     arch.dispatch(op)
 }
 
-/// Solid in 3D, or in plane strain per unit thickness: space, constrained components, laws and
+/// Solid in 3D, or in plane strain per unit thickness. It consists of a space, constrained components, laws and
 /// densities.
 ///
 /// # Units
-/// SI: force vectors in N, masses in kg; in plane strain N/m and kg/m.
+/// SI units: force vectors are in N and masses in kg. In plane strain, they are in N/m and kg/m.
 ///
 /// # Examples
 /// ```
@@ -194,13 +194,14 @@ pub struct Solid {
     elements: Elements,
     fibers: Option<Fibers>,
     added: Vec<AddedStress>,
-    /// Added stresses without viscosity.
+    /// The added stresses without their viscosity.
     active: Vec<AddedStress>,
     /// Prony series of viscoelastic elements.
     prony: Vec<Prony>,
     internal: InternalStresses,
     materials: Vec<ElementMaterial>,
-    /// Factor of the law's energy at each vertex of each element, linear in between; `None` for one.
+    /// Factor of the law's energy at each vertex of each element, which is interpolated linearly. `None` means
+    /// one.
     factors: Option<Vec<f64>>,
     densities: Vec<f64>,
     displacement_pattern: SparsityPattern,
@@ -210,11 +211,12 @@ pub struct Solid {
     /// Matrices that depend on the scales of elements; `None` for uniform scales.
     scaled_matrices: Option<ScaledMatrices>,
     pressure_weights: Vec<f64>,
-    /// Local element partition and the workers that compute the others; `None` for all elements.
+    /// Local partition of the elements and the workers that compute the other partitions. `None` if the solid
+    /// computes all elements.
     partition: Option<Box<Partition>>,
     /// Threads for passes over large bodies.
     threads: Option<Arc<ThreadPool>>,
-    /// Vector instructions of the processor. All instruction sets give bitwise equal results.
+    /// Vector instructions of the processor. The results of all instruction sets are bitwise equal.
     arch: Arch,
 }
 
@@ -222,8 +224,8 @@ impl Solid {
     /// Creates a solid with one law per element.
     ///
     /// # Errors
-    /// [`FemError::Count`] if array lengths do not match; [`FemError::Parameter`] unless the
-    /// density is positive.
+    /// Returns [`FemError::Count`] if array lengths do not match, or [`FemError::Parameter`] unless the density is
+    /// positive.
     pub fn new(
         space: Arc<Space>,
         dofs: DofMap,
@@ -236,7 +238,7 @@ impl Solid {
     /// Creates a solid with the same law in all elements.
     ///
     /// # Errors
-    /// The errors of [`new`](Solid::new).
+    /// Returns the errors of [`new`](Solid::new).
     pub fn uniform(
         space: Arc<Space>,
         dofs: DofMap,
@@ -247,11 +249,11 @@ impl Solid {
         Self::new(space, dofs, laws, density)
     }
 
-    /// Creates a solid with a given quadrature rule for force and volume terms; [`new`](Solid::new)
-    /// uses degree 4.
+    /// Creates a solid with the given quadrature rule for force and volume terms. [`new`](Solid::new) uses
+    /// degree 4.
     ///
     /// # Errors
-    /// The errors of [`new`](Solid::new).
+    /// Returns the errors of [`new`](Solid::new).
     pub fn with_rule(
         space: Arc<Space>,
         dofs: DofMap,
@@ -266,7 +268,7 @@ impl Solid {
     /// Creates a solid with one law and one density per element.
     ///
     /// # Errors
-    /// The errors of [`new`](Solid::new).
+    /// Returns the errors of [`new`](Solid::new).
     pub fn with_densities(
         space: Arc<Space>,
         dofs: DofMap,
@@ -328,8 +330,7 @@ impl Solid {
         })
     }
 
-    /// Returns the solid with the given fibers. Without them, fibers are along x and sheets along
-    /// y.
+    /// Returns the solid with the given fibers. By default, fibers are along x, and sheets are along y.
     #[must_use]
     pub fn with_fibers(mut self, fibers: Fibers) -> Self {
         let added = &self.added;
@@ -339,12 +340,12 @@ impl Solid {
         self
     }
 
-    /// Multiplies the energy of the laws by factors, linear in each element. Volume
-    /// terms, added and viscous stresses are unchanged; Prony terms are not supported.
+    /// Multiplies the energy of the laws by factors, which are linear in each element. Volume terms, added
+    /// stresses and viscous stresses do not change. Prony terms are not supported.
     ///
     /// # Errors
-    /// [`FemError::Count`] unless there is a factor for each vertex of each element; [`FemError::Parameter`] for a
-    /// factor of zero or less.
+    /// Returns [`FemError::Count`] unless there is a factor for each vertex of each element, or
+    /// [`FemError::Parameter`] if a factor is not positive.
     pub fn with_factors(mut self, factors: Vec<f64>) -> Result<Self, FemError> {
         let n = self.space.mesh().shape().n_vertices() * self.space.n_elements();
         check_count("factors, one per vertex of each element", factors.len(), n)?;
@@ -395,12 +396,12 @@ impl Solid {
         self.laws.iter().all(|law| law.is_linear())
     }
 
-    /// Returns the mass density of each element, kg/m³.
+    /// Returns the mass density (kg/m³) of each element.
     pub fn densities(&self) -> &[f64] {
         &self.densities
     }
 
-    /// Returns the solid without its mass matrix, for quasi-static motions. Densities are kept.
+    /// Returns the solid with a mass matrix of zero, for quasi-static motions. The densities are kept.
     #[must_use]
     pub fn without_inertia(mut self) -> Self {
         self.mass.values.fill(0.0);
@@ -412,12 +413,12 @@ impl Solid {
         self.mass.values.iter().any(|mass| *mass != 0.0)
     }
 
-    /// Returns ∫ ψ_k, the weights of projected volume residuals.
+    /// Returns the integrals ∫ ψ_k, which are the weights of projected volume residuals.
     pub fn pressure_weights(&self) -> &[f64] {
         &self.pressure_weights
     }
 
-    /// Returns the undeformed volume in m³; in plane strain per unit thickness, in m².
+    /// Returns the undeformed volume in m³. In plane strain, the volume per unit thickness is in m².
     pub fn volume(&self) -> f64 {
         self.space.measure()
     }

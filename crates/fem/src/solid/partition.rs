@@ -9,8 +9,8 @@ use crate::solid::assembler::{ParallelAssembler, Pass};
 use super::{Elements, MappedBatches, Solid, with_elements};
 
 impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
-    /// Keeps partition `number` of `count`; each has an equal number of batches of each law and
-    /// added stress.
+    /// Keeps partition `number` of `count`. All partitions have an equal number of batches for each law and added
+    /// stress.
     fn keep_share(&mut self, number: usize, count: usize) {
         let mut kept = Vec::new();
         let batches = &self.batches.batches;
@@ -31,20 +31,20 @@ impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
 #[derive(Debug, Clone)]
 pub(super) struct Partition {
     elements: Elements,
-    /// Workers for the other partitions. Without workers, results are partial sums.
+    /// Workers that compute the other partitions. Without workers, results are partial sums.
     assembler: Option<Arc<dyn ParallelAssembler>>,
 }
 
 impl Solid {
-    /// Returns the solid with partition `number` of `count`. Its [passes](Pass) return the partial
-    /// sums of these elements. Other operators, including stress relaxation, use all elements.
+    /// Returns the solid with partition `number` of `count`. The [passes](Pass) of this solid return partial sums
+    /// over the elements of the partition. Other operators, including stress relaxation, use all elements.
     #[must_use]
     pub fn share(self, number: usize, count: usize) -> Self {
         self.partition(number, count, None)
     }
 
-    /// Returns the solid with workers for the other partitions of `count`. Its passes return
-    /// complete sums.
+    /// Returns the solid with workers that compute the other partitions of `count`. The passes of this solid
+    /// return complete sums.
     #[must_use]
     pub fn with_assembler(self, assembler: Arc<dyn ParallelAssembler>, count: usize) -> Self {
         self.partition(0, count, Some(assembler))
@@ -62,7 +62,7 @@ impl Solid {
         self
     }
 
-    /// Returns the elements of passes: the local partition, or all elements.
+    /// Returns the elements that passes compute: the local partition, or all elements.
     pub(super) fn local_elements(&self) -> &Elements {
         match &self.partition {
             None => &self.elements,
@@ -74,11 +74,11 @@ impl Solid {
         self.partition.as_ref()?.assembler.as_ref()
     }
 
-    /// Computes a pass over the local partition and writes the results in the order of their
-    /// declaration; results not requested become empty.
+    /// Computes a pass over the local partition and writes the results, in the order in which they are declared.
+    /// Other results become empty.
     ///
     /// # Errors
-    /// The errors of [`evaluate`](Self::evaluate).
+    /// Returns the errors of [`evaluate`](Self::evaluate).
     ///
     /// # Panics
     /// Panics if the pass itself panics.
@@ -121,7 +121,7 @@ impl Solid {
         }
     }
 
-    /// Completes a pass: adds the results of the workers.
+    /// Completes a pass by adding the results of the workers.
     pub(super) fn end<'a>(
         &self,
         results: impl IntoIterator<Item = &'a mut [f64]>,
@@ -139,7 +139,7 @@ impl Solid {
     }
 }
 
-/// Asserts that an infallible pass succeeded.
+/// Asserts that a pass that cannot fail succeeded.
 pub(super) fn assert_infallible(ended: Result<(), Inverted>) {
     debug_assert!(ended.is_ok(), "added stresses are defined everywhere");
 }

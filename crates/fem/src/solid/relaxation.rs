@@ -1,4 +1,4 @@
-//! Viscoelastic stress relaxation: force, tangents and rates of internal stresses.
+//! Viscoelastic stress relaxation: force, tangents, and rates of internal stresses.
 
 use crate::error::FemError;
 use crate::material::Prony;
@@ -15,13 +15,12 @@ use super::partition::assert_infallible;
 use super::{Elements, Solid, narrow, with_elements};
 
 impl Solid {
-    /// Returns the solid with Prony series in disjoint regions of elements. Regions with an empty
-    /// series are ignored.
+    /// Returns the solid with Prony series in disjoint regions of elements. Regions with an empty series are
+    /// ignored.
     ///
     /// # Errors
-    /// [`FemError::OutOfRange`] for an element that does not exist;
-    /// [`FemError::DuplicateAddedStress`] for an element in two regions;
-    /// [`FemError::AddedToSmallStrain`] for an element with a small-strain law.
+    /// Returns [`FemError::OutOfRange`] if an element does not exist, [`FemError::DuplicateAddedStress`] if an
+    /// element is in two regions, or [`FemError::AddedToSmallStrain`] if an element has a small-strain law.
     pub fn with_relaxation(mut self, regions: &[(Vec<usize>, Prony)]) -> Result<Self, FemError> {
         let given = regions.iter().filter(|(_, prony)| !prony.is_empty());
         let region_of_element =
@@ -33,7 +32,7 @@ impl Solid {
         Ok(self.with_rebuilt_batches())
     }
 
-    /// Returns the solid with its long-term elastic response, without Prony series.
+    /// Returns the solid without Prony series, which has the long-term elastic response.
     #[must_use]
     pub fn relaxed(mut self) -> Self {
         for material in &mut self.materials {
@@ -53,10 +52,10 @@ impl Solid {
         self.relaxation_regions().last().map_or(0, |part| part.states.end)
     }
 
-    /// Returns the overstress F (Σ g S − Σ Q) at a point, or `None` for an element without Prony
-    /// series. The second Piola–Kirchhoff overstress in parentheses is known at the quadrature
-    /// points only; its least-squares linear fit in the element is evaluated. It is exact for
-    /// linear functions and zero at equilibrium.
+    /// Returns the overstress F (Σ g S − Σ Q) at a point, or `None` for an element without Prony series. The
+    /// second Piola–Kirchhoff overstress in parentheses is known only at the quadrature points. Therefore its
+    /// linear least-squares fit in the element is evaluated. The fit is exact for linear functions and zero at
+    /// equilibrium.
     ///
     /// # Panics
     /// Panics if a length is wrong.
@@ -69,9 +68,8 @@ impl Solid {
         let n = at.barycentric.len() as f64;
         let mut fit = [[0.0; 3]; 3];
         for (number, point) in self.rule.points(mesh.shape()).iter().enumerate() {
-            // With ∫λa λb = (1 + δab)/(n (n + 1)) for n vertices and unit measure, the projection
-            // is Σ w_q n ((n + 1) λ·λ_q − 1) s_q; the rule is exact for products of linear
-            // functions.
+            // For n vertices and unit measure, ∫λa λb = (1 + δab)/(n (n + 1)). Therefore the projection is Σ w_q n
+            // ((n + 1) λ·λ_q − 1) s_q. The rule is exact for products of linear functions.
             let coordinates = at.barycentric.iter().zip(point.barycentric.iter());
             let product: f64 = coordinates.map(|(a, b)| a * b).sum();
             let weight = point.weight * n * ((n + 1.0) * product - 1.0);
@@ -85,7 +83,7 @@ impl Solid {
         Some(product3(&deformation(&self.spatial_gradient_at(u, at)), &fit))
     }
 
-    /// Returns the number of slots: stress components at quadrature points.
+    /// Returns the number of slots, which are stress components at quadrature points.
     pub fn n_slots(&self) -> usize {
         self.relaxation_regions().last().map_or(0, |part| part.slots.end)
     }
@@ -125,7 +123,7 @@ impl Solid {
         internal
     }
 
-    /// Writes the second Piola–Kirchhoff stress S, which drives the internal stresses, to `out`.
+    /// Writes the second Piola–Kirchhoff stress S to `out`. This stress drives the internal stresses.
     ///
     /// # Shapes
     /// `out` has length [`n_slots`](Self::n_slots).
@@ -137,8 +135,8 @@ impl Solid {
         self.relax(u, Requested::Stresses { out });
     }
 
-    /// Adds ∫ F T : ∇φ of each symmetric tensor T of `tensors` to the corresponding entry of
-    /// `forces`, in one pass.
+    /// Adds ∫ F T : ∇φ for each symmetric tensor T of `tensors` to the corresponding entry of `forces`. All forces
+    /// are computed in one pass.
     ///
     /// # Shapes
     /// Each entry of `tensors` has length [`n_slots`](Self::n_slots).
@@ -154,8 +152,8 @@ impl Solid {
         self.relax(u, Requested::ForceOf { tensors, forces });
     }
 
-    /// Writes the stress rate Ṡ along each velocity of `v` to the corresponding entry of `out`, in
-    /// one pass.
+    /// Writes the stress rate Ṡ along each velocity of `v` to the corresponding entry of `out`. All rates are
+    /// computed in one pass.
     ///
     /// # Shapes
     /// Each entry of `out` has length [`n_slots`](Self::n_slots).
@@ -171,12 +169,11 @@ impl Solid {
         self.relax(u, Requested::StressRates { v, out });
     }
 
-    /// Writes ∂/∂u ∫ F H : ∇φ at constant H to `geometric` and, for each viscoelastic region, ∂/∂u
-    /// ∫ F S : ∇φ at constant F to `material`.
+    /// Writes ∂/∂u ∫ F H : ∇φ at constant H to `geometric`. For each viscoelastic region, writes ∂/∂u ∫ F S : ∇φ
+    /// at constant F to `material`.
     ///
     /// # Shapes
-    /// Values are in the order of the displacement pattern; `material` has one entry per
-    /// viscoelastic region.
+    /// Values are in the order of the displacement pattern. `material` has one entry per viscoelastic region.
     ///
     /// # Panics
     /// Panics if a length is wrong.

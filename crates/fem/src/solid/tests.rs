@@ -1,4 +1,4 @@
-//! All instruction sets give bitwise equal results.
+//! Tests that all instruction sets give bitwise equal results.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::operators::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::space::Space;
 use crate::space::dofs::DofMap;
 
-/// Returns the instruction sets of this processor, the widest last.
+/// Returns the instruction sets of this processor. The widest set is the last.
 fn instruction_sets() -> Vec<Arch> {
     let mut sets = vec![Arch::Scalar];
     #[cfg(target_arch = "x86_64")]
@@ -52,7 +52,7 @@ fn all_results(solid: &Solid, fields: &Fields<'_>) -> Result<[Vec<f64>; 10], Inv
 
 #[test]
 fn instruction_sets_give_bitwise_equal_results() {
-    // A batch holds 8 elements; the last batch is not full.
+    // A batch holds 8 elements, and the last batch is not full.
     let mesh = crate::mesh::generate::spindle([10, 2]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
@@ -88,7 +88,7 @@ fn instruction_sets_give_bitwise_equal_results() {
     }
 }
 
-/// Factors of the solid and of the fields multiply.
+/// The factors of the solid and of the fields are multiplied.
 #[test]
 fn factors_of_a_solid_equal_factors_of_the_fields() {
     let mesh = crate::mesh::generate::spindle([10, 2]).unwrap();

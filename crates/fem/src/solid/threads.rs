@@ -1,9 +1,9 @@
 //! Multithreaded passes over the elements of large three-dimensional bodies.
 //!
-//! Threads compute element vectors and matrices batch by batch into separate buffers. One thread
-//! adds them to the global arrays in the order of the batches while the others compute the next
-//! ones. The sums are therefore bitwise equal to sequential sums. The speedup is limited by the
-//! additions, about a quarter of a pass.
+//! Threads compute element vectors and matrices batch by batch and store them in separate buffers. One thread adds
+//! these to the global arrays in the order of the batches, while the other threads compute the next batches. The
+//! sums are therefore bitwise equal to sequential sums. The additions take about a quarter of a pass and limit the
+//! speedup.
 
 use std::array::from_fn;
 use std::ops::Range;
@@ -21,38 +21,37 @@ use crate::space::sparsity::{NO_ENTRY, ScatterMap};
 
 use super::{MappedBatches, Solid};
 
-/// Minimum number of batches for several threads. A batch takes about 20 µs; waking threads and
+/// Minimum number of batches for which several threads are used. A batch takes about 20 µs. Waking the threads and
 /// distributing the work costs as much as a few batches.
 const BATCHES_FROM: usize = 64;
 
-/// Batches per thread computed before an addition: enough to keep threads busy, few enough to stay
-/// in the cache.
+/// Number of batches that each thread computes before their results are added. The number is large enough to keep
+/// the threads busy, and small enough for the results to remain in the cache.
 const AT_A_TIME: usize = 8;
 
-/// Kind of the element results of a pass.
+/// Kind of the element results of a pass, which determines their size.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Entries {
     /// One value per component of each node.
     Vector,
     /// One value per pressure.
     PerPressure,
-    /// Matrix with components as rows and columns.
+    /// Matrix whose rows and columns are components.
     Matrix,
-    /// Matrix with pressures as rows and components as columns.
+    /// Matrix whose rows are pressures and whose columns are components.
     Divergence,
 }
 
 use Entries::{Divergence, Matrix, PerPressure, Vector};
 
-/// Result kinds of `Vectors`, `Tangents` and `AddedTangents`.
+/// Kinds of the results of `Vectors`, `Tangents` and `AddedTangents`.
 pub(super) const VECTORS: [Entries; 5] = [Vector, Vector, PerPressure, PerPressure, Vector];
 pub(super) const TANGENTS: [Entries; 6] = [Matrix, Matrix, Matrix, Divergence, Divergence, Matrix];
 pub(super) const ADDED_TANGENTS: [Entries; 2] = [Matrix; 2];
 
 impl Solid {
-    /// Returns the solid with threads for its passes. They are used for large 3D bodies, unless the
-    /// elements are partitioned among processes. Results are bitwise independent of the number of
-    /// threads.
+    /// Returns the solid with threads for its passes. The threads are used for large 3D bodies, unless the
+    /// elements are partitioned among processes. The results are bitwise equal for any number of threads.
     #[must_use]
     pub fn in_threads(mut self, threads: Option<Arc<ThreadPool>>) -> Self {
         self.threads = threads.filter(|_| self.partition.is_none());
@@ -61,7 +60,7 @@ impl Solid {
 }
 
 impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
-    /// Runs a pass over all elements: `compute` evaluates it for some of the batches, and the
+    /// Runs a pass over all elements. The function `compute` evaluates the pass for some of the batches, and the
     /// results are added to `requested`.
     pub(super) fn pass<const K: usize>(
         &self,
@@ -129,7 +128,7 @@ impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
     }
 }
 
-/// Splits a buffer into parts of the given lengths; `None` for length 0.
+/// Splits a buffer into parts of the given lengths. A part of length 0 is `None`.
 fn parts<const K: usize>(mut buffer: &mut [f64], lengths: [usize; K]) -> [Option<&mut [f64]>; K] {
     lengths.map(|length| {
         let (part, rest) = std::mem::take(&mut buffer).split_at_mut(length);
@@ -148,7 +147,7 @@ impl Entries {
         }
     }
 
-    /// Adds the entries of a batch, stored element by element, to the global array.
+    /// Adds the entries of a batch to the global array. The entries are stored element by element.
     fn add<const D: usize, const N: usize, const P: usize>(
         self,
         batch: &Batch<D, N, P>,

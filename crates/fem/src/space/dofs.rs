@@ -1,16 +1,16 @@
-//! Map between all displacement components and the free ones.
+//! Map between all displacement components and the free components.
 
 use crate::error::FemError;
 use crate::space::Space;
 
-/// Marks a constrained component in [`DofMap::full_to_free`].
+/// Value in [`DofMap::full_to_free`] that marks a constrained component.
 pub(crate) const CONSTRAINED: u32 = u32::MAX;
 
-/// Free displacement components, numbered in the order of the full nodal array.
+/// Free displacement components, in the same order as in the full nodal array.
 ///
 /// # Shapes
-/// A full array has [`n_full`](DofMap::n_full) entries, the components of all nodes (x0, y0, x1,
-/// …). A free array has [`n_free`](DofMap::n_free) entries.
+/// A full array has [`n_full`](DofMap::n_full) entries, the components of all nodes (x0, y0, x1, …). A free array
+/// has [`n_free`](DofMap::n_free) entries.
 ///
 /// # Examples
 /// ```
@@ -33,7 +33,7 @@ impl DofMap {
     /// Creates a map in which all components are free except the listed pairs (node, component).
     ///
     /// # Errors
-    /// [`FemError::OutOfRange`] for a node or component that does not exist.
+    /// Returns [`FemError::OutOfRange`] if a node or component does not exist.
     pub fn new(space: &Space, constrained: &[(usize, usize)]) -> Result<Self, FemError> {
         let dimension = space.dimension();
         let mut full_to_free = vec![0; space.n_components()];
@@ -59,7 +59,7 @@ impl DofMap {
     /// Creates a map in which all components of the listed nodes are constrained.
     ///
     /// # Errors
-    /// [`FemError::OutOfRange`] for a node that does not exist.
+    /// Returns [`FemError::OutOfRange`] if a node does not exist.
     pub fn clamped(space: &Space, nodes: &[usize]) -> Result<Self, FemError> {
         let components = 0..space.dimension();
         let pairs: Vec<_> = nodes
@@ -79,12 +79,12 @@ impl DofMap {
         self.full_to_free.len()
     }
 
-    /// Returns the index of each free component in the full array, in ascending order.
+    /// Returns the indices of the free components in the full array, in ascending order.
     pub fn free_to_full(&self) -> &[usize] {
         &self.free_to_full
     }
 
-    /// Returns the free index of each component of the full array, or [`CONSTRAINED`].
+    /// Returns the index in the free array of each component of the full array, or [`CONSTRAINED`].
     pub(crate) fn full_to_free(&self) -> &[u32] {
         &self.full_to_free
     }
@@ -100,7 +100,7 @@ impl DofMap {
         }
     }
 
-    /// Copies the free components out of the full array.
+    /// Copies the free components from the full array.
     ///
     /// # Panics
     /// Panics if a length is wrong.

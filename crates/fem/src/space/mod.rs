@@ -1,12 +1,10 @@
-//! Finite element spaces of displacement and pressure on one mesh.
+//! Finite element spaces for displacement and pressure on the same mesh.
 //!
-//! A [`Space`] numbers the nodes (vertices with their mesh indices, then edge midpoints) and the
-//! pressures, and evaluates fields at points. Displacement-like arrays are interleaved (x0, y0, x1,
-//! y1, … in 2D) over *all* nodes, including constrained ones. Pressure-like arrays have one entry
-//! per pressure.
+//! A [`Space`] numbers the nodes and the pressures, and evaluates fields at points. The nodes are the vertices
+//! with their mesh indices, followed by the edge midpoints. Displacement-like arrays are interleaved (x0, y0, x1,
+//! y1, … in 2D) over *all* nodes, including constrained ones. Pressure-like arrays have one entry per pressure.
 //!
-//! As in [mesh](crate::mesh), functions with a parameter `D` panic for a space of another
-//! dimension.
+//! As in [mesh](crate::mesh), functions with a parameter `D` panic if the dimension of the space is not `D`.
 
 pub mod dofs;
 mod nearest;
@@ -23,7 +21,7 @@ use crate::element::{self, Barycentric, inverse_map};
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh, points, sorted};
 
-/// Continuous displacement space with piecewise linear pressures; paper, eq. (25).
+/// Continuous displacement space with piecewise linear pressures. Paper, eq. (25).
 ///
 /// # Examples
 /// ```
@@ -42,7 +40,7 @@ pub struct Space {
     degree: Degree,
     /// Node coordinates, `dimension` values per node.
     coordinates: Vec<f64>,
-    /// Midpoint nodes by the sorted ends of their edge; empty for degree one.
+    /// Midpoint nodes, keyed by the sorted ends of their edge. The map is empty for degree one.
     midpoints: HashMap<[usize; 2], usize>,
     element_nodes: Vec<usize>,
     element_pressures: Vec<usize>,
@@ -61,25 +59,25 @@ pub struct ElementPoint {
 }
 
 impl Space {
-    /// Creates the Taylor–Hood pair P2–P1 (quadratic displacement, linear pressure), which
-    /// satisfies the inf–sup condition (27).
+    /// Creates the Taylor–Hood pair P2–P1 with quadratic displacement and linear pressure, which satisfies the
+    /// inf–sup condition (27).
     pub fn taylor_hood(mesh: &Mesh) -> Self {
         Self::new(mesh, Degree::Two)
     }
 
-    /// Creates the equal-order pair P1–P1, a counterexample that violates (27).
+    /// Creates the equal-order pair P1–P1, which violates (27) and serves as a counterexample.
     pub fn equal_order(mesh: &Mesh) -> Self {
         Self::new(mesh, Degree::One)
     }
 
-    /// Returns the space with discontinuous pressures across regions: a vertex between regions has
-    /// one pressure per region. `regions` holds the region of each element.
+    /// Returns the space in which the pressure is discontinuous across regions: a vertex between regions has one
+    /// pressure per region. `regions` holds the region of each element.
     ///
-    /// The pressure jumps where the bulk modulus or the law changes; a continuous approximation
-    /// would lose its order of convergence there.
+    /// The exact pressure has a jump where the bulk modulus or the law changes. There, a continuous approximation
+    /// would lose its order of convergence.
     ///
     /// # Errors
-    /// [`FemError::Count`] unless `regions` has one entry per element.
+    /// Returns [`FemError::Count`] unless `regions` has one entry per element.
     pub fn with_regions(mut self, regions: &[usize]) -> Result<Self, FemError> {
         if regions.len() != self.n_elements() {
             return Err(FemError::Count {
@@ -92,7 +90,7 @@ impl Space {
         let owners = |(vertices, &region): (&'_ [usize], &usize)| -> Vec<[usize; 2]> {
             vertices.iter().map(|&vertex| [region, vertex]).collect()
         };
-        // Pressures are numbered by region, then by vertex.
+        // Pressures are numbered by region and then by vertex.
         let owned: BTreeSet<[usize; 2]> = elements().flat_map(owners).collect();
         let numbers: HashMap<[usize; 2], usize> =
             owned.iter().enumerate().map(|(number, owner)| (*owner, number)).collect();
@@ -145,8 +143,7 @@ impl Space {
         &self.mesh
     }
 
-    /// Returns the number of coordinates of a point, which is the number of displacement
-    /// components.
+    /// Returns the number of coordinates of a point, which is also the number of displacement components.
     pub fn dimension(&self) -> usize {
         self.mesh.dimension()
     }
@@ -156,22 +153,23 @@ impl Space {
         self.degree
     }
 
-    /// Returns the number of displacement nodes, including constrained ones.
+    /// Returns the number of displacement nodes, including constrained nodes.
     pub fn n_nodes(&self) -> usize {
         self.coordinates.len() / self.dimension()
     }
 
-    /// Returns the length of a displacement-like array: nodes times components.
+    /// Returns the length of a displacement-like array, which is the number of nodes times the number of
+    /// components.
     pub fn n_components(&self) -> usize {
         self.coordinates.len()
     }
 
-    /// Returns the number of pressures: one per vertex and region that contains it.
+    /// Returns the number of pressures, which is one per vertex and region that contains it.
     pub fn n_pressures(&self) -> usize {
         self.pressure_vertices.len()
     }
 
-    /// Vertex of each pressure.
+    /// Returns the vertex of each pressure.
     pub fn pressure_vertices(&self) -> &[usize] {
         &self.pressure_vertices
     }
@@ -181,7 +179,7 @@ impl Space {
         self.mesh.n_elements()
     }
 
-    /// Returns the node positions: vertices, then midpoints.
+    /// Returns the positions of the nodes: first the vertices, then the midpoints.
     ///
     /// # Panics
     /// Panics unless `D` is the dimension.
@@ -200,7 +198,7 @@ impl Space {
         &self.coordinates
     }
 
-    /// Returns the displacement nodes of an element: vertices, then edge midpoints.
+    /// Returns the displacement nodes of an element: first the vertices, then the edge midpoints.
     pub fn element_nodes(&self, element: usize) -> &[usize] {
         let n = self.mesh.shape().n_nodes(self.degree);
         &self.element_nodes[n * element..][..n]
@@ -212,12 +210,12 @@ impl Space {
         &self.element_pressures[n * element..][..n]
     }
 
-    /// Returns whether an element has curved edges; its isoparametric map is then not affine.
+    /// Returns whether an element has curved edges. In this case, its isoparametric map is not affine.
     pub fn is_curved(&self, element: usize) -> bool {
         self.curved[element]
     }
 
-    /// Returns ∂ξ/∂x at a point, and the local measure: the determinant of ∂x/∂ξ there times the
+    /// Returns ∂ξ/∂x at a point, and the local measure, which is the determinant of ∂x/∂ξ at the point times the
     /// reference measure.
     ///
     /// # Panics
@@ -239,7 +237,7 @@ impl Space {
         (inverse, shape.reference_measure * det)
     }
 
-    /// Returns the local measure at a point: det ∂x/∂ξ times the reference measure.
+    /// Returns the local measure at a point, which is det ∂x/∂ξ times the reference measure.
     pub(crate) fn measure_at(&self, element: usize, lambda: &[f64]) -> f64 {
         match self.dimension() {
             2 => self.map_at::<2>(element, lambda).1,
@@ -270,12 +268,10 @@ impl Space {
         self.displacement_at(&self.coordinates, at)
     }
 
-    /// Returns the nodes of an edge or face: its vertices, then (for degree two) the midpoints of
-    /// its edges.
+    /// Returns the nodes of an edge or face: first its vertices, then (for degree two) the midpoints of its edges.
     ///
     /// # Panics
-    /// Panics for an edge or face outside the mesh. Edges and faces of groups are always in the
-    /// mesh.
+    /// Panics if the edge or face is not in the mesh. Edges and faces of groups are always in the mesh.
     pub fn facet_nodes(&self, facet: &[usize]) -> Vec<usize> {
         let mut nodes = facet.to_vec();
         if self.degree == Degree::Two {
@@ -289,7 +285,8 @@ impl Space {
         nodes
     }
 
-    /// Returns the vertices whose midpoint is each node: the vertex twice, or the ends of the edge.
+    /// Returns the two vertices whose midpoint is each node. For a vertex, this is the vertex twice; for an edge
+    /// midpoint, these are the ends of the edge.
     pub fn node_ends(&self) -> Vec<[usize; 2]> {
         let mut ends: Vec<[usize; 2]> = (0..self.n_nodes()).map(|node| [node; 2]).collect();
         for (&edge, &node) in &self.midpoints {
@@ -316,21 +313,20 @@ impl Space {
     /// Returns the nodes of the group with the given name in ascending order.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`].
+    /// Returns [`FemError::UnknownGroup`] if the group does not exist.
     pub fn nodes_of(&self, name: &str) -> Result<Vec<usize>, FemError> {
         Ok(self.nodes_on(self.mesh.group(name)?))
     }
 
-    /// Returns the element that contains a point and its barycentric coordinates, or `None` outside
-    /// the mesh.
+    /// Returns the element that contains a point and the barycentric coordinates of the point, or `None` if the
+    /// point is outside the mesh.
     ///
-    /// A point on the boundary of several elements (up to rounding) is assigned to the first of
-    /// them.
+    /// A point on the boundary of several elements (up to rounding) is assigned to the first of these elements.
     ///
     /// # Panics
     /// Panics unless `D` is the dimension.
     pub fn locate<const D: usize>(&self, point: [f64; D]) -> Option<ElementPoint> {
-        // Rounding of coordinates, amplified by the inverse map.
+        // Bound on the rounding errors of coordinates, which the inverse map amplifies.
         const TOLERANCE: f64 = 1e-10;
         let located = |element| {
             let barycentric = match self.curved[element] {
@@ -358,8 +354,8 @@ impl Space {
         Barycentric::new(&lambda[..=D])
     }
 
-    /// Returns the barycentric coordinates of a point in a curved element by Newton's method, or
-    /// `None` if it does not converge.
+    /// Returns the barycentric coordinates of a point in a curved element, computed by Newton's method, or `None`
+    /// if the method does not converge.
     fn barycentric_in_curved<const D: usize>(
         &self,
         element: usize,
@@ -388,14 +384,14 @@ impl Space {
         None
     }
 
-    /// Returns the displacement at a point as a linear functional: nodes and weights, which are
+    /// Returns the displacement at a point as a linear functional, given by nodes and weights. The weights are
     /// equal for all components.
     pub fn displacement_functional(&self, at: &ElementPoint) -> Vec<(usize, f64)> {
         let nodes = self.element_nodes(at.element).iter().copied();
         nodes.zip(self.mesh.shape().values(self.degree, &at.barycentric)).collect()
     }
 
-    /// Returns the pressure at a point as a linear functional: pressures and weights.
+    /// Returns the pressure at a point as a linear functional, given by pressures and weights.
     pub fn pressure_functional(&self, at: &ElementPoint) -> Vec<(usize, f64)> {
         let pressures = self.element_pressures(at.element).iter().copied();
         pressures.zip(at.barycentric.iter().copied()).collect()

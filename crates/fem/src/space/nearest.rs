@@ -8,18 +8,19 @@ use crate::element::Barycentric;
 pub struct Near {
     /// The point of the mesh.
     pub at: ElementPoint,
-    /// Distance between the two points, m.
+    /// Distance (m) between the two points.
     pub distance: f64,
-    /// The distance divided by the size of the element, the root of its area or volume.
+    /// Distance divided by the size of the element, which is the root of its area or volume.
     pub relative: f64,
 }
 
 impl Space {
-    /// Returns a point of the mesh close to a point outside, or `None` if no element map can be inverted there.
+    /// Returns a point of the mesh close to a given point outside, or `None` if the map of no element can be
+    /// inverted there.
     ///
-    /// In each element, negative barycentric coordinates of the point are set to zero; the nearest of the resulting
-    /// points is returned. Its distance is an upper bound of the distance from the mesh, and of the same order for
-    /// well-shaped elements.
+    /// For each element, negative barycentric coordinates of the given point are set to zero. The nearest of the
+    /// resulting points is returned. Its distance is an upper bound on the distance from the mesh. For well-shaped
+    /// elements, the two distances have the same order of magnitude.
     ///
     /// # Panics
     /// Panics unless `D` is the dimension.
@@ -58,7 +59,7 @@ mod tests {
         let place: [f64; 2] = space.position(&near.at);
         assert!((place[0] - 2.0).abs() < 1e-14 && (place[1] - 0.5).abs() < 0.01);
         assert!(near.distance >= 0.01 && near.distance < 0.015);
-        // Two triangles of area 1/2 in each unit square.
+        // Each unit square has two triangles of area 1/2.
         assert!((near.relative / near.distance - 2f64.sqrt()).abs() < 1e-12);
         let inside = space.near([0.3, 0.4]).unwrap();
         assert!(inside.distance < 1e-15);

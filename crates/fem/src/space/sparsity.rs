@@ -1,4 +1,4 @@
-//! Sparsity patterns (compressed columns) and the positions of element entries in them.
+//! Sparsity patterns (compressed columns) and the locations of element entries in them.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use crate::simd::lanes::LANES;
 use crate::space::Space;
 use crate::space::dofs::{CONSTRAINED, DofMap};
 
-/// Marks a missing entry: a constrained row or column, or an unused lane.
+/// Value that marks a missing entry: a constrained row or column, or an unused lane.
 pub(crate) const NO_ENTRY: u32 = u32::MAX;
 
 /// Creates a pattern from the sorted rows of each column.
@@ -23,7 +23,8 @@ pub(crate) fn pattern(n_rows: usize, columns: impl Iterator<Item = Vec<usize>>) 
         .expect("rows are sorted, distinct and in range")
 }
 
-/// Returns, for each of `n_columns` column items, the sorted set of row items that share an element with it.
+/// Returns a sorted set of row items for each of `n_columns` column items. The set contains the row items that
+/// share an element with the column item.
 fn neighbors<'a, C, R>(
     space: &'a Space,
     n_columns: usize,
@@ -52,19 +53,19 @@ fn pressures(space: &Space, element: usize) -> std::iter::Copied<std::slice::Ite
     space.element_pressures(element).iter().copied()
 }
 
-/// Returns the pattern n_nodes × n_nodes of nodes that share an element.
+/// Returns the n_nodes × n_nodes pattern of nodes that share an element.
 pub(crate) fn node_pattern(space: &Space) -> SparsityPattern {
     let sets = neighbors(space, space.n_nodes(), nodes, nodes);
     pattern(space.n_nodes(), sets.into_iter().map(|set| set.into_iter().collect()))
 }
 
-/// Returns the pattern n_pressures × n_pressures of pressures that share an element.
+/// Returns the n_pressures × n_pressures pattern of pressures that share an element.
 pub(crate) fn pressure_pattern(space: &Space) -> SparsityPattern {
     let sets = neighbors(space, space.n_pressures(), pressures, pressures);
     pattern(space.n_pressures(), sets.into_iter().map(|set| set.into_iter().collect()))
 }
 
-/// Returns the pattern n_free × n_free of components whose nodes share an element.
+/// Returns the n_free × n_free pattern of components whose nodes share an element.
 pub(crate) fn displacement_pattern(space: &Space, dofs: &DofMap) -> SparsityPattern {
     let sets = neighbors(space, space.n_nodes(), nodes, nodes);
     let dimension = space.dimension();
@@ -81,7 +82,7 @@ pub(crate) fn displacement_pattern(space: &Space, dofs: &DofMap) -> SparsityPatt
     pattern(dofs.n_free(), columns)
 }
 
-/// Returns the pattern n_pressures × n_free of pressures and components that share an element.
+/// Returns the n_pressures × n_free pattern of pressures and components that share an element.
 pub(crate) fn divergence_pattern(space: &Space, dofs: &DofMap) -> SparsityPattern {
     let sets = neighbors(space, space.n_nodes(), nodes, pressures);
     let columns = dofs
@@ -100,21 +101,21 @@ pub(crate) fn entry_index(pattern: &SparsityPattern, row: usize, column: usize) 
 /// Entry index for each lane.
 pub(crate) type LaneIndices = [u32; LANES];
 
-/// Entry indices of element matrices by `[b][k][a][i]`.
+/// Entry indices of element matrices, indexed by `[b][k][a][i]`.
 type DisplacementIndices<const D: usize, const N: usize> = [[[[LaneIndices; D]; N]; D]; N];
 
-/// Entry indices of the element matrices of a batch in the global matrices.
+/// Indices of the element matrix entries of a batch in the global matrices.
 #[derive(Debug, Clone)]
 pub(crate) struct ScatterMap<const D: usize, const N: usize, const P: usize> {
-    /// `displacement[b][k][a][i]`: row (node a, component i), column (node b, component k).
+    /// `displacement[b][k][a][i]` is the index of the entry in row (node a, component i) and column (node b,
+    /// component k).
     pub(crate) displacement: Box<DisplacementIndices<D, N>>,
-    /// `divergence[b][k][v]`: row pressure v, column (node b, component k).
+    /// `divergence[b][k][v]` is the index of the entry in row v (a pressure) and column (node b, component k).
     pub(crate) divergence: Box<[[[LaneIndices; P]; D]; N]>,
 }
 
 impl<const D: usize, const N: usize, const P: usize> ScatterMap<D, N, P> {
-    /// Returns indices into a buffer in which the element matrices of a batch are stored one after
-    /// the other.
+    /// Returns indices into a buffer that stores the element matrices of a batch one after the other.
     pub(crate) fn element_by_element() -> Self {
         use std::array::from_fn;
         let index = |l: usize, column: usize, rows: usize, row: usize| {

@@ -1,23 +1,23 @@
-//! Pressures that no displacement controls, for incompressible bodies.
+//! Pressures of incompressible bodies that no displacement controls.
 
 use super::Space;
 use super::dofs::DofMap;
 
-/// Pressures without a free displacement in any of their elements.
+/// Pressures for which no element that contains them has a free displacement.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct HeldPressures {
-    /// Vertices whose pressure equals that of another vertex of their element.
+    /// Vertices whose pressure is set equal to the pressure of another vertex of an element.
     pub tied: Vec<usize>,
-    /// Vertices of parts without free components, whose pressure is undetermined.
+    /// Vertices of parts without free components. The pressure at these vertices is undetermined.
     pub undetermined: Vec<usize>,
 }
 
 impl Space {
-    /// Returns the space with one unknown fewer for each vertex whose elements have no free nodes, for example at a
-    /// corner of a clamped surface.
+    /// Returns the space with one unknown fewer for each vertex whose elements have no free nodes, for example at
+    /// a corner of a clamped surface.
     ///
-    /// For κ = ∞, such a pressure occurs in no equation. It is set equal to another pressure of its element, whose
-    /// equation then constrains the volume of both.
+    /// For κ = ∞, such a pressure does not occur in any equation. It is set equal to another pressure of its
+    /// element. The equation of that pressure then constrains the volume of both.
     #[must_use]
     pub fn with_held_pressures_tied(self, dofs: &DofMap) -> (Self, HeldPressures) {
         let (n, dimension) = (self.n_pressures(), self.dimension());
@@ -33,7 +33,7 @@ impl Space {
                 }
             }
         }
-        // Each pass ties the vertices next to those whose pressure is determined.
+        // Each pass ties the vertices next to a vertex whose pressure is determined.
         loop {
             let mut ties = Vec::new();
             for element in 0..self.n_elements() {
@@ -62,8 +62,8 @@ impl Space {
         (self.with_equal_pressures(&equal_to), held)
     }
 
-    /// Returns the space with one unknown fewer for each of the `dependent` pressures with an independent one in an
-    /// element, which it equals.
+    /// Returns the space with one unknown fewer for each of the `dependent` pressures that shares an element with
+    /// an independent pressure. The dependent pressure is set equal to the independent pressure.
     #[must_use]
     pub fn with_pressures_tied(self, dependent: &[usize]) -> Self {
         let mut is_dependent = vec![false; self.n_pressures()];
@@ -82,7 +82,7 @@ impl Space {
         self.with_equal_pressures(&equal_to)
     }
 
-    /// Returns the space in which each pressure equals the pressure with the given number.
+    /// Returns the space in which each pressure equals the pressure with the index in `equal_to`.
     fn with_equal_pressures(mut self, equal_to: &[usize]) -> Self {
         let mut numbers = vec![0; equal_to.len()];
         let mut vertices = Vec::new();
@@ -107,7 +107,8 @@ mod tests {
     use super::*;
     use crate::mesh::Mesh;
 
-    /// Returns a cube of five tetrahedra: one in the middle, and four that contain a corner of the cube.
+    /// Returns a cube of five tetrahedra. One tetrahedron is in the middle, and each of the other four contains a
+    /// corner of the cube.
     fn cube() -> Mesh {
         let points: Vec<[f64; 3]> =
             (0..8_u8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from)).collect();
@@ -126,7 +127,8 @@ mod tests {
         assert_eq!((held.tied, held.undetermined), (vec![0], vec![]));
         assert_eq!(tied.n_pressures(), 7);
         assert!(!tied.pressure_vertices().contains(&0));
-        // A linear pressure at the other vertices, evaluated in the element at the corner.
+        // The pressure at each other vertex is the index of the vertex. The pressures are evaluated in the element
+        // at the corner.
         let p: Vec<f64> = tied.pressure_vertices().iter().map(|&v| v as f64).collect();
         let mut own: Vec<f64> = tied.element_pressures(0).iter().map(|&k| p[k]).collect();
         let corner = own.remove(0);
@@ -147,7 +149,7 @@ mod tests {
     fn a_dependent_pressure_equals_an_independent_one_of_its_element() {
         let tied = Space::taylor_hood(&cube()).with_pressures_tied(&[0, 7]);
         assert_eq!(tied.pressure_vertices(), [1, 2, 3, 4, 5, 6]);
-        // The first element is [0, 1, 2, 4], the last one [1, 2, 4, 7].
+        // The first element is [0, 1, 2, 4], and the last element is [1, 2, 4, 7].
         assert_eq!(tied.element_pressures(0), [0, 0, 1, 3]);
         assert_eq!(tied.element_pressures(4), [0, 1, 3, 0]);
     }

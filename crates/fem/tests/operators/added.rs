@@ -1,4 +1,5 @@
-//! Active and viscous stress and Robin matrices in homogeneous states, and tangents by differences.
+//! Active and viscous stresses and Robin matrices in homogeneous states, and their tangents compared with
+//! differences.
 
 use std::sync::Arc;
 
@@ -47,7 +48,7 @@ fn block(dimension: usize) -> Solid {
 const H: [[f64; 3]; 3] = [[0.1, 0.2, 0.0], [-0.1, -0.05, 0.0], [0.0; 3]];
 const V: [[f64; 3]; 3] = [[0.3, -0.8, 0.0], [0.5, 0.9, 0.0], [0.0; 3]];
 
-/// Returns the linear field with the given gradient.
+/// Returns the linear displacement field with the given gradient.
 fn linear(space: &Space, gradient: [[f64; 3]; 3]) -> Vec<f64> {
     let d = space.dimension();
     let nodes = space.coordinates().chunks(d);
@@ -73,10 +74,10 @@ fn power_of_a_homogeneous_motion_is_stress_times_rate_times_volume() {
         let mut force = vec![0.0; u.len()];
         let tensions = &vec![TENSION; solid.space().n_elements()][..];
         solid.added_force(&AddedMotion { u: &u, v: &v, tensions }, &mut force);
-        // Half of the elements, all of equal size.
+        // Half of the elements have the added stress, and all elements have the same size.
         let volume = 0.5 * solid.volume();
         let expected = volume * (active + viscous);
-        // Rounding of a few hundred terms.
+        // The error is the rounding of a few hundred terms.
         assert!((power(&force) / expected - 1.0).abs() < 1e-12, "{dimension}");
         let motion = AddedMotion { u: &u, v: &v, tensions };
         solid.active_force(&motion, &mut force);
@@ -156,7 +157,8 @@ fn normal_support_of_a_rotation() {
     let mesh = generate::rectangle([-1.0, 0.0], [1.0, 1.0], [4, 2]).unwrap();
     let space = Space::taylor_hood(&mesh);
     let normal = RobinMatrix::new(&space, "bottom", SupportDirection::Normal).unwrap();
-    // u = ω × x: on y = 0 it is ω x in y, whose square integrates to ∫x² = 2/3.
+    // For the rotation u = ω × x, the normal displacement on y = 0 is ω x. The integral of its square is ∫x² =
+    // 2/3.
     let rotation: Vec<f64> = space.node_points::<2>().iter().flat_map(|[x, y]| [-y, *x]).collect();
     assert!((normal.square(&rotation) - 2.0 / 3.0).abs() < 1e-13);
 }
@@ -171,7 +173,7 @@ fn small_strain_laws_reject_added_stress() {
     assert!(matches!(refused, FemError::AddedToSmallStrain { element: 1 }));
 }
 
-/// The output stress is the sum of elastic and added stress.
+/// The output stress is the sum of the elastic and the added stress.
 #[test]
 fn stress_at_a_point_is_the_sum_of_its_parts() {
     let mut f = H;
@@ -198,9 +200,9 @@ fn stress_at_a_point_is_the_sum_of_its_parts() {
             for i in 0..3 {
                 for j in 0..3 {
                     let piola = law.piola[i][j] + has_added * (active[i][j] + viscous[i][j]);
-                    // P Fᵀ/J.
+                    // The Cauchy stress is P Fᵀ/J.
                     let cauchy: f64 = (0..3).map(|k| all.piola[i][k] * f[j][k]).sum();
-                    // Rounding of stresses of 1e3 Pa.
+                    // The error is the rounding of stresses of 1e3 Pa.
                     assert!((all.piola[i][j] - piola).abs() < 1e-10, "{dimension}");
                     assert!((all.cauchy[i][j] - cauchy / all.jacobian).abs() < 1e-10);
                 }

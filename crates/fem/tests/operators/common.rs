@@ -1,5 +1,4 @@
-//! Shared helpers: meshes, random fields, equilibria by Newton's method with a sparse solver,
-//! norms.
+//! Shared helper functions: meshes, random fields, equilibria by Newton's method with a sparse solver, and norms.
 
 use std::sync::Arc;
 
@@ -23,19 +22,19 @@ pub(crate) fn muscle_mesh() -> Mesh {
     Mesh::read_msh(concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/muscle.msh")).unwrap()
 }
 
-/// Returns a solid with one law, clamped on a group.
+/// Returns a solid that has a single law and is clamped on a group.
 pub(crate) fn clamped(space: Space, group: &str, law: Law) -> Solid {
     let dofs = DofMap::clamped(&space, &space.nodes_of(group).unwrap()).unwrap();
     Solid::uniform(Arc::new(space), dofs, law, DENSITY).unwrap()
 }
 
-/// Returns reproducible uniform random numbers in ±size.
+/// Returns reproducible random numbers, uniform in ±size.
 pub(crate) fn random(n: usize, size: f64, seed: u64) -> Vec<f64> {
     let mut rng = StdRng::seed_from_u64(seed);
     (0..n).map(|_| rng.random_range(-size..size)).collect()
 }
 
-/// Reads a file of `data/references`.
+/// Reads a file from `data/references`.
 pub(crate) fn reference(name: &str) -> serde_json::Value {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/references");
     serde_json::from_str(&std::fs::read_to_string(format!("{folder}/{name}")).unwrap()).unwrap()
@@ -57,15 +56,15 @@ pub(crate) fn dense(pattern: &SparsityPattern, values: &[f64]) -> DMatrix<f64> {
     matrix
 }
 
-/// Displacement at all nodes and pressures.
+/// Displacement at all nodes, and pressures.
 pub(crate) struct Equilibrium {
     pub(crate) u: Vec<f64>,
     pub(crate) p: Vec<f64>,
 }
 
-/// Solves force(u, p) = load, p/κ + (J − 1) = 0 by Newton's method from the given state and keeps
-/// its constrained entries. `inv_kappa` = 0 is the incompressible case. If the whole boundary is
-/// fixed, `zero_mean` removes the constant pressure mode.
+/// Solves force(u, p) = load and p/κ + (J − 1) = 0 by Newton's method. The iteration starts from the given state
+/// and keeps the constrained entries of this state. `inv_kappa` = 0 is the incompressible case. If the whole
+/// boundary is fixed, `zero_mean` removes the constant pressure mode.
 pub(crate) fn equilibrium(
     solid: &Solid,
     load: &[f64],
@@ -134,7 +133,7 @@ pub(crate) fn equilibrium(
             *p -= step;
         }
         let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        // Convergence is quadratic: the next step would be far below rounding.
+        // Convergence is quadratic, so the next step would be far below rounding errors.
         if largest(&step[..n]) <= 1e-9 * largest(&state.u) {
             return state;
         }
@@ -142,15 +141,15 @@ pub(crate) fn equilibrium(
     panic!("Newton's method does not converge");
 }
 
-/// Exact solution for error norms.
+/// Exact solution for the computation of error norms.
 pub(crate) trait Exact {
     fn u(&self, x: [f64; 2]) -> [f64; 2];
     fn gradient(&self, x: [f64; 2]) -> [[f64; 2]; 2];
     fn p(&self, x: [f64; 2]) -> f64;
 }
 
-/// Returns the rule of degree 6 on each of sixteen parts of a triangle, for errors of higher
-/// polynomial degree: pairs of barycentric coordinates and weight.
+/// Returns the rule of degree 6 on each of sixteen parts of a triangle, as pairs of barycentric coordinates and
+/// weights. It integrates errors of a higher polynomial degree.
 fn fine_rule() -> Vec<([f64; 3], f64)> {
     let mut parts = vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]];
     for _ in 0..2 {
@@ -178,7 +177,7 @@ fn fine_rule() -> Vec<([f64; 3], f64)> {
         .collect()
 }
 
-/// Returns the errors of u in L2, of u in the H1 seminorm and of p in L2.
+/// Returns the errors of u in the L2 norm, of u in the H1 seminorm, and of p in the L2 norm.
 pub(crate) fn errors(solid: &Solid, state: &Equilibrium, exact: &impl Exact) -> [f64; 3] {
     let space = solid.space();
     let rule = fine_rule();
@@ -205,8 +204,8 @@ pub(crate) fn errors(solid: &Solid, state: &Equilibrium, exact: &impl Exact) -> 
     squares.map(f64::sqrt)
 }
 
-/// Asserts the convergence orders 3, 2, 2 between the last two meshes, each with half the element
-/// size.
+/// Asserts the convergence orders 3, 2 and 2 between the last two meshes. Each mesh has half the element size of
+/// the previous mesh.
 ///
 /// # Panics
 /// Panics if an order is too small by more than 0.1, the margin of similar tests in scikit-fem.

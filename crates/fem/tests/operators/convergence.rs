@@ -1,5 +1,5 @@
-//! Convergence orders for manufactured solutions: the clamped square of the literature (linear,
-//! incompressible) and a sheared Mooney–Rivlin block (finite strains, incompressible).
+//! Convergence orders for manufactured solutions: a clamped square from the literature (linear, incompressible)
+//! and a sheared Mooney–Rivlin block (finite strains, incompressible).
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::common::{
     Equilibrium, Exact, MUSCLE_LAW, assert_orders, clamped, equilibrium, errors, reference,
 };
 
-/// Returns a rectangle with all boundary nodes clamped.
+/// Returns a rectangle whose boundary nodes are all clamped.
 fn clamped_rectangle(lower: [f64; 2], upper: [f64; 2], n: usize, law: Law) -> Solid {
     let mesh = generate::rectangle(lower, upper, [n, n]).unwrap();
     let space = Space::taylor_hood(&mesh);
@@ -79,7 +79,8 @@ fn clamped_square_converges_with_the_published_errors() {
     }
 }
 
-/// Shear u = (s(y), 0) with J = 1 exactly: s = sin(π y)/5, strains up to 0.63; p = 2000 cos(π x) y.
+/// Shear u = (s(y), 0) with s = sin(π y)/5, for which J = 1 exactly. The strains are up to 0.63. The pressure is p
+/// = 2000 cos(π x) y.
 struct ShearedBlock;
 
 impl ShearedBlock {
@@ -88,8 +89,8 @@ impl ShearedBlock {
         (0.2 * PI * (PI * y).cos(), -0.2 * PI * PI * (PI * y).sin())
     }
 
-    /// Returns −div P with P = [[m − p, 2 c s′], [2 c s′ − (m − p) s′, m − p]], c = c10 + c01, m =
-    /// −(2/3) (c10 + 2 c01) s′², the stress at F = [[1, s′], [0, 1]].
+    /// Returns −div P. The stress at F = [[1, s′], [0, 1]] is P = [[m − p, 2 c s′], [2 c s′ − (m − p) s′, m − p]]
+    /// with c = c10 + c01 and m = −(2/3) (c10 + 2 c01) s′².
     fn load([x, y]: [f64; 2]) -> [f64; 2] {
         let Law::MooneyRivlin { c10, c01 } = MUSCLE_LAW else { unreachable!() };
         let (s1, s2) = Self::shear(y);
@@ -127,7 +128,7 @@ fn sheared_block_converges_at_finite_strains() {
         })
         .to_vec();
     assert_orders(&found);
-    // Upper limits, a third above the errors found when the test was written.
+    // The upper limits are a third above the errors that were found when the test was written.
     for (found, cap) in found[3].iter().zip([1.0e-6, 2.1e-4, 0.54]) {
         assert!(*found < cap, "{found:e} {cap:e}");
     }
@@ -135,8 +136,9 @@ fn sheared_block_converges_at_finite_strains() {
 
 #[test]
 fn static_response_of_the_muscle_converges() {
-    // The response at the origin on the mesh refined once and twice: the error is below one percent
-    // and decreases by more than a factor of 2, the rate at corners of clamped and free sides.
+    // The test computes the response at the origin on the original mesh and on the mesh refined once and twice.
+    // The error is below one percent and decreases by more than a factor of 2, which is the rate at corners of
+    // clamped and free sides.
     let mut mesh = crate::common::muscle_mesh();
     let mut response = Vec::new();
     for _ in 0..3 {

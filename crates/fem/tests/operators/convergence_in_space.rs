@@ -9,7 +9,7 @@ use myovib_fem::{DofMap, ElementPoint, Mesh, Space, generate, load};
 use crate::common::{Equilibrium, MUSCLE_LAW, assert_orders, equilibrium};
 use crate::spatial::SIDES;
 
-/// Block sheared along x by γ(y, z): det F = 1 everywhere.
+/// Block sheared along x by γ(y, z), so that det F = 1 everywhere.
 struct Sheared;
 
 impl Sheared {
@@ -30,7 +30,7 @@ impl Sheared {
         MUSCLE_LAW.stress3(Self::gradient(x), Self::p(x), Axes::cartesian(0.0))
     }
 
-    /// Returns −div P by sixth-order differences, with an error of 1e-9 of the force.
+    /// Returns −div P, computed by sixth-order differences with an error of 1e-9 relative to the force.
     fn load(x: [f64; 3]) -> [f64; 3] {
         const H: f64 = 0.01;
         let stress_at = |j: usize, s: f64| {
@@ -51,7 +51,8 @@ impl Sheared {
     }
 }
 
-/// Returns the errors of u in L2, of u in the H1 seminorm and of p in L2, by the rule of degree 6.
+/// Returns the errors of u in the L2 norm, of u in the H1 seminorm, and of p in the L2 norm, integrated by the
+/// rule of degree 6.
 pub(crate) fn errors_at_points<const D: usize>(
     solid: &Solid,
     state: &Equilibrium,
@@ -75,7 +76,7 @@ pub(crate) fn errors_at_points<const D: usize>(
     squares.map(f64::sqrt)
 }
 
-/// Returns the errors of the incompressible block with exact displacements on the whole boundary.
+/// Returns the errors for the incompressible block with exact displacements on the whole boundary.
 fn sheared(mesh: &Mesh) -> [f64; 3] {
     let space = Arc::new(Space::taylor_hood(mesh));
     let fixed: Vec<usize> = SIDES.iter().flat_map(|s| space.nodes_of(s).unwrap()).collect();

@@ -29,7 +29,7 @@ fn shell(n: usize) -> Mesh {
     generate::spatial([n; 3], map).unwrap()
 }
 
-/// Returns the mesh with each edge between vertices of equal radius curved around the center.
+/// Returns the mesh in which each edge between vertices of equal radius is curved around the center.
 fn curved<const D: usize>(mesh: Mesh) -> Mesh {
     let points = mesh.points::<D>();
     let mut midpoints = BTreeMap::new();
@@ -47,8 +47,8 @@ fn curved<const D: usize>(mesh: Mesh) -> Mesh {
     mesh.with_midside_nodes(midpoints).unwrap()
 }
 
-/// Returns the errors of the incompressible body under internal pressure with small strains (in 2D
-/// plane strain). Equilibrium gives u = A x/r^D; σ_rr = −p − 2 (D − 1) ζ A/r^D with constant p is
+/// Returns the errors for the incompressible body under internal pressure with small strains, in plane strain in
+/// 2D. The equilibrium solution is u = A x/r^D. The radial stress σ_rr = −p − 2 (D − 1) ζ A/r^D with constant p is
 /// −P inside and 0 outside. The sides through the center have exact displacements.
 fn inflated<const D: usize>(mesh: &Mesh, through_the_center: &[&str]) -> [f64; 3] {
     const A: f64 = 0.01;
@@ -81,8 +81,8 @@ fn inflated<const D: usize>(mesh: &Mesh, through_the_center: &[&str]) -> [f64; 3
     errors_at_points(&solid, &state, |x| (u(x), gradient(x), p))
 }
 
-/// Curved elements have the expected orders. Straight elements do not, because the difference between their body and
-/// the exact body is proportional to the square of the element size.
+/// Curved elements have the expected orders. Straight elements do not, because the difference between the meshed
+/// body and the exact body is proportional to the square of the element size.
 fn assert_only_curved_elements_have_full_order(curved: [[f64; 3]; 2], straight: [[f64; 3]; 2]) {
     assert_orders(&curved);
     let order = (straight[0][0] / straight[1][0]).log2();

@@ -8,14 +8,15 @@ use myovib_fem::solid::{Change, Fields, Pressure, Solid, TangentProduct, Tangent
 use myovib_fem::{Fibers, Space, generate};
 use nalgebra::{DMatrix, DVector};
 
-/// Displacements are about 1 % of the element size; step ε^(1/3) of that.
+/// Step of the differences. Displacements are about 1 % of the element size, and the step is ε^(1/3) of the
+/// displacements.
 pub(crate) const STEP: f64 = 1e-7;
 
 const GUCCIONE: Law = Law::Guccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 };
 const ISOCHORIC_GUCCIONE: Law = Law::IsochoricGuccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 };
 const ST_VENANT_KIRCHHOFF: Law = Law::StVenantKirchhoff { lambda: 8e4, shear_modulus: 2e4 };
 const DEVIATORIC: Law = Law::DeviatoricStVenantKirchhoff { shear_modulus: 2e4 };
-/// Constants of Aróstica et al. (2025).
+/// Holzapfel–Ogden law with the constants of Aróstica et al. (2025).
 pub(crate) const HEART: Law = Law::HolzapfelOgden {
     a: 59.0,
     b: 8.023,
@@ -29,7 +30,8 @@ pub(crate) const HEART: Law = Law::HolzapfelOgden {
     dispersion_f: 0.0,
     dispersion_s: 0.0,
 };
-/// Fibers straighten at 2 %: the strains of these tests cover all three branches of the law.
+/// Law whose fibers are straight at a stretch of 2 %. The strains of these tests cover all three branches of the
+/// law.
 const TENDON: Law = Law::TransverseMooneyRivlin {
     c10: 1e4,
     c01: 2e2,
@@ -49,7 +51,7 @@ struct State {
     kappa: Option<f64>,
 }
 
-/// Force, force rate, Bᵀμ (free components), volume residual, volume residual rate.
+/// Force, force rate and Bᵀμ (for free components), volume residual, and volume residual rate.
 type All = [Vec<f64>; 5];
 
 impl State {
@@ -108,12 +110,12 @@ fn slopes(
 
 fn check(what: &str, found: impl Iterator<Item = f64>, slope: &[f64], scale: f64) {
     for (a, b) in found.zip(slope) {
-        // Differences lose two thirds of the digits; 1e-7 leaves a margin for the conditioning.
+        // Differences lose two thirds of the digits. The limit 1e-7 leaves a margin for the conditioning.
         assert!((a - b).abs() <= 1e-7 * scale, "{what}: {a} {b} (scale {scale})");
     }
 }
 
-/// Compares products along two directions at once with products of the matrices.
+/// Compares products along two directions, computed at once, with products of the matrices.
 fn check_products(
     solid: &Solid,
     state: &State,
@@ -132,7 +134,7 @@ fn check_products(
                 full
             };
             let [u, v] = [nodal(seed), nodal(seed + 1)];
-            // Pressures are scaled so that all terms are of similar size.
+            // Pressures are scaled such that all terms are of similar magnitude.
             let [p, p_rate] = [2, 3].map(|k| random(m, 1e3, seed + k));
             (u, v, p, p_rate)
         });
@@ -175,7 +177,8 @@ fn check_products(
                 (&free(force), &expected),
                 (&DVector::from_column_slice(volume_residual), &constraint),
             ] {
-                // Sums of a few hundred products that cancel by two or three digits.
+                // The error is the rounding of sums of a few hundred products, which cancel by two or three
+                // digits.
                 let error = (found - expected).amax();
                 let scale = expected.amax();
                 assert!(error <= 1e-11 * scale, "{at:?}: {error:e} of {scale:e}");
@@ -188,7 +191,7 @@ fn check_all(law: Law, space: Space, kappa: Option<f64>) {
     check_with(law, space, kappa, None, VolumeFunction::Quadratic);
 }
 
-/// Returns the solid with fibers oblique to the axes, if its law has fibers. In 2D the sheet direction is
+/// Returns the solid with fibers oblique to the axes, if its law has fibers. In 2D, the sheet direction is
 /// arbitrary.
 pub(crate) fn with_oblique_fibers(solid: Solid) -> Solid {
     let mesh = solid.space().mesh();
@@ -275,7 +278,7 @@ macro_rules! difference_tests {
     ($($name:ident: $law:expr, $space:expr, $kappa:expr;)*) => {$(
         #[test]
         fn $name() {
-            // Eighteen elements: the last batch is not full.
+            // The mesh has eighteen elements, so the last batch is not full.
             let mesh = generate::rectangle([0.0, 0.0], [1.5, 1.0], [3, 3]).unwrap();
             check_all($law, $space(&mesh), $kappa);
         }
@@ -300,12 +303,12 @@ difference_tests! {
     transverse_mooney_rivlin_penalty: TENDON, Space::taylor_hood, Some(1e5);
 }
 
-/// In 3D the cofactor is quadratic, so quantities that are constant in 2D depend on the state.
+/// In 3D, the cofactor is quadratic, so some quantities depend on the state although they are constant in 2D.
 macro_rules! spatial_difference_tests {
     ($($name:ident: $law:expr, $space:expr, $kappa:expr;)*) => {$(
         #[test]
         fn $name() {
-            // Twelve elements: the last batch is not full.
+            // The mesh has twelve elements, so the last batch is not full.
             let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [2, 1, 1]).unwrap();
             check_all($law, $space(&mesh), $kappa);
         }
@@ -329,7 +332,7 @@ spatial_difference_tests! {
     spatial_transverse_mooney_rivlin_penalty: TENDON, Space::taylor_hood, Some(1e5);
 }
 
-/// Curved elements have a different map at each point.
+/// In curved elements, the map differs from point to point.
 #[test]
 fn curved_tetrahedra_and_triangles() {
     let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [1, 1, 1]).unwrap();
@@ -371,7 +374,7 @@ fn uniform_factor_equals_a_scaled_law() {
     let scaled = state.evaluate(&soft);
     let energy = soft.strain_energy(&state.fields());
     state.factors = None;
-    // The same few dozen operations in two different orders.
+    // The same few dozen operations are performed in two different orders.
     for (a, b) in scaled.iter().zip(state.evaluate(&stiff)) {
         let largest = b.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12 * largest));

@@ -1,4 +1,4 @@
-//! Damping that differs between elements.
+//! Damping coefficients that differ between elements.
 
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
 use myovib_fem::{ElementScale, Space};
@@ -36,7 +36,7 @@ fn scale_of_beta_multiplies_only_rates_and_their_tangents() {
         ([k, k_mu], [rate, damped, k_rate])
     };
     let (same, rates) = operators(&plain);
-    // Bitwise equal: multiplication by a power of two commutes with rounding.
+    // The results are bitwise equal, because multiplication by a power of two commutes with rounding.
     let half = rates.map(|values| values.into_iter().map(|x| 0.5 * x).collect::<Vec<_>>());
     assert!(half.iter().all(|values| values.iter().any(|x| *x != 0.0)));
     assert_eq!(operators(&plain.with_element_scales(&scales).unwrap()), (same, half));

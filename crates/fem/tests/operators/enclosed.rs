@@ -1,4 +1,4 @@
-//! Volume enclosed by a boundary group.
+//! Tests of the volume enclosed by a boundary group.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ fn solid(mesh: &Mesh, groups: &[&str]) -> Solid {
     Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap()
 }
 
-/// Returns ∫ det F over the body at `u`.
+/// Returns ∫ det F over the body at displacement `u`.
 fn volume_of_body(solid: &Solid, u: &[f64]) -> f64 {
     let mut volume_residual = vec![0.0; solid.pressure_weights().len()];
     let fields = Fields::new(u, Pressure::Penalty { kappa: 1.0 });
@@ -38,7 +38,7 @@ fn at(solid: &Solid, u: &[f64]) -> f64 {
     EnclosedVolume::new(solid, "some").unwrap().at(u)
 }
 
-/// Returns random displacements that keep the lower and upper sides in their planes.
+/// Returns random displacements for which the lower and upper sides remain in their planes.
 fn between_planes(solid: &Solid) -> Vec<f64> {
     let d = solid.space().dimension();
     let mut u = random(solid.dofs().n_full(), 0.05, 3);
@@ -52,7 +52,7 @@ fn between_planes(solid: &Solid) -> Vec<f64> {
 }
 
 /// All sides together enclose the body. A side that remains flat may be omitted, because the cone that closes the
-/// opening is the same surface.
+/// opening coincides with it.
 #[test]
 fn sides_of_a_body_enclose_its_volume() {
     let plane = generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap();
@@ -70,14 +70,14 @@ fn sides_of_a_body_enclose_its_volume() {
         let u = between_planes(&solid);
         let expected = volume_of_body(&solid, &u);
         assert!((expected - 2.0).abs() > 1e-3, "the volume must change");
-        // All integrands are polynomials within the degree of the rules: rounding of a few hundred
-        // terms below 1.
+        // All integrands are polynomials within the degrees of the rules, so the error is the rounding of a few
+        // hundred terms below 1.
         let error = at(&solid, &u) + expected;
         assert!(error.abs() < 1e-13, "{groups:?}: {error:e}");
     }
 }
 
-/// Rigid motions preserve the volume; homogeneous deformations scale it by det F.
+/// Rigid motions preserve the volume, and homogeneous deformations scale it by det F.
 #[test]
 fn enclosed_volume_scales_with_homogeneous_deformations() {
     let mesh = generate::block([0.0; 3], [2.0, 1.0, 1.0], [2, 2, 1]).unwrap();
@@ -93,7 +93,7 @@ fn enclosed_volume_scales_with_homogeneous_deformations() {
         })
         .collect();
     let determinant = 0.9 * 1.2 * 1.1 - 0.3 * (-0.2 * 1.1) + 0.1 * (-0.2 * 0.4 - 1.2 * 0.1);
-    // Rounding of a few hundred terms of order 5 · 5.
+    // The error is the rounding of a few hundred terms of order 5 · 5.
     assert!((at(&solid, &u) + 2.0 * determinant).abs() < 1e-12);
 }
 
@@ -115,7 +115,7 @@ fn frame() -> Mesh {
     Mesh::new(points, triangles, groups).unwrap()
 }
 
-/// The volume of disconnected groups is ambiguous: two opposite walls, or a hole and the outer
+/// The volume is ambiguous if a group is disconnected, as for two opposite walls, or for a hole and the outer
 /// boundary.
 #[test]
 fn disconnected_groups_are_rejected() {
@@ -123,7 +123,7 @@ fn disconnected_groups_are_rejected() {
     let space = generate::block([0.0; 3], [2.0, 1.0, 1.0], [2, 2, 1]).unwrap();
     let frame = frame();
     let hole = solid(&frame, &["hole"]);
-    // Rounding of a few products of numbers up to 2.
+    // The error is the rounding of a few products of numbers up to 2.
     assert!((at(&hole, &vec![0.0; hole.dofs().n_full()]) - 1.0).abs() < 1e-14);
     let outer = ["left", "right", "bottom", "top"];
     let cases: [(&Mesh, &[&str]); 4] = [
@@ -139,8 +139,8 @@ fn disconnected_groups_are_rejected() {
     }
 }
 
-/// Returns a body supported on planes of symmetry through the origin: nodes whose coordinate along an axis in
-/// `held` is zero are fixed along this axis.
+/// Returns a body supported on planes of symmetry through the origin. If the coordinate of a node along an axis in
+/// `held` is zero, the node is fixed along this axis.
 fn symmetric(mesh: &Mesh, held: &[usize]) -> Solid {
     let space = Arc::new(Space::taylor_hood(mesh));
     let on_plane = |&(node, axis): &(usize, usize)| space.node_point(node)[axis].abs() < 1e-12;
@@ -149,17 +149,17 @@ fn symmetric(mesh: &Mesh, held: &[usize]) -> Solid {
     Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap()
 }
 
-/// Regression: a quarter of a lumen was closed by a chord in the plane, and by a cone in space.
+/// Regression: a quarter of a lumen was closed by a chord in 2D and by a cone in 3D.
 #[test]
 fn planes_of_symmetry_close_a_quarter_of_a_tube() {
     const N: usize = 3;
     let turned = |[r, angle]: [f64; 2]| {
         let (sin, cos) = (0.5 * std::f64::consts::PI * angle).sin_cos();
-        // Exact zeros on the planes.
+        // The coordinates must be exactly zero on the planes.
         let cos = if angle == 1.0 { 0.0 } else { cos };
         [(2.0 + r) * cos, (2.0 + r) * sin]
     };
-    // Triangles between the origin and the sides of the inner polygon.
+    // Area of the triangles between the origin and the sides of the inner polygon.
     let angle = 0.5 * std::f64::consts::PI / N as f64;
     let area = N as f64 * 0.5 * 4.0 * angle.sin();
     let square = generate::rectangle([0.0; 2], [1.0, 1.0], [1, N]).unwrap();
@@ -185,17 +185,17 @@ fn planes_of_symmetry_close_a_quarter_of_a_tube() {
         assert!(open.may_end_at_symmetry(&solid));
         assert!((open.at(&u).abs() / expected - 1.0).abs() > 0.1);
         let closed = open.with_symmetry(&axes).unwrap();
-        // Rounding of several dozen terms.
+        // The error is the rounding of several dozen terms.
         assert!((closed.at(&u) / expected - 1.0).abs() < 1e-13, "{}", closed.at(&u));
-        // The tube is twice as wide in all directions.
+        // The displacement doubles the size of the tube in all directions.
         let twice = closed.at(solid.space().coordinates());
         let d = mesh.dimension() as i32;
         assert!((twice / (2f64.powi(d) * expected) - 1.0).abs() < 1e-13);
     }
 }
 
-/// Regression: the ends of a rim that a support moves along all axes were not recognized, and its own planes were taken
-/// for planes of symmetry.
+/// Regression: if a support moves a rim along all axes, the ends of the rim were not recognized, and the planes of
+/// the moved facets were taken for planes of symmetry.
 #[test]
 fn planes_of_symmetry_close_a_quarter_whose_skin_is_moved() {
     let square = generate::rectangle([0.0; 2], [1.0, 1.0], [2, 2]).unwrap();
@@ -219,21 +219,22 @@ fn planes_of_symmetry_close_a_quarter_whose_skin_is_moved() {
         assert!(open.may_end_at_symmetry(&solid));
         let closed = open.with_symmetry(&axes).unwrap();
         let u: Vec<f64> = solid.space().coordinates().iter().map(|x| 0.1 * x).collect();
-        // Rounding of several dozen terms.
+        // The error is the rounding of several dozen terms.
         assert!((closed.at(&u).abs() / 1.1f64.powi(d as i32) - 1.0).abs() < 1e-13);
     }
 }
 
-/// Regression: the ends of half a ring, on one plane, were taken for the ends of a quarter. The chord between them is in
-/// their plane, so stating the plane changes nothing. A straight skin between two planes has its ends at the same height,
-/// but its chord is not in a plane of symmetry.
+/// Regression: the ends of half a ring, which are on the same plane, were taken for the ends of a quarter. The
+/// chord between these ends is in their plane, so specifying the plane of symmetry does not change the volume. If
+/// a straight skin is between two planes, its ends are at the same height, but the chord between them is not in a
+/// plane of symmetry.
 #[test]
 fn half_a_ring_on_one_plane_has_the_volume_above_the_plane() {
     let half = |solid: &dyn Fn(&Mesh) -> Solid| {
         let square = generate::rectangle([0.0; 2], [1.0, 1.0], [1, 4]).unwrap();
         let points = square.points::<2>().iter().map(|&[r, angle]| {
             let (sin, cos) = (std::f64::consts::PI * angle).sin_cos();
-            // Exact zeros on the plane.
+            // The coordinate must be exactly zero on the plane.
             [(2.0 + r) * cos, if angle == 1.0 { 0.0 } else { (2.0 + r) * sin }]
         });
         let (triangles, groups) = (square.connectivity::<3>().to_vec(), square.groups().clone());
@@ -251,7 +252,7 @@ fn half_a_ring_on_one_plane_has_the_volume_above_the_plane() {
         assert!(!open.may_end_at_symmetry(&solid));
         let u = vec![0.0; solid.dofs().n_full()];
         let closed = open.clone().with_symmetry(&[1]).unwrap();
-        // Rounding of several dozen terms.
+        // The error is the rounding of several dozen terms.
         assert!((open.at(&u) / area - 1.0).abs() < 1e-13, "{}", open.at(&u));
         assert!((closed.at(&u) / area - 1.0).abs() < 1e-13, "{}", closed.at(&u));
     }

@@ -1,4 +1,4 @@
-//! Follower pressure: exact identities.
+//! Tests of exact identities of the follower pressure.
 
 use std::sync::Arc;
 
@@ -40,15 +40,15 @@ fn closed_boundary_has_zero_resultant_and_moment() {
         moment += position[0] * f[1] - position[1] * f[0];
         size += f[0].hypot(f[1]);
     }
-    // Rounding of about sixty forces, at most 2 m from the origin; one side alone has at least 7
-    // N/m.
+    // The error is the rounding of about sixty forces, which are at most 2 m from the origin. The force on one
+    // side alone is at least 7 N/m.
     assert!(size > 28.0, "{size}");
     let allowed = 64.0 * f64::EPSILON * size;
     assert!(resultant[0].hypot(resultant[1]) < allowed, "{resultant:?}");
     assert!(moment.abs() < 2.0 * allowed, "{moment:e}");
 }
 
-/// For x = F X the load equals the dead traction −p cof F N.
+/// For a homogeneous deformation x = F X, the load equals the dead traction −p cof F N.
 #[test]
 fn homogeneous_deformation_gives_a_dead_traction() {
     let solid = free_block();
@@ -63,7 +63,7 @@ fn homogeneous_deformation_gives_a_dead_traction() {
         let expected = load::traction(solid.space(), group, traction).unwrap();
         let force = force(&solid, &[group], 5.0, &u);
         for (force, expected) in force.iter().zip(&expected) {
-            // A few roundings of numbers of order 5.
+            // The error is a few roundings of numbers of order 5.
             assert!((force - expected).abs() < 1e-14, "{group}: {force} {expected}");
         }
     }
@@ -84,7 +84,7 @@ fn stiffness_is_the_derivative_of_the_load() {
     let matrix = dense(solid.displacement_pattern(), &values);
     for (row, (before, after)) in before.iter().zip(&after).enumerate() {
         let product: f64 = (0..n).map(|j| matrix[(row, j)] * d[j]).sum();
-        // The load is linear in u in 2D: rounding of forces below 3.
+        // In 2D, the load is linear in u, so the error is the rounding of forces below 3.
         assert!((after - before - product).abs() < 1e-14, "row {row}");
     }
 }

@@ -1,4 +1,4 @@
-//! Identities on any mesh: rigid motions, masses, loads, energies, equivalent evaluations.
+//! Tests of identities that hold on any mesh: rigid motions, masses, loads, energies and equivalent evaluations.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ fn muscle() -> Solid {
     clamped(Space::taylor_hood(&muscle_mesh()), "fixed", MUSCLE_LAW)
 }
 
-/// Returns the displacement of a map of the plane.
+/// Returns the displacement that corresponds to a map of the plane.
 fn displacement(solid: &Solid, map: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<f64> {
     let displaced = |&x: &[f64; 2]| [map(x)[0] - x[0], map(x)[1] - x[1]];
     solid.space().node_points().iter().flat_map(displaced).collect()
@@ -41,7 +41,8 @@ fn rigid_motions_have_no_force_and_volume_residual() {
     let (s, c) = 0.7_f64.sin_cos();
     let u = displacement(&solid, |[x, y]| [c * x - s * y + 0.3, s * x + c * y - 0.2]);
     let (force, volume_residual) = force_and_volume_residual(&solid, &u, &p);
-    // Rounding of u (0.5) divided by the element size (0.005), times modulus and size: 2e-10.
+    // The error is the rounding of u (0.5) divided by the element size (0.005), times the modulus and the size:
+    // 2e-10.
     assert!(largest(&force) < 2e-10, "{:e}", largest(&force));
     assert!(largest(&volume_residual) < 1e-16, "{:e}", largest(&volume_residual));
     let (force, volume_residual) = force_and_volume_residual(&solid, &vec![0.0; u.len()], &p);
@@ -56,7 +57,7 @@ fn volume_residual_of_an_affine_map_is_its_volume_change() {
         force_and_volume_residual(&solid, &u, &vec![0.0; solid.space().n_pressures()]);
     let change = 1.1 * 0.9 - 0.2 * 0.3 - 1.0;
     for (volume_residual, weight) in volume_residual.iter().zip(solid.pressure_weights()) {
-        assert!((volume_residual / weight - change).abs() < 1e-12); // rounding / element size
+        assert!((volume_residual / weight - change).abs() < 1e-12); // rounding divided by the element size
     }
     assert!((volume_residual.iter().sum::<f64>() / solid.volume() - change).abs() < 1e-13);
 }
@@ -74,8 +75,8 @@ fn mass_matrices_sum_to_the_mass() {
     assert!((solid.kinetic_energy(&ones) / (0.5 * mass) - 1.0).abs() < 1e-13);
     assert!((solid.pressure_weights().iter().sum::<f64>() / solid.volume() - 1.0).abs() < 1e-13);
 
-    // The kinetic energy of a rigid rotation is ∫ ρ |x|² / 2, a quadratic integrand for which the
-    // mass matrix and the edge midpoint rule of degree 2 are exact.
+    // The kinetic energy of a rigid rotation is ∫ ρ |x|² / 2. The integrand is quadratic, so the mass matrix and
+    // the edge midpoint rule of degree 2 are exact.
     let v = displacement(&solid, |[x, y]| [x - y, y + x]);
     let mesh = solid.space().mesh();
     let moment: f64 = (0..mesh.n_elements())
@@ -126,7 +127,7 @@ fn loads_have_the_exact_resultant_and_moments() {
         nodes.map(|(node, &x)| weight(x) * load[2 * node + component]).sum()
     };
     let traction = load::traction(&space, "top", [3.0, -5.0]).unwrap();
-    // Nodal sums are exact for quadratics: ∫_0^2 τ, ∫_0^2 x² τ.
+    // The nodal sums are exact for quadratic functions: ∫_0^2 τ and ∫_0^2 x² τ.
     assert!((sum(&traction, &|_| 1.0, 0) - 6.0).abs() < 1e-13);
     assert!((sum(&traction, &|[x, _]| x * x, 1) + 5.0 * 8.0 / 3.0).abs() < 1e-13);
     let weight = load::body_force(&space, |[x, y]| [x * y, -2.0]);
@@ -141,12 +142,12 @@ fn force_is_the_derivative_of_the_strain_energy() {
     for (law, kappa) in [(MUSCLE_LAW, None), (MUSCLE_LAW, Some(1e5)), (SMALL_LAW, Some(1e5))] {
         let mesh = generate::spindle([10, 2]).unwrap();
         let solid = clamped(Space::taylor_hood(&mesh), "fixed", law);
-        // A motion of size 1e-4 has 5 % strain.
+        // A motion of magnitude 1e-4 m has 5 % strain.
         check_energy(&solid, kappa, None, [2e-4, 1e-4]);
     }
 }
 
-/// Curved and straight elements, three laws (one with fibers, one user-defined), scaled bulk
+/// The body has curved and straight elements, three laws (one with fibers, one user-defined), a scaled bulk
 /// modulus, and factors that differ between elements.
 #[test]
 fn force_is_the_derivative_of_the_strain_energy_in_3d() {
@@ -177,8 +178,8 @@ fn force_is_the_derivative_of_the_strain_energy_in_3d() {
     }
 }
 
-/// Compares the power of the force along a motion with central differences of the energy; `sizes`
-/// of the displacement and the motion in m.
+/// Compares the power of the force along a motion with central differences of the energy. `sizes` holds the
+/// magnitudes (m) of the displacement and the motion.
 fn check_energy(solid: &Solid, kappa: Option<f64>, factors: Option<&[f64]>, sizes: [f64; 2]) {
     let n = solid.space().n_components();
     let p = random(solid.space().n_pressures(), 3e3, 1);
@@ -194,7 +195,7 @@ fn check_energy(solid: &Solid, kappa: Option<f64>, factors: Option<&[f64]>, size
         let u: Vec<f64> = u.iter().zip(&direction).map(|(u, d)| u + s * d).collect();
         solid.strain_energy(&Fields { u: &u, ..fields })
     };
-    // Error: the square of the step 1e-4 times the change of slopes over a motion of a few percent
+    // The error is the square of the step 1e-4 times the change of the slopes over a motion with a few percent
     // strain.
     let slope = (energy(1e-4) - energy(-1e-4)) / 2e-4;
     assert!((slope / power - 1.0).abs() < 1e-6, "{slope} {power}");
@@ -202,7 +203,7 @@ fn check_energy(solid: &Solid, kappa: Option<f64>, factors: Option<&[f64]>, size
 
 #[test]
 fn penalty_equals_a_constant_pressure_for_affine_maps() {
-    // For constant J the pressure −κ (J − 1) is in the P1 space, so eq. (20) with (19) equals (16).
+    // If J is constant, the pressure −κ (J − 1) is in the P1 space, so eq. (20) with (19) equals (16).
     let solid = muscle();
     let kappa = 1e5;
     let u = displacement(&solid, |[x, y]| [1.02 * x + 0.1 * y, 1.01 * y]);
@@ -234,7 +235,7 @@ fn inverted_elements_and_nan_are_located() {
     let mirrored = displacement(&solid, |[x, y]| [-x, y]);
     let error = check(&mirrored);
     assert_eq!(error.element, 0);
-    assert!((error.jacobian + 1.0).abs() < 1e-13); // rounding of u / element size
+    assert!((error.jacobian + 1.0).abs() < 1e-13); // rounding of u divided by the element size
     let mut u = vec![0.0; mirrored.len()];
     u[2 * solid.space().element_nodes(200)[4]] = f64::NAN;
     assert!(check(&u).jacobian.is_nan());

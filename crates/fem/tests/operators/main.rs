@@ -1,5 +1,4 @@
-//! Tests of the operators through the public interface: differences, identities, convergence,
-//! published values.
+//! Tests of the operators through the public interface: differences, identities, convergence and published values.
 #![allow(clippy::unwrap_used, reason = "tests are exempt")]
 
 mod added;

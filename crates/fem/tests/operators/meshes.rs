@@ -1,4 +1,5 @@
-//! Reading, refining and locating points: the mesh of the muscle, and invalid files.
+//! Tests of reading and refining meshes and of locating points, with the mesh of the muscle and with invalid
+//! files.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,7 +9,7 @@ use myovib_fem::{DofMap, FemError, Group, Mesh, MshProblem, Solid, Space, genera
 
 use crate::common::{MUSCLE_LAW, muscle_mesh};
 
-/// A unit square of two triangles with all kinds of groups, and a node that belongs to no triangle.
+/// A unit square of two triangles with groups of all kinds, and a node that does not belong to a triangle.
 const SQUARE: &str = "$MeshFormat
 4.1 0 8
 $EndMeshFormat
@@ -53,7 +54,7 @@ $Elements
 $EndElements
 ";
 
-/// Returns the line and the problem of an invalid file.
+/// Returns the problem of an invalid file and the line of the problem.
 fn problem(text: &str) -> (usize, MshProblem) {
     match Mesh::parse_msh(text, "square.msh") {
         Err(FemError::Msh { file, line, problem }) => {
@@ -64,7 +65,7 @@ fn problem(text: &str) -> (usize, MshProblem) {
     }
 }
 
-/// Returns the line and the problem of the square with one part replaced.
+/// Returns the problem, and its line, of the square with one part of the file replaced.
 fn changed(from: &str, to: &str) -> (usize, MshProblem) {
     assert!(SQUARE.contains(from), "{from}");
     problem(&SQUARE.replacen(from, to, 1))
@@ -124,7 +125,7 @@ fn invalid_entries_are_reported_with_their_line() {
     }
 }
 
-/// Regression: a file without a physical surface was reported as a node outside the body.
+/// Regression: for a file without a physical surface, the error reported a node outside the body.
 #[test]
 fn a_file_without_elements_of_a_body_names_the_missing_group() {
     let file = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n1 1 \"left\"\n$EndPhysicalNames\n\
@@ -137,7 +138,8 @@ fn a_file_without_elements_of_a_body_names_the_missing_group() {
     }
 }
 
-/// Regression: meshes with rounding errors in z, or with unused nodes off the plane, were rejected as not plane.
+/// Regression: meshes with rounding errors in z, or with unused nodes off the plane, were rejected because they
+/// were not plane.
 #[test]
 fn a_plane_mesh_may_have_rounded_and_unused_nodes_off_its_plane() {
     let plane = Mesh::parse_msh(SQUARE, "square.msh").unwrap();
@@ -147,8 +149,8 @@ fn a_plane_mesh_may_have_rounded_and_unused_nodes_off_its_plane() {
     }
 }
 
-/// Returns the square with a partition for each triangle: other entities contain the elements. `ghost` adds a copy of the
-/// second triangle, as in the file of one partition.
+/// Returns the square with one partition for each triangle, so that other entities contain the elements. If
+/// `ghost` is true, the file also has a copy of the second triangle, like the file of a single partition.
 fn partitioned(ghost: bool) -> String {
     let entities = "$PartitionedEntities
 2
@@ -185,7 +187,7 @@ $EndGhostElements
     before.replacen("$Comments", entities, 1) + &elements
 }
 
-/// Regression: a partitioned mesh had no groups, and its copied elements were read twice.
+/// Regression: a partitioned mesh had no groups, and copied elements were read twice.
 #[test]
 fn partitions_are_joined_without_their_copies() {
     let whole = Mesh::parse_msh(SQUARE, "square.msh").unwrap();
@@ -199,8 +201,8 @@ fn partitions_are_joined_without_their_copies() {
     assert!(is_expected, "{line}: {problem}");
 }
 
-/// Regression: the message for a mesh of the surfaces of a volume was "not plane", and for a mesh of its curves "no
-/// triangles".
+/// Regression: for a mesh of the surfaces of a volume, the message was "not plane"; for a mesh of the curves, it
+/// was "no triangles".
 #[test]
 fn volumes_without_tetrahedra_are_named() {
     let with_volume = SQUARE.replacen("1 1 1 0\n", "1 1 1 1\n", 1).replacen(
@@ -258,7 +260,7 @@ fn corrupt_words_do_not_panic() {
     }
 }
 
-/// Returns a file written by Gmsh for a block, with two groups on the same face and a nodal field.
+/// Returns a file that Gmsh wrote for a block, with two groups on the same face and a nodal field.
 fn block(format: &str) -> Vec<u8> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
     std::fs::read(format!("{folder}/block-{format}.msh")).unwrap()
@@ -269,7 +271,7 @@ fn versions_and_encodings_of_gmsh_give_the_same_mesh() {
     let mesh = Mesh::parse_msh(block("4.1-ascii"), "block").unwrap();
     let names: Vec<&String> = mesh.groups().keys().collect();
     assert_eq!(names, ["body", "ends", "left", "right"]);
-    // Rounding of a sum of about 100 volumes of a block of 2 x 1 x 1.
+    // The error is the rounding of a sum of about 100 volumes of a block with the size 2 x 1 x 1.
     assert!((mesh.measure() - 2.0).abs() < 1e-13);
     let heights = &mesh.field("height").unwrap().values;
     let z: Vec<f64> = mesh.points::<3>().iter().map(|point| point[2]).collect();
@@ -286,14 +288,14 @@ fn versions_and_encodings_of_gmsh_give_the_same_mesh() {
             assert_eq!(members(&other.groups()[name]), members(group), "{format}: {name}");
         }
         assert_eq!(other.connectivity::<4>(), mesh.connectivity::<4>(), "{format}");
-        // Gmsh writes 16 digits in text; coordinates are at most 2.
+        // Gmsh writes 16 digits in text files, and coordinates are at most 2.
         let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-15);
         assert!(near(other.coordinates(), mesh.coordinates()), "{format}");
         assert!(near(&other.field("height").unwrap().values, heights), "{format}");
     }
 }
 
-/// Truncated and changed files lead to an error or a mesh, without a panic or a large allocation.
+/// Truncated and modified files lead to an error or a mesh, but not to a panic or a large allocation.
 #[test]
 fn damaged_binary_files_are_rejected() {
     for format in ["4.1-binary", "2.2-binary"] {
@@ -343,7 +345,7 @@ fn missing_files_are_named() {
     assert!(matches!(error, FemError::Io { path, .. } if path == missing));
 }
 
-/// Regression: the children of a curved element were straight. Refinement must preserve the body.
+/// Regression: the children of a curved element were straight. Refinement must preserve the shape of the body.
 #[test]
 fn refinement_preserves_curved_bodies() {
     let square = generate::rectangle([0.0; 2], [1.5, 1.0], [1, 1]).unwrap();
@@ -360,9 +362,10 @@ fn refinement_preserves_curved_bodies() {
         };
         let (n_curved, coarse_volume) = volume(&coarse);
         let (n_children, fine_volume) = volume(&coarse.refined().unwrap());
-        // The children along a curved edge share it; inner children follow the map of their parent.
+        // The children along a curved edge share this edge. Inner children follow the map of their parent.
         assert!(n_children > 2 * n_curved, "{n_children} of {n_curved}");
-        // A few dozen roundings. With straight children, a quarter of the curved part would be missing, a few percent.
+        // The error is a few dozen roundings. With straight children, a quarter of the curved part would be
+        // missing, which is a few percent.
         assert!((fine_volume / coarse_volume - 1.0).abs() < 1e-14, "{fine_volume} {coarse_volume}");
     }
 }
@@ -372,12 +375,12 @@ fn refinement_preserves_area_groups_and_conformity() {
     let coarse = muscle_mesh();
     let fine = coarse.refined().unwrap();
     assert_eq!(fine.n_elements(), 4 * 311);
-    // One vertex per node of the coarse quadratic space: shared edges are split once.
+    // The fine mesh has one vertex per node of the coarse quadratic space, because shared edges are split once.
     assert_eq!(fine.n_points(), 680);
     assert!((fine.measure() / coarse.measure() - 1.0).abs() < 1e-13);
     for child in 0..fine.n_elements() {
         let ratio = fine.measure_of(child) / coarse.measure_of(child / 4);
-        // Rounding of coordinates of 0.1 m, relative to elements of 5 mm.
+        // The error is the rounding of coordinates of 0.1 m, relative to elements of 5 mm.
         assert!((4.0 * ratio - 1.0).abs() < 1e-12, "{child}: {ratio}");
     }
     for name in ["fixed", "load"] {

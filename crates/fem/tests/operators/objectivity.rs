@@ -1,7 +1,7 @@
-//! Frame indifference of active, viscous and viscoelastic stress.
+//! Tests of the frame indifference of active, viscous and viscoelastic stress.
 //!
-//! Under a superposed rigid motion x* = Q(t) x + c(t), forces rotate with Q; quantities in the
-//! reference configuration (S, internal stresses, their rates) and powers are invariant.
+//! Under a superposed rigid motion x* = Q(t) x + c(t), forces rotate with Q. Powers and quantities in the
+//! reference configuration (S, internal stresses and the rates of both) are invariant.
 
 use std::sync::Arc;
 
@@ -18,13 +18,12 @@ use crate::common::{DENSITY, MUSCLE_LAW, random};
 const HEART: Law = Law::Guccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 };
 const TENSION: f64 = 3e3;
 const VISCOSITY: f64 = 70.0;
-/// Sums of a few hundred products of rounded rotated numbers, with elements half as large as u*.
+/// Relative rounding error of sums of a few hundred products of rotated numbers, for elements half as large as u*.
 const ROUNDING: f64 = 1e-12;
 
-/// Returns a free body. Added stresses alternate between elements: plain tension; nominal tension
-/// with a parabola and Hill's curve; second Piola–Kirchhoff tension with a Gaussian, Hill's curve
-/// and viscosity; viscosity alone. There are two laws, one with fibers. Elements have Prony series
-/// with two, one or no terms.
+/// Returns a free body. Four added stresses alternate between elements: plain tension; nominal tension with a
+/// parabola and Hill's curve; second Piola–Kirchhoff tension with a Gaussian, Hill's curve and viscosity;
+/// viscosity alone. The body has two laws, one with fibers. Elements have Prony series with two, one or no terms.
 fn body(dimension: usize, active: bool) -> Solid {
     let mesh = match dimension {
         2 => generate::rectangle([0.0; 2], [1.0, 0.8], [3, 2]).unwrap(),
@@ -71,7 +70,7 @@ fn body(dimension: usize, active: bool) -> Solid {
         .unwrap()
 }
 
-/// Rigid motion at one time.
+/// Rigid motion at one point in time.
 struct Rigid {
     /// Rotation Q.
     rotation: Tensor3,
@@ -82,7 +81,8 @@ struct Rigid {
 }
 
 impl Rigid {
-    /// Creates a rotation about all axes of the dimension, by more than a right angle and faster than the deformation.
+    /// Creates a rotation about all axes of the space. The angle is larger than a right angle, and the rotation is
+    /// faster than the deformation.
     fn new(dimension: usize) -> Self {
         let ((s, c), (a, b)) = (2.1_f64.sin_cos(), 0.7_f64.sin_cos());
         let about_z = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]];
@@ -99,7 +99,7 @@ impl Rigid {
         }
     }
 
-    /// Returns u* and v* of the motion u, v.
+    /// Returns the superposed motion u*, v* for the motion u, v.
     fn superpose(&self, space: &Space, [u, v]: [&[f64]; 2]) -> [Vec<f64>; 2] {
         let d = space.dimension();
         let rest = space.coordinates();
@@ -115,7 +115,7 @@ impl Rigid {
     }
 }
 
-/// Contracting body in a motion u, v, without and with a superposed rigid motion.
+/// Contracting body in a motion u, v, and in the same motion with a superposed rigid motion.
 struct Motions {
     solid: Solid,
     plain: [Vec<f64>; 2],
@@ -131,7 +131,7 @@ impl Motions {
     }
 }
 
-/// Returns T x of the nodal vectors x.
+/// Returns T x for each nodal vector x.
 fn rotated(tensor: &Tensor3, field: &[f64], dimension: usize) -> Vec<f64> {
     let of_node = |x: &[f64]| {
         let row = |i: usize| (0..x.len()).map(|j| tensor[i][j] * x[j]).sum::<f64>();
@@ -197,9 +197,9 @@ fn active_and_viscous_forces_rotate_with_the_body() {
         let expected = rotated(&rigid.rotation, &force, dimension);
         assert_same(&found, &expected, &format!("force, {dimension}"));
         let [found, expected] = [power(&found, &v_rotated), power(&force, &v)];
-        // The rigid part of v* is ten times v, and its power is zero.
+        // The rigid part of v* is ten times as large as v, and its power is zero.
         assert!((found / expected - 1.0).abs() < 10.0 * ROUNDING, "power, {dimension}");
-        // The velocity matters: without it the force differs.
+        // The velocity affects the force: without it, the force differs.
         let stationary = added_force(&solid, [&u, &vec![0.0; u.len()]]);
         let change: Vec<f64> = force.iter().zip(&stationary).map(|(a, b)| a - b).collect();
         assert!(largest(&change) > 0.1 * largest(&force), "{dimension}");
@@ -212,7 +212,7 @@ fn overstress_rotates_with_the_body_and_internal_stresses_are_invariant() {
         let rigid = Rigid::new(dimension);
         let Motions { solid, plain: [u, v], rotated: [u_rotated, v_rotated] } =
             Motions::new(dimension, &rigid);
-        // Arbitrary internal stresses, as after another motion.
+        // The internal stresses are arbitrary, as after another motion.
         let internal = random(solid.n_internal(), 1e3, 3);
         let [force, rates] = relaxation_force(&solid, &u, &internal);
         let [found, same_rates] = relaxation_force(&solid, &u_rotated, &internal);
@@ -240,7 +240,7 @@ fn second_piola_kirchhoff(state: &PointState) -> Tensor3 {
     product3(&adjugate, &state.piola)
 }
 
-/// Output stresses of a moving body: S is invariant and the Cauchy stress rotates.
+/// Checks that S is invariant and that the Cauchy stress rotates in the output for a moving body.
 #[test]
 fn output_stresses_rotate_with_the_body() {
     for dimension in [2, 3] {
@@ -250,7 +250,7 @@ fn output_stresses_rotate_with_the_body() {
         let internal = random(solid.n_internal(), 1e3, 3);
         let context = StressContext {
             tensions: &vec![TENSION; solid.n_tensions()],
-            // Stiffness-proportional damping is not frame-indifferent and is excluded.
+            // Stiffness-proportional damping is excluded, because it is not frame-indifferent.
             beta: 0.0,
             internal: &internal,
         };
@@ -275,8 +275,8 @@ fn output_stresses_rotate_with_the_body() {
     }
 }
 
-/// A rigid rotation at a finite rate causes no viscous and viscoelastic stress, and the active
-/// force equals the force of the stationary body.
+/// A rigid rotation at a finite rate does not cause viscous or viscoelastic stress. The active force equals that
+/// of the stationary body.
 #[test]
 fn rigid_rotation_causes_no_viscous_force() {
     for dimension in [2, 3] {
@@ -284,12 +284,12 @@ fn rigid_rotation_causes_no_viscous_force() {
         let [passive, active] = [false, true].map(|active| body(dimension, active));
         let rest = vec![0.0; passive.space().n_components()];
         let [u, v] = rigid.superpose(passive.space(), [&rest, &rest]);
-        // Force of a motion that deforms as fast as this one rotates.
+        // Force of a motion whose deformation is as fast as this rotation.
         let size = largest(&added_force(&passive, [&rest, &random(rest.len(), largest(&v), 1)]));
         let force = largest(&added_force(&passive, [&u, &v]));
         assert!(force < ROUNDING * size, "{dimension}: {force:e} of {size:e}");
         let [stresses, rates] = driving(&passive, [&u, &v]);
-        // Scale: a tenth of the moduli 4e4 Pa at a strain of 0.1; the rotation rate is 8/s.
+        // The scale is a tenth of the modulus 4e4 Pa at a strain of 0.1. The rotation rate is 8/s.
         assert!(largest(&stresses) < ROUNDING * 4e3, "{:e}", largest(&stresses));
         assert!(largest(&rates) < ROUNDING * 4e4 * 8.0, "{:e}", largest(&rates));
         let none = vec![0.0; passive.n_internal()];

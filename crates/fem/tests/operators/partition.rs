@@ -1,4 +1,4 @@
-//! Passes distributed among processes or threads, compared with the whole solid.
+//! Tests of passes distributed among processes or threads, compared with passes of the whole solid.
 
 use std::sync::{Arc, Mutex};
 
@@ -14,7 +14,7 @@ use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, random};
 
 const RANKS: usize = 3;
 
-/// Returns a solid with two laws and added stress for the second.
+/// Returns a solid with two laws. Elements with the second law have an added stress.
 fn solid(cells: [usize; 3]) -> Solid {
     let mesh = generate::block([0.0; 3], [1.0, 0.8, 0.6], cells).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -29,7 +29,7 @@ fn solid(cells: [usize; 3]) -> Solid {
         .unwrap()
 }
 
-/// Simulates the other partitions within this process; they are computed when a pass begins.
+/// Simulates the other partitions within this process. Their results are computed when a pass begins.
 #[derive(Debug)]
 struct Others {
     partitions: Vec<Solid>,
@@ -70,7 +70,8 @@ fn distributed(whole: &Solid) -> Solid {
     whole.clone().with_assembler(Arc::new(others), RANKS)
 }
 
-/// Sums of about a hundred terms in a different order: an error of ε for each term.
+/// Asserts that results are equal up to rounding. Sums of about a hundred terms in a different order have an error
+/// of ε for each term.
 fn assert_same(a: &[f64], b: &[f64]) {
     let largest = a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     assert!(largest > 0.0, "the result must not vanish");
@@ -126,7 +127,7 @@ fn all_results(solid: &Solid) -> Vec<Vec<f64>> {
 
 #[test]
 fn results_are_bitwise_independent_of_threads() {
-    // 960 elements form 120 batches, more than are computed before they are added.
+    // 960 elements form 120 batches. Fewer batches are computed before an addition.
     let alone = solid([10, 4, 4]);
     assert_eq!(alone.space().n_elements(), 960);
     let expected = all_results(&alone);
@@ -137,7 +138,7 @@ fn results_are_bitwise_independent_of_threads() {
             let same = a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits());
             assert!(same, "result {number} with {threads} threads");
         }
-        // If many elements are inverted, the first is reported.
+        // If many elements are inverted, the first of them is reported.
         let u = random(alone.space().n_components(), 1.0, 6);
         let p = vec![0.0; alone.space().n_pressures()];
         let [first, reported] = [&alone, &together].map(|solid| {
@@ -197,7 +198,7 @@ fn every_element_is_in_exactly_one_partition() {
 fn inverted_elements_in_other_partitions_are_reported() {
     let whole = solid([3, 2, 2]);
     let together = distributed(&whole);
-    // The last corner, moved through the body, belongs to elements of the last partition.
+    // The last corner is moved through the body. It belongs to elements of the last partition.
     let mut u = vec![0.0; whole.space().n_components()];
     let d = whole.space().dimension();
     let far = |x: &[f64]| x.iter().sum::<f64>();

@@ -1,11 +1,11 @@
-//! Mooney–Rivlin law at points, compared with 30-digit values of an independent program.
+//! Tests of the Mooney–Rivlin law at points, compared with 30-digit values from an independent program.
 
 use myovib_fem::{Law, Space, generate};
 use serde_json::Value;
 
 use crate::common::{Equilibrium, clamped, equilibrium, reference};
 
-/// Rounding in about twenty operations on numbers of the order of the modulus, 1e4.
+/// Rounding error of about twenty operations on numbers of the order of the modulus, 1e4.
 const ROUNDING: f64 = 1e-10;
 
 fn number(value: &Value) -> f64 {
@@ -47,7 +47,7 @@ fn incompressible_uniaxial_stretch() {
     for (stretch, expected) in table["incompressible_uniaxial_P11"].as_object().unwrap() {
         let l: f64 = stretch.parse().unwrap();
         let h = [[l - 1.0, 0.0], [0.0, 1.0 / l - 1.0]];
-        // The pressure that makes the lateral faces stress-free: P22 − p cof F_22 = 0.
+        // This pressure makes the lateral faces stress-free: P22 − p cof F_22 = 0.
         let p = law.stress(h, 0.0)[1][1] / l;
         close(law.stress(h, p)[0][0], number(expected));
     }
@@ -57,14 +57,14 @@ fn incompressible_uniaxial_stretch() {
 fn simple_shear_stress_does_not_depend_on_the_pressure() {
     let law = law(&reference("s7_mooney_rivlin_point.json"));
     for p in [0.0, 1e3, -7e4] {
-        // Rounding of p.
+        // The error is the rounding of p.
         let error = law.stress([[0.0, 0.3], [0.0, 0.0]], p)[0][1] - 2.0 * 10_200.0 * 0.3;
         assert!(error.abs() < ROUNDING);
     }
 }
 
-/// A patch of irregular triangles under uniaxial stretch with free lateral faces. The exact
-/// solution is affine, so it does not depend on the mesh.
+/// A patch of irregular triangles is stretched uniaxially with free lateral faces. The exact solution is affine,
+/// so it does not depend on the mesh.
 #[test]
 fn patch_test_of_uniaxial_stretch() {
     use myovib_fem::{DofMap, Mesh, Solid, Space};
@@ -73,7 +73,7 @@ fn patch_test_of_uniaxial_stretch() {
     let table = reference("s7_mooney_rivlin_point.json");
     let case = &table["uniaxial_kappa_1e5"][0];
     let (stretch, lateral) = (number(&case["l"]), number(&case["lateral"]));
-    // Interior vertices are moved randomly; the boundary of the unit square is kept.
+    // Interior vertices are moved at random, and the boundary of the unit square is kept.
     let regular = generate::rectangle([0.0; 2], [1.0; 2], [4, 4]).unwrap();
     let inside = |x: f64| x > 0.0 && x < 1.0;
     let points = regular
@@ -99,7 +99,7 @@ fn patch_test_of_uniaxial_stretch() {
     let load = vec![0.0; start.u.len()];
     let state = equilibrium(&solid, &load, 1e-5, false, start);
     for (node, point) in space.node_points::<2>().iter().enumerate() {
-        // The last Newton step is below 1e-9 of the displacement, and convergence is quadratic.
+        // The last Newton step is below 1e-9 of the displacement, and the convergence is quadratic.
         assert!((state.u[2 * node] - (stretch - 1.0) * point[0]).abs() < 1e-12);
         assert!((state.u[2 * node + 1] - (lateral - 1.0) * point[1]).abs() < 1e-12);
     }
@@ -111,7 +111,7 @@ fn patch_test_of_uniaxial_stretch() {
     assert!((point.jacobian / number(&case["J"]) - 1.0).abs() < 1e-11);
     assert!((point.piola[0][0] / number(&case["P11"]) - 1.0).abs() < 1e-10);
     assert!((point.cauchy[2][2] * point.jacobian / number(&case["P33"]) - 1.0).abs() < 1e-10);
-    // Free lateral faces without shear: the von Mises stress follows from the two remaining
+    // The lateral faces are free and the shear is zero, so the von Mises stress follows from the two remaining
     // stresses.
     let (s1, s3) = (point.cauchy[0][0], point.cauchy[2][2]);
     let mises = (s1 * s1 - s1 * s3 + s3 * s3).sqrt();
@@ -124,8 +124,8 @@ fn extreme_volume_ratios_are_located() {
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     let solid = clamped(Space::taylor_hood(&mesh), "left", law);
     let space = solid.space();
-    // u = (-0.4 x², 0) has J = 1 - 0.8 x: minimum at the rightmost quadrature point, maximum at the
-    // leftmost.
+    // The displacement u = (-0.4 x², 0) has J = 1 - 0.8 x. The minimum is at the rightmost quadrature point, and
+    // the maximum is at the leftmost.
     let points = space.node_points().iter();
     let u: Vec<f64> = points.flat_map(|[x, _]| [-0.4 * x * x, 0.0]).collect();
     let ratios = solid.volume_ratios(&u);
@@ -133,7 +133,7 @@ fn extreme_volume_ratios_are_located() {
     let corners = mesh.corners::<2, 3>(at.element);
     let x: f64 = (0..3).map(|i| at.barycentric[i] * corners[i][0]).sum();
     let rule = solid.rule().points(space.mesh().shape());
-    // Cells are 1/4 wide, and their lower triangles have two corners on the right.
+    // The cells are 1/4 wide, and the lower triangles have two corners on the right.
     let least = rule.iter().flat_map(|q| q.barycentric.to_vec()).fold(1.0, f64::min);
     close(x, 1.0 - 0.25 * least);
     close(ratios.smallest, 1.0 - 0.8 * x);

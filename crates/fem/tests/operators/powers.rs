@@ -1,4 +1,4 @@
-//! Power of each element, compared with its forces and with differences of its energy.
+//! Tests of the power of each element, compared with the forces and with differences of the energy.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,8 +11,7 @@ use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, random};
 
 const HEART: Law = Law::Guccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 };
 
-/// Returns a body with curved and straight elements, three laws (one with fibers) and scaled
-/// damping.
+/// Returns a body with curved and straight elements, three laws (one with fibers) and scaled damping.
 fn body(dimension: usize) -> Solid {
     let (mesh, edge, midside) = match dimension {
         2 => {
@@ -60,13 +59,13 @@ fn element_powers_match_forces_and_energy_differences() {
         };
         let elastic = powers(0.0, Pressure::Nodal(&none));
         let damped = powers(0.3, Pressure::Nodal(&none));
-        // Neither the penalty nor the pressure contributes.
+        // Neither the penalty nor the pressure contributes to the power.
         assert_eq!(damped, powers(0.3, Pressure::Penalty { kappa: 1e5 }));
         let pressures = vec![1e3; none.len()];
         assert_eq!(damped, powers(0.3, Pressure::Nodal(&pressures)));
         let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         for element in 0..n_elements {
-            // The law acts in this element only.
+            // The law contributes in this element only.
             let n_corners = dimension + 1;
             let mut factors = vec![0.0; n_corners * n_elements];
             factors[n_corners * element..][..n_corners].fill(1.0);
@@ -85,8 +84,8 @@ fn element_powers_match_forces_and_energy_differences() {
             let power_of = |force: &[f64]| force.iter().zip(&w).map(|(f, w)| f * w).sum::<f64>();
             let expected = [power_of(&force), power_of(&force) + 0.3 * power_of(&rate)];
             for (powers, expected) in [&elastic, &damped].into_iter().zip(expected) {
-                // About a thousand sums in two different orders; an element may have a hundredth of
-                // the largest power.
+                // About a thousand terms are summed in two different orders. The power of an element may be a
+                // hundredth of the largest power.
                 let error = (powers[element] - expected).abs();
                 assert!(error < 1e-12 * largest(powers), "{element}: {error:e}");
             }
@@ -94,8 +93,8 @@ fn element_powers_match_forces_and_energy_differences() {
                 let u: Vec<f64> = u.iter().zip(&w).map(|(u, w)| u + s * w).collect();
                 solid.strain_energy(&Fields { u: &u, ..fields })
             };
-            // Error: the square of the step times the change of slopes over a motion of a few
-            // percent strain.
+            // The error is the square of the step times the change of the slopes over a motion with a few percent
+            // strain.
             let slope = (energy(1e-4) - energy(-1e-4)) / 2e-4;
             let error = (elastic[element] - slope).abs();
             assert!(error < 1e-6 * largest(&elastic), "{element}: {error:e}");
@@ -115,7 +114,7 @@ fn inverted_elements_are_errors() {
         let fields = Fields::new(&u, Pressure::Penalty { kappa: 0.0 });
         let mut powers = vec![0.0; solid.space().n_elements()];
         let inverted = solid.add_powers(&fields, 0.0, &u, &mut powers).unwrap_err();
-        // Sums of a dozen products.
+        // The error is the rounding of sums of a dozen products.
         assert!((inverted.jacobian + 1.0).abs() < 1e-13, "{inverted}");
     }
 }

@@ -1,4 +1,4 @@
-//! Viscoelastic overstress at points, and batched evaluations.
+//! Tests of the viscoelastic overstress at points, and of batched evaluations.
 
 use std::slice;
 use std::sync::Arc;
@@ -8,10 +8,10 @@ use myovib_fem::{DofMap, ElementPoint, Fields, Pressure, Solid, Space, generate}
 
 use crate::common::{DENSITY, MUSCLE_LAW, random};
 
-/// Size of the strains, for which the stress is linear up to this relative error.
+/// Magnitude of the strains. It is also the relative error of a linear stress.
 const SIZE: f64 = 1e-5;
 
-/// Returns a quadratic displacement, whose strains are linear in space with nonzero slopes.
+/// Returns a quadratic displacement. Its strains are linear in space with nonzero slopes.
 fn displacement(x: &[f64]) -> Vec<f64> {
     let z = x.get(2).copied().unwrap_or(0.3);
     let all = [
@@ -36,14 +36,14 @@ fn overstress_has_the_limits_of_equilibrium_and_instantaneous_response() {
         };
         let dofs = DofMap::new(&space, &[]).unwrap();
         let term = |weight, time| PronyTerm { weight, time };
-        // Elements have in turn two terms, one term and none.
+        // Elements alternate between two terms, one term and no terms.
         let series = [vec![term(0.5, 0.1), term(0.3, 0.2)], vec![term(0.7, 0.1)]];
         let every = |first| (first..mesh.n_elements()).step_by(3).collect();
         let regions = [0, 1].map(|k| (every(k), Prony::new(series[k].clone()).unwrap()));
         let solid = Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap();
         let solid = solid.with_relaxation(&regions).unwrap();
         let internal = solid.equilibrium_overstress(&u);
-        // Without pressure and for small strains P = S.
+        // Without pressure and for small strains, P = S.
         let fields = Fields::new(&u, Pressure::Penalty { kappa: 0.0 });
         let scale = internal.iter().fold(0.0, |max: f64, q| max.max(q.abs()));
         for element in 0..mesh.n_elements() {
@@ -55,14 +55,14 @@ fn overstress_has_the_limits_of_equilibrium_and_instantaneous_response() {
                     continue;
                 };
                 for entry in read(&internal).unwrap().iter().flatten() {
-                    // Rounding of sums over about fifteen points.
+                    // The error is the rounding of sums over about fifteen points.
                     assert!(entry.abs() < 1e-13 * scale, "{element}: {entry:e}");
                 }
                 let instantaneous = read(&vec![0.0; internal.len()]).unwrap();
                 let law = solid.state_at(&fields, &at).piola;
                 let entries = instantaneous.iter().flatten().zip(law.iter().flatten());
                 for (found, law) in entries {
-                    // Nonlinear terms of strains up to three times `SIZE`.
+                    // The error is due to the nonlinear terms of strains up to three times `SIZE`.
                     let error = (found - weight * law).abs();
                     assert!(error < 20.0 * SIZE * scale, "{dimension} {element}: {error:e}");
                 }
@@ -71,8 +71,8 @@ fn overstress_has_the_limits_of_equilibrium_and_instantaneous_response() {
     }
 }
 
-/// For many velocities, rates are computed from the moduli of the law; for few, separately. Forces
-/// are computed in a single way.
+/// For many velocities, rates are computed from the moduli of the law; for few velocities, they are computed
+/// separately. Forces are always computed in the same way.
 #[test]
 fn batched_rates_and_forces_equal_single_ones() {
     for dimension in [2, 3] {
@@ -87,7 +87,7 @@ fn batched_rates_and_forces_equal_single_ones() {
         let every = (0..mesh.n_elements()).collect();
         let solid = Solid::uniform(space, dofs, law, DENSITY).unwrap();
         let solid = solid.with_relaxation(&[(every, prony)]).unwrap();
-        // Large enough that F differs significantly from I.
+        // The displacement is so large that F differs significantly from I.
         let u = random(n, 0.02, 1);
         let all: Vec<_> = (2..10).map(|seed| random(n, 1.0, seed)).collect();
         let empty = |length: usize| vec![vec![0.0; length]; all.len()];
@@ -99,7 +99,7 @@ fn batched_rates_and_forces_equal_single_ones() {
             solid.driving_stress_rates(&u, slice::from_ref(v), &mut alone);
             let size = alone[0].iter().fold(0.0, |max: f64, s| max.max(s.abs()));
             for (batched, alone) in rates[k].iter().zip(&alone[0]) {
-                // A few roundings of sums of six terms, each at most of this size.
+                // The error is a few roundings of sums of six terms, each of which is at most of this size.
                 let error = (batched - alone).abs();
                 assert!(error <= 64.0 * f64::EPSILON * size, "{dimension} {k}: {error:e}");
             }

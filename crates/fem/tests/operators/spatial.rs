@@ -1,4 +1,4 @@
-//! Three-dimensional bodies: identities, follower pressures, and values of independent programs.
+//! Tests of three-dimensional bodies: identities, follower pressures, and values from independent programs.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ fn block(cells: [usize; 3]) -> Mesh {
     generate::block([0.0; 3], [2.0, 1.0, 0.5], cells).unwrap()
 }
 
-/// Returns the displacement x ↦ map(x) − x.
+/// Returns the displacement map(x) − x as a function of x.
 fn displacement(space: &Space, map: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
     let moved = |&x: &[f64; 3]| {
         let y = map(x);
@@ -58,14 +58,15 @@ fn rigid_motions_have_no_force_and_volume_residual() {
         [y[0] + 0.3, y[1] - 0.2, y[2] + 0.1]
     });
     let [force, volume_residual] = force_and_volume_residual(&solid, &u, &p);
-    // Rounding of u (1) divided by the element size (0.5), times modulus (4e4 Pa) and face area.
+    // The error is the rounding of u (1) divided by the element size (0.5), times the modulus (4e4 Pa) and the
+    // face area.
     assert!(largest(&force) < 1e-10, "{:e}", largest(&force));
     assert!(largest(&volume_residual) < 1e-15, "{:e}", largest(&volume_residual));
     let [force, volume_residual] = force_and_volume_residual(&solid, &vec![0.0; u.len()], &p);
     assert_eq!((largest(&force), largest(&volume_residual)), (0.0, 0.0));
 }
 
-/// Patch test: an affine map has a constant stress, so inner forces cancel and boundary forces
+/// Patch test: an affine map has a constant stress, so forces at inner nodes cancel, and forces at the boundary
 /// equal the traction of this stress.
 #[test]
 fn forces_of_affine_maps_equal_boundary_tractions() {
@@ -86,14 +87,14 @@ fn forces_of_affine_maps_equal_boundary_tractions() {
             *sum += load;
         }
     }
-    // Rounding of sums of a few hundred terms.
+    // The error is the rounding of sums of a few hundred terms.
     let allowed = 1e-11 * largest(&expected);
     for (force, expected) in force.iter().zip(&expected) {
         assert!((force - expected).abs() < allowed);
     }
 }
 
-/// One layer of cells without transverse motion has the energy of the plane body.
+/// One layer of cells without transverse motion has the same energy as the plane body.
 #[test]
 fn layer_in_plane_strain_has_the_energy_of_the_2d_body() {
     let thickness = 0.3;
@@ -101,7 +102,7 @@ fn layer_in_plane_strain_has_the_energy_of_the_2d_body() {
     let plane = clamped(Space::equal_order(&plane), "left", MUSCLE_LAW);
     let mesh = generate::block([0.0; 3], [2.0, 1.0, thickness], [3, 2, 1]).unwrap();
     let sheet = clamped(Space::equal_order(&mesh), "left", MUSCLE_LAW);
-    // With linear elements, the gradient in each tetrahedron equals that in the triangle below it.
+    // With linear elements, the gradient in each tetrahedron equals the gradient in the triangle below it.
     let motion = |[x, y]: [f64; 2]| [0.05 * x * y + 0.1 * x, 0.04 * x * x - 0.06 * y];
     let plane_u: Vec<f64> = plane.space().node_points().iter().flat_map(|&x| motion(x)).collect();
     let extruded = |&[x, y, _]: &[f64; 3]| {
@@ -125,7 +126,7 @@ fn refinement_preserves_volume_groups_and_fields() {
     let coarse = coarse.with_fields([("f".to_owned(), field)].into()).unwrap();
     let fine = coarse.refined().unwrap();
     assert_eq!(fine.n_elements(), 8 * coarse.n_elements());
-    // Rounding of a sum of 96 volumes with total 1.
+    // The error is the rounding of a sum of 96 volumes with a total of 1.
     assert!((fine.measure() - coarse.measure()).abs() < 96.0 * f64::EPSILON);
     assert!(fine.notes().is_empty());
     for (vertex, x) in fine.points::<3>().iter().enumerate() {
@@ -188,9 +189,9 @@ fn follower_pressure_on_a_closed_boundary_has_zero_resultant_and_moment() {
             size += f[i].abs();
         }
     }
-    // Two sides of at least 2 m² under 7 Pa.
+    // There are two sides of at least 2 m² under 7 Pa.
     assert!(size > 14.0, "{size}");
-    // Rounding of a few hundred forces, at most 2 m from the origin.
+    // The error is the rounding of a few hundred forces, which are at most 2 m from the origin.
     assert!(largest(&resultant) < 128.0 * f64::EPSILON * size, "{resultant:?}");
     assert!(largest(&moment) < 256.0 * f64::EPSILON * size, "{moment:?}");
 }
@@ -207,7 +208,7 @@ fn follower_pressure_under_an_affine_map_is_a_dead_traction() {
         let traction = cofactor.map(|row| -5.0 * outward * row[number / 2]);
         let expected = load::traction(solid.space(), side, traction).unwrap();
         for (found, expected) in follower(&solid, 5.0, &u, &[side]).iter().zip(&expected) {
-            // A dozen roundings of numbers of order 5.
+            // The error is a dozen roundings of numbers of order 5.
             assert!((found - expected).abs() < 1e-13, "{side}: {found} {expected}");
         }
     }
@@ -231,12 +232,12 @@ fn follower_stiffness_is_the_derivative_of_the_load() {
     let matrix = dense(solid.displacement_pattern(), &values);
     for (row, (plus, minus)) in plus.iter().zip(&minus).enumerate() {
         let product: f64 = (0..n).map(|j| matrix[(row, j)] * d[j]).sum();
-        // Central differences of a quadratic are exact: rounding of forces below 3.
+        // Central differences of a quadratic function are exact, so the error is the rounding of forces below 3.
         assert!((0.5 * (plus - minus) - product).abs() < 1e-13, "row {row}");
     }
 }
 
-/// Returns u_z and p at the origin of the spindle in equilibrium under a dead traction.
+/// Returns u_z and p at the origin of the spindle, which is in equilibrium under a dead traction.
 fn spindle(rule: Rule, inv_kappa: f64) -> [f64; 2] {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/spindle_coarse.msh");
     let space = Arc::new(Space::taylor_hood(&Mesh::read_msh(path).unwrap()));
@@ -254,8 +255,8 @@ fn spindle(rule: Rule, inv_kappa: f64) -> [f64; 2] {
     [u_z, space.pressure_at(&state.p, &origin)]
 }
 
-/// Reference values of scikit-fem and a second code with quadrature of degree 8. Values with degree
-/// 4 differ by 4e-10 in u and 1e-8 in p.
+/// The reference values are from scikit-fem and a second code with quadrature of degree 8. With degree 4, the
+/// values differ by 4e-10 in u and 1e-8 in p.
 #[test]
 fn equilibrium_of_the_spindle_matches_other_programs() {
     let cases = [
@@ -274,7 +275,7 @@ fn equilibrium_of_the_spindle_matches_other_programs() {
     assert!((p / exact_p - 1.0).abs() < 1e-10, "{p}");
 }
 
-/// Two stacked materials: the pressure is constant in each and jumps at the interface.
+/// In two stacked materials, the pressure is constant in each material and has a jump at the interface.
 #[test]
 fn pressure_jumps_between_materials() {
     let mesh = generate::block([0.0; 3], [1.0; 3], [2, 2, 2]).unwrap();
@@ -284,10 +285,11 @@ fn pressure_jumps_between_materials() {
     };
     let regions: Vec<usize> = (0..mesh.n_elements()).map(above).collect();
     let space = Space::taylor_hood(&mesh).with_regions(&regions).unwrap();
-    // Three layers of nine vertices; the middle layer has two pressures per vertex.
+    // There are three layers of nine vertices, and the middle layer has two pressures per vertex.
     assert_eq!((space.n_pressures(), mesh.n_points()), (36, 27));
     let space = Arc::new(space);
-    // Confined by plates in x and y and stretched in z: uniaxial strain in both materials.
+    // The body is confined by plates in x and y and stretched in z, which results in uniaxial strain in both
+    // materials.
     let mut fixed = Vec::new();
     for (number, side) in SIDES.into_iter().enumerate() {
         let nodes = space.nodes_of(side).unwrap();
@@ -304,7 +306,7 @@ fn pressure_jumps_between_materials() {
     };
     let load = vec![0.0; start.u.len()];
     let state = equilibrium(&solid, &load, 1.0 / kappa, false, start);
-    // Both have the stress κ e + 4/3 ζ e, with e1 + e2 = 0.002 for heights of one half.
+    // Both materials have the stress κ e + 4/3 ζ e, where e1 + e2 = 0.002 for layers with a height of one half.
     let moduli = [2.04e4, 3.0 * 2.04e4].map(|zeta| kappa + 4.0 / 3.0 * zeta);
     let stress = 0.002 / (1.0 / moduli[0] + 1.0 / moduli[1]);
     for (element, &region) in regions.iter().enumerate() {

@@ -3,7 +3,7 @@
 use crate::common::{Equilibrium, MUSCLE_LAW, clamped, equilibrium, muscle_mesh};
 use myovib_fem::{Space, load};
 
-/// Returns u_y and p at the origin under τ = (0, 100) on `load`.
+/// Returns u_y and p at the origin for the traction τ = (0, 100) on `load`.
 fn response(inv_kappa: f64) -> (f64, f64) {
     let space = Space::taylor_hood(&muscle_mesh());
     let load = load::traction(&space, "load", [0.0, 100.0]).unwrap();
@@ -17,7 +17,7 @@ fn response(inv_kappa: f64) -> (f64, f64) {
     )
 }
 
-/// Checks agreement with a reference value of an independent program, to its five digits.
+/// Asserts agreement with a value from an independent program, to the five digits of this value.
 fn agrees(found: f64, stated: f64) {
     assert!((found / stated - 1.0).abs() < 5e-5, "{found} {stated}");
 }

@@ -1,4 +1,4 @@
-//! Energies of volume changes other than the default.
+//! Tests of volumetric energies other than the default.
 
 use myovib_fem::material::{Law, VolumeFunction};
 use myovib_fem::output::StressContext;
@@ -13,7 +13,8 @@ fn meshes() -> [Mesh; 2] {
     [plane, generate::block([0.0; 3], [1.5, 1.0, 0.8], [2, 1, 1]).unwrap()]
 }
 
-/// The energy κ/2 (ln J)², with and without pressure; the force without pressure is the derivative of the energy.
+/// Checks the energy κ/2 (ln J)² with and without a pressure field. Without a pressure field, the force is the
+/// derivative of the energy.
 #[test]
 fn logarithmic_volumes() {
     let function = VolumeFunction::Logarithmic;
@@ -61,7 +62,7 @@ fn the_last_volume_function_counts() {
     assert_eq!(plain, restored);
 }
 
-/// Each built-in law; constants without a default are 10 kPa or, without unit, 1.2.
+/// Returns each built-in law. Constants without a default value are 10 kPa, or 1.2 if they have no unit.
 fn laws() -> impl Iterator<Item = Law> {
     Law::CATALOG.iter().map(|law| {
         let required = law.parameters.iter().filter(|own| own.default.is_none());
@@ -74,7 +75,7 @@ fn pressure(kappa: Option<f64>, p: &[f64]) -> Pressure<'_> {
     kappa.map_or(Pressure::Nodal(p), |kappa| Pressure::Penalty { kappa })
 }
 
-/// The damping stress of the output is β times the rate of the elastic stress.
+/// The damping stress in the output is β times the rate of the elastic stress.
 #[test]
 fn damping_stresses_are_rates_of_stresses() {
     let (beta, mut compared) = (0.5, 0);
@@ -122,8 +123,8 @@ fn damping_stresses_are_rates_of_stresses() {
     assert!(compared > 0);
 }
 
-/// Checks a plane body with equal stretches λ in its plane: J = λ², and with σ_v = κ ln(J)/J and D = μ (λ² − 1)/(3 J^(5/3)) the
-/// stress is σ_v + D in the plane and σ_v − 2 D out of it.
+/// Checks a plane body with equal stretches λ in its plane. With J = λ², σ_v = κ ln(J)/J and D = μ (λ² − 1)/(3
+/// J^(5/3)), the stress is σ_v + D in the plane and σ_v − 2 D out of the plane.
 #[test]
 fn a_plane_stretch_has_the_stresses_of_the_closed_form() {
     let (kappa, stretch) = (1e5, 1.1_f64);
@@ -136,7 +137,7 @@ fn a_plane_stretch_has_the_stresses_of_the_closed_form() {
     let (volumetric, d) = (kappa * j.ln() / j, 2e4 * (j - 1.0) / (3.0 * j.powf(5.0 / 3.0)));
     let at = ElementPoint { element: 3, barycentric: Barycentric::new(&[0.4, 0.3, 0.3]) };
     let found = solid.state_at(&fields, &at).cauchy;
-    // Rounding of a few dozen operations.
+    // The error is the rounding of a few dozen operations.
     for (found, exact) in [
         (found[0][0], volumetric + d),
         (found[1][1], volumetric + d),
@@ -144,7 +145,7 @@ fn a_plane_stretch_has_the_stresses_of_the_closed_form() {
     ] {
         assert!((found / exact - 1.0).abs() < 1e-13, "{found} {exact}");
     }
-    // The plane law of the equations has the same stress: P of a side of length 1.
+    // The plane law of the equations has the same stress. It is compared with P on a side of length 1.
     let mut force = vec![0.0; u.len()];
     let mut vectors = Vectors { force: Some(&mut force), ..Vectors::default() };
     solid.evaluate(&fields, &mut vectors).unwrap();

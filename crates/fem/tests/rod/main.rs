@@ -1,4 +1,4 @@
-//! Rod: identities, Jacobian, closed forms, and reference case S8.
+//! Tests of the rod: identities, Jacobian, closed forms, and reference case S8.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 mod analytic;
@@ -28,7 +28,7 @@ fn rod(n_elements: usize) -> Rod {
     Rod::new(RodData { n_elements, ..RodData::default() }).unwrap()
 }
 
-/// Returns name and value of the invalid parameter.
+/// Returns the name and the value of the invalid parameter.
 fn parameter<T: std::fmt::Debug>(result: Result<T, FemError>) -> (&'static str, f64) {
     match result {
         Err(FemError::Parameter { name, value, .. }) => (name, value),
@@ -57,11 +57,11 @@ fn matrices_are_exact_for_linear_displacements() {
         let (mass, stiffness) = (DMatrix::from(rod.mass()), DMatrix::from(rod.stiffness()));
         assert_eq!(mass, mass.transpose());
         assert_eq!(stiffness, stiffness.transpose());
-        // ∫ ρ u² for the linear u = x, which the elements represent exactly: ρ L³/3.
+        // ∫ ρ u² = ρ L³/3 for the linear function u = x, which the elements represent exactly.
         let x = DVector::from_fn(n, |j, _| 0.1 * (j + 1) as f64 / n as f64);
         let second_moment = (x.transpose() * &mass * &x)[0];
         assert!((second_moment - 1e3 * 1e-3 / 3.0).abs() < 1e-14, "{n}: {second_moment}");
-        // ∫ EA u_x² for the same u: EA L, up to rounding of EA/h.
+        // ∫ EA u_x² = EA L for the same u, up to the rounding of EA/h.
         let energy = (x.transpose() * &stiffness * &x)[0];
         assert!((energy - 1e5).abs() < 1e-15 * 1e5 * 8.0 * n as f64, "{n}: {energy}");
     }
@@ -74,8 +74,7 @@ fn jacobian_matches_differences_of_the_residual() {
         let jacobian = jacobian(&rod, a, b);
         let (s, s_dot) = (scattered(0.3, 2 * n), scattered(1.7, 2 * n));
         let base = residual(&rod, &s, &s_dot, 5.0);
-        // The residual is affine, so a full step is exact up to rounding of its largest terms, 2
-        // EA/h.
+        // The residual is affine, so a full step is exact up to the rounding of its largest terms, 2 EA/h.
         let rounding = 32.0 * f64::EPSILON * (2e6 / 0.1 * n as f64) * (1.0 + a.abs());
         for column in 0..2 * n {
             let (mut s, mut s_dot) = (s.clone(), s_dot.clone());
@@ -98,7 +97,7 @@ fn power_balances_energy_rate_and_dissipation() {
     let v_dot = scattered(0.9, 10);
     let r = residual(&rod, &s, &[v, &v_dot].concat(), end_force);
     let imbalance: f64 = v.iter().zip(&r[10..]).map(|(v, r)| v * r).sum();
-    // d/dt energy along ṡ = (v, v̇): the energy is quadratic, so a central difference is exact.
+    // Derivative of the energy along ṡ = (v, v̇). The energy is quadratic, so a central difference is exact.
     let energy = |h: f64| {
         let moved = |x: &[f64], d: &[f64]| -> Vec<f64> {
             x.iter().zip(d).map(|(x, d)| x + h * d).collect()
@@ -106,12 +105,12 @@ fn power_balances_energy_rate_and_dissipation() {
         rod.energy(&[moved(q, v), moved(v, &v_dot)].concat())
     };
     let gained = (energy(1.0) - energy(-1.0)) / 2.0;
-    // vᵀ (α M + β A) v from the energy: ½ vᵀMv at (0, v), ½ vᵀAv at (v, 0).
+    // The value vᵀ (α M + β A) v follows from the energy, which is ½ vᵀMv at (0, v) and ½ vᵀAv at (v, 0).
     let zero = [0.0; 10];
     let lost = 2.0 * (0.25 * rod.energy(&[&zero, v].concat()))
         + 2.0 * (1e-3 * rod.energy(&[v, &zero].concat()));
     let power = end_force * v[9];
-    // Rounding of energies of order n EA/h.
+    // The error is the rounding of energies of order n EA/h.
     assert!((imbalance - (gained + lost - power)).abs() < 1e9 * 64.0 * f64::EPSILON);
 }
 
@@ -143,7 +142,7 @@ fn discrete_modes_satisfy_the_closed_form() {
             let mode = DVector::from_fn(n, |j, _| ((j + 1) as f64 * phi).sin());
             let squared = (TAU * discrete_natural_frequency(rod.data(), k)).powi(2);
             let residual = &stiffness * &mode - squared * (&mass * &mode);
-            // Rounding of the terms of A, 4 EA/h.
+            // The error is the rounding of the terms of A, 4 EA/h.
             assert!(residual.amax() < 16.0 * f64::EPSILON * 4e7 * n as f64, "{n} {k}: {residual}");
         }
     }
@@ -158,10 +157,10 @@ fn natural_frequencies_match_the_published_values() {
         let found = TAU * natural_frequency(&data, k + 1);
         assert!((found - omega).abs() < 8.0 * f64::EPSILON * omega, "{k}: {found} {omega}");
     }
-    // To the published digits.
+    // The values agree to the published digits.
     assert!((natural_frequency(&data, 1) - 79.06).abs() < 0.005);
     assert!((discrete_natural_frequency(&data, 1) - 79.14).abs() < 0.005);
-    // Linear elements overestimate by φ²/24 in each mode, to leading order.
+    // To leading order, linear elements overestimate the frequency of each mode by φ²/24.
     for n_elements in [50, 100] {
         let fine = RodData { n_elements, ..data };
         let excess = discrete_natural_frequency(&fine, 1) / natural_frequency(&data, 1) - 1.0;
@@ -171,14 +170,14 @@ fn natural_frequencies_match_the_published_values() {
     }
 }
 
-/// Returns the steady states (Q, V) under τ = e^{iωt}, from residual and Jacobian alone: (∂F/∂s +
-/// iω ∂F/∂ṡ) S = −F(0, 0) with the complex force.
+/// Returns the steady states (Q, V) under τ = e^{iωt}. They are computed from the residual and the Jacobian alone:
+/// (∂F/∂s + iω ∂F/∂ṡ) S = −F(0, 0) with the complex force.
 fn steady_states(rod: &Rod, load: EndLoad, frequency: f64) -> DVector<Complex64> {
     let omega = TAU * frequency;
     let (df_ds, df_ds_dot) = (jacobian(rod, 1.0, 0.0), jacobian(rod, 0.0, 1.0));
     let system = df_ds.zip_map(&df_ds_dot, |s, s_dot| Complex64::new(s, omega * s_dot));
     let rest = vec![0.0; rod.n_states()];
-    // e^{iωt} at t = 0: τ = 1, τ̇ = iω.
+    // At t = 0, e^{iωt} corresponds to τ = 1 and τ̇ = iω.
     let part = |tau, tau_dot| residual(rod, &rest, &rest, rod.end_force(load, tau, tau_dot));
     let (real, imaginary) = (part(1.0, 0.0), part(0.0, omega));
     let load = DVector::from_fn(rod.n_states(), |i, _| -Complex64::new(real[i], imaginary[i]));
@@ -191,7 +190,7 @@ fn closed_form_response_matches_the_published_value() {
         let published = &references()[key]["U_mid"];
         let (re, im) = (published[0].as_f64().unwrap(), published[1].as_f64().unwrap());
         let found = harmonic_response(&RodData::default(), load, 8.0, 0.05);
-        // The references have 15 digits.
+        // The reference values have 15 digits.
         assert!((found - Complex64::new(re, im)).norm() < 1e-15 * 0.0506 * 2.0, "{key}: {found}");
     }
 }
@@ -210,7 +209,7 @@ fn ten_elements_approximate_the_closed_form_response() {
         let (ten, twenty) = (distance(10), distance(20));
         // The published relative error, to its two digits.
         assert!((ten - 2.5e-7).abs() < 0.05e-7, "{load:?}: {ten:e}");
-        // Second order at a node; the next term is smaller by O(h²).
+        // The convergence at a node is of second order. The next term is smaller by O(h²).
         assert!((ten / twenty - 4.0).abs() < 0.01, "{load:?}: {}", ten / twenty);
     }
 }
@@ -219,7 +218,7 @@ fn ten_elements_approximate_the_closed_form_response() {
 fn load_interpretations_differ_as_published() {
     let [strain, traction] = [EndLoad::Strain, EndLoad::Traction]
         .map(|load| harmonic_response(&RodData::default(), load, 8.0, 0.05));
-    // Published: 0.1 % in amplitude and 0.050 rad in phase.
+    // The published differences are 0.1 % in amplitude and 0.050 rad in phase.
     assert!((strain.norm() / traction.norm() - 1.001).abs() < 5e-4);
     assert!((strain.arg() - traction.arg() - 0.050).abs() < 5e-4);
 }

@@ -1,23 +1,26 @@
-//! Area in contact.
+//! Area of a contact.
 
 use super::RigidContact;
 use super::obstacle::dot;
 
-/// Depth, relative to w, from which a point counts as pressed. It exceeds rounding, and its pressure is 1e-12 of the
-/// pressure at w.
+/// Depth, relative to w, from which a point counts as pressed. It is above rounding errors. The pressure at this
+/// depth is 1e-12 times the pressure at w.
 const TOUCHING: f64 = 1e-6;
-/// Largest gap of a point in contact, as a fraction of the facet size, at a mean pressure of one shear modulus or more. It is
-/// proportional to smaller pressures.
+/// Largest gap of a point in contact, as a fraction of the facet size, at a mean pressure of one shear modulus or
+/// more. At smaller pressures, the limit is proportional to the pressure.
 ///
-/// A stiff contact presses only some points of a facet, and opens others by a part of the displacement at this pressure, which is
-/// of the order of the facet size times the pressure divided by the shear modulus. The limit is five times the default penetration. It
-/// is small at the edge of a contact: on an incompressible body, the pressure is K √x at the distance x inside the edge and the gap
-/// K x^1.5/(3G) outside of it, which exceeds the limit from a seventh to a fifth of a facet.
+/// A stiff contact presses only on some points of a facet and opens at the others. The gaps at these points are a
+/// fraction of the displacement at this pressure, whose order of magnitude is the facet size times the pressure
+/// divided by the shear modulus. The limit is five times the default penetration. At the edge of a contact, this
+/// limit is small. On an incompressible body, the pressure is K √x at a distance x inside the edge, and the gap is
+/// K x^1.5/(3G) at a distance x outside the edge. This gap exceeds the limit at a distance of a seventh to a fifth
+/// of a facet.
 const CLOSED: f64 = 0.05;
 
 impl RigidContact {
-    /// Returns the undeformed area in contact, m² (length in 2D, m). A quadrature point is in contact if it is pressed, or if its
-    /// gap is small for the mean pressure around the vertices of its facet.
+    /// Returns the undeformed area in contact, in m² (in 2D: the length, in m). A quadrature point is in contact
+    /// if it is pressed, or if its gap is small compared with the limit for the mean pressure around the vertices
+    /// of its facet.
     ///
     /// # Panics
     /// Panics if an array is too short.
@@ -35,7 +38,7 @@ impl RigidContact {
         });
         let pressures = pressures.chunks(boundary.points.len());
         let facets = || boundary.facets.iter().zip(&self.weights).zip(pressures.clone());
-        // Integrals of the linear shape functions of the vertices, and of the pressure times these.
+        // Integrals of the linear shape functions of the vertices, and of the pressure times these functions.
         let mut integrals = vec![[0.0; 2]; boundary.coordinates.len() / D];
         for ((nodes, weights), pressures) in facets() {
             for ((point, weight), pressure) in boundary.points.iter().zip(weights).zip(pressures) {

@@ -1,27 +1,28 @@
-//! Obstacles that a given force presses on the body.
+//! Obstacles pressed on the body by a given force.
 
 use super::RigidContact;
 use super::obstacle::dot;
 
-/// Relative error of the contact force at which the iteration stops; smaller errors are rounding.
+/// Relative error of the contact force at which the iteration stops. Smaller errors are due to rounding.
 const CONVERGED: f64 = 1e-14;
-/// Maximum number of doublings of the penetration and of iterations.
+/// Maximum number of iterations, and of doublings of the penetration.
 const MAX_ITERATIONS: usize = 100;
 
 /// Derivatives of the contact force F on the body along the direction of an obstacle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrivenSlope {
-    /// ∂F/∂u for all nodal components, N/m. The derivative of the nodal forces with respect to the obstacle's displacement
-    /// is its negative.
+    /// Derivative ∂F/∂u with respect to all nodal components, N/m. Its negative is the derivative of the nodal
+    /// forces with respect to the displacement of the obstacle.
     pub by_nodes: Vec<f64>,
     /// Derivative with respect to the displacement of the obstacle, N/m.
     pub by_obstacle: f64,
 }
 
 impl RigidContact {
-    /// Returns the displacement of the obstacle along the unit vector `direction` at which the contact force on the body
-    /// has the component `force` along it; NaN if the obstacle passes the body. For a force of zero, the obstacle only
-    /// touches the body or, with multipliers, is at the distance at which they begin to press.
+    /// Returns the displacement of the obstacle along the unit vector `direction` at which the component of the
+    /// contact force along `direction` is `force`. Returns NaN if the obstacle passes by the body. For a force of
+    /// zero, the obstacle only touches the body; with multipliers, it is at the distance at which they begin to
+    /// press.
     ///
     /// # Panics
     /// Panics if an array is too short.
@@ -53,7 +54,7 @@ impl RigidContact {
                 return f64::NAN;
             }
         }
-        // Newton's method from above, safeguarded by bisection.
+        // Newton's method from above, with bisection as a safeguard.
         let mut s = high;
         for _ in 0..MAX_ITERATIONS {
             let [rest, slope] = excess(s);
@@ -77,7 +78,8 @@ impl RigidContact {
         touching + s
     }
 
-    /// Returns the smallest displacement along `direction` at which the obstacle presses on the body; infinite if it does not.
+    /// Returns the smallest displacement along `direction` at which the obstacle presses on the body, or infinity
+    /// if it never does.
     fn first_touch<const D: usize>(&self, direction: [f64; D], u: &[f64]) -> f64 {
         let boundary = &self.boundary;
         let points = boundary.facets.iter().flat_map(|nodes| {
@@ -90,7 +92,8 @@ impl RigidContact {
         distances.fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns the force along `direction` at the displacement `s` of the obstacle, and its derivative.
+    /// Returns the force along `direction` at the displacement `s` of the obstacle, and the derivative of this
+    /// force.
     fn along<const D: usize>(&self, direction: [f64; D], s: f64, u: &[f64]) -> [f64; 2] {
         let mut sums = [0.0; 2];
         self.for_each_touch::<D>(&direction.map(|e| s * e), u, |touch| {

@@ -3,13 +3,13 @@
 use super::obstacle::dot;
 use super::{RigidContact, Touch};
 
-/// Friction that resists the slip velocity w, the tangential velocity of the body relative to the obstacle, with the traction
-/// μ φ' w/√(|w|² + v₀²) per undeformed area.
+/// Friction that resists the slip velocity w with the traction μ φ' w/√(|w|² + v₀²) per undeformed area. The slip
+/// velocity is the tangential velocity of the body relative to the obstacle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Friction {
-    /// μ.
+    /// Friction coefficient μ.
     pub coefficient: f64,
-    /// Regularization velocity v₀, m/s: under tractions below μ φ' the body slips slowly instead of sticking.
+    /// Regularization velocity v₀, m/s. If the traction is below μ φ', the body slips slowly instead of sticking.
     pub slip_velocity: f64,
 }
 
@@ -26,10 +26,10 @@ pub struct Sliding<'a> {
     pub v: &'a [f64],
 }
 
-/// Sums over a contact with friction.
+/// Sums over all points of a contact with friction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FrictionSums {
-    /// Force of the body on the obstacle, N (N/m in 2D); unused components are zero.
+    /// Force of the body on the obstacle, N (N/m in 2D). Unused components are zero.
     pub force: [f64; 3],
     /// Dissipated power, W (W/m in 2D).
     pub dissipation: f64,
@@ -38,18 +38,18 @@ pub struct FrictionSums {
 /// Slip at a quadrature point.
 struct Slip<'a, const D: usize> {
     touch: &'a Touch<'a, D>,
-    /// w.
+    /// Slip velocity w.
     tangential: [f64; D],
     /// Normal component of the relative velocity.
     normal: f64,
-    /// √(|w|² + v₀²).
+    /// The speed √(|w|² + v₀²).
     speed: f64,
-    /// μ φ'/√(|w|² + v₀²).
+    /// The factor μ φ'/√(|w|² + v₀²).
     factor: f64,
 }
 
 impl<const D: usize> Slip<'_, D> {
-    /// Returns the derivatives of the resisting traction with respect to the position and the velocity.
+    /// Returns the derivatives of the resisting traction with respect to position and velocity.
     fn slopes(&self, friction: &Friction) -> [[[f64; D]; D]; 2] {
         let gap = &self.touch.gap;
         let (n, a, w) = (gap.normal, gap.axis, self.tangential);
@@ -71,7 +71,7 @@ impl<const D: usize> Slip<'_, D> {
 }
 
 impl RigidContact {
-    /// Adds the force of the body on the obstacle by friction to `total`.
+    /// Adds the friction force of the body on the obstacle to `total`.
     ///
     /// # Panics
     /// Panics if an array is too short.
@@ -96,11 +96,12 @@ impl RigidContact {
         });
     }
 
-    /// Adds the derivatives of [`add_friction`](Self::add_friction) with respect to the free components of displacement and
-    /// velocity to `values`.
+    /// Adds the derivatives of [`add_friction`](Self::add_friction) with respect to the free components of
+    /// displacement and velocity to `values`.
     ///
     /// # Shapes
-    /// Both of `values` hold the entries of [`Solid::displacement_pattern`](crate::Solid::displacement_pattern).
+    /// Each array of `values` holds the entries of
+    /// [`Solid::displacement_pattern`](crate::Solid::displacement_pattern).
     ///
     /// # Panics
     /// Panics if an array is too short.
@@ -129,7 +130,7 @@ impl RigidContact {
         });
     }
 
-    /// Returns the force and the dissipated power of friction on the whole boundary.
+    /// Returns the friction force on the whole boundary and the power that it dissipates.
     ///
     /// # Panics
     /// Panics if an array is too short.

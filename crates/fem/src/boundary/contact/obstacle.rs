@@ -1,16 +1,16 @@
 //! Shapes of rigid obstacles and distances from them.
 
-/// Shape of a rigid obstacle. In the plane, the third coordinates are not used.
+/// Shape of a rigid obstacle. In 2D, the third coordinates are ignored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Obstacle {
-    /// Half-space behind a plane.
+    /// Half-space bounded by a plane.
     Plane {
-        /// Point of the plane, m.
+        /// Point on the plane, m.
         point: [f64; 3],
         /// Unit normal that points out of the obstacle.
         normal: [f64; 3],
     },
-    /// Ball, in the plane a disk.
+    /// Ball, or a disk in 2D.
     Sphere {
         /// Center, m.
         center: [f64; 3],
@@ -19,7 +19,7 @@ pub enum Obstacle {
     },
     /// Infinite cylinder.
     Cylinder {
-        /// Point of the axis, m.
+        /// Point on the axis, m.
         point: [f64; 3],
         /// Unit vector along the axis.
         axis: [f64; 3],
@@ -32,13 +32,13 @@ pub enum Obstacle {
 pub(super) struct Gap<const D: usize> {
     pub(super) distance: f64,
     pub(super) normal: [f64; D],
-    /// Direction a without curvature; zero except for a cylinder.
+    /// Direction a in which the obstacle is not curved. Zero except for a cylinder.
     pub(super) axis: [f64; D],
     pub(super) curvature: f64,
 }
 
 impl Obstacle {
-    /// Returns the gap of the point `x` to the obstacle displaced by `offset`.
+    /// Returns the gap between the point `x` and the obstacle displaced by `offset`.
     pub(super) fn gap<const D: usize>(&self, x: [f64; D], offset: &[f64]) -> Gap<D> {
         let from =
             |point: &[f64; 3]| -> [f64; D] { std::array::from_fn(|i| x[i] - point[i] - offset[i]) };
@@ -59,8 +59,8 @@ impl Obstacle {
         }
     }
 
-    /// Returns the distance by which the obstacle moves along the unit vector `direction` until its gap to the point `x` is
-    /// `gap`, if it reaches it.
+    /// Returns the distance that the obstacle moves along the unit vector `direction` until its gap to the point
+    /// `x` is `gap`, or `None` if it does not reach this gap.
     pub(super) fn distance_along<const D: usize>(
         &self,
         x: [f64; D],

@@ -1,4 +1,4 @@
-//! Derivatives of contact forces, and forces with closed forms.
+//! Tests of the derivatives of contact forces, and of forces with closed forms.
 
 use std::sync::Arc;
 
@@ -36,7 +36,8 @@ fn obstacles(dimension: usize) -> Vec<Obstacle> {
     all
 }
 
-/// Contacts of the top of `solid` with each obstacle, without and with multipliers, which press some points before they touch.
+/// Returns contacts of the top of `solid` with each obstacle, without and with multipliers. Multipliers press on
+/// some points before these touch the obstacle.
 fn contacts(solid: &Solid, stiffness: Option<f64>) -> Vec<(Obstacle, RigidContact)> {
     let mut all = Vec::new();
     for obstacle in obstacles(solid.space().dimension()) {
@@ -55,8 +56,8 @@ fn deformed(solid: &Solid) -> Vec<f64> {
     (0..n).map(|i| STRETCH * (1.3 * i as f64).sin()).collect()
 }
 
-/// The stiffness is the derivative of the force. Forces of 10 N have a rounding error of 1e-15, so their quotients
-/// by 1e-8 m have errors of 1e-6 N/m, at stiffnesses above 1e3 N/m.
+/// Checks that the stiffness is the derivative of the force. Forces of 10 N have a rounding error of 1e-15. Their
+/// quotients by 1e-8 m therefore have errors of 1e-6 N/m, for stiffnesses above 1e3 N/m.
 #[test]
 fn the_stiffness_is_the_derivative_of_the_force() {
     for dimension in [2, 3] {
@@ -97,7 +98,8 @@ fn the_stiffness_is_the_derivative_of_the_force() {
     }
 }
 
-/// Nodal forces add up to the sums, and the pressure of a flat contact follows from its penetration.
+/// Checks that nodal forces add up to the sums, and that the pressure of a flat contact follows from its
+/// penetration.
 #[test]
 fn a_plane_presses_with_the_pressure_of_its_penetration() {
     for dimension in [2, 3] {
@@ -125,8 +127,8 @@ fn a_plane_presses_with_the_pressure_of_its_penetration() {
     }
 }
 
-/// The derivatives of the force of a driven obstacle are difference quotients, and its displacement balances its force. The
-/// errors of the quotients are as above.
+/// Checks that the derivatives of the force of a driven obstacle agree with difference quotients, and that the
+/// displacement of the obstacle balances its force. The quotients have the errors stated above.
 #[test]
 fn a_driven_obstacle_balances_its_force() {
     for dimension in [2, 3] {
@@ -169,8 +171,9 @@ fn a_driven_obstacle_balances_its_force() {
     }
 }
 
-/// The force on the body is the negative derivative of the stored energy with respect to its motion: the energy grows by
-/// −f·du, with a difference quotient as above. It also grows by the work of an obstacle that closes and opens the contact.
+/// Checks that the force on the body is the negative derivative of the stored energy with respect to the motion of
+/// the body: the energy changes by −f·du. The difference quotient has the errors stated above. When an obstacle
+/// closes and opens the contact, the energy changes by the work of the obstacle.
 #[test]
 fn the_force_is_the_derivative_of_the_energy() {
     for dimension in [2, 3] {
@@ -190,7 +193,7 @@ fn the_force_is_the_derivative_of_the_energy() {
                 let quotient = (at(1e-8) - at(-1e-8)) / 2e-8;
                 assert!((f + quotient).abs() < 1e-6 * largest, "{obstacle:?} {i}");
             }
-            // From an open contact to a closed one.
+            // The obstacle moves from an open contact to a closed contact.
             let (from, to, n) = (0.05, -0.01, 6000);
             let h = (to - from) / f64::from(n);
             let sums = |i: i32| {
@@ -201,7 +204,7 @@ fn the_force_is_the_derivative_of_the_energy() {
             let ends = 0.5 * (sums(0).force[dimension - 1] + sums(n).force[dimension - 1]);
             let inside: f64 = (1..n).map(|i| sums(i).force[dimension - 1]).sum();
             let (work, growth) = (h * (ends + inside), sums(n).energy - sums(0).energy);
-            // Trapezoidal rule: the second derivative of the force is at most k/w times the area.
+            // Error of the trapezoidal rule: the second derivative of the force is at most k/w times the area.
             let k_by_w = contact.stiffness() / contact.smoothing;
             let area = 0.1_f64.powi(dimension as i32 - 1);
             let bound = (to - from).abs() * h * h / 12.0 * k_by_w * area;
@@ -210,8 +213,8 @@ fn the_force_is_the_derivative_of_the_energy() {
     }
 }
 
-/// The slopes of friction are its derivatives, its forces add up to its sums, and the force during a long slip is μ
-/// times the normal force. The difference quotients have the same errors as for the stiffness.
+/// Checks the slopes of friction, the sums of its forces, and that the force during a long slip is μ times the
+/// normal force. The difference quotients have the same errors as for the stiffness.
 #[test]
 fn the_slopes_of_friction_are_its_derivatives() {
     let friction = Friction { coefficient: 0.4, slip_velocity: 0.02 };
@@ -257,7 +260,7 @@ fn the_slopes_of_friction_are_its_derivatives() {
                 let sum: f64 = force.iter().skip(axis).step_by(dimension).sum();
                 assert!((sum - sums.force[axis]).abs() < 1e-12, "{obstacle:?}");
             }
-            // In the plane and in space, friction dissipates its force times the relative velocity.
+            // In 2D and 3D, the power dissipated by friction is the force times the relative velocity.
             let relative = v.iter().enumerate().map(|(i, v)| v - velocity[i % dimension]);
             let power: f64 = force.iter().zip(relative).map(|(f, v)| f * v).sum();
             assert!((power - sums.dissipation).abs() < 1e-12 && power > 0.0);
@@ -278,7 +281,7 @@ fn the_slopes_of_friction_are_its_derivatives() {
     }
 }
 
-/// A body that touches an obstacle has no contact area, although rounding moves points into the obstacle.
+/// A body that only touches an obstacle has no contact area, although rounding moves points into the obstacle.
 #[test]
 fn an_obstacle_that_only_touches_has_no_contact_area() {
     for dimension in [2, 3] {
@@ -294,15 +297,16 @@ fn an_obstacle_that_only_touches_has_no_contact_area() {
             contact.area(&[0.0; 3], &u)
         };
         assert_eq!([area(0.0), area(1e-17)], [0.0; 2]);
-        // At a penetration of 1e-6 of the facets, the whole group of side 0.1 m is in contact; the sum of 16 weights has
-        // a rounding error below 16 ε.
+        // At a penetration of 1e-6 of the facet size, the whole group with side length 0.1 m is in contact. The
+        // sum of 16 weights has a rounding error below 16 ε.
         let whole = 0.1_f64.powi(dimension as i32 - 1);
         assert!((area(5e-8) / whole - 1.0).abs() < 16.0 * f64::EPSILON, "{}", area(5e-8));
     }
 }
 
-/// Points between pressed points are in contact if their gap is small for the pressure and the shear modulus, and below a twentieth
-/// of a facet. A plane presses on the middle nodes of the facets, and the vertices are a `gap` away.
+/// Points between pressed points are in contact if their gap is below a twentieth of a facet and small for the
+/// pressure and the shear modulus. A plane presses on the middle nodes of the facets, and the vertices are at the
+/// distance `gap`.
 #[test]
 fn the_contact_area_includes_points_between_pressed_points() {
     for dimension in [2, 3] {
@@ -322,17 +326,17 @@ fn the_contact_area_includes_points_between_pressed_points() {
             }
             contact.area(&[0.0; 3], &u) / 0.1_f64.powi(dimension as i32 - 1)
         };
-        // A small pressure does not close the gap of some points.
+        // At a small pressure, the gap of some points is too large.
         let pressed = area(&solid, 1e-6, 1e-3);
         assert!(pressed > 0.4 && pressed < 0.9, "{pressed}");
         // The sum of 96 weights has a rounding error below 96 ε.
         let rounding = 96.0 * f64::EPSILON;
         let all = area(&solid, 64.0, 1e-3);
         assert!((all - 1.0).abs() < rounding, "{all}");
-        // Middle nodes are pressed with many shear moduli, and the vertices are far away.
+        // The pressure on the middle nodes is many shear moduli, but the vertices are far from the plane.
         let far = area(&solid, 64.0, 0.2);
         assert!((far - pressed).abs() < rounding, "{far} {pressed}");
-        // In the half with a large shear modulus, these gaps do not count.
+        // In the half with a large shear modulus, these gaps are too large.
         let space = solid.space();
         let factors = (0..space.n_elements()).flat_map(|element| {
             let vertices = space.mesh().element(element);

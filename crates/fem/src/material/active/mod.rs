@@ -5,8 +5,8 @@
 //! ∂P/∂F : (i, J), (k, L) → K_ik f0_J f0_L,    K = τ I + f⊗(τ_E f + τ_Ė ḟ),    ∂P/∂V: τ_Ė f⊗f
 //! ```
 //!
-//! with f = F f0, ḟ = V f0, λ² = 1 + 2 E, E = f0·E f0, Ė = f·ḟ = λ λ̇. Without a force–velocity
-//! factor K is symmetric. The functions apply in 2D (with in-plane fibers) and 3D.
+//! with f = F f0, ḟ = V f0, λ² = 1 + 2 E, E = f0·E f0, Ė = f·ḟ = λ λ̇. Without a force–velocity factor, K is
+//! symmetric. The functions apply in 2D (with in-plane fibers) and in 3D.
 
 use super::{Dual, Range, Real};
 use crate::error::FemError;
@@ -14,18 +14,18 @@ use crate::error::FemError;
 /// Stress measure of the tension T.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tension {
-    /// Second Piola–Kirchhoff stress: S = T g f0⊗f0, nominal stress λ T g along the fiber.
+    /// Second Piola–Kirchhoff stress: S = T g f0⊗f0. The nominal stress along the fiber is λ T g.
     SecondPiolaKirchhoff,
-    /// Nominal stress: S = T g/λ f0⊗f0, nominal stress T g along the fiber.
+    /// Nominal stress: S = T g/λ f0⊗f0. The nominal stress along the fiber is T g.
     Nominal,
 }
 
-/// Force–length relation: the factor g(λ) of the tension.
+/// Force–length relation, given by the factor g(λ) of the tension.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ForceLength {
     /// Constant g = 1.
     Constant,
-    /// Parabola `g = max(0, −25/4 r² + 25/2 r − 5.25)`, r = λ/λ_opt. Source: openDiHu.
+    /// Parabola `g = max(0, −25/4 r² + 25/2 r − 5.25)` with r = λ/λ_opt. Source: openDiHu.
     Parabola {
         /// Optimal stretch λ_opt.
         optimal: f64,
@@ -46,7 +46,7 @@ impl ForceLength {
         match self {
             ForceLength::Constant => stretch.like(1.0),
             ForceLength::Parabola { optimal } => {
-                // 1 at r = 1; zero at r = 0.6 and 1.4.
+                // The factor is 1 at r = 1, and zero at r = 0.6 and r = 1.4.
                 let from_optimal = stretch * (1.0 / optimal) - stretch.like(1.0);
                 let g = stretch.like(1.0) - from_optimal * from_optimal * 6.25;
                 g.choose(g, stretch.like(0.0))
@@ -60,10 +60,10 @@ impl ForceLength {
     }
 }
 
-/// Force–velocity relation: Hill's factor h(λ̇/v_max) of the tension.
+/// Force–velocity relation, given by Hill's factor h(λ̇/v_max) of the tension.
 ///
-/// For shortening, s = λ̇/v_max in [−1, 0], h = `(1 + s)/(1 − s/a)`, and zero below. For
-/// lengthening, h = `1 + (N − 1) s/(s + c)` with c such that the slopes at 0 are equal.
+/// For shortening, s = λ̇/v_max is in [−1, 0], and h = `(1 + s)/(1 − s/a)`. For s < −1, h is zero. For
+/// lengthening, h = `1 + (N − 1) s/(s + c)`, where c is chosen such that the slopes at 0 are equal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceVelocity {
     /// Maximum shortening rate v_max, in 1/s.
@@ -86,7 +86,7 @@ impl ForceVelocity {
         let s = stretch_rate * (1.0 / self.v_max);
         let (one, zero) = (s.like(1.0), s.like(0.0));
         let slow = (one + s).choose(one + s, zero);
-        // Both branches are finite for all s, although only one is selected.
+        // Both branches are evaluated for all s, so they must be finite even where they are not selected.
         let (down, up) = (s.choose(zero, s), s.choose(s, zero));
         let shortening = slow / (one - down * (1.0 / self.a));
         let beyond = self.plateau - 1.0;
@@ -99,18 +99,18 @@ impl ForceVelocity {
 /// Active stress along the fibers for a given tension T at each point.
 ///
 /// # Units
-/// T in Pa.
+/// T is in Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActiveStress {
     /// Stress measure of the tension T.
     pub tension: Tension,
-    /// Returns g.
+    /// Force–length factor g.
     pub force_length: ForceLength,
-    /// Force–velocity factor h; `None` means 1.
+    /// Force–velocity factor h. `None` means 1.
     pub force_velocity: Option<ForceVelocity>,
 }
 
-/// Deformed fiber at a point, and the tension τ with its derivatives.
+/// Deformed fiber at a point, with the tension τ and its derivatives.
 #[derive(Debug, Clone, Copy)]
 pub struct ActiveFiber<R, const D: usize> {
     /// Undeformed fiber f0.
@@ -128,7 +128,7 @@ pub struct ActiveFiber<R, const D: usize> {
 }
 
 impl ActiveStress {
-    /// Second Piola–Kirchhoff stress T without force–length and force–velocity factors.
+    /// The tension T is the second Piola–Kirchhoff stress. The force–length and force–velocity factors are 1.
     pub const PLAIN: Self = Self {
         tension: Tension::SecondPiolaKirchhoff,
         force_length: ForceLength::Constant,
@@ -138,7 +138,7 @@ impl ActiveStress {
     /// Checks the ranges of the constants.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] for a constant out of range.
+    /// Returns [`FemError::Parameter`] if a constant is out of range.
     pub fn check(&self) -> Result<(), FemError> {
         let mut constants = Vec::new();
         match self.force_length {
@@ -168,8 +168,8 @@ impl ActiveStress {
         }
     }
 
-    /// Returns the active fiber at a point with the undeformed direction `reference` = f0, `h` = ∇u
-    /// and `v` = ∇v, for the tension T.
+    /// Returns the active fiber at a point for the undeformed direction `reference` = f0, `h` = ∇u, `v` = ∇v and
+    /// the tension T.
     #[inline(always)]
     pub fn at<R: Real, const D: usize>(
         &self,
@@ -183,7 +183,7 @@ impl ActiveStress {
         for (fiber, change) in fiber.iter_mut().zip(change) {
             *fiber = *fiber + change;
         }
-        // f0·E f0 as a sum of small terms, without cancellation near rest.
+        // The strain f0·E f0 is computed as a sum of small terms, which avoids cancellation near rest.
         let e = dot(reference, change) + dot(change, change) * 0.5;
         let e_rate = dot(fiber, rate);
         let (one, zero) = (e.like(1.0), e.like(0.0));
@@ -218,7 +218,7 @@ impl<R: Real, const D: usize> ActiveFiber<R, D> {
         out
     }
 
-    /// Returns f0, the direction of the derivatives with respect to the indices J and L.
+    /// Returns f0. The derivatives depend on the indices J and L only through this direction.
     #[inline(always)]
     pub fn direction(&self) -> [R; D] {
         self.reference
@@ -239,7 +239,7 @@ impl<R: Real, const D: usize> ActiveFiber<R, D> {
         out
     }
 
-    /// Returns K of ∂P/∂V.
+    /// Returns the matrix K in ∂P/∂V.
     #[inline(always)]
     pub fn by_velocity(&self) -> [[R; D]; D] {
         let mut out = [self.fiber; D];

@@ -1,4 +1,4 @@
-//! Tests of derivatives, power and factors of active stress.
+//! Tests of the active stress: derivatives, power and factors.
 
 use super::*;
 
@@ -29,7 +29,7 @@ fn materials() -> Vec<ActiveStress> {
 #[test]
 fn derivatives_match_central_differences() {
     let step = 6e-6;
-    // Lengthening and shortening fibers.
+    // The fibers lengthen in one case and shorten in the other.
     for sign in [1.0, -1.0] {
         let v = V.map(|row| row.map(|v| sign * v));
         for active in materials() {
@@ -51,7 +51,7 @@ fn derivatives_match_central_differences() {
                             let dyad = FIBER[j] * FIBER[l];
                             let by_h = (plus[i][j] - minus[i][j]) / (2.0 * step);
                             let by_rate = (faster[i][j] - slower[i][j]) / (2.0 * step);
-                            // Difference errors of order ε^(2/3) times the tension.
+                            // The difference errors are of order ε^(2/3) times the tension.
                             assert!((by_u[i][k] * dyad - by_h).abs() < 1e-8 * 7e4);
                             assert!((by_v[i][k] * dyad - by_rate).abs() < 1e-8 * 7e4);
                         }
@@ -102,7 +102,7 @@ fn factors_match_their_formulas() {
         let dual = Dual { value: rate, rate: 4.0 };
         hill.factor(dual).rate
     };
-    // Slope 1 + 1/a on both sides.
+    // The slope is 1 + 1/a on both sides.
     assert!((slope(0.0) - 5.0).abs() < 1e-14);
     assert!((slope(-1e-12) - 5.0).abs() < 1e-9);
 }

@@ -1,11 +1,11 @@
-//! Fung's law: exponential of a quadratic form of the Green strain in fiber, sheet and normal.
+//! Fung's law: an exponential of a quadratic form of the Green strain in the axes fiber, sheet and normal.
 
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{FiberStrains, Law3, Strain3, Symmetric3, Tensor3Of, scaled3};
 
-/// Fung's orthotropic law `W = c/2 (e^Q − 1)` with the axes fiber (1), sheet (2) and normal (3) and
-/// `Q = b_1 E11² + b_2 E22² + b_3 E33² + 2 b_4 E11 E22 + 2 b_5 E22 E33 + 2 b_6 E33 E11 + b_7 E12² + b_8 E23² + b_9 E13²`.
+/// Fung's orthotropic law `W = c/2 (e^Q − 1)` in the axes fiber (1), sheet (2) and normal (3), with `Q = b_1
+/// E11² + b_2 E22² + b_3 E33² + 2 b_4 E11 E22 + 2 b_5 E22 E33 + 2 b_6 E33 E11 + b_7 E12² + b_8 E23² + b_9 E13²`.
 ///
 /// The matrix of b_1 to b_6 must not have a negative eigenvalue, so that the energy is convex in E. As with
 /// `guccione`, the Green strain is not split, and p is not the mean stress. Source, without the shear terms:
@@ -163,13 +163,13 @@ mod tests {
             Law::named("fung", &constants.collect::<Vec<_>>())
         };
         assert_eq!(with("b_5", -0.5).unwrap(), LAW);
-        // b_1 b_2 = 24 = 4.90², and det = 43 − b_4 − 2 b_4² is zero at b_4 = 4.39.
+        // Here, b_1 b_2 = 24 = 4.90², and the determinant 43 − b_4 − 2 b_4² is zero at b_4 = 4.39.
         assert!(with("b_4", 4.3).is_ok());
         assert!(with("b_4", 4.6).is_err());
         assert!(with("b_4", 5.0).is_err());
         assert!(with("b_5", 2.5).is_err());
         assert!(with("b_7", -1.0).is_err());
-        // (tr E)², whose determinants are zero: rounding decides their sign.
+        // With equal weights, the determinants of the form (tr E)² are zero, so rounding decides their sign.
         for k in [0.1, 0.3, 1.1, 7.7] {
             let names = Fung::DESCRIPTION.parameters.iter().map(|own| own.name);
             let constants: Vec<_> = names.map(|name| (name, k)).collect();

@@ -1,4 +1,4 @@
-//! Gent's law: chains of limited length.
+//! Gent's law for molecular chains of limited extensibility.
 
 use super::mooney_rivlin::first_invariant;
 use crate::material::Real;

@@ -1,5 +1,5 @@
-//! Guccione's law: exponential of the Green strain along fiber, sheet and normal, in full and
-//! isochoric form.
+//! Guccione's law, in a full and an isochoric form: an exponential of the Green strain along fiber, sheet and
+//! normal.
 
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
@@ -10,9 +10,8 @@ use crate::material::three::{
 /// Guccione's law `W = C/2 (e^Q − 1)` with
 /// `Q = b_f E_ff² + b_t (E_ss² + E_nn² + 2 E_sn²) + b_fs (2 E_fs² + 2 E_fn²)`.
 ///
-/// The Green strain is not split into isochoric and volumetric parts; the constraint enforces J = 1.
-/// Therefore p is not the mean stress and κ is not the bulk modulus. Source: Land et al. (2015),
-/// Proc. R. Soc. A 471.
+/// The Green strain is not split into an isochoric and a volumetric part; the constraint enforces J = 1. Therefore
+/// p is not the mean stress and κ is not the bulk modulus. Source: Land et al. (2015), Proc. R. Soc. A 471.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guccione {
     /// Stress scale C, in Pa.
@@ -101,10 +100,10 @@ impl Law3 for Guccione {
     }
 }
 
-/// Guccione's law of the isochoric strain Ē = (C̄ − I)/2, `C̄ = J^(−2/3) C`.
+/// Guccione's law as a function of the isochoric strain Ē = (C̄ − I)/2 with `C̄ = J^(−2/3) C`.
 ///
-/// For J = 1 it is the same material with a different pressure. Discrete pressures enforce J = 1
-/// only on average; with this law thin walls do not collapse at large strains. Source: as
+/// For J = 1, it is the same material as [`Guccione`] with a different pressure. Discrete pressures enforce J = 1
+/// only on average, but with this law thin walls do not collapse at large strains. Sources: the source of
 /// [`Guccione`]; FEBio.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IsochoricGuccione {
@@ -129,8 +128,8 @@ impl Described for IsochoricGuccione {
     };
 }
 
-/// Ē and the quantities of its derivatives: with x = J^(−1/3), N = cof F and c = 2 E + I in the
-/// axes,
+/// The strain Ē and the quantities that occur in its derivatives. With x = J^(−1/3), N = cof F and c = 2 E + I in
+/// the fiber axes,
 /// ```text
 /// Ē = x² E + (x² − 1)/2 I,    ∂Ē = x² ∂E − x⁵/3 c N
 /// ∂²Ē = x² ∂²E − 2 x⁵/3 (∂E⊗N + N⊗∂E) + c (5 x⁸/9 N⊗N − x⁵/3 ∂N)
@@ -151,7 +150,7 @@ impl<R: Real> Isochoric<R> {
         let (d, one) = (strain.d, strain.d.like(1.0));
         let x = (d + one).inverse_cube_root();
         let x2 = x * x;
-        // (x² − 1)/2 without cancellation near rest.
+        // The expression (x² − 1)/2, without cancellation near rest.
         let shrunk = d * x2 * x * (one + x) / (one + x + x2) * -0.5;
         let (mut values, mut stretched) = (strains.values, strains.values);
         for i in 0..6 {
@@ -165,7 +164,7 @@ impl<R: Real> Isochoric<R> {
         Self { strains, values, stretched, x }
     }
 
-    /// Returns Σ a c.
+    /// Returns Σ a c over the components.
     #[inline(always)]
     fn dot(&self, a: &[R; 6]) -> R {
         let mut sum = self.x.like(0.0);
@@ -182,7 +181,7 @@ impl<R: Real> Isochoric<R> {
         x2 * x2 * self.x * (1.0 / 3.0)
     }
 
-    /// Returns Σ slope ∂Ē.
+    /// Returns Σ slope ∂Ē over the components.
     #[inline(always)]
     fn combine(&self, slopes: &[R; 6], cofactor: &Tensor3Of<R>) -> Tensor3Of<R> {
         let mut out = scaled3(self.x * self.x, &self.strains.combine(slopes));
@@ -192,7 +191,7 @@ impl<R: Real> Isochoric<R> {
 }
 
 impl IsochoricGuccione {
-    /// Returns the law of the full strain E.
+    /// Returns the corresponding law of the full strain E.
     #[inline(always)]
     fn full(&self) -> Guccione {
         let Self { c, b_f, b_t, b_fs } = *self;

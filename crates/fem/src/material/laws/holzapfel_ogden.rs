@@ -1,4 +1,4 @@
-//! Holzapfel–Ogden law: isotropic matrix, fibers and sheets under tension, and fiber–sheet shear.
+//! Holzapfel–Ogden law: an isotropic matrix, fibers and sheets in tension, and fiber–sheet shear.
 
 use super::mooney_rivlin;
 use crate::material::parameters::{Described, Description, Parameter, Range};
@@ -7,15 +7,15 @@ use crate::material::three::{
 };
 use crate::material::{Dual, Real};
 
-/// Holzapfel–Ogden law `W = a/2b (e^{b(Ī1−3)} − 1) + Σ_f,s a_i/2b_i H(I_i) (e^{b_i (I_i−1)²} − 1) +
-/// a_fs/2b_fs (e^{b_fs I8²} − 1)` with `I_i = κ_i I1 + (1 − 3 κ_i) I4i`.
+/// Holzapfel–Ogden law `W = a/2b (e^{b(Ī1−3)} − 1) + Σ_f,s a_i/2b_i H(I_i) (e^{b_i (I_i−1)²} − 1) + a_fs/2b_fs
+/// (e^{b_fs I8²} − 1)` with `I_i = κ_i I1 + (1 − 3 κ_i) I4i`.
 ///
-/// The dispersion κ_i is 0 for aligned fibers, where I_i = I4i, and 1/3 for fibers in all directions.
-/// The switch `H(x) = 1/(1 + e^{−k(x−1)})` activates fibers in tension. It is part of the energy
-/// and makes it non-convex just below I_i = 1. With k = ∞ it is a step: the tangent has a jump at I_i
-/// = 1, where the value of the tension side is used. I1, I4 and I8 are invariants of the full C.
-/// Sources: Holzapfel and Ogden (2009), Phil. Trans. R. Soc. A 367, in the form of Aróstica et al.
-/// (2025); dispersion of Gasser, Ogden and Holzapfel (2006), J. R. Soc. Interface 3.
+/// The dispersion κ_i is 0 for aligned fibers, where I_i = I4i, and 1/3 for fibers in all directions. The switch
+/// `H(x) = 1/(1 + e^{−k(x−1)})` activates fibers in tension. The switch is part of the energy, which is therefore
+/// not convex just below I_i = 1. With k = ∞, the switch is a step. The tangent then has a jump at I_i = 1, where
+/// the value for tension is used. I1, I4 and I8 are invariants of the full C. Sources: Holzapfel and Ogden (2009),
+/// Phil. Trans. R. Soc. A 367, in the form of Aróstica et al. (2025); dispersion of Gasser, Ogden and Holzapfel
+/// (2006), J. R. Soc. Interface 3.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HolzapfelOgden {
     /// Matrix stiffness a, in Pa.
@@ -82,7 +82,7 @@ impl HolzapfelOgden {
         Exponential { a: self.a, b: self.b }
     }
 
-    /// Returns the strain and the fiber family of the three anisotropic terms.
+    /// Returns the strain and the fiber family for each of the three anisotropic terms.
     #[inline(always)]
     fn terms<R: Real>(&self, strain: &Strain3<R>) -> [(FiberStrain<R>, Family); 3] {
         let (f, s) = (strain.axes.fiber, strain.axes.sheet);
@@ -101,17 +101,18 @@ impl HolzapfelOgden {
     }
 }
 
-/// Fiber family `w(E) = a/2b H (e^{b y²} − 1)` with y = 2 E: I_i − 1, or I8.
+/// Fiber family with the energy `w(E) = a/2b H (e^{b y²} − 1)`, where y = 2 E is I_i − 1 or I8.
 #[derive(Debug, Clone, Copy)]
 struct Family {
     a: f64,
     b: f64,
-    /// Steepness of the switch; `None` without switch.
+    /// Steepness of the switch. `None` means no switch.
     k: Option<f64>,
 }
 
 impl Family {
-    /// Multiplies the value g by the switch H. Returns H g, or the derivative of H g if g' is given.
+    /// Multiplies the value g by the switch H. Returns H g, or the derivative of H g if the derivative of g is
+    /// given.
     #[inline(always)]
     fn switched<R: Real>(&self, y: R, value: R, derivative: Option<R>) -> R {
         let term = derivative.unwrap_or(value);
@@ -154,7 +155,7 @@ impl Family {
     }
 }
 
-/// Isotropic matrix: a/2b (e^{b(Ī1−3)} − 1).
+/// Isotropic matrix with the energy a/2b (e^{b(Ī1−3)} − 1).
 #[derive(Debug, Clone, Copy)]
 struct Exponential {
     a: f64,
@@ -214,14 +215,14 @@ mod tests {
 
         law_tests! {
             holzapfel_ogden: holzapfel_ogden(100.0), MODERATE;
-            // Differences must not straddle the kinks.
+            // The differences must not straddle a kink.
             with_a_step: holzapfel_ogden(f64::INFINITY), MODERATE[1..];
             dispersed: dispersed(holzapfel_ogden(100.0)), MODERATE;
         }
 
         fn dispersed(law: Law) -> Law {
             let names = law.description().parameters.iter().map(|own| own.name);
-            // The first value counts.
+            // If a constant is listed twice, the first value is used.
             let own = [("dispersion_f", 0.2), ("dispersion_s", 0.1)];
             let constants: Vec<_> = own.into_iter().chain(names.zip(law.values())).collect();
             Law::named("holzapfel-ogden", &constants).unwrap()

@@ -1,11 +1,11 @@
-//! List of laws; each file has the energy, the constants and the tests of its laws.
+//! List of laws. Each file has the energy, the constants and the tests of its laws.
 
 use super::three::CustomLaw;
 use super::{Described, Description};
 
-/// Declares the modules, [`Law`] and the functions over all laws. In plane strain, isotropic laws have a potential of
-/// two invariants. Other laws, and isotropic laws whose code is too long to be compiled into each plane kernel, are
-/// evaluated in 3D.
+/// Declares the modules, [`Law`], and the functions that distinguish between the laws. In plane strain, isotropic
+/// laws have a potential of two invariants. Other laws, and isotropic laws whose code is too long to be compiled
+/// into each plane kernel, are evaluated in 3D.
 macro_rules! laws {
     (
         isotropic { $($plane_file:ident { $($plane:ident { $($plane_field:ident),* })* })* }
@@ -17,13 +17,12 @@ macro_rules! laws {
 
         /// Material law: the energy without the pressure term.
         ///
-        /// The pressure adds `−p (J − 1)` to the energy and `−p cof F` to the stress (for small
-        /// strains `−p div u` and `−p I`). Paper, eqs. (20) and (26); the exponent of Ī1 in the
-        /// paper is a misprint. The fields of each variant are the constants of the type with the
-        /// same name.
+        /// The pressure adds `−p (J − 1)` to the energy and `−p cof F` to the stress (`−p div u` and `−p I` for
+        /// small strains). Paper, eqs. (20) and (26); the exponent of Ī1 in the paper is a misprint. The fields of
+        /// each variant are the constants of the type with the same name.
         ///
         /// # Units
-        /// Moduli, energies and stresses in Pa.
+        /// Moduli, energies and stresses are in Pa.
         ///
         /// # Examples
         /// ```
@@ -69,7 +68,7 @@ macro_rules! laws {
                 }
             }
 
-            /// Returns the named law; `values` has one entry per constant.
+            /// Returns the law with the given name. `values` has one entry per constant.
             pub(super) fn from_values(name: &str, values: &[f64]) -> Self {
                 let mut values = values.iter().copied();
                 let mut next = || values.next().expect("a value for each constant");
@@ -83,8 +82,8 @@ macro_rules! laws {
             }
         }
 
-        /// Evaluates an expression with `$w` bound to a built-in law, a
-        /// [`Law3`](super::three::Law3), or another expression with `$own` bound to a
+        /// Evaluates an expression with `$w` bound to the law if it is a built-in law, a
+        /// [`Law3`](super::three::Law3). Otherwise, evaluates another expression with `$own` bound to the
         /// [`CustomLaw`](super::three::CustomLaw).
         macro_rules! with_law {
             ($d law:expr, $d w:ident => $d body:expr, $d custom:ident => $d other:expr) => {
@@ -102,8 +101,8 @@ macro_rules! laws {
             };
         }
 
-        /// Evaluates an expression with `$w` bound to the [`Potential`](super::Potential) of the
-        /// law, or another expression if it has none.
+        /// Evaluates an expression with `$w` bound to the [`Potential`](super::Potential) of the law, or another
+        /// expression if the law has no potential.
         macro_rules! with_potential {
             ($d law:expr, $d w:ident => $d body:expr, else => $d other:expr) => {
                 match $d law {

@@ -4,16 +4,16 @@
 //! W = c10 (x² a + k1) + c01 (x⁴ b + k2),  k1 = x² (3 + 2 d) − 3,  k2 = x⁴ (3 + 4 d) − 3,
 //! ```
 //!
-//! both written without terms that cancel; in plane strain W = g(J) e + k(J), see note 0001.
+//! where k1 and k2 are evaluated without terms that cancel. In plane strain, W = g(J) e + k(J); see note 0001.
 
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{Curvature, Invariants, Isotropic, Slope};
 use crate::material::{PlaneCurvature, PlaneSlope, Real};
 
-/// Mooney–Rivlin law `W = c10 (I1 J^(−2/3) − 3) + c01 (I2 J^(−4/3) − 3)`; neo-Hookean for c01 = 0.
+/// Mooney–Rivlin law `W = c10 (I1 J^(−2/3) − 3) + c01 (I2 J^(−4/3) − 3)`. It is the neo-Hookean law for c01 = 0.
 ///
-/// A negative c01 must leave the initial shear modulus 2 (c10 + c01) positive. The law is then stable
-/// for moderate strains only.
+/// If c01 is negative, the initial shear modulus 2 (c10 + c01) must still be positive. The law is then stable for
+/// moderate strains only.
 ///
 /// Valid for J > 0. Paper, eq. (20).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +57,7 @@ pub(super) fn first_invariant<R: Real>(at: Invariants<R>) -> (R, Slope<R>) {
 }
 
 impl MooneyRivlin {
-    /// Returns `c10 a + c01 b`; g and k' / (2 d / 3) have the form a x^m + b x^n with x = J^(−1/3).
+    /// Returns `c10 a + c01 b`. The functions g and k' / (2 d / 3) have the form a x^m + b x^n with x = J^(−1/3).
     #[inline(always)]
     fn mix<R: Real>(&self, a: R, b: R) -> R {
         a.mul_add(a.like(self.c10), b * self.c01)

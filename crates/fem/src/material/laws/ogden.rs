@@ -1,16 +1,16 @@
-//! Ogden's law: powers of the principal stretches.
+//! Ogden's law, a sum of powers of the principal stretches.
 //!
-//! With the traceless logarithmic strain L = ln Ū and its invariants q = tr L²/2 and r = det L, the sum of
-//! powers of the modified stretches is an entire function of q and r,
+//! With the traceless logarithmic strain L = ln Ū and its invariants q = tr L²/2 and r = det L, the sum of powers
+//! of the modified stretches is an entire function of q and r,
 //!
 //! ```text
 //! t(α) = Σ λ̄ᵢ^α − 3 = tr exp(α L) − 3 = Σ_{n≥2} αⁿ tr Lⁿ/n!,    tr Lⁿ = q tr Lⁿ⁻² + r tr Lⁿ⁻³
 //! ```
 //!
-//! so that neither it nor its derivatives require principal stretches, and equal stretches are not a special case. The
-//! series is summed for a small multiple of L, whose exponential is squared repeatedly: `tr X² = (tr X)² − 2 tr X⁻¹`
-//! for det X = 1. In the other direction, q and r follow from t(2) = Ī1 − 3 and t(−2) = Ī2 − 3 by repeated square
-//! roots.
+//! Therefore neither this sum nor its derivatives require principal stretches, and equal stretches are not a
+//! special case. The series is summed for a small multiple of L. The exponential of this multiple is then squared
+//! repeatedly with `tr X² = (tr X)² − 2 tr X⁻¹` for det X = 1. Conversely, q and r follow from t(2) = Ī1 − 3 and
+//! t(−2) = Ī2 − 3 by repeated square roots.
 
 use super::mooney_rivlin::{MooneyRivlin, first_invariant};
 use crate::material::Real;
@@ -19,11 +19,11 @@ use crate::material::three::{Curvature, Invariants, Isotropic, Slope};
 
 /// Ogden's law `W = Σ μ_i/α_i (λ̄1^α_i + λ̄2^α_i + λ̄3^α_i − 3)` of rubber, brain and fat, with up to six terms.
 ///
-/// Source: Ogden (1972), Proceedings of the Royal Society A 326, 565–584. The initial shear modulus is
-/// Σ μ_i α_i/2 and must be positive. Programs that write `2 μ_i/α_i²` or `c_i/m_i²` have other constants:
-/// multiply theirs by 2/α_i or 1/m_i.
+/// Source: Ogden (1972), Proceedings of the Royal Society A 326, 565–584. The initial shear modulus is Σ μ_i α_i/2
+/// and must be positive. Programs that write `2 μ_i/α_i²` or `c_i/m_i²` define other constants. Multiply those
+/// constants by 2/α_i or 1/m_i, respectively.
 ///
-/// A term with μ_i = 0 is skipped. Relative accuracy is close to rounding for stretches between 0.05 and 20.
+/// A term with μ_i = 0 is skipped. For stretches between 0.05 and 20, the relative error is close to rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs)] // μ_i in Pa and α_i of each term
 pub struct Ogden {
@@ -73,7 +73,7 @@ impl Described for Ogden {
     };
 }
 
-/// Function of q and r with its derivatives.
+/// Function of q and r, with its derivatives.
 #[derive(Clone, Copy)]
 struct Jet<R> {
     value: R,
@@ -98,7 +98,7 @@ impl<R: Real> Jet<R> {
         }
     }
 
-    /// Returns t(2α) from t = t(α) and u = t(−α): t² + 6 t − 2 u.
+    /// Returns t(2α) = t² + 6 t − 2 u from t = t(α) and u = t(−α).
     #[inline(always)]
     fn squared(t: &Self, u: &Self) -> Self {
         let trace = t.value + t.value.like(3.0);
@@ -113,10 +113,10 @@ impl<R: Real> Jet<R> {
     }
 }
 
-/// Number of terms of the series: the error is 3e-17 for eigenvalues of 0.375, at a stretch of 20.
+/// Number of terms of the series. The error is 3e-17 for eigenvalues of 0.375, which occur at a stretch of 20.
 const TERMS: usize = 14;
 
-/// 1/n!.
+/// The values 1/n!.
 const INVERSE_FACTORIALS: [f64; TERMS + 5] = {
     let mut all = [1.0; TERMS + 5];
     let (mut n, mut factorial) = (1, 1.0);
@@ -128,7 +128,7 @@ const INVERSE_FACTORIALS: [f64; TERMS + 5] = {
     all
 };
 
-/// Sums of c_m/(m + shift)! over even and over odd m.
+/// Returns the sums of c_m/(m + shift)! over even and over odd m.
 #[inline(always)]
 fn sums<R: Real>(c: &[R; TERMS], shift: usize) -> [R; 2] {
     let mut out = [c[0].like(0.0); 2];
@@ -140,9 +140,9 @@ fn sums<R: Real>(c: &[R; TERMS], shift: usize) -> [R; 2] {
 
 /// Returns t(1) and t(−1) for small q and r.
 ///
-/// With the complete homogeneous polynomials h of the eigenvalues, `tr Lⁿ = 2 q hₙ₋₂ + 3 r hₙ₋₃`, and its derivatives
-/// with respect to q and r are n hₙ₋₂ and n hₙ₋₃. The sequence h has the generating function 1/D with D = 1 − q z² − r
-/// z³, and its derivatives have z²/D² and z³/D²; g belongs to 1/D².
+/// With the complete homogeneous polynomials h of the eigenvalues, `tr Lⁿ = 2 q hₙ₋₂ + 3 r hₙ₋₃`. The derivatives
+/// with respect to q and r are n hₙ₋₂ and n hₙ₋₃. The sequence h has the generating function 1/D with D = 1 − q z²
+/// − r z³. The derivatives of h have the generating functions z²/D² and z³/D². The sequence g belongs to 1/D².
 #[inline(always)]
 fn series<R: Real>(q: R, r: R) -> [Jet<R>; 2] {
     let (zero, one) = (q.like(0.0), q.like(1.0));
@@ -160,7 +160,7 @@ fn series<R: Real>(q: R, r: R) -> [Jet<R>; 2] {
     let (first, second, third) = (sums(&h, 1), sums(&h, 2), sums(&h, 3));
     let (qq, qr, rr) = (sums(&g, 3), sums(&g, 4), sums(&g, 5));
     let (q2, r3) = (q * 2.0, r * 3.0);
-    // Terms of even and odd degree in L.
+    // Separate sums of the terms of even and odd degree in L.
     let even = Jet {
         value: q2.mul_add(second[0], r3 * third[1]),
         q: first[0],
@@ -204,8 +204,8 @@ fn traces<R: Real>(q: R, r: R, alpha: f64) -> [Jet<R>; 2] {
     out
 }
 
-/// Returns t(1) and t(−1) from t(2) and t(−2). Six Newton steps converge for stretches between 0.05 and 20, with
-/// one to spare for derivatives.
+/// Returns t(1) and t(−1) from t(2) and t(−2). For stretches between 0.05 and 20, six Newton steps converge,
+/// including an extra step for the derivatives.
 #[inline(always)]
 fn square_root<R: Real>([first, second]: [R; 2]) -> [R; 2] {
     let (three, six) = (first.like(3.0), first.like(6.0));
@@ -230,7 +230,7 @@ fn logarithm<R: Real>(mut traces: [R; 2]) -> [R; 2] {
     for _ in 0..4 {
         traces = square_root(traces);
     }
-    // Traces of exp(±L/8): even and odd terms in L/8 determine q/64 and r/512.
+    // These are traces of exp(±L/8). The even and odd terms in L/8 determine q/64 and r/512.
     let even = (traces[0] + traces[1]) * 0.5;
     let odd = (traces[0] - traces[1]) * 0.5;
     let (mut q, mut r) = (even, odd * 2.0);
@@ -251,12 +251,12 @@ const SECOND: MooneyRivlin = MooneyRivlin { c10: 0.0, c01: 1.0 };
 /// Derivatives of W with respect to Ī1 and Ī2.
 struct Derivatives<R> {
     first: [R; 2],
-    /// 11, 12, 22.
+    /// Derivatives in the order 11, 12, 22.
     second: [R; 3],
 }
 
 impl Ogden {
-    /// Returns (μ_i, α_i) of the terms.
+    /// Returns the pair (μ_i, α_i) of each term.
     #[inline(always)]
     pub(in crate::material) fn terms(&self) -> [(f64, f64); 6] {
         [
@@ -295,7 +295,7 @@ impl Ogden {
         let [q, r] = Self::strain(at);
         let w = self.sum(q, r);
         let [t, u] = traces(q, r, 2.0);
-        // Chain rule: W_q = W_1 t_q + W_2 u_q; similarly for r.
+        // Chain rule: W_q = W_1 t_q + W_2 u_q, and similarly for r.
         let scale = q.like(1.0) / (t.q * u.r - t.r * u.q);
         let first = [(w.q * u.r - w.r * u.q) * scale, (w.r * t.q - w.q * t.r) * scale];
         // Derivatives of q and r with respect to the invariants.

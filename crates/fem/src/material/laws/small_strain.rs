@@ -5,10 +5,10 @@ use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::potential::{PlaneCurvature, PlaneSlope, Potential};
 use crate::material::three::{Law3, Strain3, Symmetric3, Tensor3Of, contract3, scaled3, trace3};
 
-/// Linear law `W = ζ |dev ε|²` with the deviator taken in 3D.
+/// Linear law `W = ζ |dev ε|²`, where dev is the deviator in 3D.
 ///
-/// Intended for small ∇u. Paper, eqs. (7) and (26). The linearization of Mooney–Rivlin has ζ = 2
-/// (c10 + c01).
+/// The law is intended for small ∇u. Paper, eqs. (7) and (26). The linearization of the Mooney–Rivlin law has ζ =
+/// 2 (c10 + c01).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SmallStrain {
     /// Shear modulus ζ, in Pa.

@@ -1,7 +1,6 @@
-//! St. Venant–Kirchhoff laws: W = λ/2 (tr E)² + μ E:E with the Green strain, and the same with its
-//! deviator.
+//! St. Venant–Kirchhoff laws: W = λ/2 (tr E)² + μ E:E with the Green strain E, and a law with the deviator of E.
 //!
-//! With s = 2 tr E = a + 2 d and 4 E:E = s² + 4 a − 2 b, W = (λ + 2 μ) s²/8 + μ (a − b/2).
+//! With s = 2 tr E = a + 2 d and 4 E:E = s² + 4 a − 2 b, the energy is W = (λ + 2 μ) s²/8 + μ (a − b/2).
 
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
@@ -9,8 +8,8 @@ use crate::material::three::{Curvature, Invariants, Isotropic, Slope};
 
 /// St. Venant–Kirchhoff law `W = λ/2 (tr E)² + μ E:E` with the Green strain E = (FᵀF − I)/2.
 ///
-/// The energy includes the volumetric part: no pressure and no κ are added. Valid for J > 0,
-/// intended for moderate strains: it softens in compression.
+/// The energy includes the volumetric part, so neither pressure nor κ is added. The law is valid for J > 0. It
+/// softens in compression, so it is intended for moderate strains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StVenantKirchhoff {
     /// First Lamé parameter λ, in Pa.
@@ -38,9 +37,9 @@ impl Described for StVenantKirchhoff {
     };
 }
 
-/// Deviatoric law `W = ζ |dev E|²` with the Green strain E; the deviator is taken in 3D.
+/// Deviatoric law `W = ζ |dev E|²` with the Green strain E, where dev is the deviator in 3D.
 ///
-/// Valid for J > 0, intended for moderate strains: it softens in compression.
+/// The law is valid for J > 0. It softens in compression, so it is intended for moderate strains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeviatoricStVenantKirchhoff {
     /// Shear modulus ζ, in Pa.

@@ -1,4 +1,4 @@
-//! Transversely isotropic Mooney–Rivlin law with fibers that uncrimp and stretch.
+//! Transversely isotropic Mooney–Rivlin law with fibers that first uncrimp and then stretch.
 
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{
@@ -6,13 +6,13 @@ use crate::material::three::{
 };
 use crate::material::{Dual, MooneyRivlin, Real};
 
-/// Mooney–Rivlin with a fiber energy F2(λ) given by its tension T = λ F2': `T = 0` (λ < 1), `c3
-/// (e^{c4 (λ−1)} − 1)` (λ < λ_m), `c5 λ + c6` beyond, with c6 by continuity.
+/// Mooney–Rivlin law with a fiber energy F2(λ), which is given by the tension T = λ F2'. The tension is `0` for λ
+/// < 1, `c3 (e^{c4 (λ−1)} − 1)` for 1 ≤ λ < λ_m, and `c5 λ + c6` for larger λ. The constant c6 follows from
+/// continuity.
 ///
-/// λ is the isochoric fiber stretch. F2 contains an exponential integral and is evaluated by
-/// quadrature, for energies only. The tangent jumps at λ = 1 and λ_m, where the value of the side
-/// of larger stretch is used. Source: Weiss, Maker, Govindjee (1996), Comput. Methods Appl. Mech.
-/// Engrg. 135; FEBio.
+/// Here, λ is the isochoric fiber stretch. F2 contains an exponential integral; it is needed for energies only and
+/// is evaluated by quadrature. The tangent has jumps at λ = 1 and λ_m, where the value for larger stretches is
+/// used. Source: Weiss, Maker, Govindjee (1996), Comput. Methods Appl. Mech. Engrg. 135; FEBio.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransverseMooneyRivlin {
     /// Coefficient of the first invariant, in Pa.
@@ -21,7 +21,7 @@ pub struct TransverseMooneyRivlin {
     pub c01: f64,
     /// Scale of the exponential, in Pa.
     pub c3: f64,
-    /// Rate of uncrimping.
+    /// Rate of uncrimping c4.
     pub c4: f64,
     /// Modulus of straightened fibers, in Pa.
     pub c5: f64,
@@ -81,8 +81,8 @@ impl TransverseMooneyRivlin {
         beyond.choose(tension, beyond.like(0.0))
     }
 
-    /// Returns F2 as a function of λ − 1: three-point Gauss rule on equal intervals up to λ_m,
-    /// exact beyond.
+    /// Returns F2 as a function of λ − 1. A three-point Gauss rule is used on equal intervals up to λ_m; the
+    /// integral beyond λ_m is exact.
     #[inline(always)]
     fn fiber_energy<R: Real>(&self, beyond: R) -> R {
         const INTERVALS: usize = 64;
@@ -101,8 +101,8 @@ impl TransverseMooneyRivlin {
         beyond.choose(sum, beyond.like(0.0))
     }
 
-    /// Returns λ − 1 of C̄: λ² − 1 = x² (I4 − 1) + x² − 1 with x = J^(−1/3), x² − 1 = −d x³ (1 +
-    /// x)/s and s = 1 + x + x².
+    /// Returns λ − 1 for C̄, from λ² − 1 = x² (I4 − 1) + x² − 1 with x = J^(−1/3), x² − 1 = −d x³ (1 + x)/s and s
+    /// = 1 + x + x².
     #[inline(always)]
     fn extension<R: Real>(e: R, d: R) -> R {
         let one = d.like(1.0);
@@ -112,7 +112,7 @@ impl TransverseMooneyRivlin {
         square / ((square + one).sqrt() + one)
     }
 
-    /// Returns the derivatives of F2 with respect to E_ff and d: T / I4 and −T / 3J.
+    /// Returns the derivatives of F2 with respect to E_ff and d, which are T / I4 and −T / 3J.
     #[inline(always)]
     fn slopes<R: Real>(&self, e: R, d: R) -> [R; 2] {
         let one = d.like(1.0);
@@ -166,7 +166,7 @@ mod tests {
         use crate::material::three::tests::*;
 
         law_tests! {
-            // Differences must not straddle the kinks.
+            // The differences must not straddle a kink.
             transverse_mooney_rivlin: TRANSVERSE, STATES[1..];
         }
     }

@@ -1,19 +1,18 @@
-//! Veronda and Westmann's law: exponential in the first invariant, linear in the second.
+//! Veronda and Westmann's law, which is exponential in the first invariant and linear in the second.
 
 use super::mooney_rivlin::{MooneyRivlin, first_invariant};
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{Invariants, Isotropic, Slope};
 
-/// Veronda and Westmann's law `W = c1 (e^{c2 (Ī1 − 3)} − 1) − c1 c2/2 (Ī2 − 3)` of skin.
+/// Veronda and Westmann's law `W = c1 (e^{c2 (Ī1 − 3)} − 1) − c1 c2/2 (Ī2 − 3)` for skin.
 ///
-/// Source: Veronda and Westmann (1970), Journal of Biomechanics 3, 111–124. The initial shear
-/// modulus is c1 c2.
+/// Source: Veronda and Westmann (1970), Journal of Biomechanics 3, 111–124. The initial shear modulus is c1 c2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VerondaWestmann {
     /// Scale of the exponential, in Pa.
     pub c1: f64,
-    /// Exponent.
+    /// Exponent c2.
     pub c2: f64,
 }
 
@@ -32,7 +31,7 @@ impl Described for VerondaWestmann {
 }
 
 impl VerondaWestmann {
-    /// Returns the term of the second invariant.
+    /// Returns the term with the second invariant.
     #[inline(always)]
     fn second(&self) -> MooneyRivlin {
         MooneyRivlin { c10: 0.0, c01: -0.5 * self.c1 * self.c2 }

@@ -1,14 +1,14 @@
-//! Yeoh's law: a cubic polynomial of the first invariant.
+//! Yeoh's law, a cubic polynomial of the first invariant.
 
 use super::mooney_rivlin::first_invariant;
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{Invariants, Isotropic, Slope};
 
-/// Yeoh's law `W = c10 (Ī1 − 3) + c20 (Ī1 − 3)² + c30 (Ī1 − 3)³` of rubber, skin and fat.
+/// Yeoh's law `W = c10 (Ī1 − 3) + c20 (Ī1 − 3)² + c30 (Ī1 − 3)³` for rubber, skin and fat.
 ///
-/// Source: Yeoh (1993), Rubber Chemistry and Technology 66, 754–771. The initial shear modulus is
-/// 2 c10. With a negative c20, W is convex in Ī1 only for c20² ≤ 3 c10 c30.
+/// Source: Yeoh (1993), Rubber Chemistry and Technology 66, 754–771. The initial shear modulus is 2 c10. With a
+/// negative c20, W is convex in Ī1 only for c20² ≤ 3 c10 c30.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Yeoh {
     /// Linear coefficient, in Pa.

@@ -1,10 +1,10 @@
-//! Closed-form stresses of incompressible bodies in homogeneous states; the pressure follows from a
-//! free side.
+//! Closed-form stresses of incompressible bodies in homogeneous states. The pressure follows from a stress-free
+//! side.
 
 use super::{Axes, Tensor3};
 use crate::material::{ActiveStress, Law};
 
-/// Returns P of a stretch along x, y and z; the pressure makes the side normal to z stress-free.
+/// Returns P for stretches along x, y and z. The pressure is chosen such that the side normal to z is stress-free.
 fn free_side(law: Law, stretches: [f64; 3], extra: Tensor3) -> [f64; 3] {
     let mut h = [[0.0; 3]; 3];
     for (i, stretch) in stretches.into_iter().enumerate() {
@@ -12,7 +12,7 @@ fn free_side(law: Law, stretches: [f64; 3], extra: Tensor3) -> [f64; 3] {
     }
     let mut stress = law.stress3(h, 0.0, Axes::cartesian(0.0));
     (0..3).for_each(|i| stress[i][i] += extra[i][i]);
-    // P − p cof F with cof F = 1/stretch for J = 1.
+    // The stress is P − p cof F, where cof F = 1/stretch for J = 1.
     let p = stress[2][2] * stretches[2];
     [0, 1, 2].map(|i| stress[i][i] - p / stretches[i])
 }
@@ -37,13 +37,13 @@ fn mooney_rivlin_under_uniaxial_and_equibiaxial_stretch() {
         assert!((uniaxial(law, l) - exact).abs() < 1e-13 * 100.0, "{l}");
         let exact = 2.0 * (l - l.powi(-5)) * (c10 + c01 * l * l);
         let [along, across, _] = free_side(law, [l, l, l.powi(-2)], NONE);
-        // Rounding of stresses that grow like l⁻⁵.
+        // The error is the rounding of stresses that grow like l⁻⁵.
         assert!((along - exact).abs() < 1e-12 * exact.abs().max(1.0), "{l}");
         assert_eq!(along, across);
     }
 }
 
-/// Derivatives W1 and W2 of an energy with respect to Ī1 and Ī2, as a function of Ī1 − 3.
+/// Derivatives W1 and W2 of an energy with respect to Ī1 and Ī2 as functions of Ī1 − 3.
 type Slopes = fn(f64) -> [f64; 2];
 
 fn laws_of_invariants() -> [(Law, Slopes); 3] {
@@ -54,15 +54,15 @@ fn laws_of_invariants() -> [(Law, Slopes); 3] {
     ]
 }
 
-/// Uniaxial, equibiaxial and shear stresses of incompressible isotropic bodies:
-/// 2 (λ − λ⁻²) (W1 + W2/λ), 2 (λ − λ⁻⁵) (W1 + W2 λ²) and 2 γ (W1 + W2).
+/// Checks the uniaxial, equibiaxial and shear stresses of incompressible isotropic bodies, which are 2 (λ − λ⁻²)
+/// (W1 + W2/λ), 2 (λ − λ⁻⁵) (W1 + W2 λ²) and 2 γ (W1 + W2).
 #[test]
 fn laws_of_invariants_under_stretch_and_shear() {
     for (law, slopes) in laws_of_invariants() {
         for l in [0.7_f64, 0.95, 1.3, 1.8] {
             let [w1, w2] = slopes(l * l + 2.0 / l - 3.0);
             let exact = 2.0 * (l - l.powi(-2)) * (w1 + w2 / l);
-            // Rounding of terms that cancel in part.
+            // The error is the rounding of terms that partly cancel.
             assert!((uniaxial(law, l) - exact).abs() < 1e-12 * 1e5, "{law:?} {l}");
             let [w1, w2] = slopes(2.0 * l * l + l.powi(-4) - 3.0);
             let exact = 2.0 * (l - l.powi(-5)) * (w1 + w2 * l * l);
@@ -78,8 +78,9 @@ fn laws_of_invariants_under_stretch_and_shear() {
     }
 }
 
-/// Nominal stresses Σ μ (λ^(α−1) − λ^(−α/2−1)) in uniaxial and Σ μ (λ^(α−1) − λ^(−2α−1)) in equibiaxial
-/// stretch; in simple shear, Σ μ (λ^α − λ^−α)/(λ + 1/λ) with the stretch λ − 1/λ = γ.
+/// Checks the nominal stresses, which are Σ μ (λ^(α−1) − λ^(−α/2−1)) in uniaxial stretch and Σ μ (λ^(α−1) −
+/// λ^(−2α−1)) in equibiaxial stretch. In simple shear, the stress is Σ μ (λ^α − λ^−α)/(λ + 1/λ) with the stretch λ
+/// − 1/λ = γ.
 #[test]
 fn ogden_under_stretch_and_shear() {
     let terms = [(0.63e6, 1.3), (1.2e3, 5.0), (-1e4, -2.0)];
@@ -91,7 +92,7 @@ fn ogden_under_stretch_and_shear() {
     };
     for l in [0.3_f64, 0.95, 1.3, 2.5, 7.0] {
         let exact = sum(&|a| l.powf(a - 1.0) - l.powf(-0.5 * a - 1.0));
-        // Rounding of terms that cancel in part.
+        // The error is the rounding of terms that partly cancel.
         assert!((uniaxial(law, l) - exact).abs() < 1e-12 * exact.abs().max(1e6), "{l}");
         let exact = sum(&|a| l.powf(a - 1.0) - l.powf(-2.0 * a - 1.0));
         let [along, across, _] = free_side(law, [l, l, l.powi(-2)], NONE);
@@ -105,7 +106,7 @@ fn ogden_under_stretch_and_shear() {
     });
 }
 
-/// Beyond its limit, Gent's law has no stress that a solver could accept.
+/// Beyond its limit, Gent's law must not return a stress that a solver could accept.
 #[test]
 fn a_locked_body_has_no_stress() {
     let law = Law::Gent { shear_modulus: 1e4, limit: 2.0 };
@@ -133,7 +134,7 @@ fn transverse_law_along_its_fibers() {
     let law = Law::TransverseMooneyRivlin { c10, c01, c3, c4, c5, stretch_max };
     let crimped = |l: f64| c3 * ((c4 * (l - 1.0)).exp() - 1.0);
     for l in [0.8, 1.0, 1.05, 1.1, 1.3] {
-        // λ F2' is added to the Cauchy stress.
+        // The fibers add λ F2' to the Cauchy stress.
         let tension = if l < 1.0 {
             0.0
         } else if l < stretch_max {
@@ -146,35 +147,36 @@ fn transverse_law_along_its_fibers() {
     }
 }
 
-/// Isochoric stretches along fiber, sheet and normal: pure shear, equibiaxial, general.
+/// Returns isochoric stretches along fiber, sheet and normal: pure shear, equibiaxial and general stretches.
 fn stretches() -> [[f64; 3]; 5] {
     [[1.15, 1.0], [1.0, 1.15], [1.1, 1.1], [0.9, 1.2], [1.2, 0.85]]
         .map(|[f, s]| [f, s, 1.0 / (f * s)])
 }
 
-/// Returns P_i of the isochoric stretches λ_i from the second Piola–Kirchhoff stresses S_i
-/// without pressure; the pressure makes the side normal to z stress-free.
+/// Returns P_i for the isochoric stretches λ_i, given the second Piola–Kirchhoff stresses S_i without pressure.
+/// The pressure is chosen such that the side normal to z is stress-free.
 fn expected_stress(stretches: [f64; 3], second: [f64; 3]) -> [f64; 3] {
     let p = stretches[2].powi(2) * second[2];
     [0, 1, 2].map(|i| stretches[i] * second[i] - p / stretches[i])
 }
 
-/// Checks the stresses of a law under [`stretches`]; `second` returns the S_i without pressure.
+/// Checks the stresses of a law under the stretches of [`stretches`]. The function `second` returns the stresses
+/// S_i without pressure.
 fn check_stretches(law: Law, second: impl Fn([f64; 3]) -> [f64; 3]) {
     for stretches in stretches() {
         let found = free_side(law, stretches, NONE);
         let expected = expected_stress(stretches, second(stretches));
         let scale = expected.iter().fold(0.0, |m: f64, p| m.max(p.abs()));
         for (found, expected) in found.iter().zip(expected) {
-            // Rounding of strains near 0.1 times exponents of about ten.
+            // The error is the rounding of strains near 0.1 times exponents of about ten.
             let error = (found - expected).abs();
             assert!(error < 1e-12 * scale, "{stretches:?}: {found} {expected}");
         }
     }
 }
 
-/// Checks P_ij of simple shear F = I + γ e_i⊗e_j in all planes of fiber (0), sheet (1) and
-/// normal (2). It equals dW/dγ = `slope(i, j, γ)` for any pressure because (cof F)_ij = 0.
+/// Checks P_ij in simple shear F = I + γ e_i⊗e_j in all planes of fiber (0), sheet (1) and normal (2). For any
+/// pressure, P_ij equals dW/dγ = `slope(i, j, γ)`, because (cof F)_ij = 0.
 fn check_simple_shear(law: Law, slope: impl Fn(usize, usize, f64) -> f64) {
     for (i, j) in [(0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1)] {
         for gamma in [0.1, -0.4] {
@@ -182,7 +184,7 @@ fn check_simple_shear(law: Law, slope: impl Fn(usize, usize, f64) -> f64) {
             h[i][j] = gamma;
             let found = law.stress3(h, -3e3, Axes::cartesian(0.0))[i][j];
             let expected = slope(i, j, gamma);
-            // Rounding, with exponents of about ten.
+            // The error is rounding, with exponents of about ten.
             let error = (found - expected).abs();
             assert!(error < 1e-12 * expected.abs(), "{i} {j}: {found} {expected}");
         }
@@ -192,7 +194,7 @@ fn check_simple_shear(law: Law, slope: impl Fn(usize, usize, f64) -> f64) {
 /// Constants of the Holzapfel–Ogden law with a step switch: a, b, a_f, b_f, a_s, b_s, a_fs, b_fs.
 const HEART: [f64; 8] = [59.0, 8.023, 18_472.0, 16.026, 2481.0, 11.12, 216.0, 11.436];
 
-/// The law with dispersions κ_f and κ_s.
+/// Returns the law with the dispersions κ_f and κ_s.
 fn holzapfel_ogden([dispersion_f, dispersion_s]: [f64; 2]) -> Law {
     let [a, b, a_f, b_f, a_s, b_s, a_fs, b_fs] = HEART;
     Law::HolzapfelOgden {
@@ -210,7 +212,7 @@ fn holzapfel_ogden([dispersion_f, dispersion_s]: [f64; 2]) -> Law {
     }
 }
 
-/// Aligned, dispersed and isotropic fibers.
+/// Dispersions of aligned, dispersed and isotropic fibers.
 const DISPERSIONS: [[f64; 2]; 3] = [[0.0, 0.0], [0.226, 0.1], [1.0 / 3.0, 0.0]];
 
 #[test]
@@ -225,7 +227,7 @@ fn holzapfel_ogden_under_stretches_of_fiber_and_sheet() {
             for (axis, [a, b]) in [[a_f, b_f], [a_s, b_s]].into_iter().enumerate() {
                 let dispersion = dispersions[axis];
                 let aligned = 1.0 - 3.0 * dispersion;
-                // S = 2 ∂W/∂I (κ I + (1 − 3 κ) f⊗f), zero in compression.
+                // S = 2 ∂W/∂I (κ I + (1 − 3 κ) f⊗f), which is zero in compression.
                 let y = (dispersion * sum + aligned * squares[axis] - 1.0).max(0.0);
                 let slope = 2.0 * a * y * (b * y * y).exp();
                 second[axis] += slope * aligned;
@@ -239,7 +241,7 @@ fn holzapfel_ogden_under_stretches_of_fiber_and_sheet() {
 #[test]
 fn holzapfel_ogden_in_simple_shear_of_all_planes() {
     let [a, b, a_f, b_f, a_s, b_s, a_fs, b_fs] = HEART;
-    // I1 = 3 + γ²; I4 of direction j is 1 + γ²; I8 = γ in the fiber–sheet plane.
+    // I1 = 3 + γ², I4 of direction j is 1 + γ², and I8 = γ in the fiber–sheet plane.
     for dispersions in DISPERSIONS {
         check_simple_shear(holzapfel_ogden(dispersions), |i, j, gamma| {
             let square = gamma * gamma;
@@ -257,7 +259,7 @@ fn holzapfel_ogden_in_simple_shear_of_all_planes() {
     }
 }
 
-/// Isotropic fibers depend on I1 only, so that the axes do not matter.
+/// The energy of isotropic fibers depends on I1 only, so the axes do not matter.
 #[test]
 fn fibers_in_all_directions_are_isotropic() {
     let law = holzapfel_ogden([1.0 / 3.0, 1.0 / 3.0]);
@@ -267,7 +269,7 @@ fn fibers_in_all_directions_are_isotropic() {
     else {
         unreachable!("the law above")
     };
-    // Without fiber–sheet shear.
+    // The same law without fiber–sheet shear.
     let law = Law::HolzapfelOgden {
         a,
         b,
@@ -289,7 +291,7 @@ fn fibers_in_all_directions_are_isotropic() {
     let (one, other) = (law.stress3(h, 0.0, Axes::cartesian(0.0)), law.stress3(h, 0.0, turned));
     let scale = one.iter().flatten().fold(0.0, |m: f64, p| m.max(p.abs()));
     for (one, other) in one.iter().flatten().zip(other.iter().flatten()) {
-        // Rounding, with exponents of about ten.
+        // The error is rounding, with exponents of about ten.
         assert!((one - other).abs() < 1e-12 * scale, "{one} {other}");
     }
 }
@@ -304,7 +306,7 @@ fn guccione_laws() -> [Law; 2] {
 #[test]
 fn guccione_under_stretches_of_fiber_and_sheet() {
     let [c, b_f, b_t, _] = GUCCIONE;
-    // For J = 1 the isochoric law differs by the pressure only.
+    // For J = 1, the isochoric law differs only by the pressure.
     for law in guccione_laws() {
         check_stretches(law, |stretches| {
             let strains = stretches.map(|l| 0.5 * (l * l - 1.0));
@@ -320,8 +322,8 @@ fn guccione_under_stretches_of_fiber_and_sheet() {
 fn guccione_in_simple_shear_of_all_planes() {
     let [c, b_f, b_t, b_fs] = GUCCIONE;
     for law in guccione_laws() {
-        // E_ij = γ/2 and E_jj = γ²/2, so Q = b_jj γ⁴/4 + b_ij γ²/2 with b_ij = b_fs in planes
-        // with the fiber and b_t in the plane across; dW/dγ = C/2 e^Q dQ/dγ.
+        // E_ij = γ/2 and E_jj = γ²/2, so Q = b_jj γ⁴/4 + b_ij γ²/2 and dW/dγ = C/2 e^Q dQ/dγ. Here, b_ij = b_fs in
+        // planes that contain the fiber, and b_ij = b_t in the transverse plane.
         check_simple_shear(law, |i, j, gamma| {
             let (axial, shear) = ([b_f, b_t, b_t][j], if i * j == 0 { b_fs } else { b_t });
             let square = gamma * gamma;
@@ -378,9 +380,9 @@ fn isometric_and_isotonic_contraction() {
         let stress = ActiveStress::PLAIN.at(along, &h, &NONE, tension).stress();
         free_side(law, [stretch, across, across], stress)[0]
     };
-    // At fixed length the muscle pulls with T.
+    // At fixed length, the muscle pulls with the tension T.
     assert!((active(1.0) - tension).abs() < 1e-12 * tension);
-    // Without load, 2 c10 (λ − λ⁻²) + λ T = 0.
+    // Without load, the muscle satisfies 2 c10 (λ − λ⁻²) + λ T = 0.
     let short = (2.0 * c10 / (2.0 * c10 + tension)).cbrt();
     assert!(active(short).abs() < 1e-12 * tension);
 }

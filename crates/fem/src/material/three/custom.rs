@@ -1,10 +1,9 @@
 //! User-defined laws.
 //!
-//! A [`Law3`] is generic over its number type, and generic functions cannot be called through a
-//! trait object. Therefore every law implements the object-safe trait [`DynLaw`], whose functions
-//! evaluate blocks of points passed as arrays, with the vector instructions of the processor.
-//! Results are bitwise equal to those of a built-in law in 3D. The overhead is one call and the
-//! conversion to arrays.
+//! A [`Law3`] is generic over its number type, and generic functions cannot be called through a trait object.
+//! Therefore every law also implements the object-safe trait [`DynLaw`]. Its functions evaluate blocks of points,
+//! which are passed as arrays, with the vector instructions of the processor. The results are bitwise equal to the
+//! results of a built-in law in 3D. The overhead consists of one call and the conversion to arrays.
 
 use std::fmt;
 
@@ -38,7 +37,7 @@ impl CustomLaw {
         Self { factor: self.factor * factor, ..self }
     }
 
-    /// Returns a description without constants, which are private to the law.
+    /// Returns a description without constants, because these are private to the law.
     pub(crate) fn description(self) -> Description {
         Description {
             name: self.name,
@@ -66,7 +65,7 @@ impl CustomLaw {
         strain.d.first_lanes(&found)
     }
 
-    /// Returns P, or Ṗ along a velocity gradient.
+    /// Returns P, or Ṗ if a velocity gradient is given.
     #[inline(never)]
     pub(crate) fn stress<R: SimdReal>(
         self,
@@ -78,7 +77,7 @@ impl CustomLaw {
         found.map(|row| row.map(|entry| strain.d.first_lanes(&entry)))
     }
 
-    /// Returns A, or Ȧ along a velocity gradient.
+    /// Returns A, or Ȧ if a velocity gradient is given.
     #[inline(never)]
     pub(crate) fn tangent<R: SimdReal>(
         self,
@@ -127,7 +126,7 @@ impl fmt::Debug for CustomLaw {
     }
 }
 
-/// Compares addresses and factors. A false negative only splits a batch of elements.
+/// Compares addresses and factors. A false negative only splits a batch of elements in two.
 impl PartialEq for CustomLaw {
     #[allow(ambiguous_wide_pointer_comparisons)]
     fn eq(&self, other: &Self) -> bool {
@@ -142,7 +141,7 @@ pub(crate) trait SimdReal: Real {
     /// Returns an array that starts with these values.
     fn to_array(self) -> Array;
 
-    /// Returns the first values of an array, in the type of `self`.
+    /// Returns the first values of an array as a number of the type of `self`.
     fn first_lanes(self, array: &Array) -> Self;
 }
 
@@ -174,7 +173,7 @@ impl<S: Simd> SimdReal for Lanes<S> {
     }
 }
 
-/// Block of points with the arguments of a law in arrays.
+/// Block of points. The arguments of a law are stored in arrays.
 struct PointBlock {
     count: usize,
     h: Tensor3Of<Array>,
@@ -182,7 +181,7 @@ struct PointBlock {
     factor: Option<Array>,
     volume_function: VolumeFunction,
     volumetric: Volumetric<Array>,
-    /// Velocity gradient ∇v if the rate is requested.
+    /// Velocity gradient ∇v if a rate is requested.
     velocity_gradient: Option<Tensor3Of<Array>>,
 }
 
@@ -222,7 +221,7 @@ impl<W: Law3 + Send + Sync> DynLaw for W {
     }
 }
 
-/// Points of a block that fit in a register.
+/// The points of a block that fit in one register.
 struct Part<S: Simd> {
     strain: Strain3<Lanes<S>>,
     volumetric: Volumetric<Lanes<S>>,

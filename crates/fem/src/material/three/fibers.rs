@@ -11,7 +11,7 @@ use super::tensor::{Symmetric3, Tensor3Of, scaled3, trace3};
 /// Axes of the six strains ff, ss, nn, sn, fn, fs.
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
 
-/// Green strain E_xy of two unit vectors, with the quantities of its derivatives.
+/// Green strain E_xy of two unit vectors, with the quantities that occur in its derivatives.
 #[derive(Debug, Clone, Copy)]
 pub struct FiberStrain<R> {
     /// Strain E_xy.
@@ -71,7 +71,7 @@ pub struct FiberStrains<R> {
     /// Values of the strains.
     pub values: [R; 6],
     axes: [[R; 3]; 3],
-    /// Deformed axes F f0, F s0, F n0.
+    /// Deformed axes F f0, F s0 and F n0.
     times_deformation: [[R; 3]; 3],
 }
 
@@ -99,7 +99,7 @@ impl<R: Real> FiberStrains<R> {
         )
     }
 
-    /// Returns Σ slope ∂E_xy/∂F = F S with the symmetric S = Σ slope (x⊗y + y⊗x)/2.
+    /// Returns Σ slope ∂E_xy/∂F = F S with the symmetric tensor S = Σ slope (x⊗y + y⊗x)/2.
     #[inline(always)]
     pub fn combine(&self, slopes: &[R; 6]) -> Tensor3Of<R> {
         self.sum(&self.times_deformation, slopes)
@@ -119,7 +119,7 @@ impl<R: Real> FiberStrains<R> {
         }
     }
 
-    /// Adds `weight` (∂a/∂F⊗∂b/∂F + ∂b/∂F⊗∂a/∂F) for two strains, given by their indices.
+    /// Adds `weight` (∂a/∂F⊗∂b/∂F + ∂b/∂F⊗∂a/∂F) for two strains a and b, given by their indices.
     #[inline(always)]
     pub fn add_coupling(&self, out: &mut Symmetric3<R>, weight: R, [a, b]: [usize; 2]) {
         let (a, b) = (self.gradient(PAIRS[a]), self.gradient(PAIRS[b]));
@@ -134,7 +134,7 @@ impl<R: Real> FiberStrains<R> {
         let in_axes = [[ff, fs, fn_], [fs, ss, sn], [fn_, sn, nn]];
         let mut out = [[ff.like(0.0); 3]; 3];
         for (left, row) in left.iter().zip(&in_axes) {
-            // Σ_y S_xy y
+            // The sum Σ_y S_xy y.
             let mut right = [ff.like(0.0); 3];
             for (weight, axis) in row.iter().zip(&self.axes) {
                 for (entry, axis) in right.iter_mut().zip(axis) {

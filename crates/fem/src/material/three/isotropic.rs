@@ -16,12 +16,12 @@ use super::tensor::{
     Symmetric3, Tensor3Of, UPPER3, add_scaled3, cofactor3, product3, scaled3, trace3,
 };
 
-/// Invariants of an isotropic law, all zero at rest.
+/// Invariants of an isotropic law. All of them are zero at rest.
 #[derive(Debug, Clone, Copy)]
 pub struct Invariants<R> {
-    /// I1 − 3 − 2 d, of second order at rest.
+    /// I1 − 3 − 2 d, which is of second order near rest.
     pub a: R,
-    /// I2 − 3 − 4 d, of second order at rest.
+    /// I2 − 3 − 4 d, which is of second order near rest.
     pub b: R,
     /// J − 1.
     pub d: R,
@@ -39,8 +39,8 @@ pub struct Slope<R> {
 }
 
 impl<R: Real> Slope<R> {
-    /// Returns the derivatives multiplied by `factor`. If `self` has the derivatives of y, and `factor` is w'(y), the
-    /// result has the derivatives of w(y).
+    /// Returns the derivatives multiplied by `factor`. If `self` holds the derivatives of y, and `factor` is
+    /// w'(y), then the result holds the derivatives of w(y).
     #[inline(always)]
     pub fn scaled(self, factor: R) -> Self {
         Self { a: factor * self.a, b: factor * self.b, d: factor * self.d }
@@ -64,12 +64,12 @@ pub struct Curvature<R> {
     pub dd: R,
 }
 
-/// Isotropic law of finite strains, given by W(a, b, d).
+/// Isotropic law for finite strains, given by W(a, b, d).
 ///
-/// Only the energy is required; derivatives may be written by hand for speed. All functions must be
+/// Only the energy is required. The derivatives may be implemented by hand for speed. All functions must be
 /// `#[inline(always)]`.
 pub trait Isotropic {
-    /// Whether W includes the volumetric part, so no κ is added.
+    /// Whether W includes the volumetric part, so that κ is not added.
     const COMPLETE: bool = false;
 
     /// Returns W.
@@ -119,7 +119,8 @@ pub trait Isotropic {
     }
 }
 
-/// Returns the invariants as dual numbers: one copy for each invariant, with unit rate in this invariant.
+/// Returns the invariants as dual numbers. There is one copy for each invariant, in which this invariant has unit
+/// rate.
 #[inline(always)]
 fn directions<R: Real>(at: Invariants<R>) -> [Invariants<Dual<R>>; 3] {
     let one = at.d.like(1.0);
@@ -184,7 +185,7 @@ impl<W: Isotropic> Law3 for W {
         let first = strain.distortion();
         let second = strain.second_distortion(&first);
         let mut out = Symmetric3::zero(at.d);
-        // 2 W_a ∂D/∂F + 2 W_b ∂B/∂F + W_d ∂N/∂F, grouped by type of term.
+        // 2 W_a ∂D/∂F + 2 W_b ∂B/∂F + W_d ∂N/∂F, grouped by the type of the terms.
         let trace = trace3(&strain.green);
         let mut inner = scaled3(slope.b * -4.0, &strain.green);
         let diagonal = slope.a * 2.0 + slope.b * (trace + trace.like(1.0)) * 4.0;
@@ -194,7 +195,7 @@ impl<W: Isotropic> Law3 for W {
         out.add_geometric(&inner);
         out.add_second_invariant(slope.b * 2.0, &strain.f);
         out.add_cofactor_slope(slope.d - slope.a * 2.0 - slope.b * 4.0, &strain.f);
-        // Half of Σ W_ij G_i⊗G_j plus its transpose, with G = 2 D, 2 B, N.
+        // Half of Σ W_ij G_i⊗G_j plus its transpose, where G is 2 D, 2 B and N.
         let mut with_first = scaled3(curve.aa * 2.0, &first);
         add_scaled3(&mut with_first, curve.ab * 4.0, &second);
         out.add_pair(&first, &with_first);
@@ -208,8 +209,8 @@ impl<W: Isotropic> Law3 for W {
 }
 
 impl<R: Real> Symmetric3<R> {
-    /// Adds m (2 F_iJ F_kL − F_iL F_kJ − (F Fᵀ)_ik δ_JL): m ∂B/∂F without its geometric and
-    /// cofactor terms.
+    /// Adds m (2 F_iJ F_kL − F_iL F_kJ − (F Fᵀ)_ik δ_JL), which is m ∂B/∂F without its geometric and cofactor
+    /// terms.
     #[inline(always)]
     fn add_second_invariant(&mut self, m: R, f: &Tensor3Of<R>) {
         let mf = scaled3(m, f);

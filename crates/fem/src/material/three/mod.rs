@@ -1,9 +1,9 @@
 //! Material laws in 3D: energy, stress, tangent and their rates as functions of H = ∇u.
 //!
-//! A [`Law3`] evaluates its energy, stress and tangent at a [`Strain3`], which is formed from ∇u
-//! without cancellation near rest and contains the fiber [`Axes`]. An [`Isotropic`] law only needs
-//! W(a, b, d) of invariants that vanish at rest. [`Strain3`] adds the volumetric term, −p g(J)
-//! or a penalty, for all laws. Rates are derivatives by [`Dual`](super::Dual) numbers.
+//! A [`Law3`] evaluates its energy, stress and tangent at a [`Strain3`]. The strain is computed from ∇u without
+//! cancellation near rest and contains the fiber [`Axes`]. An [`Isotropic`] law requires only W(a, b, d), a
+//! function of invariants that vanish at rest. For all laws, [`Strain3`] adds the volumetric term, which is −p
+//! g(J) or a penalty. Rates are derivatives computed with [`Dual`](super::Dual) numbers.
 
 mod custom;
 mod fibers;
@@ -24,7 +24,7 @@ pub(crate) use tensor::{UPPER3, cofactor3};
 /// 3 × 3 tensor: ∇u, a stress or a velocity gradient.
 pub type Tensor3 = Tensor3Of<f64>;
 
-/// Derivative of a tensor with respect to a tensor; entry (i, J) has row and column 3 i + J.
+/// Derivative of a tensor with respect to a tensor. The row or column of component (i, J) is 3 i + J.
 pub type Tangent3 = [[f64; 9]; 9];
 
 #[cfg(test)]

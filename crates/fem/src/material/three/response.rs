@@ -1,4 +1,4 @@
-//! Response of a law at a strain, including volumetric terms and factor: P, A and their rates.
+//! Response of a law at a strain, including the volumetric terms and the factor: P, A and their rates.
 
 use super::super::tensor::{VolumeFunction, Volumetric};
 use super::super::{Dual, Real};
@@ -7,13 +7,13 @@ use super::strain::{Axes, Strain3};
 use super::tensor::{Symmetric3, Tensor3Of, add_scaled3, scaled3};
 
 impl<R: Real> Strain3<R> {
-    /// Creates the strain at `h` = ∇u, finite or small as required by the law.
+    /// Creates the finite or small strain at `h` = ∇u, depending on the law.
     #[inline(always)]
     pub fn new<W: Law3>(_: &W, h: Tensor3Of<R>, axes: Axes<R>) -> Self {
         Self::at(h, axes, W::FINITE)
     }
 
-    /// Returns the strain as dual numbers with the rate `v` = ∇v.
+    /// Returns the strain as dual numbers whose rate is `v` = ∇v.
     #[inline(always)]
     pub(crate) fn moving<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Strain3<Dual<R>> {
         let zero = Dual::constant(self.d.like(0.0));
@@ -99,7 +99,7 @@ impl<R: Real> Strain3<R> {
     fn volume_slope<W: Law3>(&self, _: &W, volumetric: Volumetric<R>) -> R {
         match self.volume_function {
             _ if W::COMPLETE => -volumetric.p,
-            // Without a penalty, the logarithm is not needed.
+            // Without a penalty, the logarithm need not be evaluated.
             VolumeFunction::Logarithmic if volumetric.kappa == 0.0 => -volumetric.p,
             function => function.value(self.d) * volumetric.kappa - volumetric.p,
         }
@@ -132,13 +132,14 @@ impl<R: Real> Strain3<R> {
         out
     }
 
-    /// Returns the derivative of ∂g/∂F along `v` = ∇v; symmetric in H and V, zero for small strains.
+    /// Returns the derivative of ∂g/∂F along `v` = ∇v. The result is symmetric in H and V, and zero for small
+    /// strains.
     #[inline(always)]
     pub(crate) fn volume_gradient_rate<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Tensor3Of<R> {
         rates(&self.moving(w, v).volume_gradient())
     }
 
-    /// Returns m ∂²g/∂F²; zero for small strains.
+    /// Returns m ∂²g/∂F², or zero for small strains.
     #[inline(always)]
     pub(crate) fn volume_tangent<W: Law3>(&self, _: &W, m: R) -> Symmetric3<R> {
         let mut a = Symmetric3::zero(m);

@@ -4,14 +4,14 @@
 //! d = J − 1 = tr H + tr cof H + det H,    N = ∂d/∂F = cof F,    E = sym H + Hᵀ H / 2
 //! ```
 //!
-//! with H = ∇u are sums of small terms near rest. For small strains `F = I`, `d = tr H`, `N = I`
-//! and `E = sym H`, so formulas in F, E, d and N apply to both.
+//! with H = ∇u are sums of small terms near rest. For small strains, `F = I`, `d = tr H`, `N = I` and `E = sym H`,
+//! so formulas in F, E, d and N apply to finite and small strains.
 
 use super::super::tensor::VolumeFunction;
 use super::super::{Dual, Real};
 use super::tensor::{Tensor3Of, cofactor3, gram3, trace3};
 
-/// Undeformed fiber and sheet directions: orthogonal unit vectors. The third axis is their cross
+/// Undeformed fiber and sheet directions, which are orthogonal unit vectors. The third axis is their cross
 /// product.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axes<R> {
@@ -22,7 +22,7 @@ pub struct Axes<R> {
 }
 
 impl<R: Real> Axes<R> {
-    /// Returns axes along the first two coordinates, in the number type of `like`.
+    /// Returns axes along the first two coordinates, with the number type of `like`.
     #[inline(always)]
     pub fn cartesian(like: R) -> Self {
         let (one, zero) = (like.like(1.0), like.like(0.0));
@@ -63,13 +63,13 @@ pub struct Strain3<R> {
     pub d: R,
     /// Cofactor N = ∂d/∂F: cof F, or I for small strains.
     pub cofactor: Tensor3Of<R>,
-    /// Difference N − I.
+    /// The difference N − I.
     pub(super) cofactor_change: Tensor3Of<R>,
-    /// Invariant I1 − 3 − 2 d; zero and unused for small strains.
+    /// Invariant I1 − 3 − 2 d. It is zero and not used for small strains.
     pub(super) a: R,
     /// Fiber and sheet directions.
     pub axes: Axes<R>,
-    /// Factor of W; `None` means one.
+    /// Factor of the energy W. `None` means one.
     pub(crate) factor: Option<R>,
     pub(crate) volume_function: VolumeFunction,
 }

@@ -5,12 +5,12 @@ use super::super::Real;
 /// 3 × 3 tensor.
 pub type Tensor3Of<R> = [[R; 3]; 3];
 
-/// Symmetric derivative of a 3 × 3 tensor with respect to a 3 × 3 tensor, stored as its upper
-/// triangle by rows. Entry (i, J) of a tensor has row and column 3 i + J.
+/// Symmetric derivative of a 3 × 3 tensor with respect to a 3 × 3 tensor. The upper triangle is stored row by row.
+/// The row or column of component (i, J) is 3 i + J.
 #[derive(Debug, Clone, Copy)]
 pub struct Symmetric3<R>(pub(crate) [R; 45]);
 
-/// Index of (row, column) in [`Symmetric3`].
+/// Index of the entry (row, column) in [`Symmetric3`].
 pub(crate) const UPPER3: [[usize; 9]; 9] = {
     let mut table = [[0; 9]; 9];
     let (mut row, mut index) = (0, 0);
@@ -38,7 +38,7 @@ const PERMUTATIONS: [(usize, usize, usize, f64); 6] = [
 ];
 
 impl<R: Real> Symmetric3<R> {
-    /// Returns zero in the number type of `like`.
+    /// Returns zero with the number type of `like`.
     #[inline(always)]
     pub fn zero(like: R) -> Self {
         Self([like.like(0.0); 45])
@@ -103,7 +103,7 @@ impl<R: Real> Symmetric3<R> {
         }
     }
 
-    /// Adds the derivative of m cof F for constant m: m ε_ikm ε_JLM F_mM.
+    /// Adds the derivative of m cof F at constant m: m ε_ikm ε_JLM F_mM.
     #[inline(always)]
     pub fn add_cofactor_slope(&mut self, m: R, f: &Tensor3Of<R>) {
         let mf = scaled3(m, f);
@@ -135,7 +135,7 @@ impl<R: Real> Symmetric3<R> {
     }
 }
 
-/// Returns the entries by rows.
+/// Returns the entries row by row.
 #[inline(always)]
 fn in_plane<R: Real>(t: &Tensor3Of<R>) -> [R; 9] {
     let [[a, b, c], [d, e, f], [g, h, i]] = *t;

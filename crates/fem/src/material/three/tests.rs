@@ -1,10 +1,10 @@
-//! Identities and central differences for every law in 3D.
+//! Tests of every law in 3D by identities and central differences.
 
 pub(crate) use super::super::{Law, Parameter, Tensor};
 pub(crate) use super::{Axes, Tangent3, Tensor3};
 
-/// Step of central differences: ε^(1/3) balances truncation and rounding at a relative error of
-/// about 1e-10. It is slightly smaller because derivatives of a steep switch grow by a factor of a
+/// Step of central differences. The step ε^(1/3) balances truncation and rounding at a relative error of about
+/// 1e-10. Here, the step is slightly smaller, because the derivatives of a steep switch grow by a factor of a
 /// hundred.
 pub(crate) const STEP: f64 = 1e-6;
 pub(crate) const DIFFERENCE: f64 = 1e-8;
@@ -19,7 +19,7 @@ pub(crate) const STATES: [Tensor3; 4] = [
 ];
 pub(crate) const VELOCITY: Tensor3 = [[0.3, -0.8, 0.4], [0.5, 0.9, -0.2], [-0.6, 0.1, -0.7]];
 
-/// Returns orthonormal axes oblique to all coordinates.
+/// Returns orthonormal axes, oblique to all coordinate axes.
 pub(crate) fn axes() -> Axes<f64> {
     Axes { fiber: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0], sheet: [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0] }
 }
@@ -66,7 +66,7 @@ macro_rules! law_tests {
         mod $name {
             use super::*;
 
-            /// Largest entry of the tangent, the scale of difference errors.
+            /// Returns the largest entry of the tangent, which is the scale of the difference errors.
             fn scale(h: Tensor3) -> f64 {
                 let entries = $law.tangent3(h, PRESSURE, axes());
                 entries.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()))
@@ -128,8 +128,7 @@ macro_rules! law_tests {
                     }
                     let rate = |h| $law.stress_rate3(h, VELOCITY, pressures, axes());
                     let tangent = $law.tangent_rate3(h, VELOCITY, pressures, axes());
-                    // Third derivatives of W are up to a hundred times (k) the second derivatives
-                    // here.
+                    // Here, the third derivatives of W are up to a hundred (k) times the second derivatives.
                     check_tangent(tangent, rate, h, 100.0 * scale(h));
                 }
             }
@@ -137,15 +136,15 @@ macro_rules! law_tests {
             #[test]
             fn tiny_strains_have_full_relative_accuracy() {
                 let (size, rest) = (1e-11, [[0.0; 3]; 3]);
-                // Fibers and sheets lengthen along this motion, so the tension side of a kink
+                // Fibers and sheets lengthen along this motion, so the tangent on the tension side of a kink
                 // applies.
                 let h = along(rest, size, VELOCITY);
                 let tangent = $law.tangent3(rest, 0.0, axes());
                 let found = in_plane($law.stress3(h, 0.0, axes()));
                 for (row, found) in tangent.iter().zip(found) {
                     let linear: f64 = row.iter().zip(in_plane(h)).map(|(a, h)| a * h).sum();
-                    // Higher-order terms are 1e-11 times exponents of about a hundred. Invariants
-                    // formed as differences near one would be wrong by 1e-5.
+                    // Higher-order terms are 1e-11 times exponents of about a hundred. If invariants were computed
+                    // as differences of numbers near one, the error would be 1e-5.
                     assert!((found - linear).abs() < 1e-8 * size * scale(rest), "{found} {linear}");
                 }
                 let work: f64 = found.iter().zip(in_plane(h)).map(|(p, h)| 0.5 * p * h).sum();
@@ -167,7 +166,7 @@ macro_rules! law_tests {
                     let found = $law.stress3(rotated, PRESSURE, axes());
                     let expected = product(rotation, $law.stress3(h, PRESSURE, axes()));
                     for (a, b) in in_plane(found).iter().zip(in_plane(expected)) {
-                        // Rounding of F times the tangent.
+                        // The error is the rounding of F times the tangent.
                         assert!((a - b).abs() < 1e-13 * scale(h), "{a} {b}");
                     }
                 }
@@ -236,7 +235,7 @@ pub(crate) const TRANSVERSE: Law = Law::TransverseMooneyRivlin {
     stretch_max: 1.1,
 };
 
-/// Moderate strains for laws with exponents above ten.
+/// Gradients with moderate strains, for laws with exponents above ten.
 pub(crate) const MODERATE: [Tensor3; 4] = [
     [[0.0; 3]; 3],
     [[0.1, 0.15, -0.1], [-0.05, -0.05, 0.1], [0.05, -0.1, 0.12]],
@@ -270,7 +269,7 @@ fn tangent_at_a_kink_is_that_of_the_tension_side() {
         let mut jump = 0.0_f64;
         for ((row, stress), other) in tangent.iter().zip(stress).zip(other) {
             let linear: f64 = row.iter().zip(in_plane(VELOCITY)).map(|(a, v)| a * v).sum();
-            // One-sided difference: first-order error with constants of about ten.
+            // One-sided difference, which has a first-order error with constants of about ten.
             assert!((stress / 1e-8 - linear).abs() < 1e-6 * scale, "{stress} {linear}");
             jump = jump.max((stress + other).abs() / 1e-8);
         }
@@ -280,7 +279,7 @@ fn tangent_at_a_kink_is_that_of_the_tension_side() {
 
 #[test]
 fn smooth_switch_makes_the_energy_nonconvex_in_compression() {
-    // Second Piola–Kirchhoff stress of the fibers of Aróstica et al. in compression.
+    // Second Piola–Kirchhoff stress in compression of the fibers of Aróstica et al.
     let law = holzapfel_ogden(100.0);
     let without = Law::HolzapfelOgden {
         a: 59.0,
@@ -311,7 +310,8 @@ fn smooth_switch_makes_the_energy_nonconvex_in_compression() {
 #[test]
 fn energies_are_affine_in_moduli() {
     for law in Law::CATALOG {
-        // Different values in the ranges of the constants; moduli far above the smallest of the published ones.
+        // The values are different and within the ranges of the constants. The moduli are far above the smallest
+        // published moduli.
         let dimensionless = |i: usize, of: &Parameter| {
             let candidates = [1.3 - 0.1 * i as f64, 1.3, 0.2];
             let mut allowed = candidates.into_iter().filter(|x| of.range.contains(*x));
@@ -331,7 +331,7 @@ fn energies_are_affine_in_moduli() {
                 let law = Law::named(law.name, &values((constant.name, value))).unwrap();
                 law.energy3(MODERATE[1], axes())
             });
-            // Rounding of sums of about ten terms.
+            // The error is the rounding of sums of about ten terms.
             assert!((a - 2.0 * b + c).abs() < 1e-13 * b.abs(), "{} {}", law.name, constant.name);
         }
     }

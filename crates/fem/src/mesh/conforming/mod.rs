@@ -1,28 +1,28 @@
-//! Checks that elements form a conforming mesh: neighbors share whole facets and no region is
-//! covered twice.
+//! Checks that elements form a conforming mesh: neighbors share whole facets and no region is covered twice.
 //!
-//! Shared facets are found by their vertices. Facets and elements without common vertices are
-//! compared by position, but only at the boundary. This suffices because the number of elements
-//! that cover a point changes only across facets with one element. The work is O(n log n).
+//! Shared facets are found by their vertices. Facets and elements without common vertices are compared by
+//! position, but only at the boundary. This is sufficient, because the number of elements that cover a point
+//! changes only across facets with one element. The cost is O(n log n).
 
 use super::boxes::{BoxTree, Extent};
 use super::defect::{DefectKind, ElementName, MeshDefect};
 use super::facets::{Facet, by_vertices, sorted_facets};
 use super::simplices::{Point, Simplices, cross, diameter, dot, minus};
 
-/// Distance between touching facets, relative to their size. Files with six digits reproduce
+/// Largest distance of touching facets, relative to the size of the facets. Files with six digits reproduce
 /// positions within this distance.
 const TOUCHING: f64 = 1e-6;
-/// Penetration depth of overlapping elements, relative to their size; far above rounding.
+/// Smallest penetration depth of overlapping elements, relative to the size of the elements. It is far above
+/// rounding errors.
 const OVERLAPPING: f64 = 1e-9;
 
 /// Checks that elements of positive volume form a conforming mesh.
 ///
-/// `points` has `dimension` coordinates per point, `elements` has `dimension + 1` vertices per
-/// element, and `reoriented` holds the indices of elements whose vertex order was inverted.
+/// `points` has `dimension` coordinates per point, `elements` has `dimension + 1` vertices per element, and
+/// `reoriented` holds the indices of elements whose vertex order was inverted.
 ///
 /// # Errors
-/// Returns the first [`MeshDefect`], with elements named by index.
+/// Returns the first [`MeshDefect`], in which the elements are named by their index.
 pub(super) fn conforming(
     dimension: usize,
     points: &[f64],
@@ -49,7 +49,7 @@ fn defect(kind: DefectKind, elements: &[usize], near: Vec<f64>) -> MeshDefect {
     MeshDefect { kind, elements, near }
 }
 
-/// Classifies the defect of a facet that has several elements on one side.
+/// Returns the kind of defect of a facet that has several elements on one side.
 fn overfull_facet(mesh: &Simplices<'_>, facets: &[Facet], reoriented: &[usize]) -> MeshDefect {
     let mut elements: Vec<usize> = facets.iter().map(|facet| facet.element).collect();
     let sorted_vertices = |facet: &Facet| {
@@ -75,12 +75,12 @@ fn overfull_facet(mesh: &Simplices<'_>, facets: &[Facet], reoriented: &[usize]) 
     defect(DefectKind::SameSide { inverted }, &elements, near)
 }
 
-/// Boundary facet: has an element on one side only.
+/// Boundary facet, which has an element on one side only.
 struct BoundaryFacet {
     element: usize,
     vertices: Vec<usize>,
     corners: Vec<Point>,
-    /// Unit normal pointing away from the element.
+    /// Unit normal that points away from the element.
     outward: Point,
     size: f64,
 }
@@ -110,7 +110,7 @@ impl<'a> Boundary<'a> {
         Self { mesh, facets: facets.iter().map(free).collect() }
     }
 
-    /// Returns an error for facets that touch without sharing their vertices.
+    /// Returns an error if facets touch but do not share their vertices.
     fn check_touching(&self) -> Result<(), MeshDefect> {
         let extent = |f: &BoundaryFacet| Extent::around(&f.corners, TOUCHING * f.size);
         let tree = BoxTree::new(self.facets.iter().map(extent).collect());
@@ -130,7 +130,7 @@ impl<'a> Boundary<'a> {
         Ok(())
     }
 
-    /// Returns an error for elements that overlap an element at the boundary.
+    /// Returns an error if elements overlap an element at the boundary.
     fn check_overlap(&self) -> Result<(), MeshDefect> {
         let mesh = &self.mesh;
         let extent = |e: usize| Extent::around(&mesh.corners(e), 0.0);
@@ -159,7 +159,7 @@ fn smaller_middle(mesh: &Simplices<'_>, pair: [usize; 2]) -> Vec<f64> {
     mesh.middle(mesh.vertices(pair[usize::from(sizes[1] < sizes[0])]))
 }
 
-/// Returns a normal of an edge in 2D or of a triangle in 3D, not normalized.
+/// Returns a normal of an edge in 2D or of a triangle in 3D. The normal is not normalized.
 fn normal(corners: &[Point]) -> Point {
     match *corners {
         [a, b] => cross(minus(b, a), [0.0, 0.0, 1.0]),
@@ -168,7 +168,7 @@ fn normal(corners: &[Point]) -> Point {
     }
 }
 
-/// Returns whether two facets touch back to back over a positive area (length in 2D).
+/// Returns whether two facets touch back to back over a positive area (or length in 2D).
 fn touch(f: &BoundaryFacet, g: &BoundaryFacet) -> bool {
     let size = f.size.min(g.size);
     if dot(f.outward, g.outward) > TOUCHING - 1.0 {
@@ -178,7 +178,7 @@ fn touch(f: &BoundaryFacet, g: &BoundaryFacet) -> bool {
     if g.corners.iter().any(|&p| height(p) > TOUCHING * size) {
         return false;
     }
-    // Separating axes in the common plane: the edge itself in 2D, the edge normals of both
+    // The separating axes are in the common plane. They are the edge itself in 2D, and the edge normals of both
     // triangles in 3D.
     let mut axes = Vec::new();
     for corners in [&f.corners, &g.corners] {
@@ -199,8 +199,8 @@ fn same_corners(f: &BoundaryFacet, g: &BoundaryFacet) -> bool {
     f.corners.iter().all(|a| g.corners.iter().any(|b| near(a, b)))
 }
 
-/// Returns whether the interiors of two simplices intersect, by the separating axis theorem.
-/// Sufficient axes are the facet normals and, in 3D, the cross products of edges.
+/// Returns whether the interiors of two simplices intersect, according to the separating axis theorem. It is
+/// sufficient to check the facet normals and, in 3D, the cross products of edges.
 fn overlap(dimension: usize, a: &[Point], b: &[Point]) -> bool {
     let depth = OVERLAPPING * diameter(a).min(diameter(b));
     let separates = |axis: Point| separated(axis, a, b, depth);
@@ -226,12 +226,12 @@ fn overlap(dimension: usize, a: &[Point], b: &[Point]) -> bool {
     !has_separating_axis
 }
 
-/// Returns whether the projections of two point sets onto an axis are disjoint or overlap by at
-/// most `depth`. Returns `false` for an axis of zero length (parallel edges).
+/// Returns whether the projections of two point sets onto an axis are disjoint or overlap by at most `depth`.
+/// Returns `false` if the axis has zero length, as for parallel edges.
 fn separated(axis: Point, a: &[Point], b: &[Point], depth: f64) -> bool {
     let length = dot(axis, axis).sqrt();
     let projection = |points: &[Point]| {
-        // Coordinates relative to a[0]: absolute ones may be large compared with the elements.
+        // Coordinates are relative to a[0], because absolute coordinates may be large compared with the elements.
         let along = points.iter().map(|&p| dot(axis, minus(p, a[0])));
         along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
     };

@@ -1,6 +1,6 @@
 use super::*;
 
-/// Points and elements of either dimension.
+/// Points and elements of a body in 2D or 3D.
 #[derive(Clone)]
 struct Body {
     dimension: usize,
@@ -17,7 +17,7 @@ impl Body {
         self.check().unwrap_err().kind
     }
 
-    /// Appends another body with separate points.
+    /// Appends another body, which has separate points.
     fn and(mut self, other: &Self) -> Self {
         let shift = self.points.len() / self.dimension;
         self.points.extend(&other.points);
@@ -35,9 +35,9 @@ impl Body {
     }
 }
 
-/// Returns the unit square in `n` × `n` cells or the unit cube, each cell split into d! simplices
-/// along one diagonal (Kuhn subdivision). Inner points are displaced by up to a tenth of a cell,
-/// which inverts no element.
+/// Returns the unit square with `n` cells per side, or the unit cube. Each cell is split into d! simplices along
+/// one diagonal (Kuhn subdivision). Inner points are displaced by up to a tenth of a cell, which does not invert
+/// any element.
 fn block(dimension: usize, n: usize) -> Body {
     perturbed_block(dimension, n, 0.1)
 }
@@ -66,7 +66,7 @@ fn perturbed_block(dimension: usize, n: usize, amplitude: f64) -> Body {
             for &axis in *order {
                 path.push(path[path.len() - 1] + per_axis.pow(axis as u32));
             }
-            // Odd permutations of the axes have inverted vertex order.
+            // Odd permutations of the axes invert the vertex order.
             if which >= orders.len() / 2 {
                 path.swap(dimension - 1, dimension);
             }
@@ -97,7 +97,7 @@ fn duplicate_elements_are_found() {
         let mut again = block.elements[5 * (dimension + 1)..][..=dimension].to_vec();
         again.rotate_left(1);
         if dimension == 3 {
-            // Rotating four vertices is an odd permutation.
+            // A cyclic rotation of four vertices is an odd permutation.
             again.swap(0, 1);
         }
         block.elements.extend(again);
@@ -140,7 +140,7 @@ fn overlaps_of_any_depth_are_found() {
             let other = one.clone().moved(&by);
             assert_eq!(one.clone().and(&other).kind(), DefectKind::Overlap, "{by:?}");
         }
-        // A small body inside the large elements of the other: no facets touch.
+        // A small body is inside the large elements of the other body, so no facets touch.
         let mut small = one.clone();
         for x in &mut small.points {
             *x = 0.46 + 0.01 * *x;
@@ -149,15 +149,14 @@ fn overlaps_of_any_depth_are_found() {
     }
 }
 
-/// A fan that winds around its center more than once: every edge is valid, but regions are covered
-/// twice.
+/// In a fan that winds around its center more than once, every edge is valid, but regions are covered twice.
 #[test]
 fn a_fan_that_overlaps_itself_is_found() {
     let n = 9;
     let mut points = vec![[0.0, 0.0]];
     points.extend((0..=n).map(|i| {
         let angle = f64::from(i) * 0.8;
-        // The radius grows so that no two edges coincide.
+        // The radius increases, so that no two edges coincide.
         let radius = 1.0 + 0.05 * f64::from(i);
         [radius * angle.cos(), radius * angle.sin()]
     }));
@@ -184,14 +183,14 @@ fn hanging_nodes_are_found() {
         let other = block(dimension, 3).moved(&[1.0, 0.0, 0.0]);
         assert_eq!(one.and(&other).kind(), DefectKind::HangingNode);
     }
-    // A node of the upper triangles lies on the edge of the lower triangle.
+    // A node of the upper triangles is on the edge of the lower triangle.
     let points = [[0.0, 0.0], [2.0, 0.0], [1.0, -1.0], [1.0, 0.0], [1.0, 1.0]];
     let hanging = body(&points, &[[0, 2, 1], [0, 3, 4], [3, 1, 4]]);
     assert_eq!(hanging.kind(), DefectKind::HangingNode);
 }
 
-/// A square face is cut along different diagonals from above and below: no node hangs,
-/// but the faces are not shared.
+/// If a square face is cut along different diagonals from above and below, the faces are not shared, although the
+/// mesh has no hanging node.
 #[test]
 fn faces_split_along_different_diagonals_are_found() {
     let points = [
@@ -224,10 +223,10 @@ fn large_coordinates_and_graded_sizes_are_accepted() {
     }
 }
 
-/// Comparing all 4e8 pairs would take too long.
+/// The mesh is large enough that a comparison of all 4e8 pairs would take too long.
 #[test]
 fn large_meshes_are_checked() {
-    // 17³ cells with six tetrahedra each.
+    // There are 17³ cells with six tetrahedra each.
     let block = block(3, 17);
     assert_eq!(block.elements.len() / 4, 29_478);
     assert_eq!(block.check(), Ok(()));

@@ -1,7 +1,7 @@
 //! Generators of structured meshes with named groups.
 //!
-//! Each mesh is the image of a unit square (or cube) of [columns, rows] cells. Each square cell is
-//! split along its rising diagonal.
+//! Each mesh is the image of a unit square with [columns, rows] cells, or of a unit cube of cells. Each square
+//! cell is split along its rising diagonal.
 
 mod muscle;
 
@@ -13,7 +13,7 @@ pub use muscle::muscle;
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh};
 
-/// Half the length of the spindle, in m.
+/// Half the length (m) of the spindle.
 const HALF_LENGTH: f64 = 0.1;
 
 /// Image of the unit square, with the edges of its four sides.
@@ -49,7 +49,7 @@ impl Structured {
         }
     }
 
-    /// Builds the mesh; `body` names the group of all triangles.
+    /// Creates the mesh. The group `body` contains all triangles.
     fn mesh<const N: usize>(
         self,
         body: &str,
@@ -63,8 +63,8 @@ impl Structured {
     }
 }
 
-/// Returns an error unless `value` is positive and finite. A negative size would mirror the mesh;
-/// two would exchange the names of its sides.
+/// Returns an error unless `value` is positive and finite. A negative size would mirror the mesh, and two negative
+/// sizes would exchange the names of its sides.
 fn positive(name: &'static str, value: f64) -> Result<(), FemError> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
@@ -86,17 +86,16 @@ fn multiple(
     Err(FemError::Parameter { name, value: n as f64, condition })
 }
 
-/// Interpolates between `a` and `b` with weights 1 − s and s; exact at both ends.
+/// Interpolates between `a` and `b` with the weights 1 − s and s. The result is exact at both ends.
 fn interpolate(a: f64, b: f64, s: f64) -> f64 {
     (1.0 - s) * a + s * b
 }
 
-/// Generates a rectangle between two corners with groups `left`, `right`, `bottom`, `top` and
-/// `body`.
+/// Generates a rectangle between two corners with the groups `left`, `right`, `bottom`, `top` and `body`.
 ///
 /// # Errors
-/// [`FemError::Parameter`] for corners in the wrong order, an error of [`Mesh::new`] for zero
-/// cells.
+/// Returns [`FemError::Parameter`] if the corners are in the wrong order, and an error of [`Mesh::new`] if the
+/// number of cells is zero.
 pub fn rectangle(
     lower_left: [f64; 2],
     upper_right: [f64; 2],
@@ -116,13 +115,12 @@ pub fn rectangle(
     parts.mesh("body", groups)
 }
 
-/// Generates a block between two corners. Each cell is split into six tetrahedra along one diagonal
-/// (Kuhn subdivision). Groups: `left`, `right` (x), `front`, `back` (y), `bottom`, `top` (z),
-/// `body`.
+/// Generates a block between two corners. Each cell is split into six tetrahedra along one diagonal (Kuhn
+/// subdivision). Groups: `left`, `right` (x), `front`, `back` (y), `bottom`, `top` (z), `body`.
 ///
 /// # Errors
-/// [`FemError::Parameter`] for corners in the wrong order, an error of [`Mesh::new`] for zero
-/// cells.
+/// Returns [`FemError::Parameter`] if the corners are in the wrong order, and an error of [`Mesh::new`] if the
+/// number of cells is zero.
 pub fn block(lower: [f64; 3], upper: [f64; 3], cells: [usize; 3]) -> Result<Mesh, FemError> {
     for (axis, name) in ["length", "width", "height"].into_iter().enumerate() {
         positive(name, upper[axis] - lower[axis])?;
@@ -130,11 +128,11 @@ pub fn block(lower: [f64; 3], upper: [f64; 3], cells: [usize; 3]) -> Result<Mesh
     spatial(cells, |s| [0, 1, 2].map(|m| interpolate(lower[m], upper[m], s[m])))
 }
 
-/// Generates the image of a unit cube of cells under an orientation-preserving map; groups as for
+/// Generates the image of a unit cube of cells under an orientation-preserving map. It has the same groups as a
 /// [`block`].
 ///
 /// # Errors
-/// An error of [`Mesh::new`] for zero cells or a map that inverts elements.
+/// Returns an error of [`Mesh::new`] if the number of cells is zero or the map inverts elements.
 pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<Mesh, FemError> {
     let [nx, ny, nz] = cells;
     let vertex = |[i, j, k]: [usize; 3]| (k * (ny + 1) + j) * (nx + 1) + i;
@@ -147,8 +145,8 @@ pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<
             }
         }
     }
-    // Axis orders of the paths from the lowest to the highest corner of a cell. For the odd
-    // permutations (the last three) two vertices are swapped.
+    // Axis orders of the paths from the lowest to the highest corner of a cell. For the odd permutations, which
+    // are the last three, two vertices are swapped.
     const AXIS_ORDERS: [[usize; 3]; 6] =
         [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [2, 1, 0]];
     let mut elements: Vec<[usize; 4]> = Vec::new();
@@ -163,8 +161,8 @@ pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<
                         corner[axis] += 1;
                         path[step + 1] = vertex(corner);
                     }
-                    // The first three vertices share the coordinate of the last step; the last
-                    // three share the coordinate of the first step.
+                    // The first three vertices share the coordinate along the axis of the last step. The last
+                    // three vertices share the coordinate along the axis of the first step.
                     let [first, _, last] = axes;
                     if [i, j, k][last] == 0 {
                         sides[2 * last].push([path[0], path[1], path[2]]);
@@ -189,22 +187,23 @@ pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<
     Mesh::new(points, elements, groups)
 }
 
-/// Generates a cantilever [0, length] × [−height/2, height/2] with groups `fixed` (left end),
-/// `load` (right end), `tip` (upper right corner) and `body`.
+/// Generates a cantilever [0, length] × [−height/2, height/2] with the groups `fixed` (left end), `load` (right
+/// end), `tip` (upper right corner) and `body`.
 ///
 /// # Errors
-/// [`FemError::Parameter`] for non-positive lengths, an error of [`Mesh::new`] for zero cells.
+/// Returns [`FemError::Parameter`] if a length is not positive, and an error of [`Mesh::new`] if the number of
+/// cells is zero.
 pub fn beam(length: f64, height: f64, cells: [usize; 2]) -> Result<Mesh, FemError> {
     positive("length", length)?;
     positive("height", height)?;
     cantilever(Structured::new(cells, |[s, t]| [length * s, height * (t - 0.5)]))
 }
 
-/// Generates Cook's membrane, the trapezoid (0, 0), (48, 44), (48, 60), (0, 44); groups as for
-/// [`beam`].
+/// Generates Cook's membrane, the trapezoid with the corners (0, 0), (48, 44), (48, 60) and (0, 44). It has the
+/// same groups as a [`beam`].
 ///
 /// # Errors
-/// An error of [`Mesh::new`] for zero cells.
+/// Returns an error of [`Mesh::new`] if the number of cells is zero.
 pub fn cook(cells: [usize; 2]) -> Result<Mesh, FemError> {
     cantilever(Structured::new(cells, |[s, t]| {
         [48.0 * s, interpolate(interpolate(0.0, 44.0, s), interpolate(44.0, 60.0, s), t)]
@@ -221,7 +220,7 @@ fn cantilever(parts: Structured) -> Result<Mesh, FemError> {
     parts.mesh("body", groups)
 }
 
-/// Returns half the height of the spindle at x, in m: `0.012 + 0.018 cos²(π x / 0.2)`.
+/// Returns half the height (m) of the spindle at x: `0.012 + 0.018 cos²(π x / 0.2)`.
 pub(crate) fn spindle_half_height(x: f64) -> f64 {
     0.012 + 0.018 * (PI * x / (2.0 * HALF_LENGTH)).cos().powi(2)
 }
@@ -235,8 +234,8 @@ fn spindle_slope(x: f64) -> f64 {
 /// |x| ≤ 0.02), `muscle`, `origin` (the vertex at (0, 0)).
 ///
 /// # Errors
-/// [`FemError::Parameter`] unless the number of columns is a multiple of ten and the number of rows
-/// is even, so the ends of the load and the origin are vertices.
+/// Returns [`FemError::Parameter`] unless the number of columns is a multiple of ten and the number of rows is
+/// even. These conditions ensure that the ends of the load and the origin are vertices.
 pub fn spindle(cells @ [columns, rows]: [usize; 2]) -> Result<Mesh, FemError> {
     let name = "columns of the spindle";
     multiple(name, columns, 10, "a positive multiple of 10")?;
@@ -269,7 +268,7 @@ mod tests {
             .sum()
     }
 
-    /// Rounding of sums of a few hundred terms.
+    /// Bound on the rounding errors of sums of a few hundred terms.
     const ROUNDING: f64 = 1e-12;
 
     #[test]
@@ -314,7 +313,7 @@ mod tests {
     fn spindle_groups_match_its_geometry() {
         let mesh = spindle([40, 8]).unwrap();
         let Group::Points(origin) = mesh.group("origin").unwrap() else { panic!("points") };
-        // The rounding of -0.1 * 0.5 + 0.1 * 0.5.
+        // The error is the rounding of -0.1 * 0.5 + 0.1 * 0.5.
         assert!(mesh.points::<2>()[origin[0]].iter().all(|x| x.abs() < 1e-17));
         assert!((length(&mesh, "fixed") - 2.0 * 0.024).abs() < ROUNDING);
         for &[a, b] in mesh.edges("load").unwrap() {
@@ -323,7 +322,7 @@ mod tests {
                 assert!(x.abs() <= 0.02 + ROUNDING && (y - spindle_half_height(x)).abs() < 1e-15);
             }
         }
-        // The area error of the polygon, h² y''/12 per cell, is below 2e-4 of 4 · 0.021 · 0.1.
+        // The error of the polygon's area is h² y''/12 per cell, which is below 2e-4 of 4 · 0.021 · 0.1.
         assert!((mesh.measure() / (0.4 * (0.012 + 0.009)) - 1.0).abs() < 2e-4);
     }
 

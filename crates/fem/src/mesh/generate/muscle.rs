@@ -1,4 +1,4 @@
-//! Three-dimensional muscle with tendons at its ends and fibers along its axis.
+//! Three-dimensional muscle with tendons at its ends and fibers along its length.
 
 use std::collections::BTreeMap;
 
@@ -6,22 +6,23 @@ use super::{HALF_LENGTH, interpolate, multiple, spatial, spindle_half_height, sp
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh, NodalField};
 
-/// Rounding of the corners of the square cross-section. A value of 1/2 gives a circle, whose corner
+/// Rounding of the corners of the square cross-section. A value of 1/2 would produce a circle, whose corner
 /// elements would be almost flat.
 const ROUNDING: f64 = 0.35;
 /// Length of the tendon at each end, as a fraction of the total length.
 const TENDON: f64 = 0.1;
 
-/// Generates the three-dimensional spindle of the muscle. Its cross-sections are squares with
-/// rounded corners and the same half height as the plane spindle.
+/// Generates the three-dimensional spindle of the muscle. Its cross-sections are squares with rounded corners.
+/// They have the same half height as the plane spindle.
 ///
-/// Groups: `fixed` (both ends), `left`, `right`, `surface` (the boundary between the ends), `load`
-/// (top, |x| ≤ 0.02), `muscle`, `tendon` (a tenth of the length at each end), `origin` (the vertex
-/// at (0, 0, 0)). The nodal field `fiber` follows the muscle.
+/// Groups: `fixed` (both ends), `left`, `right`, `surface` (the boundary between the ends), `load` (top, |x| ≤
+/// 0.02), `muscle`, `tendon` (a tenth of the length at each end), `origin` (the vertex at (0, 0, 0)). The nodal
+/// field `fiber` follows the shape of the muscle.
 ///
 /// # Errors
-/// [`FemError::Parameter`] unless the number of cells along the muscle is a multiple of ten and the
-/// numbers across are even, so the ends of load and tendons and the origin are vertices.
+/// Returns [`FemError::Parameter`] unless the number of cells along the muscle is a multiple of ten and the
+/// numbers across are even. These conditions ensure that the origin and the ends of the load and of the tendons
+/// are vertices.
 pub fn muscle(cells: [usize; 3]) -> Result<Mesh, FemError> {
     let along = "cells along the muscle";
     multiple(along, cells[0], 10, "a positive multiple of 10")?;
@@ -37,7 +38,7 @@ pub fn muscle(cells: [usize; 3]) -> Result<Mesh, FemError> {
     let points = mesh.points::<3>();
     let [left, right, top] = ["left", "right", "top"].map(|name| faces(&mesh, name));
     let sides = ["front", "back", "bottom", "top"].map(|name| faces(&mesh, name));
-    // Half a cell beyond the end of the load, so rounding does not matter.
+    // The limit is half a cell beyond the end of the load, so that rounding does not matter.
     let near = 0.2 * HALF_LENGTH + HALF_LENGTH / cells[0] as f64;
     let mut load = top;
     load.retain(|face| face.iter().all(|&v| points[v][0].abs() < near));
@@ -60,7 +61,7 @@ pub fn muscle(cells: [usize; 3]) -> Result<Mesh, FemError> {
         ("muscle", Group::Elements(muscle)),
         ("origin", Group::Points(vec![origin])),
     ];
-    // Derivative of the map along the muscle: y and z scale with the half height.
+    // The derivative of the map along the muscle, where y and z scale with the half height.
     let along = points.iter().flat_map(|&[x, y, z]| {
         let growth = spindle_slope(x) / spindle_half_height(x);
         [1.0, growth * y, growth * z]
@@ -88,21 +89,21 @@ mod tests {
         assert!(mesh.notes().is_empty(), "{:?}", mesh.notes());
         let Group::Points(origin) = mesh.group("origin").unwrap() else { panic!("points") };
         let points = mesh.points::<3>();
-        // The rounding of -0.1 * 0.5 + 0.1 * 0.5.
+        // The error is the rounding of -0.1 * 0.5 + 0.1 * 0.5.
         assert!(points[origin[0]].iter().all(|x| x.abs() < 1e-17));
         let members = |name: &str| match mesh.group(name).unwrap() {
             Group::Elements(members) => members.len(),
             _ => panic!("elements"),
         };
-        // Four of the twenty layers are tendon, with six tetrahedra per cell.
+        // Four of the twenty layers are tendon, and each cell has six tetrahedra.
         assert_eq!((members("tendon"), members("muscle")), (4 * 96, 16 * 96));
         let load = faces(&mesh, "load");
         assert_eq!(load.len(), 4 * 4 * 2);
         let space = Space::taylor_hood(&mesh);
-        // Displacement and pressure unknowns.
+        // Number of displacement and pressure unknowns.
         assert_eq!(space.n_components() + space.n_pressures(), 10_488);
-        // On the top side the fiber field is tangential: it equals the central difference of
-        // neighboring vertices.
+        // On the top side, the fiber field is tangential, so it equals the central difference between neighboring
+        // vertices.
         let mut fibers = Fibers::new(&mesh);
         let all: Vec<usize> = (0..mesh.n_elements()).collect();
         fibers.set_nodal(&mesh, &all, "fiber", None).unwrap();
@@ -113,7 +114,7 @@ mod tests {
                 [points[v[0]], field.at(v[1]).try_into().unwrap(), points[v[2]]];
             let slope = (after[2] - before[2]) / (after[0] - before[0]);
             let fiber: [f64; 3] = fiber;
-            // Error h²/6 z''' with z''' below 0.009 (π/0.1)³ = 280 1/m².
+            // The error is h²/6 z''', where z''' is below 0.009 (π/0.1)³ = 280 1/m².
             assert!((fiber[2] / fiber[0] - slope).abs() < 0.01_f64.powi(2) / 6.0 * 280.0);
         }
     }

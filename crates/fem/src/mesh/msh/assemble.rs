@@ -1,8 +1,8 @@
 //! Builds a mesh from a parsed file.
 //!
-//! The mesh is 3D if the file has tetrahedra; its lines and triangles are then curves and faces of
-//! groups. Otherwise the triangles are the elements. Nodes that belong to no element (for example
-//! centers of arcs) are dropped.
+//! If the file has tetrahedra, the mesh is 3D, and lines and triangles are the curves and faces of groups.
+//! Otherwise, the triangles are the elements. Nodes that do not belong to an element, for example centers of arcs,
+//! are dropped.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,8 @@ use crate::element::Shape;
 use crate::error::{FemError, MshProblem};
 use crate::mesh::{Group, Mesh, MeshNote, NodalField, is_degenerate, measure, sorted};
 
-/// Largest distance of the vertices of a plane mesh, as a fraction of the largest coordinate: rounding.
+/// Largest distance of the vertices of a plane mesh from their plane, as a fraction of the largest coordinate.
+/// Such distances are due to rounding.
 const OFF_PLANE: f64 = 1e-10;
 
 /// Line number and the problem found there.
@@ -27,9 +28,10 @@ struct Parts<const D: usize, const V: usize> {
 }
 
 impl MshFile {
-    /// Moves triangles parallel to a plane of two axes into the plane z = 0. Returns the axes, if they are not x and y.
+    /// Moves triangles parallel to a plane of two axes into the plane z = 0. Returns these axes unless they are x
+    /// and y.
     pub(super) fn flatten(&mut self) -> Option<[char; 2]> {
-        // Surfaces of volumes without tetrahedra are refused later.
+        // Surfaces of volumes without tetrahedra are rejected later.
         if self.has_volumes || self.cells.iter().any(|cell| cell.dimension == 3) {
             return None;
         }
@@ -56,7 +58,7 @@ impl MshFile {
         (normal != 2).then(|| axes.map(|axis| ['x', 'y', 'z'][axis]))
     }
 
-    /// Builds the mesh; messages call the file `name`.
+    /// Builds the mesh. Messages refer to the file as `name`.
     pub(super) fn assemble(&self, name: &str) -> Result<Mesh, FemError> {
         if self.cells.iter().any(|cell| cell.dimension == 3) {
             self.assemble_in::<3, 4>(name)
@@ -130,7 +132,7 @@ impl MshFile {
         Ok(Parts { points, elements, tags, vertices })
     }
 
-    /// Returns the problem of volumes without tetrahedra.
+    /// Returns the problem of a file with volumes but without tetrahedra.
     fn not_meshed(&self) -> MshProblem {
         let dimension = self.cells.iter().map(|cell| cell.dimension).max();
         let dimension = dimension.unwrap_or(0);
@@ -220,7 +222,7 @@ impl MshFile {
         self.data.iter().map(field).collect()
     }
 
-    /// Returns a note on each field with values at non-vertex nodes.
+    /// Returns a note on each field that has values at nodes other than vertices.
     fn off_vertex_notes<const D: usize, const V: usize>(
         &self,
         parts: &Parts<D, V>,
@@ -235,7 +237,7 @@ impl MshFile {
         self.data.iter().filter_map(note).collect()
     }
 
-    /// Returns the positions of the midside nodes, by the vertices of their edges.
+    /// Returns the positions of the midside nodes, keyed by the vertices of their edges.
     fn midside_nodes<const D: usize, const V: usize>(
         &self,
         parts: &Parts<D, V>,

@@ -1,12 +1,12 @@
-//! Binary MSH files, rewritten as ASCII files of the same version.
+//! Conversion of binary MSH files to ASCII files of the same version.
 //!
-//! Integers have 4 bytes, sizes (`size_t`) and floating-point numbers 8 bytes, little-endian.
+//! Integers have 4 bytes; sizes (`size_t`) and floating-point numbers have 8 bytes. All numbers are little-endian.
 
 use std::fmt::Write;
 
 use super::{ElementType, MshProblem, excerpt};
 
-/// Returns whether a file is binary, as its header states.
+/// Returns whether a file is binary according to its header.
 pub(super) fn is_binary(content: &[u8]) -> bool {
     let mut lines = content.split(|&byte| byte == b'\n');
     let is_msh = lines.next().is_some_and(|l| l.trim_ascii() == b"$MeshFormat");
@@ -99,7 +99,7 @@ impl<'a> Bytes<'a> {
         Ok(Some(name.to_owned()))
     }
 
-    /// Reads the last line of a section. White space before it is allowed.
+    /// Reads the last line of a section. White space before this line is allowed.
     fn close(&mut self, end: &str) -> Result<(), MshProblem> {
         self.rest = self.rest.trim_ascii_start();
         match self.rest.strip_prefix(end.as_bytes()) {
@@ -152,7 +152,7 @@ impl<'a> Bytes<'a> {
         })
     }
 
-    /// Copies a count and as many integers.
+    /// Copies a count and the same number of integers.
     fn counted_ints(&mut self, text: &mut String) -> Result<(), MshProblem> {
         let count = self.size()?;
         let _ = write!(text, "{count} ");
@@ -230,7 +230,7 @@ impl<'a> Bytes<'a> {
         Ok(text)
     }
 
-    /// Reads the nodes of version 2: tag and coordinates.
+    /// Reads the nodes of version 2, each with a tag and coordinates.
     fn nodes_2(&mut self) -> Result<String, MshProblem> {
         let count = self.count()?;
         let mut text = format!("{count}\n");
@@ -242,7 +242,7 @@ impl<'a> Bytes<'a> {
         Ok(text)
     }
 
-    /// Reads the elements of version 2: blocks of one type and one number of tags.
+    /// Reads the elements of version 2. They are grouped in blocks with the same type and number of tags.
     fn elements_2(&mut self) -> Result<String, MshProblem> {
         let count = self.count()?;
         let mut text = format!("{count}\n");
@@ -261,7 +261,8 @@ impl<'a> Bytes<'a> {
         Ok(text)
     }
 
-    /// Reads the tags, which are text, and the values, which are an integer and numbers for each node.
+    /// Reads the tags, which are text, and the values, which are an integer and floating-point numbers for each
+    /// node.
     fn node_data(&mut self) -> Result<String, MshProblem> {
         let mut text = String::new();
         let mut last = Vec::new();

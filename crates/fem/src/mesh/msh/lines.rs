@@ -4,7 +4,7 @@ use std::str::{FromStr, SplitWhitespace};
 
 use crate::error::MshProblem;
 
-/// Lines of a file with their number.
+/// The remaining lines of a file and the number of the current line.
 pub(super) struct Lines<'a> {
     pub(super) text: std::str::Lines<'a>,
     pub(super) number: usize,
@@ -38,7 +38,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// Parses the next word as a number; `what` is its description in messages.
+/// Parses the next word as a number. Messages describe the number as `what`.
 pub(super) fn number<T: FromStr>(
     words: &mut SplitWhitespace<'_>,
     what: &'static str,

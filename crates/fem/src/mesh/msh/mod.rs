@@ -1,10 +1,10 @@
 //! Reader for the Gmsh formats MSH 4.1 and 2.2, ASCII and binary.
 //!
-//! Reads the sections `PhysicalNames`, `Entities`, `PartitionedEntities`, `Nodes`, `Elements` and `NodeData` with points,
-//! lines, triangles and tetrahedra of first and second order; skips other sections. The partitions
-//! of a mesh are joined; its ghost elements, which are copies, are dropped. Counts in
-//! headers are never used to reserve memory, and each counted item consumes a line, so a corrupt
-//! file always leads to an error. The module [`assemble`] builds the mesh.
+//! The reader supports the sections `PhysicalNames`, `Entities`, `PartitionedEntities`, `Nodes`, `Elements` and
+//! `NodeData`, with points, lines, triangles and tetrahedra of first and second order. It skips other sections.
+//! The partitions of a mesh are joined, and ghost elements, which are copies, are dropped. Counts in headers are
+//! never used to reserve memory, and each counted item consumes a line, so a wrong count leads to an error. The
+//! module [`assemble`] builds the mesh.
 //!
 //! Reference: Gmsh reference manual, "MSH file format", versions 4.1 and 2.
 
@@ -26,7 +26,7 @@ impl Mesh {
     /// Reads a Gmsh file.
     ///
     /// # Errors
-    /// [`FemError::Io`], or an error of [`Mesh::parse_msh`].
+    /// Returns [`FemError::Io`] if the file cannot be read, or an error of [`Mesh::parse_msh`].
     pub fn read_msh(path: impl AsRef<Path>) -> Result<Self, FemError> {
         let path = path.as_ref();
         let content =
@@ -34,11 +34,11 @@ impl Mesh {
         Self::parse_msh(content, &path.display().to_string())
     }
 
-    /// Parses the content of a Gmsh file; messages call the file `name`.
+    /// Parses the content of a Gmsh file. Messages refer to the file as `name`.
     ///
     /// # Errors
-    /// [`FemError::Msh`] with the line number (in a binary file, of the same file as text), or an error of
-    /// [`Mesh::new`].
+    /// Returns [`FemError::Msh`] with the line number, or an error of [`Mesh::new`]. For a binary file, the line
+    /// number refers to the same file in ASCII format.
     pub fn parse_msh(content: impl AsRef<[u8]>, name: &str) -> Result<Self, FemError> {
         let error_at = |line, problem| FemError::Msh { file: name.to_owned(), line, problem };
         // Some editors write a byte order mark.
@@ -63,7 +63,7 @@ struct ElementType {
     number: i64,
     dimension: u64,
     vertices: usize,
-    /// Edges of the midside nodes, which follow the vertices.
+    /// Edges on which the midside nodes are. These nodes follow the vertices.
     midpoints: &'static [[usize; 2]],
 }
 
@@ -74,7 +74,7 @@ const ELEMENT_TYPES: [ElementType; 7] = [
     ElementType::new(4, 3, 4, &[]),
     ElementType::new(8, 1, 2, &[[0, 1]]),
     ElementType::new(9, 2, 3, &[[0, 1], [1, 2], [2, 0]]),
-    // Gmsh swaps the last two edges compared with `Shape::edges`.
+    // In Gmsh, the last two edges are swapped compared with `Shape::edges`.
     ElementType::new(11, 3, 4, &[[0, 1], [1, 2], [2, 0], [0, 3], [2, 3], [1, 3]]),
 ];
 
@@ -110,16 +110,16 @@ struct Cell {
     tag: u64,
     line: usize,
     dimension: u64,
-    /// Tag of its entity.
+    /// Tag of the entity to which the element belongs.
     entity: i64,
     /// Vertices, as indices into `MshFile::nodes`.
     vertices: Vec<usize>,
 }
 
-/// Nodal values.
+/// Values of a nodal field.
 struct Data {
     components: usize,
-    /// Values by node tag.
+    /// Values, keyed by node tag.
     values: HashMap<u64, Vec<f64>>,
 }
 
@@ -127,17 +127,17 @@ struct Data {
 #[derive(Default)]
 struct MshFile {
     names: HashMap<(u64, i64), String>,
-    /// Physical tags by entity (dimension, tag).
+    /// Physical tags, keyed by the dimension and tag of the entity.
     physical: HashMap<(u64, i64), Vec<i64>>,
-    /// Tags of the entities that contain copies of elements of other partitions.
+    /// Tags of the entities that contain copies of elements from other partitions.
     ghosts: HashSet<i64>,
     /// Whether the geometry has volumes.
     has_volumes: bool,
-    /// Index of each node by its tag.
+    /// Index of each node, keyed by the tag of the node.
     node_indices: HashMap<u64, usize>,
     nodes: Vec<Node>,
     cells: Vec<Cell>,
-    /// Midside node of each edge, by the sorted ends of the edge.
+    /// Midside node of each edge, keyed by the sorted ends of the edge.
     midpoints: BTreeMap<[usize; 2], usize>,
     data: BTreeMap<String, Data>,
 }
@@ -176,7 +176,7 @@ fn parse(lines: &mut Lines<'_>) -> Result<MshFile, MshProblem> {
             return Err(MshProblem::Truncated(section));
         }
     }
-    // Only elements of the highest dimension have ghosts.
+    // Only elements of the highest dimension can be ghosts.
     let dimension = file.cells.iter().map(|cell| cell.dimension).max();
     let ghosts = &file.ghosts;
     file.cells.retain(|cell| Some(cell.dimension) != dimension || !ghosts.contains(&cell.entity));
@@ -209,15 +209,15 @@ fn header(lines: &mut Lines<'_>) -> Result<Version, MshProblem> {
     Ok(version)
 }
 
-/// Returns the kind of an entity in names of groups.
+/// Returns the kind of an entity for the names of groups.
 pub(super) fn kind_of(dimension: u64) -> &'static str {
     let kinds = ["point", "curve", "surface", "volume"];
     kinds.get(dimension as usize).copied().unwrap_or("entity")
 }
 
 impl MshFile {
-    /// Reads the names of groups. If groups of several dimensions have the same name, it is preceded by the kind of
-    /// each group, as in `surface skin`.
+    /// Reads the names of groups. If groups of different dimensions have the same name, the name is preceded by
+    /// the kind of entity, as in `surface skin`.
     fn physical_names(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let count: usize = number(&mut lines.words("a count")?, "a count of names")?;
         let mut names = HashSet::new();
@@ -239,7 +239,7 @@ impl MshFile {
             }
             self.names.insert((dimension, tag), name);
         }
-        // A name shared by groups of several dimensions is ambiguous.
+        // A name is ambiguous if groups of different dimensions share it.
         for ((dimension, _), name) in &mut self.names {
             let is_other = |(other, own): &(u64, String)| other != dimension && *own == *name;
             if names.iter().any(is_other) {
@@ -249,7 +249,7 @@ impl MshFile {
         lines.close("$EndPhysicalNames")
     }
 
-    /// Reads the entities of the partitions, whose elements have different entity tags from the elements of the whole
+    /// Reads the entities of the partitions. Their elements have other entity tags than the elements of the whole
     /// mesh.
     fn partitioned_entities(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let count = "a count of partitions";
@@ -370,7 +370,7 @@ impl MshFile {
         lines.close("$EndElements")
     }
 
-    /// Reads the nodes of an element; returns its vertices, and stores its midside nodes.
+    /// Reads the nodes of an element, stores its midside nodes, and returns its vertices.
     fn element_nodes(
         &mut self,
         kind: &ElementType,
@@ -390,8 +390,8 @@ impl MshFile {
         Ok(vertices)
     }
 
-    /// Reads nodal values: string tags (the name first), real tags, integer tags (time step, number
-    /// of components, number of nodes, …), then the values.
+    /// Reads nodal values. The string tags (the name first), real tags and integer tags (time step, number of
+    /// components, number of nodes, …) precede the values.
     fn node_data(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let mut tags = |what| -> Result<Vec<&str>, MshProblem> {
             let count: usize = number(&mut lines.words("a count of tags")?, "a count of tags")?;

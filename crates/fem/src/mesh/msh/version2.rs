@@ -1,12 +1,12 @@
-//! Sections of version 2.2 that differ from version 4.1: nodes, and elements, which include the tags of their physical
-//! groups.
+//! Sections of version 2.2 that differ from version 4.1: nodes, and elements (which include the tags of their
+//! physical groups).
 
 use std::collections::HashMap;
 
 use super::{Cell, ElementType, Lines, MshFile, MshProblem, number};
 
 impl MshFile {
-    /// Reads nodes: tag and coordinates.
+    /// Reads nodes, each with a tag and coordinates.
     pub(super) fn nodes_2(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let count: usize = number(&mut lines.words("a count")?, "a count of nodes")?;
         for _ in 0..count {
@@ -17,9 +17,11 @@ impl MshFile {
         lines.close("$EndNodes")
     }
 
-    /// Reads elements: tag, type, number of tags, tags (physical group, entity, partitions), nodes.
+    /// Reads elements, each with a tag, a type, the number of tags, the tags (physical group, entity, partitions)
+    /// and the nodes.
     ///
-    /// Gmsh lists an element once for each of its physical groups. Here it becomes a separate entity in these groups.
+    /// Gmsh lists an element once for each of its physical groups. Here, each element becomes a separate entity
+    /// that belongs to all these groups.
     pub(super) fn elements_2(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let count: usize = number(&mut lines.words("a count")?, "a count of elements")?;
         let mut entities: HashMap<Vec<usize>, i64> = HashMap::new();
@@ -52,7 +54,7 @@ impl MshFile {
                 });
             }
         }
-        // Version 2.2 does not list the volumes of the geometry; names of groups show that volumes exist.
+        // Version 2.2 does not list the volumes of the geometry. The names of groups show whether volumes exist.
         self.has_volumes = self.names.keys().any(|(dimension, _)| *dimension == 3);
         lines.close("$EndElements")
     }

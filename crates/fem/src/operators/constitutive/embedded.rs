@@ -1,4 +1,4 @@
-//! Plane strain for laws without a potential of two invariants: the 3D law at F33 = 1.
+//! Plane strain for laws without a potential of two invariants. The 3D law is evaluated at F33 = 1.
 
 use pulp::Simd;
 
@@ -20,7 +20,7 @@ fn embed<R: Real>(h: &Tensor<R, 2>) -> Tensor<R, 3> {
     [[h[0][0], h[0][1], zero], [h[1][0], h[1][1], zero], [zero; 3]]
 }
 
-/// Embeds a gradient, if there is one.
+/// Embeds a 2D gradient in 3D, if it is given.
 #[inline(always)]
 fn embed_some<R: Real>(h: Option<&Tensor<R, 2>>) -> Option<Tensor<R, 3>> {
     match h {
@@ -49,8 +49,8 @@ fn in_plane_tangent<R: Real>(a: &Tangent<R, 3>) -> Tangent<R, 2> {
     out
 }
 
-/// Evaluates an expression with `$law` bound to a law of linear triangles. These elements only
-/// serve as a counterexample for inf–sup constants, so one loop handles all laws.
+/// Evaluates an expression with `$law` bound to a law of linear triangles. These elements only serve as a
+/// counterexample for inf–sup constants, so the same loop handles all laws.
 macro_rules! with_embedded_law {
     ($material:expr, $law:ident => $body:expr) => {{
         let $law = $crate::operators::constitutive::EmbeddedPlane::of($material);

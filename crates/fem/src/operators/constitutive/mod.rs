@@ -18,15 +18,14 @@ use crate::simd::lanes::Lanes;
 /// Tensor with `D` × `D` entries.
 pub(crate) type Tensor<R, const D: usize> = [[R; D]; D];
 
-/// Symmetric derivative of a tensor with respect to a tensor: entry `[i][k][j][l]` is the
-/// derivative of (i, j) with respect to (k, l). Only entries with i ≤ k, and j ≤ l if i = k, are
-/// used.
+/// Symmetric derivative of a tensor with respect to a tensor. The entry `[i][k][j][l]` is the derivative of (i, j)
+/// with respect to (k, l). Only the entries with i < k, and those with i = k and j ≤ l, are used.
 pub(crate) type Tangent<R, const D: usize> = [[[[R; D]; D]; D]; D];
 
-/// Material law as evaluated by element passes.
+/// Interface of material laws for element passes.
 ///
-/// Notation: H = ∇u, V = ∇v. The functions are evaluated on vector registers and inlined. With a
-/// velocity gradient V they return rates.
+/// Notation: H = ∇u, V = ∇v. The functions are evaluated with vector registers and inlined. If a velocity gradient
+/// V is given, they return rates.
 pub(crate) trait Constitutive<const D: usize> {
     /// Returns whether strains are finite (d = J − 1) or small (d = div u).
     fn is_finite(&self) -> bool;
@@ -37,8 +36,8 @@ pub(crate) trait Constitutive<const D: usize> {
     /// Deformation at a point.
     type Strain<S: Simd>: Copy;
 
-    /// Returns the deformation for the displacement gradient `h` and the fiber axes `axes`; the
-    /// energy is multiplied by `factor`.
+    /// Returns the deformation for the displacement gradient `h` and the fiber axes `axes`. The energy will be
+    /// multiplied by `factor`.
     fn strain<S: Simd>(
         &self,
         h: Tensor<Lanes<S>, D>,
@@ -52,7 +51,7 @@ pub(crate) trait Constitutive<const D: usize> {
     /// Returns the cofactor N = ∂d/∂F.
     fn cofactor<S: Simd>(&self, strain: &Self::Strain<S>) -> Tensor<Lanes<S>, D>;
 
-    /// Returns the function g of the volume that the pressure controls, d by default.
+    /// Returns g, the function of the volume that the pressure controls. By default, g = d.
     fn volume<S: Simd>(&self, strain: &Self::Strain<S>) -> Lanes<S>;
 
     /// Returns ġ = ∂g/∂F : V.

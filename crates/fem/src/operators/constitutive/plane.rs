@@ -33,7 +33,7 @@ macro_rules! with_plane_law {
 }
 pub(crate) use with_plane_law;
 
-/// Expands the packed entries.
+/// Expands the packed entries to a full tangent.
 #[inline(always)]
 fn unfold<R: Real>(a: Symmetric<R>) -> Tangent<R, 2> {
     let mut out = [[[[a.0[0]; 2]; 2]; 2]; 2];

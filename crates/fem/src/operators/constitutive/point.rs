@@ -1,4 +1,4 @@
-//! Evaluation of a 3D law at a single point by the functions of the element passes.
+//! Evaluation of a 3D law at a single point, with the functions of the element passes.
 
 use super::spatial::Spatial;
 use super::{Constitutive, Tensor};
@@ -34,7 +34,7 @@ fn strain(law: Spatial, h: Tensor3, axes: Axes<f64>) -> Strain3<Lane> {
     law.strain(tensor(h), axes, None)
 }
 
-/// Point evaluation in 3D; only laws with fibers use `axes`.
+/// Evaluation at a point in 3D. Only laws with fibers use `axes`.
 impl Law {
     /// Returns W at `h` = ∇u without the pressure term.
     pub fn energy3(self, h: Tensor3, axes: Axes<f64>) -> f64 {
@@ -49,7 +49,7 @@ impl Law {
         stress.map(|row| row.map(value))
     }
 
-    /// Returns Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ with `v` = ∇v.
+    /// Returns Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ for `v` = ∇v.
     pub fn stress_rate3(
         self,
         h: Tensor3,
@@ -68,18 +68,18 @@ impl Law {
         full(&law.packed_tangent(&strain(law, h, axes), volumetric(p, 0.0), None))
     }
 
-    /// Returns bulk and shear modulus at small strains, Pa, computed from the stress of the law. For a law with fibers,
-    /// these are the means over all directions (Voigt average).
+    /// Returns the bulk modulus and the shear modulus (Pa) at small strains, computed from the stress of the law.
+    /// For a law with fibers, these are means over all directions (Voigt average).
     pub fn moduli(self) -> [f64; 2] {
         let c = self.tangent3([[0.0; 3]; 3], 0.0, Axes::cartesian(0.0));
-        // C_iijj and C_ijij.
+        // Sums of C_iijj and C_ijij.
         let normal = [0, 4, 8];
         let dilation: f64 = normal.iter().flat_map(|&i| normal.map(|j| c[i][j])).sum();
         let trace: f64 = (0..9).map(|i| c[i][i]).sum();
         [dilation / 9.0, (3.0 * trace - dilation) / 30.0]
     }
 
-    /// Returns ∂Ṗ/∂F at fixed ∇v, p and ṗ: the rate of the tangent along `v` = ∇v.
+    /// Returns ∂Ṗ/∂F at fixed ∇v, p and ṗ, which is the rate of the tangent along `v` = ∇v.
     pub fn tangent_rate3(
         self,
         h: Tensor3,

@@ -1,8 +1,7 @@
 //! Three-dimensional laws.
 //!
-//! The law is selected at each point, at negligible cost. The evaluations of each law are compiled
-//! as separate functions instead of being inlined in the element passes, which would multiply the
-//! code.
+//! The law is selected at each point, at negligible cost. The evaluations of each law are compiled as separate
+//! functions. Inlining them in the element passes would multiply the code size.
 
 use pulp::{Simd, WithSimd};
 
@@ -22,7 +21,7 @@ pub(crate) struct Spatial {
 
 /// Representative finite-strain law, for functions that depend only on the strain measure.
 const FINITE: MooneyRivlin = MooneyRivlin { c10: 0.0, c01: 0.0 };
-/// Representative of small-strain laws.
+/// Representative small-strain law, for the same purpose.
 const SMALL: SmallStrain = SmallStrain { shear_modulus: 0.0 };
 
 #[inline(always)]
@@ -46,12 +45,12 @@ fn unfold<S: Simd>(a: &Symmetric3<Lanes<S>>) -> Tangent<Lanes<S>, 3> {
     out
 }
 
-/// Law at a point, for stress and tangent or their rates.
+/// Law at a point, for the evaluation of the stress and the tangent or their rates.
 struct At<'a, S: Simd, W> {
     law: W,
     strain: &'a Strain3<Lanes<S>>,
     volumetric: &'a Volumetric<Lanes<S>>,
-    /// Velocity gradient ∇v if the rate is requested.
+    /// Velocity gradient ∇v if a rate is requested.
     velocity_gradient: Option<&'a Tensor<Lanes<S>, 3>>,
 }
 

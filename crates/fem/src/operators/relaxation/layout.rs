@@ -6,17 +6,18 @@ use crate::material::Prony;
 use crate::material::three::Tensor3;
 use crate::simd::batch::Batches;
 
-/// Elements with the same Prony series, and the positions of their internal stresses.
+/// Elements with the same Prony series, and the locations of their internal stresses in the vector.
 ///
-/// A slot is one component of a symmetric tensor at a quadrature point of an element. Components
-/// that vanish in plane strain have no slot.
+/// A slot is one component of a symmetric tensor at a quadrature point of an element. Components that vanish in
+/// plane strain have no slot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RelaxationRegion {
     /// Prony series.
     pub prony: Prony,
-    /// Slots of the region.
+    /// Range of the slots of the region.
     pub slots: Range<usize>,
-    /// Internal stresses of the region: one per slot for the first term, then for the second, …
+    /// Range of the internal stresses of the region. It contains one value per slot for the first term, then for
+    /// the second term, and so on.
     pub states: Range<usize>,
 }
 
@@ -25,12 +26,12 @@ pub(crate) struct InternalStresses {
     pub(crate) parts: Vec<RelaxationRegion>,
     /// First slot of each viscoelastic batch.
     pub(super) first: Vec<usize>,
-    /// First slot and slot stride of each element, if it is viscoelastic. The list ends at the last
+    /// First slot and slot stride of each element, or `None` if it is not viscoelastic. The list ends at the last
     /// viscoelastic element.
     strips: Vec<Option<[usize; 2]>>,
 }
 
-/// Returns the row and column of each slot of a point.
+/// Returns the row and column of the stress component in each slot of a point.
 pub(super) const fn component_indices(dimension: usize) -> &'static [[usize; 2]] {
     match dimension {
         2 => &[[0, 0], [0, 1], [1, 1], [2, 2]],
@@ -39,7 +40,7 @@ pub(super) const fn component_indices(dimension: usize) -> &'static [[usize; 2]]
 }
 
 impl InternalStresses {
-    /// Creates the layout with one region per series of `prony`.
+    /// Creates the layout. There is one region per series in `prony`.
     pub(crate) fn new<const D: usize, const N: usize, const P: usize>(
         elements: &Batches<D, N, P>,
         prony: &[Prony],
@@ -66,8 +67,8 @@ impl InternalStresses {
         Self { parts, first, strips }
     }
 
-    /// Returns the Prony series of an element and a function that returns Σ Q at its quadrature
-    /// points, or `None` for an element without series.
+    /// Returns the Prony series of an element and a function that returns Σ Q at its quadrature points. Returns
+    /// `None` if the element has no series.
     pub(crate) fn sums<'a>(
         &'a self,
         (dimension, element): (usize, usize),

@@ -1,15 +1,14 @@
-//! Viscoelastic stress by Prony series with internal stresses at the quadrature points.
+//! Viscoelastic stress described by Prony series, with internal stresses at the quadrature points.
 //!
-//! With the second Piola–Kirchhoff stress S of the law (without the pressure term) and H = Σ g S −
-//! Σ Q, the stress
+//! With the second Piola–Kirchhoff stress S of the law (without the pressure term) and H = Σ g S − Σ Q, the stress
 //!
 //! ```text
 //! P = F H,        Q̇_k = (g_k S − Q_k)/τ_k
 //! ```
 //!
-//! is added in regions with a Prony series. [`Prony`](crate::material::Prony) describes its
-//! treatment in Newton's method. In 2D the out-of-plane component is stored too: no force depends
-//! on it, but stress output does. Bodies without Prony series skip this pass.
+//! is added in regions with a Prony series. [`Prony`](crate::material::Prony) describes the treatment of this
+//! stress in Newton's method. In 2D, the out-of-plane component is also stored: no force depends on it, but the
+//! stress output does. Bodies without Prony series skip this pass.
 
 mod layout;
 mod point;
@@ -30,27 +29,26 @@ pub(crate) use layout::InternalStresses;
 pub use layout::RelaxationRegion;
 use point::{At, Slots, UnitStrains, times_deformation};
 
-/// Overstress H = Σ g S − Σ Q.
+/// The overstress H = Σ g S − Σ Q.
 #[derive(Debug, Clone, Copy)]
 pub enum Overstress<'a> {
-    /// Given by all internal stresses Q.
+    /// The overstress is computed from all internal stresses Q.
     Internal(&'a [f64]),
-    /// Given by the values of H at the slots.
+    /// The values of H at the slots are given.
     Given(&'a [f64]),
 }
 
-/// Requested results of a pass. Nodal vectors and matrices are added to, other buffers are
-/// overwritten.
+/// Requested results of a pass. Results are added to nodal vectors and matrices; other buffers are overwritten.
 pub(crate) enum Requested<'a> {
     /// Force ∫ F H : ∇φ and rates Q̇.
     Vectors { internal: &'a [f64], force: Option<&'a mut [f64]>, rates: &'a mut [f64] },
     /// Stress S at the slots.
     Stresses { out: &'a mut [f64] },
-    /// Forces ∫ F T : ∇φ of several tensors T given at the slots.
+    /// Forces ∫ F T : ∇φ of several tensors T, which are given at the slots.
     ForceOf { tensors: &'a [Vec<f64>], forces: &'a mut [Vec<f64>] },
     /// Stress rates Ṡ at the slots along several nodal velocities.
     StressRates { v: &'a [Vec<f64>], out: &'a mut [Vec<f64>] },
-    /// Tangents ∂/∂u of ∫ F H : ∇φ at constant H, and of ∫ F S : ∇φ at constant F for each region.
+    /// Tangents ∂/∂u of ∫ F H : ∇φ at constant H, and, for each region, of ∫ F S : ∇φ at constant F.
     Tangents { over: Overstress<'a>, geometric: &'a mut [f64], material: &'a mut [Vec<f64>] },
 }
 
@@ -63,7 +61,7 @@ pub(crate) struct Relax<'a, 'b, const D: usize, const N: usize, const P: usize> 
 }
 
 impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'_, '_, D, N, P> {
-    /// Several velocities or forces.
+    /// Nodal values of several velocities or forces.
     type Workspace<S: Simd> = Vec<[[Lanes<S>; D]; N]>;
 
     #[inline(always)]
@@ -105,7 +103,7 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'
                 first: first + number * count * Slots::<S, D, N, P>::COMPONENTS,
                 count,
             };
-            // Index of the internal stresses of term k at these slots.
+            // First index of the internal stresses of term k at these slots.
             let states = |k: usize| series.states.start + k * width - series.slots.start;
             if let Requested::ForceOf { tensors, .. } = &self.requested {
                 // These forces do not depend on the law.
@@ -151,8 +149,7 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'
                 }
                 Requested::StressRates { out, .. } => {
                     let out_of_plane = at.out_of_plane(full_law);
-                    // For many velocities the moduli are evaluated once and contracted with each
-                    // velocity.
+                    // For many velocities, the moduli are evaluated once and contracted with each velocity.
                     let moduli = match columns.len() > UnitStrains::<D>::COUNT {
                         true => Some(at.moduli(law, out_of_plane.as_ref())),
                         false => None,
@@ -234,7 +231,7 @@ fn subtract<R: Real, const D: usize>(from: &mut Tensor<R, D>, tensor: &Tensor<R,
     }
 }
 
-/// Adds (∇φ_a · H ∇φ_b) I of one point to the element matrices with a ≤ b.
+/// Adds (∇φ_a · H ∇φ_b) I at one point to the element matrices with a ≤ b.
 #[inline(always)]
 fn add_geometric<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut Matrix<S, D, N>,

@@ -47,7 +47,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         at
     }
 
-    /// Returns the 3D state of a plane body for out-of-plane components.
+    /// Returns the 3D state of a plane body, from which out-of-plane components are computed.
     #[inline(always)]
     pub(super) fn out_of_plane(&self, law: Law) -> Option<OutOfPlane<S>> {
         if D != 2 {
@@ -105,8 +105,8 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         (self.pulled_back(&rate), out_of_plane)
     }
 
-    /// Returns ∂S/∂E of a law that depends only on FᵀF = I + 2 E. It consists of Ṡ along V = F⁻ᵀ e for each [unit
-    /// strain](UnitStrains) e.
+    /// Returns ∂S/∂E for a law that depends only on FᵀF = I + 2 E. The derivative along each [unit
+    /// strain](UnitStrains) e is Ṡ along V = F⁻ᵀ e.
     #[inline(always)]
     pub(super) fn moduli(&self, law: &C, out_of_plane: Option<&OutOfPlane<S>>) -> [Rate<S, D>; 6] {
         let zero = self.inverse_jacobian.like(0.0);
@@ -151,7 +151,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
 /// Stress rate Ṡ and, for a plane body, its out-of-plane component.
 pub(super) type Rate<S, const D: usize> = (Tensor<Lanes<S>, D>, Option<Lanes<S>>);
 
-/// Basis of symmetric strains: 1 in a diagonal entry, or in both entries (k, l) and (l, k).
+/// Basis of symmetric strains. Each basis tensor is 1 in a diagonal entry, or in both entries (k, l) and (l, k).
 pub(super) struct UnitStrains<const D: usize>;
 
 impl<const D: usize> UnitStrains<D> {
@@ -159,15 +159,15 @@ impl<const D: usize> UnitStrains<D> {
     pub(super) const COUNT: usize = D * (D + 1) / 2;
 }
 
-/// 3D state of a plane body for out-of-plane components. With F33 = 1 the components of S and P are
-/// equal.
+/// 3D state of a plane body, from which out-of-plane components are computed. Because F33 = 1, the out-of-plane
+/// components of S and P are equal.
 pub(super) struct OutOfPlane<S: Simd> {
     law: Spatial,
     strain: <Spatial as Constitutive<3>>::Strain<S>,
 }
 
 impl<S: Simd> OutOfPlane<S> {
-    /// Returns the stress component, or its rate along a velocity gradient.
+    /// Returns the stress component, or its rate if a velocity gradient is given.
     #[inline(always)]
     fn stress<const D: usize>(&self, v: Option<&Tensor<Lanes<S>, D>>) -> Lanes<S> {
         let zero = self.law.dilation(&self.strain).like(0.0);
@@ -190,7 +190,7 @@ fn embed<S: Simd, const D: usize>(t: &Tensor<Lanes<S>, D>, zero: Lanes<S>) -> Te
     out
 }
 
-/// Returns F T with F = I + h.
+/// Returns F T for F = I + h.
 #[inline(always)]
 pub(super) fn times_deformation<R: Real, const D: usize>(
     h: &Tensor<R, D>,
@@ -207,7 +207,7 @@ pub(super) fn times_deformation<R: Real, const D: usize>(
     out
 }
 
-/// Slots of one part of a batch at one point.
+/// Slots of one part of a batch at a quadrature point.
 pub(super) struct Slots<'a, 'p, S: Simd, const D: usize, const N: usize, const P: usize> {
     pub(super) part: &'a Part<'p, S, D, N, P>,
     pub(super) first: usize,

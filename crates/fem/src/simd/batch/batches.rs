@@ -1,4 +1,4 @@
-//! Batches of all elements of a space.
+//! Batches that contain all elements of a space.
 
 use super::{Batch, Point};
 use crate::element::Barycentric;
@@ -13,12 +13,12 @@ use crate::space::Space;
 pub(crate) struct BatchRange<'a, const D: usize, const N: usize, const P: usize> {
     pub(crate) points: &'a [Point<D, N, P>],
     pub(crate) batches: &'a [Batch<D, N, P>],
-    /// Whether the pass computes one batch whose vectors are stored element by element without
-    /// summation at nodes: the nodes of element l start at `l N`, its pressures at `l P`.
+    /// Whether the pass computes a single batch whose vectors are stored element by element, without summation at
+    /// nodes. The nodes of element l start at `l N`, and its pressures start at `l P`.
     pub(crate) element_wise: bool,
 }
 
-/// Batches and the table of quadrature points.
+/// Batches of elements and the table of quadrature points.
 #[derive(Debug, Clone)]
 pub(crate) struct Batches<const D: usize, const N: usize, const P: usize> {
     pub(crate) points: Vec<Point<D, N, P>>,
@@ -30,7 +30,7 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
         BatchRange { points: &self.points, batches: &self.batches, element_wise: false }
     }
 
-    /// Returns one batch with vectors stored element by element.
+    /// Returns a range of one batch with vectors stored element by element.
     pub(crate) fn element_wise<'a>(&'a self, batch: &'a Batch<D, N, P>) -> BatchRange<'a, D, N, P> {
         BatchRange {
             points: &self.points,
@@ -39,8 +39,8 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
         }
     }
 
-    /// Stores the fiber axes at each point, in the batches whose law depends on fibers or whose added stress is active;
-    /// `is_active` receives the index of the added stress.
+    /// Stores the fiber axes at each point for batches whose law depends on fibers or whose added stress is
+    /// active. The argument of `is_active` is the index of the added stress.
     pub(crate) fn set_fibers(&mut self, fibers: &Fibers, is_active: impl Fn(usize) -> bool) {
         let Self { points, batches } = self;
         let needs_axes = |batch: &&mut Batch<D, N, P>| {
@@ -63,7 +63,8 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
         }
     }
 
-    /// Groups the elements by material and by straight or curved shape, in the order of the mesh.
+    /// Groups the elements by material and by straight or curved shape. The elements remain in the order of the
+    /// mesh.
     pub(crate) fn new(space: &Space, materials: &[ElementMaterial], rule: Rule) -> Self {
         let shape = space.mesh().shape();
         let table = |lambda: Barycentric| {

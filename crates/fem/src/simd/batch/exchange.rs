@@ -1,4 +1,4 @@
-//! Gather and scatter between global vectors and the elements of a part.
+//! Gathering from and scattering to global vectors for the elements of a part.
 
 use pulp::Simd;
 
@@ -6,13 +6,13 @@ use super::Part;
 use crate::simd::lanes::Lanes;
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, P> {
-    /// Returns local node `index` of each element.
+    /// Returns the local node `index` of each element.
     #[inline(always)]
     fn nodes(&self, index: usize) -> &[usize] {
         &self.batch.nodes[index][self.lanes.clone()]
     }
 
-    /// Gathers nodal values of a displacement-like field; zero for `None`.
+    /// Gathers the nodal values of a displacement-like field. The result is zero for `None`.
     #[inline(always)]
     pub(crate) fn gather_vector(&self, field: Option<&[f64]>) -> [[Lanes<S>; D]; N] {
         let mut values = [[self.zero(); D]; N];
@@ -29,7 +29,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         values
     }
 
-    /// Gathers values of a pressure-like field; zero for `None`.
+    /// Gathers the values of a pressure-like field. The result is zero for `None`.
     #[inline(always)]
     pub(crate) fn gather_scalar(&self, field: Option<&[f64]>) -> [Lanes<S>; P] {
         let mut values = [self.zero(); P];
@@ -44,7 +44,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         values
     }
 
-    /// Gathers the vertex values of the factors of the energy.
+    /// Gathers the values of the energy's factors at the vertices.
     #[inline(always)]
     pub(crate) fn gather_factors(&self, factors: &[f64]) -> [Lanes<S>; P] {
         let mut values = [self.zero(); P];
@@ -56,7 +56,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         values
     }
 
-    /// Gathers element values; returns `None` if all are zero.
+    /// Gathers one value per element. Returns `None` if all values are zero.
     #[inline(always)]
     pub(crate) fn gather_element(&self, field: &[f64]) -> Option<Lanes<S>> {
         let mut values = self.zero();

@@ -1,21 +1,21 @@
-//! Geometric maps of the elements of a batch.
+//! Maps from the reference element to the elements of a batch.
 
 use pulp::Simd;
 
 use crate::simd::lanes::{Array, LANES, Lanes};
 use crate::space::Space;
 
-/// Geometric map of the elements of a batch at a point.
+/// Map from the reference element to each element of a batch, evaluated at a point.
 #[derive(Debug, Clone)]
 pub(super) struct Geometry<const D: usize> {
-    /// Inverse derivative ∂ξ/∂x.
+    /// Inverse ∂ξ/∂x of the map's derivative.
     inverse: [[Array; D]; D],
     /// Local measure: det ∂x/∂ξ times the reference measure.
     measure: Array,
 }
 
 impl<const D: usize> Geometry<D> {
-    /// Computes the map at a point; lanes from `count` on get measure zero.
+    /// Computes the map at a point. The measure is zero for lanes from `count` on.
     pub(super) fn new(
         space: &Space,
         elements: &[usize; LANES],

@@ -1,14 +1,13 @@
-//! Batches of [`LANES`] elements, laid out for vector instructions.
+//! Batches of [`LANES`] elements, whose data layout is suitable for vector instructions.
 //!
-//! A [`Batch`] stores the data of its elements. A [`Part`] is the part of a batch that fits in a
-//! vector register, and [`Lanes`](crate::simd::lanes::Lanes) holds one number for each of its
-//! elements. Elements are computed independently, so results are bitwise independent of the
-//! register width.
+//! A [`Batch`] stores the data of its elements. A [`Part`] is the part of a batch that fits in a vector register,
+//! and [`Lanes`](crate::simd::lanes::Lanes) holds one number for each of its elements. Elements are computed
+//! independently, so the results do not depend on the register width and are bitwise equal.
 //!
-//! A batch holds elements of one material. It stores the inverse map (of curved elements at each
-//! quadrature point) and the measure of each element. Shape function gradients are stored once per
-//! quadrature point in reference coordinates, so a batch moves little memory. Unused lanes repeat
-//! the last element with measure zero. See note 0002.
+//! A batch holds elements of one material. It stores the inverse map and the measure of each element; for curved
+//! elements, it stores them at each quadrature point. Gradients of shape functions are stored in reference
+//! coordinates, once per quadrature point, so little memory is transferred per batch. Unused lanes repeat the last
+//! element with measure zero. See note 0002.
 
 mod batches;
 mod exchange;
@@ -25,8 +24,8 @@ pub(crate) use batches::{BatchRange, Batches};
 pub(crate) use part::Part;
 pub(crate) use sums::{add_dot, add_scaled, dot, dot_numbers};
 
-/// Quadrature point: weight as a fraction of the element measure, pressure shape functions (the
-/// barycentric coordinates) and reference gradients of the displacement shape functions.
+/// Quadrature point with its weight (a fraction of the element measure), the pressure shape functions (the
+/// barycentric coordinates), and the reference gradients of the displacement shape functions.
 #[derive(Debug, Clone)]
 pub(crate) struct Point<const D: usize, const N: usize, const P: usize> {
     pub(crate) weight: f64,
@@ -39,13 +38,13 @@ pub(crate) struct Point<const D: usize, const N: usize, const P: usize> {
 pub(crate) struct Batch<const D: usize, const N: usize, const P: usize> {
     pub(crate) material: ElementMaterial,
     pub(crate) elements: [usize; LANES],
-    /// Number of elements; unused lanes repeat the last element with measure zero.
+    /// Number of elements. Unused lanes repeat the last element with measure zero.
     pub(crate) count: usize,
     pub(crate) nodes: [[usize; LANES]; N],
     pub(crate) pressures: [[usize; LANES]; P],
-    /// One map for straight elements, one per quadrature point for curved elements.
+    /// One map for straight elements, or one map per quadrature point for curved elements.
     geometry: Vec<Geometry<D>>,
-    /// Fiber and sheet at each point; empty for the coordinate axes.
+    /// Fiber and sheet directions at each point. The list is empty if the coordinate axes are used.
     axes: Vec<[[Array; 3]; 2]>,
 }
 

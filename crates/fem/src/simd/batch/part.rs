@@ -1,4 +1,4 @@
-//! Elements of a batch that fit in a register: their data and fields at quadrature points.
+//! Elements of a batch that fit in a register, with their data and fields at quadrature points.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ pub(crate) struct Part<'a, S: Simd, const D: usize, const N: usize, const P: usi
     simd: S,
     pub(crate) batch: &'a Batch<D, N, P>,
     number: usize,
-    /// Lanes of the batch, including unused ones.
+    /// Lanes of the batch, including unused lanes.
     pub(super) lanes: Range<usize>,
     /// Whether vectors are stored element by element; see [`BatchRange`](super::BatchRange).
     pub(super) element_wise: bool,
@@ -54,8 +54,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         self
     }
 
-    /// Loads the map of curved elements at a quadrature point; straight elements have a constant
-    /// map.
+    /// Loads the map of curved elements at a quadrature point. The map of straight elements is constant.
     #[inline(always)]
     pub(crate) fn move_to(&mut self, point: usize) {
         if self.batch.geometry.len() > 1 {
@@ -101,7 +100,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         self.lanes.start..self.lanes.end.min(self.batch.count)
     }
 
-    /// Returns ∇u at a quadrature point: the reference gradient times the inverse map.
+    /// Returns ∇u at a quadrature point, which is the reference gradient times the inverse map.
     #[inline(always)]
     pub(crate) fn gradient(
         &self,
@@ -127,7 +126,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         h
     }
 
-    /// Returns a pressure-like field at a quadrature point.
+    /// Interpolates a pressure-like field to a quadrature point.
     #[inline(always)]
     pub(crate) fn interpolate(&self, p: &[Lanes<S>; P], point: &Point<D, N, P>) -> Lanes<S> {
         let mut sum = p[0] * point.psi[0];
@@ -147,7 +146,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         fiber
     }
 
-    /// Returns the gradients of the shape functions at a point: the reference gradients times the
+    /// Returns the gradients of the shape functions at a point, which are the reference gradients times the
     /// inverse map.
     #[inline(always)]
     pub(crate) fn gradients(&self, point: &Point<D, N, P>) -> [[Lanes<S>; D]; N] {
@@ -168,8 +167,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         &self.inverse
     }
 
-    /// Returns w T J⁻ᵀ, including the quadrature weight w, for contraction with reference
-    /// gradients.
+    /// Returns w T J⁻ᵀ with the quadrature weight w, which can be contracted with reference gradients.
     #[inline(always)]
     pub(crate) fn pull_back(
         &self,
@@ -186,7 +184,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         out
     }
 
-    /// Returns an error if an element is inverted at a point with det F − 1 = `d`.
+    /// Returns an error if an element is inverted at a point. `d` is det F − 1.
     #[inline(always)]
     pub(crate) fn expect_not_inverted(
         &self,

@@ -2,7 +2,7 @@
 
 use crate::material::Real;
 
-/// Returns Σ a_j b_j; the last product is rounded first.
+/// Returns Σ a_j b_j. The last product is rounded first.
 #[inline(always)]
 pub(crate) fn dot<R: Real, const D: usize>(a: &[R; D], b: &[R; D]) -> R {
     let mut sum = a[D - 1] * b[D - 1];
@@ -12,7 +12,7 @@ pub(crate) fn dot<R: Real, const D: usize>(a: &[R; D], b: &[R; D]) -> R {
     sum
 }
 
-/// Returns Σ a_j g_j for numbers g; the last product is rounded first.
+/// Returns Σ a_j g_j for numbers g. The last product is rounded first.
 #[inline(always)]
 pub(crate) fn dot_numbers<R: Real, const D: usize>(a: &[R; D], g: &[f64; D]) -> R {
     let mut sum = a[D - 1] * g[D - 1];
@@ -22,7 +22,7 @@ pub(crate) fn dot_numbers<R: Real, const D: usize>(a: &[R; D], g: &[f64; D]) -> 
     sum
 }
 
-/// Returns `sum` + Σ a_j g_j for numbers g; the last product is added first.
+/// Returns `sum` + Σ a_j g_j for numbers g. The last product is added first.
 #[inline(always)]
 pub(crate) fn add_dot<R: Real, const D: usize>(a: &[R; D], g: &[f64; D], mut sum: R) -> R {
     for j in (0..D).rev() {

@@ -1,9 +1,9 @@
-//! Tests of Ogden's law: closed forms near coinciding stretches, accuracy of powers.
+//! Tests of Ogden's law: closed forms near coinciding stretches, and the accuracy of powers.
 
 use super::{logarithm, traces};
 use crate::material::Law;
 
-/// Ogden's three terms for Treloar's rubber, in Pa.
+/// Returns Ogden's three terms for Treloar's rubber, in Pa.
 fn rubber() -> Law {
     law(&[(0.63e6, 1.3), (1.2e3, 5.0), (-1e4, -2.0)])
 }
@@ -23,7 +23,7 @@ mod plane {
         ogden: rubber();
     }
 
-    /// In plane strain, the stretches coincide with each other or with the out-of-plane stretch 1.
+    /// In plane strain, the in-plane stretches coincide with each other or with the out-of-plane stretch 1.
     #[test]
     fn coinciding_stretches_are_regular() {
         for gap in [0.0, 1e-9, 1e-7, 1e-5, 1e-3] {
@@ -47,7 +47,7 @@ mod space {
     use crate::error::FemError;
     use crate::material::three::tests::*;
 
-    /// Two or three stretches that coincide or nearly so, along oblique axes.
+    /// Returns gradients with two or three stretches that coincide, or nearly coincide, along oblique axes.
     fn nearly_equal() -> Vec<Tensor3> {
         let turn = [
             [2.0 / 3.0, -2.0 / 3.0, 1.0 / 3.0],
@@ -77,7 +77,7 @@ mod space {
         steep: law(&[(50.0, -25.0), (200.0, 14.0)]), STATES;
     }
 
-    /// Terms with the exponents 2 and −2 are the terms of Mooney and Rivlin.
+    /// Terms with the exponents 2 and −2 are the terms of the Mooney–Rivlin law.
     #[test]
     fn even_exponents_are_mooney_rivlin() {
         let (c10, c01) = (1e4, 2e3);
@@ -87,7 +87,7 @@ mod space {
             let mooney = Law::MooneyRivlin { c10, c01 };
             for h in STATES.into_iter().chain(nearly_equal()) {
                 let (a, b) = (ogden.energy3(h, axes()), mooney.energy3(h, axes()));
-                // Four square roots and squarings double relative rounding errors.
+                // Four square roots and squarings each double the relative rounding error.
                 assert!((a - b).abs() <= 64.0 * f64::EPSILON * b.abs(), "{a} {b}");
                 let (a, b) = (ogden.tangent3(h, 0.0, axes()), mooney.tangent3(h, 0.0, axes()));
                 let scale = b.iter().flatten().fold(0.0, |m: f64, b| m.max(b.abs()));
@@ -124,7 +124,7 @@ fn powers_are_accurate() {
             let [q, r] = logarithm([exact(2.0), exact(-2.0)]);
             for alpha in [1.3, 5.0, -2.0, -25.0, 0.1] {
                 let found = traces(q, r, alpha)[0].value;
-                // Four square roots double relative rounding errors, which the exponent multiplies.
+                // Four square roots each double the relative rounding error, and the exponent multiplies it.
                 let largest = logs.iter().fold(1.0, |m: f64, l| m.max((alpha * l).abs()));
                 let bound = 64.0 * f64::EPSILON * largest * (3.0 + exact(alpha));
                 let error = (found - exact(alpha)).abs();
