@@ -41,8 +41,8 @@ impl CommonArgs {
         self.threads.unwrap_or_else(machine::n_cores)
     }
 
-    /// Sets the memory and thread limits of the process. If `side_by_side`, the command runs several computations in
-    /// parallel, and each of them uses one thread.
+    /// Sets the memory and thread limits of the process. If `side_by_side` is true, the command runs several
+    /// computations in parallel, each on one thread.
     pub fn grant_resources(&self, side_by_side: bool) -> anyhow::Result<()> {
         if !side_by_side {
             resources::use_threads(self.n_threads().get())?;
@@ -51,8 +51,8 @@ impl CommonArgs {
         Ok(())
     }
 
-    /// Writes the results: the text to standard output, or the document of `command` if `--json` is
-    /// set (both if `--json` names a file).
+    /// Prints the text to standard output. With `--json`, writes the document of `command` instead; if `--json` names a
+    /// file, does both.
     pub fn print_or_write(
         &self,
         command: &str,

@@ -1,4 +1,4 @@
-//! The program's command line, parsed by clap, and the dispatch of its commands.
+//! Command line of the program, parsed by clap, and the dispatch of its commands.
 
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -77,7 +77,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Returns the common options, which all computing commands have.
+    /// Returns the common options, which all commands that compute have.
     fn common(&self) -> Option<&CommonArgs> {
         Some(match self {
             Self::Doctor(args) => &args.common,
@@ -152,7 +152,7 @@ mod tests {
         Cli::command().debug_assert();
     }
 
-    /// Regression: `movie --from nan` and other options accepted NaN, and -1 was an unknown argument.
+    /// Regression: options such as `movie --from` accepted `nan`, and -1 was reported as an unknown argument.
     #[test]
     fn options_for_numbers_reject_other_values() {
         let mut n_numbers = 0;
@@ -163,11 +163,11 @@ mod tests {
                 let is_accepted = |value: &str| {
                     let typed = ["myovib", command.get_name(), &format!("--{option}={value}")];
                     let error = Cli::command().try_get_matches_from(typed).err();
-                    // Other errors follow later, such as missing arguments.
+                    // Other errors, such as missing arguments, are found later.
                     let kind = error.map(|error| error.kind());
                     !matches!(kind, Some(ErrorKind::ValueValidation | ErrorKind::InvalidValue))
                 };
-                // Options that accept a number but no word.
+                // Options that accept a number but not a word.
                 let is_number = ["1", "0.5", "1GiB"].iter().any(|&value| is_accepted(value));
                 if !is_number || is_accepted("word") {
                     continue;

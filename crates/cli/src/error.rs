@@ -2,8 +2,8 @@
 
 use myovib_scene::plain;
 
-/// Formats an error as `error: …`, followed by its causes, one per line. A cause that the previous
-/// line already contains is omitted.
+/// Formats an error as `error: …`, followed by its causes, one per line. Omits a cause if the previous message already
+/// ends with it.
 pub fn render(failure: &anyhow::Error) -> String {
     let mut reported = plain(&failure.to_string());
     let mut text = format!("error: {reported}\n");

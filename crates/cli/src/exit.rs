@@ -1,4 +1,4 @@
-//! Exit codes, on which scripts rely.
+//! Exit codes of the program, on which scripts rely.
 
 use std::process::ExitCode;
 
@@ -16,18 +16,18 @@ pub enum Exit {
     Differs = 1,
     /// Invalid usage, scene or mesh; nothing was written.
     Usage = 2,
-    /// The integrator stopped too early; the output is kept.
+    /// The integrator stopped before the end time; the output is kept.
     Stopped = 3,
-    /// Failure at run time: full disk, missing file, no equilibrium found, not enough memory. The
-    /// output is kept.
+    /// Failure at run time, for example because of a full disk, a missing file, insufficient memory, or an equilibrium
+    /// that was not found. The output is kept.
     Failed = 4,
     /// Interrupted by Ctrl-C or by the system; the output is kept.
     Interrupted = 130,
 }
 
 impl Exit {
-    /// Returns the exit status of a command that shows a run, finished or not. A stop at a requested
-    /// event counts as success.
+    /// Returns the exit code of a command that shows a run with this outcome. A stop at a requested event counts as
+    /// success.
     pub fn of(outcome: &Outcome) -> Self {
         match outcome.reason() {
             None | Some(EndReason::Event) => Self::Done,
@@ -39,7 +39,7 @@ impl Exit {
 }
 
 impl Exit {
-    /// Returns the result of a failed command. Most errors are errors in the input; some errors occur at run time.
+    /// Returns the exit code for a failed command. Most failures are caused by invalid input; some occur at run time.
     pub fn of_failure(failure: &anyhow::Error) -> Self {
         let at_work = |cause: &(dyn std::error::Error + 'static)| {
             let resources = |error: &SparseError| {
@@ -77,7 +77,7 @@ impl From<Exit> for ExitCode {
 mod tests {
     use super::*;
 
-    /// Regression: for the same scene `check` returned 2 and `run` returned 4.
+    /// Regression: for the same scene, `check` returned 2, but `run` returned 4.
     #[test]
     fn too_little_memory_is_not_an_input_error() {
         let memory = || SparseError::Memory { needed: 2, available: 1, n_complex: 0 };

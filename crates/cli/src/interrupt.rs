@@ -1,8 +1,8 @@
-//! Handling of Ctrl-C, and of SIGTERM and SIGHUP, which clusters send before they kill a process.
+//! Handling of signals: Ctrl-C, and SIGTERM and SIGHUP, which clusters send before they kill a process.
 //!
-//! The first signal ends the program with code 130. Commands that request the [`flag`] end in an
-//! orderly manner, so that their output is kept; the second signal ends them. SIGXFSZ (a file
-//! exceeds a limit of the system) does not end the program: the write fails as on a full disk.
+//! By default, the first signal ends the program with code 130. A command that has requested the [`flag`] instead
+//! finishes in an orderly way and keeps its output; only the second signal ends it immediately. SIGXFSZ, which the
+//! system sends when a file exceeds a size limit, does not end the program: the write fails as on a full disk.
 
 use std::ffi::c_int;
 use std::io;
@@ -31,14 +31,14 @@ pub fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Returns the flag that the first signal sets, for the `Limits` of a run. After the first call, a
-/// signal no longer ends the program immediately.
+/// Returns the flag that the first signal sets, to be passed to the `Limits` of a run. After this function has been
+/// called, the first signal no longer ends the program.
 pub fn flag() -> &'static AtomicBool {
     AT_ONCE.store(false, Ordering::Relaxed);
     &INTERRUPTED
 }
 
-/// Makes the signals end the program with the code of an interruption.
+/// Installs handlers that end the program with the exit code of an interruption.
 pub fn install() {
     if let Err(error) = ENDING.iter().try_for_each(|&signal| end_by(signal)) {
         output::warn(&format!(
@@ -47,8 +47,8 @@ pub fn install() {
     }
 }
 
-/// Makes `signal` set the flag, or end the program if the flag is already set. The actions run in
-/// the order of their registration.
+/// Installs a handler that sets the flag when `signal` arrives, or ends the program if the flag is already set. The
+/// actions run in the order in which they are registered.
 fn end_by(signal: c_int) -> io::Result<()> {
     let code = Exit::Interrupted as i32;
     register_conditional_shutdown(signal, code, Arc::clone(&INTERRUPTED))?;
@@ -57,8 +57,8 @@ fn end_by(signal: c_int) -> io::Result<()> {
     Ok(())
 }
 
-/// Converts a write beyond the system's file size limit into an error that names the file; otherwise, the signal would
-/// end the program.
+/// Ignores the signal for a write beyond the file size limit of the system. The write then returns an error that names
+/// the file, whereas the signal would end the program.
 pub fn ignore_file_size_signal() {
     #[cfg(unix)]
     if let Err(error) = register(signal_hook::consts::SIGXFSZ, Arc::default()) {

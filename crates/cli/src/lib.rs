@@ -1,16 +1,16 @@
 //! The command line program `myovib`: its commands and their output.
 //!
-//! [`cli`] defines the commands and runs them; [`commands`] has one file per command, [`args`] the
-//! common options and [`values`] the parsers of option values. [`exit`] and [`error`] define exit
-//! codes and error messages; [`json`] and [`progress`] write documents and progress. [`versions`]
-//! and [`machine`] describe the program and the machine for readers of results. [`ranks`] runs
-//! several processes. [`chains`] runs the chains of figures. Only this crate prints.
+//! [`cli`] defines the commands and runs them. [`commands`] has one file per command, [`args`] defines the common
+//! options, and [`values`] has the parsers of option values. [`exit`] and [`error`] define exit codes and error
+//! messages; [`json`] and [`progress`] write documents and progress. [`versions`] and [`machine`] describe the program
+//! and the machine on which results were computed. [`ranks`] runs several processes. [`chains`] runs the chains of
+//! figures. Only this crate prints.
 #![forbid(unsafe_code)]
 #![allow(missing_docs, reason = "not published as a library")]
 // `println!` and `eprintln!` panic if the reader has closed the pipe; `output` is used instead.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
-/// Rust code of the guide, as tests.
+/// Code examples of the guide in Rust, compiled as tests.
 #[cfg(doctest)]
 mod pages {
     #[doc = include_str!("../../../docs/src/rust.md")]
@@ -52,12 +52,12 @@ use crate::exit::Exit;
 pub fn main() -> ExitCode {
     interrupt::install();
     interrupt::ignore_file_size_signal();
-    // No other error follows, even if another thread runs out of memory until the process ends.
+    // This error is the last output, even if another thread runs out of memory before the process ends.
     let print = |error: &str| Allocator::print_last_error(|| output::print_error(error));
     ranks::main(|| execute(env::args_os(), print).into(), scene)
 }
 
-/// Runs the program with these arguments, of which the first is its name.
+/// Runs the program with these arguments; the first argument is the name of the program.
 pub fn command(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     execute(arguments, output::print_error)
 }
@@ -66,18 +66,18 @@ fn execute(arguments: impl IntoIterator<Item = OsString>, print: impl FnOnce(&st
     match Cli::try_parse_from(arguments) {
         Ok(cli) => exit(cli.command.run(), print),
         Err(error) => {
-            // Errors in printing are ignored, because nobody reads the output.
+            // Failures to print are ignored, because nobody reads the output.
             match error.use_stderr() && plain(&error.to_string()) != error.to_string() {
                 true => output::print_error(&plain(&error.to_string())),
                 false => drop(error.print()),
             }
-            // The parser also returns requests for help as errors.
+            // The parser also returns an error for `--help` and `--version`, which are not errors.
             if error.use_stderr() { Exit::Usage } else { Exit::Done }
         }
     }
 }
 
-/// Reads the scene of the command line; errors are printed to standard error.
+/// Reads the scene given on the command line. Errors are printed to standard error.
 fn scene() -> Option<Scene> {
     let Ok(Cli { command: Command::Run(args) }) = Cli::try_parse() else {
         return None;
@@ -95,7 +95,7 @@ pub fn ended(result: anyhow::Result<Exit>) -> Exit {
 fn exit(result: anyhow::Result<Exit>, print: impl FnOnce(&str)) -> Exit {
     result.unwrap_or_else(|failure| {
         print(&error::render(&failure));
-        // A command that needs the result of a run fails if the run is interrupted, but its input is valid.
+        // If an interruption makes a command fail because it needs the result of the run, its input is still valid.
         if interrupt::is_interrupted() { Exit::Interrupted } else { Exit::of_failure(&failure) }
     })
 }

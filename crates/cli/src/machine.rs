@@ -1,4 +1,4 @@
-//! Properties of the machine that affect timings.
+//! Properties of the machine that affect measured times.
 
 use std::fs;
 use std::num::NonZeroUsize;

@@ -1,6 +1,6 @@
-//! Printed output, and single files named by options.
+//! Printing, and writing of single files that options name.
 //!
-//! If standard output or standard error is closed, the computation continues: no function panics.
+//! No function panics: if standard output or standard error is closed, the computation continues.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -46,7 +46,7 @@ pub fn warn(text: &str) {
     line(&format!("warning: {text}"));
 }
 
-/// Writes a file named by an option, atomically.
+/// Writes a file that an option names, atomically.
 pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     if let Some(reason) = not_replaceable(path) {
         return Err(InputError::new(reason).at(path.display()).into());
@@ -54,10 +54,10 @@ pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     atomic_file::save(path, contents)
 }
 
-/// First lines of the job scripts that this program writes, by which it recognizes them.
+/// First lines of the job scripts that this program writes. It recognizes its own scripts by these lines.
 pub const JOB_SCRIPT: &str = "#!/bin/bash\n# Made by myovib sweep.\n";
 
-/// Returns the reason why a file must not be replaced, if there is one.
+/// Returns the reason why a file must not be replaced, or `None` if it may be replaced.
 pub fn not_replaceable(path: &Path) -> Option<String> {
     let there = match std::fs::symlink_metadata(path) {
         Ok(there) => there,
@@ -80,7 +80,7 @@ pub fn not_replaceable(path: &Path) -> Option<String> {
     (!is_ours(path)).then(|| reason.to_owned())
 }
 
-/// Returns whether this program wrote the file, judged by its first bytes.
+/// Returns whether this program wrote the file, which is determined from its first bytes.
 fn is_ours(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = File::open(path).and_then(|file| file.take(4096).read_to_end(&mut start));

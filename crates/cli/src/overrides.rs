@@ -1,4 +1,4 @@
-//! Options that change a scene, converted to overrides as for `--set`.
+//! Conversion of options that change a scene to overrides, as accepted by `--set`.
 
 use std::path::Path;
 
@@ -10,8 +10,9 @@ pub(crate) fn change(key: &str, value: impl std::fmt::Display) -> String {
     format!("{key}={value}")
 }
 
-/// Rejects values in `set` of keys that the command or an option sets to another value: they would have no effect. Each
-/// entry of `own` is a change by the command, with the name of its option.
+/// Rejects entries of `set` for keys that the command or one of its options sets to another value, because these
+/// entries would have no effect. Each entry of `own` is a change that the command makes, with the name of the option
+/// that causes it.
 pub(crate) fn expect_free(set: &[String], own: &[(String, &str)]) -> Result<(), InputError> {
     let split = |text: &str| {
         let (key, value) = text.split_once('=')?;
@@ -34,25 +35,25 @@ pub(crate) fn expect_free(set: &[String], own: &[(String, &str)]) -> Result<(), 
     }
 }
 
-/// Replaces the mesh by a file.
+/// Replaces the mesh with a file.
 pub(crate) fn mesh(path: &Path) -> String {
     let path = json!(path.display().to_string());
     change("mesh", format!("{{ type = \"file\", path = {path} }}"))
 }
 
-/// Replaces the end time, s.
+/// Replaces the end time (s).
 pub(crate) fn end(t_end: f64) -> String {
     change("time.end", format!("{t_end:e}"))
 }
 
-/// Replaces the integrator. Settings specific to BDF, as in the paper's scenes, are removed for
-/// other methods.
+/// Replaces the integrator. For methods other than BDF, settings specific to BDF, which the paper's scenes contain, are
+/// removed.
 pub(crate) fn integrator(kind: IntegratorKind) -> Vec<String> {
     if kind == IntegratorKind::Bdf {
         return vec![change("integrator.method", "bdf")];
     }
     let mut changes = vec![change("integrator.method", kind.name())];
-    // Order and exclusions from the error test are settings of BDF.
+    // The maximum order and the exclusions from the error test are settings of BDF only.
     for of_bdf in ["max_order", "error_test"] {
         changes.push(change(&format!("integrator.{of_bdf}"), ""));
     }
@@ -63,7 +64,7 @@ pub(crate) fn integrator(kind: IntegratorKind) -> Vec<String> {
 mod tests {
     use super::expect_free;
 
-    /// Regression: `response --set analysis=static` computed a response.
+    /// Regression: `response --set analysis=static` was accepted and computed a response.
     #[test]
     fn values_that_a_command_replaces_are_rejected() {
         let own = [

@@ -1,4 +1,4 @@
-//! Progress of a computation, on standard error.
+//! Progress of a computation, reported on standard error.
 
 use std::io::{self, IsTerminal};
 use std::sync::Mutex;
@@ -9,12 +9,12 @@ use myovib_scene::watch::ProgressSink;
 
 use crate::output;
 
-/// Time between updates of the line on a terminal, and between lines elsewhere.
+/// Time between updates of the line on a terminal; in a log, time between lines.
 const ON_TERMINAL: Duration = Duration::from_millis(100);
 const IN_LOG: Duration = Duration::from_secs(10);
 
-/// Progress line: updated in place on a terminal, printed at intervals in a log, absent if quiet.
-/// Several runs may share it.
+/// Progress line. On a terminal, the line is updated in place; in a log, lines are printed at intervals; if quiet,
+/// nothing is printed. Several runs may share it.
 #[derive(Debug)]
 pub struct Progress {
     quiet: bool,
@@ -23,15 +23,15 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Creates progress without any printed line.
+    /// Creates a progress line; nothing is printed yet.
     pub fn new(quiet: bool) -> Self {
         Self { quiet, on_terminal: io::stderr().is_terminal(), last: Mutex::new(Instant::now()) }
     }
 
-    /// Shows the text from `line` if the interval between updates has passed.
+    /// Shows the text returned by `line` if enough time has passed since the previous update.
     pub fn show(&self, line: impl FnOnce() -> String) {
         let interval = if self.on_terminal { ON_TERMINAL } else { IN_LOG };
-        // The thread of another run may be writing. In this case, this run tries again at its next call.
+        // The thread of another run may be writing. In this case, this run writes at a later call.
         let Ok(mut last) = self.last.try_lock() else {
             return;
         };
@@ -42,7 +42,7 @@ impl Progress {
         self.write(line);
     }
 
-    /// Writes the text from `line`, unless quiet.
+    /// Writes the text returned by `line`, unless quiet.
     fn write(&self, line: impl FnOnce() -> String) {
         if self.quiet {
             return;
@@ -67,7 +67,7 @@ impl ProgressSink for Progress {
 }
 
 impl Drop for Progress {
-    /// Clears the line on the terminal.
+    /// Clears the line if it is shown on a terminal.
     fn drop(&mut self) {
         if self.on_terminal && !self.quiet {
             output::print_error("\r\x1b[K");

@@ -1,5 +1,5 @@
-//! Runs by several processes, started together by `mpirun` or `srun`, if the feature `mpi` is
-//! enabled: rank 0 runs the program, and the other ranks assemble their share of the elements.
+//! Runs on several processes that `mpirun` or `srun` starts together, if the feature `mpi` is enabled. Rank 0 runs the
+//! program, and each of the other ranks assembles its share of the elements.
 
 #[cfg(not(feature = "mpi"))]
 pub use alone::{main, share};
@@ -16,7 +16,7 @@ mod alone {
     use crate::exit::Exit;
     use crate::output;
 
-    /// Variables in which Open MPI and PMI launchers set the number of processes.
+    /// Environment variables in which the launchers of Open MPI and PMI store the number of processes.
     const SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
 
     /// Runs the program's `command`.
@@ -50,13 +50,13 @@ mod together {
     use crate::interrupt;
     use crate::output;
 
-    /// Variables that Open MPI, PMIx and PMI launchers set for each process.
+    /// Environment variables that the launchers of Open MPI, PMIx and PMI set for each process.
     const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE"];
 
     static SHARING: OnceLock<Sharing> = OnceLock::new();
 
-    /// Runs `command` at rank 0. The other ranks read the same `scene` and follow rank 0; they
-    /// report on standard error if they cannot read it.
+    /// Runs `command` on rank 0. The other ranks read the same `scene` and follow rank 0. If they cannot read the
+    /// scene, they report the error on standard error.
     pub fn main(command: impl FnOnce() -> ExitCode, scene: impl Fn() -> Option<Scene>) -> ExitCode {
         if LAUNCHERS.iter().all(|name| env::var_os(name).is_none()) {
             return command();
@@ -67,7 +67,7 @@ mod together {
                 command()
             }
             Role::Follows(follower) => {
-                interrupt::flag(); // Rank 0 ends the run, with its output kept.
+                interrupt::flag(); // Rank 0 ends the run and keeps its output.
                 follower.serve(|| Some(scene()?.body?.muscle.solid));
                 ExitCode::SUCCESS
             }
@@ -75,7 +75,7 @@ mod together {
     }
 
     /// Distributes the elements of the scene's body among the processes, if the scene has a body and there are several
-    /// processes. From then on, matrices are factorized by MUMPS.
+    /// processes. Afterward, MUMPS factorizes the matrices.
     pub fn share(scene: &mut Scene) -> anyhow::Result<()> {
         let (Some(sharing), Some(body)) = (SHARING.get(), &mut scene.body) else {
             return Ok(());

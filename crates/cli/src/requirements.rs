@@ -1,4 +1,4 @@
-//! Build requirements, from the list that `scripts/setup` also reads.
+//! Build requirements, read from the list that `scripts/setup` also uses.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -7,24 +7,24 @@ const LIST: &str = include_str!("../requirements.txt");
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Requirement {
-    /// Debian package that provides it.
+    /// Debian package that provides the requirement.
     pub package: &'static str,
     /// Purpose of the package.
     pub purpose: &'static str,
-    /// Paths where it may be installed.
+    /// Paths at which the package may be installed.
     patterns: Vec<&'static str>,
 }
 
-/// Name of this program's build variant in the list of requirements.
+/// Name of the build variant of this program in the list of requirements.
 pub const BUILD_VARIANT: &str = match cfg!(feature = "vendored") {
     true => "vendored",
     false => "system",
 };
 
-/// Returns all requirements of the build `variant`.
+/// Returns all requirements for the build `variant`.
 ///
 /// # Panics
-/// Panics if a line of the embedded list does not have four fields, which a test excludes.
+/// Panics if a line of the embedded list does not have four fields. A test excludes this.
 pub fn of_variant(variant: &str) -> Vec<Requirement> {
     let lines = LIST.lines().filter(|line| !line.starts_with('#'));
     lines.filter_map(|line| parse(line, variant)).collect()

@@ -8,8 +8,7 @@ use myovib_model::IntegratorKind;
 
 use crate::output::not_replaceable;
 
-/// Parses the path of an output file. A path that cannot be written is rejected before a long
-/// computation instead of after it.
+/// Parses the path of an output file. A path that cannot be written is rejected here, before a long computation starts.
 pub fn output_file(path: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(path);
     if path.is_empty() {
@@ -27,7 +26,7 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
         folder => {
             let folder = folder.unwrap_or(Path::new("."));
             match tempfile::tempfile_in(folder) {
-                // If the disk is full now, there may be space when the file is written.
+                // A full disk is not an error here, because there may be space when the file is written.
                 Err(error)
                     if ![ErrorKind::StorageFull, ErrorKind::QuotaExceeded]
                         .contains(&error.kind()) =>
@@ -40,7 +39,7 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// Parses the path of a result folder, which may be created later.
+/// Parses the path of a result folder, which need not exist yet.
 pub fn output_folder(path: &str) -> Result<PathBuf, String> {
     let folder = PathBuf::from(path);
     if path.is_empty() {

@@ -1,10 +1,10 @@
-//! Versions that `--version` prints.
+//! Version information printed by `--version`.
 
 use std::sync::LazyLock;
 
 use myovib_scene::versions::Versions;
 
-/// Returns the output of `--version` after the name.
+/// Returns the text that `--version` prints after the name.
 pub fn long() -> &'static str {
     static TEXT: LazyLock<String> = LazyLock::new(|| {
         let found = Versions::found();

@@ -1,4 +1,4 @@
-//! Runs with progress and interruption.
+//! Runs that show progress and can be interrupted.
 
 use myovib_model::{Integrator, Limits, ModelError, Observer, Statistics, run};
 
@@ -6,7 +6,7 @@ use crate::interrupt;
 use crate::progress::Progress;
 use myovib_scene::watch::Watch;
 
-/// Runs to `t_end` (s), to a stop condition, or until Ctrl-C is pressed. Shows progress under this `name`.
+/// Runs until `t_end` (s), a stop condition, or Ctrl-C. Shows the progress under the name `name`.
 pub(crate) fn run_watched<P>(
     integrator: &mut dyn Integrator<P>,
     observer: &mut dyn Observer<P>,

@@ -1,4 +1,4 @@
-//! JSON document of a chain's run: the chain, its body, statistics and settings.
+//! JSON document of the run of a chain: the chain, its body, statistics and settings.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::ChainRun;
 
-/// Returns the chain, the body that drives it, the statistics and the settings of a run.
+/// Returns the chain, the body that drives it, the statistics, and the settings of a run.
 pub fn chain_document(run: &ChainRun) -> Value {
     let mut document = match (&run.scene.body, run.has_body) {
         (Some(body), true) => with_a_muscle(run, body),
@@ -40,8 +40,8 @@ fn chain(scene: &Scene) -> Value {
     })
 }
 
-/// Describes the body and its load, and whether the body moved together with the chain or its motion was recorded
-/// before.
+/// Describes the body and its load. The document also states whether the body moved together with the chain or its
+/// motion was recorded before.
 fn body(scene: &Scene) -> Value {
     let chain = &scene.file().chain[0];
     match (&scene.body, &scene.file().rod) {
@@ -74,7 +74,7 @@ fn with_a_muscle(run: &ChainRun, body: &Body) -> Value {
     document
 }
 
-/// Returns the document of a run whose states belong only to a rod and to oscillators.
+/// Returns the document of a run without a muscle: only oscillators and, if it moves with them, a rod are integrated.
 fn of_states(run: &ChainRun) -> Value {
     let wanted = &run.scene.file().integrator;
     let integrator = wanted.method;

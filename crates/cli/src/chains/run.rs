@@ -1,4 +1,4 @@
-//! Runs of a scene's chain, with its body or with a recorded motion.
+//! Runs of the chain of a scene, either with its body or on a recorded motion.
 
 use std::sync::Arc;
 
@@ -14,12 +14,12 @@ use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::watched::run_watched;
 
-/// Finished run of a chain, with its body or with a recorded motion.
+/// Finished run of a chain, either with its body or on a recorded motion.
 pub struct ChainRun {
     pub scene: Scene,
     /// Coherence at sample times.
     pub history: CoherenceHistory,
-    /// Counters and outcome.
+    /// Counters and outcome of the integrator.
     pub statistics: Statistics,
     /// Number of unknowns of the integrator.
     pub unknowns: usize,
@@ -28,8 +28,8 @@ pub struct ChainRun {
 }
 
 impl ChainRun {
-    /// Returns the length of the window in which the run is evaluated: 20 s, or less for a short
-    /// run.
+    /// Returns the length (s) of the window in which the run is evaluated: 20 s, or half of a run that is shorter than
+    /// 40 s.
     pub fn window(&self) -> f64 {
         20.0_f64.min(self.scene.t_end / 2.0)
     }
@@ -39,8 +39,7 @@ impl ChainRun {
         self.history.settled(self.window()).ok()
     }
 
-    /// Returns the exit code of a command that shows this run. A stopped run is shown up to its
-    /// last time.
+    /// Returns the exit code of a command that shows this run. A run that stopped early is shown up to its last time.
     pub fn exit(&self) -> Exit {
         Exit::of(&self.statistics.outcome)
     }
@@ -50,7 +49,7 @@ impl ChainRun {
     }
 }
 
-/// Runs the body of `scene` and its chain as one system.
+/// Integrates the body of `scene` and its chain as one system.
 pub fn on_its_body(scene: Scene, progress: &Progress) -> anyhow::Result<ChainRun> {
     match scene.body {
         Some(_) => observe(&mut *run::with_chains(&scene)?, scene, true, progress),
@@ -86,7 +85,7 @@ fn observe<B: Body>(
     Ok(ChainRun { scene, history, statistics, unknowns, has_body })
 }
 
-/// Records the motion of the point that drives the chain of a scene. The chain itself is not integrated.
+/// Records the motion of the point that drives the chain of a scene, without integrating the chain.
 pub fn record(scene: &Scene, progress: &Progress) -> anyhow::Result<Arc<Recording>> {
     let mut alone = scene.clone();
     alone.chains.clear();

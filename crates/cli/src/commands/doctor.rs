@@ -1,4 +1,4 @@
-//! `myovib doctor`: the libraries of this program, and missing build requirements.
+//! `myovib doctor`: the libraries that this program uses, and missing build requirements.
 
 use clap::Args;
 use serde::Serialize;
@@ -24,7 +24,7 @@ pub struct DoctorArgs {
 #[derive(Debug, Serialize)]
 struct Findings {
     sundials_headers: String,
-    /// `system` or `vendored`.
+    /// Either `system` or `vendored`.
     way: &'static str,
     suite_sparse: Option<String>,
     index_bits: usize,
@@ -104,7 +104,7 @@ fn remedies(linked: &Versions, build: &[BuildTool]) -> Vec<String> {
     remedies
 }
 
-/// Checks that the version is within 6.4 to 7.x, the range that the wrapper supports.
+/// Checks that the version is between 6.4 and 7.x, the range that the wrapper supports.
 fn is_supported(sundials: &str) -> bool {
     let mut numbers = sundials.split('.').map(|word| word.parse::<u32>().ok());
     matches!(

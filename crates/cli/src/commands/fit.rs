@@ -104,8 +104,9 @@ impl From<LossArg> for Loss {
     }
 }
 
-/// Splits the value of `--data` into the file and its overrides, which begin at a word with a `=`. The file is the
-/// longest name of an existing file; without an existing file, the overrides begin at the first such word.
+/// Splits the value of `--data` into the file and its overrides. The overrides begin at a word that contains `=`. The
+/// file is the longest beginning of the text that names an existing file. If no file exists, the overrides begin at the
+/// first such word.
 fn experiment(text: &str) -> (PathBuf, Vec<String>) {
     let text = text.trim();
     let is_start = |at: usize| at == 0 || text[..at].ends_with(char::is_whitespace);

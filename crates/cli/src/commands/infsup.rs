@@ -1,4 +1,4 @@
-//! `myovib infsup`: inf–sup constants of displacement and pressure spaces on refined meshes.
+//! `myovib infsup`: inf–sup constants of pairs of displacement and pressure spaces on refined meshes.
 
 use std::path::{Path, PathBuf};
 
@@ -81,7 +81,7 @@ pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Mesh and supports to examine.
+/// Mesh and supports to be examined.
 struct Subject {
     mesh: Mesh,
     name: String,
@@ -106,14 +106,14 @@ impl Subject {
     }
 }
 
-/// Returns whether the path is a TOML text file or the name of a built-in scene.
+/// Returns whether the path is a TOML file or the name of a built-in scene.
 fn is_scene(path: &Path) -> bool {
     let is_toml = path.extension().is_some_and(|end| end == "toml");
     is_toml || (!path.exists() && path.to_str().is_some_and(|name| builtin::find(name).is_ok()))
 }
 
-/// Returns the mesh of a scene with the fixed groups: the given groups, or the groups that the
-/// scene fixes or moves in all components.
+/// Returns the mesh of a scene and its fixed groups. If `fixed` is `None`, these are the groups in which the scene
+/// fixes or moves all components.
 fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::Result<Subject> {
     let scene = Scene::load(path, set)?;
     let Some(body) = &scene.body else {
@@ -141,8 +141,8 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
     Ok(Subject { name: path.display().to_string(), fixed: fixed.unwrap_or_else(groups), mesh })
 }
 
-/// Computes the constants on one mesh after the other. A line is printed to standard error before each mesh, because a
-/// fine mesh takes minutes.
+/// Computes the constants on each mesh in turn. Before each mesh, a line is printed to standard error, because a fine
+/// mesh takes minutes.
 fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<Family> {
     let fixed: Vec<&str> = subject.fixed.iter().map(String::as_str).collect();
     let on_level = |level: usize, mesh: &Mesh| {
@@ -156,8 +156,8 @@ fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<F
     Ok(Family { pair, levels })
 }
 
-/// Describes the system (28) with κ = ∞ and these spaces: its index if B has full rank, otherwise
-/// that it cannot be integrated.
+/// Describes the system (28) with κ = ∞ in these spaces: its index if B has full rank; otherwise, that it cannot be
+/// integrated.
 fn incompressible(level: &Level) -> String {
     match (&level.index, level.nullity) {
         (Some(report), _) => report.index.to_string(),
@@ -221,8 +221,9 @@ fn figure(families: &[Family]) -> Figure {
     Figure::of("Inf–sup constants over the mesh size", plot)
 }
 
-/// Returns the levels of a pair of spaces. `elements` is the key of the number of elements; `regular`: whether (28) with κ = ∞
-/// has an index; `computed`: the index computed from the matrices, on coarse meshes only.
+/// Returns the levels of a pair of spaces. `elements` is the key for the number of elements. `regular` states whether
+/// (28) with κ = ∞ has an index. `computed` is the index computed from the matrices, which is done on coarse meshes
+/// only.
 fn family_json(family: &Family, elements: &str) -> Value {
     let level = |level: &Level| {
         json!({

@@ -1,4 +1,4 @@
-//! `myovib init`: writes a commented scene to start from, or a built-in scene.
+//! `myovib init`: writes a built-in scene, or a commented scene as a starting point.
 
 use std::fs::OpenOptions;
 use std::io::{self, Write};
@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(std::fs::read_to_string(&file).unwrap(), "mine");
     }
 
-    /// Checks that each built-in scene and its mesh file can be read from a folder.
+    /// Checks that each built-in scene can be written to a folder together with its mesh file and read again.
     #[test]
     fn every_built_in_scene_can_be_written_and_read() {
         for scene in builtin::SCENES {

@@ -14,7 +14,7 @@ pub struct ManArgs {
     pub command: Option<String>,
 }
 
-/// Prints the page of `program` or of a command.
+/// Prints the manual page of `program` or of one of its commands.
 pub fn run(args: &ManArgs, program: clap::Command) -> anyhow::Result<Exit> {
     let command = match &args.command {
         None => program,

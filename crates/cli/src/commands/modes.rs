@@ -116,8 +116,8 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Returns the modes of the body of the `scene` called `name`, as the body of the JSON document, and the coordinates of
-/// the nodes followed by the shapes.
+/// Computes the modes of the body of the `scene` called `name`. Returns the body of the JSON document and the numbers
+/// for drawing: the coordinates of the nodes, followed by the mode shapes.
 pub fn document(name: &str, scene: Scene) -> anyhow::Result<(String, Vec<f64>)> {
     let findings = of_scene(name.to_owned(), scene, None, Watcher::NOBODY)?;
     let points = findings.muscles.iter().map(|muscle| muscle.solid.space().coordinates());
@@ -126,13 +126,12 @@ pub fn document(name: &str, scene: Scene) -> anyhow::Result<(String, Vec<f64>)> 
     Ok((serde_json::to_string(&findings)?, arrays.concat()))
 }
 
-/// Examined bodies and their modes.
+/// Bodies that were examined, and their modes.
 #[derive(Serialize)]
 struct Findings {
     mesh: String,
     #[serde(flatten)]
     modes: Modes,
-    /// Bodies.
     #[serde(skip)]
     muscles: Vec<Muscle>,
 }

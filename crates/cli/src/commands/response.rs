@@ -1,4 +1,4 @@
-//! `myovib response`: harmonic response of a scene over frequencies.
+//! `myovib response`: harmonic response of a scene as a function of frequency.
 
 use std::path::PathBuf;
 

@@ -97,7 +97,7 @@ pub(super) fn load(path: &Path, set: &[String]) -> anyhow::Result<Scene> {
     Ok(scene)
 }
 
-/// Computation of a scene in a folder.
+/// Request to compute a scene and write the results to a folder.
 pub(super) struct Request<'a> {
     pub(super) command: &'static str,
     pub(super) out: &'a Path,
@@ -107,7 +107,7 @@ pub(super) struct Request<'a> {
 }
 
 impl Request<'_> {
-    /// Computes the scene, writes the folder with its report, and prints the result.
+    /// Computes the scene, writes the results and the report to the folder, and prints a summary.
     pub(super) fn compute(self, scene: &Scene) -> anyhow::Result<Exit> {
         let progress = Progress::new(self.common.quiet);
         let result = compute(
@@ -115,7 +115,7 @@ impl Request<'_> {
             &RunOptions {
                 out: self.out.to_owned(),
                 existing: self.existing,
-                // Modes have no partial results.
+                // A computation of modes has no partial results that could be kept.
                 interrupt: (scene.file().analysis != Analysis::Modes).then(interrupt::flag),
                 progress: &progress,
                 neighbor: None,
@@ -144,7 +144,7 @@ impl Request<'_> {
     }
 }
 
-/// Returns the inexpensive warnings of `check`.
+/// Returns the warnings of `check`, except for those that are expensive to compute.
 fn warnings(scene: &Scene) -> Vec<Finding> {
     let mut findings = match (&scene.body, scene.file().analysis) {
         (Some(body), Analysis::Dynamic) => {
@@ -157,7 +157,7 @@ fn warnings(scene: &Scene) -> Vec<Finding> {
     findings
 }
 
-/// Formats a value with few digits.
+/// Formats a value with only a few digits.
 fn rounded(value: f64) -> String {
     match value.abs() {
         0.0 | 1e-3..1e6 => format!("{value:.3}"),
@@ -165,12 +165,12 @@ fn rounded(value: f64) -> String {
     }
 }
 
-/// Size, relative to other columns of the same kind, below which a column is considered rounding error: 1e6 rounding
-/// errors of 1e-16, which may occur in solutions with ill-conditioned matrices.
+/// Threshold, relative to columns of the same kind, below which a column is considered to be rounding error. It is 1e6
+/// rounding errors of 1e-16, an amount that ill-conditioned matrices may cause.
 const NOISE: f64 = 1e-10;
 
-/// Returns the group of columns with which a column is compared: components of one vector, or all
-/// stresses.
+/// Returns the kind of a column. A column is compared with the columns of the same kind: the components of one vector,
+/// or all stresses.
 fn kind(column: &str) -> &str {
     match column.split('_').next().unwrap_or_default() {
         "principal" if column.starts_with("principal_strain") => "strain",
@@ -180,14 +180,14 @@ fn kind(column: &str) -> &str {
 }
 
 /// Returns the largest value among all columns of the same kind. A column of very small values is compared with this
-/// size: u_x with u_y, and the pressure with stresses.
+/// value; for example, u_x is compared with u_y, and the pressure with stresses.
 fn size_of_kind(columns: &Map<String, Value>, of: &str) -> f64 {
     let alike = columns.iter().filter(|(column, _)| kind(column) == kind(of));
     let sizes = alike.filter_map(|(_, numbers)| numbers["largest"].as_f64());
     sizes.fold(0.0, f64::max)
 }
 
-/// Formats the estimated errors of the probes, if present.
+/// Formats the estimated errors of the probes, if there are any.
 fn errors(estimate: &Value) -> String {
     let Some(probes) = estimate["probes"].as_object() else {
         return String::new();
@@ -237,7 +237,7 @@ fn errors(estimate: &Value) -> String {
     )
 }
 
-/// Formats the errors of the probes according to the integrator's estimates, in one line.
+/// Formats in one line the errors of the probes that the integrator estimates.
 fn indicator(probes: &Value) -> String {
     let probes = probes.as_object().into_iter().flatten();
     let worst = probes.filter_map(|(probe, columns)| {
@@ -314,7 +314,7 @@ mod tests {
 
     use super::*;
 
-    /// Regression: a pressure that consisted only of rounding errors dominated the estimate, with 90 %.
+    /// Regression: a pressure that was pure rounding error dominated the estimate, with 90 %.
     #[test]
     fn rounding_does_not_lead_the_estimate() {
         let column = |largest: f64, error: f64| json!({ "largest": largest, "error": error, "relative": error / largest });
@@ -332,7 +332,7 @@ mod tests {
         assert_eq!(table.matches("rounding").count(), 1, "{table}");
     }
 
-    /// Regression: a column without a value in both runs had an error of zero.
+    /// Regression: a column that had no value in either run was reported with an error of zero.
     #[test]
     fn a_column_that_cannot_be_compared_has_no_error() {
         let column = json!({ "largest": null, "error": null, "relative": null });

@@ -21,7 +21,7 @@ pub struct ScenesArgs {
     pub json: Option<JsonTarget>,
 }
 
-/// Prints name, run time and title of each scene.
+/// Prints the name, the run time and the title of each scene.
 pub fn run(args: &ScenesArgs) -> anyhow::Result<Exit> {
     if let Some(target) = &args.json {
         let scenes = SCENES.iter().map(|scene| {

@@ -1,4 +1,4 @@
-//! `myovib sensitivity`: sensitivities of a scene's outputs to its parameters.
+//! `myovib sensitivity`: sensitivities of the outputs of a scene to its parameters.
 
 use std::path::{Path, PathBuf};
 
@@ -93,7 +93,7 @@ pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Returns the folder request of the command.
+/// Returns the request for the folder of this command.
 pub fn request<'a>(
     out: &'a Path,
     existing: Existing,
@@ -104,7 +104,7 @@ pub fn request<'a>(
     FolderRequest::of_scene(out, NAME, existing, scene, files)
 }
 
-/// Returns the folder request of a stiffness map.
+/// Returns the request for the folder of a stiffness map.
 pub fn request_of_map<'a>(
     out: &'a Path,
     existing: Existing,
@@ -114,8 +114,8 @@ pub fn request_of_map<'a>(
     FolderRequest::of_scene(out, NAME, existing, scene, files)
 }
 
-/// Writes `sensitivity.csv`, its figure and `sensitivity.json`. Returns the paths of the first two
-/// and the body of the JSON document.
+/// Writes `sensitivity.csv`, its figure, and `sensitivity.json`. Returns the paths of the first two files and the body
+/// of the JSON document.
 pub fn write(folder: &ResultFolder, curves: &Curves) -> anyhow::Result<(Vec<String>, Value)> {
     let (columns, rows) = (curves.columns(), curves.rows());
     let table = (&columns[..], &rows[..]);
@@ -125,7 +125,7 @@ pub fn write(folder: &ResultFolder, curves: &Curves) -> anyhow::Result<(Vec<Stri
     Ok((files, document))
 }
 
-/// Formats the importance of each parameter for each output.
+/// Formats a table that shows how important each parameter is for each output.
 fn table(curves: &Curves) -> String {
     let parameters = curves.parameters.iter();
     let columns: Vec<_> = std::iter::once(("p · du/dp relative to u (rms)", Align::Left))

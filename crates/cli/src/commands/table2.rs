@@ -99,7 +99,7 @@ pub struct Table2Args {
     pub common: CommonArgs,
 }
 
-/// Parses an integrator; `ida`, the solver of the paper's table, is another name of `bdf`.
+/// Parses the name of an integrator. `ida`, the solver used for the paper's table, is another name of `bdf`.
 fn table2_integrator(name: &str) -> Result<IntegratorKind, String> {
     match name {
         "ida" => Ok(IntegratorKind::Bdf),
@@ -122,12 +122,12 @@ pub enum ProbePoint {
     Origin,
 }
 
-/// Blocks excluded from the error test.
+/// Blocks to be excluded from the error test.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Suppress {
-    /// The row's exclusions with BDF; no exclusions with Radau IIA.
+    /// With BDF, the blocks that the row excludes; with Radau IIA, none.
     Default,
-    /// These blocks, by their names in scenes.
+    /// These blocks, given by their names in scenes.
     Blocks(Vec<&'static str>),
 }
 
@@ -152,7 +152,7 @@ impl FromStr for Suppress {
     }
 }
 
-/// Returns overrides that scale the paper's absolute tolerances in proportion to the relative tolerance.
+/// Returns overrides that scale the paper's absolute tolerances in proportion to `rtol`.
 fn in_proportion(rtol: f64) -> String {
     let paper = Settings::paper(Formulation::Rate).with_relative_tolerance(rtol);
     let atol = paper.absolute_tolerances;
@@ -170,7 +170,7 @@ impl Table2Args {
         self.integrator == IntegratorKind::Bdf
     }
 
-    /// Returns the overrides that apply the options to the scenes of the rows.
+    /// Returns the overrides that apply the options to the scenes of all rows.
     fn overrides(&self) -> Vec<String> {
         let mut set = match self.integrator {
             IntegratorKind::Bdf => Vec::new(),
@@ -221,7 +221,7 @@ impl Table2Args {
         self.rows.iter().map(select).collect()
     }
 
-    /// Rejects options without effect.
+    /// Rejects options that have no effect.
     fn check(&self, rows: &[Row]) -> Result<(), InputError> {
         if self.max_order.is_some() && !self.is_bdf() {
             return Err(InputError::new("Radau IIA has no `--max-order`")
@@ -259,7 +259,7 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
         None => scenes?,
     };
     let shared = std::env::temp_dir();
-    // Younger folders may belong to programs about to use them.
+    // Folders that are less than a minute old may belong to other programs that have not opened them yet.
     remove_temporary_files(&shared, Duration::from_secs(60));
     let temporary = atomic_file::temporary_folder(&shared);
     let temporary = temporary.context("cannot create a folder for the runs")?;
@@ -295,7 +295,7 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
     })
 }
 
-/// Runs the scenes on all available threads and returns the results in the order of the table.
+/// Runs the scenes on all available threads. Returns the results in the order of the table.
 fn compute_all(
     args: &Table2Args,
     rows: &[Row],

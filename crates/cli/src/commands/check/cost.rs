@@ -5,7 +5,7 @@ use myovib_scene::run::{PeriodTrial, Trial, TrialEnd};
 use myovib_scene::{Scene, plain};
 use serde_json::{Value, json};
 
-/// Describes the cost of a periodic state.
+/// Describes the cost of computing a periodic state.
 pub(super) fn of_period(trial: &PeriodTrial) -> String {
     let PeriodTrial { unknowns, differential_variables, part, steps, seconds, stopped } = trial;
     let cost = match stopped {
@@ -29,9 +29,9 @@ pub(super) fn of_period(trial: &PeriodTrial) -> String {
 
 /// Known cost of a run.
 pub(super) enum Cost {
-    /// Result of its first steps.
+    /// Result of running the first steps.
     Tried(Trial),
-    /// CPU time per step, s, predicted for a body too large for a trial.
+    /// Predicted CPU time (s) per step for a body that is too large for a trial.
     Predicted(f64),
 }
 
@@ -73,9 +73,10 @@ impl Cost {
         }
     }
 
-    /// Returns the cost for the JSON document. `steps` is a lower bound and `t` the time that they reach, s; both are null if no
-    /// steps were tried. `seconds_per_step` is CPU time, s; null if no step was completed. `end`: "patience" if the trial
-    /// ended and the run would continue, "finished" or "stopped" as the run, "predicted" if no steps were tried.
+    /// Returns the cost for the JSON document. `steps` is a lower bound, and `t` is the time (s) that these steps
+    /// reach; both are null if no steps were tried. `seconds_per_step` is the CPU time (s) per step; null if no step
+    /// was completed. `end` is "patience" if the trial ended before the run would, "finished" or "stopped" if the run
+    /// itself ended during the trial, and "predicted" if no steps were tried.
     pub(super) fn json(&self) -> Value {
         match self {
             Self::Tried(trial) => json!({

@@ -36,8 +36,8 @@ pub(super) struct Document {
     pub(super) periodic: Option<PeriodTrial>,
 }
 
-/// Returns the extents along the axes, m, the volume, m³, and the mass, kg. For a plane body, these are the area, m², and
-/// the mass per meter of depth, kg/m.
+/// Returns the extents along the axes (m), the volume (m³) and the mass (kg). For a plane body, the volume is replaced
+/// by the area (m²), and the mass is given per meter of depth (kg/m).
 pub(super) fn size(size: &Size) -> Value {
     json!({
         "extents": size.extents,
@@ -48,7 +48,7 @@ pub(super) fn size(size: &Size) -> Value {
     })
 }
 
-/// `bytes_before`: memory in use before the factorization; null if the system does not report it.
+/// `bytes_before` is the memory in use before the factorization; null if the system does not report it.
 pub(super) fn factors(factors: &FactorizationCost) -> Value {
     json!({
         "matrices": factors.matrices,
@@ -80,9 +80,9 @@ pub(super) fn block(body: &Body, field: Field, unknowns: usize, index: u8, bette
     })
 }
 
-/// Returns the findings for a body and its chains. `inf_sup` and `nullity` are null if there are too many pressures to compute
-/// them within seconds; `factors` is null if the full matrix is factorized; `sweeps` has the lowest and highest frequency of
-/// each sweeping load, Hz.
+/// Returns the findings for a body and its chains. `inf_sup` and `nullity` are null if there are too many pressures to
+/// compute them within seconds. `factors` is null if the full matrix is factorized. `sweeps` contains the lowest and
+/// the highest frequency (Hz) of each sweeping load.
 pub(super) fn document(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> Value {
     let parameters = &body.muscle.parameters;
     let to_exclude = report.advice.to_exclude();

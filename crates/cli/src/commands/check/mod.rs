@@ -70,7 +70,7 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Inspects the scene called `name`. Returns a text and the body of the JSON document.
+/// Inspects the scene called `name`. Returns the text and the body of the JSON document.
 pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serialize + use<>)> {
     SceneParameter::all(scene)?;
     rehearse(scene)?;
@@ -195,7 +195,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     text
 }
 
-/// Formats the blocks of unknowns: name, number, index and role in the error test.
+/// Formats the blocks of unknowns: name, number of unknowns, index, and role in the error test.
 fn table(rows: impl IntoIterator<Item = (String, usize, u8, &'static str)>) -> String {
     let mut table = Table::new(&[
         ("unknowns", Align::Left),
@@ -209,7 +209,7 @@ fn table(rows: impl IntoIterator<Item = (String, usize, u8, &'static str)>) -> S
     table.render(colored_stdout())
 }
 
-/// Describes the effect of a preload; the listed modes are those at rest.
+/// Describes the effect of a preload on the modes; the listed modes are those at rest.
 fn preload(file: &SceneFile) -> Option<String> {
     let is_loaded = matches!(file.initial_state, Some(InitialState::Equilibrium));
     is_loaded.then(|| {
@@ -218,7 +218,8 @@ fn preload(file: &SceneFile) -> Option<String> {
     })
 }
 
-/// Compares an element parameter with the parameter of the body, which is the maximum.
+/// Returns `=` if all elements have the parameter of the body, otherwise `≤`, because the parameter of the body is the
+/// maximum over its elements.
 fn bound(body: &Body, of: impl Fn(ElementScale) -> f64) -> &'static str {
     let solid = &body.muscle.solid;
     let mut ratios =
@@ -242,7 +243,7 @@ fn in_words(field: Field) -> &'static str {
     }
 }
 
-/// Lists the active features in addition to material laws and loads.
+/// Lists the active features other than material laws and loads.
 fn added(file: &SceneFile) -> Vec<String> {
     let mut lines = Vec::new();
     for material in &file.material {
@@ -362,7 +363,7 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     lines
 }
 
-/// Formats extents, volume, mass and mesh of the body, and the sizes of the groups that the scene selects.
+/// Formats the extents, volume, mass and mesh of the body, and the sizes of the groups that the scene selects.
 fn size_of(scene: &Scene, body: &Body) -> String {
     let space = body.muscle.solid.space();
     let areas = scene.file().group.iter().filter_map(|group| {
@@ -390,7 +391,7 @@ fn size_of(scene: &Scene, body: &Body) -> String {
     )
 }
 
-/// Lists the modes whose frequencies a sweep passes, or returns `None` if they are unknown.
+/// Lists the modes whose frequencies a sweep passes. Returns `None` if the modes are unknown.
 fn passed([low, high]: [f64; 2], slow_modes: &[f64]) -> Option<String> {
     let above = *slow_modes.last()?;
     let within = slow_modes.iter().filter(|mode| (low..=high).contains(*mode));
@@ -426,7 +427,7 @@ fn held(held: Option<Held>) -> String {
     }
 }
 
-/// Formats the predicted memory of the factors and of the whole run.
+/// Formats the predicted memory for the factors and for the whole run.
 fn memory(factors: FactorizationCost) -> String {
     let FactorizationCost { matrices, needs, in_use } = factors;
     let peak = in_use
@@ -440,7 +441,7 @@ fn memory(factors: FactorizationCost) -> String {
     )
 }
 
-/// Formats a memory size for the text.
+/// Formats a memory size.
 fn size(bytes: usize) -> String {
     let mebibytes = bytes as f64 / f64::from(1 << 20);
     if mebibytes < 1024.0 {

@@ -39,8 +39,8 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &QuasiStaticReport, cost:
     )
 }
 
-/// Returns the findings for the JSON document. `inf_sup` and `nullity` are null without pressures, or if there are too many to
-/// compute them within seconds; `factors` is null if not known before the run.
+/// Returns the findings for the JSON document. `inf_sup` and `nullity` are null if there are no pressures, or too many
+/// to compute these values within seconds. `factors` is null if it is not known before the run.
 pub(super) fn document(body: &Body, report: &QuasiStaticReport, cost: &Cost) -> Value {
     let blocks = report.unknowns.iter();
     let blocks =

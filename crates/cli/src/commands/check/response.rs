@@ -22,26 +22,26 @@ pub(super) struct ResponseJson {
     frequencies: Option<usize>,
     /// Number of unknowns of each linear system.
     unknowns: usize,
-    /// Time of one frequency on one thread, s.
+    /// Computation time (s) for one frequency on one thread.
     seconds_per_frequency: f64,
-    /// Time of all frequencies on one thread, s; an upper bound if the response chooses them.
+    /// Computation time (s) for all frequencies on one thread; an upper bound if the response chooses them.
     seconds: f64,
-    /// Loads and displacements with a harmonic part.
+    /// Loads and displacements that have a harmonic part.
     harmonic: Vec<String>,
-    /// Loads, displacements and tensions with a static part, in the preload; empty for a response about rest.
+    /// Loads, displacements and tensions whose static part belongs to the preload; empty for a response about rest.
     preload: Vec<String>,
-    /// Time at which the preload is evaluated, s; null for a response about rest.
+    /// Time (s) at which the preload is evaluated; null for a response about rest.
     preload_time: Option<f64>,
 }
 
-/// Tables of loads and displacements.
+/// Tables of a scene that define loads and displacements.
 const LOADS: [&str; 5] =
     ["prescribed_displacement", "traction", "pressure", "body_force", "point_force"];
-/// Keys of their static parts, which may depend on time.
+/// Keys of the static parts, which may depend on time.
 const STATIC: [&str; 5] = ["x", "y", "z", "rotation", "value"];
 
-/// Solves for one frequency about rest, which costs as much as each frequency about a preload, and
-/// returns text and JSON.
+/// Solves for one frequency about rest, which costs as much as a frequency about a preload. Returns the text and the
+/// JSON document.
 pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, ResponseJson)> {
     let Some(wanted) = &scene.file().response else {
         return Err(InputError::new("the scene has no table [response]").into());
@@ -53,7 +53,7 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
     let rest = Equilibrium::unloaded(&body.muscle);
     let response =
         HarmonicResponse::about(&body.muscle, body.formulation, &rest, &body.excitation)?;
-    // The first solution allocates the factors.
+    // The first solution also allocates the factors, so it is not timed.
     response.map(&[largest.max(1.0)], |_| Ok(()))?;
     let started = Instant::now();
     response.map(&[largest.max(1.0)], |_| Ok(()))?;
@@ -98,14 +98,14 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
     Ok((text, found))
 }
 
-/// Lists the loads, displacements and tensions with a static part.
+/// Lists the loads, displacements and tensions that have a static part.
 fn preload(file: &SceneFile) -> anyhow::Result<Vec<String>> {
     let tensions = with_keys(file, &["material"], &["active"])?;
     let tensions = tensions.into_iter().map(|material| format!("{material}.active"));
     Ok(with_keys(file, &LOADS, &STATIC)?.into_iter().chain(tensions).collect())
 }
 
-/// Lists the entries of these tables with any of these keys.
+/// Lists the entries of these tables that have any of these keys.
 fn with_keys(file: &SceneFile, tables: &[&str], keys: &[&str]) -> anyhow::Result<Vec<String>> {
     let file = serde_json::to_value(file)?;
     let found = tables.iter().flat_map(|table| {

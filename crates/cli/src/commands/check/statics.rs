@@ -41,12 +41,11 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     )
 }
 
-/// Returns the findings for the JSON document. `inf_sup` and `nullity` are null if there are too many pressures to compute them
-/// within seconds; `factors` is null if not known before the run. `linear_displacement` is the maximum displacement under the
-/// full load according to linear elasticity, m; null for a body too large for this computation or not
-/// sufficiently supported.
-/// `seconds_per_iteration` is CPU time, s: predicted for a body that is too large for a trial; null for a body that is not
-/// sufficiently supported.
+/// Returns the findings for the JSON document. `inf_sup` and `nullity` are null if there are too many pressures to
+/// compute them within seconds. `factors` is null if it is not known before the run. `linear_displacement` is the
+/// maximum displacement (m) under the full load according to linear elasticity; null if the body is too large for this
+/// computation or not sufficiently supported. `seconds_per_iteration` is the CPU time (s) per iteration; it is
+/// predicted if the body is too large for a trial, and null if the body is not sufficiently supported.
 pub(super) fn document(report: &StaticReport) -> Value {
     let size =
         |(field, unknowns): &(Field, usize)| json!({ "field": field.name(), "unknowns": unknowns });

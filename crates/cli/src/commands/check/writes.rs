@@ -5,7 +5,7 @@ use myovib_report::table::counted;
 use myovib_scene::Scene;
 use myovib_scene::scene_file::Analysis;
 
-/// Describes the tables and fields of a run, one line each.
+/// Describes the tables and fields that a run writes, one per line.
 pub(super) fn lines(scene: &Scene) -> Vec<String> {
     let file = scene.file();
     let mut lines = Vec::new();

@@ -1,4 +1,4 @@
-//! Common parts of the figures of chains.
+//! Common parts of the figures that show chains.
 
 use myovib_model::coupling::CoherenceHistory;
 use num_complex::Complex64;
@@ -11,7 +11,8 @@ use myovib_report::plot::ComplexPlane;
 pub(super) const COLUMNS: [&str; 7] =
     ["t", "psi_abs", "psi_re", "psi_im", "chi_abs", "chi_arg", "frequency"];
 
-/// Returns the samples of a history with all plotted values, in the order of [`COLUMNS`].
+/// Returns the samples of a history with all plotted values, one row per sample. The values are in the order of
+/// [`COLUMNS`].
 pub(super) fn chain_rows(
     history: &CoherenceHistory,
 ) -> impl Iterator<Item = (usize, Vec<f64>)> + '_ {
@@ -30,14 +31,14 @@ pub(super) fn chain_rows(
     })
 }
 
-/// Returns |χ| at each sample. It is NaN while all oscillators are at rest; curves omit these values.
+/// Returns |χ| at each sample. It is NaN while all oscillators are at rest; curves have a gap there.
 pub(super) fn defined_coherence(history: &CoherenceHistory) -> Vec<f64> {
     let at_rest = |phasors: &Vec<Complex64>| phasors.iter().all(|z| z.norm() == 0.0);
     let samples = history.coherence().into_iter().zip(&history.phasors);
     samples.map(|(chi, phasors)| if at_rest(phasors) { f64::NAN } else { chi }).collect()
 }
 
-/// Returns the maximum radius of all oscillators and samples, with a small margin.
+/// Returns the maximum radius over all oscillators and samples, plus a small margin.
 pub(in crate::commands) fn largest_radius(history: &CoherenceHistory) -> f64 {
     let radii = history.phasors.iter().flatten().map(|z| z.norm());
     let largest = radii.fold(0.0, f64::max);

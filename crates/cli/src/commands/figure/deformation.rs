@@ -1,7 +1,7 @@
 //! Figure 5: two snapshots of the deformed muscle.
 //!
-//! The paper does not state their times. We choose the times in the last period of the load at
-//! which the displacement of the origin is maximal and minimal.
+//! The paper does not state the times of its snapshots. We choose the two times in the last period of the load at which
+//! the displacement of the origin is largest and smallest.
 
 use anyhow::Context;
 
@@ -11,7 +11,7 @@ use super::muscle_run::MuscleRun;
 use super::product::Product;
 use myovib_report::plot::{Figure, Panel};
 
-/// Time, and displacement of every node.
+/// Time and displacement of every node.
 type Snapshot = (f64, Vec<[f64; 2]>);
 
 fn drawing<'a>(
@@ -61,7 +61,7 @@ pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
     })
 }
 
-/// Returns the snapshots of the last period with the highest and lowest position of the origin.
+/// Returns the two snapshots of the last period in which the origin is highest and lowest.
 fn extremes(run: &MuscleRun) -> Option<(&Snapshot, &Snapshot)> {
     let height_at = |time: f64| {
         let row = run.origin.iter().rev().find(|row| row[0] <= time);

@@ -11,7 +11,7 @@ const REACH: f64 = 0.3;
 /// Margin above and below the moving body, as a fraction of the body's height.
 const MARGIN: f64 = 0.08;
 
-/// Common settings of all pictures of a motion.
+/// Settings shared by all pictures of a motion.
 pub(in crate::commands) struct Drawing<'a> {
     space: &'a Space,
     groups: Vec<EdgeGroup>,
@@ -22,7 +22,7 @@ pub(in crate::commands) struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    /// Chooses the scale for all given nodal displacements; `groups` are highlighted.
+    /// Chooses the scale for all given nodal displacements. The edges in `groups` are highlighted.
     pub(in crate::commands) fn of<'s>(
         space: &'a Space,
         groups: Vec<EdgeGroup>,
@@ -77,7 +77,7 @@ fn height(space: &Space) -> f64 {
     top - bottom
 }
 
-/// Rounds down to a number of the form 1, 2 or 5 times a power of ten.
+/// Rounds down to 1, 2 or 5 times a power of ten.
 fn round_down(value: f64) -> f64 {
     let power = 10_f64.powf(value.log10().floor());
     [5.0, 2.0, 1.0].map(|m| m * power).into_iter().find(|n| *n <= value).unwrap_or(power)

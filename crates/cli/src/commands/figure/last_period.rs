@@ -1,8 +1,8 @@
-//! Samples of the last period of the load.
+//! Buffer for the samples of the last period of the load.
 
 use std::collections::VecDeque;
 
-/// Samples per period of the load.
+/// Number of samples per period of the load.
 pub(in crate::commands) const PER_PERIOD: f64 = 50.0;
 
 /// Samples of one period, up to the latest sample.
@@ -12,12 +12,12 @@ pub(in crate::commands) struct LastPeriod<T> {
 }
 
 impl<T> LastPeriod<T> {
-    /// Creates an empty buffer for a load with this period, s.
+    /// Creates an empty buffer for a load whose period is `period` (s).
     pub(in crate::commands) fn new(period: f64) -> Self {
         Self { period, samples: VecDeque::new() }
     }
 
-    /// Adds a sample and removes samples older than one period.
+    /// Adds a sample and removes the samples that are at least one period older.
     pub(in crate::commands) fn push(&mut self, t: f64, sample: T) {
         self.samples.push_back((t, sample));
         let begin = t - self.period;

@@ -36,7 +36,7 @@ pub(super) fn draw(scene: &Scene) -> anyhow::Result<Product> {
     })
 }
 
-/// Returns the edges with fixed nodes.
+/// Returns the edges whose nodes are fixed.
 pub(in crate::commands) fn fixed(space: &Space) -> anyhow::Result<EdgeGroup> {
     Ok(EdgeGroup {
         name: "fixed".into(),
@@ -72,7 +72,7 @@ fn origin_of(mesh: &Mesh) -> Option<(usize, String)> {
     Some((vertex, "(0, 0)".into()))
 }
 
-/// Returns both ends of each edge, and whether it is fixed or loaded.
+/// Returns the two ends of each edge, and whether the edge is fixed or loaded.
 fn edge_rows(space: &Space, plot: &MeshPlot) -> Vec<Vec<f64>> {
     let mut edges: Vec<[usize; 2]> = space
         .mesh()

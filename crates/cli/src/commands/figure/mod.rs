@@ -131,8 +131,8 @@ impl FigureArgs {
     }
 }
 
-/// Runs from which the figures are drawn. Figure 2 uses the run of Figure 3, and Figure 6 uses the run of Figure 5, if
-/// both are requested: their scenes differ only in the recorded values.
+/// Runs from which the figures are drawn. Figures 2 and 3 share a run, as do Figures 5 and 6, because their scenes
+/// differ only in the recorded values.
 struct Runs {
     /// Figures 2 and 3.
     rod: Option<ChainRun>,
@@ -145,7 +145,7 @@ struct Runs {
 }
 
 impl Runs {
-    /// Computes the runs. Invalid options of any run are reported before the first run starts.
+    /// Computes the runs. Invalid options are reported before the first run starts.
     fn compute(numbers: &[u8], set: &[String], options: &Options) -> anyhow::Result<Self> {
         let scene = |figures: &[u8]| {
             let number = figures.iter().find(|number| numbers.contains(number));
@@ -168,8 +168,8 @@ impl Runs {
 }
 
 impl Options {
-    /// Returns the scene of a figure. A figure of the mesh ignores options of runs, and the rod
-    /// ignores the mesh.
+    /// Returns the scene of a figure. Options that do not apply are ignored: the end time and the integrator for the
+    /// figure of the mesh, and the mesh for figures of the rod.
     fn scene(&self, number: u8, set: &[String]) -> Result<Scene, InputError> {
         let (has_mesh, has_run) = (number > 3, number != 4);
         let mut changes = Vec::new();
@@ -191,7 +191,7 @@ fn needed<T>(run: &Option<T>) -> anyhow::Result<&T> {
 
 fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> anyhow::Result<Exit> {
     if let Some(t_end) = options.t_end.filter(|t| *t < 1.0) {
-        // Before the load has risen, the deformation is invisible.
+        // The deformation is invisible until the load has risen.
         return Err(InputError::new("value out of range")
             .at("--t-end")
             .found(format!("{t_end:e}"))
@@ -240,7 +240,7 @@ mod tests {
     use myovib_scene::Scene;
     use myovib_scene::scene_file::SceneFile;
 
-    /// Returns the scene of a figure's run, without its recorded values.
+    /// Returns the scene that a figure runs, without its recorded values.
     fn run(figure: &str) -> SceneFile {
         SceneFile {
             title: String::new(),

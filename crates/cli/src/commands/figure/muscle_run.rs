@@ -17,7 +17,7 @@ pub(in crate::commands) struct MuscleRun {
     scene: Scene,
     pub(super) space: Space,
     pub(super) statistics: Statistics,
-    /// t, u_x, u_y, p at the origin.
+    /// Rows of t, u_x, u_y and p at the origin.
     pub(super) origin: Vec<[f64; 4]>,
     /// Displacement of every node.
     pub(super) last_period: LastPeriod<Vec<[f64; 2]>>,
@@ -49,7 +49,7 @@ impl MuscleRun {
         Ok(Self { space, scene, statistics, origin: values, last_period })
     }
 
-    /// Returns parameters, settings and statistics, for the document of a figure.
+    /// Returns parameters, settings and statistics for the document of a figure.
     pub(super) fn document(&self) -> anyhow::Result<Value> {
         let body = self.scene.body.as_ref().context("the scene has no body")?;
         let mut document = statistics::of_body(&self.statistics, &body.settings, body.formulation);
@@ -61,7 +61,7 @@ impl MuscleRun {
         Ok(document)
     }
 
-    /// Returns the exit code. A run that did not reach its end time is drawn up to its last time.
+    /// Returns the exit code. A run that stopped before its end time is drawn up to its last time.
     pub(in crate::commands) fn exit(&self) -> Exit {
         Exit::of(&self.statistics.outcome)
     }

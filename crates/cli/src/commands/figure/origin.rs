@@ -4,7 +4,7 @@ use super::muscle_run::MuscleRun;
 use super::product::Product;
 use myovib_report::plot::{Axis, Figure, LinePlot, Series};
 
-/// Plotted time, s: the end of the run, as in the paper.
+/// Length of the plotted time interval (s). The interval ends with the run, as in the paper.
 const SHOWN: f64 = 3.0;
 
 pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {

@@ -9,21 +9,21 @@ use myovib_scene::result_folder::ResultFolder;
 
 /// Figure with its data, before it is written.
 pub(super) struct Product {
-    /// Number in the paper.
+    /// Number of the figure in the paper.
     pub(super) number: u8,
     pub(super) figure: Figure,
     /// Plotted data.
     pub(super) columns: Vec<String>,
     pub(super) rows: Vec<Vec<f64>>,
-    /// Scalars for the text and for JSON.
+    /// Scalar results for the text and for JSON.
     pub(super) findings: Vec<(&'static str, Value)>,
-    /// Data of the run from which the figure is drawn, for JSON; empty for figures without a run.
+    /// Data of the run from which the figure is drawn, for the JSON document; empty for figures without a run.
     pub(super) run: Value,
     pub(super) exit: Exit,
 }
 
 impl Product {
-    /// Writes `figureN.svg` and `figureN.csv` (optionally `.png`), and returns their paths.
+    /// Writes `figureN.svg`, `figureN.csv` and, if `png` is true, `figureN.png`. Returns the paths.
     pub(super) fn write(&self, folder: &ResultFolder, png: bool) -> anyhow::Result<Vec<String>> {
         let name = name(self.number);
         picture::write(folder, &name, &self.figure, (&self.columns, &self.rows), png)
@@ -44,7 +44,7 @@ pub(super) fn name(number: u8) -> String {
     format!("figure{number}")
 }
 
-/// Formats a finding on a separate line; values of one group share a line.
+/// Formats a finding on a separate line; the values of one group share a line.
 fn describe(name: &str, value: &Value, indent: usize, text: &mut String) {
     match value {
         Value::Object(parts) if parts.values().all(Value::is_number) => {
@@ -62,7 +62,7 @@ fn describe(name: &str, value: &Value, indent: usize, text: &mut String) {
     }
 }
 
-/// Rounds a non-integer number to five digits for the text; JSON contains all digits.
+/// Rounds a non-integer number to five digits for the text. The JSON document contains all digits.
 fn number(value: &Value) -> String {
     match value.as_f64() {
         Some(x) if x != x.round() => {

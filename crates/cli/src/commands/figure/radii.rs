@@ -1,4 +1,4 @@
-//! Figure 3: radii of the oscillators and of their centroid over time.
+//! Figure 3: radii of the oscillators and of their centroid as functions of time.
 
 use super::chain_plots::{COLUMNS, chain_rows, defined_coherence};
 use super::product::Product;

@@ -5,8 +5,8 @@ use super::product::Product;
 use crate::chains::{ChainRun, chain_document};
 use myovib_report::plot::{Figure, Panel};
 
-/// Times of the snapshots as fractions of the run: one near the maximum of |Ψ|, two while the phases are scattered, and
-/// one in the settled state.
+/// Times of the snapshots, as fractions of the run. The first is near the maximum of |Ψ|, the next two are taken while
+/// the phases are scattered, and the last is in the settled state.
 const TIMES: [f64; 4] = [0.065, 0.15, 0.3, 1.0];
 
 pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {

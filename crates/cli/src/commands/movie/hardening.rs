@@ -1,5 +1,5 @@
-//! Waves at a stiff inclusion: the scene `hardening`, colored by the stress, which concentrates in
-//! the inclusion.
+//! Movie of waves at a stiff inclusion: the scene `hardening`, colored by the stress, which concentrates in the
+//! inclusion.
 
 use anyhow::Context;
 use myovib_dae::Problem;
@@ -18,10 +18,10 @@ use myovib_scene::vtu::Grid;
 use myovib_scene::{Scene, run};
 
 const SCENE: &str = "hardening";
-/// Group of the inclusion's triangles.
+/// Name of the group that contains the triangles of the inclusion.
 const INCLUSION: &str = "hardened";
 
-/// Nodal values at one time.
+/// Nodal values at one point in time.
 struct Shot {
     t: f64,
     displacement: Vec<[f64; 2]>,
@@ -37,7 +37,7 @@ pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
     let inclusion = inclusion(space)?;
 
     let (shots, exit) = compute(&scene, &Progress::new(args.common.quiet))?;
-    // The color range ends at the inclusion's maximum; only the corners of the supports exceed it.
+    // The color range ends at the maximum inside the inclusion. Only values at the corners of the supports exceed it.
     let inside = |shot: &Shot| {
         let values = inclusion.iter().flatten().map(|&node| shot.stress[node]);
         values.fold(0.0, f64::max)
@@ -68,7 +68,7 @@ fn inclusion(space: &Space) -> anyhow::Result<Vec<[usize; 6]>> {
     Ok(members.iter().map(|&member| triangles[member]).collect())
 }
 
-/// Runs the body and returns the last period of its load.
+/// Runs the body and returns the last period of its load, with the exit code.
 fn compute(scene: &Scene, progress: &Progress) -> anyhow::Result<(Vec<Shot>, Exit)> {
     let mut integrator = run::muscle_alone(scene)?;
     let unknowns = integrator.problem().n_unknowns();
@@ -90,7 +90,7 @@ fn compute(scene: &Scene, progress: &Progress) -> anyhow::Result<(Vec<Shot>, Exi
 }
 
 fn shot(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Shot {
-    // The von Mises stress does not depend on the pressure rate, the only part of ẏ in the stress.
+    // The pressure rate is the only part of ẏ that affects the stress, and the von Mises stress does not depend on it.
     let snapshot = dae.snapshot(t, y, &[]);
     let space = snapshot.solid.space();
     let grid = Grid::new(space, &vec![0; space.n_elements()]);

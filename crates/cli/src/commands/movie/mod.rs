@@ -1,4 +1,4 @@
-//! `myovib movie`: the stored fields of a run, or the movies of the paper's website, as animated GIFs.
+//! `myovib movie`: animated GIFs of the stored fields of a run, or of the movies on the paper's website.
 
 mod hardening;
 mod muscle3d;
@@ -91,9 +91,9 @@ pub struct MovieArgs {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Subject {
-    /// A movie of a built-in scene.
+    /// Movie of a built-in scene.
     Film(Film),
-    /// The folder of a run.
+    /// Folder of a run.
     Run(PathBuf),
 }
 
@@ -110,7 +110,7 @@ pub enum Film {
     Muscle3d,
 }
 
-/// Returns the movie with this name; any other text is a folder.
+/// Returns the movie with this name. Any other text is taken as the path of a folder.
 fn subject(text: &str) -> Result<Subject, String> {
     let film = Film::from_str(text, false).ok();
     if let Some(film) = film {
@@ -180,7 +180,7 @@ impl MovieArgs {
         PathBuf::from(format!("{name}.gif"))
     }
 
-    /// Returns the scene of the movie, with the end time `to` (s), or the scene's end time.
+    /// Returns the scene of the movie. It ends at `to` (s), or at the scene's own end time if `to` is `None`.
     fn scene(&self, name: &str, to: Option<f64>) -> Result<Scene, InputError> {
         let mut changes = Vec::new();
         changes.extend(to.map(overrides::end));
@@ -208,7 +208,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
             .into());
     }
     let path = args.out.clone().unwrap_or_else(|| args.default_name());
-    // A path from the command line has already been checked; the default path is checked here.
+    // A path from the command line was checked when it was parsed; the default path is checked here.
     values::output_file(&path.display().to_string())
         .map_err(|reason| InputError::new(reason).at(path.display()))?;
     let movie = match &args.subject {
@@ -222,8 +222,8 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
         output::line("no movie: the run ended before the start time of the movie");
         return Ok(movie.exit);
     }
-    // After Ctrl-C, the movie ends with the frames drawn so far.
-    // After an interrupted computation, the part computed is drawn.
+    // Ctrl-C while drawing ends the movie after the frames drawn so far. If the computation was interrupted, all of its
+    // results are drawn.
     let is_interrupted = interrupt::flag();
     let draws_all = interrupt::is_interrupted();
     let mut n_frames = 0;
@@ -251,7 +251,7 @@ struct Movie {
     exit: Exit,
 }
 
-/// Shows the stored fields of a run.
+/// Makes a movie of the stored fields of a run.
 fn stored(args: &MovieArgs, folder: &Path, between: [f64; 2]) -> anyhow::Result<Movie> {
     let factor = args.factor.unwrap_or(1.0);
     let (field, frequency) = (args.field.as_deref(), args.frequency);
@@ -259,7 +259,7 @@ fn stored(args: &MovieArgs, folder: &Path, between: [f64; 2]) -> anyhow::Result<
     Ok(Movie { frames: film::frames(folder, request)?, exit: Exit::Done })
 }
 
-/// Shows each sample of 0.01 s for 0.04 s: a quarter of the speed, 12.5 frames per cycle.
+/// Shows each sample of 0.01 s for 0.04 s. This is a quarter of the real speed, at 12.5 frames per cycle.
 fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
     let scene = args.scene("figure3", Some(to))?;
     let run = on_its_body(scene, &Progress::new(args.common.quiet))?;

@@ -1,6 +1,5 @@
-//! A contracting muscle in space under a vibration: the scene `muscle3d`, colored by the
-//! displacement. Next to it are its oscillators in the complex plane, which do not act on the
-//! muscle.
+//! Movie of a contracting muscle in 3D under a vibration: the scene `muscle3d`, colored by the displacement. The
+//! oscillators, which do not act on the muscle, are shown next to it in the complex plane.
 
 use anyhow::Context;
 use myovib_dae::Problem;
@@ -17,9 +16,9 @@ use myovib_report::spatial::{displacement_plot, surroundings};
 use myovib_scene::run::with_chains;
 
 const SCENE: &str = "muscle3d";
-/// Time between frames, s: eight frames per period of the vibration.
+/// Time between frames (s); there are eight frames per period of the vibration.
 const EVERY: f64 = 1.0 / 64.0;
-/// Width of the page with both panels, mm.
+/// Width (mm) of the page that contains both panels.
 const WIDTH: f64 = 120.0;
 
 /// Makes a movie of the motion.

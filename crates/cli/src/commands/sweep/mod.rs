@@ -1,4 +1,4 @@
-//! `myovib sweep`: runs one scene for a grid of values, with a folder for each case.
+//! `myovib sweep`: runs one scene for all combinations of given values, with a folder for each case.
 
 mod slurm;
 
@@ -84,7 +84,7 @@ pub struct SweepArgs {
     pub common: CommonArgs,
 }
 
-/// Runs the cases. A case that fails at run time becomes a row of the table.
+/// Runs the cases. A case that fails during the computation is reported as a row of the table.
 pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     if let Some(file) = &args.slurm {
         let jobs = slurm::write(args, file)?;
@@ -124,7 +124,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     })
 }
 
-/// Maximum number of reported cases.
+/// Maximum number of cases listed in a note.
 const MAX_LISTED: usize = 10;
 
 fn print_notes(cases: &[String]) {

@@ -1,4 +1,4 @@
-//! Job script of a sweep for Slurm.
+//! Slurm job script of a sweep.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::SweepArgs;
 use crate::output::{self, JOB_SCRIPT};
 
-/// Written job script.
+/// Job script that was written.
 #[derive(Debug, Serialize)]
 pub(super) struct Jobs {
     script: PathBuf,
@@ -26,7 +26,7 @@ impl Jobs {
 
 /// Writes the script to `file` and returns its description.
 pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
-    // An invalid scene is reported here instead of by the task that would run it.
+    // An invalid scene is reported now instead of later by the task that runs it.
     let n = rehearse(&args.scene, &args.set, &args.vary, args.common.n_threads())?;
     let per_task = args.per_task.get();
     let program = std::env::current_exe()?;

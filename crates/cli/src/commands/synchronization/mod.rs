@@ -1,9 +1,9 @@
 //! `myovib synchronization`: checks whether the external vibration can synchronize the chain.
 //!
-//! Sweeps answer this question of the paper: for each gain γ, frequency spread, coupling D and drive frequency, they
-//! determine the settled |Ψ|, |χ| and centroid frequency, and whether the chain is locked to the drive. Because the
-//! chain does not act on the body, the body is integrated once per drive frequency, and its motion is replayed to the
-//! chains.
+//! The paper raises this question, and sweeps answer it. For each combination of gain γ, frequency spread, coupling D
+//! and drive frequency, they determine the settled |Ψ|, |χ| and centroid frequency, and whether the chain is locked to
+//! the drive. Because the chain does not act on the body, the body is integrated once per drive frequency, and the
+//! chains are driven by its recorded motion.
 
 mod report;
 
@@ -117,7 +117,7 @@ pub enum BodyName {
 }
 
 impl BodyName {
-    /// Returns the scene of body and chain, and the key of the load's frequency in it.
+    /// Returns the scene that contains the body and the chain, and the key of the load frequency in this scene.
     fn scene(self) -> (&'static str, &'static str) {
         match self {
             Self::Rod => ("figure3", "rod.load.frequency"),
@@ -126,18 +126,18 @@ impl BodyName {
     }
 }
 
-/// Point of the sweep.
+/// Combination of values in the sweep.
 struct Case {
     frequency: f64,
     scene: Scene,
-    /// Index of the drive in the list of recorded motions.
+    /// Index of the drive frequency in the list of recorded motions.
     drive: usize,
 }
 
 struct Outcome {
     frequency: f64,
     run: ChainRun,
-    /// `None` for a run that did not reach its end time and therefore has not settled.
+    /// `None` for a run that stopped before its end time and therefore has not settled.
     verdict: Option<Verdict>,
 }
 
@@ -149,7 +149,7 @@ struct Verdict {
 }
 
 impl SynchronizationArgs {
-    /// Returns the scene of body and chain with the changes from the options and the changes in `more`.
+    /// Returns the scene of the body and the chain, with the changes made by the options and those in `more`.
     fn scene(&self, more: &[String]) -> Result<Scene, InputError> {
         let mut changes = Vec::new();
         changes.extend(self.t_end.map(overrides::end));
@@ -162,7 +162,7 @@ impl SynchronizationArgs {
     }
 
     fn check(&self) -> Result<(), InputError> {
-        // Half of the run needs two samples to determine a frequency.
+        // The window of half the run needs at least two samples to determine a frequency.
         let shortest = 4.0 * EVERY;
         let too_short = |t_end: &f64| *t_end < shortest;
         if let Some(t_end) = self.t_end.filter(too_short) {
@@ -185,9 +185,9 @@ impl SynchronizationArgs {
         frequencies.map(drive).collect()
     }
 
-    /// Returns all combinations; γ changes fastest.
+    /// Returns all combinations of values; γ changes fastest.
     fn cases(&self) -> Result<Vec<Case>, InputError> {
-        // The default is the scene's value.
+        // If no values are given, the scene's value is used.
         let values = |given: &[f64], key: &str| match given {
             [] => vec![Vec::new()],
             given => given.iter().map(|value| vec![change(key, format!("{value:e}"))]).collect(),

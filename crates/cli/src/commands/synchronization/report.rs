@@ -1,4 +1,4 @@
-//! Results of the sweep as text, CSV, JSON and picture.
+//! Results of the sweep as text, CSV, JSON and a picture.
 
 use anyhow::Context;
 use myovib_model::coupling::{Settling, Synchrony};
@@ -15,7 +15,7 @@ use myovib_scene::json::extend;
 use myovib_scene::result_folder::ResultFolder;
 use myovib_scene::scene_file::chain::Chain;
 
-/// All states with their colors; the desired state is the last.
+/// All states and their colors. The desired state is the last one.
 const STATES: [(&str, Color); 4] = [
     ("none", Color::PALE),
     ("coherent", Color::SKY),
@@ -70,7 +70,7 @@ fn flag(value: bool) -> f64 {
     f64::from(u8::from(value))
 }
 
-/// Returns the case and its settled values, which are NaN for a stopped run.
+/// Returns the values that define a case, followed by its settled values, which are NaN for a run that stopped.
 fn row(result: &Outcome) -> Vec<f64> {
     let case = result.case();
     let settled = result.verdict.map_or([f64::NAN; 10], values);
@@ -136,7 +136,7 @@ fn table(results: &[Outcome]) -> Table {
     table
 }
 
-/// Returns the document of the cases. Settled values and states are null for a run that stopped.
+/// Returns the JSON document of the cases. Settled values and states are null for a run that stopped.
 fn document(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::Result<Value> {
     let case = |result: &Outcome| {
         let state = result.verdict.map(|verdict| verdict.synchrony);
@@ -172,14 +172,14 @@ impl Outcome {
         &self.run.scene.file().chain[0]
     }
 
-    /// Returns drive frequency, spread, D and γ.
+    /// Returns the drive frequency, the frequency spread, D and γ.
     fn case(&self) -> [f64; 4] {
         let chain = self.chain();
         [self.frequency, chain.frequency_spread, chain.coupling, chain.gain]
     }
 }
 
-/// Draws curves over γ and, for several drive frequencies, a map of the states.
+/// Plots the settled values against γ and, if there are several drive frequencies, adds a map of the states.
 fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
     let mut panels: Vec<Box<dyn Panel>> = Vec::new();
     type Quantity = fn(&Settling) -> Settled;
@@ -231,13 +231,13 @@ fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
     }
 }
 
-/// Splits the results into the runs of each curve, which differ only in γ.
+/// Splits the results into curves. The runs of one curve differ only in γ.
 fn chunks(results: &[Outcome]) -> impl Iterator<Item = &[Outcome]> {
     let key = |o: &Outcome| (o.frequency, o.chain().frequency_spread, o.chain().coupling);
     results.chunk_by(move |a, b| key(a) == key(b))
 }
 
-/// Returns the label of a curve: the values that differ between curves.
+/// Returns the label of a curve, which contains the values that differ between curves.
 fn curve_name(args: &SynchronizationArgs, result: &Outcome) -> String {
     let mut parts = Vec::new();
     if args.frequency.len() > 1 {
@@ -252,7 +252,8 @@ fn curve_name(args: &SynchronizationArgs, result: &Outcome) -> String {
     parts.join(", ")
 }
 
-/// Draws the states over γ, one row for each drive (and width and D, if these vary).
+/// Draws a map of the states: γ varies along a row, and there is one row for each drive frequency and, if they vary,
+/// each spread and D.
 fn map(args: &SynchronizationArgs, results: &[Outcome]) -> HeatMap {
     let category = |state: Synchrony| STATES.iter().position(|(name, _)| *name == state.name());
     HeatMap {

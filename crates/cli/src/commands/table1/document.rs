@@ -1,4 +1,4 @@
-//! Table 1 as JSON.
+//! Table 1 as a JSON document.
 
 use myovib_model::Field;
 use myovib_model::counterexample::Solution;
@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 
 use super::{RowResult, Sample, law_name};
 
-/// Returns the document of the table's rows, of the limit of (29), and of the counterexample: the solutions of (33) and,
-/// with an additional quadratic multiplier function, of (34), and max |q - q'| / max |q'|, where q' is the solution of
-/// (33).
+/// Returns a document with the rows of the table, the limit of (29), and the counterexample. The counterexample
+/// compares two solutions: q' of (33), and q of (34) with an additional quadratic multiplier function. Its error is max
+/// |q - q'| / max |q'|.
 pub(super) fn document(
     rows: &[RowResult],
     limit: &[(Case, IndexReport)],
@@ -30,7 +30,7 @@ pub(super) fn document(
     })
 }
 
-/// `multiplier`: max |M⁻¹B̃ᵀμ| / max |v|.
+/// `multiplier` is max |M⁻¹B̃ᵀμ| / max |v|.
 fn solution_json(solution: &Solution) -> Value {
     json!({
         "verdict": solution.index.to_string(),
@@ -41,7 +41,7 @@ fn solution_json(solution: &Solution) -> Value {
     })
 }
 
-/// `index`: null if undecided.
+/// `index` is null if it is undecided.
 fn row_json(row: &RowResult) -> Value {
     let case = &row.case;
     json!({
@@ -69,8 +69,8 @@ fn limit_json((case, report): &(Case, IndexReport)) -> Value {
     json
 }
 
-/// Returns the index with the numerical evidence. `index` is null if undecided, or if the system has no index; `verdict` is
-/// the result in words.
+/// Returns the index and the numerical evidence for it. `index` is null if it is undecided, or if the system has no
+/// index; `verdict` is the result in words.
 pub(in crate::commands) fn report_json(report: &IndexReport) -> Value {
     let block = |(field, found): &(Field, VariableIndex)| {
         json!({

@@ -1,4 +1,4 @@
-//! `myovib table1`: the indices of the paper's Table 1, computed from matrices.
+//! `myovib table1`: the indices in the paper's Table 1, computed from matrices.
 
 mod document;
 mod text;
@@ -27,7 +27,7 @@ pub struct Table1Args {
     pub common: CommonArgs,
 }
 
-/// Case with its samples and their common result.
+/// Case with its samples.
 struct RowResult {
     case: Case,
     samples: Vec<Sample>,
@@ -41,19 +41,19 @@ impl RowResult {
         first.filter(|_| agree)
     }
 
-    /// Returns the narrowest gap of all samples.
+    /// Returns the smallest gap among all samples.
     fn gap(&self) -> f64 {
         let gaps = self.samples.iter().map(|sample| sample.report.gap);
         gaps.fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns whether the index matches the printed one, or `None` if the paper does not print it.
+    /// Returns whether the computed index matches the printed one, or `None` if the paper does not print an index.
     fn agrees(&self) -> Option<bool> {
         let printed = self.case.printed?;
         Some(self.index() == Some(printed))
     }
 
-    /// Returns the index of a block if all samples agree, otherwise `?`.
+    /// Returns the index of a block if all samples agree; otherwise, returns `?`.
     fn block(&self, symbol: &str) -> String {
         let mut found = self.samples.iter().map(|s| block(&s.report, symbol));
         let first = found.next().flatten();
@@ -65,8 +65,8 @@ impl RowResult {
     }
 }
 
-/// Returns the index of the block with this name, followed by a question mark if the gap between its singular values is
-/// not decisive.
+/// Returns the index of the block with this name. A question mark follows if the gap between the singular values of the
+/// block is not decisive.
 fn block(report: &IndexReport, name: &str) -> Option<String> {
     let (_, found) = report.blocks.iter().find(|(f, _)| f.name() == name)?;
     let doubt = if found.verdict == Verdict::Decisive { "" } else { "?" };
@@ -102,7 +102,7 @@ mod tests {
     use myovib_model::{Muscle, Signal, paper, table1};
     use myovib_scene::{Scene, mesh_file};
 
-    /// Returns all values that define a muscle, at full precision.
+    /// Returns all values that define a muscle, at full precision, as text.
     fn data(muscle: &Muscle) -> String {
         let solid = &muscle.solid;
         let body = (solid.space().mesh(), solid.dofs(), solid.laws(), solid.mass_values());
@@ -123,7 +123,7 @@ mod tests {
             let load = Signal::paper(paper::LOAD_AMPLITUDE);
             let ours =
                 paper::muscle_with_load(&mesh, case.law, case.kappa, case.beta, load).unwrap();
-            // The data is too long for a message.
+            // The data is too long to be printed in a failure message.
             assert!(data(&body.muscle) == data(&ours), "{name}: the bodies differ");
             // Without damping, (26) equals (28) with the linear law.
             let index = body.formulation.index(&body.muscle.parameters);

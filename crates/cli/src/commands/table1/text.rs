@@ -9,7 +9,7 @@ use myovib_model::table1::Case;
 use super::{RowResult, law_name};
 use myovib_report::table::{Align, Cell, Table, Tone, colored_stdout, exponent, kappa};
 
-/// Formats the computed table with the paper's values, and the limit of (29).
+/// Formats the computed table next to the paper's values, followed by the limit of (29).
 pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String {
     use Align::{Left, Right};
     let colored = colored_stdout();
@@ -73,7 +73,7 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
     text
 }
 
-/// Explains the columns and the number of samples.
+/// Explains the columns and states the number of samples.
 fn notes(rows: &[RowResult]) -> String {
     let samples = || rows.iter().flat_map(|row| &row.samples);
     let meshes: BTreeSet<usize> = samples().map(|sample| sample.triangles).collect();
@@ -119,7 +119,7 @@ fn toward_limit(limit: &[(Case, IndexReport)]) -> String {
     format!("(29) as κ → ∞, β → 0{found}:\n")
 }
 
-/// Formats the comparison of (34) in COMSOL's discretization with (33).
+/// Formats the comparison of (34) in the discretization of COMSOL with (33).
 pub(super) fn counterexample(matching: &Solution, richer: &Solution) -> String {
     use Align::{Left, Right};
     let mut table = Table::new(&[
@@ -155,7 +155,7 @@ mod tests {
 
     use super::*;
 
-    /// Regression: the notes did not depend on the computed samples.
+    /// Regression: the notes did not depend on which samples were computed.
     #[test]
     fn notes_are_of_the_samples_that_were_computed() {
         let row = |equation: &str, beta: f64, kappa: f64, n: usize| {
