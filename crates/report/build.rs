@@ -1,4 +1,4 @@
-//! Compresses the chart library, plotly.js of the crate `plotly`, for the pages of reports.
+//! Compresses the chart library (plotly.js from the crate `plotly`) for the pages of reports.
 
 use std::io::Write;
 use std::path::Path;
@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 fn main() -> io::Result<()> {
     println!("cargo:rerun-if-changed=build.rs");
     let sources = plotly::Plot::offline_js_sources();
-    // The first script is plotly.js, the second one renders formulas, which reports do not use.
+    // The first script is plotly.js. The second script renders formulas, which reports do not use.
     let library = sources
         .split_once('>')
         .and_then(|(_, rest)| rest.split_once("</script>"))

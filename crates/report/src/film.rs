@@ -1,4 +1,4 @@
-//! Films of the stored fields of a run, read without its scene.
+//! Films of the stored fields of a run, made without reading the scene.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -23,23 +23,24 @@ const MARGIN: f64 = 0.04;
 /// Content of a film.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
-    /// Field that determines the colors of the body; the displacement by default. For a field with several components,
-    /// the magnitude is shown.
+    /// Field that determines the colors of the body; by default, the displacement. If a field has several components,
+    /// its magnitude is shown.
     pub field: Option<&'a str>,
-    /// Factor of the displacements.
+    /// Factor by which displacements are multiplied.
     pub factor: f64,
-    /// First and last time of a run, s.
+    /// First and last time (s) of the run to be shown.
     pub between: [f64; 2],
-    /// Frequency of a response or a mode, Hz: the nearest stored frequency is shown, by default the lowest.
+    /// Frequency (Hz) of a response or a mode. The nearest stored frequency is shown; by default, the lowest.
     pub frequency: Option<f64>,
 }
 
-/// Number of pictures of a cycle.
+/// Number of pictures per cycle.
 const PER_CYCLE: usize = 25;
-/// Largest displacement of a mode, whose size is arbitrary, as a fraction of the body's extent.
+/// Largest displacement in the picture of a mode, as a fraction of the body's extent. The size of a mode itself is
+/// arbitrary.
 const MODE_SIZE: f64 = 0.1;
 
-/// Nodal values at one time.
+/// Nodal values at one point in time.
 struct Shot {
     title: String,
     displacement: Vec<[f64; 3]>,
@@ -47,7 +48,7 @@ struct Shot {
 }
 
 impl Shot {
-    /// Returns the displacement and the values of `field` among the fields of a file with `n` points.
+    /// Selects the displacement and the values of `field` from the fields of a file with `n` points.
     fn of(title: String, fields: &[StoredField], n: usize, field: &str) -> anyhow::Result<Self> {
         let values = found(fields, field)?;
         let width = values.components.len();
@@ -66,8 +67,8 @@ impl Shot {
     }
 }
 
-/// Returns a picture for each stored time of the run in a folder, or for the phases of a cycle of a response or mode, all
-/// with the same scale and colors.
+/// Returns a picture for each stored time of the run in `folder`, or, for a response or a mode, pictures of one cycle.
+/// All pictures have the same scale and colors.
 pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>> {
     let listed =
         |list: &str| vtu::listed(folder, list).context(format!("cannot read {}", folder.display()));
@@ -99,14 +100,14 @@ fn document(folder: &Path) -> Value {
     serde_json::from_str(&text).unwrap_or_default()
 }
 
-/// Returns the load factors of the states of a loading path; empty for other runs.
+/// Returns the load factors of the states on a loading path; empty for other runs.
 pub(crate) fn loads(folder: &Path) -> Vec<f64> {
     let document = document(folder);
     let states = document["path"].as_array().into_iter().flatten();
     states.filter_map(|state| state["load"].as_f64()).collect()
 }
 
-/// Reads the stored times of a run, or the states of a path with these `loads`.
+/// Reads the stored times of a run, or the states of a loading path with the load factors `loads`.
 fn stored(
     files: &[(f64, PathBuf)],
     loads: Vec<f64>,
@@ -144,7 +145,7 @@ fn stored(
     Ok((mesh, shots))
 }
 
-/// Reads the amplitudes of a response and computes Re(û e^{iφ}) for the phases φ of a cycle.
+/// Reads the amplitudes û of a response and computes Re(û e^{iφ}) for the phases φ of one cycle.
 fn cycle(
     files: &[(f64, PathBuf)],
     field: &str,
@@ -181,7 +182,7 @@ fn cycle(
     Ok((mesh, shots))
 }
 
-/// Reads the shapes of modes and computes φ cos ωt for the phases of a cycle.
+/// Reads the shapes φ of the modes and computes φ cos ωt for the phases ωt of one cycle.
 fn vibration(
     folder: &Path,
     field: &str,
@@ -214,7 +215,7 @@ fn vibration(
     Ok((mesh, shots))
 }
 
-/// Returns the position of the frequency nearest to the requested frequency.
+/// Returns the index of the frequency nearest to the requested frequency.
 fn nearest(
     frequencies: impl Iterator<Item = f64>,
     request: Request<'_>,
@@ -244,7 +245,7 @@ fn found<'a>(fields: &'a [StoredField], name: &str) -> anyhow::Result<&'a Stored
     })
 }
 
-/// Returns the axis of the color scale, from the smallest to the largest value over all times.
+/// Returns the axis of the color scale. It extends from the smallest to the largest value at all times.
 fn axis(field: &str, shots: &[Shot]) -> Axis {
     let values = shots.iter().flat_map(|shot| &shot.values);
     let finite = values.copied().filter(|value| value.is_finite());
@@ -335,8 +336,8 @@ impl<'a> Drawing<'a> {
     }
 }
 
-/// Returns the boundary triangles of tetrahedra, counterclockwise seen from outside. Points at the same position, which
-/// occur at boundaries between regions, count as one.
+/// Returns the boundary triangles of tetrahedra, with corners counterclockwise seen from outside. Points at the same
+/// position, which occur on boundaries between regions, are treated as one point.
 fn boundary(mesh: &StoredMesh) -> Vec<[usize; 3]> {
     const SIDES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
     let mut first: BTreeMap<[u64; 3], usize> = BTreeMap::new();
@@ -364,7 +365,7 @@ fn triple([a, b, c]: [Place; 3]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Checks two tetrahedra of different regions: their common face has separate points in each region and does not
+    /// Checks two tetrahedra in different regions. Their common face has separate points in each region, but does not
     /// belong to the boundary.
     #[test]
     fn faces_between_regions_are_inside() {
@@ -382,7 +383,7 @@ mod tests {
         let mesh = StoredMesh { points, cells: vec![cell([0, 1, 2, 3]), cell([4, 5, 6, 7])] };
         let faces = boundary(&mesh);
         assert_eq!(faces.len(), 6);
-        // By the divergence theorem, outward normals give the volume of two tetrahedra, 2/6.
+        // By the divergence theorem, outward normals give the volume of the two tetrahedra, 2/6.
         let volume: f64 = faces.iter().map(|face| triple(face.map(|node| mesh.points[node]))).sum();
         assert!((volume / 6.0 - 1.0 / 3.0).abs() < 1e-15);
     }

@@ -1,4 +1,4 @@
-//! Reports of fits: text, `report.html`, and data files.
+//! Reports of fits: text, `report.html`, and files with data.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::page::probes::{label, unit};
 use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, counted};
 
-/// Writes `residuals.csv`, `residuals.svg`, `fit.json` and `report.html`; returns the body of `fit.json`.
+/// Writes `residuals.csv`, `residuals.svg`, `fit.json` and `report.html`. Returns the body of `fit.json`.
 pub fn write(out: &Path, result: &FitResult) -> anyhow::Result<Value> {
     let plots = plots(result);
     let figure = figure(plots.clone()).render();
@@ -26,7 +26,7 @@ pub fn write(out: &Path, result: &FitResult) -> anyhow::Result<Value> {
     Ok(document)
 }
 
-/// Returns `residuals.csv`: a row for each measurement.
+/// Returns the content of `residuals.csv`, with one row per measurement.
 fn residuals(result: &FitResult) -> String {
     let abscissas = result.abscissas();
     let row = |point: &Point| {
@@ -47,7 +47,7 @@ fn residuals(result: &FitResult) -> String {
     std::iter::once(header).chain(result.points.iter().map(row)).collect()
 }
 
-/// Describes the result as text, with the colors of a terminal if `colored`.
+/// Describes the result as text, with terminal colors if `colored` is true.
 pub fn describe(result: &FitResult, colored: bool) -> String {
     let mut text = format!("{}\n{}", ending(result), parameters(result).render(colored));
     for line in findings(result) {
@@ -112,7 +112,7 @@ fn significant(value: f64) -> String {
     }
 }
 
-/// Describes the quality of the fit and the undetermined parameters.
+/// Describes the quality of the fit and the parameters that the measurements do not determine.
 fn findings(result: &FitResult) -> Vec<String> {
     let of = match result.noise_is_known {
         true => " times the given noise; about 1 if the model fits",
@@ -175,7 +175,7 @@ fn findings(result: &FitResult) -> Vec<String> {
     lines
 }
 
-/// Names the parameters that no measurement depends on.
+/// Names the parameters that have no effect on any measurement.
 fn idle(result: &FitResult) -> Option<String> {
     let names = named(result, |j| !result.fit.acts(j))?;
     Some(format!(
@@ -184,7 +184,7 @@ fn idle(result: &FitResult) -> Option<String> {
     ))
 }
 
-/// Explains the mark at intervals that exceed a bound.
+/// Explains the mark on intervals that exceed a bound.
 fn passing(result: &FitResult) -> Option<String> {
     let names = named(result, |j| result.passes_bound(j))?;
     let remedy = match result.profiles.is_empty() {
@@ -194,7 +194,7 @@ fn passing(result: &FitResult) -> Option<String> {
     Some(format!("* the linear interval exceeds a bound of {names}: {remedy}"))
 }
 
-/// Joins the names of the selected parameters; returns `None` if no parameter is selected.
+/// Joins the names of the selected parameters. Returns `None` if no parameter is selected.
 fn named(result: &FitResult, is_selected: impl Fn(usize) -> bool) -> Option<String> {
     let names = result.fit.names.iter().enumerate();
     let names = names.filter(|(j, _)| is_selected(*j));
@@ -217,7 +217,7 @@ fn correlations(result: &FitResult) -> Table {
     table
 }
 
-/// Plots the cost over the iterations.
+/// Plots the cost as a function of the iteration.
 fn iterations(result: &FitResult) -> LinePlot {
     let costs: Vec<f64> = result.fit.history.iter().map(|it| it.cost).collect();
     let numbers: Vec<f64> = (0..costs.len()).map(|k| k as f64).collect();
@@ -229,8 +229,8 @@ fn iterations(result: &FitResult) -> LinePlot {
     }
 }
 
-/// Plots the confidence intervals of the parameters relative to their values, one line each. Intervals from profiles
-/// are used if there are any. Intervals with an open end and values of zero are excluded.
+/// Plots one line per parameter: its confidence interval relative to its value. Intervals from profiles are used if
+/// they were computed. Intervals with an open end and parameters with the value zero are excluded.
 fn intervals(result: &FitResult) -> LinePlot {
     let by_profile = |j: usize| result.profiles.get(j)?.as_ref().ok().map(|p| p.interval);
     let linear = result.uncertainty.intervals(LEVEL);
@@ -250,7 +250,7 @@ fn intervals(result: &FitResult) -> LinePlot {
     }
 }
 
-/// Returns `report.html`.
+/// Returns the content of `report.html`.
 fn html(result: &FitResult, plots: &[LinePlot], svg: &str) -> String {
     let title = match result.title.as_str() {
         "" => "A fit",
@@ -292,7 +292,7 @@ fn html(result: &FitResult, plots: &[LinePlot], svg: &str) -> String {
     framed(title, &summary, &body, &data)
 }
 
-/// Formats an interval; an open end is shown as a dash.
+/// Formats an interval. An open end is shown as a dash.
 fn between(interval: [Option<f64>; 2]) -> String {
     let [low, high] = interval.map(|end| {
         let end = end.unwrap_or(f64::NAN);
@@ -301,7 +301,7 @@ fn between(interval: [Option<f64>; 2]) -> String {
     format!("{low} … {high}")
 }
 
-/// Returns `shown`, or a dash if the number is not finite.
+/// Returns `shown`, or a dash if `number` is not finite.
 fn known(number: f64, shown: String) -> String {
     match number.is_finite() {
         true => shown,
@@ -309,7 +309,7 @@ fn known(number: f64, shown: String) -> String {
     }
 }
 
-/// Draws plots below each other.
+/// Arranges plots in one column.
 fn figure(plots: Vec<LinePlot>) -> Figure {
     let panels = plots.into_iter().map(|plot| Box::new(plot) as Box<dyn Panel>);
     Figure::column("Measurements and fit", panels.collect())

@@ -8,10 +8,10 @@ use crate::plot::{Axis, Figure, MeshPlot, Panel, SurfacePlot};
 use crate::spatial;
 use crate::table::{Align, Table, colored_stdout, kappa};
 
-/// Largest displacement in a drawing, as a fraction of the body's length.
+/// Largest displacement in the drawing of a mode, as a fraction of the body's length.
 const DRAWN: f64 = 0.06;
 
-/// Formats a frequency in Hz; for an unstable mode, formats its growth rate.
+/// Formats the frequency of a mode in Hz, or `unstable` if the mode has no frequency.
 pub(crate) fn frequency(mode: &Mode) -> String {
     mode.frequency.map_or("unstable".into(), |f| format!("{f:.3}"))
 }
@@ -25,7 +25,7 @@ fn headings(modes: &Modes, body: &BodyModes) -> [String; 3] {
     ]
 }
 
-/// Returns a body's columns for mode `n`, empty if it has fewer modes.
+/// Returns the table entries of a body for mode `n`; they are empty if the body has fewer modes.
 fn columns(modes: &Modes, body: &BodyModes, n: usize) -> [String; 3] {
     let Some(mode) = body.modes.get(n) else {
         return Default::default();
@@ -47,7 +47,7 @@ pub(crate) fn about(preload_time: Option<f64>) -> String {
     }
 }
 
-/// Returns the table of modes, with the bodies next to each other.
+/// Returns the table of modes, in which the bodies are next to each other.
 pub fn text(modes: &Modes) -> String {
     let bodies = &modes.muscles;
     let own = bodies.iter().flat_map(|body| headings(modes, body));
@@ -101,7 +101,8 @@ pub fn figure(muscle: &Muscle, body: &BodyModes) -> Figure {
     }
 }
 
-/// Returns the displacement of all nodes in a mode, scaled so that the largest is a fraction of the body's length.
+/// Returns the displacement of all nodes in a mode. It is scaled so that the largest displacement is a fraction of the
+/// body's length.
 pub(crate) fn shape(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
     let dimension = muscle.solid.space().dimension();
     let mut shape = mode.shape.clone();

@@ -8,10 +8,10 @@ use crate::page::probes::{label, unit};
 use crate::plot::{Axis, Figure, LinePlot, Series};
 use crate::table::{Align, Table, colored_stdout};
 
-/// Number of harmonics in tables; `run.json` contains the others.
+/// Maximum number of harmonics in tables; `run.json` contains all of them.
 const MOST_HARMONICS: usize = 3;
 
-/// Returns the values of all probes with their names.
+/// Returns the columns of all probes, each with the name of its probe.
 fn columns(found: &Periodic) -> impl Iterator<Item = (&str, &Column)> {
     let probes = found.probes.iter();
     probes.flat_map(|probe| {
@@ -20,7 +20,7 @@ fn columns(found: &Periodic) -> impl Iterator<Item = (&str, &Column)> {
     })
 }
 
-/// Returns mean, range, and the amplitudes of the first harmonics.
+/// Returns the mean, the range, and the amplitudes of the first harmonics.
 fn numbers(column: &Column) -> Vec<f64> {
     let mut numbers = vec![column.mean, column.minimum, column.maximum];
     numbers.extend(column.amplitudes.iter().take(MOST_HARMONICS));
@@ -65,13 +65,13 @@ fn harmonics(found: &Periodic) -> Table {
     table
 }
 
-/// Returns the harmonics of all probes, the stability and the curve as text.
+/// Returns the harmonics of all probes, the stability, and the curve of periodic states as text.
 pub fn text(found: &Periodic) -> String {
     let curve = found.continuation.as_ref().map_or(String::new(), curve_text);
     format!("{}{}\n{curve}", harmonics(found).render(colored_stdout()), description(found))
 }
 
-/// Returns the folds and the ends of a curve as a table.
+/// Returns the folds and the ends of a curve of periodic states as a table.
 fn curve_text(curve: &Curve) -> String {
     let first = [(&*curve.parameter, Align::Right), ("", Align::Left)];
     let values = curve.columns.iter().map(|name| (&**name, Align::Right));
@@ -109,7 +109,7 @@ fn stability(point: &CurvePoint) -> &'static str {
     }
 }
 
-/// Returns the figures of a curve: amplitude against the parameter.
+/// Returns the figures of a curve of periodic states: the amplitude as a function of the parameter.
 fn curve_section(curve: &Curve, in_space: bool, data: &mut PageData) -> String {
     let x: Vec<f64> = curve.points.iter().map(|point| point.parameter).collect();
     let figures = curve.columns.iter().enumerate().map(|(j, name)| {

@@ -5,17 +5,17 @@ use myovib_scene::result_folder::ResultFolder;
 
 use crate::plot::{Figure, raster};
 
-/// Width of a PNG in pixels: 85 mm at 600 dpi.
+/// Width of a PNG in pixels, which is 85 mm at 600 dpi.
 const PNG_WIDTH: u32 = 2000;
 
-/// Names of the files of the figure `name`, with or without a PNG.
+/// Returns the names of the files of the figure `name`, including the PNG if `png` is true.
 pub fn names(name: &str, png: bool) -> Vec<String> {
     let png = if png { &["png"][..] } else { &[] };
     let extensions = png.iter().chain(&["svg", "csv"]);
     extensions.map(|extension| format!("{name}.{extension}")).collect()
 }
 
-/// Writes `name.svg`, `name.csv` and, if requested, `name.png`; returns their paths.
+/// Writes `name.svg`, `name.csv` and, if requested, `name.png`. Returns the paths.
 pub fn write(
     folder: &ResultFolder,
     name: &str,
@@ -34,7 +34,7 @@ pub fn write(
         .collect()
 }
 
-/// Names and contents of the files.
+/// Returns the names and contents of the files.
 fn files(
     name: &str,
     figure: &Figure,

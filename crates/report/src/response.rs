@@ -1,5 +1,5 @@
-//! Harmonic response: table of peaks, amplitude and phase against frequency (Bode plot), and curves in the complex
-//! plane (Nyquist plot).
+//! Harmonic response: a table of peaks, plots of amplitude and phase against frequency (Bode plot), and curves in the
+//! complex plane (Nyquist plot).
 
 use myovib_scene::response::{Curves, Peak, Response, phase};
 
@@ -9,7 +9,7 @@ use crate::page::probes::{label, unit};
 use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, colored_stdout};
 
-/// Maximum number of values drawn for a probe; the CSV file contains the others.
+/// Maximum number of values of a probe that are plotted; the CSV file contains all values.
 const MOST_COLUMNS: usize = 6;
 
 fn peaks(found: &Response, damping_ratio_heading: &str) -> Table {
@@ -34,7 +34,7 @@ fn peaks(found: &Response, damping_ratio_heading: &str) -> Table {
     table
 }
 
-/// Returns the peaks of all values as text, or all values at the only frequency.
+/// Returns the peaks of all values as text. If there is only one frequency, returns all values at this frequency.
 pub fn text(found: &Response) -> String {
     if let [frequency] = found.frequencies[..] {
         return at_one_frequency(found, frequency);
@@ -58,7 +58,7 @@ pub fn text(found: &Response) -> String {
     )
 }
 
-/// Explains peaks without a damping ratio at given frequencies.
+/// Explains why some peaks have no damping ratio.
 fn unresolved(found: &Response) -> &'static str {
     let is_given = found.interpolation_error.is_none();
     match (found.peaks.iter().any(|peak| peak.damping_ratio.is_none()), is_given) {
@@ -73,7 +73,7 @@ fn unresolved(found: &Response) -> &'static str {
     }
 }
 
-/// Returns the table of all values at the only frequency.
+/// Returns a table of all values at the only frequency.
 fn at_one_frequency(found: &Response, frequency: f64) -> String {
     let mut table = Table::new(&[
         ("probe", Align::Left),
@@ -107,13 +107,13 @@ fn about(found: &Response) -> String {
     }
 }
 
-/// Returns the damping ratio, or a dash.
+/// Returns the damping ratio of a peak, or a dash if it is unknown.
 fn damping_ratio(peak: &Peak) -> String {
     let ratio = peak.damping_ratio;
     ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}"))
 }
 
-/// Returns the frequency and the number of the mode, or a dash.
+/// Returns the frequency and the number of the mode that belongs to a peak, or a dash.
 fn mode(peak: &Peak) -> String {
     let mode = peak.mode;
     mode.map_or("–".to_owned(), |mode| format!("{:.4} (mode {})", mode.frequency, mode.number))
@@ -143,7 +143,7 @@ pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> 
     )
 }
 
-/// Plots the values of a probe: amplitude and phase against frequency, and the complex plane.
+/// Plots the values of a probe: amplitude and phase against frequency, and the curve in the complex plane.
 fn plots(frequencies: &[f64], curves: &Curves, in_space: bool) -> Vec<LinePlot> {
     let columns = curves.columns.iter().enumerate().take(MOST_COLUMNS);
     let plots = columns.flat_map(|(k, name)| {
@@ -158,7 +158,7 @@ fn plots(frequencies: &[f64], curves: &Curves, in_space: bool) -> Vec<LinePlot> 
             series: vec![Series::curve("", frequencies, values)],
             ..LinePlot::default()
         };
-        // The unit of a ratio is unknown.
+        // A ratio has no known unit.
         let is_ratio = *name == curves.name;
         let unit = if is_ratio { "" } else { unit(name, in_space) };
         let axis = |text: String| Axis::new(text, unit);

@@ -9,19 +9,20 @@ use crate::plot::surface_plot::{Face, Paint, faces_the_eye};
 use crate::plot::{Axis, Color, Field, MeshPlot, SurfacePlot};
 use crate::vector::{Place, length};
 
-/// Surfaces with more faces are drawn with one triangle per face, otherwise with four.
+/// A surface with at least this number of faces is drawn with one triangle per face, a smaller surface with four.
 const FINE: usize = 3000;
-/// Relative tolerance for equal extents in the choice of a section; the first axis is preferred.
+/// Relative tolerance within which extents are considered equal in the choice of a section. Among equal extents, the
+/// first axis is preferred.
 const ALIKE: f64 = 0.05;
 
-/// Returns the boundary faces by their six nodes: the corners, counterclockwise as seen from outside, then the edge
-/// midpoints.
+/// Returns the boundary faces. Each face has six nodes: the corners, counterclockwise as seen from outside, then the
+/// edge midpoints.
 pub fn boundary(space: &Space) -> Vec<[usize; 6]> {
     let faces = boundary_with_elements(space).into_iter();
     faces.map(|(_, nodes)| nodes).collect()
 }
 
-/// Returns the boundary faces as in [`boundary`], each with its element.
+/// Returns the boundary faces as in [`boundary`], each with the index of its element.
 pub(crate) fn boundary_with_elements(space: &Space) -> Vec<(usize, [usize; 6])> {
     let mesh = space.mesh();
     let sides = mesh.elements().enumerate().flat_map(|(number, element)| {
@@ -35,7 +36,7 @@ pub(crate) fn boundary_with_elements(space: &Space) -> Vec<(usize, [usize; 6])> 
     alone(sides).filter_map(nodes).collect()
 }
 
-/// Returns the values of the faces that occur once. Faces have three corners in any order.
+/// Returns the values of the faces that occur exactly once. The order of the three corners of a face is arbitrary.
 pub(crate) fn alone<T>(faces: impl Iterator<Item = ([usize; 3], T)>) -> impl Iterator<Item = T> {
     let mut alone = BTreeMap::new();
     for (corners, value) in faces {
@@ -44,7 +45,8 @@ pub(crate) fn alone<T>(faces: impl Iterator<Item = ([usize; 3], T)>) -> impl Ite
     alone.into_values().flatten()
 }
 
-/// Draws the undeformed body with colored boundary groups. The legend marks groups on the hidden side.
+/// Draws the undeformed body with colored groups on the boundary. The legend marks the groups that are on the hidden
+/// side.
 pub(crate) fn groups_plot(space: &Space, groups: &[(&str, Color)]) -> SurfacePlot {
     let points = space.node_points::<3>();
     let boundary = boundary(space).into_iter();
@@ -92,7 +94,7 @@ pub fn displacement_plot(space: &Space, displacement: &[Place]) -> SurfacePlot {
     field_plot(space, &moved, &field)
 }
 
-/// Draws the body with its nodes at these points, colored by a field.
+/// Draws the body with its nodes at the given points, colored by a field.
 pub(crate) fn field_plot(space: &Space, points: &[Place], field: &Field) -> SurfacePlot {
     let faces = boundary(space);
     let parts: &[[usize; 3]] = match faces.len() {
@@ -116,8 +118,8 @@ pub(crate) fn field_plot(space: &Space, points: &[Place], field: &Field) -> Surf
     }
 }
 
-/// Returns the corners of a box that contains the body in all these states, and the maximum displacement, which the
-/// frames of a movie share.
+/// Returns the corners of a box that contains the body in all of these states, and the maximum displacement. The frames
+/// of a movie share these values.
 pub fn surroundings<'a>(
     space: &Space,
     states: impl Iterator<Item = &'a [Place]>,
@@ -138,8 +140,8 @@ pub fn surroundings<'a>(
     (corners.collect(), largest)
 }
 
-/// Draws a section of the undeformed body through the middle of its shortest extent, colored by the magnitude of the
-/// displacement.
+/// Draws a section of the undeformed body, colored by the magnitude of the displacement. The section is in the middle
+/// of the shortest extent.
 pub(crate) fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {
     let (normal, level) = plane(space);
     let across: Vec<usize> = (0..3).filter(|axis| *axis != normal).collect();
@@ -172,7 +174,7 @@ pub(crate) fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {
 
 const NAMES: [&str; 3] = ["*x*", "*y*", "*z*"];
 
-/// Returns the plane through the middle of the shortest extent: its axis and coordinate.
+/// Returns the plane in the middle of the shortest extent, as the index of its normal axis and its coordinate.
 fn plane(space: &Space) -> (usize, f64) {
     let [low, high] = bounds(space.coordinates(), 3);
     let extents = [0, 1, 2].map(|axis| high[axis] - low[axis]);
@@ -181,8 +183,8 @@ fn plane(space: &Space) -> (usize, f64) {
     (axis, 0.5 * (low[axis] + high[axis]))
 }
 
-/// Returns the section of a tetrahedron with the zero plane of a linear function, as one or two triangles in
-/// barycentric coordinates. `heights` are the values of the function at the vertices.
+/// Returns the section of a tetrahedron with the plane on which a linear function is zero. The section consists of
+/// triangles in barycentric coordinates. `heights` are the values of the function at the vertices.
 fn cut(heights: &[f64; 4]) -> Vec<[[f64; 4]; 3]> {
     let (above, below): (Vec<usize>, Vec<usize>) = (0..4).partition(|&i| heights[i] >= 0.0);
     let point = |i: usize, j: usize| {
@@ -227,15 +229,15 @@ mod tests {
             let [a, b, c] = [0, 1, 2].map(|i| points[nodes[i]]);
             let normal = normal([a, b, c]);
             area += 0.5 * length(normal);
-            // Divergence theorem: outward normals give the volume.
+            // By the divergence theorem, outward normals give the volume.
             volume += dot(a, normal) / 6.0;
         }
-        // Sums of about fifty terms of magnitude one.
+        // Sums of about fifty terms of magnitude one have rounding errors.
         assert!((area - 22.0).abs() < 1e-13, "{area}");
         assert!((volume - 6.0).abs() < 1e-13, "{volume}");
     }
 
-    /// From the front, the right and above, x = 0 is hidden and x = 3 is visible.
+    /// Checks that x = 0 is hidden and x = 3 is visible, because the view is from the front, the right and above.
     #[test]
     fn the_legend_marks_hidden_groups() {
         let groups = [("left", Color::BLACK), ("right", Color::GRAY)];
@@ -244,7 +246,7 @@ mod tests {
         assert_eq!(names, ["left (hidden)", "right"]);
     }
 
-    /// Through the middle of y: a rectangle of 3 by 2, with the interpolated displacement.
+    /// Checks the section through the middle of y. It is a rectangle of 3 by 2 with the interpolated displacement.
     #[test]
     fn the_section_matches_the_body() {
         let space = block();
@@ -259,7 +261,7 @@ mod tests {
             area += 0.5 * twice.abs();
             for &node in nodes {
                 let [x, _] = plot.nodes[node];
-                // x² is quadratic, so only rounding errors remain.
+                // The function x² is quadratic, so there are only rounding errors.
                 assert!((values[node] - x * x).abs() < 1e-13);
             }
         }

@@ -1,4 +1,4 @@
-//! Stiffness sensitivity maps: a table, pictures, and a file for ParaView.
+//! Maps of the sensitivity to the stiffness: a table, pictures, and a file for ParaView.
 
 use anyhow::Context;
 use myovib_fem::Space;
@@ -13,10 +13,10 @@ use crate::plot::{Axis, Field, Figure, MeshPlot, Panel, SurfacePlot};
 use crate::spatial;
 use crate::table::{Align, Table, colored_stdout};
 
-/// Schema of its JSON document.
+/// Name of the schema of the JSON document.
 pub const SCHEMA: &str = "stiffness-map";
 
-/// Returns the sensitivity of each output to the stiffness of the whole body, and notes.
+/// Returns the sensitivity of each output to the stiffness of the whole body, followed by notes, as text.
 pub fn text(map: &StiffnessMap) -> String {
     let mut table = Table::new(&[
         ("output", Align::Left),
@@ -25,7 +25,7 @@ pub fn text(map: &StiffnessMap) -> String {
     for output in &map.outputs {
         let total = output.total();
         let shown = match total.is_finite() {
-            // Avoids a negative zero.
+            // Adding 0.0 avoids a negative zero.
             true => format!("{:.3e}", total + 0.0),
             false => "– (always zero)".to_owned(),
         };
@@ -44,14 +44,14 @@ pub fn text(map: &StiffnessMap) -> String {
 /// Files written by [`write()`].
 pub const FILES: [&str; 3] = ["stiffness.vtu", "stiffness.svg", "stiffness.json"];
 
-/// Writes `stiffness.vtu`, `stiffness.json` and, unless all maps are zero, `stiffness.svg`. Returns the paths of the
+/// Writes `stiffness.vtu`, `stiffness.json` and, unless all maps are zero, `stiffness.svg`. Returns the paths of all
 /// files except the JSON file, and the content of the JSON file.
 pub fn write(folder: &ResultFolder, map: &StiffnessMap) -> anyhow::Result<(Vec<String>, Value)> {
     let body = map.scene.body.as_ref().context("the scene has no body")?;
     let space = body.muscle.solid.space();
     let densities = map.densities()?;
     let of_elements = vtu::of_elements(space, &Grid::of_body(body), &densities);
-    // Maps of zeros are not drawn.
+    // A map that is zero everywhere is not drawn.
     let seen = |own: &&CellField| own.values.iter().any(|(_, value)| value.abs() > 0.0);
     let panels = densities.iter().filter(seen);
     let panels: Vec<_> = panels.map(|density| panel(space, density)).collect();
@@ -86,7 +86,7 @@ fn panel(space: &Space, density: &CellField) -> Box<dyn Panel> {
     Box::new(MeshPlot { title, field: Some(field), ..outline(space) })
 }
 
-/// Returns the means over the adjacent elements at each node, weighted by their measure.
+/// Returns, for each node, the mean over the adjacent elements, weighted by their area or volume.
 fn at_nodes(space: &Space, density: &CellField) -> Vec<f64> {
     let mut sums = vec![[0.0; 2]; space.n_nodes()];
     for &(element, value) in &density.values {
@@ -110,7 +110,8 @@ mod tests {
 
     use super::*;
 
-    /// A probe on a prescribed support is insensitive to the stiffness, in 2D and 3D.
+    /// Checks that no picture is drawn for a probe on a prescribed support, which does not depend on the stiffness, in
+    /// 2D and 3D.
     #[test]
     fn a_map_of_zeros_has_no_picture() {
         for (mesh, at) in [
@@ -134,7 +135,8 @@ mod tests {
         }
     }
 
-    /// Two halves of a square with the values 1 and 4: the diagonal has their mean, the other corners their own values.
+    /// Checks two halves of a square with the values 1 and 4. The nodes on the diagonal have the mean of these values,
+    /// the other corners the value of their half.
     #[test]
     fn nodes_have_the_mean_of_adjacent_elements() {
         let mesh = myovib_fem::generate::rectangle([0.0; 2], [1.0, 1.0], [1, 1]).unwrap();

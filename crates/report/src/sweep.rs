@@ -1,4 +1,5 @@
-//! Report of a sweep: the cases, plots of the results against the varied values, and the curves of all cases.
+//! Report of a sweep: a table of the cases, plots of the results against the varied values, and the curves of all
+//! cases.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,9 +14,9 @@ use crate::page::frame::{figure, framed};
 use crate::page::probes::{MOST_VALUES, Record, label, unit};
 use crate::plot::{Axis, Figure, LinePlot, Series};
 
-/// Maximum number of cases whose curves are drawn in one chart.
+/// Maximum number of cases whose curves are shown in one chart.
 const MOST_CURVES: usize = 24;
-/// Maximum number of columns of probes with a chart.
+/// Maximum number of probe columns that have a chart.
 const MOST_CHARTS: usize = 12;
 
 /// Writes the report of a sweep into its folder.
@@ -31,7 +32,7 @@ pub fn write(folder: &Path, result: &SweepResult) -> Result<(), Error> {
     atomic_file::save(&folder.join(page::NAME), page)
 }
 
-/// Formats an entry of a row; numbers have six digits.
+/// Formats an entry of a row. Numbers have six digits.
 fn word(value: &Value) -> String {
     match value {
         Value::Null => String::new(),
@@ -72,7 +73,7 @@ fn cases(result: &SweepResult, rows: &[Value]) -> String {
     )
 }
 
-/// Returns plots of the results against the first key that has several numerical values, with a curve for each
+/// Returns plots of the results against the first key that has several numerical values. There is one curve for each
 /// combination of values of the other keys.
 fn over_values(result: &SweepResult, rows: &[Value], data: &mut PageData) -> String {
     let distinct = |key: &&String| {
@@ -121,13 +122,13 @@ fn over_values(result: &SweepResult, rows: &[Value], data: &mut PageData) -> Str
     format!("<h2>Results</h2>\n<div class=\"beside\">\n{figures}</div>\n")
 }
 
-/// Returns a figure whose chart is linked to others.
+/// Returns a figure whose chart is linked to other charts.
 fn drawn(caption: &str, plot: LinePlot, link: &str, data: &mut PageData) -> String {
     let chart = data.chart(&plot, Some(link));
     figure(caption, &Figure::of(caption, plot).render(), &chart)
 }
 
-/// Returns the curves of the probes; each chart contains all cases.
+/// Returns the curves of the probes. Each chart contains all cases.
 fn curves(
     folder: &Path,
     result: &SweepResult,
@@ -198,7 +199,7 @@ fn curves(
     ))
 }
 
-/// Returns whether the bodies are 3D, according to the record of the first case.
+/// Returns whether the bodies are 3D, which is read from the results of the first case.
 fn is_in_space(folder: &Path, rows: &[&Value]) -> bool {
     let number = rows.first().and_then(|row| row["case"].as_u64()).unwrap_or(0);
     let text = std::fs::read_to_string(folder.join(format!("case-{number:04}.json")));

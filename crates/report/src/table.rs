@@ -1,4 +1,4 @@
-//! Text tables with aligned columns, colored on terminals that support it.
+//! Text tables with aligned columns. They are colored on terminals that support it.
 
 use std::env;
 use std::io::{self, IsTerminal};
@@ -9,11 +9,11 @@ use myovib_scene::{escape, plain};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
     Plain,
-    /// For headings.
+    /// Tone for headings.
     Strong,
-    /// For expected results.
+    /// Tone for expected results.
     Good,
-    /// For unexpected results.
+    /// Tone for unexpected results.
     Bad,
 }
 
@@ -35,7 +35,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Creates a cell; control characters are escaped.
+    /// Creates a cell. Control characters are escaped.
     pub fn new(text: impl Into<String>, tone: Tone) -> Self {
         Self { text: plain(&text.into()), tone }
     }
@@ -49,7 +49,7 @@ impl<T: Into<String>> From<T> for Cell {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Align {
-    /// For words.
+    /// Alignment of words.
     Left,
     Right,
 }
@@ -86,7 +86,7 @@ impl Table {
         self.rows.push(cells);
     }
 
-    /// Renders the table as text, with terminal colors if `colored`.
+    /// Renders the table as text, with terminal colors if `colored` is true.
     pub fn render(&self, colored: bool) -> String {
         let widths: Vec<usize> = self
             .columns
@@ -138,7 +138,7 @@ impl Table {
     }
 }
 
-/// Colors the text by a tone if `colored`.
+/// Colors the text by its tone if `colored` is true.
 pub fn paint(text: &str, tone: Tone, colored: bool) -> String {
     if colored && tone != Tone::Plain {
         format!("{}{text}\x1b[0m", tone.escape())
@@ -149,7 +149,7 @@ pub fn paint(text: &str, tone: Tone, colored: bool) -> String {
 
 /// Returns three cells: a published count, our count, and their ratio.
 ///
-/// The ratio is `–` if the paper has no value or zero.
+/// The ratio is `–` if the published count is missing or zero.
 pub fn compared(paper: Option<u64>, ours: u64) -> [Cell; 3] {
     let dash = || "–".to_owned();
     let ratio = match paper {
@@ -168,22 +168,23 @@ pub fn kappa(value: f64) -> String {
     if value.is_infinite() { "∞".into() } else { exponent(value) }
 }
 
-/// Formats a parameter in scientific notation, and zero as 0.
+/// Formats a parameter in scientific notation; zero is formatted as 0.
 pub fn exponent(value: f64) -> String {
     if value == 0.0 { "0".into() } else { format!("{value:e}") }
 }
 
-/// Returns whether standard output is colored, that is, a terminal with `NO_COLOR` unset or empty.
+/// Returns whether standard output is colored. This requires a terminal, and `NO_COLOR` must be unset or empty.
 pub fn colored_stdout() -> bool {
     io::stdout().is_terminal() && env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
-/// Returns the number of terminal columns of a text, which must not contain combining or wide characters.
+/// Returns the number of columns that a text occupies on a terminal. The text must not contain combining or wide
+/// characters.
 fn width(text: &str) -> usize {
     text.chars().count()
 }
 
-/// Formats a number with a singular or plural noun: `1 run`, `2 runs`.
+/// Formats a number with the singular or plural of a noun: `1 run`, `2 runs`.
 pub fn counted(number: impl std::fmt::Display, what: &str) -> String {
     match number.to_string().as_str() {
         "1" => format!("1 {what}"),

@@ -26,7 +26,8 @@ pub(crate) fn cross(x: Place, y: Place) -> Place {
     })
 }
 
-/// Returns the normal of a triangle, whose length is twice the area. Seen from its tip, the corners are counterclockwise.
+/// Returns the normal of a triangle; its length is twice the area. Seen from the tip of the normal, the corners are
+/// counterclockwise.
 pub(crate) fn normal([a, b, c]: [Place; 3]) -> Place {
     cross(minus(b, a), minus(c, a))
 }

@@ -1,4 +1,4 @@
-//! The report page as rendered by a browser, and escaping of names.
+//! Tests of the report page as rendered by a browser, and of the escaping of names.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::fs;
@@ -20,7 +20,7 @@ fn report(scene: &str, set: &[&str]) -> String {
     computed(folder.path(), scene, set).1
 }
 
-/// Computes a built-in scene into a folder, and returns the scene and its report.
+/// Computes a built-in scene in a folder. Returns the scene and its report.
 fn computed(folder: &Path, scene: &str, set: &[&str]) -> (Scene, String) {
     let set: Vec<String> = set.iter().map(|&one| one.to_owned()).collect();
     let scene = Scene::built_in(scene, &set).unwrap();
@@ -34,7 +34,7 @@ fn origin(folder: &Path) -> Table {
     Table::parse(&fs::read_to_string(folder.join("origin.csv")).unwrap()).unwrap()
 }
 
-/// Returns the figures of a page; a nested SVG has no name space declaration.
+/// Returns the figures of a page. They start with a namespace declaration, which nested SVG elements do not have.
 fn figures(html: &str) -> Vec<&str> {
     let starts = html.match_indices("<svg xmlns=");
     let figure = |(start, _)| {
@@ -51,7 +51,7 @@ fn data_of(html: &str) -> Value {
     serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
 }
 
-/// Returns the column with this number, stored in single precision.
+/// Returns the column with the index `number`, which is stored in single precision.
 fn singles(data: &Value, number: &Value) -> Vec<f32> {
     let column = &data["columns"][number.as_u64().unwrap() as usize];
     assert_eq!(column["type"], "f4");
@@ -59,7 +59,7 @@ fn singles(data: &Value, number: &Value) -> Vec<f32> {
     bytes.as_chunks::<4>().0.iter().map(|single| f32::from_le_bytes(*single)).collect()
 }
 
-/// Side length in pixels of the square for one figure.
+/// Side length in pixels of the square in which a figure is drawn.
 const SIDE: u32 = 700;
 
 /// Returns the figures that look different in a common document than alone.
@@ -105,7 +105,7 @@ fn figures_of_a_report_are_independent() {
     assert_eq!(spoiled(&found), [0_usize; 0]);
 }
 
-/// 2D: the final body over its outline at rest.
+/// Checks that a report of a 2D body shows the final body over its outline at rest.
 #[test]
 fn a_report_of_a_2d_body_shows_its_deformation() {
     let small = ["time.end=0.05", "integrator.method=radau5"];
@@ -116,7 +116,7 @@ fn a_report_of_a_2d_body_shows_its_deformation() {
     assert!(!without.contains("Deformed"), "no fields, no picture");
 }
 
-/// 3D: the body with its groups, and its deformed surface and a section if fields are written.
+/// Checks that a report of a 3D body shows its groups and, if fields are written, its deformed surface and a section.
 #[test]
 fn a_report_of_a_3d_body_shows_surface_and_section() {
     let small = ["time.end=0.05", "mesh.cells=[10,2,2]", "probe=[]", "chain=[]"];
@@ -133,7 +133,7 @@ fn a_report_of_a_3d_body_shows_surface_and_section() {
     assert!(!without.contains("Deformed surface"));
 }
 
-/// The comparison detects clip rectangles with equal ids.
+/// Checks that the comparison detects clip rectangles with equal ids.
 #[test]
 fn figures_with_equal_ids_are_detected() {
     let figure = |x: u32| {
@@ -148,7 +148,7 @@ fn figures_with_equal_ids_are_detected() {
     assert_eq!(spoiled(&[&left, &left]).len(), 0);
 }
 
-/// Control characters in names of a scene must not reach the report.
+/// Checks that control characters in names in a scene do not reach the report.
 #[test]
 fn a_report_has_no_control_characters_from_names() {
     let name = r#""r\u001b]0;x\u0007\"<b>""#;
@@ -180,7 +180,7 @@ fn a_report_has_no_control_characters_from_names() {
     assert_eq!(ends, 3, "the data, the library and the script of the page");
 }
 
-/// Regression: columns of a probe beyond the sixth were silently omitted.
+/// Regression: columns of a probe beyond the sixth were omitted without a note.
 #[test]
 fn columns_that_are_not_shown_are_counted() {
     let quantities = "probe[0].quantities=[\"u\",\"v\",\"p\",\"stress\"]"; // 2 + 2 + 1 + 4 columns
@@ -196,7 +196,7 @@ fn dark_mode_inverts_a_figure_once() {
     assert!(!html.contains("figure svg{"));
 }
 
-/// An equilibrium has no times and a single value per column.
+/// Checks that a report of an equilibrium shows no times and a single value per column.
 #[test]
 fn a_report_of_an_equilibrium_has_no_times() {
     let html = report("land1", &["mesh.cells=[8,1,1]"]);
@@ -209,7 +209,7 @@ fn a_report_of_an_equilibrium_has_no_times() {
     assert_eq!(spoiled(&figures(&html)), [0_usize; 0]);
 }
 
-/// The data of the interactive parts are the numbers of the tables and fields, to the stored precision.
+/// Checks that the data of the interactive parts are the numbers in the tables and fields, up to the stored precision.
 #[test]
 fn a_report_has_the_numbers_of_the_run() {
     let folder = tempfile::tempdir().unwrap();
@@ -230,7 +230,7 @@ fn a_report_has_the_numbers_of_the_run() {
     assert_eq!(body["labels"], serde_json::json!(["t = 0 s", "t = 0.025 s", "t = 0.05 s"]));
     let space = scene.body.as_ref().unwrap().muscle.solid.space();
     let triangles = STANDARD.decode(body["triangles"].as_str().unwrap()).unwrap();
-    // Four triangles of three indices per element.
+    // Each element has four triangles of three indices with four bytes.
     assert_eq!(triangles.len(), space.n_elements() * 4 * 3 * 4);
     let (_, file) = vtu::files(folder.path()).unwrap().pop().unwrap();
     let (_, fields) = vtu::read(&file).unwrap();
@@ -247,7 +247,7 @@ fn a_report_has_the_numbers_of_the_run() {
                 let value = low + step * f64::from(u16::from_le_bytes(level));
                 (value - field.values[width * point + c]).abs()
             });
-            // Half a level, and the rounding of three operations on each side.
+            // The tolerance is half a level, plus the rounding errors of three operations on each side.
             let largest = errors.fold(0.0, f64::max);
             let rounding = 6.0 * f64::EPSILON * high.abs().max(low.abs());
             assert!(largest <= 0.5 * step + rounding, "{} {c}: {largest}", field.name);
@@ -255,7 +255,7 @@ fn a_report_has_the_numbers_of_the_run() {
     }
 }
 
-/// Each value of a response has a Bode plot, with linked frequencies, and a Nyquist plot.
+/// Checks that each value of a response has a Bode plot, with linked frequencies, and a Nyquist plot.
 #[test]
 fn a_response_has_bode_and_nyquist_plots_of_its_table() {
     let folder = tempfile::tempdir().unwrap();
@@ -272,7 +272,8 @@ fn a_response_has_bode_and_nyquist_plots_of_its_table() {
     let charts = data["charts"].as_array().unwrap();
     assert_eq!(charts.len(), 3 * 2);
     for (component, charts) in charts.chunks(3).enumerate() {
-        // The columns of the table are f and, for each component, real part, imaginary part, amplitude and phase.
+        // The columns of the table are the frequency and, for each component, the real part, imaginary part, amplitude
+        // and phase.
         for (chart, part) in charts.iter().zip([2, 3, 1]) {
             let column = 1 + 4 * component + part;
             let expected: Vec<f32> = rows.iter().map(|row| row[column] as f32).collect();
@@ -287,7 +288,7 @@ fn a_response_has_bode_and_nyquist_plots_of_its_table() {
     assert_eq!(spoiled(&figures(&html)), [0_usize; 0]);
 }
 
-/// A page without curves does not contain the chart library.
+/// Checks that a page without curves does not contain the chart library.
 #[test]
 fn pages_without_curves_are_small() {
     let html = report("init", &["analysis=modes", "modes.count=2"]);

@@ -1,4 +1,4 @@
-//! Data of the body for the interactive view: visible triangles, and stored fields or modes at their vertices.
+//! Data of the body for the interactive view: the visible triangles, and the stored fields or modes at their vertices.
 
 use std::path::Path;
 
@@ -16,33 +16,32 @@ use crate::film::loads;
 use crate::modes::{frequency, shape};
 use crate::plot::Color;
 
-/// Maximum size of all frames in base64, bytes.
+/// Maximum total size (bytes) of all frames in base64 encoding.
 const MOST_BYTES: usize = 4_000_000;
-/// Largest stored level; the next level encodes non-finite values.
+/// Largest level at which values are stored; the next level encodes non-finite values.
 const LEVELS: f64 = 65534.0;
-/// Number of colors of the scale.
+/// Number of colors in the color scale.
 const N_COLORS: usize = 33;
 
-/// The body's description and notes on omitted parts.
+/// Description of the body, and notes on omitted parts.
 #[derive(Debug)]
 pub(super) struct BodyData {
     pub(super) document: Value,
     pub(super) notes: Vec<String>,
 }
 
-/// A field at the visible points in all frames.
+/// Field at the visible points in all frames.
 struct Frames {
     name: String,
     unit: &'static str,
     components: Vec<String>,
     moves: bool,
-    /// Values by frame, component and point.
+    /// Values with the indices frame, component and point.
     values: Vec<Vec<Vec<f64>>>,
 }
 
 impl Frames {
-    /// Returns the description of the field. Values are rounded to 16 bits of the range that a component has over all
-    /// frames.
+    /// Returns the description of the field. Each component is rounded to 16-bit levels over its range in all frames.
     fn document(&self) -> Value {
         let ranges: Vec<[f64; 2]> = (0..self.components.len())
             .map(|c| {
@@ -83,7 +82,7 @@ fn levels(values: &[f64], [low, high]: [f64; 2]) -> String {
     STANDARD.encode(values.iter().map(level).flat_map(u16::to_le_bytes).collect::<Vec<u8>>())
 }
 
-/// Returns the body of a run with the fields in its folder.
+/// Returns the body of a run with the fields stored in its folder.
 pub(super) fn of_run(folder: &Path, scene: &Scene, body: &Body) -> Result<BodyData, Error> {
     let space = body.muscle.solid.space();
     let grid = Grid::of_body(body);
@@ -131,7 +130,7 @@ pub(super) fn of_run(folder: &Path, scene: &Scene, body: &Body) -> Result<BodyDa
     Ok(BodyData { document, notes })
 }
 
-/// Returns the body with its modes as frames.
+/// Returns the body, with one frame per mode.
 pub(super) fn of_modes(scene: &Scene, body: &Body, modes: &BodyModes) -> BodyData {
     let grid = Grid::of_body(body);
     let space = body.muscle.solid.space();
@@ -168,12 +167,12 @@ pub(super) fn of_modes(scene: &Scene, body: &Body, modes: &BodyModes) -> BodyDat
     BodyData { document, notes }
 }
 
-/// Returns the base64 size, in bytes, of a frame with this number of components.
+/// Returns the size (bytes) of a base64-encoded frame with `n_components` components.
 fn bytes(surface: &Surface, n_components: usize) -> usize {
     surface.points.len() * n_components * 8 / 3
 }
 
-/// Returns at most `most` of the indices below `n`, equally spaced and always including the last one.
+/// Returns at most `most` indices below `n`. They are equally spaced and always include the last index.
 fn spread(n: usize, most: usize) -> Vec<usize> {
     match most.clamp(1, n.max(1)) {
         _ if n == 0 => Vec::new(),
@@ -192,8 +191,8 @@ fn thinning(surface: &Surface) -> Vec<String> {
     surface.thinned_from.map(note).into_iter().collect()
 }
 
-/// Returns the values of a field at the visible points, by component. For a field on cells, the value at a point is the
-/// mean over all adjacent cells with a finite value.
+/// Returns the components of a field at the visible points. For a field on cells, the value at a point is the mean over
+/// all adjacent cells that have a finite value.
 fn at_points(field: &StoredField, grid: &Grid, surface: &Surface) -> Vec<Vec<f64>> {
     let width = field.components.len();
     if !field.of_cells {
@@ -220,7 +219,7 @@ fn at_points(field: &StoredField, grid: &Grid, surface: &Surface) -> Vec<Vec<f64
     (0..width).map(component).collect()
 }
 
-/// Returns the unit of a field of the files; empty for a ratio or an unknown field.
+/// Returns the unit of a stored field; empty for a ratio or an unknown field.
 pub(crate) fn unit(name: &str) -> &'static str {
     Quantity::labeled(name).map_or("", Quantity::unit)
 }
@@ -284,7 +283,7 @@ mod tests {
         assert_eq!(spread(11, 0), [10]);
     }
 
-    /// Checks that the ends of the range are exact and that NaN has its own level.
+    /// Checks that the ends of the range are stored exactly and that NaN has its own level.
     #[test]
     fn values_are_rounded_to_levels() {
         let text = levels(&[-1.0, 0.0, 1.0, f64::NAN], [-1.0, 1.0]);

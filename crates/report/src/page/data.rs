@@ -1,4 +1,4 @@
-//! Numbers for the interactive parts of a page, as JSON in a non-executable element.
+//! Numbers for the interactive parts of a page, stored as JSON in an element that is not executed.
 
 use std::collections::HashMap;
 
@@ -8,11 +8,12 @@ use serde_json::{Value, json};
 
 use crate::plot::{Axis, Color, LinePlot, Scale, text};
 
-/// Numbers and descriptions of charts, curves and bodies.
+/// Numbers and descriptions for charts, curves and bodies.
 #[derive(Debug, Default)]
 pub(crate) struct PageData {
     columns: Vec<Value>,
-    /// Number of each stored column of values. Columns are found by their content, because charts share their times.
+    /// Index of each stored column of values. Columns are looked up by content, because charts share their time
+    /// columns.
     known: HashMap<String, usize>,
     charts: Vec<Value>,
     traces: Vec<Value>,
@@ -21,13 +22,13 @@ pub(crate) struct PageData {
 }
 
 impl PageData {
-    /// Creates the data of a page without charts. The chart library would account for most of its size.
+    /// Creates the data of a page without charts. The chart library would account for most of the size of such a page.
     pub(crate) fn with_pictures_only() -> Self {
         Self { pictures_only: true, ..Self::default() }
     }
 
-    /// Adds a chart and returns its number, or `None` on a page without charts. Charts with the same `link` share the range
-    /// of x.
+    /// Adds a chart and returns its index. Returns `None` on a page without charts. Charts with the same `link` share
+    /// the range of x.
     pub(crate) fn chart(&mut self, plot: &LinePlot, link: Option<&str>) -> Option<usize> {
         if self.pictures_only {
             return None;
@@ -68,23 +69,24 @@ impl PageData {
         self.traces.push(trace);
     }
 
-    /// Adds a body and returns its number.
+    /// Adds a body and returns its index.
     pub(crate) fn body(&mut self, document: Value) -> usize {
         self.bodies.push(document);
         self.bodies.len() - 1
     }
 
-    /// Returns whether a chart needs the chart library.
+    /// Returns whether the page has a chart, which requires the chart library.
     pub(crate) fn has_charts(&self) -> bool {
         !self.charts.is_empty()
     }
 
-    /// Returns whether the page has nothing interactive.
+    /// Returns whether the page has no interactive parts.
     pub(crate) fn is_empty(&self) -> bool {
         self.charts.is_empty() && self.bodies.is_empty()
     }
 
-    /// Returns the JSON text. It contains no `<`, so that text from a scene cannot end the element or start a comment.
+    /// Returns the data as JSON text. The text contains no `<`, so that text from a scene cannot end the element or
+    /// start a comment.
     pub(crate) fn json(&self) -> String {
         let colors = (0..Color::N_SERIES).map(|i| Color::of_series(i).to_string());
         let document = json!({
@@ -101,7 +103,7 @@ impl PageData {
         self.column("f8", values.flat_map(f64::to_le_bytes).collect())
     }
 
-    /// Adds numbers in single precision: seven digits are sufficient for charts.
+    /// Adds numbers in single precision; seven digits are sufficient for charts.
     fn singles(&mut self, values: impl Iterator<Item = f64>) -> usize {
         let bytes = values.flat_map(|value| (value as f32).to_le_bytes());
         self.column("f4", bytes.collect())
@@ -130,7 +132,7 @@ mod tests {
     use super::*;
     use crate::plot::Series;
 
-    /// Checks that a name cannot end the element, start a comment, or change the direction of text.
+    /// Checks that a name cannot end the element, start a comment, or change the direction of the text.
     #[test]
     fn names_cannot_leave_the_data() {
         let name = "a</script><!--\u{202e}\"'\u{2028}&";

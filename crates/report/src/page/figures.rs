@@ -1,9 +1,9 @@
-//! Key figures of a run, and its statistics.
+//! Key figures and statistics of a run.
 
 use myovib_scene::escape;
 use serde_json::Value;
 
-/// Returns the most important figures.
+/// Returns the cards with the key figures.
 pub(super) fn cards(document: &Value) -> String {
     let number = |key: &str| document[key].as_f64();
     let finished = document["outcome"] == "finished";
@@ -54,7 +54,7 @@ fn worst_error(document: &Value) -> Option<f64> {
     errors.reduce(f64::max)
 }
 
-/// Returns the reason why a run stopped.
+/// Returns the reason why a run stopped, or nothing if it did not stop.
 pub(super) fn outcome(document: &Value) -> String {
     match document["message"].as_str() {
         Some(message) => format!("<p class=\"bad\">{}</p>\n", escape(message)),
@@ -83,7 +83,7 @@ pub(super) fn statistics(document: &Value) -> String {
 mod tests {
     use super::short;
 
-    /// Regression: 17 digits did not fit into the card.
+    /// Regression: a time with 17 digits did not fit into its card.
     #[test]
     fn long_times_are_shortened() {
         let times = [2.0, 0.01, 1.1049304527731967, 6.249496353913669e-7].map(short);

@@ -1,4 +1,4 @@
-//! Frame of a page (head, style, scripts and data) and of its figures.
+//! Frame of a page (head, style, scripts and data), and frames of its figures.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -10,7 +10,7 @@ use super::data::PageData;
 
 const STYLE: &str = include_str!("style.css");
 
-/// The page's script.
+/// Script of the page.
 const SCRIPT: &str = concat!(
     include_str!("script/start.js"),
     include_str!("script/charts.js"),
@@ -22,7 +22,7 @@ const SCRIPT: &str = concat!(
     include_str!("script/page.js"),
 );
 
-/// The compressed chart library, and the hash with which the page's security policy allows it.
+/// Compressed chart library, and the hash by which the security policy of the page allows it.
 const LIBRARY: &str = include_str!(concat!(env!("OUT_DIR"), "/plotly.js.gz.base64"));
 const LIBRARY_HASH: &str = include_str!(concat!(env!("OUT_DIR"), "/plotly.js.sha256"));
 
@@ -57,7 +57,7 @@ pub(crate) fn framed(title: &str, description: &str, body: &str, data: &PageData
     )
 }
 
-/// Returns the security policy of the page: the browser only runs these two scripts and loads nothing from elsewhere.
+/// Returns the security policy of the page. The browser runs only these two scripts and loads nothing from elsewhere.
 fn policy() -> String {
     let hash = STANDARD.encode(Sha256::digest(SCRIPT));
     format!(
@@ -66,7 +66,8 @@ fn policy() -> String {
     )
 }
 
-/// Returns an HTML figure with a picture. An attribute lists the charts that replace the picture if scripts are enabled.
+/// Returns an HTML figure that contains a picture. An attribute lists the charts that replace the picture if scripts
+/// are enabled.
 pub(crate) fn figure<'a>(
     caption: &str,
     svg: &str,

@@ -18,7 +18,7 @@ fn volumes(document: &Value) -> String {
     }
 }
 
-/// Explains the results of a run, with the main numbers of its document.
+/// Explains the results of a run and quotes the main numbers of its document.
 pub(super) fn meaning(document: &Value) -> String {
     match document["analysis"].as_str() {
         Some("static") => meaning_of_equilibrium(document),
@@ -38,7 +38,7 @@ const PERIODIC: &str = "<p>The motion that repeats with the period of the loads,
                         transient. A Floquet multiplier is the factor by which a small deviation grows over a period: \
                         the motion is stable if all are inside the unit circle. Curves show one period.</p>\n";
 
-/// Explains how the equilibrium was found, and the critical points of its path.
+/// Explains how the equilibrium was found, and describes the critical points of its path.
 fn meaning_of_equilibrium(document: &Value) -> String {
     let part = document["load_reached"].as_f64().filter(|part| *part < 1.0);
     let under =
@@ -66,7 +66,7 @@ fn meaning_of_equilibrium(document: &Value) -> String {
     )
 }
 
-/// Explains index, drift and energy.
+/// Explains the index, the drift and the energy.
 fn meaning_of_motion(document: &Value) -> String {
     let index = document["index"].as_u64().unwrap_or(0);
     let mut text = format!(
@@ -114,7 +114,7 @@ fn has_feedback(document: &Value) -> bool {
     feedbacks.is_some_and(|feedbacks| !feedbacks.is_empty())
 }
 
-/// Explains the consequences of the index for the integrator.
+/// Explains what the index means for the integrator.
 fn meaning_of_index(index: u64, is_bdf: bool) -> &'static str {
     match (index, is_bdf) {
         (0, _) => {
@@ -138,7 +138,7 @@ fn meaning_of_index(index: u64, is_bdf: bool) -> &'static str {
     }
 }
 
-/// Returns the last row of an energy probe.
+/// Returns the last row recorded by an energy probe.
 fn energies(document: &Value) -> Option<[f64; 5]> {
     let row = document["energy"].as_array()?;
     let numbers: Vec<f64> = row.iter().filter_map(Value::as_f64).collect();

@@ -1,9 +1,9 @@
 //! `report.html`: an overview of a run in one file without external resources.
 //!
 //! The page consists of a description of the scene (`overview`), key figures (`figures`), the body (`pictures`), the
-//! probes (`probes`) or the modes (`modes`), an explanation of the results (`interpretation`), and, collapsed, all
-//! statistics and the scene. The page is readable without JavaScript; with JavaScript, charts replace the pictures of
-//! curves.
+//! probes (`probes`) or the modes (`modes`), and an explanation of the results (`interpretation`). All statistics and
+//! the scene follow in collapsed sections. The page is readable without JavaScript; with JavaScript, charts replace the
+//! pictures of curves.
 
 pub(crate) mod body;
 pub(crate) mod data;
@@ -29,7 +29,7 @@ use crate::{periodic, response};
 use data::PageData;
 use frame::framed;
 
-/// Name of the page in a run folder.
+/// Name of the page in the folder of a run.
 pub const NAME: &str = "report.html";
 
 /// Writes the report of a run into its folder.
@@ -37,7 +37,8 @@ pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Err
     save(folder, scene, result, PageData::default())
 }
 
-/// Writes the report of a case of a sweep into its folder. Its curves are pictures: the report of the sweep has the charts.
+/// Writes the report of one case of a sweep into its folder. Curves are shown as pictures, because the report of the
+/// sweep has the charts.
 pub fn write_case(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Error> {
     save(folder, scene, result, PageData::with_pictures_only())
 }
@@ -74,7 +75,7 @@ fn save(folder: &Path, scene: &Scene, result: &RunResult, mut data: PageData) ->
     atomic_file::save(&folder.join(NAME), page)
 }
 
-/// Returns whether the run's body is 3D; forces and energies of a 2D body are per meter of depth.
+/// Returns whether the body of the run is 3D. Forces and energies of a 2D body are per meter of depth.
 fn is_in_space(document: &Value) -> bool {
     document["mesh"]["dimension"] == 3
 }

@@ -12,7 +12,7 @@ use crate::vector::{Place, cross, dot, length, minus, plus};
 /// Number of sides of a circle.
 const SIDES: usize = 256;
 
-/// Returns the outlines of the obstacles before they move; in 2D, the third coordinates are zero. Planes and cylinders
+/// Returns the outlines of the obstacles before they move. In 2D, the third coordinates are zero. Planes and cylinders
 /// are cut off next to the body.
 pub(super) fn outlines(scene: &Scene, space: &Space) -> Vec<Vec<Place>> {
     let mesh = space.mesh();
@@ -64,7 +64,7 @@ fn circle(center: Place, axis: Place, radius: f64) -> Vec<Place> {
     (0..=SIDES).map(point).collect()
 }
 
-/// Returns two unit vectors normal to `axis` and to each other; in 2D the first is in the plane.
+/// Returns two unit vectors that are normal to `axis` and to each other. In 2D, the first vector is in the plane.
 fn across(axis: Place, in_space: bool) -> [Place; 2] {
     let other = match in_space {
         true if axis[0].abs() < 0.6 => [1.0, 0.0, 0.0],

@@ -1,4 +1,4 @@
-//! A short description of the scene.
+//! Short description of the scene.
 
 use myovib_model::IntegratorKind;
 use myovib_scene::Scene;
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::modes;
 
-/// Describes the body, the equations, the method and the time interval.
+/// Describes the body, the equations, the method and the time interval in a sentence.
 pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
     let mut parts = Vec::new();
     if let Some(body) = &scene.body {
@@ -17,7 +17,7 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
         };
         parts.push(format!("{} {cells}", space.n_elements()));
         let parameters = &body.muscle.parameters;
-        // If materials differ, these values are the maxima.
+        // These values are maxima if materials differ.
         let is = if body.muscle.solid.has_element_scales() { "≤" } else { "=" };
         parts.push(match parameters.is_incompressible() {
             true => "incompressible".to_owned(),

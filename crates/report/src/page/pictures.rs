@@ -15,8 +15,8 @@ use crate::outline::{self, outline};
 use crate::plot::{Color, EdgeGroup, Figure, MeshPlot, Region, SurfacePlot};
 use crate::spatial;
 
-/// Returns the view of the body and pictures of its materials and of the last fields in the folder; empty for a scene
-/// without a body. Without JavaScript, the picture of the deformed body is shown instead of the interactive view.
+/// Returns the view of the body, and pictures of its materials and of the last stored fields; empty for a scene without
+/// a body. Without JavaScript, a picture of the deformed body replaces the interactive view.
 pub(super) fn body(
     folder: &Path,
     scene: &Scene,
@@ -49,7 +49,7 @@ pub(super) fn body(
     ))
 }
 
-/// Returns the fixed, moved, loaded and pressurized groups, and groups in contact. For tractions, also indicates which
+/// Returns the groups that are fixed, moved, loaded, pressurized or in contact. For tractions, also returns which
 /// components are given.
 fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     let file = scene.file();
@@ -92,8 +92,8 @@ fn surface(scene: &Scene, body: &Body) -> String {
     Figure::of("Surface, supports and loads", plot).render()
 }
 
-/// Draws the deformed body at the last time of its fields, if they contain the displacement. A 3D body is drawn as a
-/// surface and as a section.
+/// Draws the deformed body at the last stored time, if the stored fields contain the displacement. A 3D body is drawn
+/// as a surface and as a section.
 fn displacement(folder: &Path, scene: &Scene, body: &Body) -> Result<Vec<String>, Error> {
     let space = body.muscle.solid.space();
     let last = vtu::last_displacement(folder, &vtu::Grid::of_body(body));
@@ -157,7 +157,7 @@ fn plane(scene: &Scene, body: &Body) -> String {
     Figure::of("Mesh, supports and loads", plot).render()
 }
 
-/// Formats a value of the scene.
+/// Formats a value in the scene.
 fn written(value: &Value) -> String {
     match value {
         Value::Object(members) => {
@@ -170,13 +170,13 @@ fn written(value: &Value) -> String {
             let entries: Vec<String> = entries.iter().map(written).collect();
             format!("[{}]", entries.join(", "))
         }
-        // Prints 200 for 200.0.
+        // Prints 200.0 as 200.
         Value::Number(number) => number.as_f64().map_or(number.to_string(), |x| x.to_string()),
         value => value.to_string(),
     }
 }
 
-/// Returns keys with their values, except for `others`.
+/// Lists the keys of a table with their values, except for the keys in `others`.
 fn listed(table: &serde_json::Map<String, Value>, others: &[&str]) -> String {
     let words = table.iter().filter_map(|(key, value)| match value {
         _ if others.contains(&&**key) => None,
@@ -186,7 +186,7 @@ fn listed(table: &serde_json::Map<String, Value>, others: &[&str]) -> String {
     words.collect::<Vec<_>>().join(", ")
 }
 
-/// Returns the table of contacts, springs and point forces, if there are any.
+/// Returns a table of contacts, springs and point forces, if there are any.
 fn contacts_and_points(scene: &Scene) -> String {
     let file = scene.file();
     let all = [
@@ -210,7 +210,7 @@ fn contacts_and_points(scene: &Scene) -> String {
     }
 }
 
-/// Returns the table of materials and their constants, in an HTML element with this class.
+/// Returns a table of materials and their constants, in an HTML element of the class `class`.
 fn materials(scene: &Scene, class: &str) -> String {
     let rows: String = scene
         .file()

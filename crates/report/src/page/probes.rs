@@ -12,16 +12,16 @@ use super::frame::figure;
 use super::is_in_space;
 use crate::plot::{Axis, Figure, LinePlot, Series};
 
-/// Maximum number of columns shown for a probe; the CSV file contains the others.
+/// Maximum number of columns of a probe that are shown; the CSV file contains all columns.
 const MOST_PANELS: usize = 6;
 
-/// Maximum number of values of all interactive curves of a page: this amounts to about 2.5 MB.
+/// Maximum number of values in all interactive curves of a page, which amounts to about 2.5 MB.
 pub(crate) const MOST_VALUES: usize = 400_000;
 
-/// The recorded data of a probe.
+/// Recorded data of a probe.
 pub(crate) struct Record {
     pub(crate) name: String,
-    /// Names of the columns; the first is the time, or the load factor of a path.
+    /// Names of the columns. The first column is the time, or the load factor on a loading path.
     pub(crate) columns: Vec<String>,
     pub(crate) rows: Vec<Vec<f64>>,
 }
@@ -33,7 +33,7 @@ impl Record {
         Ok(Self { name: name.to_owned(), columns, rows })
     }
 
-    /// Returns whether the rows belong to the states of a loading path.
+    /// Returns whether each row belongs to a state on a loading path.
     fn is_of_path(&self) -> bool {
         self.columns.first().is_some_and(|first| first == "load")
     }
@@ -42,7 +42,7 @@ impl Record {
         self.rows.iter().map(|row| row[j]).collect()
     }
 
-    /// Returns the minimum and maximum of a column with their times.
+    /// Returns the minimum and the maximum of a column, each with its time.
     fn extremes(&self, j: usize) -> Option<[[f64; 2]; 2]> {
         let points = || self.rows.iter().map(|row| [row[0], row[j]]);
         let finite = || points().filter(|[_, value]| value.is_finite());
@@ -51,7 +51,7 @@ impl Record {
         Some([least, largest])
     }
 
-    /// Returns a figure for each column, with every `stride`-th row in `data`; empty for a single row.
+    /// Returns a figure for each column, and adds every `stride`-th row to `data`; empty for a single row.
     fn figures(&self, in_space: bool, stride: usize, data: &mut PageData) -> String {
         if self.rows.len() < 2 {
             return String::new();
@@ -71,7 +71,7 @@ impl Record {
             let is_displacement = column.starts_with("u_") || column == "displacement";
             let plot = |t: &[f64], base: &[f64], values: &[f64]| {
                 let (x, y, series) = match self.is_of_path() {
-                    // A force–displacement curve.
+                    // A force–displacement curve is drawn.
                     true if is_displacement => {
                         let load = Axis::new("load factor", "");
                         (own.clone(), load, Series::curve("", values, t))
@@ -104,7 +104,7 @@ impl Record {
         figures
     }
 
-    /// Returns the rows of the table of extrema, with the errors of each column.
+    /// Returns the rows of the table of extrema, which also contain the error of each column.
     fn summary(&self, errors: &Value, in_space: bool) -> String {
         let columns = self.columns.iter().enumerate().skip(1).take(MOST_PANELS);
         let rows = columns.filter_map(|(j, name)| {
@@ -137,7 +137,7 @@ impl Record {
         rows.chain(self.omitted()).collect()
     }
 
-    /// Returns a table row with the number of hidden columns, if any.
+    /// Returns a table row with the number of columns that are not shown, if any.
     fn omitted(&self) -> Option<String> {
         let number = self.columns.len().saturating_sub(1 + MOST_PANELS);
         (number > 0).then(|| {
@@ -150,12 +150,12 @@ impl Record {
     }
 }
 
-/// Headings of the columns with extrema, and of the column with the value in an equilibrium.
+/// Headings for the columns with extrema, and heading for the column with the value in an equilibrium.
 const EXTREMES: &str = "<th class=\"n\">minimum</th><th class=\"n\">at</th><th class=\"n\">maximum</th>\
      <th class=\"n\">at</th><th class=\"n\">error (estimate)</th>";
 const VALUE: &str = "<th class=\"n\">value</th>";
 
-/// Explanation of estimated errors.
+/// Explanation of the estimated errors.
 const BY_STEPS: &str = "<p>The time integration errors are sums of the error estimates of the steps, not bounds; \
      <code>myovib run … --verify</code> measures them.</p>\n";
 
@@ -163,7 +163,7 @@ const BY_STEPS: &str = "<p>The time integration errors are sums of the error est
 const ANALYSIS: &str = "<details hidden><summary>Spectrum and damping of a curve</summary>\n\
      <div data-analysis></div></details>\n";
 
-/// Returns the extrema of all probes and their curves; empty without probes.
+/// Returns the extrema and the curves of all probes; empty without probes.
 pub(super) fn section(
     folder: &Path,
     scene: &Scene,

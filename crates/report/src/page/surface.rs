@@ -1,4 +1,4 @@
-//! Visible triangles of a body: all in 2D, the surface in 3D.
+//! Visible triangles of a body: all triangles in 2D, the surface in 3D.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,26 +10,27 @@ use crate::plot::mesh_plot::QUARTERS;
 use crate::spatial::boundary_with_elements;
 use crate::vector::{length, normal};
 
-/// Maximum number of triangles of a view. A browser without a graphics processor needs 70 ms of CPU time to draw them.
+/// Maximum number of triangles in a view. A browser without a graphics processor draws this number in 70 ms of CPU
+/// time.
 const MOST_TRIANGLES: usize = 20_000;
 
-/// Halves of the edges of a face.
+/// The two halves of each edge of a face.
 const HALVES: [[usize; 2]; 6] = [[0, 3], [3, 1], [1, 4], [4, 2], [2, 5], [5, 0]];
 
-/// Triangles over points of a [`Grid`].
+/// Triangles whose vertices are points of a [`Grid`].
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Surface {
-    /// Point of the grid for each vertex.
+    /// Grid point of each vertex.
     pub(super) points: Vec<usize>,
     pub(super) triangles: Vec<[usize; 3]>,
-    /// Vertices of the edges of elements, or of the triangles of a thinned surface.
+    /// End vertices of the edges of the elements, or, on a thinned surface, of the edges of its triangles.
     pub(super) edges: Vec<[usize; 2]>,
-    /// Number of triangles before thinning, if it was thinned.
+    /// Number of triangles before thinning; `None` if the surface was not thinned.
     pub(super) thinned_from: Option<usize>,
 }
 
 impl Surface {
-    /// Returns the visible triangles; neighbors are merged if there are too many.
+    /// Returns the visible triangles. If there are too many, neighboring points are merged.
     pub(super) fn of(space: &Space, grid: &Grid) -> Self {
         let faces = faces(space, grid);
         let position = |point: usize| -> [f64; 3] {
@@ -61,7 +62,7 @@ impl Surface {
         Self::numbered(triangles, edges, thinned_from)
     }
 
-    /// Numbers the points that occur.
+    /// Renumbers the points that occur in the triangles.
     fn numbered(
         triangles: Vec<[usize; 3]>,
         edges: Vec<[usize; 2]>,
@@ -84,7 +85,7 @@ impl Surface {
 /// Returns the six points of each face.
 fn faces(space: &Space, grid: &Grid) -> Vec<[usize; 6]> {
     let n_nodes = grid.cells().len() / space.n_elements().max(1);
-    // A node between regions has one point per region.
+    // A node on the boundary between regions has one point per region.
     let point = |element: usize, node: usize| {
         let own = space.element_nodes(element).iter().position(|&other| other == node);
         own.map(|i| grid.cells()[n_nodes * element + i])
@@ -99,7 +100,7 @@ fn faces(space: &Space, grid: &Grid) -> Vec<[usize; 6]> {
     }
 }
 
-/// Merges the points in each cube of a grid, so that at most this number of triangles remains.
+/// Merges the points in each cube of a grid, so that at most `most_triangles` triangles remain.
 fn merged(
     triangles: &[[usize; 3]],
     position: impl Fn(usize) -> [f64; 3],
@@ -107,7 +108,8 @@ fn merged(
 ) -> Vec<[usize; 3]> {
     let corners = |triangle: &[usize; 3]| triangle.map(&position);
     let area: f64 = triangles.iter().map(|triangle| area(&corners(triangle))).sum();
-    // The estimate is two triangles per square of the surface. The cubes are enlarged until the limit is satisfied.
+    // The initial size assumes two triangles per square of the surface. The cubes are enlarged until the limit is
+    // satisfied.
     let mut size = (2.0 * area / most_triangles as f64).sqrt();
     loop {
         let mut first: BTreeMap<[i64; 3], usize> = BTreeMap::new();
@@ -162,11 +164,11 @@ mod tests {
     fn the_surface_of_a_block_is_closed() {
         let (space, grid) = block([3, 2, 2]);
         let surface = Surface::of(&space, &grid);
-        // There are 2 (6 + 4 + 6) squares, each with two faces of four triangles.
+        // The surface has 2 (6 + 4 + 6) squares, each with two faces of four triangles.
         assert_eq!(surface.triangles.len(), 256);
         // Every edge of an element on the surface has two halves: 3/2 edges per face.
         assert_eq!(surface.edges.len(), 2 * 64 * 3 / 2);
-        // Sums of 256 terms.
+        // The sum of 256 terms has a rounding error.
         assert!((total_area(&surface, &space, &grid) - 22.0).abs() < 1e-12);
         assert_eq!(surface.thinned_from, None);
     }
@@ -182,7 +184,7 @@ mod tests {
         let thinned = Surface::of_faces(&faces, position, 100);
         assert_eq!(thinned.thinned_from, Some(256));
         assert!(thinned.triangles.len() <= 100);
-        // The merged points are at most one cube away, a third of the thickness.
+        // A point moves at most by the size of a cube, which is a third of the thickness.
         let area = total_area(&thinned, &space, &grid);
         assert!((11.0..=22.0).contains(&area), "{area}");
     }

@@ -3,10 +3,10 @@
 use super::place::Point;
 use super::svg::{self, Stroke, Svg};
 
-/// Length of the head in line widths, but at most half the length of a short arrow.
+/// Length of the arrowhead in line widths. The head of a short arrow is at most half as long as the arrow.
 const HEAD: f64 = 4.5;
 
-/// Draws an arrow, or nothing if both ends coincide.
+/// Draws an arrow, or nothing if its ends coincide.
 pub(super) fn draw(svg: &mut Svg, from: Point, to: Point, stroke: Stroke) {
     let length = (to[0] - from[0]).hypot(to[1] - from[1]);
     if length <= 0.0 {

@@ -4,23 +4,23 @@
 pub enum Scale {
     #[default]
     Linear,
-    /// Logarithmic; only positive values are shown.
+    /// Logarithmic scale; only positive values are shown.
     Logarithmic,
 }
 
 #[derive(Debug, Clone, Default)]
 pub struct Axis {
-    /// Label: `*u*_{*y*}(0, 0)`.
+    /// Quantity in the label, for example `*u*_{*y*}(0, 0)`.
     pub quantity: String,
     /// Unit; may be empty.
     pub unit: String,
     pub scale: Scale,
-    /// Limits; `None` for the limits of the data.
+    /// Limits; if `None`, the limits are computed from the data.
     pub limits: Option<[f64; 2]>,
 }
 
 impl Axis {
-    /// Creates a linear axis with the limits of the data.
+    /// Creates a linear axis whose limits are computed from the data.
     pub fn new(quantity: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { quantity: quantity.into(), unit: unit.into(), ..Self::default() }
     }
@@ -34,7 +34,7 @@ impl Axis {
         Self { limits: Some([low, high]), ..self }
     }
 
-    /// Computes limits and about `n_ticks` ticks for these values.
+    /// Computes limits and about `n_ticks` ticks for the given values.
     pub(super) fn divide(&self, values: impl Iterator<Item = f64>, n_ticks: usize) -> Division {
         match self.scale {
             Scale::Linear => linear(self.limits.unwrap_or_else(|| padded(range(values))), n_ticks),
@@ -45,7 +45,7 @@ impl Axis {
         }
     }
 
-    /// Returns the label of the axis: quantity, unit, and the power of ten omitted from the tick labels.
+    /// Returns the label of the axis: the quantity, the unit, and the power of ten that the tick labels omit.
     pub(super) fn label(&self, exponent: i32) -> String {
         let power =
             if exponent == 0 { String::new() } else { format!("10^{{{}}}", signed(exponent)) };
@@ -58,7 +58,7 @@ impl Axis {
     }
 }
 
-/// An axis with fixed limits and ticks.
+/// Axis with fixed limits and ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Division {
     pub(super) scale: Scale,
@@ -66,13 +66,13 @@ pub(super) struct Division {
     /// Values with their labels.
     pub(super) ticks: Vec<(f64, String)>,
     pub(super) minor: Vec<f64>,
-    /// Power of ten omitted from the tick labels.
+    /// Power of ten that the tick labels omit.
     pub(super) exponent: i32,
 }
 
 impl Division {
-    /// Returns the position of a value between the limits as a fraction. On a logarithmic axis, it is −∞ for 0 and NaN for
-    /// negative values.
+    /// Returns the position of a value as a fraction of the distance between the limits. On a logarithmic axis, it is
+    /// −∞ for 0 and NaN for negative values.
     pub(super) fn fraction(&self, value: f64) -> f64 {
         let [low, high] = self.limits;
         match self.scale {
@@ -82,9 +82,9 @@ impl Division {
     }
 }
 
-/// The smallest magnitude distinguished from zero.
+/// Smallest magnitude that is distinguished from zero.
 const SMALLEST: f64 = 1e-290;
-/// The largest magnitude.
+/// Largest magnitude; larger values are clamped.
 const LARGEST: f64 = 1e290;
 
 fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
@@ -97,7 +97,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     if low <= high { [low, high] } else { [1.0, 1.0] }
 }
 
-/// Adds a margin around the data. The range of constant data is enlarged so that they appear constant.
+/// Adds a margin around the data. If the data are constant, the range is enlarged so that they appear constant.
 fn padded([low, high]: [f64; 2]) -> [f64; 2] {
     let extent = high - low;
     let air = match low.abs() {
@@ -109,16 +109,18 @@ fn padded([low, high]: [f64; 2]) -> [f64; 2] {
     [low - air, high + air]
 }
 
-/// Returns a step of 1, 2, 2.5 or 5 times a power of ten that divides the limits into at most `n` parts.
+/// Returns a step that divides the range between the limits into at most `n` parts. The step is 1, 2, 2.5 or 5 times a
+/// power of ten.
 fn round_step([low, high]: [f64; 2], n: usize) -> f64 {
     let rough = (high - low) / n as f64;
     let power = 10_f64.powf(rough.log10().floor());
     let steps = [1.0, 2.0, 2.5, 5.0].map(|multiple| multiple * power);
-    // The summand 1e-9 compensates for rounding errors of a round step.
+    // The term 1e-9 compensates for rounding errors of a round step.
     steps.into_iter().find(|step| *step >= rough * (1.0 - 1e-9)).unwrap_or(10.0 * power)
 }
 
-/// Returns round values that enclose the limits, or the range of the values, in about `n` steps.
+/// Returns round values in about `n` steps. They enclose the given limits or, if these are `None`, the range of the
+/// values.
 pub(super) fn steps(limits: Option<[f64; 2]>, values: &[f64], n: usize) -> Vec<f64> {
     let data = range(values.iter().copied());
     let [low, high] = limits.unwrap_or(if data[0] < data[1] { data } else { padded(data) });
@@ -133,7 +135,7 @@ fn linear(limits: [f64; 2], n_ticks: usize) -> Division {
     let exponent = common_exponent(low.abs().max(high.abs()));
     let unit = 10_f64.powi(exponent);
     let n_decimals = decimals(step / unit);
-    // The sum has a rounding error of a few units in the last place, which must not exclude a tick at a limit.
+    // The sum has a rounding error of a few units in the last place. This error must not exclude a tick at a limit.
     let slack = 1e-9 * step;
     let (first, last) =
         (((low - slack) / step).ceil() as i64, ((high + slack) / step).floor() as i64);
@@ -144,21 +146,21 @@ fn linear(limits: [f64; 2], n_ticks: usize) -> Division {
     Division { scale: Scale::Linear, limits, ticks: ticks.collect(), minor: vec![], exponent }
 }
 
-/// Returns the power of ten to factor out of the tick labels, or zero if numbers are printed unchanged.
+/// Returns the power of ten that is factored out of the tick labels, or zero if the numbers are printed in full.
 fn common_exponent(largest: f64) -> i32 {
     let exponent = largest.log10().floor();
     if !exponent.is_finite() || (-2.0..4.0).contains(&exponent) { 0 } else { exponent as i32 }
 }
 
-/// Returns the number of decimals of multiples of `step`.
+/// Returns the number of decimals with which multiples of `step` are printed.
 fn decimals(step: f64) -> usize {
     let is_whole = |x: f64| (x - x.round()).abs() < 1e-6 * x.abs();
     (0..12).find(|&n| is_whole(step * 10_f64.powi(n as i32))).unwrap_or(12)
 }
 
-/// Divides the axis at whole decades around the data. All of them are labeled if `n_ticks` allows.
+/// Divides the axis at whole decades that enclose the data. All decades are labeled if `n_ticks` allows it.
 fn logarithmic([low, high]: [f64; 2], n_ticks: usize) -> Division {
-    // The summand 1e-9 compensates for rounding errors of a power of ten.
+    // The term 1e-9 compensates for rounding errors of a power of ten.
     let first = (low.log10() + 1e-9).floor() as i32;
     let last = ((high.log10() - 1e-9).ceil() as i32).max(first + 1);
     let stride = (last - first).unsigned_abs().div_ceil(n_ticks as u32).max(1);
@@ -178,7 +180,7 @@ fn signed(exponent: i32) -> String {
     minus(exponent.to_string())
 }
 
-/// Replaces the hyphen by a minus sign.
+/// Replaces hyphens with minus signs.
 fn minus(number: String) -> String {
     number.replace('-', "−")
 }
@@ -213,11 +215,11 @@ mod tests {
         let division = axis.divide([0.0, 3e-4, 2e-2].into_iter(), 5);
         assert_eq!(labels(&division), ["10^{−4}", "10^{−3}", "10^{−2}", "10^{−1}"]);
         assert!((division.fraction(1e-3) - 1.0 / 3.0).abs() < 1e-12);
-        // Exact decades are not enlarged.
+        // Limits that are whole decades are not enlarged.
         assert_eq!(axis.divide([1e-3, 1e3].into_iter(), 10).limits, [1e-3, 1e3]);
     }
 
-    /// Regression: 5e-324 gave an infinite number of ticks, and limits of ±1e308 an infinite step.
+    /// Regression: 5e-324 resulted in an infinite number of ticks, and limits of ±1e308 in an infinite step.
     #[test]
     fn tiny_and_huge_values_have_few_ticks() {
         for values in [[0.0, 5e-324], [5e-324, 5e-324], [-1e308, 1e308], [5e-324, 1e308]] {

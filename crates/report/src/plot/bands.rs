@@ -2,7 +2,7 @@
 
 use super::place::Point;
 
-/// A polygon with a value at each corner.
+/// Polygon with a value at each corner.
 type Valued = Vec<(Point, f64)>;
 
 /// Returns the part of the triangle with `low <= value <= high`, possibly empty.
@@ -20,7 +20,7 @@ pub fn band(triangle: &[(Point, f64); 3], low: f64, high: f64) -> Vec<Point> {
     between.into_iter().map(|(point, _)| point).collect()
 }
 
-/// Clips a convex polygon to the part with a non-negative `excess` of the value.
+/// Clips a convex polygon to the part in which the `excess` of the value is non-negative.
 fn cut(polygon: Valued, excess: impl Fn(f64) -> f64) -> Valued {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (i, &(point, value)) in polygon.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Colors of a field: bands and color bar.
+//! Color scale of a field: bands and color bar.
 
 use super::axis::{Axis, steps};
 use super::color::Color;
@@ -12,15 +12,15 @@ const GAP: f64 = 5.0;
 const N_BANDS: usize = 12;
 const N_TICKS: usize = 5;
 
-/// Color bands between limits.
+/// Color bands between levels.
 pub(super) struct Bar<'a> {
     axis: &'a Axis,
-    /// Limits of the bands.
+    /// Levels that separate the bands.
     pub(super) levels: Vec<f64>,
 }
 
 impl<'a> Bar<'a> {
-    /// Creates bands for the axis limits or for the range of values.
+    /// Creates bands for the limits of the axis or, without limits, for the range of the values.
     pub(super) fn new(axis: &'a Axis, values: &[f64]) -> Self {
         Self { levels: steps(axis.limits, values, N_BANDS), axis }
     }
@@ -29,20 +29,20 @@ impl<'a> Bar<'a> {
         Color::of_fraction((k as f64 + 0.5) / (self.levels.len() - 1) as f64)
     }
 
-    /// Returns the color of a value, clamped to the limits.
+    /// Returns the color of a value. Values beyond the limits have the color of the limit.
     pub(super) fn color_of(&self, value: f64) -> Color {
         let above = self.levels.partition_point(|level| *level <= value);
         self.color(above.clamp(1, self.levels.len() - 1) - 1)
     }
 
-    /// Returns about `n` values with their labels, and the power of ten omitted from the labels.
+    /// Returns about `n` values with their labels, and the power of ten that the labels omit.
     fn labels(&self, n: usize) -> (Vec<(f64, String)>, i32) {
         let (first, last) = (self.levels[0], self.levels[self.levels.len() - 1]);
         let division = Axis::default().between(first, last).divide([].into_iter(), n);
         (division.ticks, division.exponent)
     }
 
-    /// Returns the width of the bar to the right of a plot.
+    /// Returns the width of the color bar to the right of a plot.
     pub(super) fn margin(&self) -> f64 {
         let (ticks, exponent) = self.labels(N_TICKS);
         let widths = ticks.iter().map(|(_, label)| text::width(label, TICK_SIZE));
@@ -61,7 +61,7 @@ impl<'a> Bar<'a> {
         }
         let outline = Stroke::solid(Color::BLACK, 0.4);
         svg.rect(Rect { x, width: WIDTH, ..area }, None, Some(outline));
-        // Labels of a short color bar have a distance of at least one line.
+        // On a short color bar, labels are at least one line apart.
         let fitting = (area.height / (2.0 * TICK_SIZE)) as usize;
         let (ticks, exponent) = self.labels(fitting.clamp(2, N_TICKS));
         let mut widest: f64 = 0.0;

@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-/// Red, green and blue, 0 to 255.
+/// Red, green and blue, each from 0 to 255.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Color(pub u8, pub u8, pub u8);
 
 impl Color {
     pub const BLACK: Self = Self(0, 0, 0);
     pub(crate) const WHITE: Self = Self(255, 255, 255);
-    /// Color of background elements: mesh edges, reference lines.
+    /// Color of background elements, such as mesh edges and reference lines.
     pub(crate) const GRAY: Self = Self(140, 140, 140);
     /// Color of grid lines.
     pub const PALE: Self = Self(228, 228, 228);
@@ -26,7 +26,7 @@ impl Color {
     /// Okabe–Ito sky blue.
     pub const SKY: Self = Self(86, 180, 233);
 
-    /// Number of distinct series colors.
+    /// Number of different colors for series.
     pub(crate) const N_SERIES: usize = Self::ORDER.len();
 
     const ORDER: [Self; 7] = [
@@ -39,17 +39,18 @@ impl Color {
         Self::BLACK,
     ];
 
-    /// Returns the color of the `i`-th series: the palette of M. Okabe and K. Ito (2008) without yellow, repeated.
+    /// Returns the color of the `i`-th series. The colors are those of the palette of M. Okabe and K. Ito (2008)
+    /// without yellow; they repeat if there are more series.
     pub(crate) fn of_series(i: usize) -> Self {
         Self::ORDER[i % Self::N_SERIES]
     }
 
-    /// Returns a pale color for the `i`-th material, on which the mesh is visible.
+    /// Returns a pale color for the `i`-th material. The mesh remains visible on this color.
     pub(crate) fn of_material(i: usize) -> Self {
         Self::of_series(i).paler()
     }
 
-    /// Returns a color between dark blue (0) and yellow (1) with monotonically increasing lightness, so that the order
+    /// Returns a color between dark blue (0) and yellow (1). The lightness increases monotonically, so that the order
     /// is visible in grayscale.
     pub(crate) fn of_fraction(fraction: f64) -> Self {
         // Equidistant samples of matplotlib's viridis map (public domain).
@@ -73,13 +74,13 @@ impl Color {
         Self(channel(0), channel(1), channel(2))
     }
 
-    /// Returns a pale color of the same hue, on which lines are visible.
+    /// Returns a pale color of the same hue. Lines remain visible on this color.
     pub(crate) fn paler(self) -> Self {
         let paler = |channel: u8| 255 - (255 - channel) / 4;
         Self(paler(self.0), paler(self.1), paler(self.2))
     }
 
-    /// Scales the brightness: 1 returns the same color, 0 black.
+    /// Scales the brightness; a factor of 1 returns the same color, and 0 returns black.
     #[must_use]
     pub(crate) fn darker(self, light: f64) -> Self {
         let Self(red, green, blue) = self;
@@ -87,7 +88,7 @@ impl Color {
         Self(channel(red), channel(green), channel(blue))
     }
 
-    /// Returns black or white, whichever has the higher contrast on this color.
+    /// Returns black or white, whichever contrasts better with this color.
     pub(crate) fn text_on(self) -> Self {
         if self.luminance() > 0.5 { Self::BLACK } else { Self::WHITE }
     }

@@ -15,16 +15,16 @@ const ARROW: Stroke = Stroke::solid(Color::VERMILION, 1.1);
 /// Points in the square [−r, r]² with equal scales on both axes.
 #[derive(Debug, Clone)]
 pub struct ComplexPlane {
-    /// Title in the upper left corner, outside the circle of points; may be empty.
+    /// Title in the upper left corner, outside the circle on which the points lie; may be empty.
     pub title: String,
     /// Labels of the real and the imaginary axis.
     pub labels: [String; 2],
     pub points: Vec<Point>,
-    /// Name of the points in the legend; no legend if empty.
+    /// Name of the points in the legend; if empty, the points have no entry.
     pub points_name: String,
-    /// End of the arrow from 0.
+    /// End of the arrow that starts at 0.
     pub centroid: Point,
-    /// Name of the arrow in the legend; no legend if empty.
+    /// Name of the arrow in the legend; if empty, the arrow has no entry.
     pub centroid_name: String,
     /// Half the side length of the square, r.
     pub radius: f64,

@@ -1,11 +1,11 @@
-//! Reduction of long series to the resolution of a page.
+//! Reduction of long series of points to the resolution of a page.
 
 use super::place::Point;
 
-/// Columns per point, finer than any printer.
+/// Number of columns per point (1/72 inch), finer than the resolution of any printer.
 const COLUMNS_PER_POINT: f64 = 8.0;
 
-/// Reduces a line to at most four points per column: its first, lowest, highest and last point. Lines with decreasing
+/// Reduces a line to at most four points per column: the first, lowest, highest and last point. Lines with decreasing
 /// abscissas are not changed.
 pub(super) fn decimate(points: Vec<Point>) -> Vec<Point> {
     let (Some(first), Some(last)) = (points.first(), points.last()) else {

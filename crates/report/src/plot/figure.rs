@@ -1,4 +1,4 @@
-//! A page of panels.
+//! Figures: panels arranged on a page.
 
 use super::place::Rect;
 use super::svg::{Lettering, Svg};
@@ -36,34 +36,34 @@ pub trait Panel {
     /// Returns the space required around a drawing area of this width and height.
     fn margins(&self, width: f64, height: f64) -> Margins;
 
-    /// Draws into the area, and labels around it.
+    /// Draws the panel into the area, and its labels around the area.
     fn draw(&self, svg: &mut Svg, area: Rect);
 
-    /// Returns height / width of the drawing area if it is fixed.
+    /// Returns height / width of the drawing area, or `None` if the ratio is not fixed.
     fn aspect(&self) -> Option<f64> {
         None
     }
 }
 
-/// Panels on a grid in row order, with aligned drawing areas.
+/// Panels that are arranged on a grid, row by row, with aligned drawing areas.
 pub struct Figure {
-    /// Title for accessibility.
+    /// Title for screen readers.
     pub title: String,
-    /// Page width in millimeters; 85 is a journal column.
+    /// Page width in millimeters; a journal column is 85 mm wide.
     pub width_mm: f64,
     pub n_columns: usize,
-    /// Height in millimeters of the drawing area of panels without a fixed aspect ratio.
+    /// Height in millimeters of the drawing areas of panels whose aspect ratio is not fixed.
     pub panel_height_mm: f64,
     pub panels: Vec<Box<dyn Panel>>,
 }
 
 impl Figure {
-    /// Creates a figure with one panel at column width.
+    /// Creates a figure with a single panel, as wide as a journal column.
     pub fn of(title: impl Into<String>, panel: impl Panel + 'static) -> Self {
         Self::column(title, vec![Box::new(panel)])
     }
 
-    /// Creates a figure with a column of panels at column width.
+    /// Creates a figure with a column of panels, as wide as a journal column.
     pub fn column(title: impl Into<String>, panels: Vec<Box<dyn Panel>>) -> Self {
         Self { title: title.into(), width_mm: 85.0, n_columns: 1, panel_height_mm: 42.0, panels }
     }
@@ -73,15 +73,15 @@ impl Figure {
         self.lettered(Lettering::Text)
     }
 
-    /// Renders the figure as an SVG document without text, with labels as outlines, as required by
+    /// Renders the figure as an SVG document in which labels are outlines instead of text, as required by
     /// [`pixels`](super::raster::pixels).
     pub fn outlined(&self) -> String {
         self.lettered(Lettering::Outlines)
     }
 
     fn lettered(&self, lettering: Lettering) -> String {
-        // Margins depend on the size of the drawing area (wrapped legends, number of ticks) and vice versa; a second
-        // pass resolves this.
+        // Margins depend on the size of the drawing area (through wrapped legends and the number of ticks), and vice
+        // versa. A second pass takes this into account.
         let rough = self.layout(&vec![Margins::default(); self.panels.len()]);
         let layout = self.layout(&self.margins(&rough.areas));
         let layout = self.layout(&self.margins(&layout.areas));

@@ -1,4 +1,4 @@
-//! The embedded fonts, so that figures look the same on every machine.
+//! Embedded fonts. With these fonts, figures look the same on every machine.
 
 use std::fmt::Write;
 use std::sync::LazyLock;
@@ -7,32 +7,33 @@ use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 use super::place::Point;
 
-/// Noto Sans, subset to Latin and Greek, and additional mathematical symbols from Noto Sans Math (license beside the
-/// files).
+/// Noto Sans, reduced to Latin and Greek, and further mathematical symbols from Noto Sans Math. The license is next to
+/// the files.
 const FILES: [&[u8]; 3] = [
     include_bytes!("../../fonts/NotoSans-Regular.ttf"),
     include_bytes!("../../fonts/NotoSans-Italic.ttf"),
     include_bytes!("../../fonts/NotoSansMath-Regular.ttf"),
 ];
 
-/// Font name with fallbacks.
+/// Font name, followed by fallbacks.
 pub(super) const FAMILY: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
-/// Advance width of a character missing from the embedded fonts, which is drawn with a font of the reader.
+/// Advance width of a character that the embedded fonts lack. Such a character is drawn in a font of the reader's
+/// system.
 const UNKNOWN: f64 = 0.5;
 
 static FACES: LazyLock<[Face<'static>; 3]> = LazyLock::new(|| {
     FILES.map(|file| Face::parse(file, 0).expect("the embedded fonts are valid, as tested"))
 });
 
-/// Returns the glyph of a character in the upright or italic font, or in the font of symbols.
+/// Returns the glyph of a character in the upright, the italic or the symbol font.
 fn glyph(c: char, italic: bool) -> Option<(&'static Face<'static>, GlyphId)> {
     let [upright, slanted, signs] = &*FACES;
     let face = if italic { slanted } else { upright };
     [face, signs].into_iter().find_map(|face| Some((face, face.glyph_index(c)?)))
 }
 
-/// Returns the advance of a character at font size 1.
+/// Returns the advance width of a character at font size 1.
 fn advance(c: char, italic: bool) -> f64 {
     glyph(c, italic)
         .and_then(|(face, id)| {
@@ -47,7 +48,7 @@ pub(super) fn width(text: &str) -> f64 {
     text.chars().map(|c| advance(c, false)).sum()
 }
 
-/// Appends the outlines of a text to an SVG path. `pen` is the position on the baseline and moves to the end of the
+/// Appends the outlines of a text to an SVG path. `pen` is the position on the baseline; it is moved to the end of the
 /// text.
 pub(super) fn outline(text: &str, italic: bool, size: f64, pen: &mut Point, path: &mut String) {
     for c in text.chars() {
@@ -60,7 +61,7 @@ pub(super) fn outline(text: &str, italic: bool, size: f64, pen: &mut Point, path
     }
 }
 
-/// Converts a glyph outline to a path; the y axis of a font points upward.
+/// Converts a glyph outline to an SVG path. The y axis of a font points upward.
 struct Outline<'a> {
     at: Point,
     scale: f64,

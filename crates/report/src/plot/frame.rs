@@ -1,4 +1,4 @@
-//! The frame of a plot: ticks, grid, labels, and the mapping of values to positions.
+//! Frame of a plot: ticks, grid, labels, and the mapping of values to positions on the page.
 
 use super::axis::{Axis, Division};
 use super::color::Color;
@@ -10,7 +10,7 @@ use super::text;
 const TICK: f64 = 2.5;
 const MINOR_TICK: f64 = 1.5;
 const GAP: f64 = 2.5;
-/// Minimum distance between ticks along the horizontal axis.
+/// Minimum distances between ticks along the horizontal and the vertical axis.
 const PER_X_TICK: f64 = 34.0;
 const PER_Y_TICK: f64 = 15.0;
 
@@ -22,7 +22,7 @@ pub(super) struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Computes ticks for these data in an area of this width and height.
+    /// Computes ticks for the given data in an area of the given width and height.
     pub(super) fn new(
         (x, xs): (&'a Axis, impl Iterator<Item = f64>),
         (y, ys): (&'a Axis, impl Iterator<Item = f64>),
@@ -34,7 +34,7 @@ impl<'a> Frame<'a> {
         Self { axes: [x, y], x: x_division, y: y_division }
     }
 
-    /// Returns the space for ticks and labels.
+    /// Returns the space required for ticks and labels.
     pub(super) fn margins(&self) -> Margins {
         let widths = self.y.ticks.iter().map(|(_, label)| text::width(label, TICK_SIZE));
         let widest = widths.fold(0.0, f64::max);
@@ -52,7 +52,7 @@ impl<'a> Frame<'a> {
         [area.x + area.width * self.x.fraction(x), area.bottom() - area.height * self.y.fraction(y)]
     }
 
-    /// Draws the grid, below the data.
+    /// Draws the grid; called before the data is drawn.
     pub(super) fn draw_grid(&self, svg: &mut Svg, area: Rect) {
         let stroke = Stroke::solid(Color::PALE, 0.4);
         for (value, _) in &self.x.ticks {
@@ -65,7 +65,7 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Draws box, ticks and labels, above the data.
+    /// Draws the box, ticks and labels; called after the data is drawn.
     pub(super) fn draw(&self, svg: &mut Svg, area: Rect) {
         let stroke = Stroke::solid(Color::BLACK, 0.5);
         svg.rect(area, None, Some(stroke));
@@ -102,8 +102,8 @@ impl<'a> Frame<'a> {
         }
         let label = self.axes[1].label(self.y.exponent);
         let style = Type { upward: true, ..Type::of(LABEL_SIZE).anchored(Anchor::Middle) };
-        // The position depends on the widest tick label. Panels of a column share the largest margin, so the labels of
-        // a column may have different distances from the axis.
+        // The position of the label depends on the widest tick label. Panels in a column share the largest margin, so
+        // their labels may have different distances from the axis.
         let x = area.x - self.margins().left + LABEL_SIZE;
         svg.text([x, area.y + area.height / 2.0], &label, style);
     }

@@ -1,4 +1,4 @@
-//! Grids of cells with a category and a text.
+//! Grids of cells, each with a category and a text.
 
 use super::color::Color;
 use super::figure::{LABEL_SIZE, Margins, Panel, TICK_SIZE};
@@ -9,9 +9,9 @@ use super::text;
 
 #[derive(Debug, Clone, Default)]
 pub struct Cell {
-    /// Index into the categories; `None` for an empty cell.
+    /// Index of the category; `None` for an empty cell.
     pub category: Option<usize>,
-    /// Text, shown if it fits.
+    /// Text, which is shown if it fits into the cell.
     pub text: String,
 }
 
@@ -22,9 +22,9 @@ pub struct HeatMap {
     pub column_label: String,
     pub columns: Vec<String>,
     pub row_label: String,
-    /// Names of the rows from the top.
+    /// Names of the rows, from top to bottom.
     pub rows: Vec<String>,
-    /// Cells in row order.
+    /// Cells, row by row.
     pub cells: Vec<Cell>,
     pub categories: Vec<(String, Color)>,
 }
@@ -93,7 +93,7 @@ impl Panel for HeatMap {
     }
 }
 
-/// Selects every k-th column, so that names do not overlap.
+/// Selects every k-th column name, so that the names do not overlap.
 fn visible_names(names: &[String], width: f64) -> impl Iterator<Item = usize> {
     let widest = names.iter().map(|name| text::width(name, TICK_SIZE)).fold(0.0, f64::max);
     let stride = ((widest + GAP) / width).ceil().max(1.0);

@@ -1,4 +1,4 @@
-//! Title and legend, placed above a plot so that they do not cover data.
+//! Title and legend. They are placed above a plot and therefore do not cover data.
 
 use super::color::Color;
 use super::figure::{LABEL_SIZE, TICK_SIZE};
@@ -19,9 +19,9 @@ const GAP: f64 = 3.0;
 #[derive(Clone, Copy)]
 pub(super) enum Key {
     Line(Stroke),
-    /// A marked point of this radius.
+    /// Marked point with this radius.
     Disc(Color, f64),
-    /// A marked point on a line.
+    /// Marked point on a line.
     DiscOnLine(Stroke, f64),
     Arrow(Stroke),
     Square(Color),
@@ -56,7 +56,7 @@ impl Key {
     }
 }
 
-/// A name and its symbol; entries without a name are not shown.
+/// Name and symbol of an entry; entries without a name are not shown.
 pub(super) struct Entry<'a> {
     pub(super) name: &'a str,
     pub(super) key: Key,
@@ -68,14 +68,14 @@ impl Entry<'_> {
     }
 }
 
-/// Returns the height of title and legend above an area of this width.
+/// Returns the height of the title and the legend above an area of this width.
 pub(super) fn height(title: &str, entries: &[Entry], width: f64) -> f64 {
     let rows = rows(entries, width).len() as f64 * ROW;
     let title = if title.is_empty() { 0.0 } else { TITLE };
     if rows + title > 0.0 { rows + title + GAP } else { 0.0 }
 }
 
-/// Draws title and legend above the area.
+/// Draws the title and the legend above the area.
 pub(super) fn draw(svg: &mut Svg, area: Rect, title: &str, entries: &[Entry]) {
     let mut y = area.y - height(title, entries, area.width);
     if !title.is_empty() {

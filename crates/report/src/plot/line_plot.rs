@@ -1,4 +1,4 @@
-//! Curves and points over two linear or logarithmic axes.
+//! Plots of curves and points on two linear or logarithmic axes.
 
 use super::axis::Axis;
 use super::color::Color;
@@ -9,7 +9,7 @@ use super::legend::{self, Entry, Key};
 use super::place::{Point, Rect};
 use super::svg::{Stroke, Svg};
 
-/// Dash patterns by series, so that curves are distinguishable in grayscale.
+/// Dash patterns of the series, which make curves distinguishable in grayscale.
 const DASHES: [&[f64]; 4] = [&[], &[4.0, 1.5], &[1.2, 1.2], &[6.0, 1.5, 1.2, 1.5]];
 
 const MARKER: f64 = 1.7;
@@ -20,7 +20,7 @@ pub struct Series {
     pub name: String,
     /// Points; a non-finite coordinate interrupts the curve.
     pub points: Vec<Point>,
-    /// Color; by default the color of its index in the plot.
+    /// Color; by default, the color that belongs to the index of the series in the plot.
     pub color: Option<Color>,
     /// Whether the points are connected.
     pub joined: bool,
@@ -42,12 +42,12 @@ impl Series {
         Self { marked: true, ..self }
     }
 
-    /// Shows only the points.
+    /// Shows only the points, without a line.
     pub(crate) fn unjoined(self) -> Self {
         Self { joined: false, marked: true, ..self }
     }
 
-    /// Sets the color and draws solid lines.
+    /// Sets the color; lines are solid.
     pub fn colored(self, color: Color) -> Self {
         Self { color: Some(color), ..self }
     }
@@ -59,7 +59,7 @@ pub struct LinePlot {
     pub title: String,
     pub x: Axis,
     pub y: Axis,
-    /// Curves in the order of drawing.
+    /// Series in the order in which they are drawn.
     pub series: Vec<Series>,
 }
 
@@ -110,7 +110,7 @@ impl Panel for LinePlot {
 fn pen(i: usize, series: &Series) -> Stroke {
     let dashes = match (series.color, series.marked) {
         (Some(_), _) => 0,
-        // Markers replace dashes until the colors repeat.
+        // Series with markers have solid lines until the colors repeat.
         (None, true) => i / Color::N_SERIES,
         (None, false) => i,
     };
@@ -125,7 +125,7 @@ fn draw_curve(svg: &mut Svg, area: Rect, frame: &Frame, series: &Series, pen: St
     }
 }
 
-/// Draws the markers within the area; markers at its edge are not clipped.
+/// Draws the markers of all points inside the area. Markers at the edge of the area are not clipped.
 fn draw_markers(svg: &mut Svg, area: Rect, frame: &Frame, series: &Series, color: Color) {
     let placed = series.points.iter().map(|&p| frame.place(area, p));
     for point in placed.filter(|&point| area.contains(point)) {

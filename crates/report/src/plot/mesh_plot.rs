@@ -1,4 +1,4 @@
-//! Meshes of quadratic triangles with edges, named boundary parts, deformation and a field.
+//! Plots of meshes of quadratic triangles, with edges, named parts of the boundary, deformation and a field.
 
 use super::arrow;
 use super::axis::Axis;
@@ -11,18 +11,18 @@ use super::legend::{self, Entry, Key};
 use super::place::{Point, Rect};
 use super::svg::{self, Stroke, Svg, Type};
 
-/// The six nodes of a triangle (corners, then edges) as four triangles, which follow curved edges.
+/// Division of a triangle with six nodes (corners, then midside nodes) into four triangles, which follow curved edges.
 pub(crate) const QUARTERS: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
 
-/// Named edges: a part of the boundary, or an interface between two materials.
+/// Named edges, which form a part of the boundary or an interface between two materials.
 #[derive(Debug, Clone)]
 pub struct EdgeGroup {
     /// Name in the legend.
     pub name: String,
-    /// Edges: both ends, then the midside node.
+    /// Edges, each given by its two ends and its midside node.
     pub edges: Vec<[usize; 3]>,
     pub color: Color,
-    /// Direction of arrows on the edges, for loads.
+    /// Direction of the arrows that show a load on the edges.
     pub arrows: Option<Point>,
 }
 
@@ -32,7 +32,7 @@ pub struct Region {
     pub color: Color,
 }
 
-/// Values at the nodes, shown as color bands.
+/// Values at the nodes, which are shown as color bands.
 #[derive(Debug, Clone)]
 pub struct Field {
     /// Label, unit and limits.
@@ -40,7 +40,7 @@ pub struct Field {
     pub values: Vec<f64>,
 }
 
-/// A mesh of triangles with corner and midside nodes, with equal scales on both axes.
+/// Mesh of triangles with corner and midside nodes, drawn with equal scales on both axes.
 #[derive(Debug, Clone, Default)]
 pub struct MeshPlot {
     /// Title above the plot; may be empty.
@@ -49,11 +49,12 @@ pub struct MeshPlot {
     pub y: Axis,
     /// Undeformed positions of all nodes.
     pub nodes: Vec<Point>,
-    /// Corners a, b, c and the nodes on ab, bc, ca of each triangle.
+    /// Nodes of each triangle: the corners a, b, c, and the midside nodes of ab, bc and ca.
     pub triangles: Vec<[usize; 6]>,
     /// Displacement of each node; may be empty.
     pub displacement: Vec<Point>,
-    /// Scale factor of the displacement, printed after the title if there is a displacement.
+    /// Factor by which the displacement is multiplied. If there is a displacement, the factor is printed after the
+    /// title.
     pub scale: f64,
     pub regions: Vec<Region>,
     pub groups: Vec<EdgeGroup>,
@@ -66,7 +67,7 @@ pub struct MeshPlot {
 const ARROW: f64 = 11.0;
 const GROUP_WIDTH: f64 = 2.0;
 const OBSTACLE: f64 = 1.0;
-/// The undeformed boundary.
+/// Style of the undeformed boundary.
 const AT_REST: Stroke = Stroke { color: Color::BLACK, width: 0.6, dashes: &[3.0, 1.5] };
 
 impl MeshPlot {
@@ -80,7 +81,7 @@ impl MeshPlot {
         self.nodes.iter().zip(&self.displacement).map(moved).collect()
     }
 
-    /// Returns the title with the scale of the deformation.
+    /// Returns the title, followed by the scale of the deformation.
     fn header(&self) -> String {
         let scale = if self.displacement.is_empty() {
             String::new()
@@ -104,7 +105,7 @@ impl MeshPlot {
             });
             axis.clone().between(low, high)
         };
-        // Load arrows and obstacles need space around the mesh.
+        // Arrows of loads and obstacles need space around the mesh.
         let has_obstacles = !self.obstacles.is_empty();
         let air = if has_obstacles || self.groups.iter().any(|group| group.arrows.is_some()) {
             0.3
@@ -213,7 +214,7 @@ impl MeshPlot {
 
     fn draw_field(&self, svg: &mut Svg, placed: &[Point], field: &Field, bar: &Bar<'_>) {
         let levels = &bar.levels;
-        // Values outside the given limits have the color of the limit.
+        // Values beyond the given limits have the color of the limit.
         let (low, high) = (levels[0], levels[levels.len() - 1]);
         let valued = |i: usize| (placed[i], field.values[i].clamp(low, high));
         for (k, level) in levels.windows(2).enumerate() {
@@ -233,14 +234,14 @@ impl MeshPlot {
     }
 }
 
-/// Returns the edges of exactly one triangle: both ends, then the midside node.
+/// Returns the edges that belong to exactly one triangle. Each edge is given by its two ends and its midside node.
 pub fn boundary(triangles: &[[usize; 6]]) -> Vec<[usize; 3]> {
     let sides = sides(triangles);
     let alone = sides.chunk_by(|a, b| a == b).filter(|side| side.len() == 1);
     alone.map(|side| side[0]).collect()
 }
 
-/// Returns the sides of all triangles, sorted; interior sides occur twice.
+/// Returns the sides of all triangles, sorted. Interior sides occur twice.
 fn sides(triangles: &[[usize; 6]]) -> Vec<[usize; 3]> {
     let sides = |t: &[usize; 6]| [[t[0], t[1], t[3]], [t[1], t[2], t[4]], [t[2], t[0], t[5]]];
     let mut edges: Vec<[usize; 3]> = triangles.iter().flat_map(sides).collect();
@@ -251,7 +252,8 @@ fn sides(triangles: &[[usize; 6]]) -> Vec<[usize; 3]> {
     edges
 }
 
-/// Returns the parabola through the three nodes of an edge, the shape of the quadratic element, as a Bézier curve.
+/// Returns the parabola through the three nodes of an edge as a Bézier curve. The edge of a quadratic element has this
+/// shape.
 fn curve(placed: &[Point], [a, b, middle]: &[usize; 3]) -> String {
     let ([ax, ay], [bx, by], [mx, my]) = (placed[*a], placed[*b], placed[*middle]);
     let control = [2.0 * mx - (ax + bx) / 2.0, 2.0 * my - (ay + by) / 2.0];

@@ -8,21 +8,22 @@ use gif::{Encoder, Extension, Frame, Repeat};
 use super::figure::Figure;
 use super::raster;
 
-/// Quality of the reduction to 256 colors for frames with more colors: 1 is best, 30 is fastest.
+/// Setting for the reduction of frames with more than 256 colors: 1 gives the best quality, and 30 is the fastest.
 const SPEED: i32 = 10;
 
-/// The comment by which the program recognizes its own files.
+/// Comment by which the program recognizes its own files.
 const COMMENT: &[u8] = b"Made by myovib";
 
-/// Returns whether a file starts like the movies of this program.
+/// Returns whether a file starts like a movie that this program wrote.
 pub fn is_own_gif(start: &[u8]) -> bool {
     let mut parts = start.windows(COMMENT.len()).take(100);
     start.starts_with(b"GIF89a") && parts.any(|part| part == COMMENT)
 }
 
-/// Writes figures of equal size as an endless animation, `width` pixels wide, each shown for `hundredths` of a second.
+/// Writes figures of equal size as an endless animation that is `width` pixels wide. Each figure is shown for
+/// `hundredths` of a second.
 ///
-/// The iterator is evaluated one figure at a time.
+/// Figures are taken from the iterator one at a time.
 pub fn write<W: Write>(
     sink: W,
     figures: impl IntoIterator<Item = anyhow::Result<Figure>>,
@@ -47,7 +48,7 @@ pub fn write<W: Write>(
 fn frame(figure: &Figure, width: u16, hundredths: u16) -> anyhow::Result<Frame<'static>> {
     let pixmap = raster::pixels(&figure.outlined(), width.into())?;
     let height = u16::try_from(pixmap.height()).context("the figure is too tall for a movie")?;
-    // Pages are opaque, so premultiplied colors equal plain colors.
+    // Pages are opaque, so premultiplied colors are equal to plain colors.
     let mut rgba = pixmap.take();
     let mut frame = Frame::from_rgba_speed(width, height, &mut rgba, SPEED);
     frame.delay = hundredths;

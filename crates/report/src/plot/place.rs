@@ -1,6 +1,6 @@
 //! Positions on a page, in points (1/72 inch).
 
-/// A point of the page, relative to its upper left corner.
+/// Point on the page, relative to the upper left corner.
 pub type Point = [f64; 2];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +18,7 @@ impl Rect {
         self.x + self.width
     }
 
-    /// Returns whether the point lies inside; false for NaN.
+    /// Returns whether the point lies in the rectangle; false if a coordinate is NaN.
     pub fn contains(&self, [x, y]: Point) -> bool {
         (self.x..=self.right()).contains(&x) && (self.y..=self.bottom()).contains(&y)
     }

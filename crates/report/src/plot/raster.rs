@@ -4,20 +4,20 @@ use anyhow::Context;
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-/// Renders an SVG document `width` pixels wide. Text is not rendered: see
+/// Renders an SVG document at a width of `width` pixels. Text is not rendered: see
 /// [`Figure::outlined`](super::Figure::outlined).
 pub fn pixels(svg: &str, width: u32) -> anyhow::Result<Pixmap> {
     let tree = Tree::from_str(svg, &Options::default()).context("the figure is not valid SVG")?;
     let scale = width as f32 / tree.size().width();
     let height = (tree.size().height() * scale).round() as u32;
     let mut pixmap = Pixmap::new(width, height).context("the figure has no pixels")?;
-    // The page may not cover the last row completely.
+    // The page may cover the last row of pixels only partly.
     pixmap.fill(Color::WHITE);
     resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixmap.as_mut());
     Ok(pixmap)
 }
 
-/// Renders an SVG document as a PNG file, `width` pixels wide.
+/// Renders an SVG document as a PNG file with a width of `width` pixels.
 pub fn png(svg: &str, width: u32) -> anyhow::Result<Vec<u8>> {
     pixels(svg, width)?.encode_png().context("the figure cannot be encoded as PNG")
 }
@@ -53,7 +53,7 @@ mod tests {
             page.finish("")
         };
         let (left, right) = (figure(2.0), figure(22.0));
-        // Each is 40 pt = 160/3 px wide.
+        // Each figure is 40 pt = 160/3 px wide.
         let both = format!(
             r#"<svg xmlns="http://www.w3.org/2000/svg" width="80pt" height="40pt"><g>{left}</g><g transform="translate(53.3333333 0)">{right}</g></svg>"#
         );

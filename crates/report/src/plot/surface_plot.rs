@@ -1,4 +1,4 @@
-//! The shaded surface of a 3D body, drawn from back to front.
+//! Plots of the shaded surface of a 3D body, drawn from back to front.
 
 use super::arrow;
 use super::axis::Axis;
@@ -12,45 +12,45 @@ use crate::vector::{self, Place, dot, length};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Paint {
-    /// The color of a field value.
+    /// Color that belongs to a value of the field.
     Value(f64),
-    /// A fixed color.
+    /// Fixed color.
     Plain(Color),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Face {
-    /// Corners, counterclockwise seen from outside.
+    /// Corners, counterclockwise as seen from outside.
     pub corners: [Place; 3],
-    /// Paint before shading.
+    /// Color before shading.
     pub paint: Paint,
 }
 
-/// A closed surface seen from the front (−y), slightly from the right and from above (z), in parallel projection.
+/// Closed surface in parallel projection, seen from the front (−y), slightly from the right and from above (z).
 #[derive(Debug, Clone, Default)]
 pub struct SurfacePlot {
     /// Title above the plot; may be empty.
     pub title: String,
     pub faces: Vec<Face>,
-    /// Label, unit and limits of the field.
+    /// Label, unit and limits of the field, if there is one.
     pub field: Option<Axis>,
-    /// Names in the legend and their colors.
+    /// Names and colors of the legend entries.
     pub groups: Vec<(String, Color)>,
     pub edges: bool,
-    /// Outlines of obstacles, drawn over the body.
+    /// Outlines of obstacles, which are drawn over the body.
     pub obstacles: Vec<Vec<Place>>,
-    /// Additional points that the picture must contain, for equal frames of a movie.
+    /// Additional points that the picture must contain, so that all frames of a movie have the same limits.
     pub around: Vec<Place>,
 }
 
-/// Direction of view: angles to the right and above, in rad.
+/// Direction of view: angles (rad) to the right and upward.
 const AZIMUTH: f64 = 0.5;
 const ELEVATION: f64 = 0.42;
-/// Direction of the light in the axes of the page (right, up, toward the viewer).
+/// Direction toward the light in the axes of the page (right, up, toward the viewer).
 const LIGHT: Place = [-0.35, 0.6, 0.72];
 /// Brightness of surfaces in the shadow.
 const SHADOW: f64 = 0.5;
-/// Enlargement of triangles in points, which hides the seams between them.
+/// Distance in points by which triangles are enlarged to hide the seams between them.
 const SEAM: f64 = 0.2;
 const ARROW: f64 = 13.0;
 const OBSTACLE: f64 = 0.7;
@@ -62,20 +62,21 @@ fn seen([x, y, z]: Place) -> Place {
     [c * x + s * y, se * (c * y - s * x) + ce * z, ce * (s * x - c * y) + se * z]
 }
 
-/// Returns the unit normal of a triangle, or zero if it has no area.
+/// Returns the unit normal of a triangle, or zero if the triangle has no area.
 fn normal(corners: &[Place; 3]) -> Place {
     let normal = vector::normal(*corners);
     let length = length(normal);
     normal.map(|x| if length > 0.0 { x / length } else { 0.0 })
 }
 
-/// Returns whether a triangle, counterclockwise seen from outside, faces the viewer.
+/// Returns whether a triangle faces the viewer. The corners of the triangle must be counterclockwise as seen from
+/// outside.
 pub(crate) fn faces_the_eye(corners: &[Place; 3]) -> bool {
     normal(&corners.map(seen))[2] > 0.0
 }
 
 impl SurfacePlot {
-    /// Returns the minimum and maximum of the body along both axes of the page.
+    /// Returns the minimum and the maximum of the body along each axis of the page.
     fn limits(&self) -> [[f64; 2]; 2] {
         let mut limits = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         let corners = self.faces.iter().flat_map(|face| face.corners);
@@ -124,7 +125,7 @@ impl Panel for SurfacePlot {
 
     fn aspect(&self) -> Option<f64> {
         let [x, y] = self.limits().map(|[low, high]| high - low);
-        // A color bar needs a minimum height.
+        // The color bar needs a minimum height.
         Some((y / x).max(0.4))
     }
 
@@ -168,7 +169,7 @@ impl Panel for SurfacePlot {
     }
 }
 
-/// Enlarges a triangle about its center.
+/// Enlarges a triangle away from its center.
 fn grown(corners: [Point; 3]) -> [Point; 3] {
     let center = [0, 1].map(|i| corners.iter().map(|corner| corner[i]).sum::<f64>() / 3.0);
     corners.map(|corner| {
@@ -178,7 +179,7 @@ fn grown(corners: [Point; 3]) -> [Point; 3] {
     })
 }
 
-/// Draws the directions of the axes at a point of the page.
+/// Draws the directions of the coordinate axes at a point of the page.
 fn draw_axes(svg: &mut Svg, [x, y]: Point) {
     for (axis, name) in ["*x*", "*y*", "*z*"].into_iter().enumerate() {
         let mut along = [0.0; 3];
@@ -196,7 +197,7 @@ fn draw_axes(svg: &mut Svg, [x, y]: Point) {
 mod tests {
     use super::*;
 
-    /// Returns the six sides of a unit cube, two triangles each, with the index of the side as value.
+    /// Returns the six sides of a unit cube, each divided into two triangles. The value is the index of the side.
     fn cube() -> Vec<Face> {
         let corner = |i: usize| [i & 1, (i >> 1) & 1, (i >> 2) & 1].map(|b| b as f64);
         let sides =
@@ -210,7 +211,8 @@ mod tests {
         faces.collect()
     }
 
-    /// The sides x = 1, y = 0 and z = 1 are visible from the front, the right and above.
+    /// Checks that the sides x = 1, y = 0 and z = 1 are visible, because the view is from the front, the right and
+    /// above.
     #[test]
     fn three_sides_of_a_cube_are_visible() {
         let plot = SurfacePlot { faces: cube(), ..SurfacePlot::default() };
@@ -226,7 +228,7 @@ mod tests {
         assert_eq!(seen, [1.0, 1.0, 2.0, 2.0, 5.0, 5.0]);
     }
 
-    /// The transformation preserves lengths: x² + y² + z² of any point.
+    /// Checks that the transformation preserves the length √(x² + y² + z²) of any vector.
     #[test]
     fn the_view_is_a_rotation() {
         for place in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, -0.7, 2.0]] {
@@ -235,7 +237,7 @@ mod tests {
         }
     }
 
-    /// A near triangle covers a far one, so it is drawn later.
+    /// Checks that a near triangle, which covers a far one, is drawn later.
     #[test]
     fn near_triangles_are_drawn_last() {
         let small = |y: f64, color| Face {

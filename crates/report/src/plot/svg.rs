@@ -1,4 +1,4 @@
-//! An SVG page in points (1/72 inch).
+//! SVG page in points (1/72 inch).
 
 use std::fmt::Write;
 
@@ -6,10 +6,10 @@ use super::color::Color;
 use super::place::{Point, Rect};
 use super::{font, text};
 
-/// Start of every document.
+/// Text with which every document starts.
 const START: &str = r#"<svg xmlns="http://www.w3.org/2000/svg" width=""#;
 
-/// Returns whether a document starts like the documents of this program.
+/// Returns whether a document starts like one that this program wrote.
 pub fn is_own_svg(text: &str) -> bool {
     let family = format!(r#" font-family="{}" role="img">"#, font::FAMILY);
     let mut lines = text.lines();
@@ -44,7 +44,7 @@ impl Stroke {
     }
 }
 
-/// Alignment of a text at its point.
+/// Alignment of a text relative to its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
     Start,
@@ -60,18 +60,18 @@ pub struct Type {
     pub color: Color,
     /// Whether the text is vertical.
     pub upward: bool,
-    /// Whether a white outline separates it from the background.
+    /// Whether a white outline separates the text from the background.
     pub haloed: bool,
 }
 
 impl Type {
-    /// Creates black text to the right of its point.
+    /// Creates the style of black text that starts at its point.
     pub fn of(size: f64) -> Self {
         let color = Color::BLACK;
         Self { size, anchor: Anchor::Start, color, upward: false, haloed: false }
     }
 
-    /// Adds a white outline.
+    /// Adds a white outline to the text.
     pub(crate) fn haloed(self) -> Self {
         Self { haloed: true, ..self }
     }
@@ -82,12 +82,12 @@ impl Type {
     }
 }
 
-/// Representation of labels.
+/// Representation of labels in the document.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lettering {
-    /// Searchable text in the reader's font.
+    /// Searchable text in a font of the reader's system.
     Text,
-    /// Outlines of the embedded fonts, required for conversion to pixels.
+    /// Outlines from the embedded fonts, which the conversion to pixels requires.
     Outlines,
 }
 
@@ -125,14 +125,14 @@ impl Svg {
         self.path(&path(points), stroke);
     }
 
-    /// Draws the outline of an SVG path.
+    /// Draws an SVG path as a line.
     pub fn path(&mut self, path: &str, stroke: Stroke) {
         if !path.is_empty() {
             self.add(format_args!(r#"<path d="{path}" {}/>"#, stroke.attributes()));
         }
     }
 
-    /// Fills an SVG path. An edge of the same color closes hairline gaps between neighbors.
+    /// Fills an SVG path. A thin edge of the same color closes the gaps between neighbors.
     pub fn fill(&mut self, path: &str, color: Color) {
         if !path.is_empty() {
             self.add(format_args!(
@@ -153,14 +153,14 @@ impl Svg {
         }
     }
 
-    /// Draws a disc with a thin white outline, which separates overlapping discs.
+    /// Draws a disc. A thin white outline separates overlapping discs.
     pub fn disc(&mut self, [x, y]: Point, radius: f64, color: Color) {
         self.add(format_args!(
             r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius}" fill="{color}" stroke="white" stroke-width="0.3"/>"#
         ));
     }
 
-    /// Draws a translucent disc, so that overlapping discs look darker.
+    /// Draws a translucent disc. Overlapping discs look darker.
     pub(crate) fn translucent_disc(&mut self, [x, y]: Point, radius: f64, color: Color) {
         self.add(format_args!(
             r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius}" fill="{color}" fill-opacity="0.5" stroke="{color}" stroke-width="0.3"/>"#
@@ -200,7 +200,7 @@ impl Svg {
         }
     }
 
-    /// Draws with a clip rectangle.
+    /// Clips everything that `draw` draws to a rectangle.
     ///
     /// A nested SVG element clips without an id, so several figures can share a document.
     pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
@@ -217,7 +217,7 @@ impl Svg {
     }
 }
 
-/// Returns the polyline through the points as an SVG path; empty for fewer than two points.
+/// Returns the SVG path of a polyline through the points; empty for fewer than two points.
 pub fn path(points: &[Point]) -> String {
     if points.len() < 2 {
         return String::new();

@@ -1,6 +1,6 @@
 //! Labels with subscripts, superscripts and italics.
 //!
-//! `_{…}` is a subscript, `^{…}` a superscript, `*…*` italic: `*u*_{y} (10^{−4} m)`.
+//! In a label, `_{…}` is a subscript, `^{…}` is a superscript, and `*…*` is italic. Example: `*u*_{y} (10^{−4} m)`.
 
 use myovib_scene::escape;
 
@@ -9,7 +9,7 @@ use super::place::Point;
 
 /// Size of subscripts and superscripts relative to the surrounding text.
 const SCRIPT: f64 = 0.72;
-/// Vertical shift of subscripts and superscripts relative to the size of the surrounding text.
+/// Vertical shift of superscripts and subscripts, relative to the size of the surrounding text.
 const RAISE: f64 = 0.38;
 const LOWER: f64 = 0.2;
 
@@ -34,7 +34,7 @@ pub fn width(label: &str, size: f64) -> f64 {
     runs(label).iter().map(of_run).sum()
 }
 
-/// Returns the outlines of a label as an SVG path starting at `at`.
+/// Returns the outlines of a label as an SVG path that starts at `at`.
 pub(super) fn outline(label: &str, size: f64, at: Point) -> String {
     let (mut pen, mut path) = (at, String::new());
     for run in runs(label) {
@@ -49,10 +49,10 @@ pub(super) fn outline(label: &str, size: f64, at: Point) -> String {
     path
 }
 
-/// Returns the content of an SVG `text` element.
+/// Returns a label as the content of an SVG `text` element.
 pub(super) fn spans(label: &str, size: f64) -> String {
     let mut spans = String::new();
-    // SVG accumulates shifts along a text, so each run reverses the previous shift.
+    // SVG accumulates vertical shifts along a text, so each run first reverses the previous shift.
     let mut shifted = 0.0;
     for run in runs(label) {
         let shift = match run.level {
@@ -82,7 +82,7 @@ pub(super) fn spans(label: &str, size: f64) -> String {
     spans
 }
 
-/// Returns a label as HTML, with `i`, `sub` and `sup` elements.
+/// Returns a label as HTML with the elements `i`, `sub` and `sup`.
 pub fn html(label: &str) -> String {
     let of_run = |run: &Run| {
         let mut text = escape(run.text);
@@ -121,7 +121,7 @@ fn runs(label: &str) -> Vec<Run<'_>> {
     runs
 }
 
-/// Splits at the first markup character; a brace only closes what it opened.
+/// Splits a text at the first markup. A closing brace is markup only inside a subscript or a superscript.
 fn split_at_mark(text: &str, level: Level) -> Option<(&str, &str, &str)> {
     let marks: &[&str] = if level == Level::Base { &["_{", "^{", "*"] } else { &["}", "*"] };
     let (at, mark) = marks.iter().filter_map(|mark| text.find(mark).map(|at| (at, *mark))).min()?;

@@ -1,4 +1,5 @@
-//! The paper's Table 2 from the results of its runs: [`text()`], CSV and JSON, compared with the paper's counts.
+//! The paper's Table 2, compiled from the results of its runs as [`text()`], CSV and JSON and compared with the paper's
+//! counts.
 
 mod text;
 
@@ -11,16 +12,16 @@ use serde_json::{Map, Value, json};
 
 pub use text::text;
 
-/// A row with the scene `table2-KEY`.
+/// Row of the table; its scene is `table2-KEY`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
     /// Name of the row on the command line and in JSON.
     pub key: &'static str,
-    /// Corresponding row of the paper.
+    /// Key of the corresponding row in the paper.
     paper_key: &'static str,
-    /// Conventions of the error test that the row belongs to. `paper` means, in the paper's words, "the algebraic
-    /// variables are excluded": λ in (28) and (31), only μ in (29). `multipliers` means λ and μ in all equations. Empty
-    /// for a variant that is not in the paper.
+    /// Conventions for the error test to which the row belongs. `paper` means, in the paper's words, "the algebraic
+    /// variables are excluded": λ in (28) and (31), but only μ in (29). `multipliers` means λ and μ in all equations.
+    /// Empty for a variant that is not in the paper.
     conventions: &'static [&'static str],
 }
 
@@ -29,8 +30,8 @@ impl Row {
         format!("table2-{}", self.key)
     }
 
-    /// Returns whether the row is a separate problem. The other rows differ from such a row only in the variables that
-    /// BDF excludes from the error test, or in its order.
+    /// Returns whether the row is a separate problem. Every other row differs from such a row only in the order of BDF
+    /// or in the variables that BDF excludes from the error test.
     pub fn is_distinct(&self) -> bool {
         self.conventions.contains(&"paper")
     }
@@ -57,7 +58,7 @@ pub const ROWS: [Row; 9] = [
     row("31", "31", &["paper", "multipliers"]),
 ];
 
-/// A row as printed in the paper.
+/// Row as printed in the paper.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct PaperRow {
     steps: u64,
@@ -71,7 +72,7 @@ struct PaperTable {
     rows: BTreeMap<String, PaperRow>,
 }
 
-/// End time of the paper's runs in s.
+/// End time of the paper's runs, s.
 const T_END: f64 = 10.0;
 
 static PAPER: LazyLock<PaperTable> = LazyLock::new(|| {
@@ -79,11 +80,11 @@ static PAPER: LazyLock<PaperTable> = LazyLock::new(|| {
         .expect("the built-in table is valid, as tested")
 });
 
-/// A row with the document of its run.
+/// Row together with the document of its run.
 #[derive(Debug, Clone)]
 pub struct RowRun {
     pub row: Row,
-    /// Body of its `run.json`.
+    /// Content of the `run.json` of the run.
     pub document: Value,
 }
 
@@ -92,7 +93,7 @@ impl RowRun {
         &PAPER.rows[self.row.paper_key]
     }
 
-    /// Returns whether the run has the paper's end time, so that its counts can be compared.
+    /// Returns whether the run has the end time of the paper. Only then can its counts be compared.
     fn has_the_papers_end(&self) -> bool {
         self.number("t_end") == T_END
     }
@@ -109,7 +110,7 @@ impl RowRun {
         self.document[name].as_str().unwrap_or_default()
     }
 
-    /// Returns whether the run reached its end.
+    /// Returns whether the run reached its end time.
     fn is_finished(&self) -> bool {
         self.word("outcome") == "finished"
     }
@@ -131,8 +132,8 @@ impl RowRun {
         }
     }
 
-    /// Returns whether the run ended in the same way as the paper's; `None` for variants and for Radau IIA, which the
-    /// paper does not contain.
+    /// Returns whether the outcome of the run is the same as in the paper. `None` for variants and for Radau IIA, which
+    /// the paper does not contain.
     fn agrees(&self) -> Option<bool> {
         let has_counterpart = !self.conventions().is_empty();
         has_counterpart.then(|| self.paper().outcome == self.word("outcome"))
@@ -150,7 +151,7 @@ impl RowRun {
         fields.into_iter().flatten().filter_map(Value::as_str).map(symbol).collect()
     }
 
-    /// Maximum order of BDF, or the order of Radau IIA.
+    /// Maximum order of BDF, or order of Radau IIA.
     fn order(&self) -> u64 {
         self.count(if self.is_radau() { "order" } else { "max_order" })
     }
@@ -166,16 +167,16 @@ impl RowRun {
 /// Overall result of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// As expected.
+    /// All outcomes are as expected.
     Done,
     /// The outcome of a run differs from the paper's.
     Differs,
-    /// A run with modified settings stopped; the paper has no outcome to compare with.
+    /// A run with modified settings stopped, so there is no outcome in the paper to compare with.
     Stopped,
     Interrupted,
 }
 
-/// Returns the overall result. `is_modified` states whether settings of the table are overridden.
+/// Returns the overall result. `is_modified` states whether any setting of the table is overridden.
 pub fn verdict(runs: &[RowRun], is_modified: bool) -> Verdict {
     let differs = |run: &RowRun| run.agrees() == Some(false);
     if runs.iter().any(|run| run.word("reason") == "interrupted") {
@@ -342,7 +343,7 @@ mod tests {
         }
     }
 
-    /// Regression: the steps of shorter runs were divided by the paper's, which reach 10 s.
+    /// Regression: the step counts of shorter runs were divided by those of the paper, whose runs reach 10 s.
     #[test]
     fn only_runs_to_the_papers_end_have_a_ratio() {
         let at = |t_end: f64| {

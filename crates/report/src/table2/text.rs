@@ -3,7 +3,7 @@
 use super::RowRun;
 use crate::table::{Align, Cell, Table, Tone, colored_stdout, compared, exponent, kappa};
 
-/// Returns the comparison with the paper's counts, the table of settings and work, and notes.
+/// Returns the comparison with the paper's counts, a table of settings and work, and notes.
 pub fn text(runs: &[RowRun], is_modified: bool) -> String {
     let colored = colored_stdout();
     format!(
@@ -109,7 +109,7 @@ fn settings_and_work(runs: &[RowRun]) -> Table {
     table
 }
 
-/// Returns notes about the computed runs.
+/// Returns notes about the runs that were computed.
 pub(super) fn notes(runs: &[RowRun], is_modified: bool) -> String {
     let mut notes = String::new();
     for (name, meaning) in [
