@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
-/// Writes the Jacobian of `function` by central differences with the step ∛ε max(|p|, scale), which balances truncation
-/// and rounding (both about ε^(2/3)).
+/// Writes the Jacobian of `function`, computed by central differences. The step is ∛ε max(|p|, scale), which balances
+/// truncation and rounding errors (both about ε^(2/3)).
 pub(crate) fn central<E>(
     mut function: impl FnMut(&[f64], &mut [f64]) -> Result<(), E>,
     p: &[f64],

@@ -14,7 +14,8 @@ use crate::trust_region::LinearLeastSquares;
 /// Fits the parameters.
 ///
 /// # Errors
-/// [`FitError`] for invalid arguments and for a model that fails at the start. Check [`Fit::ended`] for convergence.
+/// Returns a [`FitError`] if an argument is invalid or if the model fails at the start. A fit that does not converge is
+/// not an error: check [`Fit::ended`].
 pub fn fit(
     model: &mut dyn Model,
     parameters: &[Parameter],
@@ -23,10 +24,10 @@ pub fn fit(
     fit_observed(model, parameters, options, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Fits the parameters and calls `observe` at each iteration; `observe` may end the fit.
+/// Fits the parameters and calls `observe` at each iteration. `observe` may end the fit.
 ///
 /// # Errors
-/// Errors of [`fit`].
+/// Returns the same errors as [`fit`].
 pub fn fit_observed(
     model: &mut dyn Model,
     parameters: &[Parameter],
@@ -36,11 +37,11 @@ pub fn fit_observed(
     search(model, parameters, None, options, observe)
 }
 
-/// Continues from the `rough` fit of a slightly different model, for example the same model at a looser tolerance. The
-/// fit starts from its values, and the first step uses its Jacobian.
+/// Continues from `rough`, the fit of a slightly different model, for example the same model at a looser tolerance. The
+/// iteration starts from the values of `rough`, and the first step uses its Jacobian.
 ///
 /// # Errors
-/// Errors of [`fit`].
+/// Returns the same errors as [`fit`].
 pub fn refine(
     model: &mut dyn Model,
     parameters: &[Parameter],
@@ -72,36 +73,37 @@ fn search(
     Ok(search.into_fit(ended))
 }
 
-/// The residuals at a point, their cost, and the Jacobian if the model returned both.
+/// Residuals at a point, their cost, and the Jacobian if the model returned it together with the residuals.
 struct Evaluation {
     residuals: Vec<f64>,
     cost: f64,
     jacobian: Option<DMatrix<f64>>,
 }
 
-/// Distance from the minimum of the linearized problem.
+/// Measures of the distance from the minimum of the linearized problem.
 struct Slope {
-    /// Largest cosine of the angle between the residuals and a column of the Jacobian.
+    /// Largest cosine of the angle between the vector of residuals and a column of the Jacobian.
     cosine: f64,
     /// Length of the Gauss–Newton step in units of the parameters' uncertainty.
     offset: f64,
 }
 
-/// Initial radius of the trust region for each parameter, relative to its scale. Moré instead scales steps by the norms
-/// of the columns of the Jacobian; then, insensitive parameters would change most, far beyond the range in which the
-/// linearization is valid.
+/// Initial radius of the trust region for each parameter, relative to the scale of the parameter. Moré instead scales
+/// steps by the norms of the columns of the Jacobian. With that choice, insensitive parameters would change most, far
+/// beyond the range in which the linearization is valid.
 const INITIAL_RADIUS: f64 = 0.3;
 
-/// The trust region shrinks below the first ratio of actual to predicted reduction and grows above the second (Moré).
+/// Bounds on the ratio of actual to predicted reduction: the trust region shrinks below the first bound and grows above
+/// the second (Moré).
 const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
 
 /// The Jacobian is reused after steps shorter than this fraction of the parameters' uncertainty, if [`Options::offset`]
-/// is positive: its change over such a short step has no significant effect.
+/// is positive. Over such a short step, the change of the Jacobian has no significant effect.
 const JACOBIAN_REUSE_DISTANCE: f64 = 0.1;
 
 /// Relative changes of the cost below this bound may be caused by rounding errors, because residuals are differences of
-/// larger numbers of unknown size. Such small changes are irrelevant to the statistics.
+/// larger numbers whose size is unknown. Such small changes are irrelevant to the statistics.
 const NOISE: f64 = 1e-10;
 
 struct Search<'a> {
@@ -112,11 +114,11 @@ struct Search<'a> {
     residuals: Vec<f64>,
     cost: f64,
     jacobian: DMatrix<f64>,
-    /// Whether `jacobian` belongs to `p`.
+    /// Whether `jacobian` was computed at `p`.
     is_linearized: bool,
-    /// Radius of the trust region: the Euclidean norm of the scaled step.
+    /// Radius of the trust region, which bounds the Euclidean norm of the scaled step.
     radius: f64,
-    /// Length of the last step whose predicted reduction was below rounding errors.
+    /// Length of the last step for which the predicted reduction was below rounding errors.
     last_blind: f64,
     evaluations: usize,
     history: Vec<Iteration>,
@@ -141,8 +143,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Evaluates the model at the start. If an approximate Jacobian is `known`, performs a first step with it, unless
-    /// the cost would increase.
+    /// Evaluates the model at the start. If an approximate Jacobian is `known`, takes a first step with it, unless this
+    /// step would increase the cost.
     fn start(&mut self, known: Option<&DMatrix<f64>>) -> Result<(), FitError> {
         let start = self.p.clone();
         let evaluation = self.evaluate(&start, known.is_none());
@@ -160,13 +162,15 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Returns the typical sizes of the parameters at `p`, from which the steps of difference quotients are derived.
+    /// Returns the typical sizes of the parameters at `p`. The steps of difference quotients are derived from these
+    /// sizes.
     fn scale(&self, p: &[f64]) -> Vec<f64> {
         let both = self.parameters.iter().zip(p);
         both.map(|(parameter, &p)| parameter.unit(p)).collect()
     }
 
-    /// Returns the residuals at `p` and their cost, with the Jacobian if `needs_jacobian` and the model returns both at once.
+    /// Returns the residuals at `p` and their cost. The Jacobian is included if `needs_jacobian` is true and the model
+    /// returns it together with the residuals.
     fn evaluate(&mut self, p: &[f64], needs_jacobian: bool) -> Result<Evaluation, String> {
         let mut residuals = vec![0.0; self.residuals.len()];
         if let Some(j) = p.iter().position(|p| !p.is_finite()) {
@@ -253,7 +257,7 @@ impl<'a> Search<'a> {
             return Some(Ended::Converged);
         }
         let is_near = slope.offset < JACOBIAN_REUSE_DISTANCE && self.options.offset > 0.0;
-        // Most first trials are accepted, and the next iteration needs the Jacobian at the accepted point.
+        // Most first trials are accepted, and the next iteration then needs the Jacobian at the trial point.
         let mut is_first = !is_near;
         loop {
             let (x, predicted) = linear.step(self.radius);
@@ -267,7 +271,7 @@ impl<'a> Search<'a> {
             let reduction =
                 outcome.as_ref().map_or(f64::NAN, |evaluation| self.cost - evaluation.cost);
             let quality = reduction / predicted;
-            // The ratio is NaN if the model failed. The step is too long then.
+            // The ratio is NaN if the model failed. In this case, the step is too long.
             if quality < POOR || quality.is_nan() {
                 self.radius = 0.25 * self.radius.min(moved);
             } else if quality >= GOOD {
@@ -280,15 +284,16 @@ impl<'a> Search<'a> {
                     return (small && quality > POOR).then_some(Ended::Converged);
                 }
                 Ok(_) if small => return Some(Ended::Converged),
-                // The best step leaves the domain of the model, so this point is at its edge and is not a minimum.
+                // Even the smallest step leaves the domain of the model. The current point is therefore at the edge of
+                // the domain and is not a minimum.
                 Err(message) if small => return Some(Ended::Failed(message)),
                 _ => {}
             }
         }
     }
 
-    /// Accepts a step whose predicted reduction is below rounding errors, as long as steps become shorter. The cost is
-    /// so flat there that it determines only half of the digits of the parameters.
+    /// Accepts a step whose predicted reduction is below rounding errors, as long as such steps become shorter. The
+    /// cost is so flat there that it determines the parameters only to half of their digits.
     fn blind_step(
         &mut self,
         trial: Vec<f64>,
@@ -307,8 +312,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Returns the linearized problem for the free parameters (those without an active bound), their indices, and the
-    /// distance from the minimum.
+    /// Returns the linearized problem for the free parameters (those that are not held at a bound), the indices of
+    /// these parameters, and the distance from the minimum.
     fn linear_problem(&mut self) -> (LinearLeastSquares, Vec<usize>, Slope) {
         let weights: Vec<f64> =
             self.residuals.iter().map(|&r| self.options.loss.weight(r)).collect();
@@ -346,7 +351,8 @@ impl<'a> Search<'a> {
         (linear, free, Slope { cosine, offset })
     }
 
-    /// Returns the parameters after the scaled step `x`, clamped to the bounds, and the scaled length of the change.
+    /// Returns the parameters after the scaled step `x`, clamped to the bounds, and the length of the resulting scaled
+    /// change.
     fn trial(&self, free: &[usize], x: &DVector<f64>) -> (Vec<f64>, f64) {
         let mut trial = self.p.clone();
         let mut square = 0.0;
@@ -368,7 +374,7 @@ impl<'a> Search<'a> {
     }
 
     fn into_fit(mut self, ended: Ended) -> Fit {
-        // Use the Jacobian at the final point or, if it cannot be computed, the previous one.
+        // The result has the Jacobian at the final point or, if it cannot be computed, the previous one.
         let before = self.jacobian.clone();
         if self.linearize().is_err() {
             self.jacobian = before;

@@ -4,11 +4,11 @@ use nalgebra::RowDVector;
 
 use crate::result::Fit;
 
-/// A combination of relative changes of the parameters.
+/// Combination of relative changes of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direction {
-    /// Euclidean norm of the change of the weighted residuals if the vector of relative parameter changes is the unit
-    /// vector in this direction.
+    /// Euclidean norm of the change of the weighted residuals if the parameters undergo the relative changes of this
+    /// unit vector.
     pub sensitivity: f64,
     /// Components of the unit vector, one per parameter.
     pub shares: Vec<f64>,
@@ -17,15 +17,16 @@ pub struct Direction {
 /// Singular values and right singular vectors of the Jacobian with respect to relative changes of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identifiability {
-    /// Directions in the order of their sensitivity, the best determined first. Parameters without effect are excluded.
+    /// Directions sorted by sensitivity; the best determined direction is first. Parameters without effect are
+    /// excluded.
     pub directions: Vec<Direction>,
-    /// The parameters' names.
+    /// Names of the parameters.
     pub names: Vec<String>,
 }
 
 impl Fit {
-    /// Returns the directions in parameter space with their sensitivities, without parameters that no measurement
-    /// [depends on](Fit::acts).
+    /// Returns the directions in parameter space with their sensitivities. Parameters that [have no effect](Fit::acts)
+    /// on any measurement are excluded.
     pub fn identifiability(&self) -> Identifiability {
         Identifiability { directions: self.directions(), names: self.names.clone() }
     }
@@ -56,8 +57,9 @@ impl Fit {
 }
 
 impl Identifiability {
-    /// Returns the directions in which a relative change of 1 changes the weighted residuals by less than `noise`. For
-    /// residuals in units of their standard deviation, `noise` = 1 is one standard deviation of the estimate.
+    /// Returns the directions in which a relative change of 1 changes the weighted residuals by less than `noise`. If
+    /// the residuals are in units of their standard deviation, `noise` = 1 corresponds to one standard deviation of the
+    /// estimate.
     pub fn unknown(&self, noise: f64) -> impl Iterator<Item = &Direction> {
         self.directions.iter().filter(move |direction| direction.sensitivity < noise)
     }

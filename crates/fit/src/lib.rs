@@ -1,17 +1,18 @@
 //! Weighted nonlinear least squares with bounds, and the uncertainty of its results.
 //!
 //! # Types and functions
-//! - [`Model`] is the trait to implement: residuals as a function of parameters, optionally with derivatives.
-//! - [`Parameter`]: name, start, scale and bounds.
-//! - [`fit`] takes both with [`Options`] and returns a [`Fit`]: values, cost, history, and [the reason it ended](Ended).
-//!   [`refine`] continues a fit of a rougher model.
+//! - [`Model`]: the trait that a model implements. It returns residuals as a function of the parameters and,
+//!   optionally, derivatives.
+//! - [`Parameter`]: a parameter with its name, start, scale and bounds.
+//! - [`fit`]: fits a model with the given [`Options`]. It returns a [`Fit`] with values, cost, history, and [the reason
+//!   why the fit ended](Ended). [`refine`] continues the fit of a less accurate model.
 //! - [`Uncertainty`]: standard errors, intervals and correlations from the final Jacobian.
 //! - [`Identifiability`]: combinations of parameters that the data do not determine.
-//! - [`profile`](fn@profile): intervals by profile likelihood, for nonlinear models.
-//! - [`best_fit`]: the best of the fits from [`several_starts`].
+//! - [`profile`](fn@profile): profile-likelihood intervals, which are suitable for nonlinear models.
+//! - [`best_fit`]: the best fit among those started from [`several_starts`].
 //!
 //! # Examples
-//! A decay y = a exp(−k t) measured at four times:
+//! This example fits the decay y = a exp(−k t) to measurements at four times:
 //! ```
 //! use myovib_fit::{Failed, Model, Options, Parameter, fit};
 //!
@@ -38,8 +39,8 @@
 //! ```
 //!
 //! # References
-//! - J. J. Moré, The Levenberg–Marquardt algorithm: implementation and theory, Lecture Notes in
-//!   Mathematics 630 (1978) 105–116 (the trust region; here scaled by the parameters' sizes).
+//! - J. J. Moré, The Levenberg–Marquardt algorithm: implementation and theory, Lecture Notes in Mathematics 630 (1978)
+//!   105–116 (trust region; here, it is scaled by the sizes of the parameters).
 //! - D. M. Bates, D. G. Watts, A relative offset orthogonality convergence criterion for nonlinear
 //!   least squares, Technometrics 23 (1981) 179–183.
 //! - D. M. Bates, D. G. Watts, *Nonlinear Regression Analysis and Its Applications*, Wiley 1988

@@ -1,15 +1,15 @@
 //! Loss functions.
 
-/// The loss ρ(r²) of a residual r; the cost is half the sum over all residuals.
+/// Loss ρ(r²) of a residual r. The cost is half the sum of the losses of all residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Loss {
-    /// r²: least squares.
+    /// Least squares: r².
     #[default]
     Squares,
-    /// r² for |r| ≤ δ, otherwise 2 δ |r| − δ² (Huber), which is linear for outliers.
+    /// Huber loss: r² for |r| ≤ δ, otherwise 2 δ |r| − δ². It grows linearly for outliers.
     Huber(f64),
-    /// δ² ln(1 + r²/δ²) (Cauchy), which is logarithmic for outliers.
+    /// Cauchy loss: δ² ln(1 + r²/δ²). It grows logarithmically for outliers.
     Cauchy(f64),
 }
 
@@ -24,7 +24,7 @@ impl Loss {
         }
     }
 
-    /// Returns √ρ'(r²), by which the residual and its derivatives are multiplied in the Gauss–Newton step.
+    /// Returns √ρ'(r²). The residual and its derivatives are multiplied by this weight in the Gauss–Newton step.
     pub(crate) fn weight(self, r: f64) -> f64 {
         match self {
             Self::Squares => 1.0,
@@ -46,7 +46,7 @@ impl Loss {
 mod tests {
     use super::Loss;
 
-    /// Compares the squared weight with central differences of ρ in r².
+    /// Compares the squared weight with central differences of ρ with respect to r².
     #[test]
     fn weights_are_derivatives_of_the_loss() {
         for loss in [Loss::Squares, Loss::Huber(1.5), Loss::Cauchy(0.7)] {
@@ -54,7 +54,7 @@ mod tests {
                 let s = r * r;
                 let h = 1e-5 * s;
                 let slope = (loss.value((s + h).sqrt()) - loss.value((s - h).sqrt())) / (2.0 * h);
-                // The truncation error is of order 1e-10, the rounding error of order 1e-11.
+                // The truncation error is about 1e-10, and the rounding error is about 1e-11.
                 assert!((slope / loss.weight(r).powi(2) - 1.0).abs() < 1e-8, "{loss:?} at {r}");
             }
         }

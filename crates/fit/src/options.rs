@@ -7,12 +7,14 @@ use crate::loss::Loss;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// The fit has converged when a step changes every parameter by less than this fraction of its value, or when the
-    /// cosine of the angle between the residuals and each derivative is below a thousandth of it. Default: 1e-8.
+    /// cosine of the angle between the residuals and each derivative is below a thousandth of this value. Default:
+    /// 1e-8.
     pub tolerance: f64,
-    /// The fit has also converged when the Gauss–Newton step is shorter than this fraction of the parameters' uncertainty:
-    /// the relative offset of Bates and Watts (1981). Further steps would stay within the noise. Default: 0 (not used).
+    /// The fit has also converged when the length of the Gauss–Newton step is below this fraction of the parameters'
+    /// uncertainty (the relative offset of Bates and Watts, 1981). Further steps would stay within the noise. Default:
+    /// 0 (not used).
     pub offset: f64,
-    /// Maximum number of iterations, each with one Jacobian. Default: 100.
+    /// Maximum number of iterations. Each iteration computes one Jacobian. Default: 100.
     pub max_iterations: usize,
     /// Loss function. Default: least squares.
     pub loss: Loss,

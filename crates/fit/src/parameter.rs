@@ -2,21 +2,22 @@
 
 use crate::error::FitError;
 
-/// A parameter to be fitted.
+/// Parameter of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     /// Name in messages and reports.
     pub name: String,
     /// Initial value.
     pub start: f64,
-    /// Typical size, which is the unit of steps and of difference quotients. Default: |start|, or 1 for a start of 0.
+    /// Typical size of the parameter, which is the unit of steps and of difference quotients. Default: |start|, or 1 if
+    /// the start is 0.
     pub scale: f64,
     /// Lower bound.
     pub low: f64,
     /// Upper bound.
     pub high: f64,
-    /// Whether steps change the logarithm. The value then remains positive, and only few additional steps are needed if
-    /// the start is wrong by orders of magnitude. Steps are relative to the value instead of `scale`.
+    /// Whether steps change the logarithm of the value. The value then remains positive, and a start that is wrong by
+    /// orders of magnitude requires only a few additional steps. Steps are relative to the value instead of `scale`.
     pub logarithmic: bool,
 }
 
@@ -45,7 +46,7 @@ impl Parameter {
         Self { low, high, ..self }
     }
 
-    /// Returns the same parameter with another start.
+    /// Returns the same parameter with a different start.
     #[must_use]
     pub fn starting_from(&self, start: f64) -> Self {
         Self { start, ..self.clone() }
@@ -72,18 +73,18 @@ impl Parameter {
         Ok(())
     }
 
-    /// Returns the change of the value for a scaled step of 1 from `p`, to first order.
+    /// Returns, to first order, the change of the value caused by a scaled step of 1 from `p`.
     pub(crate) fn unit(&self, p: f64) -> f64 {
         if self.logarithmic { p } else { self.scale }
     }
 
-    /// Returns the value after the scaled step `x` from `p`, within the bounds.
+    /// Returns the value after the scaled step `x` from `p`, clamped to the bounds.
     pub(crate) fn step(&self, p: f64, x: f64) -> f64 {
         let next = if self.logarithmic { p * x.exp() } else { p + x * self.scale };
         next.clamp(self.low, self.high)
     }
 
-    /// Returns the scaled length of the step from `p` to `next`.
+    /// Returns the length of the step from `p` to `next` in scaled units.
     pub(crate) fn distance(&self, p: f64, next: f64) -> f64 {
         if self.logarithmic { (next / p).ln() } else { (next - p) / self.scale }
     }

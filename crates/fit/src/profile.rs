@@ -1,4 +1,5 @@
-//! Intervals by profile likelihood: one parameter is fixed at several values, and all others are fitted again.
+//! Profile-likelihood intervals: one parameter is fixed at several values, and all other parameters are fitted for each
+//! value.
 
 use nalgebra::DMatrix;
 
@@ -10,33 +11,34 @@ use crate::parameter::Parameter;
 use crate::result::Fit;
 use crate::uncertainty::student_quantile;
 
-/// A point of a profile.
+/// Point of a profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProfilePoint {
-    /// The value of the parameter.
+    /// Value at which the parameter is fixed.
     pub value: f64,
-    /// Minimum cost with the parameter fixed at this value.
+    /// Minimum cost over the other parameters.
     pub cost: f64,
 }
 
-/// The profile of one parameter.
+/// Profile of one parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     /// Computed points, sorted by value.
     pub points: Vec<ProfilePoint>,
-    /// The confidence interval. An end is `None` if the cost does not reach the limit on that side: the measurements do
-    /// not bound the parameter there.
+    /// Confidence interval. An end is `None` if the cost does not reach the limit on that side, that is, if the
+    /// measurements do not bound the parameter there.
     pub interval: [Option<f64>; 2],
 }
 
-/// Distance from the fit, in multiples of the linear interval, beyond which a side counts as open.
+/// Distance from the fit, in multiples of the linear interval, beyond which the interval is considered open on that
+/// side.
 const FARTHEST: f64 = 64.0;
 
-/// Computes the profile of parameter `which` around the fit, up to a cost increase of t² s²/2 with Student's t at `level`
-/// (Bates and Watts, 6.1.2).
+/// Computes the profile of the parameter with the index `which` around the fit. The profile extends to a cost increase
+/// of t² s²/2, where t is the quantile of Student's distribution at `level` (Bates and Watts, 6.1.2).
 ///
 /// # Errors
-/// Errors of [`fit`] and [`Fit::uncertainty`].
+/// Returns the errors of [`fit`] and [`Fit::uncertainty`].
 pub fn profile(
     model: &mut dyn Model,
     parameters: &[Parameter],
@@ -92,9 +94,9 @@ pub fn profile(
     Ok(Profile { points, interval })
 }
 
-/// Returns the value at which the profile crosses `limit`: bisection to a thousandth of the bracket, then linear
-/// interpolation.
-#[allow(clippy::too_many_arguments)] // the state of a search along one parameter
+/// Returns the value at which the profile crosses `limit`. Bisection reduces the bracket to a thousandth of its width,
+/// followed by linear interpolation.
+#[allow(clippy::too_many_arguments)] // State of a search along one parameter.
 fn crossing(
     model: &mut dyn Model,
     parameters: &[Parameter],
@@ -125,7 +127,8 @@ fn crossing(
     Ok(inside.value + share * (outside.value - inside.value))
 }
 
-/// Returns the minimum cost with one parameter fixed. The others start from `others`, which is updated.
+/// Returns the minimum cost with one parameter fixed. The fit of the other parameters starts from `others`, which is
+/// then updated.
 fn refit(
     model: &mut dyn Model,
     parameters: &[Parameter],
@@ -159,7 +162,7 @@ fn refit(
     Ok(fitted.cost)
 }
 
-/// A model with one parameter fixed.
+/// Model in which one parameter is fixed.
 struct Held<'a> {
     model: &'a mut dyn Model,
     which: usize,
@@ -173,7 +176,7 @@ impl Held<'_> {
         all
     }
 
-    /// Returns the values and scales of all parameters, and a matrix for their derivatives.
+    /// Returns the values and scales of all parameters, and a matrix that can hold their derivatives.
     fn of_all(
         &self,
         p: &[f64],

@@ -7,10 +7,11 @@ use crate::error::FitError;
 use crate::parameter::Parameter;
 use crate::result::Fit;
 
-/// Returns the given starting point and `count − 1` random ones, which are reproducible through the seed.
+/// Returns the given starting point and `count − 1` random starting points. The same `seed` returns the same points.
 ///
-/// A parameter with two finite bounds is drawn between them (uniform in the logarithm if both are positive). Otherwise,
-/// it is drawn between half and twice its start, or within ± its scale if the start is 0, and clamped to the bounds.
+/// If both bounds of a parameter are finite, its start is drawn between them, uniformly in the logarithm if both are
+/// positive. Otherwise, the start is drawn between half and twice the given start, or within ± `scale` if the given
+/// start is 0, and clamped to the bounds.
 pub fn several_starts(parameters: &[Parameter], count: usize, seed: u64) -> Vec<Vec<Parameter>> {
     let mut stream = ChaCha8Rng::seed_from_u64(seed);
     let mut uniform = || (stream.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -19,7 +20,7 @@ pub fn several_starts(parameters: &[Parameter], count: usize, seed: u64) -> Vec<
     std::iter::once(parameters.to_vec()).chain(others).collect()
 }
 
-/// Returns the start for a uniform random number `share` in [0, 1).
+/// Returns the start that corresponds to a uniform random number `share` in [0, 1).
 fn drawn(parameter: &Parameter, share: f64) -> f64 {
     let Parameter { start, scale, low, high, logarithmic, .. } = *parameter;
     let drawn = if low > 0.0 && high.is_finite() {
@@ -38,8 +39,8 @@ fn drawn(parameter: &Parameter, share: f64) -> f64 {
     }
 }
 
-/// Calls `fit` with each of the `starts` and returns the fit with the smallest cost. Starts at which the model fails are
-/// skipped.
+/// Calls `fit` with each of the `starts` and returns the fit with the smallest cost. Skips starts at which the model
+/// fails.
 ///
 /// # Examples
 /// ```
@@ -60,7 +61,7 @@ fn drawn(parameter: &Parameter, share: f64) -> f64 {
 /// ```
 ///
 /// # Errors
-/// The error of the first start if all fail.
+/// If the model fails at all starts, returns the error of the first start.
 ///
 /// # Panics
 /// Panics if `starts` is empty.
@@ -118,8 +119,8 @@ mod tests {
             assert!(all().all(|start| (low..=high).contains(&start)), "{j}");
             let mut starts = starts.iter();
             assert!(starts.all(|start| start[j].check().is_ok()), "{j}");
-            // Draws occur near both ends: the probability that none of 199 draws is in a given tenth of the range is
-            // 1e-9.
+            // The draws reach both ends of the range: the probability that none of 199 draws is in a given tenth of the
+            // range is 1e-9.
             let tenth = 0.1 * (high - low);
             assert!(all().any(|start| start < low + tenth), "{j}");
             let top = if j == 0 { 0.63 * high } else { high - 2.0 * tenth };

@@ -1,8 +1,8 @@
-//! The Levenberg–Marquardt step within a trust region.
+//! Levenberg–Marquardt step within a trust region.
 
 use nalgebra::{DMatrix, DVector, SVD};
 
-/// The linearized problem min |r + J D x| with |x| ≤ Δ, where D contains the scales of the parameters. One singular
+/// Linearized problem min |r + J D x| with |x| ≤ Δ, where D contains the scales of the parameters. A single singular
 /// value decomposition of J D is sufficient for all radii.
 pub(crate) struct LinearLeastSquares {
     svd: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
@@ -18,14 +18,14 @@ impl LinearLeastSquares {
         Self { svd, rotated }
     }
 
-    /// Returns the bound below which a singular value is considered zero, because of rounding errors.
+    /// Returns the bound below which a singular value is considered to be zero because of rounding errors.
     fn negligible(&self) -> f64 {
         self.svd.singular_values.max() * f64::EPSILON * self.rotated.len() as f64
     }
 
-    /// Returns the relative offset |Uᵀ r|/√n over |r − U Uᵀ r|/√(m − n) of the residuals `r` (Bates and Watts 1981):
-    /// the length of the Gauss–Newton step in units of the parameters' uncertainty. It is infinite without degrees of
-    /// freedom.
+    /// Returns the relative offset of the residuals `r` (Bates and Watts 1981), |Uᵀ r|/√n over |r − U Uᵀ r|/√(m − n).
+    /// It is the length of the Gauss–Newton step in units of the parameters' uncertainty, and infinite if there are no
+    /// degrees of freedom.
     pub(crate) fn offset(&self, r: &DVector<f64>) -> f64 {
         let negligible = self.negligible();
         let significant = self.rotated.iter().zip(self.svd.singular_values.iter());
@@ -46,7 +46,7 @@ impl LinearLeastSquares {
         self.rotated.zip_map(s, |g, s| if s <= negligible { 0.0 } else { -g * s / (s * s + nu) })
     }
 
-    /// Returns the step of length at most `radius`, and the predicted reduction of |r|²/2.
+    /// Returns the step, whose length is at most `radius`, and the predicted reduction of |r|²/2.
     pub(crate) fn step(&self, radius: f64) -> (DVector<f64>, f64) {
         let nu = self.damping(radius);
         let coefficients = self.coefficients(nu);
@@ -60,7 +60,8 @@ impl LinearLeastSquares {
         (v.tr_mul(&coefficients), predicted)
     }
 
-    /// Returns the ν ≥ 0 for which the step has the length `radius` within 10 %, or 0 if the Gauss–Newton step is shorter.
+    /// Returns ν ≥ 0 such that the length of the step is `radius` within 10 %, or 0 if the Gauss–Newton step is shorter
+    /// than `radius`.
     fn damping(&self, radius: f64) -> f64 {
         let length = |nu: f64| self.coefficients(nu).norm();
         if length(0.0) <= 1.1 * radius {

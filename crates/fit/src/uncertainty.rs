@@ -6,25 +6,25 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::error::FitError;
 use crate::result::Fit;
 
-/// Uncertainty of the parameters, under the assumption that the model is nearly linear within it.
+/// Uncertainty of the parameters, which assumes that the model is nearly linear within the range of the uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
     /// Variance of the weighted residuals, s² = 2 cost/degrees of freedom.
     pub variance: f64,
-    /// Standard errors; infinite for parameters that no measurement depends on.
+    /// Standard errors; infinite for parameters that have no effect on any measurement.
     pub standard_errors: Vec<f64>,
-    /// Correlations, n × n; NaN for parameters that no measurement depends on.
+    /// Correlations, n × n; NaN for parameters that have no effect on any measurement.
     pub correlation: DMatrix<f64>,
     values: Vec<f64>,
     freedom: usize,
 }
 
 impl Fit {
-    /// Returns standard errors, intervals and correlations from the final linearization. Parameters without effect do not
-    /// change the results of the others.
+    /// Returns standard errors, intervals and correlations from the final linearization. Parameters without effect do
+    /// not change the results of the other parameters.
     ///
     /// # Errors
-    /// [`FitError::NoFreedom`] with as many parameters as measurements.
+    /// Returns [`FitError::NoFreedom`] if there are as many parameters as measurements.
     pub fn uncertainty(&self) -> Result<Uncertainty, FitError> {
         let freedom = self.degrees_of_freedom();
         if freedom == 0 {
@@ -66,14 +66,14 @@ impl Uncertainty {
     }
 }
 
-/// Returns the quantile of Student's t distribution.
+/// Returns the quantile of Student's t distribution with `freedom` degrees of freedom.
 pub(crate) fn student_quantile(probability: f64, freedom: usize) -> f64 {
     StudentsT::new(0.0, 1.0, freedom as f64)
         .expect("a positive number of degrees of freedom")
         .inverse_cdf(probability)
 }
 
-/// Returns (JᵀJ)⁻¹, computed from the singular values of J with normalized columns; no column may be zero.
+/// Returns (JᵀJ)⁻¹, computed from the singular values of J with normalized columns. No column may be zero.
 fn inverse_normal_matrix(mut jacobian: DMatrix<f64>) -> DMatrix<f64> {
     if jacobian.is_empty() {
         return DMatrix::zeros(0, 0);

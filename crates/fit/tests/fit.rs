@@ -1,4 +1,4 @@
-//! Bounds, profiles, losses, starts and identifiability, on problems solved by hand.
+//! Tests of bounds, profiles, losses, starts and identifiability, with problems that were solved by hand.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::ops::ControlFlow;
@@ -10,7 +10,7 @@ use myovib_fit::{
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Residuals from a function.
+/// Model whose residuals are computed by a function.
 struct Of<F>(usize, F);
 
 impl<F: FnMut(&[f64], &mut [f64]) -> Result<(), Failed>> Model for Of<F> {
@@ -23,7 +23,7 @@ impl<F: FnMut(&[f64], &mut [f64]) -> Result<(), Failed>> Model for Of<F> {
     }
 }
 
-/// Returns the model of a straight line a + b x through points.
+/// Returns the model of the straight line a + b x through the given points.
 fn line(points: &[(f64, f64)]) -> impl Model {
     Of(points.len(), move |p: &[f64], out: &mut [f64]| {
         for (out, (x, y)) in out.iter_mut().zip(points) {
@@ -41,8 +41,8 @@ fn parameters<const N: usize>(starts: [f64; N]) -> [Parameter; N] {
     })
 }
 
-/// Points of a straight line. The expected results are computed by hand with the formulas of Draper and Smith, with the
-/// mean x = 1.5 and Sxx = 5.
+/// Points near a straight line. The expected results are computed by hand with the formulas of Draper and Smith, where
+/// the mean of x is 1.5 and Sxx = 5.
 const POINTS: [(f64, f64); 4] = [(0.0, 1.1), (1.0, 2.9), (2.0, 5.2), (3.0, 6.8)];
 
 #[test]
@@ -54,7 +54,7 @@ fn a_straight_line_has_the_textbook_values_errors_and_correlation() {
     let a = mean_y - 1.5 * b;
     let square: f64 = POINTS.iter().map(|(x, y)| (a + b * x - y).powi(2)).sum();
     let s2 = square / 2.0;
-    // Difference quotients of a linear model only have rounding errors, about 1e-11.
+    // For a linear model, difference quotients have only rounding errors, about 1e-11.
     for (found, exact) in fitted.values.iter().zip([a, b]) {
         assert!((found - exact).abs() < 1e-9, "{found} {exact}");
     }
@@ -79,7 +79,7 @@ fn the_profile_of_a_linear_model_is_its_linear_interval() {
         let options = Options::default();
         let profile = profile(&mut line(&POINTS), &start, &fitted, which, 0.95, &options).unwrap();
         for (found, exact) in profile.interval.iter().zip(linear) {
-            // The crossing is interpolated linearly within a bracket of a thousandth of the interval's width.
+            // The crossing is interpolated linearly in a bracket whose width is a thousandth of the interval.
             let width = linear[1] - linear[0];
             assert!((found.unwrap() - exact).abs() < 1e-3 * width, "{found:?} {exact}");
         }
@@ -92,7 +92,7 @@ fn a_bound_holds_a_parameter_and_the_others_adapt() {
     let fitted = fit(&mut line(&POINTS), &[a, b.within(0.0, 1.0)], &Options::default()).unwrap();
     assert_eq!(fitted.values[1], 1.0);
     assert_eq!(fitted.at_bound, [false, true]);
-    // With b = 1 the best a is the mean of y − x.
+    // For b = 1, the best a is the mean of y − x.
     assert!((fitted.values[0] - 2.5).abs() < 1e-9);
     assert!(fitted.is_converged());
 }
@@ -125,7 +125,7 @@ fn undetermined_directions_are_returned() {
     let unknown: Vec<_> = identifiability.unknown(1e-3).collect();
     assert_eq!(unknown.len(), 1);
     let [a, b] = unknown[0].shares[..] else { panic!("two parameters") };
-    // Along the direction the sum is constant; the components are relative changes.
+    // The sum of the parameters is constant along the direction, whose components are relative changes.
     assert!((a * fitted.values[0] + b * fitted.values[1]).abs() < 1e-6);
 }
 
@@ -149,7 +149,7 @@ fn a_parameter_without_effect_does_not_change_the_others() {
     assert_eq!(found.intervals(0.95)[1], [f64::NEG_INFINITY, f64::INFINITY]);
     let row = [0, 1, 2].map(|j| found.correlation[(1, j)]);
     assert!(row[0].is_nan() && row[1] == 1.0 && row[2].is_nan(), "{row:?}");
-    // Equal up to the rounding errors of difference quotients: 1e-11 for derivatives of size one.
+    // The results are equal up to the rounding errors of difference quotients, 1e-11 for derivatives of size one.
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-8 * b.abs(), "{a} {b}");
     for (j, k) in [(0, 0), (2, 1)] {
         near(found.standard_errors[j], exact.standard_errors[k]);
@@ -172,7 +172,7 @@ fn a_fit_without_any_dependence_fails() {
     let fitted = fit(&mut nothing, &parameters([1.0]), &Options::default()).unwrap();
     assert!(matches!(fitted.ended, Ended::Failed(_)), "{:?}", fitted.ended);
     let uncertainty = fitted.uncertainty().unwrap();
-    // The mean square of 1, −1 and 2, which has no rounding error.
+    // The expected value is the mean square of 1, −1 and 2, which is computed without rounding error.
     assert_eq!((fitted.values[0], uncertainty.variance), (1.0, 2.0));
     assert_eq!(uncertainty.standard_errors, [f64::INFINITY]);
     assert!(fitted.identifiability().directions.is_empty());
@@ -196,7 +196,7 @@ fn several_starts_find_the_deeper_valley() {
 
 #[test]
 fn a_failed_trial_is_a_step_back() {
-    // The model is undefined beyond p = 1; the Gauss–Newton step from 0.01 exceeds this bound.
+    // The model is undefined beyond p = 1, and the Gauss–Newton step from 0.01 exceeds this value.
     let mut model = Of(1, |p: &[f64], out: &mut [f64]| {
         if p[0] > 1.0 {
             return Err(Failed("p > 1".into()));
@@ -209,8 +209,8 @@ fn a_failed_trial_is_a_step_back() {
     assert!((fitted.values[0] - 0.81).abs() < 1e-6, "{:?}", fitted.values);
 }
 
-/// Checks that a fit of exp(−k t) to noisy points stops earlier with a larger offset, at a distance from the minimum
-/// that the offset bounds: if the linearized residuals change by √n s times the offset, no parameter changes by more
+/// Checks that a fit of exp(−k t) to noisy points stops earlier if the offset is larger, and that the offset bounds the
+/// distance from the minimum. If the linearized residuals change by √n s times the offset, no parameter changes by more
 /// than √n times the offset in units of its standard error.
 #[test]
 fn a_fit_stops_when_further_steps_are_within_the_noise() {
@@ -231,15 +231,15 @@ fn a_fit_stops_when_further_steps_are_within_the_noise() {
         assert!(near.is_converged());
         evaluations.push(near.evaluations);
         for ((near, least), error) in near.values.iter().zip(&least.values).zip(&errors) {
-            // 10 % are added because the linearization is approximate.
+            // A margin of 10 % is added because the linearization is approximate.
             assert!((near - least).abs() < 1.1 * 2_f64.sqrt() * offset * error);
         }
     }
     assert!(evaluations.is_sorted_by(|a, b| a > b), "{evaluations:?}");
 }
 
-/// Checks that a fit of a model with an error of a thousandth can be refined with the exact model. The values agree
-/// with a direct fit, and one evaluation of the derivatives is sufficient, because the first step already converges.
+/// Checks that the fit of a model with an error of a thousandth can be refined with the exact model. The refined values
+/// agree with a direct fit. One evaluation of the derivatives is sufficient, because the first step already converges.
 #[test]
 fn a_rough_fit_is_refined() {
     let y = [1.0, 0.63, 0.35, 0.24, 0.11];
@@ -284,8 +284,8 @@ fn an_observer_may_end_the_fit_and_the_history_is_kept() {
     assert_eq!((fitted.ended, fitted.history.len()), (Ended::Interrupted, 3));
 }
 
-/// Checks that 95 % intervals contain the true values in about 95 % of seeded experiments. The standard deviation of
-/// 1000 draws is 0.7 %; three of them are allowed.
+/// Checks that 95 % intervals contain the true values in about 95 % of the experiments with random noise. The standard
+/// deviation of this share for 1000 draws is 0.7 %; a deviation of three times this value is allowed.
 #[test]
 fn intervals_cover_the_truth_as_often_as_they_say() {
     let mut random = ChaCha8Rng::seed_from_u64(20_261_122);
@@ -322,7 +322,7 @@ fn invalid_input_is_rejected() {
     assert_eq!(exact.uncertainty().unwrap_err(), FitError::NoFreedom(2));
 }
 
-/// Returns the model y = exp(-k t) with k = 2 at eight times, defined only for k > 0.
+/// Returns the model y = exp(-k t) with k = 2 at eight times. The model is defined only for k > 0.
 fn decay() -> impl Model {
     Of(8, |p: &[f64], out: &mut [f64]| {
         if p[0] <= 0.0 {
@@ -336,7 +336,7 @@ fn decay() -> impl Model {
     })
 }
 
-/// Checks that positive parameters are found if the start has the wrong order of magnitude.
+/// Checks that positive parameters are found even if the start has the wrong order of magnitude.
 #[test]
 fn positive_parameters_are_found_from_starts_of_another_scale() {
     for start in [1e-9, 1e-4, 1.0, 30.0] {
@@ -348,7 +348,7 @@ fn positive_parameters_are_found_from_starts_of_another_scale() {
     }
 }
 
-/// Regression: a search counted as converged although it ended because each longer step failed.
+/// Regression: a search was reported as converged although it had ended because each longer step failed.
 #[test]
 fn the_edge_of_the_domain_is_not_a_minimum() {
     // The minimum of the cost is at -1, but the model is undefined below 0.5.

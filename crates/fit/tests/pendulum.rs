@@ -1,5 +1,5 @@
-//! Estimates a parameter of a differential-algebraic equation of index 3 from its final state: the gravity of a
-//! pendulum in Cartesian coordinates, which is integrated by Radau IIA with forward sensitivities.
+//! Estimates a parameter of a differential-algebraic equation of index 3 from the final state. The parameter is the
+//! gravity of a pendulum in Cartesian coordinates. Radau IIA integrates the pendulum with forward sensitivities.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_conformance::samples::{MechanicalForm, ParametricSample, Pendulum};
@@ -8,7 +8,7 @@ use myovib_fit::{Failed, Model, Options, Parameter, fit};
 use myovib_radau::{ForwardSensitivities, RadauOptions, RadauSolver};
 use nalgebra::DMatrix;
 
-/// A pendulum of length 0.5, released at rest at (0.4, −0.3), and its measured position at t = 2.
+/// Length of the pendulum; it is released at rest at (0.4, −0.3), and its position is measured at t = 2.
 const LENGTH: f64 = 0.5;
 const START: [f64; 2] = [0.4, -0.3];
 const MEASURED: [f64; 2] = [-0.231625, -0.443109];
@@ -19,7 +19,7 @@ impl Gravity {
     /// Returns the position at t = 2 and its derivative with respect to g.
     fn run(g: f64) -> Result<[[f64; 2]; 2], Failed> {
         let [x, y] = START;
-        // At rest, the acceleration is tangential to the circle: λ = −g y/ℓ².
+        // At rest, the acceleration is tangential to the circle, so λ = −g y/ℓ².
         let of_g = -y / (LENGTH * LENGTH);
         let lambda = of_g * g;
         let start = [x, y, 0.0, 0.0, lambda];
@@ -69,8 +69,8 @@ impl Model for Gravity {
     }
 }
 
-/// Checks the reference value g = 9.8265 for this final position. The position has six decimals (error 5e-7) and dx/dg
-/// is about 0.1, so they determine g to about 1e-5; the source gives four decimals of g.
+/// Checks the reference value g = 9.8265 for this final position. The position is given to six decimals (error 5e-7),
+/// and dx/dg is about 0.1, so the position determines g to about 1e-5. The source gives g to four decimals.
 #[test]
 fn gravity_is_found_from_the_end_of_a_swing() {
     let start = [Parameter::new("g", 9.5).within(8.0, 12.0)];
@@ -79,7 +79,7 @@ fn gravity_is_found_from_the_end_of_a_swing() {
     let g = fitted.values[0];
     println!("g = {g:.7}, residuals {:?}", fitted.residuals);
     assert!((g - 9.8265).abs() < 1e-4, "{g}");
-    // The remaining residual is the distance of the measured point from the circle, 4e-6, which does not depend on g.
+    // The residual that remains is the distance of the measured point from the circle, 4e-6. It does not depend on g.
     let left = fitted.residuals[0].hypot(fitted.residuals[1]);
     let off = (MEASURED[0].hypot(MEASURED[1]) - LENGTH).abs();
     assert!((left - off).abs() < 1e-8, "{left:e} {off:e}");

@@ -1,11 +1,11 @@
-//! Automatic forward differentiation, so that each model below is only written once.
+//! Automatic forward differentiation, which allows each model to be written only once.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Maximum number of parameters of a NIST model.
+/// Largest number of parameters of any NIST model.
 pub(crate) const MOST: usize = 9;
 
-/// A number with its derivatives with respect to the parameters.
+/// Number with its derivatives with respect to the parameters.
 #[derive(Clone, Copy)]
 pub(crate) struct Dual {
     pub(crate) value: f64,
@@ -80,7 +80,7 @@ impl<T: Into<Self>> Add<T> for Dual {
     }
 }
 
-#[allow(clippy::suspicious_arithmetic_impl)] // a difference is a sum
+#[allow(clippy::suspicious_arithmetic_impl)] // A difference is computed as a sum.
 impl<T: Into<Self>> Sub<T> for Dual {
     type Output = Self;
     fn sub(self, other: T) -> Self {
@@ -88,7 +88,7 @@ impl<T: Into<Self>> Sub<T> for Dual {
     }
 }
 
-#[allow(clippy::suspicious_arithmetic_impl)] // the rule of products has a sum
+#[allow(clippy::suspicious_arithmetic_impl)] // The derivative of a product is a sum.
 impl<T: Into<Self>> Mul<T> for Dual {
     type Output = Self;
     fn mul(self, other: T) -> Self {
@@ -99,7 +99,7 @@ impl<T: Into<Self>> Mul<T> for Dual {
     }
 }
 
-#[allow(clippy::suspicious_arithmetic_impl)] // a quotient is a product
+#[allow(clippy::suspicious_arithmetic_impl)] // A quotient is computed as a product.
 impl<T: Into<Self>> Div<T> for Dual {
     type Output = Self;
     fn div(self, other: T) -> Self {

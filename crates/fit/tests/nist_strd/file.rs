@@ -1,4 +1,4 @@
-//! The files of the NIST Statistical Reference Datasets, nonlinear regression.
+//! Reader for the files of the NIST Statistical Reference Datasets for nonlinear regression.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ pub(crate) struct DataSet {
     pub(crate) certified: Vec<f64>,
     pub(crate) standard_errors: Vec<f64>,
     pub(crate) sum_of_squares: f64,
-    /// Response, then predictors.
+    /// Rows of the data; in each row, the response is followed by the predictors.
     pub(crate) rows: Vec<Vec<f64>>,
 }
 

@@ -1,5 +1,5 @@
-//! The NIST Statistical Reference Datasets for nonlinear regression: 27 sets with certified values.
-//! The files are public domain (US government).
+//! Fits of the NIST Statistical Reference Datasets for nonlinear regression, 27 data sets with certified values. The
+//! files are in the public domain (US government).
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod dual;
@@ -16,7 +16,7 @@ use models::{Formula, SETS};
 struct Regression<'a> {
     data: &'a DataSet,
     formula: Formula,
-    /// Whether the model describes the logarithm of the response, as Nelson's model does.
+    /// Whether the model describes the logarithm of the response, as in Nelson's model.
     of_logarithm: bool,
 }
 
@@ -52,7 +52,7 @@ impl Model for Regression<'_> {
     }
 }
 
-/// Returns the number of correct digits, at most 11, which is the number of certified digits.
+/// Returns the number of correct digits. It is at most 11, the number of certified digits.
 fn digits(found: f64, certified: f64) -> f64 {
     let error = ((found - certified) / certified).abs();
     (-error.max(1e-11).log10()).max(0.0)
@@ -93,7 +93,8 @@ fn all_sets_from_the_second_start_have_eight_digits_and_six_of_the_standard_erro
                 k + 1,
                 fitted.evaluations
             );
-            // Lanczos1 was generated without noise, so its standard errors are only rounding errors and are not compared.
+            // Lanczos1 was generated without noise. Its standard errors are therefore only rounding errors and are not
+            // compared.
             let enough = if name == "Lanczos1" { 0.0 } else { 6.0 };
             if k == 1 && (values < 8.0 || errors < enough) {
                 failures.push(format!("{name}: {values:.1}, {errors:.1}, {:?}", fitted.ended));

@@ -1,4 +1,4 @@
-//! The models as stated in the files; the parameters b1, b2, … are b[0], b[1], ….
+//! Models as stated in the files; the parameters b1, b2, … are b[0], b[1], ….
 
 use std::f64::consts::PI;
 
@@ -99,7 +99,7 @@ fn bennett5(b: &[Dual], x: &[f64]) -> Dual {
     b[0] * (b[1] + x[0]).pow(c(-1.0) / b[2])
 }
 
-/// Name of each data set, and its model.
+/// Name and model of each data set.
 pub(crate) const SETS: [(&str, Formula); 27] = [
     ("Misra1a", misra1a),
     ("Chwirut2", chwirut),
