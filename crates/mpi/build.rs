@@ -10,7 +10,7 @@ mod mpi {
     use std::env;
     use std::process::Command;
 
-    /// MPI's compiler wrapper, which adds its headers and libraries.
+    /// Compiler wrapper of MPI, which adds the headers and libraries of MPI.
     const COMPILER: &str = "MPICC";
     const VARIABLES: [&str; 3] = [COMPILER, "MUMPS_INCLUDE_DIR", "MUMPS_LIBRARY_DIR"];
 

@@ -4,10 +4,10 @@ use myovib_fem::{AddedMotion, Fields, Pass, Pressure};
 
 use crate::ffi::World;
 
-/// Tasks of the other ranks.
+/// Commands that the other ranks execute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Command {
-    /// End.
+    /// End the session.
     End,
     /// Load the body and keep only this rank's share of its elements.
     Body,
@@ -19,9 +19,9 @@ pub(crate) enum Command {
     Complex,
     /// Analyze the pattern of the matrix with the given number.
     Analyze,
-    /// Factorize the matrix.
+    /// Factorize the matrix with the given number.
     Factor,
-    /// Solve with the matrix.
+    /// Solve with the factors of the matrix.
     Solve,
     /// Drop the matrix.
     Forget,
@@ -46,7 +46,7 @@ pub(crate) type Words = [f64; 4];
 
 const VECTORS: usize = 6;
 
-/// A command with its numeric arguments and the length of each vector (−1 for a missing vector).
+/// Command, followed by its numeric arguments and the length of each vector (−1 if the vector is missing).
 type Head = [f64; 1 + 4 + VECTORS];
 
 /// Sends a command to all other ranks.
@@ -66,7 +66,7 @@ pub(crate) fn send(
     vectors.into_iter().flatten().for_each(|vector| world.send(vector));
 }
 
-/// A received command.
+/// Command as received, with its arguments.
 #[derive(Debug)]
 pub(crate) struct Call {
     pub(crate) command: Command,

@@ -1,4 +1,4 @@
-//! Factorizations by MUMPS, controlled by rank 0.
+//! Factorizations by MUMPS, which rank 0 controls.
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::call::Command;
 use crate::ffi::{Matrix, MumpsScalar};
 use crate::leader::Leader;
 
-/// MUMPS on all ranks. Rank 0 provides the matrices.
+/// MUMPS running on all ranks. Rank 0 provides the matrices.
 #[derive(Debug)]
 pub(crate) struct Mumps {
     leader: Arc<Leader>,
@@ -70,14 +70,14 @@ enum State {
     Factorized,
 }
 
-/// A matrix distributed over all ranks.
+/// Matrix that is distributed over all ranks.
 struct MumpsFactors<T: MumpsScalar> {
     leader: Arc<Leader>,
     /// Number by which the other ranks identify this matrix.
     number: f64,
     pattern: Arc<SparsityPattern>,
     is_symmetric: bool,
-    /// The part of the matrix at rank 0; `None` after it is dropped.
+    /// Part of the matrix that is stored at rank 0; `None` after the matrix is dropped.
     matrix: Option<Matrix<T>>,
     state: State,
 }
@@ -106,7 +106,7 @@ impl<T: MumpsScalar> MumpsFactors<T> {
         }
     }
 
-    /// Returns whether an entry is passed to MUMPS: for a symmetric matrix, only entries of the lower triangle are
+    /// Returns whether an entry is passed to MUMPS. For a symmetric matrix, only entries of the lower triangle are
     /// passed.
     fn is_given(is_symmetric: bool, (column, row): (usize, usize)) -> bool {
         !is_symmetric || row >= column
@@ -173,7 +173,8 @@ impl<T: MumpsScalar> Factorization<T> for MumpsFactors<T> {
     }
 
     fn n_entries(&self) -> Option<usize> {
-        // INFOG(29) is the number of entries of the factors on all ranks. A negative value counts millions of entries.
+        // INFOG(29) is the number of entries of the factors on all ranks. The absolute value of a negative number
+        // counts millions of entries.
         match self.matrix.as_ref()?.info(29) {
             count @ 0.. => usize::try_from(count).ok(),
             millions => Some(millions.unsigned_abs() as usize * 1_000_000),

@@ -1,4 +1,4 @@
-//! All ranks except the first, which execute the commands of rank 0.
+//! Role of all ranks except rank 0: they execute the commands of rank 0.
 
 use std::collections::BTreeMap;
 
@@ -9,13 +9,13 @@ use crate::call::{Call, Command};
 use crate::ffi::{Matrix, MumpsScalar, World};
 use crate::passes::{ending, fingerprint};
 
-/// A process that executes the commands of rank 0.
+/// Process that executes the commands of rank 0.
 #[derive(Debug)]
 pub struct Follower {
     world: World,
 }
 
-/// This rank's part of a matrix.
+/// Part of a matrix that this rank stores.
 trait Part {
     fn do_part(&mut self, command: Command);
 }
@@ -35,8 +35,8 @@ impl Follower {
         Self { world }
     }
 
-    /// Executes the commands of rank 0 until it ends. `load` loads the body on request; if it cannot, it prints the
-    /// reason to standard error.
+    /// Executes the commands of rank 0 until rank 0 ends the session. `load` loads the body when rank 0 requests it. If
+    /// the body cannot be loaded, `load` prints the reason to standard error.
     pub fn serve(self, load: impl Fn() -> Option<Solid>) {
         let world = &self.world;
         let mut share: Option<Solid> = None;
@@ -72,7 +72,7 @@ impl Follower {
                     .do_part(call.command),
             }
         }
-        // Rank 0 has not destroyed these matrices either.
+        // At this point, rank 0 has not destroyed these matrices either.
         std::mem::forget(parts);
     }
 }

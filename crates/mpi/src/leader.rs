@@ -1,15 +1,15 @@
-//! Rank 0, which integrates and sends commands to the other ranks.
+//! Role of rank 0, which integrates and sends commands to the other ranks.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::call::{self, Command, Words};
 use crate::ffi::World;
 
-/// Rank 0's connection to the other ranks.
+/// Connection from rank 0 to the other ranks.
 #[derive(Debug)]
 pub(crate) struct Leader {
     size: usize,
-    /// `None` once the other ranks have ended.
+    /// `None` after the session of the other ranks has ended.
     world: Mutex<Option<World>>,
 }
 
@@ -23,7 +23,7 @@ impl Leader {
         self.size
     }
 
-    /// Releases the connection; no further commands can be sent.
+    /// Releases the connection. No further commands can be sent afterward.
     pub(crate) fn release(&self) -> Option<World> {
         self.lock().take()
     }
@@ -32,7 +32,7 @@ impl Leader {
         self.world.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Sends a command to the other ranks; this process must then do its own part.
+    /// Sends a command to the other ranks. The caller must then do the part of rank 0.
     pub(crate) fn send(&self, command: Command, words: Words) {
         self.with_world(|world| call::send(world, command, words, [None; 6]));
     }
@@ -43,7 +43,7 @@ impl Leader {
     }
 
     /// # Panics
-    /// Panics after the end of the session.
+    /// Panics if the session has ended.
     pub(crate) fn with_world<R>(&self, work: impl FnOnce(&World) -> R) -> R {
         let world = self.lock();
         work(world.as_ref().expect("runs end before their session"))

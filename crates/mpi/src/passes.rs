@@ -1,12 +1,13 @@
-//! Distribution of element passes.
+//! Distribution of passes over the elements.
 
 use myovib_fem::{Barycentric, Inverted, ParallelAssembler, Pass, Solid};
 
 use crate::call;
 use crate::leader::Leader;
 
-/// Outcome of a rank's share of a pass over the elements, encoded as numbers: the inverted element, det F, and
-/// the number and values of the barycentric coordinates of the point. The element is −1 on success.
+/// Outcome of one rank's share of a pass over the elements, encoded as numbers: the inverted element, det F, and the
+/// number and values of the barycentric coordinates of the point where it is inverted. The element is −1 if the share
+/// succeeded.
 pub(crate) type Ending = [f64; 7];
 
 /// Encodes the outcome of a share.
@@ -49,8 +50,8 @@ impl ParallelAssembler for Leader {
     }
 }
 
-/// Returns numbers by which the ranks verify that they have the same body: counts, and sums of all coordinates and of
-/// all pressure weights.
+/// Returns numbers from which the ranks verify that they have the same body: counts, the sum of all coordinates, and
+/// the sum of all pressure weights.
 pub(crate) fn fingerprint(solid: &Solid) -> [f64; 6] {
     let space = solid.space();
     [

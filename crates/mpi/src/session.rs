@@ -22,7 +22,7 @@ pub enum Role {
     Follows(Follower),
 }
 
-/// Initializes MPI; must be called once by all processes that were started together.
+/// Initializes MPI. All processes that were started together must call this function exactly once.
 pub fn begin() -> Role {
     let world = World::begin();
     if world.rank() > 0 {
@@ -31,7 +31,7 @@ pub fn begin() -> Role {
     Role::Leads(Session(Arc::new(Leader::new(world))))
 }
 
-/// The session of rank 0. The other ranks end when it is dropped; they are aborted if this process panics.
+/// Session of rank 0. When it is dropped, the other ranks end; if this process panics, they are aborted.
 #[derive(Debug)]
 pub struct Session(Arc<Leader>);
 
@@ -48,14 +48,15 @@ pub struct Sharing(Arc<Leader>);
 
 impl Sharing {
     /// Distributes the elements: the other ranks load the body and keep their shares. Returns the share of this
-    /// process, whose passes return the sums over all ranks. Matrices analyzed from now on are factorized by MUMPS.
+    /// process. Passes over this share return the sums over all ranks. Matrices that are analyzed afterward are
+    /// factorized by MUMPS.
     ///
     /// # Errors
-    /// Returns an error if a rank cannot load the body or loads a different one; it prints the reason to standard
-    /// error.
+    /// Returns an error if a rank cannot load the body or loads a different body. A rank that cannot load the body
+    /// prints the reason to standard error.
     ///
     /// # Panics
-    /// Panics after the end of the session.
+    /// Panics if the session has ended.
     pub fn share(&self, solid: Solid) -> Result<Solid, String> {
         let leader = &self.0;
         leader.send(Command::Body, [0.0; 4]);
@@ -71,7 +72,7 @@ impl Sharing {
         Ok(solid.with_assembler(leader.clone(), leader.size()))
     }
 
-    /// Describes the distribution in one line.
+    /// Describes in one line how the elements are distributed.
     pub fn description(&self) -> String {
         let n = self.0.size();
         format!("{n} processes share the elements; MUMPS factorizes")

@@ -1,4 +1,4 @@
-//! A MUMPS matrix distributed over all ranks.
+//! MUMPS matrix that is distributed over all ranks.
 
 use std::ffi::{c_int, c_longlong};
 use std::ptr;
@@ -7,7 +7,7 @@ use std::thread;
 use myovib_sparse::Scalar;
 use num_complex::Complex64;
 
-/// The functions of `shim.c` for one scalar type.
+/// Functions of `shim.c` for one scalar type.
 #[derive(Debug)]
 pub(crate) struct Functions<T> {
     size: unsafe extern "C" fn() -> c_longlong,
@@ -79,7 +79,7 @@ functions!(
     zmumps_run_end
 );
 
-/// The lower triangle or all entries of a matrix at rank 0, with one-based indices; empty on other ranks.
+/// Entries of a matrix at rank 0 (all entries or the lower triangle), with one-based indices; empty on other ranks.
 #[derive(Debug)]
 struct Entries<T> {
     n: c_int,
@@ -88,11 +88,11 @@ struct Entries<T> {
     values: Vec<T>,
 }
 
-/// A matrix and its factors. All ranks call the same methods in the same order; array arguments are empty except at
-/// rank 0.
+/// Matrix and its factors. All ranks call the same methods in the same order. Array arguments are empty except at rank
+/// 0.
 #[derive(Debug)]
 pub(crate) struct Matrix<T: MumpsScalar> {
-    /// MUMPS's structure, which must not move.
+    /// Structure of MUMPS, which must not move in memory.
     run: Vec<u64>,
     /// MUMPS keeps pointers to these arrays.
     entries: Entries<T>,
@@ -100,7 +100,7 @@ pub(crate) struct Matrix<T: MumpsScalar> {
 }
 
 impl<T: MumpsScalar> Matrix<T> {
-    /// Initializes a matrix. MPI must be initialized.
+    /// Creates a matrix. MPI must be initialized.
     pub(crate) fn new(is_symmetric: bool) -> Self {
         // SAFETY: the function has no arguments and returns a size.
         let size = unsafe { (T::MUMPS.size)() };
@@ -114,7 +114,7 @@ impl<T: MumpsScalar> Matrix<T> {
         }
     }
 
-    /// Returns the last status, negative for an error, and its detail.
+    /// Returns the status of the last call, which is negative for an error, and the detail of the error.
     pub(crate) fn status(&self) -> [i32; 2] {
         [self.status, self.info(2)]
     }
@@ -126,7 +126,7 @@ impl<T: MumpsScalar> Matrix<T> {
         unsafe { (T::MUMPS.info)(self.run.as_ptr(), number) }
     }
 
-    /// Analyzes the pattern, given as zero-based (row, column) of each entry.
+    /// Analyzes the pattern of the matrix. `places` contains the zero-based row and column of each entry.
     pub(crate) fn analyze(&mut self, n: usize, places: impl Iterator<Item = (usize, usize)>) {
         let narrow =
             |k: usize| c_int::try_from(k).expect("the number of unknowns fits into an int");
@@ -144,12 +144,13 @@ impl<T: MumpsScalar> Matrix<T> {
         self.status = unsafe { (T::MUMPS.analyze)(self.run.as_mut_ptr(), n, nnz, rows, columns) };
     }
 
-    /// Returns the values in the order of the analyzed entries, to be set before [`factor`](Self::factor).
+    /// Returns the values in the order of the analyzed entries. They must be set before [`factor`](Self::factor) is
+    /// called.
     pub(crate) fn values_mut(&mut self) -> &mut [T] {
         &mut self.entries.values
     }
 
-    /// Factorizes.
+    /// Factorizes the matrix.
     pub(crate) fn factor(&mut self) {
         let values = self.entries.values.as_mut_ptr();
         // SAFETY: the structure is initialized, and MUMPS rejects it without analysis. At rank 0, there are as many
@@ -158,7 +159,7 @@ impl<T: MumpsScalar> Matrix<T> {
         self.status = unsafe { (T::MUMPS.factor)(self.run.as_mut_ptr(), values) };
     }
 
-    /// Solves in place; `x` is the right-hand side at rank 0 and empty on other ranks.
+    /// Solves in place. At rank 0, `x` is the right-hand side; on other ranks, it is empty.
     pub(crate) fn solve(&mut self, x: &mut [T]) {
         assert_eq!(x.len(), self.entries.n as usize, "length of the right-hand side");
         // SAFETY: the structure is initialized, and MUMPS rejects it without factors. At rank 0, the length of the
@@ -171,7 +172,7 @@ impl<T: MumpsScalar> Matrix<T> {
 impl<T: MumpsScalar> Drop for Matrix<T> {
     fn drop(&mut self) {
         if thread::panicking() {
-            return; // The other ranks are at a different call, and all processes are about to end.
+            return; // The other ranks are executing a different call, and all processes are about to end.
         }
         // SAFETY: the structure is initialized and destroyed once; its owners ensure that MPI has not ended.
         unsafe { (T::MUMPS.end)(self.run.as_mut_ptr()) };

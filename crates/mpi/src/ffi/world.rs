@@ -12,7 +12,8 @@ unsafe extern "C" {
     fn ranks_end();
 }
 
-/// The initialized MPI environment; a process has only one. An MPI error terminates all processes with its message.
+/// Initialized MPI environment; a process has only one. After an MPI error, MPI prints its message and terminates all
+/// processes.
 #[derive(Debug)]
 pub(crate) struct World {
     rank: c_int,
@@ -29,17 +30,18 @@ impl World {
         Self { rank, size }
     }
 
-    /// Rank of this process; 0 is the leader.
+    /// Returns the rank of this process; rank 0 is the leader.
     pub(crate) fn rank(&self) -> usize {
         self.rank.unsigned_abs() as usize
     }
 
-    /// Number of processes.
+    /// Returns the number of processes.
     pub(crate) fn size(&self) -> usize {
         self.size
     }
 
-    /// Broadcasts numbers from rank 0 to all other ranks, which must [receive](Self::receive) as many numbers.
+    /// Broadcasts numbers from rank 0 to all other ranks, which must [receive](Self::receive) the same number of
+    /// values.
     pub(crate) fn send(&self, numbers: &[f64]) {
         assert_eq!(self.rank, 0, "rank 0 sends");
         // SAFETY: the length is the length of the slice; MPI only reads the numbers of rank 0.
@@ -53,13 +55,13 @@ impl World {
         unsafe { ranks_broadcast(numbers.as_mut_ptr(), numbers.len() as c_longlong) };
     }
 
-    /// Replaces the numbers at rank 0 by their sums over all ranks; all ranks must call this method.
+    /// Sums the numbers over all ranks and stores the sums at rank 0. All ranks must call this method.
     pub(crate) fn sum(&self, numbers: &mut [f64]) {
         // SAFETY: the length is the length of the slice.
         unsafe { ranks_sum(numbers.as_mut_ptr(), numbers.len() as c_longlong, self.rank) };
     }
 
-    /// Gathers the numbers of each rank at rank 0; returns an empty vector on other ranks.
+    /// Gathers the numbers of all ranks at rank 0. Returns an empty vector on other ranks.
     pub(crate) fn gather<const K: usize>(&self, own: [f64; K]) -> Vec<[f64; K]> {
         let n = if self.rank == 0 { self.size } else { 0 };
         let mut all = vec![[0.0; K]; n];
@@ -76,7 +78,7 @@ impl World {
 }
 
 impl Drop for World {
-    /// Terminates all other processes after a panic, because they would wait forever.
+    /// After a panic, terminates all other processes, because they would wait forever.
     fn drop(&mut self) {
         if thread::panicking() {
             self.abort(101);
