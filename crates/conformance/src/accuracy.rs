@@ -1,11 +1,11 @@
-//! Accuracy of solutions.
+//! Tests of the accuracy of solutions.
 
 use super::problems::Circle;
 use super::{ABSOLUTE, Method, RELATIVE, Request};
 use crate::samples::{LinearIndex1, Sample};
 use myovib_dae::{ConsistencyMode, Integrator, Outcome};
 
-/// Allowed error after several periods, as a multiple of the tolerance per step: errors accumulate over a hundred steps
+/// Allowed error after several periods, as a multiple of the tolerance per step. Errors accumulate over a hundred steps
 /// or more.
 const ADDED_UP: f64 = 300.0;
 
@@ -36,7 +36,7 @@ pub fn solves_exact_problems_to_tolerance<M: Method>(method: &M) {
     assert!(off < 1e-6 * ADDED_UP, "{off:e}");
 }
 
-/// Checks that tolerances r and a lead to nearly as many steps as the error weights 1/(r |y| + a).
+/// Checks that the tolerances r and a lead to nearly as many steps as the error weights 1/(r |y| + a).
 pub fn treats_tolerances_as_error_weights<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let factor = method.weight_factor(RELATIVE);
@@ -55,16 +55,16 @@ pub fn treats_tolerances_as_error_weights<M: Method>(method: &M) {
         solver.statistics().steps as f64
     };
     let (of_tolerances, of_weights) = (steps(false), steps(true));
-    // Only Newton's tolerance differs. If the allowed errors were ten times as large, a method of order 6 would save 32
-    // % of the steps.
+    // The two runs differ only in the tolerance of Newton's method. If the allowed errors were ten times as large, a
+    // method of order 6 would save 32 % of the steps.
     assert!(
         (of_tolerances / of_weights - 1.0).abs() < 0.1,
         "{of_tolerances} and {of_weights} steps"
     );
 }
 
-/// Checks that the number of steps is nearly unchanged if the problem provides only a residual, without a
-/// Jacobian, kinds or indices.
+/// Checks that the number of steps is nearly unchanged if the problem provides only a residual, and neither a Jacobian
+/// nor the kinds and indices of variables.
 pub fn works_without_jacobian_kinds_and_indices<M: Method>(method: &M) {
     let mut with = circle(method, Circle::new());
     let mut without = circle(method, Circle::without_jacobian());
@@ -75,9 +75,9 @@ pub fn works_without_jacobian_kinds_and_indices<M: Method>(method: &M) {
     }
     assert_eq!(with.statistics().difference_evaluations, 0);
     let statistics = without.statistics();
-    // At least one evaluation at the state itself and one per column.
+    // A Jacobian requires at least one evaluation at the state itself and one for each column.
     assert!(statistics.difference_evaluations >= 4 * statistics.jacobian_evaluations);
-    // Difference quotients are accurate to half the digits, which rarely affects Newton's method.
+    // Difference quotients are accurate to half of the digits, which rarely affects Newton's method.
     let steps = with.statistics().steps as f64;
     assert!(
         (statistics.steps as f64 / steps - 1.0).abs() < 0.05,
@@ -86,8 +86,7 @@ pub fn works_without_jacobian_kinds_and_indices<M: Method>(method: &M) {
     );
 }
 
-/// Checks that inconsistent algebraic values and derivatives are corrected and consistent values
-/// are kept.
+/// Checks that inconsistent algebraic values and derivatives are corrected, and that consistent values are kept.
 pub fn corrects_inconsistent_initial_values<M: Method>(method: &M) {
     for problem in [Circle::new(), Circle::without_jacobian()] {
         let (y, y_dot) = Circle::start();
@@ -95,7 +94,7 @@ pub fn corrects_inconsistent_initial_values<M: Method>(method: &M) {
         let mut solver = method.build(Request::new(problem, 0.0, &wrong.0, &wrong.1));
         solver.correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, 1.0).unwrap();
         assert_eq!(solver.y()[..2], y[..2]);
-        // Newton's method stops at a fraction of the tolerance, 1e-6.
+        // Newton's method stops at a fraction of the tolerance of 1e-6.
         let off = error(solver.y(), &y).max(error(&solver.y_dot()[..2], &y_dot[..2]));
         assert!(off < 1e-5, "{off:e}");
         solver.integrate_to(1.0).unwrap();

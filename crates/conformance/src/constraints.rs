@@ -1,14 +1,14 @@
-//! Systems of index 2 and 3: consistent values from constraints, and components excluded by index.
+//! Tests of systems of index 2 and 3: consistent values from constraints, and exclusion of components by index.
 
 use super::problems::Circle;
 use super::{Method, Request};
 use crate::samples::{JayIndex2, MechanicalForm, Pendulum, Sample};
 use myovib_dae::{ConsistencyMode, Integrator, Outcome, Problem, StepError, Suppressed};
 
-/// Allowed residual of an equation or constraint: difference quotients are accurate to about 1e-10.
+/// Allowed residual of an equation or constraint. Difference quotients are accurate to about 1e-10.
 const SATISFIED: f64 = 1e-8;
 
-/// Returns the largest residual of F and the constraints.
+/// Returns the largest residual of F and of the constraints.
 fn left<P: Problem>(problem: &mut P, t: f64, y: &[f64], y_dot: &[f64]) -> f64 {
     let mut f = vec![0.0; problem.n_unknowns()];
     problem.residual(t, y, y_dot, &mut f).unwrap();
@@ -17,14 +17,13 @@ fn left<P: Problem>(problem: &mut P, t: f64, y: &[f64], y_dot: &[f64]) -> f64 {
     f.iter().chain(&c).fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
-/// Checks that for the pendulum of index 3 and 2 and Jay's problem of index 2, consistent values, including
-/// multipliers, are found near values that violate the constraints, and that an integration from these values satisfies
-/// the constraints.
+/// Checks that consistent values, including multipliers, are found near values that violate the constraints, and that
+/// an integration from the consistent values satisfies the constraints. The problems are the pendulum of index 3 and 2
+/// and Jay's problem of index 2.
 pub fn projects_initial_values_onto_stated_constraints<M: Method>(method: &M) {
     let length: f64 = 1.0;
     for form in [MechanicalForm::Index3, MechanicalForm::Index2] {
-        // The length is 2 % too large, the velocity is not tangential, and the multiplier is
-        // missing.
+        // The length is 2 % too large, the velocity is not tangential, and the multiplier is zero.
         let wrong = [0.72, -0.72, 0.5, 0.6, 0.0];
         let request = Request {
             suppressed: Suppressed::ExcludeFromIndex(2),
@@ -40,7 +39,7 @@ pub fn projects_initial_values_onto_stated_constraints<M: Method>(method: &M) {
             // The values violate the constraints by a few hundredths.
             assert!((moved - given).abs() < 0.1, "{form:?}: {y:?}");
         }
-        // λ = (u² + v² − g y)/ℓ², from the second derivative of the constraint.
+        // The second derivative of the constraint gives λ = (u² + v² − g y)/ℓ².
         let exact = (y[2] * y[2] + y[3] * y[3] - 9.81 * y[1]) / (length * length);
         assert!((y[4] - exact).abs() < SATISFIED * exact, "{form:?}: {} {exact}", y[4]);
         let outcome = solver.integrate_to(1e-2).unwrap();
@@ -59,8 +58,9 @@ pub fn projects_initial_values_onto_stated_constraints<M: Method>(method: &M) {
     assert!(off < SATISFIED, "{off:e} of {y:?}");
     assert_eq!(solver.integrate_to(0.1).unwrap(), Outcome::Reached { t: 0.1 });
 
-    // A velocity is kept although its other component, 0, is only a guess: the projection of the velocity (0.1, 0) alone
-    // moves it by its normal component, 0.06. By error weights, the position or the velocity would change completely.
+    // A given velocity is kept, although its other component, 0, is only a guess: the projection moves the velocity
+    // (0.1, 0) only by its normal component, 0.06. If error weights were used, the position or the velocity would
+    // change completely.
     let guess = [0.6, -0.8, 0.1, 0.0, 0.0];
     let request = Request::new(Pendulum::new(MechanicalForm::Index3), 0.0, &guess, &[0.0; 5]);
     let mut solver = method.build(request);
@@ -78,8 +78,8 @@ pub fn projects_initial_values_onto_stated_constraints<M: Method>(method: &M) {
     }
 }
 
-/// Checks that a search for algebraic components and derivatives is rejected at an index above 1, where these values are
-/// not determined.
+/// Checks that a search for algebraic components and derivatives is rejected if the index is above 1, because it does
+/// not determine these values then.
 pub fn rejects_a_search_for_index_1_at_a_higher_index<M: Method>(method: &M) {
     let mode = ConsistencyMode::AlgebraicAndDerivatives;
     for form in [MechanicalForm::Index3, MechanicalForm::Index2] {
@@ -111,7 +111,7 @@ pub fn rejects_missing_or_wrong_constraints<M: Method>(method: &M) {
     assert_eq!(solver.y(), [0.5, 0.0]);
 }
 
-/// ẋ = z, 0 = x − 1, with the contradictory constraint x = 2.
+/// The system ẋ = z, 0 = x − 1, with the contradictory constraint x = 2.
 struct Contradiction;
 
 impl Problem for Contradiction {
@@ -134,8 +134,8 @@ impl Problem for Contradiction {
     }
 }
 
-/// Checks that components can be excluded by index if the problem states indices, and that
-/// tolerances then do not apply to them.
+/// Checks that components can be excluded by index if the problem states indices, and that tolerances then do not apply
+/// to these components.
 pub fn excludes_components_by_their_index<M: Method>(method: &M) {
     let start = JayIndex2.start();
     for suppressed in [Suppressed::FromIndex(2), Suppressed::ExcludeFromIndex(2)] {
@@ -147,14 +147,14 @@ pub fn excludes_components_by_their_index<M: Method>(method: &M) {
         assert_eq!(solver.integrate_to(0.5).unwrap(), Outcome::Reached { t: 0.5 });
         let exact = JayIndex2.exact(0.5).unwrap();
         for (y, exact) in solver.y().iter().zip(exact).take(2) {
-            // 1e-6 per step, for a few dozen steps.
+            // The error is 1e-6 per step in a few dozen steps.
             assert!((y - exact).abs() < 1e-4, "{suppressed:?}: {:?}", solver.y());
         }
     }
 }
 
-/// Oscillator ẋ = v, v̇ = −x, and a component z = sin(30 t), 30 times as fast, integrated from its derivative. Its
-/// stated index of 2 is higher than necessary.
+/// Oscillator ẋ = v, v̇ = −x, and a component z = sin(30 t), which is 30 times as fast and is integrated from its
+/// derivative. The stated index of z, 2, is higher than necessary.
 struct FastComponent;
 
 impl Problem for FastComponent {
@@ -180,7 +180,8 @@ impl Problem for FastComponent {
     }
 }
 
-/// Checks that a component excluded from the error test, by its number or by its index, does not limit the steps.
+/// Checks that a component does not limit the steps if it is excluded from the error test, either by its position or by
+/// its index.
 pub fn excludes_components_from_the_error_test<M: Method>(method: &M) {
     let steps = |suppressed| {
         let request = Request {

@@ -1,4 +1,4 @@
-//! Failures are reported with their cause and without unnecessary work.
+//! Tests that failures are reported with their cause and do not cause unnecessary work.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -15,10 +15,10 @@ fn recoverable(message: &str) -> StepError {
     StepError::Recoverable(message.to_owned())
 }
 
-/// Checks that the step is reduced after a recoverable error and the integration continues.
+/// Checks that after a recoverable error, the step is reduced and the integration continues.
 pub fn recovers_from_recoverable_errors<M: Method>(method: &M) {
     for not_a_number in [false, true] {
-        // The first residual after the start is rejected; later residuals are accepted.
+        // The first residual after the start fails; later residuals succeed.
         let mut refused = false;
         let problem = Circle::with_residual(move |t| {
             if t == 0.0 || refused {
@@ -41,10 +41,10 @@ pub fn recovers_from_recoverable_errors<M: Method>(method: &M) {
     }
 }
 
-/// Checks that a persistent recoverable error or NaN ends the integration and names the function
-/// and reason.
+/// Checks that a persistent recoverable error or NaN ends the integration, and that the message contains the function
+/// and the reason.
 pub fn names_the_function_that_failed<M: Method>(method: &M) {
-    // All calls fail after a certain number, independent of the time, so no step is small enough.
+    // All calls after a certain number fail, regardless of the time, so no step is small enough.
     let spoiled = |trouble: fn() -> Result<f64, StepError>| {
         let mut calls = 0;
         Circle::with_residual(move |_| {
@@ -77,7 +77,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
         let mut solver = method.build(request(problem));
         let stop = stopped(solver.integrate_to(10.0).unwrap());
         assert_stop(&stop, reason, printed);
-        // The state is the last accepted state.
+        // The reported state is the last accepted state.
         assert_eq!(stop.t, solver.t());
         assert_eq!(stop.statistics, solver.statistics());
         // If the first Jacobian fails, no step is taken.
@@ -88,7 +88,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
     }
 }
 
-/// Checks that the integration stops just before a time beyond which the residual fails, and reports the cause.
+/// Checks that the integration stops just before the time beyond which the residual fails, and reports the cause.
 pub fn stops_before_a_wall<M: Method>(method: &M) {
     let problem = Circle::with_residual(|t| match t > 0.5 {
         true => Err(recoverable("a wall")),
@@ -100,7 +100,8 @@ pub fn stops_before_a_wall<M: Method>(method: &M) {
     assert!(stop.t <= 0.5 && stop.t > 0.5 - 1e-9, "{stop}");
 }
 
-/// Checks that a fatal error ends the call and is returned with the name of the function, the time and the source.
+/// Checks that a fatal error ends the call, and that it is returned with the name of the function, the time and the
+/// source of the error.
 pub fn returns_fatal_errors<M: Method>(method: &M) {
     let fatal = || StepError::Fatal("disk on fire".into());
     let residual = Circle::with_residual(move |t| if t > 0.5 { Err(fatal()) } else { Ok(0.0) });
@@ -119,14 +120,14 @@ pub fn returns_fatal_errors<M: Method>(method: &M) {
     }
 }
 
-/// Checks that a failure at a jump suggests a remedy, and that this remedy works.
+/// Checks that the message of a failure at a jump suggests a remedy, and that this remedy works.
 pub fn names_a_remedy_for_a_jump<M: Method>(method: &M) {
     let problem = Circle::with_residual(|t| Ok(if t >= 0.5 { -30.0 } else { 0.0 }));
     let mut solver = method.build(Request { min_step: 1e-5, ..request(problem) });
     let printed = stopped(solver.integrate_to(1.0).unwrap()).to_string();
     assert!(printed.contains("jumps") && printed.contains("reinit"), "{printed}");
     let (y, mut y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
-    // ẋ jumps, and so does the derivative of a = x² + v².
+    // At the jump of ẋ, the derivative of a = x² + v² also jumps.
     y_dot[0] += 30.0;
     y_dot[2] += 2.0 * y[0] * 30.0;
     solver.reinit(0.5, &y, &y_dot, &[]).unwrap();
@@ -134,9 +135,9 @@ pub fn names_a_remedy_for_a_jump<M: Method>(method: &M) {
     assert_eq!(outcome, Outcome::Reached { t: 1.0 });
 }
 
-/// Checks that a jump that fails the error test at every step size ends the integration at the smallest allowed step.
+/// Checks that the integration ends at the smallest allowed step if a jump fails the error test at every step size.
 pub fn stops_at_the_smallest_step<M: Method>(method: &M) {
-    // A jump in ẋ that the error test detects for any step size.
+    // The error test detects a jump of this size in ẋ at any step size.
     let problem = Circle::with_residual(|t| Ok(if t > 0.5 { 1e9 } else { 0.0 }));
     let mut solver =
         method.build(Request { min_step: 1e-4, initial_step: Some(1e-3), ..request(problem) });
@@ -146,8 +147,8 @@ pub fn stops_at_the_smallest_step<M: Method>(method: &M) {
     assert!(stop.statistics.steps > 0);
 }
 
-/// Checks that the integration ends with its statistics, after the last step with valid weights, if a weight becomes
-/// zero or a weight function fails.
+/// Checks the case in which a weight becomes zero or a weight function fails: the integration ends after the last step
+/// with valid weights, and the statistics are available.
 pub fn keeps_statistics_if_a_weight_becomes_invalid<M: Method>(method: &M) {
     for fails in [false, true] {
         let mut solver = method.build(Request {
@@ -177,7 +178,7 @@ pub fn keeps_statistics_if_a_weight_becomes_invalid<M: Method>(method: &M) {
     }
 }
 
-/// Checks that a failing root function leaves t, y and ẏ consistent with each other.
+/// Checks that t, y and ẏ remain consistent with each other if a root function fails.
 pub fn keeps_a_consistent_state_if_a_root_function_fails<M: Method>(method: &M) {
     for at in [0.0, 0.5] {
         for fatal in [false, true] {
@@ -216,7 +217,7 @@ pub fn keeps_a_consistent_state_if_a_root_function_fails<M: Method>(method: &M) 
     }
 }
 
-/// Checks that a panic of the problem propagates, and that the integrator can be reinitialized.
+/// Checks that a panic in the problem propagates, and that the integrator can be reinitialized afterward.
 pub fn propagates_panics<M: Method>(method: &M) {
     let mut armed = true;
     let problem = Circle::with_residual(move |t| {
@@ -234,8 +235,8 @@ pub fn propagates_panics<M: Method>(method: &M) {
     assert_eq!(solver.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
 }
 
-/// Checks that steps accepted at the first attempt do not allocate after the first steps;
-/// `allocations` counts the allocations of a call.
+/// Checks that, after the first steps, a step accepted at the first attempt does not allocate memory. `allocations`
+/// counts the allocations during a call.
 pub fn steps_allocate_nothing<M: Method>(
     method: &M,
     allocations: impl Fn(&mut dyn FnMut()) -> u64,
@@ -257,7 +258,7 @@ pub fn steps_allocate_nothing<M: Method>(
                 let outcome = solver.step(1e3).unwrap();
                 assert!(matches!(outcome, Outcome::StepTaken { .. }));
             });
-            // Rejected steps allocate their message.
+            // A rejected step allocates its message.
             if failures(&solver) == before {
                 assert_eq!(counted, 0);
                 counted_steps += 1;

@@ -1,21 +1,21 @@
-//! Comparison of a problem's Jacobian with differences of its residual.
+//! Comparison of a problem's Jacobian with difference quotients of its residual.
 
 use myovib_dae::Problem;
 
-/// Step of the differences, relative to the direction.
+/// Step of the difference quotients, relative to the direction.
 const EPSILON: f64 = 1e-5;
 
-/// Returns max_i |J δ − dF/dε|_i along the direction δ, relative to Σ_j |J_ij δ_j|, with J = a
-/// ∂F/∂y + b ∂F/∂ẏ.
+/// Compares the Jacobian J = a ∂F/∂y + b ∂F/∂ẏ with difference quotients along the direction δ. Returns max_i |J δ −
+/// dF/dε|_i, relative to Σ_j |J_ij δ_j|.
 ///
-/// The error of central differences is ε²/6 times the third derivative plus the rounding errors of
-/// the terms divided by ε. Rows below 1e-9 count as 1e-9.
+/// The error of central differences is ε²/6 times the third derivative, plus the rounding errors of the terms divided
+/// by ε. If the size of a row is below 1e-9, 1e-9 is used instead.
 ///
 /// # Shapes
-/// y, ẏ and δ: `n_unknowns`.
+/// y, ẏ and δ have the length `n_unknowns`.
 ///
 /// # Panics
-/// Panics if the problem cannot be evaluated there.
+/// Panics if the problem cannot be evaluated at this point.
 pub fn jacobian_error<P: Problem + ?Sized>(
     problem: &mut P,
     t: f64,
@@ -45,6 +45,6 @@ pub fn jacobian_error<P: Problem + ?Sized>(
         let difference = (plus[i] - minus[i]) / (2.0 * EPSILON);
         (product[i] - difference).abs() / scale[i].max(1e-9)
     });
-    // NaN is treated as larger than every bound.
+    // A NaN counts as larger than every number.
     errors.fold(0.0, |m, e| if e > m || e.is_nan() { e } else { m })
 }

@@ -1,6 +1,6 @@
 //! The conformance suite: tests that any implementation of [`Integrator`] must pass.
 //!
-//! A crate with an integrator implements [`Method`] to build it, and generates the tests by
+//! A crate that defines an integrator implements [`Method`], which builds the integrator, and generates the tests with
 //! [`conformance_tests!`](crate::conformance_tests).
 #![allow(clippy::unwrap_used)] // a test may panic
 
@@ -42,7 +42,7 @@ const RELATIVE: f64 = 1e-6;
 /// Absolute tolerance of a [`Request`].
 const ABSOLUTE: f64 = 1e-9;
 
-/// Specification of an integration; `None` selects the defaults of the method.
+/// Specification of an integration. An option that is `None` has the default of the method.
 pub struct Request<P> {
     /// The problem.
     pub problem: P,
@@ -50,23 +50,23 @@ pub struct Request<P> {
     pub start: (f64, Vec<f64>, Vec<f64>),
     /// The tolerances.
     pub tolerances: Tolerances,
-    /// Time that no step may pass.
+    /// Time that no step may exceed.
     pub stop_time: Option<f64>,
-    /// Maximum number of steps of one call.
+    /// Maximum number of steps in one call.
     pub max_steps: Option<usize>,
-    /// The first step.
+    /// Size of the first step.
     pub initial_step: Option<f64>,
-    /// The smallest step.
+    /// Minimum size of a step.
     pub min_step: f64,
-    /// The largest step.
+    /// Maximum size of a step.
     pub max_step: Option<f64>,
-    /// Error weights instead of tolerances.
+    /// Error weights, which replace the tolerances.
     pub weights: Option<Weights<P>>,
-    /// Root functions, with one direction for each.
+    /// Root functions, and the direction in which each is observed.
     pub roots: Option<(Vec<Direction>, Function<P>)>,
     /// Components excluded from the error test.
     pub suppressed: Suppressed,
-    /// Initial values and integrands of quadratures, which are excluded from the error test.
+    /// Initial values and integrands of quadratures. The quadratures are excluded from the error test.
     pub quadrature: Option<(Vec<f64>, Function<P>)>,
 }
 
@@ -90,13 +90,13 @@ impl<P> Request<P> {
     }
 }
 
-/// Creates the integrators of one kind for the tests.
+/// Integration method to be tested.
 pub trait Method {
-    /// The integrator.
+    /// Type of the integrator.
     type Integrator<P: Problem + 'static>: Integrator<P>;
 
-    /// Returns the factor f such that error weights 1/(f (r |y| + a)) have the same effect as the tolerances r and a,
-    /// where r is `relative`.
+    /// Returns the factor f for which the error weights 1/(f (r |y| + a)) have the same effect as the tolerances r and
+    /// a, where r is `relative`.
     fn weight_factor(&self, _relative: f64) -> f64 {
         1.0
     }
@@ -105,7 +105,7 @@ pub trait Method {
     fn build<P: Problem + 'static>(&self, request: Request<P>) -> Self::Integrator<P>;
 }
 
-/// Generates one test for each behavior; the expression creates the [`Method`](crate::Method) under test.
+/// Generates one test for each behavior. The expression creates the [`Method`](crate::Method) under test.
 #[macro_export]
 macro_rules! conformance_tests {
     ($method:expr) => {

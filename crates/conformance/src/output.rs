@@ -1,4 +1,4 @@
-//! Dense output and events.
+//! Tests of dense output and events.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use super::problems::Circle;
 use super::{Method, Request};
 use myovib_dae::{Direction, Integrator, Outcome};
 
-/// Checks that dense output covers exactly the last step, including both ends.
+/// Checks that dense output covers exactly the last step, including both of its ends.
 pub fn limits_dense_output_to_the_last_step<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
@@ -27,7 +27,7 @@ pub fn limits_dense_output_to_the_last_step<M: Method>(method: &M) {
             let t = from + theta * h;
             solver.dense_output(t, 0, &mut out).unwrap();
             let exact = Circle::exact(t);
-            // A multiple of the tolerance per step, 1e-6.
+            // The bound is a multiple of the tolerance per step, 1e-6.
             assert!((out[0] - exact[0]).abs() < 1e-4, "t = {t}: {out:?}");
             solver.dense_output(t, 1, &mut out).unwrap();
             assert!((out[0] - exact[1]).abs() < 1e-2, "t = {t}: {out:?}");
@@ -52,8 +52,8 @@ pub fn limits_dense_output_to_the_last_step<M: Method>(method: &M) {
     assert_eq!(error.to_string(), "this solver has no quadratures");
 }
 
-/// Checks that events of x = sin t are found at multiples of π, in their order and directions. The
-/// integration continues after each, with the same steps as without events.
+/// Checks that events of x = sin t are found at multiples of π, in the right order and with the right directions. After
+/// each event, the integration continues, and it takes the same steps as without events.
 pub fn finds_events_in_order<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let watched = |directions: Vec<Direction>| Request {
@@ -75,7 +75,7 @@ pub fn finds_events_in_order<M: Method>(method: &M) {
         };
         let expected = if k % 2 == 1 { [-1, 0, -1] } else { [0, 1, 1] };
         assert_eq!(crossings, expected);
-        // The error of the solution, 1e-6 times the number of steps.
+        // The error of the solution is 1e-6 times the number of steps.
         assert!((t - f64::from(k) * PI).abs() < 1e-3, "{t}");
         assert_eq!(solver.t(), t);
         assert!(solver.y()[0].abs() < 1e-9, "{:?}", solver.y());
@@ -90,8 +90,8 @@ pub fn finds_events_in_order<M: Method>(method: &M) {
     assert_eq!(again.y(), unwatched.y());
 }
 
-/// Checks that a root function that stays at zero has an event when it reaches zero, but not when it leaves zero. The
-/// functions are clipped at zero from above or from below, or are zero from t = 2 to t = 3.
+/// Checks functions that stay at zero for some time: an event is reported when a function reaches zero, but not when it
+/// leaves zero. The functions are clipped at zero from above or from below, or are zero from t = 2 to t = 3.
 pub fn finds_events_where_a_root_function_becomes_zero<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let between = |t: f64| (t - 2.0).min(0.0) + (t - 3.0).max(0.0);
@@ -118,15 +118,15 @@ pub fn finds_events_where_a_root_function_becomes_zero<M: Method>(method: &M) {
             panic!("no root: {outcome:?}");
         };
         assert_eq!(crossings, [crossing]);
-        // Roots are located to a hundred times the rounding of t and of the step.
+        // Roots are located within a hundred times the rounding errors of t and of the step.
         assert!((t - expected).abs() < 1e-12, "{t} {expected}");
         let outcome = solver.integrate_to(5.0).unwrap();
         assert_eq!(outcome, Outcome::Reached { t: 5.0 });
     }
 }
 
-/// Checks that the state may be changed at an event. With a reflection at x = 0 the solution is x = |sin t|; it returns
-/// to zero after half a period, and the state after the restart is not an event.
+/// Checks that the state may be changed at an event. With a reflection at x = 0, the solution is x = |sin t|. It
+/// returns to zero after half a period, and the state after the restart is not reported as an event.
 pub fn restarts_after_an_event<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request {
@@ -142,7 +142,7 @@ pub fn restarts_after_an_event<M: Method>(method: &M) {
     for k in 1..4 {
         let outcome = solver.integrate_to(20.0).unwrap();
         assert!(matches!(outcome, Outcome::Root { .. }), "{outcome:?}");
-        // As above: the error per step times the number of steps.
+        // As in the previous tests, the error is the error per step times the number of steps.
         assert!((solver.t() - f64::from(k) * PI).abs() < 1e-3, "{outcome:?}");
         let back = [0.0, -solver.y()[1], solver.y()[2]];
         let rates = [back[1], 0.0, 0.0];
@@ -167,7 +167,7 @@ pub fn reports_missing_quadratures<M: Method>(method: &M) {
     for printed in [requested.to_string(), started.to_string()] {
         assert!(printed.contains("quadratures"), "{printed}");
     }
-    // Neither has changed anything.
+    // Neither of the failed calls has changed anything.
     assert_eq!(solver.t(), t);
     solver.reinit(0.0, &y, &y_dot, &[]).unwrap();
     let outcome = solver.integrate_to(1.0).unwrap();

@@ -2,18 +2,18 @@
 
 use myovib_dae::{Problem, StepError};
 
-/// Function that returns a perturbation of a value computed by [`Circle`], or a failure.
+/// Function that returns a perturbation, which is added to a value of [`Circle`], or a failure.
 pub(super) type Disturbance = Box<dyn FnMut(f64) -> Result<f64, StepError> + Send>;
 
 /// The system ẋ = v, v̇ = −x, a − x² − v² = 0 with the solution x = sin t, v = cos t, a = 1. The analytic Jacobian is
 /// optional, and calls are counted.
 pub(super) struct Circle {
     pub(super) has_jacobian: bool,
-    /// Evaluations of the residual.
+    /// Number of evaluations of the residual.
     pub(super) residuals: u64,
     /// Number of evaluations of the Jacobian or of its two parts.
     pub(super) jacobians: u64,
-    /// Function that returns the value added to the first entry of the residual at a given time.
+    /// Function that returns the value added to the first entry of the residual at the given time.
     pub(super) in_residual: Disturbance,
     /// Function that returns the value added to the first entry of the Jacobian.
     pub(super) in_jacobian: Disturbance,

@@ -1,4 +1,4 @@
-//! Quadratures.
+//! Tests of quadratures.
 
 use super::problems::Circle;
 use super::{Method, Request, assert_stop, stopped};
@@ -6,7 +6,7 @@ use myovib_dae::{Integrator, Outcome, StepError, StopReason};
 
 const START: [f64; 3] = [1.0, 0.0, 0.0];
 
-/// Returns ∫ x, ∫ ẋ² and ∫ a t of [`Circle`].
+/// Returns ∫ x, ∫ ẋ² and ∫ a t for the solution of [`Circle`].
 fn exact(t: f64) -> [f64; 3] {
     [2.0 - t.cos(), 0.5 * t + 0.25 * (2.0 * t).sin(), 0.5 * t * t]
 }
@@ -23,9 +23,9 @@ fn request() -> Request<Circle> {
     }
 }
 
-/// Checks quadratures of the solution, its derivative, algebraic variables and the time: their values and derivatives
-/// at the end and within steps, from given initial values, and after a reinitialization. Quadratures do not change the
-/// steps.
+/// Checks quadratures of the solution, its derivative, algebraic variables and the time. Their values and derivatives
+/// are correct at the end of steps and within steps, with given initial values, and after a reinitialization.
+/// Quadratures do not change the steps.
 pub fn integrates_quadratures_with_the_solution<M: Method>(method: &M) {
     let mut solver = method.build(request());
     assert_eq!(solver.n_quadratures(), START.len());
@@ -41,7 +41,7 @@ pub fn integrates_quadratures_with_the_solution<M: Method>(method: &M) {
             let t = from + theta * (to - from);
             solver.quadrature_dense_output(t, 0, &mut q).unwrap();
             for (q, exact) in q.iter().zip(exact(t)) {
-                // A multiple of the tolerance per step, 1e-6, as for the solution.
+                // The bound is a multiple of the tolerance per step, 1e-6, as for the solution.
                 assert!((q - exact).abs() < 1e-4 * (1.0 + t), "t = {t}: {q} {exact}");
             }
             solver.quadrature_dense_output(t, 1, &mut q).unwrap();
@@ -60,13 +60,13 @@ pub fn integrates_quadratures_with_the_solution<M: Method>(method: &M) {
     assert_eq!(solver.integrate_to(2.0).unwrap(), Outcome::Reached { t: 2.0 });
     solver.quadrature_dense_output(2.0, 0, &mut q).unwrap();
     for (q, exact) in q.iter().zip(exact(2.0)) {
-        // 1e-6 per step, for a few dozen steps.
+        // The error is 1e-6 per step in a few dozen steps.
         assert!((q - 10.0 - exact).abs() < 1e-4, "{q} {exact}");
     }
 }
 
-/// Checks that the integration stops with the reason if the integrand fails in every call after a certain number, and
-/// that a fatal error of the integrand is returned.
+/// Checks that the integration stops and reports the reason if the integrand fails in every call after a certain
+/// number, and that a fatal error of the integrand is returned.
 pub fn stops_if_a_quadrature_fails<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let spoiled = |error: fn() -> StepError| {

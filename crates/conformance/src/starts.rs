@@ -1,4 +1,4 @@
-//! Initial values of an integration.
+//! Tests of the initial values of an integration.
 
 use super::problems::Circle;
 use super::{Method, Request, stopped};
@@ -16,15 +16,15 @@ fn refused<P: Problem>(solver: &mut impl Integrator<P>) -> String {
     run
 }
 
-/// Checks that values that contradict an equation are rejected, whether or not they are in the error test, that the
-/// message contains the equation, its residual and a remedy, and that the remedy works.
+/// Checks that values that contradict an equation are rejected, whether or not they are in the error test. The message
+/// contains the equation, its residual and a remedy, and this remedy works.
 pub fn rejects_initial_values_that_contradict_the_equations<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let wrong = [y[0], y[1], 7.0];
     let goes_on = |mut solver: M::Integrator<Circle>| {
         let outcome = solver.integrate_to(1.0).unwrap();
         assert_eq!(outcome, Outcome::Reached { t: 1.0 });
-        // 1e-6 per step, for several dozen steps.
+        // The error is 1e-6 per step in several dozen steps.
         assert!((solver.y()[0] - 1f64.sin()).abs() < 1e-4);
     };
     for suppressed in [Suppressed::Nothing, Suppressed::Algebraic] {
@@ -55,12 +55,12 @@ pub fn rejects_initial_values_that_contradict_the_equations<M: Method>(method: &
     }
 }
 
-/// Checks that initial values with an error below the tolerance are accepted unchanged, and rejected with an error a
-/// hundred times as large. A wrong ẏ does not cause a wrong solution: the integration is correct, or stops and suggests
-/// a remedy.
+/// Checks that initial values with an error below the tolerance are accepted unchanged, and that initial values with an
+/// error a hundred times as large are rejected. A wrong ẏ does not cause a wrong solution: the integration either is
+/// correct, or stops and suggests a remedy.
 pub fn accepts_errors_of_initial_values_below_the_tolerances<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
-    // Relative plus absolute tolerance of a = 1.
+    // The tolerance is the relative plus the absolute tolerance at a = 1.
     let tolerance = 1e-6 + 1e-9;
     for sign in [-1.0, 1.0] {
         let started = |off: f64| {
@@ -73,7 +73,7 @@ pub fn accepts_errors_of_initial_values_below_the_tolerances<M: Method>(method: 
     }
     let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &[0.0; 3]));
     match solver.integrate_to(1.0).unwrap() {
-        // As above.
+        // The same bound as above applies.
         Outcome::Reached { .. } => assert!((solver.y()[0] - 1f64.sin()).abs() < 1e-4),
         outcome => {
             let printed = stopped(outcome).to_string();
@@ -82,8 +82,9 @@ pub fn accepts_errors_of_initial_values_below_the_tolerances<M: Method>(method: 
     }
 }
 
-/// Checks for ẏ³ + ẏ = 2y that the correction continues if the effect of the error of ẏ on y is small over a first step
-/// of 1e-6, but not over the time to the first output.
+/// Checks that the correction of ẏ takes the time to the first output into account. For ẏ³ + ẏ = 2y, the error of ẏ has
+/// a small effect on y over a first step of 1e-6, but not over the time to the first output, so the correction must
+/// continue.
 pub fn corrects_derivatives_for_the_time_to_the_first_output<M: Method>(method: &M) {
     struct Cubic;
     impl Problem for Cubic {
@@ -110,14 +111,15 @@ pub fn corrects_derivatives_for_the_time_to_the_first_output<M: Method>(method: 
         let mode = ConsistencyMode::AlgebraicAndDerivatives;
         solver.correct_initial_values(mode, 1e-3).unwrap();
         assert_eq!(solver.y(), [1.0]);
-        // ẏ times the time to the output, 1e-3, is accurate to 0.0033 of the tolerance, which is at most 2e-6.
+        // The product of ẏ and the time to the output, 1e-3, is accurate to 0.0033 of the tolerance of y = 1, which is
+        // twice `tolerance`.
         let allowed = 0.0033 * 2.0 * tolerance / 1e-3;
         assert!((solver.y_dot()[0] - 1.0).abs() < allowed, "{:?}", solver.y_dot());
     }
 }
 
-/// Checks that a position off the circle of a pendulum, or a velocity not tangential to it, is rejected if the
-/// problem states its constraints, and that the error contains the index of the constraint.
+/// Checks a pendulum whose problem states its constraints: a position off the circle and a velocity that is not
+/// tangential to the circle are rejected, and the error contains the index of the violated constraint.
 pub fn rejects_initial_values_that_violate_stated_constraints<M: Method>(method: &M) {
     for (q, v, part) in
         [([1.0, 0.0], [0.5, 0.0], "constraint 1"), ([1.1, 0.0], [0.0, 0.5], "constraint 0")]

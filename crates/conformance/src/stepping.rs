@@ -1,4 +1,4 @@
-//! Output times, limits, restarts and counters, which must have the same meaning for all integrators.
+//! Tests of output times, limits, restarts and counters, which must have the same meaning for all integrators.
 
 use super::problems::Circle;
 use super::{Method, Request, stopped};
@@ -9,7 +9,7 @@ fn request() -> Request<Circle> {
     Request::new(Circle::new(), 0.0, &y, &y_dot)
 }
 
-/// Checks that steps advance, output times are reached exactly, and t, y and ẏ are consistent.
+/// Checks that steps advance the time, that output times are reached exactly, and that t, y and ẏ are consistent.
 pub fn reaches_output_times_exactly_with_consistent_values<M: Method>(method: &M) {
     let mut solver = method.build(request());
     assert_eq!((solver.t(), solver.last_step_interval()), (0.0, [0.0, 0.0]));
@@ -24,7 +24,7 @@ pub fn reaches_output_times_exactly_with_consistent_values<M: Method>(method: &M
         assert_eq!(solver.t(), reached);
         t = reached;
     }
-    // A step may end beyond t_out; `integrate_to` does not.
+    // `step` may end beyond t_out, but `integrate_to` does not.
     let outcome = solver.integrate_to(2.0).unwrap();
     assert_eq!((outcome, solver.t()), (Outcome::Reached { t: 2.0 }, 2.0));
     let exact = Circle::exact(2.0);
@@ -33,7 +33,7 @@ pub fn reaches_output_times_exactly_with_consistent_values<M: Method>(method: &M
     assert!(solver.statistics().t_reached >= 2.0);
 }
 
-/// Checks that times before the current time, and non-finite times, are rejected as misuse.
+/// Checks that non-finite times and times before the current time are rejected as misuse.
 pub fn rejects_past_times_and_non_finite_values<M: Method>(method: &M) {
     let mut solver = method.build(request());
     solver.integrate_to(1.0).unwrap();
@@ -57,8 +57,8 @@ pub fn rejects_past_times_and_non_finite_values<M: Method>(method: &M) {
     assert_eq!(solver.integrate_to(2.0).unwrap(), Outcome::Reached { t: 2.0 });
 }
 
-/// Checks calls with the current time as output time: `integrate_to` takes no step, but a first step and the correction
-/// of initial values reject it, since they require a direction and a time scale.
+/// Checks calls in which the output time is the current time. `integrate_to` takes no step. A first step and the
+/// correction of initial values reject this output time, because they require a direction and a time scale.
 pub fn handles_an_output_time_equal_to_the_current_time<M: Method>(method: &M) {
     let mut solver = method.build(request());
     let reached = |t| Outcome::Reached { t };
@@ -73,7 +73,7 @@ pub fn handles_an_output_time_equal_to_the_current_time<M: Method>(method: &M) {
     assert_eq!(solver.statistics().steps, steps);
 }
 
-/// Checks that a stop time is reached exactly and applies once.
+/// Checks that a stop time is reached exactly and is then cleared.
 pub fn applies_a_stop_time_once<M: Method>(method: &M) {
     let mut solver = method.build(Request { stop_time: Some(0.7), ..request() });
     let mut outcome = solver.step(2.0).unwrap();
@@ -91,10 +91,10 @@ pub fn applies_a_stop_time_once<M: Method>(method: &M) {
     let stop = Outcome::StopTime { t: ahead };
     assert_eq!(solver.integrate_to(9.0).unwrap(), stop);
     assert_eq!(solver.integrate_to(9.0).unwrap(), Outcome::Reached { t: 9.0 });
-    // A stop time equal to the output time is reported as the stop time.
+    // If the stop time is equal to the output time, the stop time is reported.
     solver.set_stop_time(10.0).unwrap();
     assert_eq!(solver.integrate_to(10.0).unwrap(), Outcome::StopTime { t: 10.0 });
-    // After a restart, a stop time that is not ahead is discarded; other stop times are retained.
+    // After a restart, a stop time that is not ahead is discarded. Other stop times are kept.
     let (y, y_dot) = Circle::start();
     for (stop, expected) in
         [(11.0, Outcome::Reached { t: 13.0 }), (12.5, Outcome::StopTime { t: 12.5 })]
@@ -106,7 +106,8 @@ pub fn applies_a_stop_time_once<M: Method>(method: &M) {
     }
 }
 
-/// Checks that the limit on the number of steps applies to each call of `integrate_to` separately, and not to `step`.
+/// Checks that the limit on the number of steps applies to each call of `integrate_to` separately, and that it does not
+/// apply to `step`.
 pub fn limits_the_steps_of_each_call<M: Method>(method: &M) {
     let limited = || Request { max_steps: Some(3), max_step: Some(0.01), ..request() };
     let mut solver = method.build(limited());
@@ -122,7 +123,7 @@ pub fn limits_the_steps_of_each_call<M: Method>(method: &M) {
     }
 }
 
-/// Checks that a restart is equivalent to a new integrator, including statistics and root
+/// Checks that an integrator after a restart behaves like a new integrator, including its statistics and root
 /// functions.
 pub fn a_restart_equals_a_new_integrator<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
@@ -135,7 +136,7 @@ pub fn a_restart_equals_a_new_integrator<M: Method>(method: &M) {
     assert_eq!(used.statistics().steps, 0);
     assert_eq!(used.statistics().smallest_rcond, None);
     used.integrate_to(3.0).unwrap();
-    // The pivot order of the first run may be reused, which changes rounding.
+    // The pivot order of the first run may be reused, which changes the rounding errors.
     for (a, b) in used.y().iter().zip(fresh.y()) {
         assert!((a - b).abs() < 1e-12, "{a} and {b}");
     }
@@ -146,8 +147,8 @@ pub fn a_restart_equals_a_new_integrator<M: Method>(method: &M) {
     );
 }
 
-/// Checks that the counters equal the numbers of calls that the problem receives, and that the reported numbers and
-/// sizes of steps are correct.
+/// Checks that the counters are equal to the numbers of calls that the problem receives, and that the reported numbers
+/// and sizes of steps are correct.
 pub fn counts_steps_and_evaluations<M: Method>(method: &M) {
     for problem in [Circle::new(), Circle::without_jacobian()] {
         let (y, y_dot) = Circle::start();
@@ -163,7 +164,7 @@ pub fn counts_steps_and_evaluations<M: Method>(method: &M) {
             steps += 1;
             let statistics = solver.statistics();
             let [from, to] = solver.last_step_interval();
-            // The size of a step equals the difference of its end times, up to rounding.
+            // The size of a step is equal to the difference between its end times, up to rounding.
             assert!((statistics.last_step - (to - from)).abs() <= 1e-12 * to);
             if steps == 1 {
                 first = solver.t() - before;

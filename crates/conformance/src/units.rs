@@ -1,4 +1,4 @@
-//! Units of equations and variables do not change results.
+//! Tests that the units of equations and variables do not change results.
 
 use super::{Method, Request};
 use myovib_dae::{ConsistencyMode, Integrator, Outcome, Problem, StepError, Suppressed};
@@ -6,8 +6,8 @@ use myovib_dae::{ConsistencyMode, Integrator, Outcome, Problem, StepError, Suppr
 /// Resistance, Ω.
 const R: f64 = 1e3;
 
-/// A capacitor charged by a current, in parallel with a resistor: C u̇ + u/R − I(t) = 0 with I = (1 + a sin(t/RC)) 5
-/// mA, and w = u².
+/// A capacitor that is charged by a current, in parallel with a resistor. The equations are C u̇ + u/R − I(t) = 0 with
+/// I = (1 + a sin(t/RC)) 5 mA, and w = u².
 struct Node {
     c: f64,
     a: f64,
@@ -26,11 +26,11 @@ impl Problem for Node {
     }
 }
 
-/// Capacitances, F. Steps of about RC must be much larger than the smallest normal number, 2e-308.
+/// Capacitances, F. The steps, whose size is about RC, must be much larger than the smallest normal number, 2e-308.
 const CAPACITANCES: [f64; 6] = [1.0, 1e-6, 1e-11, 1e-13, 1e-30, 1e-100];
 
-/// Regression: the voltage of a small capacitance was classified as algebraic and excluded from the error test with the
-/// algebraic variables; results with errors of 0.6 and 1.3 were reported as successful.
+/// Regression: the voltage at a small capacitance was classified as algebraic and excluded from the error test with the
+/// algebraic variables. Results with errors of 0.6 and 1.3 were reported as successful.
 pub fn tests_differential_variables_in_any_unit<M: Method>(method: &M) {
     for c in CAPACITANCES {
         let request = Request {
@@ -42,7 +42,7 @@ pub fn tests_differential_variables_in_any_unit<M: Method>(method: &M) {
         let t = s * R * c;
         assert_eq!(solver.integrate_to(t).unwrap(), Outcome::Reached { t });
         let exact = 5.0 + 2.5 * (s.sin() - s.cos() + (-s).exp());
-        // 1e-6 times 7.5 in each of up to 150 steps.
+        // The error is 1e-6 times 7.5 in each of up to 150 steps.
         assert!((solver.y()[0] - exact).abs() < 1e-3, "{c:e}: {}", solver.y()[0]);
     }
 }
@@ -57,11 +57,12 @@ pub fn corrects_initial_values_in_any_unit<M: Method>(method: &M) {
         solver.correct_initial_values(mode, tau).unwrap();
         assert_eq!(solver.y()[0], 0.0);
         let slope = solver.y_dot()[0] * tau;
-        // Newton's method stops at 0.0033 times the tolerance of 1e-9, for a change within a thousandth of tau.
+        // Newton's method stops at 0.0033 times the tolerance of 1e-9, and the change occurs within a thousandth of
+        // tau.
         assert!((slope - 5.0).abs() < 1e-5, "{c:e}: {slope}");
         assert_eq!(solver.integrate_to(tau).unwrap(), Outcome::Reached { t: tau });
         let exact = 5.0 * (1.0 - (-1_f64).exp());
-        // As above.
+        // The same bound as above applies.
         assert!((solver.y()[0] - exact).abs() < 1e-3, "{c:e}: {}", solver.y()[0]);
     }
 }

@@ -11,8 +11,8 @@ const KS: f64 = 115.83;
 const P_CO2: f64 = 0.9;
 const H: f64 = 737.0;
 
-/// The chemical Akzo Nobel problem: a reaction in which carbon dioxide is continuously added, with
-/// one species in equilibrium.
+/// The chemical Akzo Nobel problem: carbon dioxide is added continuously to a reaction, and one species is in
+/// equilibrium.
 ///
 /// ```text
 /// r1 = k1 y1⁴ √y2   r2 = k2 y3 y4   r3 = (k2/K) y1 y5   r4 = k3 y1 y4²   r5 = k4 y6² √y2
@@ -24,8 +24,8 @@ const H: f64 = 737.0;
 ///  0 = Ks y1 y4 − y6
 /// ```
 ///
-/// For y2 < 0 the square root is not real, and the residual returns a recoverable error. Usual
-/// interval: [0, 180].
+/// For y2 < 0, the square root is not real, and the residual returns a recoverable error. The usual interval is [0,
+/// 180].
 ///
 /// Source: W. J. H. Stortelder, Parameter estimation in nonlinear dynamical systems, 1998; Test Set
 /// for IVP Solvers, problem chemakzo.
@@ -47,7 +47,7 @@ impl Akzo {
         ])
     }
 
-    /// Returns ẏ1 to ẏ5 as explicit functions of y.
+    /// Returns ẏ1 to ẏ5 as functions of y.
     fn slopes(y: &[f64]) -> Result<[f64; 5], StepError> {
         let [r1, r2, r3, r4, r5] = Self::rates(y)?;
         let inflow = KLA * (P_CO2 / H - y[1]);
@@ -103,7 +103,7 @@ impl Problem for Akzo {
     ) -> Result<(), StepError> {
         let [r1, _, _, _, r5] = Self::rates(y)?;
         let root = y[1].sqrt();
-        // Rate r, unknown j, ∂r/∂y_j.
+        // Each entry contains a rate r, an unknown j, and the derivative ∂r/∂y_j.
         let slopes = [
             (0, 0, 4.0 * K1 * y[0].powi(3) * root),
             (0, 1, r1 / (2.0 * y[1])),
@@ -116,7 +116,7 @@ impl Problem for Akzo {
             (4, 1, r5 / (2.0 * y[1])),
             (4, 5, 2.0 * K4 * y[5] * root),
         ];
-        // Coefficient of each rate in ẏ1 to ẏ5.
+        // Coefficients of each rate in ẏ1 to ẏ5.
         let stoichiometry = [
             [-2.0, -0.5, 1.0, 0.0, 0.0],
             [1.0, 0.0, -1.0, -1.0, 1.0],

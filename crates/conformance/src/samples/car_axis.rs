@@ -10,11 +10,11 @@ const L0: f64 = 0.5;
 const R: f64 = 0.1;
 const W: f64 = 10.0;
 const GRAVITY: f64 = 1.0;
-/// Coefficient of p̈ in the equations of motion.
+/// Coefficient K of v̇ in the equations of motion.
 const K: f64 = EPS * EPS * M / 2.0;
 
-/// A car axis on a bumpy road: two wheel joints at distance L, supported by stiff springs; the right joint is above a
-/// wheel that follows the bumps y_b = r sin(w t), x_b = √(L² − y_b²).
+/// A car axis on a bumpy road: two wheel joints at the distance L are supported by stiff springs. The right joint is
+/// above a wheel that follows the bumps y_b = r sin(w t), x_b = √(L² − y_b²).
 ///
 /// ```text
 /// ṗ = v                          p = (x_l, y_l, x_r, y_r)
@@ -28,7 +28,7 @@ const K: f64 = EPS * EPS * M / 2.0;
 /// stabilized: both, with ṗ = v + Gᵀ μ
 /// ```
 ///
-/// Unknowns (p, v, λ), then μ in the stabilized form. Usual interval: [0, 3].
+/// The unknowns are (p, v, λ), followed by μ in the stabilized form. The usual interval is [0, 3].
 ///
 /// Source: S. Schneider, Intégration de systèmes d'équations différentielles raides et
 /// différentielles-algébriques, 1994; Test Set for IVP Solvers, problem caraxis.

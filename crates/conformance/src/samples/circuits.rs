@@ -1,11 +1,11 @@
-//! Nonlinear circuits, formulated by nodal analysis.
+//! Nonlinear circuits whose equations are formulated by nodal analysis.
 
 use super::Start;
 use super::dual::Differentiable;
 use super::equations::Equations;
 use myovib_dae::VariableKind;
 
-/// The voltage doubler of Greinacher: two diodes, two capacitors and a load, supplied by a source of 50 Hz.
+/// The voltage doubler of Greinacher: two diodes, two capacitors and a load are supplied by a source of 50 Hz.
 ///
 /// ```text
 /// (V − u1)/R_s − C1 (u̇1 − u̇2) = 0
@@ -19,13 +19,13 @@ use myovib_dae::VariableKind;
 pub struct Doubler;
 
 impl Doubler {
-    /// Amplitude in V and angular frequency in 1/s of the source.
+    /// Amplitude (V) and angular frequency (1/s) of the source.
     const SOURCE: [f64; 2] = [10.0, 100.0 * std::f64::consts::PI];
-    /// R_s and R_l, Ω.
+    /// Resistances R_s and R_l, Ω.
     const RESISTORS: [f64; 2] = [20.0, 5e3];
-    /// C1 and C2, F.
+    /// Capacitances C1 and C2, F.
     const CAPACITORS: [f64; 2] = [20e-6, 50e-6];
-    /// I_s in A and U_T in V.
+    /// I_s (A) and U_T (V).
     const DIODE: [f64; 2] = [1e-9, 0.045];
 
     fn diode<S: Differentiable>(u: S) -> S {
@@ -58,7 +58,8 @@ impl Equations for Doubler {
         vec![1; 3]
     }
 
-    /// All voltages are 0. The derivative of the sum of the first two equations gives u̇1 = u̇2.
+    /// Returns a state in which all voltages are 0. The derivative of the sum of the first two equations gives u̇1 =
+    /// u̇2.
     fn start(&self) -> Start {
         let ([size, frequency], [source, _]) = (Self::SOURCE, Self::RESISTORS);
         let [saturation, thermal] = Self::DIODE;
@@ -67,8 +68,7 @@ impl Equations for Doubler {
     }
 }
 
-/// A pair of transistors with a common emitter resistor, coupled by capacitors to a source and to a
-/// load.
+/// A pair of transistors with a common emitter resistor. Capacitors couple the pair to a source and to a load.
 ///
 /// ```text
 /// (V − u1)/R0 − C1 (u̇1 − u̇2) = 0
@@ -79,18 +79,18 @@ impl Equations for Doubler {
 /// i(u) = I_s (exp(u/U_T) − 1),  V = 0.1 sin(200π t) + 0.05 sin(470π t)
 /// ```
 ///
-/// The index is 1; two algebraic equations are hidden, since they are linear combinations of the rows.
+/// The index is 1. Two algebraic equations are hidden, because they are linear combinations of the rows.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Amplifier;
 
 impl Amplifier {
-    /// U and U_b, V.
+    /// Voltages U and U_b, V.
     const SUPPLY: [f64; 2] = [9.0, 3.0];
-    /// R0, R1, R_e, R_c and R_l, Ω.
+    /// Resistances R0, R1, R_e, R_c and R_l, Ω.
     const RESISTORS: [f64; 5] = [1e3, 2e4, 2.4e3, 4e3, 1e4];
-    /// C1, C_e and C2, F.
+    /// Capacitances C1, C_e and C2, F.
     const CAPACITORS: [f64; 3] = [2e-6, 1e-7, 3e-6];
-    /// I_s in A, U_T in V and α.
+    /// I_s (A), U_T (V) and α.
     const TRANSISTOR: [f64; 3] = [1e-6, 0.026, 0.99];
 
     fn emitter<S: Differentiable>(u: S) -> S {
@@ -126,8 +126,8 @@ impl Equations for Amplifier {
         vec![1; 5]
     }
 
-    /// The currents into the bases are balanced and the voltage of the load is 0; the two hidden equations and their
-    /// derivatives determine the other values.
+    /// Returns a state in which the currents into the bases are balanced and the voltage of the load is 0. The two
+    /// hidden equations and their derivatives determine the other values.
     fn start(&self) -> Start {
         let ([supply, base], [r0, r1, r_e, r_c, r_l]) = (Self::SUPPLY, Self::RESISTORS);
         let ([c1, c_e, _], [saturation, thermal, alpha]) = (Self::CAPACITORS, Self::TRANSISTOR);
@@ -137,7 +137,7 @@ impl Equations for Amplifier {
         let u1 = -r0 * (1.0 - alpha) * current;
         let u4 = supply - r_c * alpha * current;
         let u3_dot = (2.0 * current - u3 / r_e) / c_e;
-        // u̇1 − u̇2, while u̇4 = u̇5.
+        // This is u̇1 − u̇2, while u̇4 = u̇5.
         let input = -u1 / (r0 * c1);
         let driving = std::f64::consts::PI * (0.1 * 200.0 + 0.05 * 470.0);
         // The derivative of the sum of the first two equations.
@@ -154,7 +154,8 @@ impl Equations for Amplifier {
     }
 }
 
-/// The transistor amplifier of the Test Set for IVP Solvers: two stages, five coupling and bypass capacitors.
+/// The transistor amplifier of the Test Set for IVP Solvers, which has two stages and five coupling and bypass
+/// capacitors.
 ///
 /// ```text
 /// (V − u1)/R0 − C1 (u̇1 − u̇2) = 0
@@ -168,18 +169,18 @@ impl Equations for Amplifier {
 /// i(u) = I_s (exp(u/U_T) − 1),  V = 0.1 sin(200π t)
 /// ```
 ///
-/// The index is 1; three algebraic equations are hidden, since they are linear combinations of the rows.
+/// The index is 1. Three algebraic equations are hidden, because they are linear combinations of the rows.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct TwoStageAmplifier;
 
 impl TwoStageAmplifier {
-    /// U_b, V.
+    /// Voltage U_b, V.
     const SUPPLY: f64 = 6.0;
-    /// R0 and R, Ω.
+    /// Resistances R0 and R, Ω.
     const RESISTORS: [f64; 2] = [1e3, 9e3];
-    /// C1 to C5, F.
+    /// Capacitances C1 to C5, F.
     const CAPACITORS: [f64; 5] = [1e-6, 2e-6, 3e-6, 4e-6, 5e-6];
-    /// I_s in A, U_T in V and α.
+    /// I_s (A), U_T (V) and α.
     const TRANSISTOR: [f64; 3] = [1e-6, 0.026, 0.99];
 
     fn emitter<S: Differentiable>(u: S) -> S {
@@ -220,8 +221,8 @@ impl Equations for TwoStageAmplifier {
         vec![1; 8]
     }
 
-    /// No current flows through the transistors and the coupling capacitors. The derivatives of the three hidden equations
-    /// determine the other values.
+    /// Returns a state in which no current flows through the transistors and the coupling capacitors. The derivatives
+    /// of the three hidden equations determine the other values.
     fn start(&self) -> Start {
         let (supply, [r0, r]) = (Self::SUPPLY, Self::RESISTORS);
         let [_, c2, _, c4, _] = Self::CAPACITORS;
@@ -243,7 +244,7 @@ impl Equations for TwoStageAmplifier {
     }
 }
 
-/// A loop of a voltage source, linear capacitors and a nonlinear capacitor at 1 MHz; the index is 2.
+/// A loop of a voltage source, a linear capacitor and a nonlinear capacitor at 1 MHz. The index is 2.
 ///
 /// ```text
 /// u1 = V(t)
@@ -251,17 +252,17 @@ impl Equations for TwoStageAmplifier {
 /// −q̇(u1 − u2) + i_D(u2) = J(t)
 /// ```
 ///
-/// The current i of the source depends on V̇, so its index is 2. Steps are about 1e-8 s long. J is such that the exact
-/// solution is u1 = U sin ωt, u2 = ½ U (1 − cos 2ωt).
+/// The current i of the source depends on V̇, so its index is 2. Steps are about 1e-8 s long. J is chosen such that the
+/// exact solution is u1 = U sin ωt, u2 = ½ U (1 − cos 2ωt).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct CapacitorLoop;
 
 impl CapacitorLoop {
-    /// U in V, ω in 1/s.
+    /// U (V) and ω (1/s).
     const SOURCE: [f64; 2] = [1.0, 2e6 * std::f64::consts::PI];
-    /// C1, C2 in F and C3 in F/V².
+    /// C1 (F), C2 (F) and C3 (F/V²).
     const CAPACITORS: [f64; 3] = [1e-9, 2e-9, 5e-10];
-    /// I_s in A and U_T in V.
+    /// I_s (A) and U_T (V).
     const DIODE: [f64; 2] = [1e-6, 0.1];
 
     fn diode<S: Differentiable>(u: S) -> S {
@@ -269,7 +270,7 @@ impl CapacitorLoop {
         (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
     }
 
-    /// Returns q̇(u) for the voltage u and its derivative.
+    /// Returns q̇(u) for a voltage u and its derivative.
     fn charging<S: Differentiable>(u: S, rate: S) -> S {
         let [_, c2, c3] = Self::CAPACITORS;
         (S::from(c2) + (u * u).times(3.0 * c3)) * rate
@@ -283,7 +284,7 @@ impl CapacitorLoop {
         (u, [size * omega * cos, 2.0 * size * omega * sin * cos])
     }
 
-    /// Returns i.
+    /// Returns the current i.
     fn current(t: f64) -> f64 {
         let (u, rate) = Self::voltages(t);
         -Self::CAPACITORS[0] * rate[0] - Self::charging(u[0] - u[1], rate[0] - rate[1])

@@ -1,19 +1,19 @@
-//! Driven systems with exact solutions: several time scales, and discontinuities of the input.
+//! Driven systems with exact solutions. They have several time scales, or inputs with discontinuities.
 
 use super::Start;
 use super::dual::Differentiable;
 use super::equations::Equations;
 use myovib_dae::VariableKind;
 
-/// Three relaxation equations with rates 1, 10³ and 10⁶ that follow signals of frequencies 1, 5 and 20, and an
-/// algebraic unknown that depends on them.
+/// Three relaxation equations with the rates 1, 10³ and 10⁶, whose unknowns follow signals with the frequencies 1, 5
+/// and 20. An algebraic unknown depends on these unknowns.
 ///
 /// ```text
 /// ẏ_i = φ̇_i − λ_i (e_i + e_i³),   e_i = y_i − φ_i(t),   φ_i = sin ω_i t
 /// 0 = z + z³ − Σ y_i²
 /// ```
 ///
-/// Exact solution y_i = φ_i. Index 1.
+/// The exact solution is y_i = φ_i. The index is 1.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct TimeScales;
 
@@ -70,18 +70,18 @@ impl Equations for TimeScales {
     }
 }
 
-/// A two-stage low-pass filter driven by pulses with steep edges, and a nonlinear function of its output.
+/// A two-stage low-pass filter that is driven by pulses with steep edges, and a nonlinear function of its output.
 ///
 /// ```text
 /// τ1 ẏ1 = w(t) − y1,  τ2 ẏ2 = y1 − y2,  0 = z + z³ − y2
 /// ```
 ///
 /// w rises within 1 ms at t = 0.1, falls within 1 ms at 0.2, and jumps up at 0.3 and down at 0.302. The exact solution
-/// is computed piece by piece, since w is piecewise linear. The index is 1.
+/// is computed piece by piece, because w is piecewise linear. The index is 1.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pulses;
 
-/// Pieces of w: start time, initial value and slope; the last piece has no end.
+/// Pieces of w, each with its start time, initial value and slope. The last piece has no end.
 const PIECES: [(f64, f64, f64); 7] = [
     (0.0, 0.0, 0.0),
     (0.1, 0.0, 1e3),
@@ -93,7 +93,7 @@ const PIECES: [(f64, f64, f64); 7] = [
 ];
 
 impl Pulses {
-    /// τ1 and τ2, s.
+    /// Time constants τ1 and τ2, s.
     const TIMES: [f64; 2] = [3e-3, 2e-2];
 
     /// Returns the times at which w or its slope jumps.
@@ -107,10 +107,11 @@ impl Pulses {
         w + slope * (t - from)
     }
 
-    /// Returns y1 and y2 after a time `d`, starting from `y`, for linear w with initial value `w` and `slope`.
+    /// Returns y1 and y2 after the time `d` if they start from `y` and w is linear with the initial value `w` and the
+    /// slope `slope`.
     fn advance([y1, y2]: [f64; 2], (w, slope): (f64, f64), d: f64) -> [f64; 2] {
         let [a, b] = Self::TIMES;
-        // Particular solutions w − slope τ1 and w − slope (τ1 + τ2), plus decaying terms.
+        // The solution consists of the particular solutions w − slope τ1 and w − slope (τ1 + τ2) and of decaying terms.
         let (fast, slow) = (y1 - (w - slope * a), a / (a - b));
         let rest = y2 - (w - slope * (a + b)) - slow * fast;
         let (decay_a, decay_b) = ((-d / a).exp(), (-d / b).exp());

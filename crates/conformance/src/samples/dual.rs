@@ -1,8 +1,8 @@
-//! Dual numbers, which provide the derivatives of equations written once.
+//! Dual numbers, which differentiate equations that are written only once.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Scalar type of equations: f64, or a number with derivatives.
+/// Scalar type of equations: `f64`, or a number with derivatives.
 pub trait Differentiable:
     Copy
     + From<f64>
@@ -31,7 +31,7 @@ pub trait Differentiable:
     #[must_use]
     fn sqrt(self) -> Self;
 
-    /// Returns c x with a constant c.
+    /// Returns c x, where c is constant.
     #[must_use]
     fn times(self, c: f64) -> Self {
         self * Self::from(c)
@@ -60,22 +60,22 @@ impl Differentiable for f64 {
     }
 }
 
-/// Dual number x + ε x' with ε² = 0. Its parts may again be dual numbers, which provides second derivatives.
+/// Dual number x + ε x' with ε² = 0. Its parts may themselves be dual numbers, which provides second derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dual<S> {
-    /// x
+    /// The value x.
     pub value: S,
-    /// x'
+    /// The derivative x'.
     pub slope: S,
 }
 
 impl<S: Differentiable> Dual<S> {
-    /// Creates the number x with derivative `slope`.
+    /// Creates the number x with the derivative `slope`.
     pub fn new(value: S, slope: S) -> Self {
         Self { value, slope }
     }
 
-    /// Returns f(x), given its value and the slope f'(x).
+    /// Returns f(x), given the value f(x) and the slope f'(x).
     fn image(self, value: S, slope: S) -> Self {
         Self::new(value, slope * self.slope)
     }
@@ -157,7 +157,7 @@ impl<S: Differentiable> Differentiable for Dual<S> {
 mod tests {
     use super::*;
 
-    /// f = sin x · eˣ / √(1 + x²) − cos x, for any scalar type.
+    /// Evaluates f = sin x · eˣ / √(1 + x²) − cos x for any scalar type.
     fn function<S: Differentiable>(x: S) -> S {
         x.sin() * x.exp() / (S::from(1.0) + x * x).sqrt() - x.cos()
     }
@@ -168,7 +168,7 @@ mod tests {
         let one = |x| Dual::new(x, 1.0);
         let slope = function(one(x)).slope;
         let difference = (function(x + d) - function(x - d)) / (2.0 * d);
-        // The error of a central difference is d² plus rounding divided by d.
+        // The error of a central difference is about d², plus rounding errors divided by d.
         assert!((slope - difference).abs() < 1e-9, "{slope} {difference}");
         let twice = function(Dual::new(one(x), one(x)));
         let difference = (function(one(x + d)).slope - function(one(x - d)).slope) / (2.0 * d);

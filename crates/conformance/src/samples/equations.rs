@@ -1,10 +1,10 @@
-//! Problems whose equations are written once; dual numbers provide the Jacobian.
+//! Problems whose equations are written only once. Dual numbers provide the Jacobian.
 
 use super::dual::{Differentiable, Dual};
 use super::{Sample, Start};
 use myovib_dae::{Problem, StepError, VariableKind};
 
-/// F(t, y, ẏ) for any scalar type, and the properties of the variables of a [`Problem`].
+/// Function F(t, y, ẏ) for any scalar type, and the properties of the variables of a [`Problem`].
 pub trait Equations {
     /// Returns the number of equations and unknowns.
     fn n_unknowns(&self) -> usize;
@@ -21,13 +21,13 @@ pub trait Equations {
     /// Returns consistent initial values.
     fn start(&self) -> Start;
 
-    /// Returns the exact solution, if there is a closed form.
+    /// Returns the exact solution, if it is known in closed form.
     fn exact(&self, _t: f64) -> Option<Vec<f64>> {
         None
     }
 }
 
-/// The [`Problem`] defined by some [`Equations`], with a full Jacobian.
+/// [`Problem`] defined by some [`Equations`], with a full Jacobian.
 #[derive(Debug, Clone)]
 pub struct Differentiated<E> {
     equations: E,
@@ -65,7 +65,7 @@ impl<E: Equations> Problem for Differentiated<E> {
         Ok(())
     }
 
-    /// Computes one column at a time: the derivative of F along (a e_j, b e_j).
+    /// Computes the Jacobian by columns; column j is the derivative of F along (a e_j, b e_j).
     fn jacobian(
         &mut self,
         t: f64,

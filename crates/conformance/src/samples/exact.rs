@@ -8,8 +8,8 @@ use myovib_dae::{Problem, StepError, VariableKind};
 /// y2 − sin t = 0
 /// ```
 ///
-/// Exact solution: y1 = exp(−t) + t sin t, y2 = sin t. Note that ẏ2 occurs, although y2 is fixed
-/// by an algebraic equation. Usual interval: [0, 10].
+/// The exact solution is y1 = exp(−t) + t sin t, y2 = sin t. Note that ẏ2 occurs, although an algebraic equation
+/// determines y2. The usual interval is [0, 10].
 ///
 /// Source: K. E. Brenan, S. L. Campbell, L. R. Petzold, Numerical Solution of Initial-Value
 /// Problems in Differential-Algebraic Equations, chapter 4.
@@ -73,7 +73,7 @@ impl Problem for LinearIndex1 {
 ///  0 = y1² y2 − 1
 /// ```
 ///
-/// Exact solution: y1 = exp t, y2 = exp(−2t), z = exp 2t. Usual interval: [0, 1].
+/// The exact solution is y1 = exp t, y2 = exp(−2t), z = exp 2t. The usual interval is [0, 1].
 ///
 /// Source: L. Jay, Convergence of a class of Runge-Kutta methods for differential-algebraic
 /// systems of index 2, BIT 33 (1993), example 7.

@@ -3,8 +3,8 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use super::{Sample, Start};
 use myovib_dae::{Problem, StepError, VariableKind};
 
-/// The heat equation on the unit square, by central differences on an m × m grid; algebraic equations set the boundary
-/// values to zero.
+/// The heat equation on the unit square, discretized by central differences on an m × m grid. Algebraic equations set
+/// the boundary values to zero.
 ///
 /// ```text
 /// interior: u̇_ij = (u_{i−1,j} + u_{i+1,j} + u_{i,j−1} + u_{i,j+1} − 4 u_ij) / Δx²
@@ -12,7 +12,7 @@ use myovib_dae::{Problem, StepError, VariableKind};
 /// u(0) = 16 x (1 − x) y (1 − y)
 /// ```
 ///
-/// Unknown `j * m + i` is the value at (i Δx, j Δx), Δx = 1/(m − 1).
+/// The unknown `j * m + i` is the value at (i Δx, j Δx), where Δx = 1/(m − 1).
 ///
 /// Source: the IDA example idaHeat2D_klu of SUNDIALS, with m = 10.
 #[derive(Debug, Clone, Copy)]
@@ -21,10 +21,10 @@ pub struct Heat2d {
 }
 
 impl Heat2d {
-    /// Creates a grid with `m` points on each side.
+    /// Creates a grid with `m` points along each side.
     ///
     /// # Panics
-    /// Panics if m < 3, because the grid would have no interior.
+    /// Panics if m < 3, because the grid would have no interior points.
     pub fn new(m: usize) -> Self {
         assert!(m >= 3, "a grid of {m} points on a side has no interior");
         Self { m }
@@ -46,8 +46,8 @@ impl Heat2d {
         self.inverse_square_spacing() * (neighbors - 4.0 * u[k])
     }
 
-    /// Returns the equations that contain unknown k, in ascending order: equation k and the equations of the interior
-    /// neighbors.
+    /// Returns the indices of the equations that contain the unknown k, in ascending order. These are equation k and
+    /// the equations of its interior neighbors.
     fn rows_of_column(&self, k: usize) -> impl Iterator<Item = usize> {
         let (m, i) = (self.m, k % self.m);
         let left = (i > 0).then(|| k - 1);

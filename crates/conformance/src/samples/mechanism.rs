@@ -1,4 +1,4 @@
-//! Mechanical systems with constraints, defined by their inertia, forces and constraints.
+//! Mechanical systems, each defined by its inertia, forces and constraints.
 
 use super::dual::{Differentiable, Dual};
 use super::equations::Equations;
@@ -26,7 +26,7 @@ pub trait Mechanism {
     fn start(&self) -> (Vec<f64>, Vec<f64>);
 }
 
-/// Equations of a mechanism with its constraints in one of four forms.
+/// Equations of a mechanism, with the constraints in one of four forms.
 ///
 /// ```text
 /// q̇ = v,  M v̇ = f − Gᵀ λ,
@@ -36,7 +36,7 @@ pub trait Mechanism {
 /// stabilized: g = 0 and G v = 0, with q̇ = v − Gᵀ μ
 /// ```
 ///
-/// Unknowns (q, v, λ), then μ in the stabilized form.
+/// The unknowns are (q, v, λ), followed by μ in the stabilized form.
 #[derive(Debug, Clone, Copy)]
 pub struct Constrained<M> {
     mechanism: M,
@@ -44,7 +44,7 @@ pub struct Constrained<M> {
 }
 
 impl<M: Mechanism> Constrained<M> {
-    /// Creates the equations of `mechanism` in one of four forms.
+    /// Creates the equations of `mechanism`, with the constraints in the given form.
     pub fn new(mechanism: M, form: MechanicalForm) -> Self {
         Self { mechanism, form }
     }
@@ -88,7 +88,7 @@ impl<M: Mechanism> Constrained<M> {
     }
 
     /// Returns the accelerations and multipliers that satisfy the equations of index 1 at (q, v). These equations are
-    /// linear.
+    /// linear in the accelerations and multipliers.
     fn accelerations(&self, q: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (n, m) = (q.len(), self.mechanism.n_constraints());
         let residual = |unknowns: &[f64]| {
@@ -181,7 +181,7 @@ impl<M: Mechanism> Equations for Constrained<M> {
     }
 }
 
-/// Solves a linear system by elimination with row pivots.
+/// Solves a linear system by elimination with row pivoting.
 fn eliminate(mut matrix: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Vec<f64> {
     let n = rhs.len();
     for k in 0..n {

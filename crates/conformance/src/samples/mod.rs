@@ -1,7 +1,8 @@
 //! Test problems from the literature, with initial values and exact solutions.
 //!
-//! Each is a [`Sample`]: a [`Problem`] with consistent initial values and the exact solution if it is known in closed
-//! form. Reference values for the other problems are in `data/references/` of the repository, with their origin.
+//! Each problem is a [`Sample`]: a [`Problem`] with consistent initial values and, if it is known in closed form, the
+//! exact solution. For the other problems, `data/references/` in the repository contains reference values and their
+//! origin.
 //!
 //! | problem | index | unknowns | kind |
 //! |---|---|---|---|
@@ -61,24 +62,24 @@ use myovib_dae::{Differenced, Parameter};
 pub struct Start {
     /// Initial time.
     pub t: f64,
-    /// y(t).
+    /// Initial values y(t).
     pub y: Vec<f64>,
-    /// ẏ(t).
+    /// Initial derivatives ẏ(t).
     pub y_dot: Vec<f64>,
 }
 
-/// A problem with consistent initial values and, optionally, an exact solution.
+/// Problem with consistent initial values and, optionally, an exact solution.
 pub trait Sample: Problem {
     /// Returns consistent initial values.
     fn start(&self) -> Start;
 
-    /// Returns the exact solution y(t), if there is a closed form.
+    /// Returns the exact solution y(t), if it is known in closed form.
     fn exact(&self, _t: f64) -> Option<Vec<f64>> {
         None
     }
 }
 
-/// A sample that depends on parameters, with its sensitivities in closed form.
+/// Sample that depends on parameters and whose sensitivities are known in closed form.
 pub trait ParametricSample: Sample {
     /// Returns the parameters.
     fn parameters(&self) -> Vec<Parameter>;
@@ -86,10 +87,10 @@ pub trait ParametricSample: Sample {
     /// Sets parameter j.
     fn set(&mut self, j: usize, value: f64);
 
-    /// Returns ∂y/∂p_j at t; at the start, the sensitivity of the initial values.
+    /// Returns ∂y/∂p_j at time t. At the start, this is the sensitivity of the initial values.
     fn exact_sensitivity(&self, j: usize, t: f64) -> Vec<f64>;
 
-    /// Returns the parameters, with ∂F/∂p computed by differences.
+    /// Returns the parameters, with ∂F/∂p computed by difference quotients.
     fn differenced(&self) -> Differenced<Self>
     where
         Self: Sized + 'static,
@@ -99,22 +100,22 @@ pub trait ParametricSample: Sample {
     }
 }
 
-/// Form of the constraints of a mechanical system.
+/// Form in which the constraints of a mechanical system are stated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum MechanicalForm {
-    /// The constraint g(p, t) = 0 itself: index 3.
+    /// The constraint g(p, t) = 0 itself. The index is 3.
     Index3,
-    /// The first derivative G v + g_t = 0 instead of g = 0: index 2; positions drift.
+    /// The first derivative G v + g_t = 0 instead of g = 0. The index is 2, and positions drift.
     Index2,
-    /// The second derivative instead of g = 0: index 1; positions and velocities drift.
+    /// The second derivative instead of g = 0. The index is 1, and positions and velocities drift.
     Index1,
-    /// Both g = 0 and G v + g_t = 0, with multipliers μ in ṗ = v + Gᵀμ (Gear, Gupta, Leimkuhler 1985): index 2.
+    /// Both g = 0 and G v + g_t = 0, with multipliers μ in ṗ = v + Gᵀμ (Gear, Gupta, Leimkuhler 1985). The index is 2.
     Stabilized,
 }
 
 impl MechanicalForm {
-    /// Returns the perturbation indices of n_p positions, n_p velocities and n_c multipliers (twice
-    /// as many in the stabilized form).
+    /// Returns the perturbation indices of n_p positions, n_p velocities and n_c multipliers (2 n_c multipliers in the
+    /// stabilized form).
     fn indices(self, n_p: usize, n_c: usize) -> Vec<u8> {
         let (velocity, multiplier) = match self {
             Self::Index3 => (2, 3),
@@ -129,7 +130,7 @@ impl MechanicalForm {
     }
 }
 
-/// Values of a full n × n matrix a ∂F/∂y + b ∂F/∂ẏ, initially zero, to which entries are added.
+/// Values of a full n × n matrix a ∂F/∂y + b ∂F/∂ẏ. The matrix is initially zero, and entries are added to it.
 struct FullMatrix<'a> {
     n: usize,
     values: &'a mut [f64],

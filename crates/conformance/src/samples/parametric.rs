@@ -1,10 +1,11 @@
-//! Systems of index 0, 1 and 2 with parameters, whose solutions are known in closed form.
+//! Systems of index 0, 1 and 2 that have parameters and whose solutions are known in closed form.
 
 use super::{FullMatrix, ParametricSample, Sample, Start};
 use myovib_dae::Parameter;
 use myovib_dae::{Problem, StepError, VariableKind};
 
-/// Oscillator ẋ = v, v̇ = −ω² x from (1, 0), with the solution x = cos ωt, v = −ω sin ωt. The parameter is ω.
+/// Oscillator ẋ = v, v̇ = −ω² x, starting from (1, 0). The solution is x = cos ωt, v = −ω sin ωt, and the parameter is
+/// ω.
 #[derive(Debug, Clone, Copy)]
 pub struct Oscillator {
     /// The angular frequency ω.
@@ -53,14 +54,14 @@ impl Problem for Oscillator {
     }
 }
 
-/// A linear system of index 1, starting from y = 1:
+/// A linear system of index 1 that starts from y = 1:
 ///
 /// ```text
 /// ẏ + p y − z = 0
 /// z − q cos t = 0
 /// ```
 ///
-/// y = (1 − q p/(1 + p²)) e^(−pt) + q (p cos t + sin t)/(1 + p²). Parameters: p and q.
+/// The solution is y = (1 − q p/(1 + p²)) e^(−pt) + q (p cos t + sin t)/(1 + p²). The parameters are p and q.
 #[derive(Debug, Clone, Copy)]
 pub struct ScaledLinear {
     /// The rate p.
@@ -99,7 +100,7 @@ impl ParametricSample for ScaledLinear {
         let Self { p, q } = *self;
         let (sin, cos) = t.sin_cos();
         let (d, decay) = (1.0 + p * p, (-p * t).exp());
-        // d/dp of p/(1 + p²) is (1 − p²)/(1 + p²)².
+        // The derivative of p/(1 + p²) is (1 − p²)/(1 + p²)².
         let slope = (1.0 - p * p) / (d * d);
         match j {
             0 => vec![
@@ -128,7 +129,7 @@ impl Problem for ScaledLinear {
     }
 }
 
-/// [`JayIndex2`](super::JayIndex2) with a scale c of its first variable and a rate w:
+/// The system [`JayIndex2`](super::JayIndex2) with a scale c for its first variable and a rate w:
 ///
 /// ```text
 /// ẏ1 = w y1 y2 z
@@ -136,7 +137,8 @@ impl Problem for ScaledLinear {
 ///  0 = y1² y2 − c²
 /// ```
 ///
-/// y1 = c exp wt, y2 = exp(−2wt), z = exp 2wt. The parameters are c, on which the initial values depend, and w.
+/// The solution is y1 = c exp wt, y2 = exp(−2wt), z = exp 2wt. The parameters are c, on which the initial values
+/// depend, and w.
 #[derive(Debug, Clone, Copy)]
 pub struct ScaledJay {
     /// The scale c.
@@ -242,8 +244,8 @@ mod tests {
     use super::*;
     use crate::samples::{MechanicalForm, Pendulum};
 
-    /// Compares sensitivities with central differences of the exact solution. For δ = 1e-5, truncation δ² y'''/6 and
-    /// rounding ε/δ are both below 1e-8 of values up to about 100.
+    /// Compares sensitivities with central differences of the exact solution. For δ = 1e-5, the truncation error δ²
+    /// y'''/6 and the rounding error ε/δ are both below 1e-8 times values of up to about 100.
     fn closed_forms_agree<S: ParametricSample + Copy>(sample: S, t: f64) {
         for (j, parameter) in sample.parameters().iter().enumerate() {
             let delta = 1e-5;
@@ -272,7 +274,7 @@ mod tests {
         }
     }
 
-    /// ẏ of the exact solution is computed by central differences, with errors as above.
+    /// The derivative ẏ of the exact solution is computed by central differences, with the same errors as above.
     #[test]
     fn exact_solutions_solve_their_equations() {
         fn check<S: ParametricSample>(mut sample: S) {

@@ -14,11 +14,11 @@ use myovib_dae::{Problem, StepError, VariableKind};
 /// stabilized: both, with ẋ = u − μ x, ẏ = v − μ y
 /// ```
 ///
-/// Unknowns (x, y, u, v, λ), then μ in the stabilized form. Exact solution by elliptic functions:
-/// θ = 2 asin(k sn(K − w t, k)) with w = √(g/ℓ) and k = sin(π/4), x = ℓ sin θ, y = −ℓ cos θ,
-/// λ = 3 g cos θ/ℓ, μ = 0; θ̇ = −2 k w cn(K − w t, k).
+/// The unknowns are (x, y, u, v, λ), followed by μ in the stabilized form. The exact solution contains elliptic
+/// functions: θ = 2 asin(k sn(K − w t, k)) with w = √(g/ℓ) and k = sin(π/4), x = ℓ sin θ, y = −ℓ cos θ, λ = 3 g cos
+/// θ/ℓ, μ = 0; θ̇ = −2 k w cn(K − w t, k).
 ///
-/// Parameters: ℓ and g.
+/// The parameters are ℓ and g.
 ///
 /// Source: the textbook example of constrained mechanics, for instance Hairer & Wanner, Solving
 /// Ordinary Differential Equations II, VII.1.
@@ -30,12 +30,12 @@ pub struct Pendulum {
 }
 
 impl Pendulum {
-    /// Creates the pendulum of length 1 under a gravity of 9.81, with its constraint in the given form.
+    /// Creates a pendulum of length 1 under a gravity of 9.81, with the constraint in the given form.
     pub fn new(form: MechanicalForm) -> Self {
         Self { form, length: 1.0, gravity: 9.81 }
     }
 
-    /// Returns the pendulum with length ℓ and gravity g.
+    /// Returns the same pendulum with the length ℓ and the gravity g.
     #[must_use]
     pub fn with(self, length: f64, gravity: f64) -> Self {
         Self { length, gravity, ..self }
@@ -45,7 +45,7 @@ impl Pendulum {
         self.form == MechanicalForm::Stabilized
     }
 
-    /// Returns μ, or zero if it is not an unknown.
+    /// Returns μ, or zero if μ is not an unknown.
     fn mu(&self, y: &[f64]) -> f64 {
         if self.is_stabilized() { y[5] } else { 0.0 }
     }
@@ -56,7 +56,7 @@ impl Sample for Pendulum {
         let mut start = Start {
             t: 0.0,
             y: vec![self.length, 0.0, 0.0, 0.0, 0.0],
-            // λ̇ = −3 g θ̇ sin θ/ℓ = 0.
+            // The derivative λ̇ = −3 g θ̇ sin θ/ℓ is 0 at rest.
             y_dot: vec![0.0, 0.0, 0.0, -self.gravity, 0.0],
         };
         start.y.resize(self.n_unknowns(), 0.0);
@@ -101,7 +101,8 @@ impl ParametricSample for Pendulum {
         }
     }
 
-    /// θ depends only on w t. With w' = dw/dp, dθ/dp = w' t θ̇/w and dθ̇/dp = w' (θ̇ + t θ̈)/w, where θ̈ = −w² sin θ.
+    /// The angle θ depends only on w t. With w' = dw/dp, dθ/dp = w' t θ̇/w and dθ̇/dp = w' (θ̇ + t θ̈)/w, where θ̈ =
+    /// −w² sin θ.
     fn exact_sensitivity(&self, j: usize, t: f64) -> Vec<f64> {
         let (l, g, w) = (self.length, self.gravity, self.frequency());
         let (of_l, of_g, relative) = match j {
@@ -203,7 +204,7 @@ impl Problem for Pendulum {
         2
     }
 
-    /// Evaluates the constraints on the length and its rate, in all forms.
+    /// Evaluates the constraints on the length and its rate in all forms.
     fn constraints(&mut self, _: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
         out[0] = y[0] * y[0] + y[1] * y[1] - self.length * self.length;
         out[1] = y[0] * y[2] + y[1] * y[3];
@@ -215,8 +216,8 @@ impl Problem for Pendulum {
     }
 }
 
-/// Returns the arithmetic-geometric means a_i of 1 and √(1 − k²), with c_i = (a_{i−1} − b_{i−1})/2,
-/// until c consists of rounding errors (the convergence is quadratic: eight iterations are sufficient).
+/// Returns the arithmetic-geometric means a_i of 1 and √(1 − k²), with c_i = (a_{i−1} − b_{i−1})/2, until c consists
+/// only of rounding errors. The convergence is quadratic, so eight iterations are sufficient.
 fn means(k: f64) -> Vec<(f64, f64)> {
     let (mut a, mut b) = (1.0_f64, (1.0 - k * k).sqrt());
     let mut pairs = vec![(a, k)];
@@ -234,8 +235,8 @@ fn quarter_period(k: f64) -> f64 {
     std::f64::consts::FRAC_PI_2 / pairs[pairs.len() - 1].0
 }
 
-/// Returns Jacobi's sn(w, k) and cn(w, k), computed by descending Landen transformations (Abramowitz & Stegun 16.4):
-/// φ_n = 2ⁿ a_n w, then sin(2 φ_{i−1} − φ_i) = (c_i / a_i) sin φ_i down to φ_0.
+/// Returns Jacobi's sn(w, k) and cn(w, k), which are computed by descending Landen transformations (Abramowitz & Stegun
+/// 16.4): φ_n = 2ⁿ a_n w, then sin(2 φ_{i−1} − φ_i) = (c_i / a_i) sin φ_i down to φ_0.
 fn jacobi_sn_cn(w: f64, k: f64) -> (f64, f64) {
     let pairs = means(k);
     let n = pairs.len() - 1;

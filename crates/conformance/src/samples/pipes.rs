@@ -11,27 +11,27 @@ use myovib_dae::VariableKind;
 /// Σ_in q − Σ_out q = demand(t) at each junction
 /// ```
 ///
-/// Levels h in m (the pressure of a tank is ρ g h), flows q in m³/s, pressures p of the junctions in Pa. Without
-/// inertia the index is 1; with inertia the pressures have index 2. The unknowns are (h, q, p). The system starts at
-/// rest, and the demand rises and falls smoothly.
+/// The unknowns (h, q, p) are the levels h (m) of the tanks, the flows q (m³/s), and the pressures p (Pa) at the
+/// junctions. The pressure of a tank is ρ g h. Without inertia, the index is 1; with inertia, the pressures have index
+/// 2. The system starts at rest, and the demand rises and falls smoothly.
 #[derive(Debug, Clone, Copy)]
 pub struct Pipes {
     inertia: bool,
 }
 
-/// Start and end of each pipe: 0 and 1 are the tanks, 2 to 4 the junctions.
+/// Start and end of each pipe. The tanks are 0 and 1, and the junctions are 2 to 4.
 const PIPES: [(usize, usize); 6] = [(0, 2), (0, 3), (1, 3), (1, 4), (2, 3), (3, 4)];
-/// r, Pa s²/m⁶.
+/// Friction coefficients r, Pa s²/m⁶.
 const FRICTION: [f64; 6] = [4e6, 9e6, 6e6, 5e6, 2e7, 3e7];
-/// ℓ, Pa s²/m³.
+/// Inertia coefficients ℓ, Pa s²/m³.
 const INERTIA: [f64; 6] = [3e5, 6e5, 5e5, 4e5, 1e6, 8e5];
-/// A, m².
+/// Cross-sectional areas A of the tanks, m².
 const AREAS: [f64; 2] = [2.0, 3.0];
-/// ρ g, Pa/m.
+/// Specific weight ρ g, Pa/m.
 const WEIGHT: f64 = 9810.0;
-/// The level at rest, m.
+/// Level of the tanks at rest, m.
 const LEVEL: f64 = 10.0;
-/// Flow ε in m³/s, below which friction is linear.
+/// Flow ε below which friction is linear, m³/s.
 const LAMINAR: f64 = 1e-3;
 
 impl Pipes {
@@ -56,7 +56,7 @@ impl Equations for Pipes {
 
     fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let (levels, flows, pressures) = (&y[..2], &y[2..8], &y[8..]);
-        // Net outflow of each node through the pipes.
+        // Net flow from each node into the pipes.
         let mut loss = [S::from(0.0); 5];
         for (&(from, to), &q) in PIPES.iter().zip(flows) {
             loss[from] = loss[from] + q;

@@ -6,16 +6,16 @@ use super::mechanism::Mechanism;
 /// Gravity, m/s².
 const G: f64 = 9.81;
 
-/// A slider-crank: a rod connects the pin of a rotating crank to a slider on the x-axis; a spring and a damper act on
+/// A slider-crank: a rod connects the pin of a rotating crank to a slider on the x-axis. A spring and a damper act on
 /// the slider.
 ///
-/// Positions (φ, x, y, θ, s): angle of the crank, center and angle of the rod, position of the slider. The ends of the
-/// rod coincide with the pin and the slider, which gives four constraints.
+/// The positions are (φ, x, y, θ, s): the angle of the crank, the center and angle of the rod, and the position of the
+/// slider. The ends of the rod coincide with the pin and the slider, which gives four constraints.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SliderCrank;
 
 impl SliderCrank {
-    /// Lengths of crank and rod, m.
+    /// Lengths of the crank and the rod, m.
     const LENGTHS: [f64; 2] = [0.15, 0.4];
     /// Moment of inertia of the crank about its bearing, kg m².
     const CRANK: f64 = 2e-3;
@@ -23,7 +23,7 @@ impl SliderCrank {
     const ROD: f64 = 0.6;
     /// Mass of the slider, kg.
     const SLIDER: f64 = 0.9;
-    /// Stiffness in N/m, damping in N s/m and rest position in m of the slider's spring.
+    /// Stiffness (N/m), damping (N s/m) and rest position (m) of the spring and the damper at the slider.
     const SPRING: [f64; 3] = [800.0, 2.0, 0.35];
 }
 
@@ -60,7 +60,7 @@ impl Mechanism for SliderCrank {
         out[3] = q[2] + half_y;
     }
 
-    /// The crank is at 1 rad and turns at 12 rad/s.
+    /// Returns a state in which the crank is at 1 rad and turns at 12 rad/s.
     fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let [crank, rod] = Self::LENGTHS;
         let (phi, speed) = (1.0_f64, 12.0);
@@ -76,21 +76,22 @@ impl Mechanism for SliderCrank {
     }
 }
 
-/// A four-bar linkage released at rest: crank, coupler and rocker between bearings at (0, 0) and
-/// (d, 0), under gravity, with a damped bearing.
+/// A four-bar linkage: a crank, a coupler and a rocker between bearings at (0, 0) and (d, 0), of which one is damped.
+/// The linkage is released at rest and moves under gravity.
 ///
-/// Positions (x, y, θ) of the center of each bar: nine, with two constraints for each of four joints.
+/// The nine positions are (x, y, θ) of each bar, where (x, y) is the center. Each of the four joints gives two
+/// constraints.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FourBar;
 
 impl FourBar {
-    /// Lengths of crank, coupler and rocker, m.
+    /// Lengths of the crank, the coupler and the rocker, m.
     const LENGTHS: [f64; 3] = [0.3, 0.9, 0.7];
-    /// Distance of the bearings, m.
+    /// Distance between the bearings, m.
     const BASE: f64 = 0.8;
     /// Mass per length of the bars, kg/m.
     const DENSITY: f64 = 2.0;
-    /// Damping in the crank's bearing, N m s.
+    /// Damping in the bearing of the crank, N m s.
     const DAMPING: f64 = 0.02;
 }
 
@@ -122,7 +123,7 @@ impl Mechanism for FourBar {
     }
 
     fn constraint<S: Differentiable>(&self, q: &[S], out: &mut [S]) {
-        // Ends of bar k: its center plus and minus half of the bar.
+        // The ends of bar k are its center plus and minus half of the bar.
         let end = |bar: usize, sign: f64| {
             let (q, half) = (&q[3 * bar..], 0.5 * sign * Self::LENGTHS[bar]);
             [q[0] + q[2].cos().times(half), q[1] + q[2].sin().times(half)]
@@ -140,7 +141,7 @@ impl Mechanism for FourBar {
         }
     }
 
-    /// The crank at 1.2 rad.
+    /// Returns a state in which the crank is at 1.2 rad.
     fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let [crank, coupler, rocker] = Self::LENGTHS;
         let (bearing, far) = ([0.0, 0.0], [Self::BASE, 0.0]);
@@ -155,12 +156,12 @@ impl Mechanism for FourBar {
     }
 }
 
-/// A linkage with three loops through one joint, driven by a torque against a stiff spring. It has
-/// the difficulties of Andrews' squeezing mechanism, with different data.
+/// A linkage with three loops through one joint. A torque drives the linkage against a stiff spring. The problem has
+/// the same difficulties as Andrews' squeezing mechanism, but different data.
 ///
-/// Positions are the absolute angles q of five uniform bars. A crank (0) and a bar (1) reach the joint P from the
-/// origin, a rocker (2) from A, and two bars (3, 4) from B: that all three chains meet at P gives four constraints. A
-/// spring pulls the elbow of the last two bars to C.
+/// The positions are the absolute angles q of five uniform bars. Three chains connect the joint P to fixed points: a
+/// crank (0) and a bar (1) to the origin, a rocker (2) to A, and two bars (3, 4) to B. The condition that the chains
+/// meet at P gives four constraints. A spring pulls the elbow of the last two bars toward C.
 ///
 /// ```text
 /// T = ½ Σ a_ij cos(q_i − q_j) q̇_i q̇_j
@@ -173,16 +174,16 @@ impl Press {
     const LENGTHS: [f64; 5] = [0.008, 0.03, 0.035, 0.02, 0.025];
     /// Masses of the bars, kg.
     const MASSES: [f64; 5] = [0.05, 0.02, 0.03, 0.02, 0.025];
-    /// A, B and C, m.
+    /// Positions of A, B and C, m.
     const PLACES: [[f64; 2]; 3] = [[0.02, -0.03], [-0.012, 0.015], [-0.04, 0.02]];
-    /// Pairs of bars of which the outer is attached to the inner: (inner, outer).
+    /// Pairs (inner, outer) of bars in which the outer bar is attached to the inner bar.
     const CHAINS: [(usize, usize); 2] = [(0, 1), (3, 4)];
-    /// Driving torque of the crank, N m.
+    /// Torque that drives the crank, N m.
     const TORQUE: f64 = 0.04;
-    /// Stiffness in N/m and rest length in m of the spring.
+    /// Stiffness (N/m) and rest length (m) of the spring.
     const SPRING: [f64; 2] = [4000.0, 0.012];
 
-    /// Returns a_ij.
+    /// Returns the coefficient a_ij.
     fn coefficient(i: usize, j: usize) -> f64 {
         let moment = |k: usize| Self::MASSES[k] * Self::LENGTHS[k];
         if i == j {
@@ -227,7 +228,7 @@ impl Mechanism for Press {
             }
         }
         out[0] = out[0] + S::from(Self::TORQUE);
-        // The spring from C to the elbow B + bar 3.
+        // The spring connects C to the elbow at B + bar 3.
         let [_, b, c] = Self::PLACES;
         let [stiffness, rest] = Self::SPRING;
         let bar = Self::bar(q, 3);
@@ -247,7 +248,7 @@ impl Mechanism for Press {
         }
     }
 
-    /// At rest, with the crank at 0.3 rad.
+    /// Returns a state at rest in which the crank is at 0.3 rad.
     fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let [a, b, _] = Self::PLACES;
         let length = Self::LENGTHS;
@@ -261,8 +262,8 @@ impl Mechanism for Press {
     }
 }
 
-/// Returns the intersection of two circles (center, radius) on the left side of the line from the
-/// first center to the second.
+/// Returns the intersection of two circles, each given by its center and radius. Of the two intersections, it is the
+/// one to the left of the line from the first center to the second.
 fn meeting((p, r): ([f64; 2], f64), (q, s): ([f64; 2], f64)) -> [f64; 2] {
     let (dx, dy) = (q[0] - p[0], q[1] - p[1]);
     let distance = dx.hypot(dy);

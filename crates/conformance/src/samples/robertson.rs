@@ -1,8 +1,7 @@
 use super::{Sample, Start};
 use myovib_dae::{Problem, StepError, VariableKind};
 
-/// Robertson's chemical kinetics, very stiff, with the conservation of mass as an algebraic
-/// equation.
+/// Robertson's chemical kinetics, which are very stiff, with the conservation of mass as an algebraic equation.
 ///
 /// ```text
 /// ẏ1 = −0.04 y1 + 1e4 y2 y3
@@ -16,7 +15,7 @@ use myovib_dae::{Problem, StepError, VariableKind};
 pub struct Robertson;
 
 impl Sample for Robertson {
-    /// All mass in the first species.
+    /// Returns a state in which all mass is in the first species.
     fn start(&self) -> Start {
         Start { t: 0.0, y: vec![1.0, 0.0, 0.0], y_dot: vec![-0.04, 0.04, 0.0] }
     }

@@ -1,4 +1,4 @@
-//! Spatial mechanisms, one with holonomic constraints and one with a nonholonomic constraint.
+//! Spatial mechanisms: two with holonomic constraints and one with a nonholonomic constraint.
 
 use super::Start;
 use super::dual::Differentiable;
@@ -9,9 +9,9 @@ use myovib_dae::VariableKind;
 /// Gravity, m/s².
 const G: f64 = 9.81;
 
-/// Two masses on rods with spherical joints, the second hanging from the first, in Cartesian coordinates.
+/// Two masses on rods with spherical joints, in Cartesian coordinates. The second mass hangs from the first.
 ///
-/// Positions (x1, y1, z1, x2, y2, z2), constraints |p1|² = l1² and |p2 − p1|² = l2².
+/// The positions are (x1, y1, z1, x2, y2, z2), and the constraints are |p1|² = l1² and |p2 − p1|² = l2².
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SphericalPendulums;
 
@@ -50,8 +50,8 @@ impl Mechanism for SphericalPendulums {
         out[1] = (square(between) - S::from(l2 * l2)).times(0.5);
     }
 
-    /// Both rods are horizontal and perpendicular to each other. Each mass moves perpendicular to its rod, relative to the
-    /// other end of the rod.
+    /// Returns a state in which both rods are horizontal and perpendicular to each other. Each mass moves
+    /// perpendicularly to its rod, relative to the other end of the rod.
     fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let [l1, l2] = Self::LENGTHS;
         let positions = vec![l1, 0.0, 0.0, l1, l2, 0.0];
@@ -59,14 +59,14 @@ impl Mechanism for SphericalPendulums {
     }
 }
 
-/// Seven charges that repel each other on the unit sphere, with damping: they come to rest at large distances from each
+/// Seven charges that repel each other on the unit sphere, with damping. They come to rest at large distances from each
 /// other, as in the computation of Fekete points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Charges;
 
 impl Charges {
     const NUMBER: usize = 7;
-    /// Damping for a mass of 1, 1/s.
+    /// Damping coefficient per unit mass, 1/s.
     const DAMPING: f64 = 0.5;
 }
 
@@ -108,7 +108,7 @@ impl Mechanism for Charges {
         }
     }
 
-    /// Returns positions on a spiral from pole to pole, and zero velocities.
+    /// Returns positions on a spiral from pole to pole and zero velocities.
     fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let place = |i: usize| {
             let height = (2.0 * i as f64 + 1.0) / Self::NUMBER as f64 - 1.0;
@@ -120,16 +120,16 @@ impl Mechanism for Charges {
     }
 }
 
-/// A rotating skate on an inclined plane: a knife edge that cannot slide sideways.
+/// A rotating skate on an inclined plane. It is a knife edge that cannot slide sideways.
 ///
 /// ```text
 /// ẋ = u, ẏ = v, φ̇ = ω,  u̇ = γ + λ sin φ,  v̇ = −λ cos φ,  ω̇ = 0
 /// u sin φ − v cos φ = 0
 /// ```
 ///
-/// The constraint is on velocities and cannot be integrated: index 2. Unknowns (x, y, φ, u, v, ω, λ).
-/// Exact solution: φ = ω t, speed γ sin φ/ω along the edge, x = γ sin² φ/(2ω²),
-/// y = γ (φ − sin φ cos φ)/(2ω²), λ = −2 γ sin φ.
+/// The constraint on the velocities cannot be integrated, so the index is 2. The unknowns are (x, y, φ, u, v, ω, λ).
+/// The exact solution is φ = ω t, with the speed γ sin φ/ω along the edge, x = γ sin² φ/(2ω²), y = γ (φ − sin φ cos
+/// φ)/(2ω²), λ = −2 γ sin φ.
 ///
 /// Source: the textbook example of a nonholonomic system, for instance A. M. Bloch, Nonholonomic
 /// Mechanics and Control, 1.6.

@@ -1,11 +1,12 @@
-//! Switching circuits: diodes that block, gates under pulses, and a pump whose current jumps.
+//! Switching circuits: diodes that block, gates that are driven by pulses, and a pump whose current jumps.
 
 use super::Start;
 use super::dual::Differentiable;
 use super::equations::Equations;
 use myovib_dae::VariableKind;
 
-/// Piecewise linear signal through points (t, value), constant outside them.
+/// Piecewise linear signal through the points (t, value). The signal is constant before the first and after the last
+/// point.
 #[derive(Debug, Clone, Copy)]
 struct Polyline(&'static [(f64, f64)]);
 
@@ -39,21 +40,21 @@ fn diode<S: Differentiable>([saturation, thermal]: [f64; 2], u: S) -> S {
 /// j(u) = I_s (exp(u/U_T) − 1) + G u
 /// ```
 ///
-/// Unknowns (i, p, a, b). The index is 1. While all diodes block, only G determines a and b, and the system is close to
-/// index 2.
+/// The unknowns are (i, p, a, b). The index is 1. While all diodes block, only G determines a and b, and the system is
+/// nearly of index 2.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Bridge;
 
 impl Bridge {
-    /// Amplitude in V and angular frequency in 1/s.
+    /// Amplitude (V) and angular frequency (1/s) of the source.
     const SOURCE: [f64; 2] = [12.0, 100.0 * std::f64::consts::PI];
-    /// L in H and R in Ω.
+    /// L (H) and R (Ω).
     const CHOKE: [f64; 2] = [2e-3, 1.0];
-    /// C in F and R_l in Ω.
+    /// C (F) and R_l (Ω).
     const LOAD: [f64; 2] = [4e-4, 100.0];
-    /// I_s in A and U_T in V.
+    /// I_s (A) and U_T (V).
     const DIODE: [f64; 2] = [1e-8, 0.05];
-    /// G, S.
+    /// Conductance G, S.
     const LEAK: f64 = 1e-6;
 
     fn branch<S: Differentiable>(u: S) -> S {
@@ -93,20 +94,20 @@ impl Equations for Bridge {
     }
 }
 
-/// Four inverters in a row with a common supply whose voltage drops under load, driven by pulses with finite edges;
-/// time in ns.
+/// Four inverters in a row, driven by pulses whose edges have a finite slope. The voltage of their common supply drops
+/// under load. The unit of time is ns.
 ///
 /// ```text
 /// C u̇_k = (s − u_k)/R − K max(u_{k−1} − U_t, 0)² u_k/(u_k + U_s),  u_0 = w(t)
 /// 0 = (U − s)/R_s − Σ (s − u_k)/R
 /// ```
 ///
-/// Unknowns (u_1 … u_4, s). Index 1. The second derivative of the current jumps when a gate opens.
+/// The unknowns are (u_1 … u_4, s). The index is 1. The second derivative of the current jumps when a gate opens.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Inverters;
 
 impl Inverters {
-    /// w, V over ns.
+    /// Input w (V) as a function of time (ns).
     const INPUT: Polyline = Polyline(&[
         (5.0, 0.0),
         (5.2, 5.0),
@@ -117,23 +118,23 @@ impl Inverters {
         (20.0, 5.0),
         (20.2, 0.0),
     ]);
-    /// U, U_t and U_s, V.
+    /// Voltages U, U_t and U_s, V.
     const VOLTAGES: [f64; 3] = [5.0, 1.0, 0.5];
-    /// R and R_s, kΩ.
+    /// Resistances R and R_s, kΩ.
     const RESISTORS: [f64; 2] = [10.0, 0.2];
-    /// C, pF.
+    /// Capacitance C, pF.
     const CAPACITY: f64 = 0.05;
-    /// K, mA/V².
+    /// Gain K, mA/V².
     const GAIN: f64 = 0.3;
     /// Initial values of the outputs, V.
     const OUTPUTS: [f64; 4] = [4.8, 0.1, 4.8, 0.1];
 
-    /// Returns the times at which the slope of the input jumps, ns.
+    /// Returns the times (ns) at which the slope of the input jumps.
     pub fn breakpoints(&self) -> Vec<f64> {
         Self::INPUT.breakpoints()
     }
 
-    /// Returns the current that charges output k, minus the current through the gate.
+    /// Returns the current that charges an output, minus the current through its gate.
     fn charging<S: Differentiable>(supply: S, gate: S, output: S) -> S {
         let [_, threshold, soft] = Self::VOLTAGES;
         let over = gate - S::from(threshold);
@@ -188,7 +189,7 @@ impl Equations for Inverters {
 }
 
 /// A source of piecewise linear voltage with a linear capacitor in parallel and a nonlinear capacitor in series,
-/// followed by a diode and a load; time in µs, currents in mA.
+/// followed by a diode and a load. The unit of time is µs, and the unit of currents is mA.
 ///
 /// ```text
 /// u1 = w(t)
@@ -196,12 +197,13 @@ impl Equations for Inverters {
 /// −q̇(u1 − u2) + j(u2) + u2/R = 0
 /// ```
 ///
-/// Unknowns (u1, u2, i). The current i depends on ẇ, so its index is 2 and it jumps when the slope of w jumps.
+/// The unknowns are (u1, u2, i). The current i depends on ẇ; its index is therefore 2, and it jumps when the slope of w
+/// jumps.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pump;
 
 impl Pump {
-    /// w, V over µs.
+    /// Input w (V) as a function of time (µs).
     const INPUT: Polyline = Polyline(&[
         (0.2, 0.0),
         (0.25, 3.0),
@@ -211,14 +213,14 @@ impl Pump {
         (1.01, 2.0),
         (1.5, 3.0),
     ]);
-    /// C1, C2 in nF and C3 in nF/V².
+    /// C1 (nF), C2 (nF) and C3 (nF/V²).
     const CAPACITORS: [f64; 3] = [1.0, 2.0, 0.05];
-    /// I_s in mA and U_T in V.
+    /// I_s (mA) and U_T (V).
     const DIODE: [f64; 2] = [1e-6, 0.05];
-    /// R, kΩ.
+    /// Resistance R, kΩ.
     const LOAD: f64 = 0.5;
 
-    /// Returns the times at which the slope of the source jumps, µs.
+    /// Returns the times (µs) at which the slope of the source jumps.
     pub fn breakpoints(&self) -> Vec<f64> {
         Self::INPUT.breakpoints()
     }

@@ -1,14 +1,14 @@
 use super::{Sample, Start};
 use myovib_dae::{Problem, StepError, VariableKind};
 
-/// Van der Pol's oscillator, an ordinary differential equation, stiff for large μ.
+/// Van der Pol's oscillator, an ordinary differential equation that is stiff for large μ.
 ///
 /// ```text
 /// ẏ1 = y2
 /// ẏ2 = μ (1 − y1²) y2 − y1
 /// ```
 ///
-/// Starts at (2, 0).
+/// The solution starts at (2, 0).
 ///
 /// Source: B. van der Pol, On relaxation-oscillations, Phil. Mag. 2 (1926) 978; Test Set for IVP
 /// Solvers, problem vdpolm (μ = 1000 on [0, 2000]).
