@@ -1,4 +1,4 @@
-//! Integration of DAEs defined by Python functions.
+//! Integration of DAEs that are defined by Python functions.
 
 mod checks;
 mod result;
@@ -22,23 +22,23 @@ use result::{Record, in_python, result};
 use sensitivities::{IdaSensitivities, NoSensitivities, PythonParameters};
 use stepping::integrate;
 
-/// Arguments of an integration, validated in Python. The callbacks exchange arrays as bytes,
-/// because the stable ABI of Python 3.10 lacks the buffer protocol.
+/// Arguments of an integration, which were validated in Python. The callbacks exchange arrays as bytes, because the
+/// stable ABI of Python 3.10 lacks the buffer protocol.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Request {
     residual: Py<PyAny>,
-    /// Function that returns the values of ∂F/∂y and ∂F/∂ẏ, in the order of the pattern.
+    /// Function that returns the values of ∂F/∂y and ∂F/∂ẏ in the order of the pattern.
     jacobian: Option<Py<PyAny>>,
-    /// Column offsets, and row indices.
+    /// Column offsets and row indices of the pattern.
     pattern: Option<(Vec<usize>, Vec<usize>)>,
     /// Function that returns the values of all events.
     events: Option<Py<PyAny>>,
     /// Direction of each event: −1, 0 or 1.
     directions: Vec<i8>,
-    /// For each event, the number of the occurrence that ends the integration; 0 if none does.
+    /// For each event, the occurrence that ends the integration, counted from 1; 0 if no occurrence does.
     terminal: Vec<usize>,
-    /// Values of the events just before the span, if the span starts at a break.
+    /// Values of the events just before the span; given if the span starts at a break.
     events_before: Option<Vec<f64>>,
     algebraic: Option<Vec<bool>>,
     index: Option<Vec<u8>>,
@@ -49,43 +49,43 @@ pub(crate) struct Request {
     yp0: Vec<f64>,
     rtol: f64,
     atol: Vec<f64>,
-    /// Output times, in the direction of integration; `None` for every step.
+    /// Output times in the direction of integration; `None` for an output after every step.
     t_eval: Option<Vec<f64>>,
-    /// Size of the first step; its direction is the direction of the span.
+    /// Size of the first step. Its direction is that of the span.
     first_step: Option<f64>,
     max_step: Option<f64>,
-    /// Time scale for the errors of multipliers.
+    /// Time scale used to measure the errors of multipliers.
     time_scale: f64,
     max_order: usize,
     max_steps: Option<usize>,
     /// Whether `max_steps` has its default value.
     has_default_limit: bool,
-    /// `given`, `algebraic` or `states`.
+    /// One of `given`, `algebraic` and `states`.
     initial: String,
-    /// Whether the multipliers and derivatives at the start are the values from before a break.
+    /// Whether the multipliers and derivatives at the start are values from before a break.
     after_break: bool,
-    /// Whether a variable may have an unstated index above 1.
+    /// Whether a variable may have an index above 1 that was not stated.
     may_have_higher_index: bool,
-    /// Whether to store the polynomials of the steps.
+    /// Whether to store the interpolation polynomials of the steps.
     dense: bool,
-    /// Values of the parameters of the sensitivities; empty without sensitivities.
+    /// Values of the parameters for which sensitivities are computed; empty without sensitivities.
     parameters: Vec<f64>,
     /// Function that returns ∂F/∂p, row by row.
     df_dp: Option<Py<PyAny>>,
-    /// ∂y/∂p and its derivative with respect to time at the start of the span, for each parameter.
+    /// For each parameter, ∂y/∂p at the start of the span and its derivative with respect to time.
     dy0_dp: Vec<[Vec<f64>; 2]>,
     /// Function that receives a warning before the first step.
     on_warning: Py<PyAny>,
 }
 
-/// Reason why an integration has no result.
+/// Reason why an integration returns no result.
 enum Failure {
-    /// Python exception to pass on: from a signal handler, from `on_warning`, or Ctrl-C in a
-    /// function of the problem.
+    /// Python exception that is passed on. It was raised by a signal handler or by `on_warning`, or Ctrl-C was pressed
+    /// in a function of the problem.
     Raised(PyErr),
-    /// Invalid argument.
+    /// An argument is invalid.
     Argument(String),
-    /// Error of the integrator.
+    /// The integrator returned an error.
     Integrator(String),
     /// Full matrices do not fit into memory.
     Memory(String),
@@ -97,8 +97,7 @@ impl Failure {
     }
 }
 
-/// Builds the integrator and integrates. Returns the record and the degree of the polynomial of
-/// each step.
+/// Builds the integrator and integrates. Returns the record and the degree of the polynomials that represent the steps.
 fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize), Failure> {
     let tolerances = match request.atol[..] {
         [absolute] => Tolerances::scalar(request.rtol, absolute),
@@ -137,9 +136,8 @@ fn solve_with(
     tolerances: Tolerances,
 ) -> Result<(Record, usize), Failure> {
     let (t0, y0, y_dot0) = (request.t_span.0, &request.y0, &request.yp0);
-    // The error test ignores excluded variables, so their errors may have any size. With index 3, the
-    // rounding errors of velocities are divided by the step size, and their derivatives have even larger
-    // errors.
+    // The error test ignores excluded variables, so their errors may be arbitrarily large. At index 3, the rounding
+    // errors of velocities are divided by the step size, and the derivatives of velocities have even larger errors.
     let highest = request.index.iter().flatten().max();
     let is_checked = request.suppress.is_none() && highest.is_none_or(|&index| index < 3);
     let known = is_checked.then(|| tolerances.clone());
@@ -167,7 +165,7 @@ fn solve_with(
                 max_step: request.max_step,
                 max_steps: None,
                 strict_newton: true,
-                // A given `max_step` already resolves the inputs.
+                // If `max_step` is given, the steps already resolve the inputs.
                 check_within_steps: known.is_some() && request.max_step.is_none(),
                 ..IdaOptions::default()
             };
@@ -218,7 +216,7 @@ fn solve_with(
     if request.after_break {
         solver.restart();
     }
-    // The degree is the number of stages plus 1 for the slope at the start.
+    // The degree is the number of stages plus 1, because the slope at the start is also interpolated.
     let degree = stages + 1;
     let known = known.as_ref();
     let record = match request.parameters.is_empty() {

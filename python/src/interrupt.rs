@@ -1,4 +1,4 @@
-//! Handling of signals and Python exceptions while Rust computes without the GIL.
+//! Handling of signals and Python exceptions while Rust code runs without the GIL.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -11,13 +11,13 @@ use pyo3::prelude::*;
 /// Time between two checks for signals.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// Minimum time between two lines of progress.
+/// Minimum time between two progress lines.
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
 
-/// Currently unused flags. Their number grows to the maximum number of simultaneous computations.
+/// Flags that are currently unused. The number of all flags grows to the maximum number of simultaneous computations.
 static FREE: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
 
-/// Flag of one computation, returned to the list when dropped.
+/// Flag of one computation. When it is dropped, it is returned to the list of unused flags.
 struct Flag(&'static AtomicBool);
 
 impl Flag {
@@ -35,8 +35,8 @@ impl Drop for Flag {
     }
 }
 
-/// Calls a Python function with lines of progress, at most one every 200 ms except for
-/// [`report_now`](ProgressSink::report_now). An exception of the function ends the computation.
+/// Calls a Python function with progress lines, at most one every 200 ms; [`report_now`](ProgressSink::report_now) is
+/// exempt from this limit. If the function raises an exception, the computation ends.
 struct Progress {
     show: Option<Py<PyAny>>,
     interrupt: &'static AtomicBool,
@@ -66,13 +66,13 @@ impl ProgressSink for Progress {
     }
 }
 
-/// Runs `compute` in a separate thread, without the GIL, and calls `show` with its progress.
+/// Runs `compute` in a separate thread without the GIL, and calls `show` with its progress.
 ///
-/// A signal whose handler raises, such as Ctrl-C, and an exception raised by `show` set the flag of
-/// the watcher; `compute` must then end in an orderly manner.
+/// The flag of the watcher is set if `show` raises an exception, or if the handler of a signal does, as for Ctrl-C.
+/// `compute` must then end in an orderly way.
 ///
 /// # Errors
-/// Returns the exception of the handler or of `show`.
+/// Returns the exception that the handler or `show` raised.
 pub(crate) fn interruptible<T: Send>(
     py: Python<'_>,
     show: Option<Py<PyAny>>,
@@ -104,11 +104,11 @@ pub(crate) fn interruptible<T: Send>(
     }
 }
 
-/// Runs `compute`, which cannot be interrupted, in a separate thread, without the GIL.
+/// Runs `compute`, which cannot be interrupted, in a separate thread without the GIL.
 ///
 /// # Errors
-/// Returns the exception of a signal handler. The thread then continues in the background, and its
-/// result is dropped.
+/// Returns the exception that a signal handler raised. The thread then continues in the background, and its result is
+/// dropped.
 pub(crate) fn abandonable<T: Send + 'static>(
     py: Python<'_>,
     compute: impl FnOnce() -> T + Send + 'static,

@@ -1,9 +1,8 @@
-//! Native half of the Python package `myovib`.
+//! Native part of the Python package `myovib`.
 //!
-//! [`dae`] integrates equations given by Python functions. [`scene`] runs scenes, as the command
-//! line program does. [`identification`] computes sensitivities and stiffness maps, and fits
-//! parameters. [`interrupt`] lets Ctrl-C end computations that run without the GIL. The other half,
-//! in `myovib/`, provides the Python interface.
+//! [`dae`] integrates equations that are given by Python functions. [`scene`] runs scenes like the command line
+//! program. [`identification`] computes sensitivities and stiffness maps, and fits parameters. [`interrupt`] allows
+//! Ctrl-C to end computations that run without the GIL. The Python interface is in `myovib/`.
 #![deny(unsafe_code)]
 
 mod dae;

@@ -10,10 +10,10 @@ use pyo3::types::{PyByteArray, PyBytes};
 
 use crate::error::StepFailure;
 
-/// Exception raised by a function of the problem.
+/// Exception raised by a function of the problem, if any.
 pub(crate) type Raised = Arc<Mutex<Option<PyErr>>>;
 
-/// DAE defined by Python functions.
+/// DAE that is defined by Python functions.
 pub(crate) struct PythonDae {
     pub(crate) n: usize,
     pub(crate) residual: Py<PyAny>,
@@ -24,13 +24,13 @@ pub(crate) struct PythonDae {
     pub(crate) pattern: Option<SparsityPattern>,
     pub(crate) kinds: Option<Vec<VariableKind>>,
     pub(crate) indices: Option<Vec<u8>>,
-    /// The two matrices of the last call of [`Problem::jacobian`].
+    /// The two matrices from the last call of [`Problem::jacobian`].
     pub(crate) parts: [Vec<f64>; 2],
     pub(crate) raised: Raised,
 }
 
 impl PythonDae {
-    /// Calls a function with (t, y, ẏ) and reads its result.
+    /// Calls a Python function with (t, y, ẏ) and reads its result.
     fn call<T>(
         &self,
         function: &Py<PyAny>,
@@ -77,13 +77,13 @@ impl PythonDae {
     }
 }
 
-/// Returns values as bytes, which NumPy views as an array without a copy.
+/// Returns the values as bytes, which NumPy can view as an array without a copy.
 pub(crate) fn array<'py>(py: Python<'py>, values: &[f64]) -> Bound<'py, PyByteArray> {
     let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_ne_bytes()).collect();
     PyByteArray::new(py, &bytes)
 }
 
-/// Copies a result of equal length into `out`.
+/// Copies a result into `out`, which has the same length.
 fn copy(answer: &Bound<'_, PyAny>, out: &mut [f64]) -> PyResult<()> {
     let bytes = answer.downcast::<PyBytes>()?.as_bytes();
     assert_eq!(bytes.len(), size_of_val(out), "the Python code checks the length");

@@ -1,4 +1,4 @@
-//! Scenes, computed by the code of the command line program.
+//! Computation of scenes with the code of the command line program.
 
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
@@ -18,8 +18,8 @@ use pyo3::prelude::*;
 use crate::error::{of_argument, of_command, of_scene};
 use crate::interrupt::{abandonable, interruptible};
 
-/// Runs a scene, writes the results to the folder `out` and returns the notes. Files are flushed to
-/// disk (fsync) only if `lasting` is set.
+/// Runs a scene, writes the results to the folder `out`, and returns the notes. Files are flushed to disk (fsync) only
+/// if `lasting` is true.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn run(
@@ -110,8 +110,8 @@ pub(crate) fn check(
     examined.map_err(of_command)
 }
 
-/// Computes the lowest eigenmodes of the scene's body. Returns a JSON document, and the nodal coordinates followed by
-/// the mode shapes, as bytes.
+/// Computes the lowest eigenmodes of the body of a scene. Returns a JSON document and, as bytes, the nodal coordinates
+/// followed by the mode shapes.
 #[pyfunction]
 pub(crate) fn modes(
     py: Python<'_>,
@@ -128,8 +128,8 @@ pub(crate) fn modes(
 
 /// Sets the number of threads for the assembly and factorization of large bodies.
 ///
-/// All runs of this process share the threads, and results do not depend on their number. After a
-/// call with a number above 1, further calls have no effect.
+/// All runs of this process share the threads. The results do not depend on the number of threads. After a call with a
+/// number above 1, further calls have no effect.
 #[pyfunction]
 pub(crate) fn use_threads(threads: NonZeroUsize) -> PyResult<()> {
     resources::use_threads(threads.get()).map_err(|error| of_command(error.into()))
@@ -147,8 +147,8 @@ pub(crate) fn builtin_text(name: &str) -> Option<&'static str> {
     builtin::find(name).ok().map(|scene| scene.text)
 }
 
-/// Returns the versions of this package, of SUNDIALS and of KLU. Without KLU, the last string names
-/// its replacement.
+/// Returns the versions of this package, of SUNDIALS and of KLU. If KLU is not used, the last string names its
+/// replacement.
 #[pyfunction]
 pub(crate) fn versions() -> (&'static str, String, String) {
     let versions = myovib_scene::versions::Versions::found();

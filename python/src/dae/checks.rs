@@ -1,4 +1,4 @@
-//! Checks of the arguments before an integration, and of the equations within steps.
+//! Checks of the arguments before an integration and of the equations within steps.
 
 use std::sync::PoisonError;
 
@@ -13,8 +13,8 @@ use pyo3::prelude::*;
 use super::{Failure, Request};
 use crate::problem::PythonDae;
 
-/// Clears an exception raised by a trial evaluation, whose failure does not end the integration. Returns Ctrl-C and
-/// similar exceptions as an error.
+/// Clears an exception that a trial evaluation has raised. Such a failure does not end the integration. Exceptions such
+/// as Ctrl-C are returned as an error.
 pub(super) fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
     let raised = problem.raised.lock();
     match raised.unwrap_or_else(PoisonError::into_inner).take() {
@@ -25,7 +25,8 @@ pub(super) fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
     }
 }
 
-/// Rejects an incomplete sparsity pattern for finite differences. Returns a warning if a given Jacobian seems wrong.
+/// Rejects a sparsity pattern that is incomplete according to finite differences. Returns a warning if the given
+/// Jacobian seems to be wrong.
 pub(super) fn check_matrices(
     problem: &mut PythonDae,
     request: &Request,
@@ -40,7 +41,7 @@ pub(super) fn check_matrices(
         t: request.t_span.0,
         y: &request.y0,
         y_dot: &request.yp0,
-        // With a very short step, the perturbations of the variables equal their tolerances.
+        // With a very short step, the perturbations of the variables are equal to their tolerances.
         step: f64::MIN_POSITIVE.copysign(request.t_span.1 - request.t_span.0),
         weights: &weights,
     };
@@ -57,16 +58,15 @@ pub(super) fn check_matrices(
     }
 }
 
-/// Positions within a step, as fractions of its length, at which the equations are checked; one of them is
-/// used in each step, in turn.
+/// Positions within a step at which the equations are checked, as fractions of the step. Each step uses one of them, in
+/// turn.
 const FRACTIONS: [f64; 3] = [0.31, 0.62, 0.87];
 
-/// Number of initial steps that are all checked. Later, only steps whose number is a power of two
-/// are checked.
+/// Number of steps at the beginning that are all checked. After these, only steps whose number is a power of two are
+/// checked.
 pub(super) const FIRST_STEPS: usize = 12;
 
-/// Checks the equations within the last step, whose number is `n_steps`. Returns a violated
-/// equation, if any.
+/// Checks the equations within the last step, whose number is `n_steps`. Returns a violated equation, if there is one.
 pub(super) fn check_last_step<I: Integrator<PythonDae>>(
     solver: &mut I,
     tolerances: &Tolerances,
@@ -82,7 +82,7 @@ pub(super) fn check_last_step<I: Integrator<PythonDae>>(
     tolerances.write_weights(&y, &mut weights);
     match check_between(solver.problem_mut(), (t, &y, &y_dot), to - from, &weights) {
         Ok(found) => Ok(found),
-        // F may be undefined there.
+        // F may be undefined at this point.
         Err(_) => {
             forget_raised(solver.problem())?;
             Ok(None)
@@ -92,9 +92,9 @@ pub(super) fn check_last_step<I: Integrator<PythonDae>>(
 
 /// Rejects full matrices that do not fit into memory.
 pub(super) fn expect_room(n: usize, method: &str) -> Result<(), Failure> {
-    // Number of 8-byte values per entry. BDF: two copies of the pattern during construction, the
-    // matrix, its factors and the user's two parts. Radau IIA: the pattern, its analysis and both
-    // parts; the real matrix has entries, factors and workspace, and so has each of the (s - 1)/2
+    // Number of 8-byte values per entry of the matrix. With BDF, memory holds two copies of the pattern during
+    // construction, the matrix, its factors, and the user's two parts. With Radau IIA, it holds the pattern, its
+    // analysis and both parts. The real matrix has entries, factors and a workspace, and so does each of the (s - 1)/2
     // complex matrices, with two values per entry.
     let per_entry: f64 = match method {
         "bdf" => 6.0,

@@ -1,4 +1,4 @@
-//! Result of an integration, and its conversion to Python objects.
+//! Result of an integration and its conversion to Python objects.
 
 use myovib_dae::{Remedy, Statistics, Unsatisfied};
 use pyo3::prelude::*;
@@ -12,21 +12,22 @@ pub(super) struct Record {
     pub(super) t: Vec<f64>,
     pub(super) y: Vec<f64>,
     pub(super) y_dot: Vec<f64>,
-    /// ∂y/∂p_j for each time and parameter.
+    /// Sensitivities ∂y/∂p_j for each time and each parameter.
     pub(super) dy_dp: Vec<f64>,
-    /// For each crossing, the index of the event, the time and the solution.
+    /// Index of the event, time and solution of each crossing.
     pub(super) events: Vec<(usize, f64, Vec<f64>)>,
-    /// Start and end of each step; empty unless `dense` is set.
+    /// Start and end of each step; empty unless `dense` is true.
     pub(super) segments: Vec<f64>,
     /// Values of y at the interpolation nodes of each step.
     pub(super) samples: Vec<f64>,
-    /// 0 at the end of the span, 1 after a terminal event, −1 if the integrator failed or reached
+    /// 0 if the end of the span was reached, 1 after a terminal event, −1 if the integrator failed or reached
     /// `max_steps`.
     pub(super) status: i8,
     pub(super) message: String,
-    /// Equation violated within a step, if any.
+    /// Equation that is violated within a step, if there is one.
     pub(super) unsatisfied: Option<Unsatisfied>,
-    /// Warnings about the Jacobian and about inputs faster than the steps, each with its subject: `jacobian` or `input`.
+    /// Warnings, each with its subject: `jacobian` for a Jacobian that seems to be wrong, or `input` for an input that
+    /// varies faster than the steps.
     pub(super) warnings: Vec<(&'static str, String)>,
     pub(super) statistics: Statistics,
 }
@@ -45,7 +46,7 @@ pub(super) fn nodes(degree: usize) -> Vec<f64> {
     (0..=degree).map(|k| -angle(k).cos()).collect()
 }
 
-/// Replaces names of the Rust API in a message with arguments of `solve_dae`.
+/// Replaces names of the Rust API in a message by the corresponding arguments of `solve_dae`.
 pub(super) fn in_python(message: &str) -> String {
     let at_break = Remedy::RestartAtBreak.to_string();
     let names = [
@@ -58,7 +59,7 @@ pub(super) fn in_python(message: &str) -> String {
         ("(initial_step)", "(first_step)"),
         ("(suppressed)", "(suppress)"),
         ("Problem::indices", "index="),
-        // Constraints are only available in Rust.
+        // Constraints can only be stated in Rust.
         (
             "; or stating the constraints (Problem::constraints) and correcting the initial values by them",
             "",
@@ -68,7 +69,7 @@ pub(super) fn in_python(message: &str) -> String {
     names.into_iter().fold(message.to_owned(), rename)
 }
 
-/// Converts the record to arrays, in row-major order.
+/// Converts the record to a dictionary of arrays in row-major order.
 pub(super) fn result(py: Python<'_>, record: Record, degree: usize) -> PyResult<Bound<'_, PyDict>> {
     let result = PyDict::new(py);
     result.set_item("t", array(py, &record.t))?;

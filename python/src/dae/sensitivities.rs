@@ -1,4 +1,4 @@
-//! Forward sensitivities that follow the steps of an integrator.
+//! Forward sensitivities, which are computed along the steps of an integrator.
 
 use myovib_dae::{Parameter, Parameters, StepError};
 use myovib_radau::{ForwardSensitivities, RadauSolver};
@@ -7,7 +7,7 @@ use sundials_wrap::IdaSolver;
 use super::Failure;
 use crate::problem::PythonDae;
 
-/// Sensitivities ∂y/∂p_j of the solution of an integrator `I`.
+/// Sensitivities ∂y/∂p_j of the solution that an integrator `I` computes.
 pub(super) trait Sensitivities<I> {
     fn n_parameters(&self) -> usize;
 
@@ -80,10 +80,10 @@ impl Sensitivities<RadauSolver<PythonDae>> for ForwardSensitivities<PythonParame
     }
 }
 
-/// Parameters of a DAE defined by Python functions.
+/// Parameters of a DAE that is defined by Python functions.
 pub(super) struct PythonParameters {
     list: Vec<Parameter>,
-    /// State of the last evaluation, and ∂F/∂p there, row by row.
+    /// State at the last evaluation, and ∂F/∂p at this state, row by row.
     last: Option<(f64, [Vec<f64>; 2], Vec<f64>)>,
 }
 
@@ -100,7 +100,7 @@ impl Parameters<PythonDae> for PythonParameters {
         &self.list
     }
 
-    // IDAS requests the columns one by one.
+    // IDAS requests one column at a time.
     fn derivative(
         &mut self,
         problem: &mut PythonDae,

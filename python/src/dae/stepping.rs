@@ -1,4 +1,4 @@
-//! Correction of the initial values, and the loop over the steps.
+//! Correction of the initial values, and the loop over all steps.
 
 use std::sync::PoisonError;
 
@@ -13,8 +13,8 @@ use crate::problem::{PythonDae, events};
 
 /// Corrects the initial values.
 ///
-/// The size of the first step is used as the time scale of the search for the derivatives. If it is estimated from the
-/// span, which may be much longer than the time scale at the start, shorter steps are also tried.
+/// The search for the derivatives uses the size of the first step as the time scale. If this size is an estimate from
+/// the span, which may be much longer than the time scale at the start, shorter steps are also tried.
 fn correct<I: Integrator<PythonDae>>(
     solver: &mut I,
     mode: ConsistencyMode,
@@ -40,8 +40,8 @@ fn correct<I: Integrator<PythonDae>>(
     failed.map_or(Ok(()), Err)
 }
 
-/// Corrects the initial values, and records them unless `t_eval` excludes the initial time. Returns
-/// the output times after the start.
+/// Corrects the initial values, and records them if the initial time is an output time. Returns the output times after
+/// the start.
 fn start<'a, I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &'a Request,
@@ -69,7 +69,7 @@ fn start<'a, I: Integrator<PythonDae>>(
     Ok(times.get(n..).unwrap_or_default())
 }
 
-/// Records the solution at the nodes of the last step, up to `t`. `out` is a workspace.
+/// Records the solution at the interpolation nodes of the last step, up to `t`. `out` is a workspace.
 fn record_segment<I: Integrator<PythonDae>>(
     solver: &mut I,
     t: f64,
@@ -134,7 +134,7 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
         let followed = stepped.and_then(|outcome| sensitivities.follow(solver).map(|()| outcome));
         let outcome = match followed {
             Ok(outcome) => outcome,
-            // The result up to this time is kept.
+            // The results up to this time are kept.
             Err(Failure::Integrator(message)) if n_steps > 0 && !has_raised(solver.problem()) => {
                 (record.status, record.message) = (-1, message);
                 record.statistics = solver.statistics();
@@ -214,12 +214,12 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
     }
 }
 
-/// Smallest relative tolerance at which a stop is attributed to an inaccurate state instead of rounding, so that
+/// Relative tolerance above which a stop is attributed to an inaccurate state instead of rounding errors, so that
 /// tighter tolerances are suggested.
 const LOOSE: f64 = 1e-5;
 
-/// Number of time offsets, in each direction, at which F is compared with its value at the current time. The
-/// offsets are halved from the whole span down to about rounding error.
+/// Number of time offsets in each direction at which F is compared with its value at the current time. The offsets are
+/// halved repeatedly, from the whole span down to about the rounding error.
 const DISTANCES: i32 = 48;
 
 /// Returns whether F has the same values at other times, so that no input can have a break.
@@ -245,7 +245,7 @@ fn is_autonomous<I: Integrator<PythonDae>>(
     Ok(is_autonomous)
 }
 
-/// Returns the events that change sign at the break at the start of the span.
+/// Returns the events that change sign at the break at which the span starts.
 fn events_at_break<I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &Request,
@@ -264,7 +264,7 @@ fn events_at_break<I: Integrator<PythonDae>>(
     Ok((0..before.len()).filter(crosses).collect())
 }
 
-/// Records the events at (t, y). Returns the status and message if one of them ends the integration.
+/// Records the events at (t, y). Returns the status and the message if one of these events ends the integration.
 fn count(
     crossed: Vec<usize>,
     (t, y): (f64, &[f64]),
@@ -282,14 +282,13 @@ fn count(
     last
 }
 
-/// Returns whether a function of the problem has raised an exception. [`solve`](super::solve)
-/// re-raises it.
+/// Returns whether a function of the problem has raised an exception, which [`solve`](super::solve) re-raises.
 fn has_raised(problem: &PythonDae) -> bool {
     let raised = problem.raised.lock();
     raised.unwrap_or_else(PoisonError::into_inner).is_some()
 }
 
-/// Explains that the step limit was reached at `t`; half of the steps had been taken by `t_halfway`.
+/// Returns the message for a step limit that was reached at `t`. The first half of the steps reached `t_halfway`.
 fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) -> String {
     let (t0, _) = request.t_span;
     let limit = match request.has_default_limit {
@@ -297,7 +296,7 @@ fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) ->
         false => "max_steps",
     };
     let mut message = format!("the limit of {n_steps} steps ({limit}) was reached at t = {t}");
-    // The steps have become much shorter.
+    // The steps have become much shorter in the second half.
     if n_steps > 1 && (t - t_halfway).abs() < 0.1 * (t_halfway - t0).abs() {
         message += ": the last half of them covers less than a tenth of the time covered by the first half. F may \
                     switch back and forth at every step (chattering), for instance as dry friction or a relay without \
