@@ -1,5 +1,5 @@
-//! `myovib-bench`: measurements for maintainers. Measures the cost of solvers and of large bodies (`bench`) and fills
-//! the tables of the guide (`pages`).
+//! `myovib-bench`: measurements for maintainers. `bench` measures the cost of solvers and of large bodies, and `pages`
+//! fills the tables of the guide.
 #![forbid(unsafe_code)]
 #![allow(missing_docs, reason = "not published as a library")]
 

@@ -1,4 +1,4 @@
-//! Any input is a mesh or an error with its location.
+//! Any input must result in a mesh or in an error that contains its location.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

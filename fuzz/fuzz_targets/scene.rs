@@ -1,4 +1,4 @@
-//! Any input is a scene or an error with its location.
+//! Any input must result in a scene or in an error that contains its location.
 #![no_main]
 
 use std::path::Path;

@@ -1,4 +1,5 @@
-//! Any input is the table of a force or an error with the location in the scene that refers to it.
+//! Any input must result in the table of a force, or in an error that contains the location in the scene at which the
+//! table is referenced.
 #![no_main]
 
 use std::sync::LazyLock;

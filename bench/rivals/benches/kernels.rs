@@ -1,5 +1,5 @@
-//! Residual, tangents, factorization and solve on the paper's mesh, and one second of each row of Table 2: `cargo
-//! bench`.
+//! Benchmarks of residual, tangents, factorization and solve on the paper's mesh, and of one second of each row of
+//! Table 2. They run with `cargo bench`.
 #![allow(clippy::unwrap_used, reason = "a bench is a test")]
 
 use std::hint::black_box;
@@ -12,7 +12,7 @@ use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{Field, Formulation, MuscleDae, Settings, ida, paper, run, start_at_rest};
 use myovib_sparse::supernodal::Supernodal;
 
-/// Rows 1, 2m, 3m and (31): formulation, κ, β and the blocks excluded from the error test.
+/// Rows 1, 2m, 3m and (31), each with its formulation, κ, β, and the blocks excluded from the error test.
 const ROWS: [(&str, Formulation, f64, f64, &[Field]); 4] = [
     ("1", Formulation::Position, 1e5, 0.0, &[Field::Pressure]),
     ("2m", Formulation::Rate, 1e5, 1e-4, &[Field::Pressure, Field::PressureRate]),
@@ -26,7 +26,7 @@ fn dae(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
     MuscleDae::new(paper::muscle(&mesh, kappa, beta).unwrap(), formulation).unwrap()
 }
 
-/// Returns an arbitrary state with small strain; the cost does not depend on it.
+/// Returns an arbitrary state with small strain. The cost does not depend on the state.
 fn state(n: usize, size: f64) -> Vec<f64> {
     (0..n).map(|i| size * (i as f64).sin()).collect()
 }

@@ -1,4 +1,4 @@
-//! Motions without chains, with separate steps of chains, and with body and chains as one system.
+//! Compares motions without chains, with separate steps for chains, and with body and chains as one system.
 
 use anyhow::Context;
 use myovib_cli::exit::Exit;
@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::{BenchArgs, fastest, give, goes_on};
 
-/// Title, scene, overrides, and variants of the chains with their overrides.
+/// Title, scene and overrides of a case, and its variants of the chains with their overrides.
 type Case = (&'static str, &'static str, &'static [&'static str], &'static [Variant]);
 type Variant = (&'static str, &'static [&'static str]);
 
@@ -21,7 +21,7 @@ const ALL: &[Variant] = &[WITHOUT, SEPARATE, TOGETHER];
 const CASES: [Case; 5] = [
     ("init to 10 s, 1000 oscillators", "init", &["time.end=10", CHAIN], ALL),
     ("figure7 to 50 s, 5 oscillators", "figure7", &[], ALL),
-    // As one system, the chain's tolerance requires a higher order.
+    // If body and chain are one system, the tolerance of the chain requires a higher order.
     ("figure7, BDF of order 2", "figure7", &["integrator.max_order=2"], &[WITHOUT, SEPARATE]),
     ("muscle3d to 2 s, 1000 oscillators", "muscle3d", &[], ALL),
     (
@@ -32,14 +32,14 @@ const CASES: [Case; 5] = [
     ),
 ];
 
-/// The variants of a case.
+/// Comparison of the variants of one case.
 #[derive(Serialize)]
 struct Comparison {
     scene: &'static str,
     runs: Vec<Run>,
 }
 
-/// A run of a variant.
+/// Run of one variant.
 #[derive(Serialize)]
 struct Run {
     variant: &'static str,
@@ -73,7 +73,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     give(args, &document)
 }
 
-/// Returns a built-in scene without probes and fields.
+/// Returns a built-in scene in which probes and fields are removed.
 fn without_outputs(scene: &str, set: &[&[&str]]) -> Result<Scene, InputError> {
     let set = set.iter().copied().flatten().chain(&["probe=", "fields="]);
     let set: Vec<String> = set.map(|&set| set.to_owned()).collect();

@@ -1,4 +1,5 @@
-//! Large bodies: CPU time of the parts of twenty steps, memory, and growth of the costs with the number of unknowns.
+//! Measurements of large bodies: CPU time of the parts of twenty steps, memory, and the growth of costs with the number
+//! of unknowns.
 
 use std::fs;
 
@@ -19,15 +20,15 @@ use super::{BenchArgs, fastest_call, give, goes_on};
 
 /// Number of measured steps.
 const STEPS: usize = 20;
-/// Number of timed calls of a kernel; the fastest is reported.
+/// Number of timed calls of a kernel. The fastest call is reported.
 const REPEATS: u32 = 2;
-/// Factor of ∂F/∂ẏ in 1/s for steps of about one millisecond: 1.5/ms.
+/// Factor of ∂F/∂ẏ (1/s) for steps of about one millisecond: 1.5 divided by 1 ms.
 const C: f64 = 1.5e3;
 
-/// A body in motion: name, method, scene, its settings, and the time in s after which steps are measured.
+/// Motion of a body: name, method, scene, overrides, and the time (s) after which steps are measured.
 type Motion = (&'static str, &'static str, &'static str, &'static [&'static str], f64);
 
-/// The ventricle starts to contract at 0.16 s; the load of the spindle starts at 0.4 s.
+/// The ventricle starts to contract at 0.16 s, and the load on the spindle starts at 0.4 s.
 const MOTIONS: [Motion; 4] = [
     ("ventricle", "bdf", "ventricle", &[], 0.17),
     ("ventricle", "radau5", "ventricle", &[], 0.17),
@@ -35,25 +36,25 @@ const MOTIONS: [Motion; 4] = [
     ("spindle", "radau5", "muscle3d", SPINDLE, 0.4),
 ];
 const SPINDLE: &[&str] = &["mesh.cells=[40, 10, 10]"];
-/// Name of the measurement of growth.
+/// Name of the case that measures the growth of costs.
 const GROWTH: &str = "growth";
-/// Cells along and across the spindle, for growing sizes.
+/// Numbers of cells along and across the spindle, in increasing order.
 const CELLS: [[usize; 2]; 4] = [[20, 4], [30, 6], [40, 10], [50, 12]];
 
-/// Twenty steps.
+/// Measurement of twenty steps.
 #[derive(Serialize)]
 struct Run {
     body: &'static str,
     method: &'static str,
     unknowns_paper: usize,
-    /// Start and end time in s.
+    /// Start and end time, s.
     t: [f64; 2],
     cpu_seconds: f64,
     parts: Vec<Part>,
     memory: MemoryUse,
 }
 
-/// A part of a run: number of calls, and time of one call at the end of the run.
+/// Part of a run: the number of calls, and the time of one call at the end of the run.
 #[derive(Serialize)]
 struct Part {
     what: &'static str,
@@ -63,10 +64,10 @@ struct Part {
     share: f64,
 }
 
-/// Memory of the process in MiB.
+/// Memory of the process, MiB.
 #[derive(Serialize)]
 struct MemoryUse {
-    /// Memory in use after allocation of the matrices, plus the prediction for their factors.
+    /// Memory in use after the matrices are allocated, plus the memory predicted for their factors.
     predicted: f64,
     /// Peak memory.
     peak: f64,
@@ -74,7 +75,7 @@ struct MemoryUse {
     off: f64,
 }
 
-/// One size of the spindle.
+/// Measurement of the spindle in one size.
 #[derive(Serialize)]
 struct Level {
     cells: [usize; 2],
@@ -95,7 +96,7 @@ struct Document {
     steps: usize,
     runs: Vec<Run>,
     levels: Vec<Level>,
-    /// Exponents of growth with the number of unknowns, from the first level to the last.
+    /// Exponents with which costs grow with the number of unknowns, from the first to the last level.
     exponents: Vec<(&'static str, f64)>,
 }
 
@@ -209,10 +210,10 @@ fn twenty_steps(
     })
 }
 
-/// Resets the peak of an earlier run and predicts the memory of a run in MiB.
+/// Resets the peak memory of earlier runs, and predicts the memory (MiB) of a run.
 fn predicted_memory(dae: &mut MuscleDae, n_complex: usize) -> anyhow::Result<f64> {
     fs::write("/proc/self/clear_refs", "5").context("/proc/self/clear_refs")?;
-    // Memory counts as used only after the first write.
+    // The system counts memory as used only after it is first written.
     let at_rest = vec![0.0; dae.n_unknowns()];
     dae.update_matrices(0.0, &at_rest, &at_rest)?;
     let reduction = Reduction::new(dae, SparseOptions::default())?;
@@ -220,8 +221,8 @@ fn predicted_memory(dae: &mut MuscleDae, n_complex: usize) -> anyhow::Result<f64
     Ok(mib(resources::in_use())? + mib(needs.map(|needs| needs.bytes))?)
 }
 
-/// Returns the numbers of real and complex factorizations and solves between two counts; for BDF, whose counts
-/// lack solves, `solves` is their number.
+/// Returns the numbers of real and complex factorizations and solves between two counts. The counts of BDF do not
+/// include solves, so `solves` is their number.
 fn linear_work(before: Counts, after: Counts, solves: u64) -> [u64; 4] {
     match (before.radau_work, after.radau_work) {
         (before, Some(after)) => {
@@ -237,7 +238,7 @@ fn linear_work(before: Counts, after: Counts, solves: u64) -> [u64; 4] {
     }
 }
 
-/// CPU time in s of one call of each part.
+/// CPU time (s) of one call of each part.
 struct One {
     residual: f64,
     tangents: f64,
@@ -279,7 +280,7 @@ impl Linear {
         let factor =
             fastest_call(REPEATS, || matrix.set_up(c, |m| dae.matrix_values(m), &mut work))?;
         let mut x = vec![T::one(); dae.n_unknowns()];
-        // The first solution after a factorization is checked.
+        // Only the first solution after a factorization is checked, so later solves are timed.
         matrix.solve(&mut x, &mut work)?;
         let solve = fastest_call(REPEATS, || {
             x.fill(T::one());

@@ -1,4 +1,4 @@
-//! `myovib-bench bench`: the cost of linear solvers, chains, responses and large bodies.
+//! `myovib-bench bench`: measures the cost of linear solvers, chains, responses and large bodies.
 
 mod chains;
 mod large;
@@ -78,12 +78,12 @@ impl BenchArgs {
     }
 }
 
-/// Returns whether to continue: false after Ctrl-C. Call it between two runs.
+/// Returns whether to continue. It returns false after Ctrl-C and is called between two runs.
 fn goes_on() -> bool {
     !interrupt::flag().load(Ordering::Relaxed)
 }
 
-/// Returns the fastest of `repeats` runs; `seconds` returns the time of a run.
+/// Runs `repeats` times and returns the fastest run. `seconds` returns the time of a run.
 fn fastest<T>(
     repeats: u32,
     mut run: impl FnMut() -> anyhow::Result<T>,
@@ -102,7 +102,7 @@ fn fastest<T>(
     Ok(fastest)
 }
 
-/// Returns the CPU time in seconds of the fastest of `repeats` calls.
+/// Returns the CPU time (s) of the fastest of `repeats` calls.
 fn fastest_call<E>(repeats: u32, mut call: impl FnMut() -> Result<(), E>) -> Result<f64, E> {
     let mut best = f64::INFINITY;
     for _ in 0..repeats.max(1) {
@@ -113,7 +113,7 @@ fn fastest_call<E>(repeats: u32, mut call: impl FnMut() -> Result<(), E>) -> Res
     Ok(best)
 }
 
-/// Prints or writes the results, which are incomplete after Ctrl-C.
+/// Prints or writes the results. They are incomplete after Ctrl-C.
 fn give(args: &BenchArgs, document: &impl Serialize) -> anyhow::Result<Exit> {
     let is_complete = goes_on();
     let mut text = text::text(&serde_json::to_value(document)?);
@@ -127,10 +127,11 @@ fn give(args: &BenchArgs, document: &impl Serialize) -> anyhow::Result<Exit> {
 /// Runs the benchmark.
 ///
 /// # Errors
-/// For wrong options, or if the results cannot be written. A failed run is a row of the results.
+/// Fails if options are invalid or if the results cannot be written. A failed run is not an error: it is a row in the
+/// results.
 pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     args.check()?;
-    // From here on, Ctrl-C sets a flag.
+    // From here on, Ctrl-C only sets a flag.
     interrupt::install();
     interrupt::flag();
     match args.what {

@@ -1,5 +1,5 @@
-//! Harmonic responses: cost compared with motions and with separate factorizations, and number of adaptive frequencies.
-//! Cost of a periodic state.
+//! Measurements of harmonic responses: the cost compared with motions and with separate factorizations, and the number
+//! of adaptive frequencies. Also measures the cost of periodic states.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -20,11 +20,12 @@ use serde::Serialize;
 
 use super::{BenchArgs, fastest, give, goes_on};
 
-/// A response and the computation with which it is compared: a motion that it replaces, or its factorizations alone.
+/// Comparison of a response with another computation, which is either a motion that the response replaces, or its
+/// factorizations alone.
 #[derive(Serialize)]
 struct Row {
     scene: &'static str,
-    /// Unknowns of each linear system.
+    /// Number of unknowns in each linear system.
     unknowns: usize,
     frequencies: usize,
     cpu_seconds: f64,
@@ -34,25 +35,25 @@ struct Row {
     ratio: f64,
 }
 
-/// Adaptive frequencies or a fixed grid, with the error between the frequencies.
+/// Adaptive or fixed frequencies, and the interpolation error between them.
 #[derive(Serialize)]
 struct Interpolation {
     grid: String,
     frequencies: usize,
-    /// Largest error between the frequencies, relative to the larger of the amplitude and the median amplitude
-    /// of the value.
+    /// Largest error between the frequencies. It is relative to the amplitude or to the median amplitude of the value,
+    /// whichever is larger.
     error: f64,
 }
 
-/// A periodic state and the motion from rest that it replaces.
+/// Comparison of a periodic state with the motion from rest that it replaces.
 #[derive(Serialize)]
 struct PeriodicState {
     scene: &'static str,
     unknowns: u64,
-    /// Number of integrations over a period.
+    /// Number of integrations over one period.
     integrations: u64,
     cpu_seconds: f64,
-    /// End of the motion, s.
+    /// End time of the motion, s.
     t_end: f64,
     motion_cpu_seconds: f64,
     /// CPU time of the periodic state divided by the CPU time of the motion.
@@ -92,7 +93,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     give(args, &document)
 }
 
-/// Returns a built-in scene with a response of its load.
+/// Returns a built-in scene that computes the response to its load.
 fn scene(name: &str, frequencies: &str, load: &str, set: &[&str]) -> anyhow::Result<Scene> {
     let mut set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
     set.push("analysis=\"response\"".to_owned());
@@ -101,14 +102,14 @@ fn scene(name: &str, frequencies: &str, load: &str, set: &[&str]) -> anyhow::Res
     Ok(Scene::built_in(name, &set)?)
 }
 
-/// Returns the response and its CPU time in s.
+/// Returns the response and its CPU time (s).
 fn timed(scene: &Scene) -> anyhow::Result<(Response, f64)> {
     let started = ThreadTime::now();
     let found = Response::of_scene(scene, Watcher::NOBODY)?;
     Ok((found, started.elapsed().as_secs_f64()))
 }
 
-/// Compares 120 frequencies of the scene `init` with 3 s of its motion.
+/// Compares a response at 120 frequencies in the scene `init` with 3 s of motion in the same scene.
 fn beside_motion(repeats: u32) -> anyhow::Result<Row> {
     let of_response = scene("init", "1..60:120", "y = 100.0", &[])?;
     let (found, cpu_seconds) = fastest(repeats, || timed(&of_response), |(_, cpu)| *cpu)?;
@@ -131,9 +132,9 @@ fn beside_motion(repeats: u32) -> anyhow::Result<Row> {
     })
 }
 
-/// Compares 100 frequencies of a spindle in space with 100 complex factorizations of the same matrices.
+/// Compares a response at 100 frequencies of a 3D spindle with 100 complex factorizations of the same matrices.
 fn beside_factorizations() -> anyhow::Result<Row> {
-    // Principal stresses have no amplitude about rest.
+    // For a response about rest, principal stresses have no amplitude.
     let set = ["mesh.cells=[20, 6, 6]", "probe[1].quantities=[\"strain\"]"];
     let scene = scene("muscle3d", "1..60:100", "z = 500.0", &set)?;
     let (found, cpu_seconds) = timed(&scene)?;
@@ -144,7 +145,8 @@ fn beside_factorizations() -> anyhow::Result<Row> {
     let plan = Arc::new(Condensation::new(&dae));
     let elimination = Arc::new(plan.elimination(SparseOptions::default())?);
     let mut matrix = Condensed::<Complex64>::new(plan, elimination);
-    // Measures all factorizations: on a busy machine, the fastest factorization takes less time than the mean of the response.
+    // All factorizations are measured. On a busy machine, the fastest factorization takes less time than the response
+    // does on average.
     let started = ThreadTime::now();
     for frequency in &found.frequencies {
         let s = Complex64::new(0.0, TAU * frequency);
@@ -163,7 +165,7 @@ fn beside_factorizations() -> anyhow::Result<Row> {
     })
 }
 
-/// Compares the periodic state of a built-in scene with its motion.
+/// Compares the periodic state of a built-in scene with the motion of this scene.
 fn periodic_state(name: &'static str, repeats: u32) -> anyhow::Result<PeriodicState> {
     let computed = |set: &[String]| -> anyhow::Result<_> {
         let scene = Scene::built_in(name, set)?;
@@ -190,8 +192,8 @@ fn periodic_state(name: &'static str, repeats: u32) -> anyhow::Result<PeriodicSt
     })
 }
 
-/// Returns the interpolation errors at the frequencies of the drawn curves: of the rational function for adaptive
-/// frequencies, and of cubic interpolation for fixed grids.
+/// Returns the interpolation errors at the frequencies of the plotted curves. Adaptive frequencies are interpolated by
+/// the rational function, and fixed grids by cubic interpolation.
 fn interpolation() -> anyhow::Result<Vec<Interpolation>> {
     let computed = |frequencies: &str| -> anyhow::Result<Response> {
         let scene = scene("init", frequencies, "y = 100.0", &[])?;
@@ -220,7 +222,7 @@ fn interpolation() -> anyhow::Result<Vec<Interpolation>> {
     Ok(rows)
 }
 
-/// Values over frequency.
+/// Values as functions of frequency.
 struct Line {
     frequencies: Vec<f64>,
     rows: Vec<Vec<Complex64>>,
@@ -237,7 +239,8 @@ impl Line {
         Self { frequencies: frequencies.to_vec(), rows: (0..frequencies.len()).map(row).collect() }
     }
 
-    /// Returns value number `j` at a frequency, interpolated by the cubic polynomial through four neighbors.
+    /// Returns the value with the index `j` at a frequency. It is interpolated by the cubic polynomial through the four
+    /// neighboring frequencies.
     fn at(&self, f: f64, j: usize) -> Complex64 {
         let n = self.frequencies.len();
         let next = self.frequencies.partition_point(|other| *other < f);
@@ -253,7 +256,7 @@ impl Line {
         near.clone().map(term).sum()
     }
 
-    /// Returns the largest error of the interpolated response `other` at the frequencies of this response.
+    /// Returns the largest error of `other`, which is interpolated at the frequencies of this response.
     fn distance(&self, other: &Self) -> f64 {
         let mut largest = 0.0_f64;
         for j in 0..self.rows[0].len() {

@@ -1,4 +1,4 @@
-//! Rows of Table 2 with three linear solvers.
+//! Measurements of the rows of Table 2 with three linear solvers.
 
 use anyhow::Context;
 use myovib_model::linear::LinearWork;
@@ -15,17 +15,17 @@ use myovib_cli::machine::Machine;
 use myovib_cli::progress::Progress;
 use myovib_scene::{Body, Scene};
 
-/// Rows that finish, with multipliers excluded from the error test.
+/// Rows that finish. Multipliers are excluded from the error test.
 const KEYS: [&str; 4] = ["1", "2m", "3m", "31"];
 
-/// Linear solver.
+/// Linear solver to be measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Solver {
-    /// Condensed matrix in dense blocks.
+    /// The matrix is condensed to dense blocks.
     Condensed,
-    /// Full matrix, factorized by KLU.
+    /// KLU factorizes the full matrix.
     Full,
-    /// Defaults of SUNDIALS: KLU with COLAMD and BTF, and serial vectors.
+    /// The defaults of SUNDIALS are used: KLU with COLAMD and BTF, and serial vectors.
     SundialsDefaults,
 }
 
@@ -69,9 +69,9 @@ struct RunJson {
     outcome: &'static str,
     /// CPU time relative to the condensed solver.
     ratio: f64,
-    /// Relative increase in steps compared with the condensed solver.
+    /// Relative increase in the number of steps over the condensed solver.
     more_steps: f64,
-    /// Work of the linear solver, which is only counted for the condensed solver.
+    /// Work of the linear solver; counted only for the condensed solver.
     linear_work: Option<LinearWork>,
 }
 
@@ -81,7 +81,7 @@ struct Document<'a> {
     t_end: f64,
     repeats: u32,
     runs: &'a [RunJson],
-    /// Total CPU time of all rows in s, by solver.
+    /// Total CPU time (s) for all rows by solver.
     sums: Vec<(&'static str, f64)>,
 }
 

@@ -1,4 +1,4 @@
-//! Text of the results: one table for each list or object of the document.
+//! Results as text, with one table for each list or object in the document.
 
 use std::collections::BTreeMap;
 use std::slice;
@@ -6,7 +6,7 @@ use std::slice;
 use myovib_report::table::{Align, Cell, Table, colored_stdout};
 use serde_json::Value;
 
-/// Cells of a row, by heading.
+/// Cells of a row with their headings.
 type Row<'a> = Vec<(&'a str, &'a Value)>;
 
 pub(super) fn text(document: &Value) -> String {
@@ -15,7 +15,7 @@ pub(super) fn text(document: &Value) -> String {
     text
 }
 
-/// Adds a table of the objects, then a table for each list or object inside them. Each row of these inner tables
+/// Adds a table of the objects, followed by a table for each list or object inside them. Each row of an inner table
 /// repeats the text entries of the object that contains it.
 fn add_tables<'a>(text: &mut String, title: &str, objects: Vec<(Row<'a>, &'a Value)>) {
     let (mut rows, mut inner) = (Vec::new(), BTreeMap::<&str, Vec<_>>::new());

@@ -1,4 +1,4 @@
-//! Results of `myovib-bench` that do not depend on timing.
+//! Tests of the results of `myovib-bench` that do not depend on timing.
 
 #[path = "../../../tests/acceptance/harness.rs"]
 mod harness;
@@ -15,8 +15,8 @@ fn bench(arguments: &[&str]) -> Value {
     document(&run.stdout, "bench")
 }
 
-/// Checks that the condensed and the full solver agree up to rounding errors. Step counts differ by at most 2 %, the
-/// effect of rounding errors on the step-size control.
+/// Checks that the condensed and the full solver agree up to rounding errors. Rounding errors affect the step size
+/// control, so step counts may differ by up to 2 %.
 #[test]
 fn all_linear_solvers_take_similar_steps() {
     let document = bench(&["bench", "rows", "--t-end", "0.6", "--quiet", "--json"]);
@@ -29,7 +29,7 @@ fn all_linear_solvers_take_similar_steps() {
         if run["linear_solver"] == "condensed" {
             assert_eq!(work["factorizations"], run["linear_setups"]);
             assert!(work["solves"].as_u64() >= run["steps"].as_u64(), "{run}");
-            // Solutions with a larger backward error are refined.
+            // A solution is refined if its backward error exceeds this bound.
             assert!(work["largest_backward_error"].as_f64().unwrap() < 1e-12, "{run}");
         } else {
             assert!(work.is_null());
@@ -62,7 +62,7 @@ fn an_interrupted_bench_exits_with_130_and_prints_its_results() {
     assert!(runs[0]["cpu_seconds"].as_f64().unwrap() > 0.0, "{runs}");
 }
 
-/// Checks that an output path is validated before the measurement, which may take hours.
+/// Checks that an output path is validated before the measurement starts, because a measurement may take hours.
 #[test]
 fn an_output_that_cannot_be_written_is_rejected_first() {
     let folder = tempfile::tempdir().expect("a folder");

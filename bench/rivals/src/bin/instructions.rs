@@ -1,6 +1,6 @@
-//! Evaluates a residual or Jacobian repeatedly; `scripts/instructions` counts the instructions.
+//! Evaluates a residual or a Jacobian repeatedly. The script `scripts/instructions` counts the instructions.
 //!
-//! `instructions SCENE residual|jacobian REPEATS`; lists the scenes without arguments.
+//! Usage: `instructions SCENE residual|jacobian REPEATS`. Without arguments, lists the scenes.
 
 use std::env;
 

@@ -1,5 +1,5 @@
-//! Spatial discretization error: u_y and p at the origin on the paper's mesh and on refined meshes, with a negligible
-//! time error.
+//! Measures the spatial discretization error. Compares u_y and p at the origin on the paper's mesh and on refined
+//! meshes, with a negligible time integration error.
 
 use anyhow::Context as _;
 use myovib_dae::Problem;
@@ -12,12 +12,12 @@ use myovib_model::{
 const FORMULATION: Formulation = Formulation::Position;
 const LEVELS: usize = 3;
 const RTOL: f64 = 1e-6;
-/// End of the runs in s.
+/// End time of the runs, s.
 const T_END: f64 = 1.0;
-/// Sampling interval in s: twenty samples per period of the load.
+/// Sampling interval (s), with twenty samples per period of the load.
 const EVERY: f64 = 1.0 / 160.0;
 
-/// u_y and p at the origin over time.
+/// u_y and p at the origin as functions of time.
 type Motion = [Vec<f64>; 2];
 
 fn main() -> anyhow::Result<()> {
@@ -44,7 +44,7 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Integrates the undamped muscle on this mesh and prints the cost.
+/// Integrates the undamped muscle on the given mesh and prints the cost.
 fn integrate(mesh: &Mesh, kappa: f64) -> anyhow::Result<Motion> {
     let muscle = paper::muscle(mesh, kappa, 0.0)?;
     let unknowns = muscle.n_unknowns_paper();

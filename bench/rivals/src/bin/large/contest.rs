@@ -1,4 +1,4 @@
-//! Comparison of solvers for one matrix.
+//! Comparison of solvers on one matrix.
 
 use std::fmt;
 use std::time::Instant;
@@ -16,11 +16,11 @@ use crate::solver::{Ours, Solver};
 #[cfg(not(feature = "mumps"))]
 use myovib_sparse::Scalar as Rival;
 
-/// Number of solves per factorization, typical for a step of Radau IIA. Our solver checks the first one, and refines it if
-/// the factors are in single precision.
+/// Number of solves per factorization, which is typical for a step of Radau IIA. Our solver checks the first solution,
+/// and refines it if the factors are in single precision.
 const SOLVES: usize = 5;
 
-/// A matrix to be factorized.
+/// Matrix on which solvers are compared.
 pub struct Contest<'a> {
     pub name: &'static str,
     pub solid: &'a Solid,
@@ -36,28 +36,29 @@ pub struct Outcome {
     matrix: &'static str,
     ours: Cost,
     ours_in_two_threads: Cost,
-    /// With factors in single precision.
+    /// Cost of our solver with factors in single precision.
     ours_mixed: Cost,
-    /// Ratio of the wall-clock times of one and two threads.
+    /// Ratio of the wall-clock time with one thread to the time with two threads.
     speed_up: f64,
     mumps: Option<Cost>,
-    /// Our cost relative to MUMPS, in double and in mixed precision.
+    /// Our cost relative to the cost of MUMPS, in double and in mixed precision.
     ratio: Option<Ratio>,
     mixed_ratio: Option<Ratio>,
 }
 
-/// Cost of one solver; times are the minimum of several runs, in s.
+/// Cost of one solver. Times (s) are the minimum over several runs.
 #[derive(Serialize)]
 struct Cost {
     factor: Time,
-    /// The first solve after a factorization.
+    /// First solve after a factorization.
     first_solve: Time,
-    /// The other solves.
+    /// Further solves.
     solve: Time,
-    /// Peak memory of the process from before the analysis to after a solve, without the given matrix, in bytes.
+    /// Peak memory (bytes) of the process between the start of the analysis and the end of a solve, without the given
+    /// matrix.
     peak_bytes: usize,
     peak_megabytes: f64,
-    /// Memory in bytes as reported by the solver.
+    /// Memory (bytes) that the solver itself reports.
     own_bytes: usize,
     /// Number of entries of the factors.
     entries: usize,
@@ -73,7 +74,7 @@ struct Ratio {
 }
 
 impl Cost {
-    /// Returns this cost relative to another.
+    /// Returns the ratio of this cost to another cost.
     fn relative_to(&self, other: &Self) -> Ratio {
         Ratio {
             factor: self.factor.cpu / other.factor.cpu,
@@ -103,14 +104,14 @@ impl Time {
     }
 }
 
-/// A compared solver.
+/// Solver that takes part in the comparison.
 struct Entrant<'a, T> {
     solver: Box<dyn Solver<T> + 'a>,
     cost: Cost,
 }
 
 impl<'a, T: Scalar> Entrant<'a, T> {
-    /// Measures the memory of a first factorization and solve, and checks the solution.
+    /// Measures the memory of a first factorization and solve. Checks the solution.
     fn new<S: Solver<T> + 'a>(
         solid: &Solid,
         values: &[T],
@@ -150,7 +151,7 @@ impl<'a, T: Scalar> Entrant<'a, T> {
 }
 
 impl Contest<'_> {
-    /// Measures the solvers for c² M + K.
+    /// Measures all solvers on the matrix c² M + K.
     pub fn run<T: Rival>(&self, c: T) -> Result<Outcome> {
         let Self { solid, kind, .. } = *self;
         let values = &solid.values(c)[..];
@@ -202,7 +203,7 @@ impl Contest<'_> {
     }
 }
 
-/// Returns a right-hand side of magnitude 1 in the units of each equation.
+/// Returns a right-hand side whose entries have magnitude 1 in the unit of each equation.
 fn rhs<T: Scalar>(solid: &Solid) -> Vec<T> {
     let n = solid.pattern.major_dim();
     (0..n).map(|i| T::one() * (i as f64).sin()).collect()
@@ -220,7 +221,7 @@ fn backward_error<T: Scalar>(solid: &Solid, values: &[T], b: &[T], x: &[T]) -> f
     ratios.fold(0.0, |max, ratio| if ratio.is_nan() { f64::INFINITY } else { f64::max(max, ratio) })
 }
 
-/// Heading of the printed results.
+/// Heading of the printed table.
 pub const HEAD: &str = "case  matrix              who      factor CPU s   wall s  first solve  solve CPU s   peak MB    own MB  10⁶ entries  backward error";
 
 impl fmt::Display for Outcome {

@@ -1,8 +1,8 @@
-//! Factorizations of 3D Newton matrices compared with MUMPS. The solvers alternate in one process, so that other load
-//! on the machine affects both.
+//! Compares the factorization of 3D Newton matrices with MUMPS. The solvers alternate in one process, so that other
+//! load on the machine affects all of them.
 //!
-//! `large [--json FILE] [--repeats N] [CASE…]`, where a case is a name of [`CASES`], optionally followed by `:complex`,
-//! `:general` or both. The default is [`RECORD`]. Without the feature `mumps`, only our solver runs.
+//! Usage: `large [--json FILE] [--repeats N] [CASE…]`. A case is a name in [`CASES`], optionally followed by
+//! `:complex`, `:general` or both. The default is [`RECORD`]. Without the feature `mumps`, only our solver runs.
 
 mod contest;
 #[cfg(feature = "mumps")]
@@ -18,8 +18,8 @@ use num_complex::Complex64;
 use serde_json::json;
 use solid::Solid;
 
-/// Bodies by their numbers of cubes: `b` is a compact block, `s` a shell of two layers; the number
-/// in the name is the number of unknowns in thousands.
+/// Bodies with their numbers of cubes. `b` is a compact block, and `s` is a shell of two layers. The number in the name
+/// is the number of unknowns in thousands.
 const CASES: [(&str, [usize; 3]); 7] = [
     ("b10", [5, 5, 13]),
     ("b30", [8, 8, 17]),
@@ -30,7 +30,7 @@ const CASES: [(&str, [usize; 3]); 7] = [
     ("b1", [2, 2, 6]),
 ];
 
-/// LDLᵀ for BDF and for Radau IIA, and LU, which is required with damping.
+/// Default cases: LDLᵀ for BDF and for Radau IIA, and LU, which is required with damping.
 const RECORD: [&str; 20] = [
     "b10",
     "b10:complex",
@@ -54,7 +54,7 @@ const RECORD: [&str; 20] = [
     "b100:general:complex",
 ];
 
-/// Factor c in 1/s for steps of about one millisecond: 1.5/ms.
+/// Factor c (1/s) for steps of about one millisecond: 1.5 divided by 1 ms.
 const C: f64 = 1.5e3;
 
 fn main() -> Result<()> {

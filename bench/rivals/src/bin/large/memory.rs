@@ -1,4 +1,4 @@
-//! Memory of this process as reported by Linux, for a uniform comparison of the solvers.
+//! Memory of this process as reported by Linux, which allows a uniform comparison of the solvers.
 
 use std::fs;
 
@@ -15,13 +15,14 @@ impl Count {
         Ok(Self(status("VmRSS:")?))
     }
 
-    /// Returns the peak memory since [`begin`](Self::begin), in excess of the memory at the start, in bytes.
+    /// Returns the peak memory (bytes) since [`begin`](Self::begin) minus the memory at the start.
     pub fn peak(&self) -> Result<usize> {
         Ok(status("VmHWM:")?.saturating_sub(self.0))
     }
 }
 
-/// Returns freed memory to the operating system; otherwise later allocations would reuse it unnoticed.
+/// Returns freed memory to the operating system. Otherwise, later allocations would reuse this memory without being
+/// counted.
 fn give_back() {
     #[cfg(feature = "mumps")]
     crate::ffi::trim();

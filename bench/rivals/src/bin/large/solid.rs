@@ -9,18 +9,18 @@ use nalgebra_sparse::pattern::SparsityPattern;
 /// Shear modulus of the paper's muscle in SI units.
 const MU: f64 = 2.04e4;
 const RHO: f64 = 1.06e3;
-/// Edge length of a cube in m.
+/// Edge length of a cube, m.
 const H: f64 = 2e-3;
 
-/// The six tetrahedra of a cube around its diagonal. Each is given by the order of the axes along a path from one end
-/// of the diagonal to the other.
+/// The six tetrahedra of a cube, which share one diagonal of the cube. Each tetrahedron is given by a path from one end
+/// of the diagonal to the other, that is, by the order of the axes along the path.
 const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
-/// The edges of a tetrahedron; their midpoints are nodes.
+/// Edges of a tetrahedron, whose midpoints are nodes.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
-/// Coordinates of the quadrature points of degree 2, in barycentric coordinates.
+/// Barycentric coordinates of the quadrature points of degree 2.
 const POINT: [f64; 2] = [0.585_410_196_624_968_5, 0.138_196_601_125_010_5];
 
-/// The parts of a matrix with a common pattern.
+/// Parts of a matrix, which share one pattern.
 pub struct Solid {
     pub pattern: SparsityPattern,
     pub mass: Vec<f64>,
@@ -114,7 +114,7 @@ impl Solid {
         Self { pattern, mass, stiffness }
     }
 
-    /// Returns the values of c² M + K with the rows and columns of the constraint.
+    /// Returns the values of c² M + K, together with the rows and columns of the constraint.
     pub fn values<T: Scalar>(&self, c: T) -> Vec<T> {
         let parts = self.mass.iter().zip(&self.stiffness);
         parts.map(|(&m, &k)| c * c * m + T::one() * k).collect()
@@ -124,9 +124,9 @@ impl Solid {
 /// Integrals over one tetrahedron.
 struct Local {
     volume: f64,
-    /// ∇φ_i at the four points.
+    /// Gradients ∇φ_i at the four quadrature points.
     gradients: [[[f64; 3]; 10]; 4],
-    /// ∫ φ_i φ_j.
+    /// Integrals ∫ φ_i φ_j.
     products: [[f64; 10]; 10],
 }
 
@@ -155,7 +155,7 @@ impl Local {
             })
         });
         let volume = det.abs() / 6.0;
-        // φ = Σ coefficient · monomial of degree 2 in barycentric coordinates.
+        // Each φ is a sum of monomials of degree 2 in barycentric coordinates, each multiplied by a coefficient.
         let monomials = |i: usize| -> Vec<(f64, [usize; 2])> {
             match i {
                 0..4 => (0..4).map(|k| (if k == i { 1.0 } else { -1.0 }, [i, k])).collect(),
@@ -171,7 +171,7 @@ impl Local {
                         let mut powers = [0; 4];
                         [p, q, r, s].into_iter().for_each(|k| powers[k] += 1);
                         let top: f64 = powers.iter().map(|&k: &usize| factorial[k]).product();
-                        // 3! V Π a_k! / (4 + 3)!.
+                        // The integral of a monomial is 3! V Π a_k! / (4 + 3)!.
                         sum += a * b * 6.0 * volume * top / 5040.0;
                     }
                 }

@@ -1,4 +1,4 @@
-//! The compared solvers.
+//! Solvers for the comparison.
 
 use std::sync::Arc;
 
@@ -9,17 +9,17 @@ use myovib_sparse::{
 
 use crate::solid::Solid;
 
-/// A factorized matrix.
+/// Solver for one matrix.
 pub trait Solver<T> {
     fn factor(&mut self) -> Result<()>;
     fn solve(&mut self, x: &mut [T]) -> Result<()>;
-    /// Returns the memory in bytes as reported by the solver.
+    /// Returns the memory in bytes that the solver reports.
     fn n_bytes(&mut self) -> usize;
     /// Returns the number of entries of the factors.
     fn n_entries(&mut self) -> usize;
 }
 
-/// The solver of this project.
+/// Solver of this project.
 pub struct Ours<T: Scalar> {
     system: SparseSystem<T>,
     work: LinearWork,
@@ -27,7 +27,7 @@ pub struct Ours<T: Scalar> {
 }
 
 impl<T: Scalar> Ours<T> {
-    /// Analyzes the pattern; factors are computed by `threads` threads.
+    /// Analyzes the pattern. Factorizations use `threads` threads.
     pub fn new(
         solid: &Solid,
         values: &[T],

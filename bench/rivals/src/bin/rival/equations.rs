@@ -14,7 +14,7 @@ type M = FaerSparseMat<f64>;
 type V = FaerVec<f64>;
 type Sparsity = <M as Matrix>::Sparsity;
 
-/// M ẏ = −F(t, y, 0), at rest at t = 0.
+/// Equations M ẏ = −F(t, y, 0), which start at rest at t = 0.
 pub struct Equations {
     pub dae: RefCell<MuscleDae>,
     zero: Vec<f64>,
@@ -24,7 +24,7 @@ pub struct Equations {
 }
 
 impl Equations {
-    /// Creates the equations from a DAE with constant ∂F/∂ẏ.
+    /// Creates the equations from a DAE whose matrix ∂F/∂ẏ is constant.
     pub fn new(mut dae: MuscleDae) -> anyhow::Result<Self> {
         let n = dae.n_unknowns();
         let zero = vec![0.0; n];
@@ -46,7 +46,7 @@ impl Equations {
     }
 }
 
-/// A part of the equations, as required by diffsol.
+/// Part of the equations for which diffsol requires a separate type.
 pub struct Part<'a>(&'a Equations);
 
 macro_rules! square {
@@ -102,7 +102,7 @@ impl NonLinearOp for Part<'_> {
         y.for_each_batch_host([x], |out, [y], _| {
             match dae.borrow_mut().residual(t, y, zero, out) {
                 Ok(()) => out.iter_mut().for_each(|value| *value = -*value),
-                // diffsol cannot receive an error here; it reduces its step size after a NaN.
+                // diffsol does not accept an error here. After a NaN, it reduces its step size.
                 Err(_) => out.fill(f64::NAN),
             }
         });
@@ -173,7 +173,7 @@ impl OdeEquations for Equations {
 }
 
 impl Equations {
-    /// Number of residual evaluations.
+    /// Returns the number of residual evaluations.
     pub fn residual_evaluations(&self) -> u64 {
         self.dae.borrow().counters().residual_passes
     }

@@ -13,19 +13,20 @@ use myovib_model::{
 use crate::Run;
 use crate::equations::Equations;
 
-/// Relative tolerances. The absolute tolerances are proportional to them, with the same factors as in the paper.
+/// Relative tolerances. The absolute tolerances are proportional to the relative tolerance, with the factors of the
+/// paper.
 pub const TOLERANCES: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 
-/// Limit of the CPU time of a diffsol run in s.
+/// Maximum CPU time (s) of a diffsol run.
 const CAP: f64 = 60.0;
 
-/// An integrator with its options.
+/// Integrator with its options.
 #[derive(Clone, Copy)]
 pub enum Integrator {
     DiffsolBdf,
     DiffsolTrBdf2,
     DiffsolEsdirk34,
-    /// An integrator of this project and its maximum order.
+    /// Integrator of this project, with its maximum order.
     Ours(IntegratorKind, u8),
 }
 
@@ -50,12 +51,12 @@ impl Integrator {
         }
     }
 
-    /// Returns whether it belongs to diffsol.
+    /// Returns whether the integrator belongs to diffsol.
     pub fn is_rival(self) -> bool {
         !matches!(self, Self::Ours(..))
     }
 
-    /// Integrates `dae` from rest over `times`.
+    /// Integrates `dae` from rest, with outputs at `times`.
     pub fn run(self, dae: MuscleDae, rtol: f64, times: &[f64]) -> anyhow::Result<Run> {
         let settings = settings(rtol, times.last().copied().unwrap_or(0.0));
         if let Self::Ours(integrator, max_order) = self {
@@ -81,7 +82,7 @@ impl Integrator {
     }
 }
 
-/// Returns the settings of this project's integrators, with all components in the error test.
+/// Returns settings for the integrators of this project. All components are included in the error test.
 fn settings(rtol: f64, t_end: f64) -> Settings {
     Settings {
         t_end,
@@ -90,13 +91,13 @@ fn settings(rtol: f64, t_end: f64) -> Settings {
     }
 }
 
-/// Returns u_y and p at a point for the unknowns `y`.
+/// Returns u_y and p at a point in the state `y`.
 fn read(dae: &mut MuscleDae, point: &Probe, t: f64, y: &[f64]) -> (f64, f64) {
     let value = dae.read(point, t, y);
     (value.displacement[1], value.pressure)
 }
 
-/// Steps to the end and samples at `times`.
+/// Integrates up to the last of `times`, and samples the solution at `times`.
 fn follow<'a, S>(mut solver: S, times: &[f64], origin: &Probe) -> anyhow::Result<Run>
 where
     S: OdeSolverMethod<'a, Equations>,

@@ -1,8 +1,9 @@
-//! The undamped muscle of the paper, (28) with κ = 1e5, integrated by diffsol and by this project.
+//! Integrates the undamped muscle of the paper, (28) with κ = 1e5, with diffsol and with this project.
 //!
-//! diffsol integrates M ẏ = f(t, y). (28) has this form: M = ∂F/∂ẏ is constant, f = −F(t, y, 0). Both programs use the
-//! same residual, Jacobian and tolerances, include all components in the error test, and are compared with the stored
-//! reference. diffsol factorizes the full matrix with faer's sparse LU, this project the condensed matrix.
+//! diffsol integrates M ẏ = f(t, y). (28) has this form, because M = ∂F/∂ẏ is constant and f = −F(t, y, 0). Both
+//! programs use the same residual, Jacobian and tolerances, and include all components in the error test. Both results
+//! are compared with the stored reference. diffsol factorizes the full matrix with faer's sparse LU, whereas this
+//! project factorizes the condensed matrix.
 //!
 //! `cargo run --release --bin rival -- [FILE]` prints a table and writes diffsol's results as JSON.
 
@@ -18,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use integrators::{INTEGRATORS, TOLERANCES};
 
-/// The columns of a reference file.
+/// Columns of a reference file.
 #[derive(Deserialize)]
 struct Reference {
     times: Vec<f64>,
@@ -26,7 +27,7 @@ struct Reference {
     p: Vec<f64>,
 }
 
-/// u_y and p at the origin at the reference's times, and the cost.
+/// Result of one run: u_y and p at the origin at the times of the reference, and the cost.
 #[derive(Default)]
 struct Run {
     u_y: Vec<f64>,
@@ -44,7 +45,7 @@ struct Point {
     formulation: &'static str,
     integrator: &'static str,
     rtol: f64,
-    /// Reason why the run stopped without result.
+    /// Reason why the run stopped without a result.
     stopped: Option<String>,
     u_y: Option<f64>,
     p: Option<f64>,
@@ -103,7 +104,7 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Returns max |a − b| / max |b|, or `None` if a is incomplete.
+/// Returns max |a − b| / max |b|, or `None` if `a` is incomplete.
 fn largest_difference(a: &[f64], b: &[f64]) -> Option<f64> {
     let max = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(0.0, f64::max);
     let difference = max(&mut a.iter().zip(b).map(|(a, b)| a - b));

@@ -1,4 +1,4 @@
-//! C interface to MUMPS, used only for comparison.
+//! C interface to MUMPS, which is used only for comparison.
 
 use std::ffi::c_int;
 
@@ -20,7 +20,7 @@ pub fn trim() {
     unsafe { give_back() };
 }
 
-/// The functions of `mumps.c` for one scalar type.
+/// Functions of `mumps.c` for one scalar type.
 pub struct Functions<T> {
     size: unsafe extern "C" fn() -> usize,
     begin:
@@ -86,12 +86,12 @@ functions!(
     zmumps_run_end
 );
 
-/// A scalar type of MUMPS.
+/// Scalar type that MUMPS supports.
 pub trait Rival: Scalar {
     const MUMPS: Functions<Self>;
 }
 
-/// A matrix in MUMPS.
+/// Matrix that MUMPS factorizes.
 pub struct Mumps<T: Rival> {
     run: Vec<u64>,
     n: usize,
@@ -102,7 +102,7 @@ pub struct Mumps<T: Rival> {
 }
 
 impl<T: Rival> Mumps<T> {
-    /// Analyzes the pattern.
+    /// Creates the matrix and analyzes its pattern.
     pub fn new(pattern: &SparsityPattern, values: &[T], kind: Kind) -> Self {
         let lower = |&((c, r), _): &((usize, usize), &T)| kind == Kind::General || r >= c;
         let entries = pattern.entries().zip(values).filter(lower);
