@@ -1,6 +1,6 @@
-//! Reports in a browser without a window: everything interactive is drawn, without an error, and reacts.
+//! Tests of reports in a headless browser: all interactive parts are drawn without an error, and they respond.
 //!
-//! The tests need Chromium (Debian: `apt install chromium`); without it they print a note and pass.
+//! The tests need Chromium (Debian: `apt install chromium`). If it is not installed, they print a note and pass.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,10 +10,11 @@ use serde_json::Value;
 
 use crate::harness::myovib_in;
 
-/// Script in the head of a page, which collects errors, uses the controls and leaves what it saw in an attribute.
+/// Script that is added to the head of a page. It collects errors, uses the controls, and stores its findings in an
+/// attribute.
 const EXPLORE: &str = include_str!("explore.js");
 
-/// Returns the browser, if it is installed.
+/// Returns the path of the browser, if it is installed.
 fn browser() -> Option<PathBuf> {
     let folders = std::env::var_os("PATH").unwrap_or_default();
     let names = ["chromium", "chromium-browser", "google-chrome"];
@@ -26,10 +27,10 @@ fn browser() -> Option<PathBuf> {
     found
 }
 
-/// Opens a copy of a page and returns what the script saw.
+/// Opens a copy of a page and returns the findings of the script.
 fn explored(browser: &Path, page: &Path) -> Value {
     let html = fs::read_to_string(page).expect("the report");
-    // Before the policy of the page, which does not permit this script.
+    // The script precedes the security policy of the page, which does not permit it.
     let (start, rest) = html.split_once("<head>").expect("a head");
     let copy = page.with_extension("explored.html");
     fs::write(&copy, format!("{start}<head><script>{EXPLORE}</script>{rest}")).expect("a file");
@@ -55,7 +56,7 @@ fn explored(browser: &Path, page: &Path) -> Value {
     serde_json::from_str(&seen.replace("&amp;", "&")).expect("JSON")
 }
 
-/// Explores a report and checks that all of it started without a problem. Returns `None` without a browser.
+/// Opens a report and checks that all of its parts started without a problem. Returns `None` if there is no browser.
 pub(crate) fn seen_in(page: &Path) -> Option<Value> {
     let seen = explored(&browser()?, page);
     assert_eq!(seen["state"], "ready", "{seen}");
@@ -63,7 +64,7 @@ pub(crate) fn seen_in(page: &Path) -> Option<Value> {
     Some(seen)
 }
 
-/// Runs `myovib` and explores the report that it writes, if there is a browser.
+/// Runs `myovib` and opens the report that it writes, if there is a browser.
 fn report_of(words: &[&str], page: &str) -> Option<Value> {
     browser()?;
     let folder = tempfile::tempdir().expect("a folder");
@@ -81,7 +82,7 @@ fn the_report_of_a_run_can_be_explored() {
     let Some(seen) = report_of(&words, "out/report.html") else {
         return;
     };
-    // u_x, u_y and p, and the curve and the spectrum of the analysis.
+    // The charts show u_x, u_y and p, and the curve and the spectrum of the analysis.
     assert_eq!(seen["charts"], 5, "{seen}");
     assert_eq!(seen["linked"], true, "the charts share the range of times: {seen}");
     assert_eq!(seen["frames"], 7, "0 to 0.3 s in steps of 0.05 s: {seen}");
@@ -94,15 +95,15 @@ fn the_report_of_a_run_can_be_explored() {
         let value = value.as_f64().expect("a number");
         assert!((value - expected).abs() < relative * expected, "{value}, {expected}");
     };
-    // Parabolas through 31 samples per period miss extremes by about (π/31)⁴/24 of the amplitude.
+    // Parabolas through 31 samples per period miss extrema by about (π/31)⁴/24 of the amplitude.
     near(&analyzed["decrement"]["frequency"], 8.0, 1e-5);
     near(&analyzed["decrement"]["ratio"], 0.02, 1e-4);
-    // The frequencies are 1/16 of 1/6 Hz apart; the width is 0.32 Hz.
+    // The distance between frequencies is 1/16 of 1/6 Hz, and the width is 0.32 Hz.
     near(&analyzed["width"]["frequency"], 8.0, 2e-3);
     near(&analyzed["width"]["ratio"], 0.02, 0.03);
     assert_eq!(analyzed["width"]["resolved"], true);
     assert_eq!(analyzed["short"]["resolved"], false, "0.8 s cannot resolve 0.32 Hz");
-    // Whole periods in the window; about 50 operations with rounding errors per value.
+    // The window contains whole periods. Each value results from about 50 operations with rounding errors.
     near(&analyzed["peak"][0], 10.0, 1e-12);
     near(&analyzed["peak"][1], 0.25, 1e-12);
 }
@@ -140,13 +141,13 @@ fn the_report_of_a_sweep_has_linked_charts() {
     let Some(seen) = report_of(&words, "sweep/report.html") else {
         return;
     };
-    // The result and the steps over the key; u_x, u_y and p over time.
+    // The charts show the result and the steps against the key, and u_x, u_y and p against time.
     assert_eq!(seen["charts"], 5, "{seen}");
     assert_eq!(seen["linked"], true, "{seen}");
     assert_eq!(seen["highlighted"], true, "{seen}");
 }
 
-/// No text of a scene becomes a script or an element of the page.
+/// Checks that no text in a scene becomes a script or an element of the page.
 #[test]
 fn texts_of_a_scene_are_not_executed() {
     let attack =

@@ -1,4 +1,4 @@
-//! `myovib figure` with a chain, `movie` and `synchronization`.
+//! Tests of `myovib figure` for figures with a chain, of `movie` and of `synchronization`.
 
 use std::fs;
 use std::path::Path;
@@ -21,7 +21,7 @@ fn run(arguments: &str) -> (tempfile::TempDir, Run) {
     (folder, run)
 }
 
-/// Reads a CSV file; returns header and rows.
+/// Reads a CSV file. Returns its header and its rows.
 fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
     let text = fs::read_to_string(path).expect("the table");
     let mut lines = text.lines();
@@ -42,7 +42,7 @@ fn figure_3_prints_its_numbers() {
     assert_eq!((&json["generator"], &json["seed"]), (&"matlab".into(), &5489.into()));
     let frequencies = json["frequencies"].as_array().expect("the frequencies");
     assert_eq!(frequencies.len(), 20);
-    // 16π + 0.05 (2·0.8147… − 1): the first random number of MATLAB.
+    // The expected value is 16π + 0.05 (2·0.8147… − 1), with the first random number of MATLAB.
     let first = 16.0 * std::f64::consts::PI + 0.05 * (2.0 * 0.814_723_686_393_178_9 - 1.0);
     assert_eq!(frequencies[0].as_f64(), Some(first));
     for quantity in ["psi", "chi", "frequency"] {
@@ -51,7 +51,7 @@ fn figure_3_prints_its_numbers() {
         assert!(number("min") < number("mean") && number("mean") < number("max"));
         assert!(number("std") > 0.0);
     }
-    // The window is half of a short run, and 20 s of a long one.
+    // The window is half of a short run, or 20 s of a long run.
     assert_eq!(json["settled"]["window"], 2.0);
     let statistics = json;
     assert_eq!((&statistics["outcome"], &statistics["unknowns"]), (&"finished".into(), &60.into()));
@@ -64,7 +64,7 @@ fn figure_3_prints_its_numbers() {
     );
     let (header, rows) = table(&folder.path().join("figures/figure3.csv"));
     assert_eq!((header.len(), header[0].as_str(), header[26].as_str()), (27, "t", "r_20"));
-    // All plotted samples have a spacing of 0.01 s, which resolves the 16 Hz ripple.
+    // Samples are plotted at intervals of 0.01 s, which resolve the ripple of 16 Hz.
     assert_eq!((rows.len(), rows[0][0], rows[400][0]), (401, 0.0, 4.0));
 }
 
@@ -73,7 +73,7 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
     let (folder, run) = run("figure 7 --t-end 1 --json --quiet");
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     let json = &document(&run.stdout, "figure")["figures"][0];
-    // 3034 unknowns of (29), and two unknowns for each of five oscillators.
+    // There are 3034 unknowns of (29), and two for each of the five oscillators.
     assert_eq!(
         (&json["unknowns"], &json["oscillators"], &json["frequency_spread"]),
         (&3044.into(), &5.into(), &(0.5 / std::f64::consts::TAU).into())
@@ -87,8 +87,8 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
     assert_eq!((&json["max_order"], &json["integrator"]), (&5.into(), &"bdf".into()));
     let (header, rows) = table(&folder.path().join("figures/figure7.csv"));
     let chi = header.iter().position(|name| name == "chi_abs").expect("|χ|");
-    // At rest the coherence is undefined and counts as 0; five oscillators of slightly different
-    // frequency separate slowly.
+    // At rest, the coherence is undefined and counted as 0. Five oscillators whose frequencies differ slightly separate
+    // slowly.
     assert_eq!((rows.len(), rows[0][chi]), (101, 0.0));
     assert!(rows[1..].iter().all(|row| row[chi] > 0.99 && row[chi] <= 1.0));
 }
@@ -109,7 +109,7 @@ fn figure_3_by_radau_is_figure_3_by_bdf() {
     };
     let (bdf, radau) = (settled("bdf"), settled("radau9"));
     for (a, b) in bdf.into_iter().zip(radau) {
-        // The tolerance is 1e-7 per step; the errors of several thousand BDF steps add up.
+        // The tolerance is 1e-7 per step, and the errors of several thousand BDF steps accumulate.
         assert!((a - b).abs() < 1e-4 * b, "{bdf:?} {radau:?}");
     }
 }
@@ -146,17 +146,17 @@ fn the_muscle_drives_chains_too() {
     let cases = json["cases"].as_array().expect("cases");
     assert_eq!(json["point"], serde_json::json!([0.0, 0.0]));
     for case in cases {
-        // The paper's chain on the muscle: five oscillators with two states each.
+        // The paper's chain on the muscle has five oscillators with two states each.
         assert_eq!((&case["body"], &case["unknowns"]), (&"muscle".into(), &10.into()));
         assert_eq!(case["integrator"], "radau9");
     }
-    // A drive with an amplitude of one millimeter has a visible effect at a gain of ten thousand.
+    // At a gain of ten thousand, a drive with an amplitude of one millimeter has a visible effect.
     let strength = |k: usize| cases[k]["settled"]["psi"]["mean"].as_f64().expect("|Ψ|");
     assert!((strength(1) - strength(0)).abs() > 1e-3);
 }
 
-/// The paper's question, evaluated in the full window: at the paper's gain the chain keeps its
-/// natural frequency; a gain of 6000 locks it to the drive.
+/// Answers the paper's question in the full window: at the paper's gain, the chain keeps its natural frequency, and a
+/// gain of 6000 locks it to the drive.
 #[test]
 fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
     let (_folder, run) = run("synchronization --gamma 1,6000 --t-end 60 --json --quiet");
@@ -171,13 +171,13 @@ fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
     };
     assert_eq!(driven["settled"]["window"], 20.0);
     assert_eq!((&driven["locked"], &free["locked"]), (&true.into(), &false.into()));
-    // The criterion is at most a tenth of a turn in 20 s, and |χ| ≥ 0.9. It is recomputed from the
-    // output.
+    // A locked chain turns by at most a tenth of a turn in 20 s relative to the drive, and has |χ| ≥ 0.9. This is
+    // recomputed from the output.
     assert!((value(driven, "frequency", "mean") - 8.0).abs() < 0.005);
     assert!(value(driven, "chi", "min") >= 0.9);
-    // The deviation is ten times the limit for a locked chain: full turns instead of fractions.
+    // The deviation is ten times the limit for a locked chain, that is, full turns instead of fractions of a turn.
     assert!((value(free, "frequency", "mean") - 8.0).abs() > 0.05);
-    // The document has all settings, including defaults.
+    // The document contains all settings, including defaults.
     for case in [free, driven] {
         for (setting, value) in [
             ("van_der_pol", 2.0.into()),
@@ -199,8 +199,7 @@ fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
     }
 }
 
-/// Checks that a movie has `frames` pictures, 120 pixels wide, and that consecutive pictures
-/// differ.
+/// Checks that a movie has `frames` pictures with a width of 120 pixels, and that consecutive pictures differ.
 fn assert_moves(film: &Path, frames: usize) {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
@@ -212,7 +211,7 @@ fn assert_moves(film: &Path, frames: usize) {
     }
     assert_eq!(pictures.len(), frames);
     let still = pictures.windows(2).filter(|pair| pair[0] == pair[1]).count();
-    // At the turning points of the motion two consecutive pictures may be equal.
+    // At the turning points of the motion, two consecutive pictures may be equal.
     assert!(still <= frames / 10, "{still} of {frames} pictures are as the one before");
 }
 
@@ -220,7 +219,7 @@ fn assert_moves(film: &Path, frames: usize) {
 fn movies_are_animations() {
     let (folder, run) = run("movie chain --from 0 --to 0.2 --width-pixels 120 --quiet --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
-    // Samples at 0, 0.01, … 0.2 s.
+    // The samples are at 0, 0.01, … 0.2 s.
     assert_eq!(document(&run.stdout, "movie")["frames"], 21);
     assert_moves(&folder.path().join("chain.gif"), 21);
 }
@@ -230,7 +229,7 @@ fn the_film_of_the_muscle_shows_one_cycle_of_its_load() {
     let (folder, run) =
         run("movie muscle --to 0.125 --integrator radau9 --width-pixels 120 --quiet --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
-    // The load has 8 Hz, with 50 frames per period.
+    // The load has a frequency of 8 Hz, and there are 50 frames per period.
     assert_eq!(document(&run.stdout, "movie")["frames"], 50);
     assert_moves(&folder.path().join("muscle.gif"), 50);
 }
@@ -239,7 +238,7 @@ fn the_film_of_the_muscle_shows_one_cycle_of_its_load() {
 fn the_film_of_the_inclusion_shows_one_cycle_of_its_scenes_load() {
     let (folder, run) = run("movie hardening --to 0.0625 --width-pixels 120 --quiet --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
-    // The load of the scene has 16 Hz, with 50 frames per period.
+    // The load of this scene has a frequency of 16 Hz, and there are 50 frames per period.
     assert_eq!(document(&run.stdout, "movie")["frames"], 50);
     assert_moves(&folder.path().join("hardening.gif"), 50);
 }
@@ -248,12 +247,12 @@ fn the_film_of_the_inclusion_shows_one_cycle_of_its_scenes_load() {
 fn the_film_of_the_muscle_in_space_is_made_of_its_scene() {
     let (folder, run) = run("movie muscle3d --to 0.125 --width-pixels 120 --quiet --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
-    // 64 frames per second; the vibration has just started.
+    // There are 64 frames per second, and the vibration has just started.
     assert_eq!(document(&run.stdout, "movie")["frames"], 9);
     assert_moves(&folder.path().join("muscle3d.gif"), 9);
 }
 
-/// A movie of stored fields, in 2D and in 3D, and the reasons against one.
+/// Checks movies of stored fields in 2D and in 3D, and the errors for runs from which no movie can be made.
 #[test]
 fn the_fields_of_a_run_become_a_movie() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! Rules for all commands.
+//! Tests of rules that hold for all commands.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -18,8 +18,8 @@ fn version_names_the_linked_libraries() {
     }
 }
 
-/// In a build without the feature `mpi`, several processes would all compute and write the same
-/// files.
+/// Checks that several processes are rejected in a build without the feature `mpi`, because all of them would compute
+/// and write the same files.
 #[test]
 fn several_processes_need_a_program_that_is_built_for_them() {
     for (size, code) in [("1", 0), ("4", 2)] {
@@ -61,7 +61,7 @@ fn a_file_that_cannot_be_written_is_code_2_and_named() {
     assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 0);
 }
 
-/// Checks that the error occurs before the computation, which may take hours.
+/// Checks that the error is reported before the computation, which may take hours.
 #[test]
 fn every_command_sees_at_once_that_its_document_cannot_be_written() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -127,7 +127,7 @@ fn help_shows_examples() {
     assert!(run.stdout.contains("Examples:\n  myovib doctor"), "{}", run.stdout);
 }
 
-/// Issue 15, E8: the guide explains once how the names of unknowns correspond.
+/// Issue 15, E8: checks that the guide explains in one place how the names of unknowns correspond.
 #[test]
 fn the_guide_has_the_names_of_all_blocks() {
     let folder = tempfile::tempdir().expect("a folder");

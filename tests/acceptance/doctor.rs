@@ -1,4 +1,4 @@
-//! `myovib doctor`.
+//! Tests of `myovib doctor`.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! Equilibria on the command line: interrupted and failed searches, their stored results, and later
-//! runs that use these results.
+//! Tests of equilibria on the command line: interrupted and failed searches, their stored results, and later runs that
+//! use these results.
 
 use std::fs;
 use std::time::{Duration, Instant};
@@ -8,16 +8,16 @@ use serde_json::Value;
 
 use crate::harness::{code_of_interrupted, myovib_in};
 
-/// Regression: an equilibrium has no time steps; the search continued for minutes after Ctrl-C.
+/// Regression: the search for an equilibrium, which has no time steps, continued for minutes after Ctrl-C.
 #[test]
 fn ctrl_c_ends_the_search_for_an_equilibrium() {
     let folder = tempfile::tempdir().unwrap();
-    // The fiber is so soft that the search takes a hundred seconds of small load steps.
+    // With such a soft fiber, the search takes a hundred seconds of small load steps.
     let soft = ["run", "land1", "--quiet", "--set", "material[0].b_f=1e-29"];
     let since = Instant::now();
     assert_eq!(code_of_interrupted(folder.path(), &soft), Some(130));
     assert!(since.elapsed() < Duration::from_secs(60));
-    // The last equilibrium before the signal is kept.
+    // The last equilibrium that was found before the signal is kept.
     if let Ok(text) = fs::read_to_string(folder.path().join("out/run.json")) {
         let document: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(document["reason"], "interrupted");
@@ -25,7 +25,7 @@ fn ctrl_c_ends_the_search_for_an_equilibrium() {
     }
 }
 
-/// The equilibrium of the last load step is kept, which belongs to a partial load.
+/// Checks that the equilibrium of the last load step is kept, which belongs to a partial load.
 #[test]
 fn no_equilibrium_is_code_4_and_keeps_the_last_state() {
     let folder = tempfile::tempdir().unwrap();
@@ -36,23 +36,22 @@ fn no_equilibrium_is_code_4_and_keeps_the_last_state() {
         let text = fs::read_to_string(folder.path().join(out).join("run.json")).unwrap();
         serde_json::from_str(&text).unwrap()
     };
-    let load = 2e4; // three thousand times that of the scene
+    let load = 2e4; // three thousand times the load of the scene
     let whole = run(&["--set", &format!("traction[0].y={load}"), "--out", "a"]);
     assert_eq!(whole.code, 4, "{}", whole.stderr);
     let found = document("a");
     assert_eq!(found["reason"], "no_equilibrium");
     let reached = found["load_reached"].as_f64().unwrap();
     assert!(reached > 0.0 && reached < 1.0, "{reached}");
-    // The support carries the traction on the side of 16 in the kept state. Newton's method ends at increments of 1e-9, whose
-    // forces are up to κ/G = 5000 times larger.
+    // In the kept state, the support carries the traction on the side of length 16. Newton's method ends at increments
+    // of 1e-9, and the forces of such increments are up to κ/G = 5000 times larger.
     let carried = found["results"]["support"]["R_y"].as_f64().unwrap();
     let applied = reached * load * 16.0;
     assert!((carried + applied).abs() <= 5e-6 * applied, "{carried} {applied}");
 }
 
-/// Regression: outputs of a partially loaded equilibrium used the full load. Supports had positions
-/// that were never reached, which ended the run without an error on the load, and reactions
-/// contained the full weight.
+/// Regression: outputs of a partially loaded equilibrium used the full load. The positions of supports had never been
+/// reached, so the run ended without an error about the load, and reactions contained the full weight.
 #[test]
 fn a_part_of_the_load_is_read_off_as_such() {
     let folder = tempfile::tempdir().unwrap();
@@ -75,9 +74,9 @@ fn a_part_of_the_load_is_read_off_as_such() {
         format!("[[prescribed_displacement]]\ngroup = \"right\"\nx = -0.97\ny = 0.0\n{end}");
     let (part, results) = reached("crushed", &crushed);
     let u_x = results["end"]["u_x"].as_f64().unwrap();
-    // Rounding error of the mean of a constant.
+    // The tolerance is the rounding error of the mean of a constant.
     assert!((u_x + 0.97 * part).abs() < 1e-12, "{u_x} {part}");
-    // 1000 kg and a side of 1 m², per meter of depth: the support carries both loads.
+    // A mass of 1000 kg and a side of 1 m², per meter of depth; the support carries both loads.
     let (acceleration, traction) = (-50.0, -3e4);
     let weighed = format!(
         "[[body_force]]\nx = {acceleration:e}\n[[traction]]\ngroup = \"right\"\nx = {traction:e}\n"
@@ -85,10 +84,9 @@ fn a_part_of_the_load_is_read_off_as_such() {
     let (part, results) = reached("weighed", &weighed);
     let reaction = results["support"]["R_x"].as_f64().unwrap();
     let expected = -part * (1e3 * acceleration + traction);
-    // Newton's iteration ends at increments of 1e-9; the remaining error is about the square of
-    // this value.
+    // Newton's iteration ends at increments of 1e-9. The remaining error is about the square of this value.
     assert!((reaction / expected - 1.0).abs() < 1e-9, "{reaction} {expected}");
-    // A motion that starts from this equilibrium has the full load.
+    // A motion that starts from this equilibrium is under the full load.
     let motion = square.replace(
         "analysis = \"static\"",
         "[time]\nend = 0.01\n[initial_state]\ntype = \"restart\"\nfolder = \"weighed\"",
@@ -102,7 +100,7 @@ fn a_part_of_the_load_is_read_off_as_such() {
     assert_eq!(moved.code, 0, "{}", moved.stderr);
     let reported = format!("with {:.1} % of the loads of that run", 100.0 * part);
     assert!(moved.stderr.contains(&reported), "{}", moved.stderr);
-    // A sweep also rejects it as the result of a case.
+    // A sweep also rejects a partially loaded equilibrium as the result of a case.
     let vary = format!("prescribed_displacement[0].x=-0.01,{}", -0.97);
     let sweep = [
         "sweep",
@@ -149,7 +147,7 @@ fn ctrl_c_ends_the_search_for_an_equilibrium_to_start_from() {
     assert!(!folder.path().join("out").exists());
 }
 
-/// Regression: the folder was checked only after the search for an equilibrium, which may take
+/// Regression: an existing run in the folder was detected only after the search for an equilibrium, which may take
 /// minutes.
 #[test]
 fn a_folder_that_holds_a_run_is_refused_before_an_equilibrium_is_sought() {

@@ -1,4 +1,4 @@
-//! Errors of runs, and the reported error estimates.
+//! Tests of errors that runs report, and of error estimates.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::fs;
@@ -8,11 +8,11 @@ use serde_json::Value;
 
 use crate::harness::myovib_in;
 
-/// Writes the scene of `init` with probes at points without zero components by symmetry.
+/// Writes the scene of `init` with probes at points at which no component is zero by symmetry.
 fn scene(folder: &Path) {
     let init = myovib_in(folder, &["init", "-"]);
     assert_eq!(init.code, 0, "{}", init.stderr);
-    // The bound of the errors was derived for this formulation.
+    // The bound on the errors was derived for this formulation.
     let rate = "[solid]\nformulation = \"rate\"";
     let init = init.stdout.replacen("[solid]", rate, 1);
     let probe = "\n[[probe]]\nname = \"off\"\ntype = \"point\"\nat = [0.03, 0.004]\n\
@@ -20,7 +20,7 @@ fn scene(folder: &Path) {
     fs::write(folder.join("scene.toml"), init + probe).unwrap();
 }
 
-/// Runs the scene over its first second; returns printed text and document.
+/// Runs the first second of the scene. Returns the printed text and the document.
 fn run(folder: &Path, out: &str, sets: &[&str], more: &[&str]) -> (String, Value) {
     let mut arguments = vec!["run", "scene.toml", "--out", out, "--quiet"];
     for set in [&["time.end=1", "fields.interval=1"], sets].concat() {
@@ -33,7 +33,7 @@ fn run(folder: &Path, out: &str, sets: &[&str], more: &[&str]) -> (String, Value
     (run.stdout, serde_json::from_str(&text).unwrap())
 }
 
-/// An undamped, incompressible beam whose tip starts abruptly.
+/// Undamped, incompressible beam whose tip is set in motion abruptly.
 const VIBRATION: &str = r#"
 [time]
 end = 0.4
@@ -65,7 +65,7 @@ quantities = ["u", "v", "p"]
 
 const TIGHT: [&str; 2] = ["integrator.method=radau13", "integrator.rtol=1e-9"];
 
-/// Returns names and columns of a probe's table.
+/// Returns the columns of the table of a probe, with their names.
 fn columns(folder: &Path, out: &str, probe: &str) -> Vec<(String, Vec<f64>)> {
     let text = fs::read_to_string(folder.join(out).join(format!("{probe}.csv"))).unwrap();
     let mut lines = text.lines();
@@ -76,8 +76,8 @@ fn columns(folder: &Path, out: &str, probe: &str) -> Vec<(String, Vec<f64>)> {
     names.enumerate().map(column).collect()
 }
 
-/// Returns name, maximum magnitude, and maximum difference to a run with tight tolerances, for each
-/// column.
+/// Returns, for each column, the name, the maximum magnitude, and the maximum difference from a run with tight
+/// tolerances.
 fn errors(folder: &Path, probe: &str, [out, tight]: [&str; 2]) -> Vec<(String, f64, f64)> {
     let found = columns(folder, out, probe).into_iter().skip(1);
     let exact = columns(folder, tight, probe).into_iter().skip(1);
@@ -90,8 +90,8 @@ fn errors(folder: &Path, probe: &str, [out, tight]: [&str; 2]) -> Vec<(String, f
     found.zip(exact).map(compare).collect()
 }
 
-/// Issue 15, E1: a scene without integrator settings has three correct digits in both directions
-/// and in stresses, and the estimate of `--verify` bounds its error.
+/// Issue 15, E1: checks that a scene without integrator settings has three correct digits in both directions and in
+/// stresses, and that the estimate of `--verify` bounds the error.
 #[test]
 fn the_defaults_give_three_digits_and_an_error_estimate() {
     let folder = tempfile::tempdir().unwrap();
@@ -115,8 +115,8 @@ fn the_defaults_give_three_digits_and_an_error_estimate() {
     }
 }
 
-/// Regression: the difference to a run at ten times the tolerance was smaller than the error, because a
-/// method of high order took similar steps in both.
+/// Regression: the difference from a run with ten times the tolerance was smaller than the error, because a method of
+/// high order took similar steps in both runs.
 #[test]
 fn verify_bounds_the_error_of_high_orders() {
     let folder = tempfile::tempdir().unwrap();
@@ -136,7 +136,7 @@ fn verify_bounds_the_error_of_high_orders() {
     }
 }
 
-/// Every run by BDF reports the error of its probes within a factor of 5, for damped motion and for
+/// Checks that every run by BDF reports the errors of its probes within a factor of 5, both for damped motion and for
 /// undamped, incompressible motion. Radau IIA has no such estimate and reports none.
 #[test]
 fn runs_by_bdf_report_their_errors() {
@@ -161,7 +161,7 @@ fn runs_by_bdf_report_their_errors() {
             let of_u_y = indicated["u_y"]["error"].as_f64().unwrap();
             assert!(report.contains(&format!("<td class=\"n\">{of_u_y:.1e}</td>")));
             let errors = errors(folder, "off", ["run", "tight"]);
-            // Takes the worst component of each kind, as the printed line does.
+            // For each kind, the component with the largest error is used, as in the printed line.
             for kind in ["u_", "p", "stress_"] {
                 let of_kind = || errors.iter().filter(|e| e.0.starts_with(kind));
                 let off = of_kind().fold(0.0, |m: f64, e| m.max(e.2));
@@ -181,7 +181,7 @@ fn runs_by_bdf_report_their_errors() {
     assert!(!reported.contains("error estimates of the steps"), "{reported}");
 }
 
-/// The estimate costs no residual evaluation; a probe that would need one has no estimate.
+/// Checks that the estimate requires no residual evaluation. A probe that would require one has no estimate.
 #[test]
 fn error_indicators_cost_no_residual() {
     let folder = tempfile::tempdir().unwrap();
@@ -207,7 +207,7 @@ fn error_indicators_cost_no_residual() {
     assert_eq!(probes.keys().collect::<Vec<_>>(), ["origin"]);
 }
 
-/// Half a strip that is moved as a whole, with its own material.
+/// Strip of which one half is moved as a whole and has its own material.
 const BONE: &str = r#"
 [time]
 end = 0.01
@@ -241,7 +241,7 @@ x = { type = "step", value = 1e-3, rise = 0.1 }
 y = 0.0
 "#;
 
-/// A strip without inertia and with a sudden load.
+/// Strip without inertia under a sudden load.
 const SUDDEN: &str = r#"
 analysis = "quasi-static"
 [time]
@@ -267,7 +267,7 @@ y = { type = "step", value = 20.0, rise = 0 } # jumps
 method = "radau5"
 "#;
 
-/// Regression: the errors pointed at `[[fixed]]` and at `analysis`.
+/// Regression: the errors referred to `[[fixed]]` and to `analysis`.
 #[test]
 fn errors_point_at_the_line_to_change() {
     let folder = tempfile::tempdir().unwrap();
@@ -280,7 +280,7 @@ fn errors_point_at_the_line_to_change() {
     }
 }
 
-/// Regression: a varied name with U+202E reversed the text that follows it in a terminal.
+/// Regression: a varied name that contained U+202E reversed the subsequent text on a terminal.
 #[test]
 fn names_on_standard_output_do_not_hide_text() {
     let folder = tempfile::tempdir().unwrap();
@@ -295,7 +295,7 @@ fn names_on_standard_output_do_not_hide_text() {
     }
 }
 
-/// Regression: the message for a scene in Latin-1 named no line.
+/// Regression: the message for a scene in Latin-1 did not state the line.
 #[test]
 fn a_scene_in_latin_1_is_refused_with_its_line() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Files for ParaView: valid XML, and the structure required by the VTK format.
+//! Tests of files for ParaView: they are valid XML and have the structure that the VTK format requires.
 
 use std::fs;
 use std::path::Path;
@@ -12,11 +12,11 @@ use crate::harness::myovib_in;
 
 /// Cell type of the VTK format.
 struct Cells {
-    /// Name in `run.json`.
+    /// Name of the cells in `run.json`.
     word: &'static str,
-    /// Number in VTK.
+    /// Number of the cell type in VTK.
     number: f64,
-    /// Ends of the edges, in the order of the mid-edge nodes.
+    /// Ends of the edges, in the order in which the mid-edge nodes are numbered.
     edges: &'static [[usize; 2]],
 }
 
@@ -35,7 +35,7 @@ fn child<'a, 'x>(node: Node<'a, 'x>, name: &str) -> Node<'a, 'x> {
     first
 }
 
-/// Returns the values of the array `name`, in rows of its number of components.
+/// Returns the values of the array `name`. The length of a row is the number of components.
 fn array(parent: Node<'_, '_>, name: &str) -> Vec<Vec<f64>> {
     let mut arrays = parent.children().filter(Node::is_element);
     let array = arrays
@@ -66,7 +66,7 @@ fn whole_numbers(parent: Node<'_, '_>, name: &str) -> Vec<usize> {
     numbers.into_iter().map(|n| n as usize).collect()
 }
 
-/// Returns the signed measure of the simplex with these corners, times 2 or 6.
+/// Returns the signed measure of the simplex with these corners, multiplied by 2 in 2D and by 6 in 3D.
 fn determinant(corners: &[&Vec<f64>]) -> f64 {
     let edge = |i: usize| [0, 1, 2].map(|axis| corners[i][axis] - corners[0][axis]);
     let (a, b) = (edge(1), edge(2));
@@ -75,8 +75,7 @@ fn determinant(corners: &[&Vec<f64>]) -> f64 {
     (0..3).map(|axis| cross[axis] * c[axis]).sum()
 }
 
-/// Checks a file against the mesh size in `run.json`. `arrays` lists the point arrays with their
-/// numbers of components.
+/// Checks a file against the mesh size in `run.json`. `arrays` lists the point arrays and their numbers of components.
 fn check(path: &Path, mesh: &Value, kind: &Cells, arrays: &[(&str, usize)]) {
     let text = fs::read_to_string(path).expect("the file is there");
     let document = Document::parse(&text).expect("XML");
@@ -113,7 +112,7 @@ fn check(path: &Path, mesh: &Value, kind: &Cells, arrays: &[(&str, usize)]) {
         for ([from, to], &middle) in kind.edges.iter().zip(&nodes[n_corners..]) {
             for (axis, middle) in points[middle].iter().enumerate() {
                 let mean = 0.5 * (corners[*from][axis] + corners[*to][axis]);
-                // Rounding error of lengths up to 0.1.
+                // The tolerance is the rounding error of lengths up to 0.1.
                 assert!((mean - middle).abs() < 1e-16, "{mean} {middle}");
             }
         }
@@ -165,7 +164,7 @@ fn fields_are_the_grids_that_paraview_reads() {
     }
 }
 
-/// Regression: the report called the states of a path by their times, which may be load factors.
+/// Regression: the report labeled the states on a loading path with times, although their labels may be load factors.
 #[test]
 fn the_states_of_a_path_are_shown_by_their_load_factors() {
     let folder = tempfile::tempdir().unwrap();
@@ -217,14 +216,14 @@ fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibers() {
     let (stress, principal) = (array(data, "stress"), array(data, "principal_stress"));
     for (stress, principal) in stress.iter().zip(&principal) {
         assert!(principal[0] >= principal[1] && principal[1] >= principal[2]);
-        // The average over the elements at a point preserves the trace of both.
+        // The average over the elements at a point preserves the traces of both tensors.
         let trace = stress[0] + stress[1] + stress[2];
         let scale: f64 = stress.iter().map(|s| s.abs()).sum();
         assert!((trace - principal.iter().sum::<f64>()).abs() <= 1e-12 * scale);
     }
 }
 
-/// The moving spindle: the files contain its velocity and a fiber direction that varies in space.
+/// Checks the moving spindle. The files contain its velocity and a fiber direction that varies in space.
 #[test]
 fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibers() {
     let folder = tempfile::tempdir().unwrap();
@@ -245,14 +244,13 @@ fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibers() {
     let fibers = array(child(piece, "CellData"), "fiber");
     let length = |fiber: &Vec<f64>| fiber.iter().map(|x| x * x).sum::<f64>().sqrt();
     let fibers: Vec<_> = fibers.iter().filter(|fiber| length(fiber) > 0.0).collect();
-    // Rounding error of a normalized vector.
+    // The tolerance is the rounding error of a normalized vector.
     assert!(fibers.iter().all(|fiber| (length(fiber) - 1.0).abs() < 1e-15));
     assert!(fibers.iter().any(|fiber| fiber[..] != fibers[0][..]));
 }
 
-/// Two layers under homogeneous stretch; all constants of the upper layer are twice as large. The
-/// homogeneous strain is exact, and each stress component above the interface is twice the
-/// component below.
+/// Checks two layers under homogeneous stretch. All constants of the upper layer are twice those of the lower layer.
+/// The homogeneous strain is exact, so each stress component above the interface is twice the component below it.
 #[test]
 fn stress_at_the_interface_of_materials_is_that_of_each_and_not_their_mean() {
     let folder = tempfile::tempdir().unwrap();
@@ -263,7 +261,7 @@ fn stress_at_the_interface_of_materials_is_that_of_each_and_not_their_mean() {
              c10 = {c10}\nc01 = {c01}\nbulk_modulus = {kappa}\n"
         )
     };
-    // The upper half is the region above a very flat ellipse.
+    // The upper half is described as the region above a very flat ellipse.
     let scene = format!(
         "analysis = \"static\"\n\
          [mesh]\ntype = \"rectangle\"\nwidth = 2.0\nheight = 2.0\ncells = [2, 4]\n\
@@ -297,17 +295,17 @@ fn stress_at_the_interface_of_materials_is_that_of_each_and_not_their_mean() {
             at_interface[region] += usize::from(points[node][1] == 1.0);
             for (found, expected) in stress[node].iter().zip(&soft) {
                 let expected = (1 + region) as f64 * expected;
-                // Newton's tolerance for stresses of about 1e4 Pa.
+                // The bound is Newton's tolerance for stresses of about 1e4 Pa.
                 assert!((found - expected).abs() < 1e-4, "{found} {expected}");
             }
         }
     }
-    // Two cells along the interface. In each cell, one triangle has three nodes on it, the other
-    // has one.
+    // There are two cells along the interface. In each cell, one triangle has three nodes on the interface, and the
+    // other triangle has one.
     assert_eq!(at_interface, [8, 8], "both sides have points on the line");
     for (strain, principal) in strain.iter().zip(&principal) {
-        // The stretch along is 1.1, and the axes are principal; the other principal strain is the
-        // transverse contraction.
+        // The axial stretch is 1.1, and the axes are principal axes. The other principal strain is the transverse
+        // contraction.
         let [xx, yy] = [strain[0], strain[1]];
         assert!((xx - 0.105).abs() < 1e-9 && yy < 0.0, "{strain:?}");
         for (found, expected) in principal.iter().zip([xx, 0.0, yy]) {

@@ -1,4 +1,4 @@
-//! `myovib figure` and `myovib figures`.
+//! Tests of `myovib figure` and `myovib figures`.
 
 use std::fs;
 use std::path::Path;
@@ -24,12 +24,12 @@ fn figure_4_shows_the_papers_mesh_from_any_folder() {
     assert_eq!(run.code, 0, "{}", run.stderr);
     let found = document(&read(folder.path(), "f4.json"), "figure");
     let figure = &found["figures"][0];
-    // The paper's number of unknowns.
+    // The paper states this number of unknowns.
     assert_eq!(figure["unknowns_paper"], 1545);
     let csv = read(folder.path(), "f/figure4.csv");
-    // Euler's formula for a simply connected mesh: edges = vertices + triangles - 1.
+    // Euler's formula for a simply connected mesh gives edges = vertices + triangles - 1.
     assert_eq!(column(&csv, "x_1").len(), 185 + 311 - 1);
-    // Only both ends of the spindle are fixed; each is 2 × 0.012 m high.
+    // Only the two ends of the spindle are fixed. Each end is 2 × 0.012 m high.
     let (x, fixed) = (column(&csv, "x_1"), column(&csv, "fixed"));
     assert!(x.iter().zip(&fixed).all(|(x, f)| *f == 0.0 || (x.abs() - 0.1).abs() < 1e-12));
     let svg = read(folder.path(), "f/figure4.svg");
@@ -43,7 +43,7 @@ fn figures_5_and_6_show_one_run() {
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     let csv = read(folder.path(), "figures/figure6.csv");
     let t = column(&csv, "t");
-    // 50 samples per period of 1/8 s, both ends included.
+    // There are 50 samples per period of 1/8 s, including both ends of the run.
     assert_eq!((t.len(), t[0], t[t.len() - 1]), (401, 0.0, 1.0));
 
     let found = document(&read(folder.path(), "f.json"), "figures");
@@ -54,7 +54,7 @@ fn figures_5_and_6_show_one_run() {
     });
     assert_eq!(snapshots["steps"], series["steps"], "one run");
     assert_eq!(series["outcome"], "finished");
-    // The snapshots are in the last period, at the extremes of the displacement of the origin.
+    // The snapshots are in the last period, at the extrema of the displacement of the origin.
     let u_y = column(&csv, "u_y");
     let at = |name: &str| {
         let time = snapshots[name].as_f64().expect(name);
@@ -76,7 +76,7 @@ fn an_interrupted_run_is_code_130_and_drawn_as_far_as_it_got() {
     assert!(column(&read(folder.path(), "figures/figure6.csv"), "t").len() > 1);
 }
 
-/// An interrupted command without results does not report an input error.
+/// Checks that a command that is interrupted before its first result does not report an input error.
 #[test]
 fn an_interruption_before_the_first_result_is_code_130() {
     let folder = tempfile::tempdir().expect("a folder");

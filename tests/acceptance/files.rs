@@ -1,5 +1,5 @@
-//! Files that cannot be opened, or that disappear during a run. The error names the file, and the
-//! exit code shows whether output was written.
+//! Tests of files that cannot be opened or that disappear during a run. The error names the file, and the exit code
+//! shows whether output was written.
 #![cfg(unix)]
 
 use std::fs;
@@ -17,7 +17,7 @@ fn write_scene(folder: &Path, probes: usize) {
     fs::write(folder.join("scene.toml"), scene).expect("the scene");
 }
 
-/// Runs the scene after a `setting` of the shell.
+/// Runs the scene after the shell command `setting`.
 fn run_after(folder: &Path, setting: &str) -> (Option<i32>, String) {
     let run = "exec \"$0\" run scene.toml --quiet --set time.end=0.01 --set fields=";
     let Output { status, stderr, .. } = Command::new("bash")
@@ -43,7 +43,7 @@ fn more_probes_than_the_system_lets_files_be_open_are_refused_before_anything_is
     assert_eq!(code, Some(0), "the advice holds: {stderr}");
 }
 
-/// Files opened by other libraries also count, so the limit cannot be checked in advance.
+/// Files that other libraries open also count, so the limit cannot be checked in advance.
 #[test]
 fn too_many_open_files_are_code_4_and_the_file_is_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -55,7 +55,8 @@ fn too_many_open_files_are_code_4_and_the_file_is_named() {
     assert!(stderr.contains("Too many open files"), "{stderr}");
 }
 
-/// Parallel cases share the system's limit: fewer cases run at a time, and all succeed.
+/// Checks parallel cases that share the system's limit on open files: fewer cases run at a time, and all of them
+/// succeed.
 #[test]
 fn cases_of_a_sweep_wait_for_each_other_where_few_files_may_be_open() {
     let folder = tempfile::tempdir().unwrap();
@@ -91,7 +92,7 @@ fn a_table_that_is_removed_while_the_run_goes_on_is_code_4_and_named() {
         std::thread::yield_now();
     }
     fs::remove_file(&csv).unwrap();
-    // The run would last an hour.
+    // Without a limit, the run would take an hour.
     while run.try_wait().unwrap().is_none() && since.elapsed() < Duration::from_secs(120) {
         std::thread::yield_now();
     }
@@ -120,7 +121,7 @@ fn endless_files_are_not_read() {
         ("check pipe", "not a regular file"),
         ("check /dev/stdin </dev/zero", "has more than"),
     ] {
-        // An endless read exceeds the limit on memory or the limit on time.
+        // A read that does not end exceeds the limit on memory or the limit on time.
         let limited = format!("ulimit -v 8000000; exec timeout 60 \"$0\" {arguments}");
         let end = Command::new("bash")
             .args(["-c", &limited, PROGRAM])

@@ -1,4 +1,4 @@
-//! `myovib fit` on the provided measurements, whose true parameters are known.
+//! Tests of `myovib fit` on the measurements in the repository, whose true parameters are known.
 
 use std::fs;
 use std::path::Path;
@@ -8,11 +8,11 @@ use myovib_scene::vtu::read_field;
 
 use crate::harness::{document, myovib_in};
 
-/// True parameters of the measurements, from data/fitting/muscle.toml.
+/// True parameters of the measurements, taken from data/fitting/muscle.toml.
 const TRUTH: [(&str, f64); 3] =
     [("material[0].c10", 1.3e4), ("solid.rayleigh_mass", 3.0), ("1/solid.bulk_modulus", 2e-5)];
 
-/// Writes the scene of the guide with these parameters, and the first 0.2 s of its measurements.
+/// Writes the scene of the guide with additional lines, and the first 0.2 s of its measurements.
 fn beginning(folder: &Path, more: &str) {
     let scene = include_str!("../../data/fitting/muscle.toml");
     let (body, rest) = scene.split_once("[[parameter]]").expect("parameters");
@@ -24,15 +24,15 @@ fn beginning(folder: &Path, more: &str) {
     fs::write(folder.join("measured.csv"), rows.join("\n")).expect("data");
 }
 
-/// A damping that a short measurement cannot determine, and a load that starts later. The stated
-/// noise is a thousandth of the true noise.
+/// Parameters that a short measurement cannot determine: a damping, and a load that starts later. The stated noise is a
+/// thousandth of the true noise.
 const DOUBTFUL: &str = "[[parameter]]\nkey = \"solid.rayleigh_mass\"\nlow = 0.0\n\
                         [[parameter]]\nkey = \"traction[1].y.value\"\n\
                         [[traction]]\ngroup = \"load\"\n\
                         y = { type = \"step\", value = 1.0, start = 9.0, rise = 0.1 }\n";
 
-/// Checks that unusable measurements and options give the exit code for invalid input and write
-/// nothing.
+/// Checks that unusable measurements and options result in the exit code for invalid input, and that nothing is
+/// written.
 #[test]
 fn unusable_measurements_are_wrong_input() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -62,7 +62,7 @@ fn unusable_measurements_are_wrong_input() {
     }
 }
 
-/// Regression: a file with `=` in its name could not be fitted to.
+/// Regression: a file with `=` in its name could not be used as data.
 #[test]
 fn measurements_have_any_name() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -80,7 +80,7 @@ fn measurements_have_any_name() {
         let out = format!("fit{i}");
         let words = ["fit", "scene.toml", argument, "--out", &out, "--max-iterations=1"];
         let run = myovib_in(folder.path(), &words);
-        // One iteration is not enough.
+        // The fit does not converge within one iteration.
         assert_eq!(run.code, 3, "{name}: {}", run.stderr);
     }
 }
@@ -105,7 +105,7 @@ fn a_fit_reports_doubtful_results() {
         "output[1].noise=1e-3",
     ];
     let run = myovib_in(folder.path(), &words);
-    // The stated noise is a thousandth of the true noise: the model does not fit.
+    // The stated noise is a thousandth of the true noise, so the model does not fit the data.
     assert_eq!(run.code, 3, "{}", run.stderr);
     let profile = "profile 1 of 2, about ten fits each: solid.rayleigh_mass";
     assert!(run.stderr.contains(profile), "{}", run.stderr);
@@ -118,7 +118,7 @@ fn a_fit_reports_doubtful_results() {
     assert!(damping["profile_interval"].is_array(), "{damping}");
     assert_eq!(load["acts"], false);
     assert!(load["profile_interval"].is_null(), "{load}");
-    // Text and page list each finding.
+    // Both the text and the page list each finding.
     let findings: Vec<&str> =
         run.stdout.lines().skip_while(|line| !line.starts_with("residuals:")).collect();
     assert!(findings.len() >= 5, "{findings:?}");
@@ -147,7 +147,7 @@ fn the_fit_of_the_guide_finds_the_truth_and_shows_it_on_a_page() {
     let words = ["fit", &scene, "--data", &measured, "--json", "--quiet"];
     let run = myovib_in(folder.path(), &words);
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
-    // The fit does not replace the report of a run.
+    // A fit does not replace the report of a run.
     fs::create_dir(folder.path().join("run")).expect("a folder");
     fs::write(folder.path().join("run/report.html"), "").expect("a file");
     let into = [&words[..], &["--out", "run"]].concat();
@@ -171,17 +171,17 @@ fn the_fit_of_the_guide_finds_the_truth_and_shows_it_on_a_page() {
     assert!(!page.contains("does not fit") && !page.contains("exceeds a bound"));
     let path = folder.path().join("fit/report.html");
     if let Some(seen) = crate::browser::seen_in(&path) {
-        // The intervals, both outputs, the residuals, and the iterations.
+        // The charts show the intervals, both outputs, the residuals, and the iterations.
         assert_eq!(seen["charts"], 5, "{seen}");
     }
-    // The intervals, the curves with the residuals, and the costs of the iterations.
+    // The pictures show the intervals, the curves with the residuals, and the costs of the iterations.
     assert_eq!(page.matches("<svg xmlns=").count(), 3);
     assert!(page.contains("<h1>A muscle to be identified</h1>"));
     assert!(page.contains("3 parameters"));
 }
 
-/// The sum over the elements of a map equals the derivative with respect to the common stiffness, computed with
-/// forward sensitivities. The file for ParaView has the densities.
+/// Checks that the sum of a map over the elements is equal to the derivative with respect to a common stiffness, which
+/// is computed with forward sensitivities. The file for ParaView contains the densities.
 #[test]
 fn a_map_shows_the_influence_of_the_stiffness() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -203,22 +203,22 @@ fn a_map_shows_the_influence_of_the_stiffness() {
         assert_eq!(output["name"], name);
         let elements = output["elements"].as_array().expect("a list").iter();
         let elements: Vec<f64> = elements.map(|e| e.as_f64().expect("a number")).collect();
-        // The columns are time, two displacements, a pressure, then their derivatives.
+        // The columns are the time, two displacements and a pressure, followed by their derivatives.
         let sum = |of: fn(f64, f64) -> f64| -> f64 {
             rows.iter().map(|row| of(row[1 + k], row[4 + k])).sum()
         };
         let expected = sum(|u, by_stiffness| u * by_stiffness) / sum(|u, _| u * u);
         let total: f64 = elements.iter().sum();
-        // Forward sensitivities have a third of the tolerance, 1e-4.
+        // The tolerance of forward sensitivities is a third of the given tolerance, 1e-4.
         assert!((total - expected).abs() < 1e-3 * expected.abs(), "{name}: {total} {expected}");
         let densities = read_field(&text, name).expect("a field of the cells");
         let shares: Vec<f64> = elements.iter().zip(&densities).map(|(e, d)| e / d).collect();
-        // The shares of area of the smallest and the largest element of the mesh.
+        // The bounds are the shares of the smallest and the largest element in the area of the mesh.
         assert!(shares.iter().all(|share| (3e-4..2e-2).contains(share)), "{shares:?}");
     }
     let drawn = read("stiffness.svg").expect("stiffness.svg");
     assert!(drawn.contains("origin.u_x") && drawn.contains("origin.u_y"));
 }
 
-/// The stress scale of all elements as a parameter.
+/// The stress scale of all elements, used as a parameter.
 const STIFFNESS: &str = "parameter=[{ key = \"material[0].stress_scale\" }]";

@@ -1,4 +1,4 @@
-//! The guide: console blocks show the program's output, and scenes in pages are valid.
+//! Tests of the guide: console blocks show the output of the program, and scenes on pages are valid.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use myovib_scene::scene_file;
 
 use crate::harness::myovib_in;
 
-/// Returns a value in the last row of a probe's table.
+/// Returns a value from the last row of the table of a probe.
 fn last(folder: &Path, probe: &str, column: &str) -> f64 {
     let text = fs::read_to_string(folder.join(format!("out/{probe}.csv"))).expect("a table");
     let mut lines = text.lines();
@@ -23,7 +23,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Returns the pages of the guide, the README and the gallery with their texts.
+/// Returns the pages of the guide, the README and the gallery, with their paths.
 fn pages() -> Vec<(PathBuf, String)> {
     let mut paths = vec![root().join("README.md")];
     for folder in ["docs/src", "examples"] {
@@ -39,14 +39,14 @@ fn pages() -> Vec<(PathBuf, String)> {
     paths.into_iter().map(read).collect()
 }
 
-/// Returns the fenced blocks of a language.
+/// Returns the fenced code blocks in a language.
 fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
     let fence = format!("\n```{language}\n");
     let after = page.split(&*fence).skip(1);
     after.map(|rest| rest.split("\n```").next().unwrap_or(rest)).collect()
 }
 
-/// Splits a command line at spaces, except within double or single quotes.
+/// Splits a command line at spaces that are not within single or double quotes.
 fn words(line: &str) -> Vec<String> {
     let (mut words, mut quote, mut open) = (vec![String::new()], None, false);
     for c in line.chars() {
@@ -78,7 +78,7 @@ fn matches(pattern: &[&str], lines: &[&str]) -> bool {
     }
 }
 
-/// Copies the scenes, data and meshes of the gallery, which its commands use.
+/// Copies the scenes, data and meshes that the commands of the gallery use.
 fn copy_examples(folder: &Path) {
     for entry in fs::read_dir(root().join("examples")).expect("the gallery") {
         let path = entry.expect("an entry").path();
@@ -114,8 +114,8 @@ fn console_blocks_print_what_the_pages_show() {
     assert!(commands >= 6, "{commands} commands");
 }
 
-/// A word contains a letter, so that rules of tables and signs of formulas do not count, and is not
-/// part of a comment, which readers do not see. The generated scene reference does not count.
+/// Limits the number of words in the guide. A word contains a letter, so rules in tables and signs in formulas do not
+/// count. Comments, which readers do not see, and the generated scene reference are not counted.
 #[test]
 fn the_guide_stays_short() {
     let is_word = |word: &&str| word.contains(char::is_alphabetic);
@@ -130,7 +130,7 @@ fn the_guide_stays_short() {
     assert!(words <= 16_000, "{words} words");
 }
 
-/// Compares the factor that `run --verify` prints with the record that the page of accuracy shows.
+/// Compares the factor that `run --verify` prints with the record shown on the page about accuracy.
 #[test]
 fn errors_exceed_their_estimates_by_the_printed_factor_at_most() {
     let page = fs::read_to_string(root().join("docs/src/accuracy.md")).expect("the page");
@@ -161,21 +161,20 @@ fn scenes_in_pages_match_the_schema() {
 #[test]
 fn examples_give_the_numbers_of_the_gallery() {
     let (shear, width) = (1e4, 0.02);
-    // Force per depth of an incompressible neo-Hookean strip in plane strain.
+    // Force per unit depth of an incompressible neo-Hookean strip in plane strain.
     let force = |stretch: f64| shear * (stretch - stretch.powi(-3)) * width;
     let crept = (0..9).fold(1.0_f64, |l, _| l - (l - l.powi(-3) - 0.1) / (1.0 + 3.0 * l.powi(-4)));
     let relaxed = 1.0 + 0.5 * f64::exp(-(3.0 - 0.025) / 0.4);
     let cases = [
-        // Homogeneous strain: the discrete solution is exact; Newton's method has an error of
-        // 1e-10.
+        // The strain is homogeneous, so the discrete solution is exact. Newton's method has an error of 1e-10.
         ("compression", "plate", "R_y", force(0.8), 1e-9),
         ("contraction", "force", "R_x", 400.0, 1e-9),
         ("rubber", "clamp", "R_x", 1e-4 * ogden(7.16, f64::powf(7.16, -0.5)), 1e-9),
-        // Computed with elements of a quarter of the size, which change the force by 1.2 %.
+        // The value was computed with elements of a quarter of the size, which change the force by 1.2 %.
         ("indentation", "indenter", "F_y", -98.935, 1.5e-2),
-        // The default tolerance is 1e-4; `relaxed` uses the mean time of the stretch.
+        // The default tolerance is 1e-4. `relaxed` uses the mean time of the stretch.
         ("relaxation", "force", "R_x", force(1.01) * relaxed, 3e-4),
-        // λ − λ⁻³ = 0.1; 2e-5 of the strain is still to come.
+        // The final state satisfies λ − λ⁻³ = 0.1. The strain still has to grow by 2e-5 of its value.
         ("creep", "end", "u_x", 0.1 * (crept - 1.0), 3e-4),
     ];
     for (name, probe, column, exact, tolerance) in cases {
@@ -191,15 +190,16 @@ fn examples_give_the_numbers_of_the_gallery() {
     }
 }
 
-/// Returns the nominal stress of Ogden's incompressible law with the constants for Treloar's rubber, Pa, along `stretch`, if the
-/// direction with the stretch `thickness` is free of stress.
+/// Returns the nominal stress (Pa) along `stretch` according to Ogden's incompressible law with the constants for
+/// Treloar's rubber. The direction with the stretch `thickness` is free of stress.
 fn ogden(stretch: f64, thickness: f64) -> f64 {
     let terms = [(0.63e6, 1.3), (1.2e3, 5.0), (-1e4, -2.0)];
     let stress = |(mu, alpha): (f64, f64)| mu * (stretch.powf(alpha) - thickness.powf(alpha));
     terms.into_iter().map(stress).sum::<f64>() / stretch
 }
 
-/// The forces of the cube on 1 cm² in Treloar's three tests, and the deviations of the measurements from the closed forms.
+/// Checks the forces on 1 cm² of the cube in Treloar's three tests, and the deviations of the measurements from the
+/// closed-form solutions.
 #[test]
 fn rubber_has_the_closed_forms_of_the_three_tests() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -208,8 +208,8 @@ fn rubber_has_the_closed_forms_of_the_three_tests() {
     let [uniaxial, shear, biaxial] =
         ["0.0661", "0.0396", "0.0344"].map(|x| format!("prescribed_displacement[0].x={x}"));
     let pulled = "prescribed_displacement[1].y=0.0344";
-    // The largest stretch, the exponent of the thickness, the number of measurements before rubber crystallizes, and the
-    // deviation in the gallery, MPa.
+    // Name of the test, overrides, largest stretch, exponent of the thickness, number of measurements before rubber
+    // crystallizes, and deviation stated in the gallery (MPa).
     for (test, sets, largest, exponent, used, printed) in [
         ("uniaxial", &[&*uniaxial][..], 7.61, -0.5, 19, 0.051),
         ("shear", &[&*shear, back], 4.96, -1.0, 13, 0.030),
@@ -240,7 +240,7 @@ fn rubber_has_the_closed_forms_of_the_three_tests() {
         for (k, ([_, force], [load, pull])) in computed[1..].iter().zip(&measured).enumerate() {
             let stretch = 1.0 + (largest - 1.0) * load;
             let exact = 1e-4 * ogden(stretch, stretch.powf(exponent));
-            // Homogeneous strain is exact; Newton's method has an error of 1e-10.
+            // Homogeneous strain is represented exactly. Newton's method has an error of 1e-10.
             assert!((force - exact).abs() < 1e-9 * exact, "{test}: {force} {exact}");
             if k < used {
                 squares += (1e-2 * (force - pull)).powi(2);
@@ -251,14 +251,14 @@ fn rubber_has_the_closed_forms_of_the_three_tests() {
     }
 }
 
-/// The constants that fit Treloar's three tests best, from Ogden's.
+/// Finds the constants that fit Treloar's three tests best, starting from Ogden's constants.
 #[test]
 #[ignore = "slow"]
 fn rubber_is_fitted_better_than_by_the_published_constants() {
     let folder = tempfile::tempdir().expect("a folder");
     copy_examples(folder.path());
     let mut scene = fs::read_to_string(folder.path().join("rubber.toml")).expect("a scene");
-    // The constants of the gallery with half of their last digit.
+    // Constants stated in the gallery, each with half of its last digit.
     let constants = [
         ("mu_1", 0.470e6, 0.0005e6),
         ("alpha_1", 1.57, 0.005),
@@ -276,7 +276,7 @@ fn rubber_is_fitted_better_than_by_the_published_constants() {
     );
     fs::write(folder.path().join("all.toml"), scene).expect("a scene");
     let tension = fs::read_to_string(folder.path().join("rubber-uniaxial.csv")).expect("a table");
-    // The rows before rubber crystallizes, after the header.
+    // The data consists of the header and the rows before rubber crystallizes.
     let tension: Vec<&str> = tension.lines().take(20).collect();
     fs::write(folder.path().join("tension.csv"), tension.join("\n")).expect("a table");
     let [x, y] = ["x", "y"]
@@ -297,7 +297,7 @@ fn rubber_is_fitted_better_than_by_the_published_constants() {
     assert_eq!(n, 19 + 13 + 16);
     let deviation =
         1e-2 * noise * (2.0 * fit["cost"].as_f64().expect("a number") / n as f64).sqrt();
-    // The deviation of the gallery, MPa.
+    // Deviation (MPa) stated in the gallery.
     assert!((deviation - 0.026).abs() < 5e-4, "{deviation} MPa");
     for ((name, value, half), found) in
         constants.iter().zip(fit["parameters"].as_array().expect("parameters"))
@@ -307,7 +307,7 @@ fn rubber_is_fitted_better_than_by_the_published_constants() {
     }
 }
 
-/// The peak of the shaken strip and, without viscosity and Prony term, its first natural frequency.
+/// Checks the peak of the shaken strip and, without viscosity and Prony terms, its first natural frequency.
 #[test]
 fn the_shaken_muscle_has_the_resonance_of_the_gallery() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -328,14 +328,14 @@ fn the_shaken_muscle_has_the_resonance_of_the_gallery() {
         first["frequency"].as_f64().expect("a number")
     };
     let found = peak(&[]);
-    // The printed digits.
+    // The tolerance corresponds to the printed digits.
     assert!((found - 17.274).abs() < 5e-4, "{found}");
     let light = peak(&["material[0].viscosity=0.1", "material[0].prony="]);
-    // The mode has 16.953 Hz; damping of 1e-4 moves a peak by its square.
+    // The frequency of the mode is 16.953 Hz. A damping ratio of 1e-4 shifts a peak by the square of this ratio.
     assert!((light - 16.953).abs() < 2e-3, "{light}");
 }
 
-/// The folds of the curve; curves with steps of half the size have them within 1e-6.
+/// Checks the folds of the curve. Curves with half the step size have the same folds within 1e-6.
 #[test]
 fn the_hardening_strip_jumps_where_the_gallery_says() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -348,14 +348,14 @@ fn the_hardening_strip_jumps_where_the_gallery_says() {
     });
     let (folds, others): (Vec<_>, Vec<_>) = rows.partition(|row| row[2] == 1.0);
     assert_eq!(folds.len(), 2);
-    // The printed digits.
+    // The tolerance corresponds to the printed digits.
     for (fold, frequency) in folds.iter().zip([19.17, 18.59]) {
         assert!((fold[0] - frequency).abs() < 5e-3, "{fold:?}");
     }
     assert!(others.iter().any(|row| row[4] == 0.0), "no unstable state");
 }
 
-/// The moduli were computed from these constants and rounded to 0.1 Pa, 1e-4 of their value.
+/// Checks the published moduli, which were computed from these constants and rounded to 0.1 Pa, 1e-4 of their value.
 #[test]
 fn the_springpot_of_the_gallery_is_the_published_one() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -370,7 +370,7 @@ fn the_springpot_of_the_gallery_is_the_published_one() {
     }
 }
 
-/// After release, the strip converges to the equilibrium under its weight alone.
+/// Checks that the strip, after its release, converges to the equilibrium under its weight alone.
 #[test]
 fn the_preloaded_strip_settles_in_equilibrium() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -384,12 +384,12 @@ fn the_preloaded_strip_settles_in_equilibrium() {
         last(folder.path(), "end", "u_y")
     };
     let (moved, rests) = (settled(&[]), settled(&["analysis=static", "initial_state="]));
-    // The tolerance of the motion is 1e-4, and the vibration has decayed to 1e-5.
+    // The tolerance of the motion is 1e-4. The vibration has decayed to 1e-5 of its amplitude.
     assert!((moved - rests).abs() < 3e-4 * rests.abs(), "{moved} {rests}");
     assert!(rests < -5e-4, "{rests}");
 }
 
-/// Compares with a run of order 13 in small steps of a different formulation.
+/// Compares the motion with a run of order 13 in small steps and in a different formulation.
 #[test]
 fn the_vibrating_muscle_follows_the_reference_solution() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -402,11 +402,11 @@ fn the_vibrating_muscle_follows_the_reference_solution() {
     let values: Vec<f64> = serde_json::from_value(reference["u_y"].clone()).expect("numbers");
     let largest = values.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
     let (found, expected) = (last(folder.path(), "origin", "u_y"), values[values.len() - 1]);
-    // The tolerance of the run, 1e-4, with a margin for the accumulation over 18 steps.
+    // The tolerance of the run is 1e-4. A margin is added for the accumulation of errors over 18 steps.
     assert!((found - expected).abs() < 3e-4 * largest, "{found} instead of {expected}");
 }
 
-/// The restart uses the state that the motion of `preload.toml` computes first.
+/// Checks that a restart uses the state that the motion of `preload.toml` computes first.
 #[test]
 fn a_restart_continues_from_the_stored_equilibrium() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -420,8 +420,8 @@ fn a_restart_continues_from_the_stored_equilibrium() {
     run(&["restart.toml"]);
     let restarted = last(folder.path(), "end", "u_y");
     run(&["preload.toml", "--overwrite"]);
-    // Both start from the solution of the same Newton iteration; their absolute tolerances differ. The error in time of
-    // displacements at the default tolerance is at most 2e-5 in the guide's random scenes.
+    // Both runs start from the solution of the same Newton iteration, but their absolute tolerances differ. In the
+    // guide's random scenes, the time integration error of displacements at the default tolerance is at most 2e-5.
     let direct = last(folder.path(), "end", "u_y");
     assert!((restarted - direct).abs() < 2e-5 * direct.abs(), "{restarted} {direct}");
 }
@@ -435,7 +435,7 @@ fn the_fit_finds_the_stiffness_behind_the_measured_force() {
     assert_eq!(fit.code, 0, "{}", fit.stderr);
     let document = crate::harness::document(&fit.stdout, "fit");
     let c10 = document["parameters"][0]["value"].as_f64().expect("a number");
-    // Inertia adds 3e-5 of the force.
+    // The inertia adds 3e-5 of the force.
     assert!((c10 - 5e3).abs() < 1e-4 * 5e3, "{c10}");
 
     let run = ["sensitivity", "fit.toml", "--quiet", "--out", "out"];
@@ -445,7 +445,7 @@ fn the_fit_finds_the_stiffness_behind_the_measured_force() {
     assert!((slope + 0.046125).abs() < 1e-4 * 0.046125, "{slope}");
 }
 
-/// Indentation, tension and relaxation of one tissue. The seed of the noise is fixed.
+/// Checks a fit to the indentation, tension and relaxation of one tissue. The seed of the noise is fixed.
 #[test]
 fn three_tests_of_the_tissue_determine_its_constants() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -466,14 +466,14 @@ fn three_tests_of_the_tissue_determine_its_constants() {
     assert_eq!(fit.code, 0, "{}", fit.stderr);
     let document = crate::harness::document(&fit.stdout, "fit");
     let number = |value: &serde_json::Value| value.as_f64().expect("a number");
-    // The constants with which the data were computed.
+    // The data were computed with these constants.
     for (j, exact) in [1e4, 0.5, 0.4, 5e-6].into_iter().enumerate() {
         let found = &document["parameters"][j];
         let [low, high] = [0, 1].map(|side| number(&found["interval"][side]));
         assert!(low < exact && exact < high, "{low} {exact} {high}");
     }
     let deviation = number(&document["deviation"]);
-    // 60 measurements: 1 ± 4/√(2·56).
+    // With 60 measurements, the deviation is within 1 ± 4/√(2·56).
     assert!((deviation - 1.0).abs() < 0.38, "{deviation}");
 }
 

@@ -1,4 +1,4 @@
-//! Runs the program under test.
+//! Functions that run the program under test.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::process::{Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// The program under test: for users or for maintainers.
+/// Program under test, either for users or for maintainers.
 pub(crate) const PROGRAM: &str = match option_env!("CARGO_BIN_EXE_myovib") {
     Some(program) => program,
     None => match option_env!("CARGO_BIN_EXE_myovib-bench") {
@@ -22,7 +22,7 @@ pub(crate) struct Run {
     pub(crate) stderr: String,
 }
 
-/// Runs `myovib` with these arguments, in `folder`, without colors.
+/// Runs `myovib` in `folder` with these arguments and without colors.
 pub(crate) fn myovib_in(folder: &Path, arguments: &[&str]) -> Run {
     let Output { status, stdout, stderr } = Command::new(PROGRAM)
         .args(arguments)
@@ -37,12 +37,12 @@ pub(crate) fn myovib_in(folder: &Path, arguments: &[&str]) -> Run {
     }
 }
 
-/// Runs `myovib` with these arguments, which write no files.
+/// Runs `myovib` with these arguments, which must not write any files.
 pub(crate) fn myovib(arguments: &[&str]) -> Run {
     myovib_in(Path::new("."), arguments)
 }
 
-/// Parses the document in `text`, and checks the envelope common to all commands.
+/// Parses the document in `text`, and checks the entries that all commands have in common.
 pub(crate) fn document(text: &str, command: &str) -> serde_json::Value {
     let value: serde_json::Value = serde_json::from_str(text).expect("valid JSON");
     assert_eq!(value["schema"], format!("myovib/{command}/1"));
@@ -56,22 +56,22 @@ pub(crate) fn document(text: &str, command: &str) -> serde_json::Value {
 /// Returns the CPU time of a process, or `None` if the process has ended.
 fn cpu_seconds(process: u32) -> Option<f64> {
     let text = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // The program name, in parentheses, may contain spaces.
+    // The name of the program is in parentheses and may contain spaces.
     let mut fields = text.rsplit(')').next()?.split_whitespace();
     let state = fields.next()?;
     let ticks: Vec<f64> = fields.skip(10).take(2).filter_map(|f| f.parse().ok()).collect();
-    // Linux counts in hundredths of a second.
+    // Linux counts CPU time in hundredths of a second.
     (state != "Z").then(|| ticks.iter().sum::<f64>() / 100.0)
 }
 
-/// Returns the exit code of a program interrupted by Ctrl-C during its work.
+/// Returns the exit code of a program that is interrupted by Ctrl-C while it works.
 pub(crate) fn code_of_interrupted(folder: &Path, arguments: &[&str]) -> Option<i32> {
-    // Enough time to start, and a small part of the run.
+    // This time is long enough to start the program, and only a small part of the run.
     interrupted_after(1.0, folder, arguments).0
 }
 
-/// Interrupts a program by Ctrl-C after `wait` seconds of CPU time, which do not depend on the load of the machine.
-/// Returns its exit code and the time that it took to end.
+/// Interrupts a program with Ctrl-C after `wait` seconds of CPU time. CPU time does not depend on the load of the
+/// machine. Returns the exit code of the program and the time that it took to end.
 pub(crate) fn interrupted_after(
     wait: f64,
     folder: &Path,

@@ -1,6 +1,7 @@
-//! Runs killed at each system call that changes a file, and then resumed. Requires strace; without it nothing is tested.
+//! Tests of runs that are killed at each system call that changes a file, and then resumed. The tests require strace;
+//! without it, nothing is tested.
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+#![allow(clippy::unwrap_used)] // Helpers outside #[test] functions also fail the test.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,7 +17,8 @@ use crate::writes::SCENE;
 /// System calls that change files.
 const CALLS: [&str; 4] = ["write", "fsync", "renameat", "unlinkat"];
 
-/// Keys of times, memory and the number of resumes, and the checksum of checkpoints, which contain this number.
+/// Keys whose values vary between runs: times, memory, the number of resumes, and the checksum of checkpoints, which
+/// contain this number.
 const VARIABLE: [&str; 6] = [
     "cpu_seconds",
     "wall_seconds",
@@ -26,7 +28,8 @@ const VARIABLE: [&str; 6] = [
     "sha256",
 ];
 
-/// Runs the program under strace. Returns the calls and whether the program was killed, or `None` without strace.
+/// Runs the program under strace. Returns the calls and whether the program was killed, or `None` if strace is not
+/// installed.
 fn trace(folder: &Path, options: &[&str], arguments: &[&str]) -> Option<(String, bool)> {
     let traced = Command::new("strace")
         .args(["-f", "-qq", "-o", "calls"])
@@ -35,12 +38,12 @@ fn trace(folder: &Path, options: &[&str], arguments: &[&str]) -> Option<(String,
         .args(arguments)
         .current_dir(folder)
         .output();
-    // strace ends with the signal that ended the program.
+    // strace ends with the same signal as the program.
     let was_killed = traced.ok()?.status.signal() == Some(9);
     Some((fs::read_to_string(folder.join("calls")).ok()?, was_killed))
 }
 
-/// Returns the largest number of these calls in one thread: strace counts the calls of each thread separately.
+/// Returns the largest number of these calls in any thread. strace counts the calls of each thread separately.
 fn most_of_a_thread(calls: &str, call: &str) -> usize {
     let mut counts = BTreeMap::new();
     for line in calls.lines().filter(|line| line.contains(&format!(" {call}("))) {
@@ -60,7 +63,7 @@ fn remove_variable(document: &mut Value) {
     }
 }
 
-/// Returns the files of a folder without variable values.
+/// Returns the files in a folder without the values that vary between runs.
 fn files(folder: &Path) -> BTreeMap<String, String> {
     let comparable = |name: &str, text: &str| {
         if name.ends_with(".json") {
@@ -83,14 +86,14 @@ fn files(folder: &Path) -> BTreeMap<String, String> {
     fs::read_dir(folder).unwrap().map(|entry| file(entry.unwrap())).collect()
 }
 
-/// Returns the rows of a table, with the names of its columns.
+/// Returns the names of the columns and the rows of a table.
 fn table(text: &str) -> (Vec<&str>, Vec<Vec<f64>>) {
     let mut lines = text.lines();
     let row = |line: &str| line.split(',').map(|word| word.parse().unwrap()).collect();
     (lines.next().unwrap().split(',').collect(), lines.map(row).collect())
 }
 
-/// Checks that each column of two tables differs by at most the error that `--verify` measured.
+/// Checks that each column of the two tables differs by at most the error that `--verify` measured.
 fn assert_within_error(found: &str, expected: &str, errors: &Value) {
     let ((names, found), (_, expected)) = (table(found), table(expected));
     assert_eq!(found.len(), expected.len());
@@ -103,9 +106,9 @@ fn assert_within_error(found: &str, expected: &str, errors: &Value) {
     }
 }
 
-/// Kills a run at every `stride`-th of its calls and resumes it. The files must equal the files of an uninterrupted run;
-/// with BDF, which cannot continue with its history, tables differ by less than the error in time. Returns the number of
-/// killed runs and the number of those with other files.
+/// Kills a run at every `stride`-th of its calls and resumes it. The files must be equal to those of an uninterrupted
+/// run. BDF cannot continue with its history; with this method, tables may differ by less than the time integration
+/// error. Returns the number of killed runs and the number of runs whose files differ.
 fn assert_killed_runs_are_completed(method: &str, verify: bool, stride: usize) -> [usize; 2] {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -137,7 +140,7 @@ fn assert_killed_runs_are_completed(method: &str, verify: bool, stride: usize) -
             assert!(was_killed, "{call} {n} of {count}: the run ended before its kill");
             let resumed = myovib_in(folder, &resume);
             let found = files(&folder.join("out"));
-            // Only the report to standard output was missing.
+            // The run was killed after it had finished, but before it reported to standard output.
             let was_finished = resumed.code == 2 && found == expected;
             assert!(resumed.code == 0 || was_finished, "{call} {n}: {}", resumed.stderr);
             assert!(found.keys().eq(expected.keys()), "{call} {n}: {:?}", found.keys());

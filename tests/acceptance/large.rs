@@ -1,6 +1,6 @@
-//! Large bodies: their cost is predicted before the run, and results do not depend on threads.
+//! Tests of large bodies: their cost is predicted before the run, and results do not depend on the number of threads.
 
-#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+#![allow(clippy::unwrap_used)] // Helpers outside #[test] functions also fail the test.
 
 use std::fs;
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::harness::myovib_in;
 
-/// Results of the spindle in space (19 000 unknowns) after at most two steps.
+/// Results of the 3D spindle (19 000 unknowns) after at most two steps.
 struct Left {
     code: i32,
     document: Value,
@@ -44,7 +44,7 @@ fn a_body_that_does_not_fit_is_refused_before_it_is_factorized() {
     }
 }
 
-/// Returns the ratio of the memory predicted by `check` to the memory used by the run, B.
+/// Returns the ratio of the memory that `check` predicts to the memory that the run uses, and the results of the run.
 fn predicted_memory(scene: &str, threads: &str) -> (f64, Left) {
     let check = left("check", scene, &["--threads", threads]);
     let factors = &check.document["body"]["factors"];
@@ -60,7 +60,7 @@ fn predicted_memory(scene: &str, threads: &str) -> (f64, Left) {
 fn the_peak_of_memory_is_predicted_and_threads_change_no_bit() {
     let states = ["1", "2"].map(|threads| {
         let (ratio, run) = predicted_memory("muscle3d", threads);
-        // Documented accuracy for large bodies: 20 %.
+        // The documented accuracy for large bodies is 20 %.
         assert!((ratio - 1.0).abs() < 0.2, "{threads} threads: {ratio}");
         run.state
     });
@@ -68,7 +68,7 @@ fn the_peak_of_memory_is_predicted_and_threads_change_no_bit() {
     assert_eq!(states[0], states[1]);
 }
 
-/// A body whose matrix setup takes 10¹¹ operations: `check` factorizes nothing.
+/// Checks a body whose matrix setup takes 10¹¹ operations. For such a body, `check` does not factorize.
 #[test]
 #[ignore = "slow"]
 fn a_check_of_a_large_body_predicts_and_tries_nothing() {
@@ -76,7 +76,7 @@ fn a_check_of_a_large_body_predicts_and_tries_nothing() {
     let body = &check.document["body"];
     assert_eq!(body["cost"]["end"], "predicted", "{}", check.printed);
     assert_eq!(body["slow_modes"].as_array().map(Vec::len), Some(0));
-    // 1351 s for 167 steps on one machine.
+    // One machine took 1351 s for 167 steps.
     assert!(body["cost"]["seconds_per_step"].as_f64() > Some(0.1), "{body}");
     let (ratio, _) = predicted_memory("ventricle", "1");
     assert!((ratio - 1.0).abs() < 0.2, "{ratio}");

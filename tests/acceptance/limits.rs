@@ -1,6 +1,7 @@
-//! Too little memory, and Ctrl-C during any command: one error, the documented exit code, and kept results.
+//! Tests of insufficient memory, and of Ctrl-C during any command. A command reports one error, returns the documented
+//! exit code, and keeps its results.
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+#![allow(clippy::unwrap_used)] // Helpers outside #[test] functions also fail the test.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +13,7 @@ use myovib_cli::cli::Cli;
 
 use crate::harness::{PROGRAM, interrupted_after, myovib_in};
 
-/// Runs the program with an address space of `kibibytes`; returns its exit code and errors.
+/// Runs the program with an address space of `kibibytes` KiB. Returns its exit code and its error output.
 fn with_address_space(folder: &Path, kibibytes: u64, arguments: &str) -> (Option<i32>, String) {
     let limited = format!("ulimit -v {kibibytes}; exec \"$0\" {arguments}");
     let run =
@@ -21,7 +22,7 @@ fn with_address_space(folder: &Path, kibibytes: u64, arguments: &str) -> (Option
     (run.status.code(), stderr)
 }
 
-/// Regression: failed allocations aborted the program (134) or, in threads, caused a segmentation fault (139).
+/// Regression: a failed allocation aborted the program (134) or, in a thread, caused a segmentation fault (139).
 #[test]
 fn too_little_memory_is_one_error_and_code_4() {
     let folder = tempfile::tempdir().unwrap();
@@ -40,7 +41,7 @@ fn too_little_memory_is_one_error_and_code_4() {
             match code {
                 Some(0) => break,
                 Some(4) => assert_eq!(errors.count(), 1, "{command}, {space}: {stderr}"),
-                // The C library ends the program itself if it cannot allocate the data of a thread.
+                // If the C library cannot allocate the data of a thread, it ends the program itself.
                 None if stderr.contains("Fatal glibc error") => continue,
                 other => panic!("{command}, {space}: {other:?}, {stderr}"),
             }
@@ -50,11 +51,12 @@ fn too_little_memory_is_one_error_and_code_4() {
     assert!(failures > 6, "{failures}");
 }
 
-/// Commands with `--memory` that factorize matrices, and their exit codes if the factors do not fit.
+/// Commands with the option `--memory` that factorize matrices, and their exit codes if the factors do not fit into
+/// memory.
 const FACTORIZING: [(&str, i32); 12] = [
     ("check init", 4),
     ("run init", 4),
-    // A case that fails does not end a sweep.
+    // A case that fails does not end the sweep.
     ("sweep init --vary mesh.refine=0,1", 0),
     ("modes init", 4),
     ("response tuned.toml --frequencies 1..2:2", 4),
@@ -67,10 +69,10 @@ const FACTORIZING: [(&str, i32); 12] = [
     ("figure 5", 4),
 ];
 
-/// Commands with `--memory` that repeat others or have no matrices.
+/// Commands with the option `--memory` that run other commands or have no matrices.
 const OTHERS: [&str; 4] = ["doctor", "figures", "movie", "synchronization"];
 
-/// Regression: sweeps, fits and the commands of the paper ignored `--memory`.
+/// Regression: sweeps, fits and the commands for the paper's results ignored `--memory`.
 #[test]
 fn each_command_refuses_factors_above_its_memory() {
     let folder = tempfile::tempdir().unwrap();
@@ -97,7 +99,7 @@ fn each_command_refuses_factors_above_its_memory() {
     }
 }
 
-/// Regression: a movie ignored Ctrl-C while it was drawn, and other commands ended without an exit code.
+/// Regression: `movie` ignored Ctrl-C while it was drawing, and other commands ended without an exit code.
 #[test]
 fn ctrl_c_ends_each_command_within_a_second() {
     let folder = tempfile::tempdir().unwrap();
@@ -115,7 +117,7 @@ fn ctrl_c_ends_each_command_within_a_second() {
         assert_eq!(code, Some(130), "{command}");
         assert!(after < Duration::from_secs(1), "{command}: {after:?}");
     }
-    // The movie has the frames that were drawn before the signal.
+    // The movie contains the frames that were drawn before the signal.
     let film = fs::read(folder.path().join("stored.gif")).unwrap();
     let options = gif::DecodeOptions::new();
     let mut film = options.read_info(&film[..]).unwrap();

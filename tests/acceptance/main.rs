@@ -1,4 +1,4 @@
-//! Acceptance tests of the program: its contract with scripts and users, and the paper's results.
+//! Acceptance tests of the program. They check its contract with scripts and users, and the paper's results.
 
 mod browser;
 mod chains;

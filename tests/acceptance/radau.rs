@@ -1,5 +1,4 @@
-//! `--integrator radau5` and `integrator.method = "radau5"`: error tests, messages and rejected
-//! options.
+//! Tests of `--integrator radau5` and `integrator.method = "radau5"`: error tests, messages and rejected options.
 
 use std::fs;
 
@@ -32,7 +31,7 @@ fn radau_reports_that_it_tests_all_variables() {
         for of_bdf in ["max_order", "delta_cj", "multiplier_weights", "projection_interval"] {
             assert!(!fields.contains_key(of_bdf), "row {key}: {of_bdf}");
         }
-        // A setup needs one real and one complex factorization, an iteration one solve with each.
+        // A setup needs one real and one complex factorization, and an iteration needs one solve with each of them.
         let work = &row["radau_work"];
         assert_eq!(work["real_factorizations"], row["linear_setups"]);
         assert_eq!(work["complex_factorizations"], row["linear_setups"]);
@@ -50,7 +49,8 @@ fn radau_excludes_the_requested_variables() {
     assert_eq!(row["last_order"], 9);
 }
 
-/// A smaller relative tolerance alone would loosen the absolute tolerances of Radau IIA.
+/// Checks that the absolute tolerances of Radau IIA follow the relative tolerance unless they are given. A smaller
+/// relative tolerance alone would loosen the absolute tolerances that the method uses internally.
 #[test]
 fn absolute_tolerances_follow_the_relative_one_unless_given() {
     let tolerances = |arguments: &[&str]| {
@@ -60,7 +60,7 @@ fn absolute_tolerances_follow_the_relative_one_unless_given() {
     };
     let expect = |found: [f64; 3], expected: [f64; 3]| {
         for (found, expected) in found.into_iter().zip(expected) {
-            // The scaling factor has a rounding error.
+            // The scaling factor contains a rounding error.
             let error = (found - expected).abs();
             assert!(error <= 2.0 * f64::EPSILON * expected, "{found} {expected}");
         }
@@ -69,7 +69,7 @@ fn absolute_tolerances_follow_the_relative_one_unless_given() {
     expect(tolerances(&radau), [1e-7, 1e-7, 1e-3]);
     let given = [&radau[..], &["--atol-velocity", "1e-6"]].concat();
     expect(tolerances(&given), [1e-7, 1e-6, 1e-3]);
-    // The rows of BDF have the paper's values, except for the requested changes.
+    // With BDF, the rows have the paper's values except for the requested changes.
     expect(tolerances(&[]), [1e-5, 1e-5, 1e-1]);
 
     let folder = tempfile::tempdir().unwrap();
@@ -91,7 +91,7 @@ fn absolute_tolerances_follow_the_relative_one_unless_given() {
     let [loose, tight] = ["1e-5", "1e-6"].map(of_scene);
     assert_eq!([loose[1], tight[1]], [1e-6; 2]);
     for block in [0, 2] {
-        // A few roundings.
+        // The tolerance covers a few rounding errors.
         assert!((loose[block] / tight[block] - 10.0).abs() < 1e-13);
     }
 }
@@ -170,7 +170,7 @@ fn keys_of_bdf_are_rejected_with_radau_and_their_location() {
     }
 }
 
-/// Two-way coupling under both integrators gives the same factors of the stiffness.
+/// Checks that two-way coupling with both integrators results in the same stiffness factors.
 #[test]
 fn radau_integrates_a_muscle_with_feedback() {
     let folder = tempfile::tempdir().unwrap();
@@ -178,7 +178,7 @@ fn radau_integrates_a_muscle_with_feedback() {
     let order = &format!("method = \"bdf\"\n{atol}\nmax_order = 3");
     let text = builtin::find("two-way").unwrap().text;
     assert!(text.contains(order), "the scene is for BDF");
-    // The gain synchronizes the chains, which changes the stiffness.
+    // At this gain, the chains synchronize, which changes the stiffness.
     let text = text.replace("gain = ", "gain = 2e6 # ");
     let factors = |name: &str, line: &str| -> Vec<f64> {
         let file = format!("{name}.toml");
@@ -194,6 +194,6 @@ fn radau_integrates_a_muscle_with_feedback() {
         (factors("bdf", order), factors("radau5", &format!("method = \"radau5\"\n{atol}")));
     assert!(bdf.iter().copied().fold(f64::INFINITY, f64::min) < 1.4, "it acts");
     let apart = bdf.iter().zip(&radau).map(|(a, b)| (a - b).abs());
-    // At the paper's tolerances, the error of the muscle that drives the chains is several percent.
+    // At the paper's tolerances, the motion of the muscle that drives the chains has an error of several percent.
     assert!(apart.fold(0.0, f64::max) < 0.05);
 }

@@ -1,7 +1,7 @@
-//! Runs killed at random times and resumed. With Radau IIA the output equals the output of the
-//! uninterrupted run byte by byte; with BDF it is within the tolerance.
+//! Tests of runs that are killed at random times and resumed. With Radau IIA, the output is equal to the output of an
+//! uninterrupted run, byte by byte. With BDF, it is equal within the tolerance.
 
-#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+#![allow(clippy::unwrap_used)] // Helpers outside #[test] functions also fail the test.
 
 use std::fs;
 use std::path::Path;
@@ -11,8 +11,7 @@ use serde_json::Value;
 
 use crate::harness::{PROGRAM, myovib_in};
 
-/// A muscle with its pressure as a multiplier of index 3, a chain, and fields and probes of all
-/// kinds.
+/// Muscle whose pressure is a multiplier of index 3, with a chain, and with fields and probes of all kinds.
 const SCENE: &str = r#"
 [time]
 end = 0.4
@@ -84,12 +83,12 @@ group = "fixed"
 interval = 0.01
 "#;
 
-/// Returns an element of a sequence in [0, 1): multiples of the golden ratio.
+/// Returns a number of a sequence in [0, 1) that consists of the fractional parts of multiples of the golden ratio.
 fn fraction(seed: u64) -> f64 {
     (seed as f64 * 0.618_033_988_749_894_9).fract()
 }
 
-/// Starts the program, and kills it when `table` has `bytes`.
+/// Starts the program, and kills it when the file `table` has reached `bytes` bytes.
 fn start_and_kill(folder: &Path, arguments: &[&str], table: &Path, bytes: u64) {
     let mut run = Command::new(PROGRAM)
         .args(arguments)
@@ -102,12 +101,13 @@ fn start_and_kill(folder: &Path, arguments: &[&str], table: &Path, bytes: u64) {
     while written() < bytes && run.try_wait().unwrap().is_none() {
         std::thread::yield_now();
     }
-    // SIGKILL
+    // This sends SIGKILL.
     run.kill().unwrap();
     run.wait().unwrap();
 }
 
-/// Runs or resumes `scene.toml` into `out`, and kills it when the table of the origin has `bytes`.
+/// Runs or resumes `scene.toml` in the folder `out`, and kills the run when the table of the origin has reached `bytes`
+/// bytes.
 fn run_and_kill(folder: &Path, out: &str, bytes: u64) {
     let table = folder.join(out).join("origin.csv");
     let mode = match folder.join(out).join("checkpoint.json").exists() {
@@ -118,12 +118,12 @@ fn run_and_kill(folder: &Path, out: &str, bytes: u64) {
     start_and_kill(folder, &arguments, &table, bytes);
 }
 
-/// Kills a run `kills` times, then lets it finish.
+/// Kills a run `kills` times, and then lets it finish.
 fn killed(folder: &Path, out: &str, seed: u64, kills: u64, whole: u64) {
     let mut places: Vec<f64> = (0..kills).map(|i| fraction(seed + i)).collect();
     places.sort_by(f64::total_cmp);
     for place in places {
-        // The last row is excluded: the run must be killed before it finishes.
+        // The last row is excluded, because the run must be killed before it finishes.
         run_and_kill(folder, out, 1 + (0.98 * place * whole as f64) as u64);
     }
     let mode = match folder.join(out).join("checkpoint.json").exists() {
@@ -135,7 +135,7 @@ fn killed(folder: &Path, out: &str, seed: u64, kills: u64, whole: u64) {
     assert!(run.code == 0 || over, "{}", run.stderr);
 }
 
-/// Returns the names of result files.
+/// Returns the names of the result files in a folder.
 fn results(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
@@ -150,7 +150,7 @@ fn statistics(folder: &Path) -> Value {
     serde_json::from_str(&text).unwrap()
 }
 
-/// Kills each of `runs` runs of `method` `kills` times, and compares all output.
+/// Performs `runs` runs with `method`, kills each of them `kills` times, and compares all output.
 fn assert_killed_runs_are_whole(method: &str, runs: u64, kills: u64) {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -183,7 +183,7 @@ fn a_killed_run_of_radau_is_resumed_bit_by_bit() {
     assert_killed_runs_are_whole("radau5", 1, 5);
 }
 
-/// Acceptance criterion 4 in full; takes minutes.
+/// Checks acceptance criterion 4 in full, which takes minutes.
 #[test]
 #[ignore = "minutes: run it by name"]
 fn a_hundred_kills_leave_no_trace() {
@@ -192,7 +192,7 @@ fn a_hundred_kills_leave_no_trace() {
     assert_killed_runs_are_whole("radau13", 3, 10);
 }
 
-/// BDF restarts at order 1 when a run is resumed, with an error of the order of its tolerance.
+/// Checks that BDF, which restarts at order 1 when a run is resumed, causes an error of the order of its tolerance.
 #[test]
 fn a_killed_run_of_bdf_is_resumed_within_its_tolerance() {
     let folder = tempfile::tempdir().unwrap();
@@ -218,13 +218,12 @@ fn a_killed_run_of_bdf_is_resumed_within_its_tolerance() {
     let largest = whole.iter().fold(0.0, |max: f64, row| max.max(row[1].abs()));
     for (a, b) in whole.iter().zip(&resumed) {
         assert_eq!(a[0], b[0]);
-        // Error bound of a finished run: twenty times the tolerance, 1e-5, times the number of
-        // periods, three.
+        // The error bound of a finished run is twenty times the tolerance, 1e-5, times the number of periods, three.
         assert!((a[1] - b[1]).abs() < 20.0 * 3.0 * 1e-5 * largest, "{a:?} {b:?}");
     }
 }
 
-/// A strip with its pressure as a multiplier of index 3.
+/// Strip whose pressure is a multiplier of index 3.
 const INDEX_3: &str = r#"
 [time]
 end = 0.3
@@ -254,8 +253,8 @@ method = "bdf"
 rtol = 1e-3
 "#;
 
-/// Regression: the run resumed at 0.2 s ended with an error at its first step, because the derivatives of the checkpoint
-/// were too inaccurate for index 3.
+/// Regression: a run that was resumed at 0.2 s ended with an error in its first step, because the derivatives in the
+/// checkpoint were too inaccurate for index 3.
 #[test]
 fn bdf_resumes_runs_of_index_3() {
     let folder = tempfile::tempdir().unwrap();
@@ -267,7 +266,7 @@ fn bdf_resumes_runs_of_index_3() {
     }
 }
 
-/// Returns the rows of a CSV file, without its header.
+/// Returns the rows of a CSV file without its header.
 fn rows_of(path: &Path) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(path).unwrap();
     let numbers = |line: &str| line.split(',').map(|word| word.parse().unwrap()).collect();
@@ -288,7 +287,7 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
     let arguments = [&["run", "init", "--out", "killed", "--quiet"], &settings[..]].concat();
     let killed = folder.path().join("killed");
     let csv = killed.join("origin.csv");
-    // About 200 rows of four numbers suffice for a checkpoint after the ramp. If a fast machine
+    // A file with about 200 rows of four numbers means that there is a checkpoint after the ramp. If a fast machine
     // finishes the run first, the test resumes from the last checkpoint.
     start_and_kill(folder.path(), &arguments, &csv, 18_000);
 
@@ -314,8 +313,8 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
     let largest = |j: usize| whole.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
     for (a, b) in resumed.iter().zip(&whole) {
         assert_eq!(a[0], b[0]);
-        // At these tolerances, u_y at the origin has an error of 2 to 4 % of its amplitude in both
-        // runs (its absolute tolerance is 2 % of the amplitude).
+        // At these tolerances, u_y at the origin has an error of 2 to 4 % of its amplitude in both runs. The absolute
+        // tolerance of u_y is 2 % of the amplitude.
         assert!((a[2] - b[2]).abs() < 0.08 * largest(2), "u_y at t = {}: {} {}", a[0], a[2], b[2]);
         // A restart that disturbed λ would cause a peak.
         assert!((a[3] - b[3]).abs() < 0.10 * largest(3), "p at t = {}: {} {}", a[0], a[3], b[3]);

@@ -1,7 +1,7 @@
-//! Guarantees for a run's folder: no invented or lost results, no remaining temporary files, one
-//! run at a time, and a message at the end. Each test is the regression of a defect.
+//! Tests of guarantees for the folder of a run: no results are invented or lost, no temporary files remain, only one
+//! run at a time uses the folder, and the run ends with a message. Each test is the regression test of a defect.
 
-#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+#![allow(clippy::unwrap_used)] // Helpers outside #[test] functions also fail the test.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use crate::harness::{PROGRAM, myovib_in};
 
-/// A run of less than a second with a checkpoint at 0.16 s, at the end of a step.
+/// Command for a run of less than a second that writes a checkpoint at 0.16 s, at the end of a step.
 const SHORT: [&str; 10] = [
     "run",
     "init",
@@ -24,7 +24,7 @@ const SHORT: [&str; 10] = [
     "--resume",
 ];
 
-/// Prepares `out` as a kill right after the checkpoint would; returns the table of the probe.
+/// Leaves `out` in the state of a run that was killed right after the checkpoint. Returns the table of the probe.
 fn killed(folder: &Path) -> String {
     let run = myovib_in(folder, &[&SHORT[..9], &["--set", "time.end=0.16"]].concat());
     assert_eq!(run.code, 0, "{}", run.stderr);
@@ -79,7 +79,7 @@ fn an_incomplete_last_row_is_removed_with_a_note() {
     let times: Vec<f64> = times.map(|word| word.parse().unwrap()).collect();
     assert_eq!(times.len(), 21);
     for (k, t) in times.iter().enumerate() {
-        assert!((t - 0.01 * k as f64).abs() < 1e-15, "{times:?}"); // products round
+        assert!((t - 0.01 * k as f64).abs() < 1e-15, "{times:?}"); // products have rounding errors
     }
 }
 
@@ -114,7 +114,7 @@ fn a_finished_run_is_not_resumed_whatever_its_checkpoints() {
 fn a_run_of_a_changed_mesh_is_not_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = folder.path().join("a.msh");
-    // Some editors write a byte order mark.
+    // Some text editors write a byte order mark.
     let text = format!("\u{feff}{}", include_str!("../../data/meshes/muscle.msh"));
     fs::write(&mesh, &text).unwrap();
     let file = ["--set", "mesh.type=file", "--set", "mesh.path=a.msh"];
@@ -151,7 +151,7 @@ fn one_run_at_a_time_writes_into_a_folder_and_signals_keep_its_output() {
             .stdout(Stdio::null())
             .spawn()
             .unwrap();
-        // The run is in progress when its table has rows.
+        // The run is in progress once its table has rows.
         let csv = folder.path().join("out/origin.csv");
         let since = Instant::now();
         while !fs::read_to_string(&csv).is_ok_and(|text| text.lines().count() > 2) {
@@ -174,7 +174,7 @@ fn one_run_at_a_time_writes_into_a_folder_and_signals_keep_its_output() {
 #[test]
 fn a_full_disk_is_code_4_and_keeps_the_output() {
     let folder = tempfile::tempdir().unwrap();
-    // A file size limit replaces a full disk. Previously, its signal ended the program.
+    // A limit on the file size simulates a full disk. Previously, the signal for this limit ended the program.
     let run = Command::new("bash")
         .args(["-c", "ulimit -f 100; exec \"$0\" run init --quiet --set probe[0].interval=1e-5 --set fields= --set time.end=0.2", PROGRAM])
         .current_dir(folder.path())
@@ -210,7 +210,7 @@ fn unreasonable_requests_are_rejected_with_a_message() {
     let started = Instant::now();
     let run = myovib_in(folder.path(), &["run", "many.toml"]);
     assert!(run.stderr.contains("probe"), "{}", run.stderr);
-    // Previously, this took minutes; now the time is that for reading 3 MB.
+    // Previously, this took minutes. Now, it takes as long as reading 3 MB.
     assert!(started.elapsed() < Duration::from_secs(20));
     assert!(!folder.path().join("out").exists());
 }
@@ -236,7 +236,7 @@ fn links_and_pipes_are_not_followed() {
     std::os::unix::fs::symlink(&precious, out.join("origin.csv")).unwrap();
     let refused = myovib_in(folder.path(), &SHORT[..9]);
     assert_eq!(refused.code, 2, "{}", refused.stderr);
-    // The program did not create the link.
+    // The link was not created by the program.
     let run = myovib_in(folder.path(), &[&SHORT[..9], &["--overwrite"]].concat());
     assert_eq!(run.code, 2, "{}", run.stderr);
     assert_eq!(fs::read_to_string(&precious).unwrap(), "mine");
@@ -244,7 +244,7 @@ fn links_and_pipes_are_not_followed() {
     assert!(there.is_symlink());
     let pipe = folder.path().join("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    // Not even the superuser creates files there.
+    // Not even the superuser can create files in this folder.
     let run = myovib_in(folder.path(), &["doctor", "--json=/sys/document.json"]);
     assert_eq!(run.code, 2, "{}", run.stderr);
     let run = myovib_in(folder.path(), &["doctor", "--json=pipe"]);

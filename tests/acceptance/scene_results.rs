@@ -1,11 +1,12 @@
-//! Scenes compared with theory and literature, two-way coupling, and the first steps of a new user.
+//! Tests that compare scenes with theory and with the literature, and tests of two-way coupling and of the first steps
+//! of a new user.
 
 use std::fs;
 use std::path::Path;
 
 use crate::harness::myovib_in;
 
-/// Returns the last row of a probe.
+/// Returns the last row in the table of a probe.
 fn last_row(folder: &Path, probe: &str) -> Vec<f64> {
     let text = fs::read_to_string(folder.join(format!("{probe}.csv"))).expect("a probe's file");
     let last = text.lines().last().expect("a row");
@@ -22,21 +23,21 @@ fn run(folder: &Path, scene: &str, out: &str, sets: &[&str]) {
 #[test]
 fn a_cantilever_sags_as_in_beam_theory() {
     let folder = tempfile::tempdir().unwrap();
-    // The beam is twenty times as long as high, so that the restraint of the clamped end is small.
-    // A hundredth of the weight keeps the deflection small.
+    // The beam is twenty times as long as it is high, so that the restraint at the clamped end has a small effect. A
+    // hundredth of the weight keeps the deflection small.
     let [length, height, weight, shear] = [0.2, 0.01, 1e3 * 0.0981, 1e5];
     let sets = ["mesh.length=0.2", "mesh.cells=[160,8]", "body_force[0].y=-0.0981"];
     run(folder.path(), "cantilever", "out", &sets);
-    // Plane strain and incompressible: E/(1 - ν²) = 3 G / (3/4) = 4 G, I = h³/12; and Timoshenko's
-    // shear with the factor 5/6.
+    // In plane strain, an incompressible beam has E/(1 - ν²) = 3 G / (3/4) = 4 G and I = h³/12. Timoshenko's shear has
+    // the factor 5/6.
     let bending: f64 = weight * height * length * length * length * length
         / (8.0 * 4.0 * shear * height * height * height / 12.0);
     let shearing = weight * height * length * length / (2.0 * 5.0 / 6.0 * shear * height);
     let sag = -last_row(&folder.path().join("out"), "tip")[2];
-    // The clamp constrains the strain of the cross section and stiffens about h/4 of the length: 4
-    // · 0.25 · h/L = 5 % at most.
+    // The clamp constrains the strain of the cross section and stiffens about h/4 of the length, which changes the
+    // deflection by at most 4 · 0.25 · h/L = 5 %.
     assert!((sag / (bending + shearing) - 1.0).abs() < 0.05, "{sag} {bending} {shearing}");
-    // In equilibrium the supports carry the full weight, up to Newton's rounding errors.
+    // In equilibrium, the supports carry the full weight, up to the rounding errors of Newton's method.
     let reaction = last_row(&folder.path().join("out"), "support")[2];
     assert!((reaction - weight * height * length).abs() < 1e-9);
 }
@@ -49,9 +50,9 @@ fn cooks_membrane_converges_to_the_value_in_the_literature() {
         run(folder.path(), "cook-static", &out, &[&cells]);
         last_row(&folder.path().join(out), "tip")[2]
     });
-    // Each refinement adds less. The corner at the clamp slows the convergence, but the limit of
-    // the increments' geometric series is near 6.9, as in the literature on nearly incompressible
-    // elements (Simo and Armero 1992, and later papers), to a tenth.
+    // Each refinement changes the result less than the previous one. The corner at the clamp slows down the
+    // convergence. The limit of the geometric series of the changes is near 6.9, to a tenth, as in the literature on
+    // nearly incompressible elements (Simo and Armero 1992, and later papers).
     let [first, second] = [tips[1] - tips[0], tips[2] - tips[1]];
     assert!(0.0 < second && second < first, "{tips:?}");
     let limit = tips[2] + second * second / (first - second);
@@ -61,7 +62,7 @@ fn cooks_membrane_converges_to_the_value_in_the_literature() {
 #[test]
 fn stiffness_follows_the_coherence_of_the_chains() {
     let folder = tempfile::tempdir().unwrap();
-    // With a gain as in the rod's scene, the chains synchronize within a second.
+    // At a gain as in the scene of the rod, the chains synchronize within a second.
     let sets = ["chain[0].gain=2e6", "chain[1].gain=2e6", "chain[2].gain=2e6", "time.end=1.0"];
     run(folder.path(), "two-way", "two", &sets);
     let rows = |name: &str| -> Vec<Vec<f64>> {
@@ -71,13 +72,12 @@ fn stiffness_follows_the_coherence_of_the_chains() {
     };
     let (factors, coherence) = (rows("feedback.csv"), rows("middle.csv"));
     assert_eq!(factors[0][1..], [1.5; 3], "at rest nothing is in step");
-    // Synchronized, with radii of about 2 and the smoothing radius of 0.2: 1 + 0.5 (0.2/2)², and
-    // the same amount for the remaining detuning.
+    // If the chains are synchronized with radii of about 2, the smoothing radius of 0.2 gives 1 + 0.5 (0.2/2)². The
+    // same amount is added for the remaining detuning.
     let last = factors.last().unwrap();
     assert!(last[2] < 1.02 && coherence.last().unwrap()[3] > 0.97, "{last:?}");
-    // The coupling is two-way: with constant stiffness, the muscle is nearer to resonance with the
-    // 8 Hz load. Its amplitude is more than 1.5 times the amplitude of the muscle relaxed by its
-    // chains.
+    // The coupling acts in both directions. With constant stiffness, the muscle is nearer to resonance with the load of
+    // 8 Hz, and its amplitude is more than 1.5 times that of the muscle relaxed by its chains.
     let stiff = sets.iter().copied().chain([
         "feedback[0].at_full_coherence=1.5",
         "feedback[1].at_full_coherence=1.5",
@@ -92,7 +92,7 @@ fn stiffness_follows_the_coherence_of_the_chains() {
     assert!(largest("stiff") > 1.5 * largest("two"));
 }
 
-/// Returns a square of n × n cells with two triangles each, in Gmsh's format (4.1, ASCII).
+/// Returns a square of n × n cells with two triangles each in Gmsh's format (4.1, ASCII).
 fn square(n: usize) -> String {
     let number = |i: usize, j: usize| 1 + i + (n + 1) * j;
     let count = (n + 1) * (n + 1);
@@ -150,17 +150,15 @@ fn a_newcomer_gets_from_a_mesh_to_a_picture() {
     assert!(check.code == 0 && check.stdout.contains("No objections."), "{}", check.stdout);
     run(at, "scene.toml", "out", &["time.end=0.5"]);
     let report = fs::read_to_string(at.join("out/report.html")).unwrap();
-    // Five pictures without external resources: the mesh, its deformation and each column of the
-    // probe.
+    // The report has five pictures without external resources: the mesh, its deformation, and each column of the probe.
     assert_eq!(report.matches("<figure").count(), 5);
     assert!(!report.contains("src=") && !report.contains("href=\"http"));
-    // Issue 15, A7: names within one picture must not occur in another.
+    // Issue 15, A7: a name defined in one picture must not occur in another picture.
     let (pictures, _) = report.split_once("<script").unwrap();
     assert!(!pictures.contains(" id="));
 }
 
-/// Regression: the integrator stepped over a pulse of 100 ms after a rest of 1 s, and the run
-/// finished with u = 0.
+/// Regression: the integrator stepped over a pulse of 100 ms after a rest of 1 s, so the run finished with u = 0.
 #[test]
 fn a_pulse_after_a_rest_is_seen_by_every_method() {
     let folder = tempfile::tempdir().unwrap();
@@ -181,15 +179,14 @@ fn a_pulse_after_a_rest_is_seen_by_every_method() {
     let tight = peak("radau13");
     assert!(tight > 1e-3, "{tight}");
     for method in ["bdf", "radau5", "radau9"] {
-        // The relative tolerance is 1e-3, over a few periods.
+        // The relative tolerance is 1e-3, and errors accumulate over a few periods.
         let found = peak(method);
         assert!((found / tight - 1.0).abs() < 0.05, "{method}: {found} {tight}");
     }
 }
 
-/// Regression: after a discontinuity of a load, the steps became so short that only errors of
-/// Newton's method remained visible: `radau13` took 36 000 steps to 0.4 s and continued in the same
-/// way.
+/// Regression: after a discontinuity of a load, the steps became so short that only errors of Newton's method were
+/// visible. `radau13` took 36 000 steps to reach 0.4 s and then continued in the same way.
 #[test]
 fn an_incompressible_damped_body_gets_past_the_break_of_a_load() {
     let folder = tempfile::tempdir().unwrap();
@@ -229,14 +226,14 @@ fn an_incompressible_damped_body_gets_past_the_break_of_a_load() {
             run(folder.path(), "body.toml", &out, &[&formulation, &chosen]);
             let text = fs::read_to_string(folder.path().join(out).join("run.json")).unwrap();
             let found: serde_json::Value = serde_json::from_str(&text).unwrap();
-            // 60 to 230 steps, depending on the formulation and the order.
+            // The run takes 60 to 230 steps, depending on the formulation and the order.
             assert!(found["steps"].as_u64().is_some_and(|steps| steps < 400));
         }
     }
 }
 
-/// Regression: when steps were so short that multipliers consisted of rounding errors, their growth
-/// factor stayed in the window in which the step size is kept: 126 000 steps to 0.6 s, and so on.
+/// Regression: when steps were so short that multipliers consisted of rounding errors, the growth factor stayed in the
+/// window in which the step size is kept. The run took 126 000 steps to reach 0.6 s and then continued in the same way.
 /// Scene 103 of `myovib-bench random --seed 1` now takes about 1400 steps.
 #[test]
 fn short_steps_end_where_only_rounding_is_seen_of_multipliers() {

@@ -1,5 +1,4 @@
-//! Scenes: every built-in scene runs, partial runs can be continued, and no result is computed
-//! twice.
+//! Tests of scenes: every built-in scene runs, incomplete runs can be continued, and no result is computed twice.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +13,7 @@ fn run_json(folder: &Path) -> Value {
     serde_json::from_str(&text).expect("valid JSON")
 }
 
-/// Returns the rows of a CSV file, without its header.
+/// Returns the rows of a CSV file without its header.
 fn rows(path: &Path) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(path).expect("the file was written");
     let numbers =
@@ -30,17 +29,17 @@ fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> Value {
     run_json(&folder.join(out))
 }
 
-/// Runs every scene until its loads have risen; ramped loads have half of their amplitude at 0.8 s.
+/// Runs every scene until its loads have risen. Ramped loads reach half of their amplitude at 0.8 s.
 #[test]
 fn every_built_in_scene_runs_under_its_load() {
     let folder = tempfile::tempdir().unwrap();
     for BuiltinScene { name, text, .. } in SCENES {
         let end: &[&str] = match *name {
-            // The default mesh of the scene has 184 thousand unknowns.
+            // With its default mesh, the scene has 184 thousand unknowns.
             "ventricle" => &["--set", "time.end=0.05", "--set", "mesh.resolution=coarse"],
             "muscle3d" => &["--set", "time.end=0.05", "--set", "mesh.cells=[10,2,2]"],
             "ventricle-coarse" => &["--set", "time.end=0.05"],
-            // The scene has many waves per second.
+            // The scene computes many waves per second.
             "hardening" => &["--set", "time.end=0.2"],
             _ if text.contains("[time]") => &["--set", "time.end=0.9"],
             _ => &[],
@@ -54,7 +53,7 @@ fn every_built_in_scene_runs_under_its_load() {
             let rows = rows(&table);
             let changes = |k: usize| rows.iter().any(|row| row[k] != rows[0][k]);
             let moves = rows.len() == 1 || (1..rows[0].len()).any(changes);
-            // Ventricles contract after 0.16 s; a separate test covers this time.
+            // Ventricles contract after 0.16 s, which a separate test covers.
             assert!(
                 moves || name.starts_with("ventricle"),
                 "nothing happens in {}",
@@ -112,7 +111,7 @@ fn a_run_is_not_overwritten_by_accident() {
     assert!(again.stderr.contains("--resume"), "{}", again.stderr);
 }
 
-/// Runs a scene in one part and in two parts; returns the probe's rows of both.
+/// Runs a scene once in one part and once in two parts. Returns the rows of the probe in both runs.
 fn resumed(scene: &str, probe: &str, sets: &[&str], [part, end]: [&str; 2]) -> [Vec<Vec<f64>>; 2] {
     let folder = tempfile::tempdir().expect("a folder");
     let ending = |end: &str, out: &str, more: &[&str]| {
@@ -129,7 +128,7 @@ fn resumed(scene: &str, probe: &str, sets: &[&str], [part, end]: [&str; 2]) -> [
     [uninterrupted, ending(end, "parts", &["--resume"])]
 }
 
-/// Returns the largest difference in column `j`, relative to the column's maximum.
+/// Returns the largest difference in column `j`, relative to the maximum of this column.
 fn difference([a, b]: &[Vec<Vec<f64>>; 2], j: usize) -> f64 {
     let times = |rows: &[Vec<f64>]| -> Vec<f64> { rows.iter().map(|row| row[0]).collect() };
     assert_eq!(times(a), times(b));
@@ -157,23 +156,22 @@ fn a_finished_run_has_nothing_to_go_on_with() {
 fn a_run_with_radau_goes_on_from_its_checkpoint() {
     // The first part ends after the middle of the ramp.
     let rows = resumed("init", "origin", &["integrator.method=radau5"], ["0.8", "1.2"]);
-    // The absolute tolerance is 2 % of the amplitude of u_y; a one-step method loses only the step
-    // size history.
+    // The absolute tolerance is 2 % of the amplitude of u_y. A one-step method loses only the history of step sizes.
     assert!(difference(&rows, 2) < 0.02, "u_y {}", difference(&rows, 2));
     assert!(difference(&rows, 3) < 0.02, "p {}", difference(&rows, 3));
 }
 
 #[test]
 fn a_run_with_two_way_coupling_goes_on_from_its_checkpoint() {
-    // The gain synchronizes the chains within a second, which changes the stiffness.
+    // At this gain, the chains synchronize within a second, which changes the stiffness.
     let sets = ["chain[0].gain=2e6", "chain[1].gain=2e6", "chain[2].gain=2e6"];
     let rows = resumed("two-way", "feedback", &sets, ["0.5", "0.8"]);
     let factors = || rows[0].iter().map(|row| row[2]);
     assert!(factors().fold(f64::INFINITY, f64::min) < 1.4, "it acts");
     for chain in 1..=3 {
         let found = difference(&rows, chain);
-        // The relative tolerances are 1e-4 for the chains and 1e-3 for the muscle that drives them.
-        // The restart at order 1 adds to the error: 1 % in total.
+        // The relative tolerance is 1e-4 for the chains, and 1e-3 for the muscle that drives them. The restart at order
+        // 1 adds to the error, which is 1 % in total.
         assert!(found < 0.01, "chain {chain}: {found}");
     }
 }
@@ -188,14 +186,14 @@ fn a_pressure_acts_toward_the_body() {
     };
     let pressed = origin("pressed", "pressure=[{ group = \"load\", value = 100.0 }]");
     let pushed = origin("pushed", "traction=[{ group = \"load\", y = -100.0 }]");
-    // The muscle bends by 0.7 % of its half length, and the slope of its loaded top is at most
-    // 0.17.
+    // The muscle bends by 0.7 % of half of its length, and the slope of its loaded top is at most 0.17.
     assert!(pressed < 0.0 && (pressed / pushed - 1.0).abs() < 0.1);
     assert_ne!(pressed, pushed);
 }
 
-/// With β = 1e-2 s, all modes above ten times the drive's 8 Hz are overdamped, and so are in the
-/// stability sector of every order; with β = 1e-4 s they are not.
+/// Checks that the damping determines the order of BDF, and that the reason is stated. With β = 1e-2 s, all modes above
+/// ten times the drive frequency of 8 Hz are overdamped, so they are in the stability sector of every order. With β =
+/// 1e-4 s, they are not.
 #[test]
 fn the_order_of_bdf_is_chosen_by_the_damping_with_a_reason() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Spelling is American in code, comments, messages and the guide.
+//! Checks that spelling is American in code, comments, messages and the guide.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,15 +20,15 @@ const BRITISH: &str = "
     visualis whilst wilful
 ";
 
-/// Words that contain a British part, or the file that may use it.
+/// Words that contain a British part but are correct, or files that may use it.
 const EXCEPTIONS: &[(&str, &str)] = &[
-    // American words.
+    // These words are American.
     ("analyses", ""),
     ("characteristic", ""),
     ("characteristics", ""),
     ("optimism", ""),
     ("optimistic", ""),
-    // Old keys of scenes, and this list.
+    // These files contain old keys of scenes, and this list.
     ("", "crates/scene/src/scene_file/renamed.rs"),
     ("", "tests/acceptance/spelling.rs"),
 ];

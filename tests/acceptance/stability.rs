@@ -1,4 +1,4 @@
-//! Failing runs report the location, and results are reproducible bitwise.
+//! Checks that failing runs report the location of the failure, and that results are reproducible bit by bit.
 
 use std::fs;
 use std::path::Path;
@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use crate::harness::myovib_in;
 
-/// A block, clamped at both ends, is compressed fast and integrated at a loose tolerance, so that
-/// Newton's method ends with inverted elements.
+/// Block that is clamped at both ends and compressed fast. At a loose tolerance, Newton's method ends with inverted
+/// elements.
 const CRUSHED: &str = r#"
 [time]
 end = 0.5

@@ -1,9 +1,9 @@
-//! `myovib table1` and `myovib infsup`.
+//! Tests of `myovib table1`, `myovib infsup` and `myovib check`.
 
 use crate::harness::{document, myovib, myovib_in};
 
-/// Checks all eight printed indices and the remark, with gaps of at least three decades on two
-/// meshes at two states each.
+/// Checks all eight printed indices and the remark, with gaps of at least three decades, on two meshes in two states
+/// each.
 #[test]
 fn table1_computes_the_papers_indices() {
     let run = myovib(&["table1", "--json"]);
@@ -25,7 +25,7 @@ fn table1_computes_the_papers_indices() {
     }
     let limit = found["limit"].as_array().expect("the limit of (29)");
     assert_eq!(limit.last().expect("its end")["index"], 4);
-    // (34) with a quadratic extra multiplier is wrong; (33) has μ = 0 up to rounding.
+    // (34) with an additional quadratic multiplier is wrong; (33) has μ = 0 up to rounding errors.
     let counterexample = &found["counterexample"];
     assert!(counterexample["error"].as_f64().is_some_and(|error| error > 0.3));
     assert!(counterexample["matching"]["multiplier"].as_f64().is_some_and(|mu| mu < 1e-11));
@@ -43,7 +43,7 @@ fn infsup_distinguishes_stable_and_unstable_spaces_and_draws() {
     let constant = |pair: usize, level: usize| {
         found["pairs"][pair]["levels"][level]["inf_sup"].as_f64().expect("a number")
     };
-    // Values of the model's specification, with its digits.
+    // The values are those of the model's specification, to the digits given there.
     for (level, equal_order) in [(0, 0.06), (1, 0.05)] {
         assert!((constant(0, level) - 0.68).abs() < 0.015);
         assert!((constant(1, level) - equal_order).abs() < 5e-3);
@@ -56,7 +56,7 @@ fn infsup_distinguishes_stable_and_unstable_spaces_and_draws() {
     assert!(unknown.stderr.contains("nowhere"), "{}", unknown.stderr);
 }
 
-/// Examines a built-in body in space by the name of its scene, with the scene's supports.
+/// Examines the body of a built-in 3D scene, given by the name of the scene, with the supports of the scene.
 #[test]
 fn infsup_measures_the_mesh_of_a_scene() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -78,7 +78,7 @@ fn infsup_measures_the_mesh_of_a_scene() {
     assert_eq!(found["fixed"], serde_json::json!(["left", "right"]));
     let level = |pair: usize| &found["pairs"][pair]["levels"][0];
     assert_eq!(level(0)["tetrahedra"], 6 * 4 * 2 * 2);
-    // The body is fixed at its ends, and the pair of spaces has no unconstrained pressure modes.
+    // The body is fixed at its ends, so the pair of spaces has no unconstrained pressure modes.
     assert!(
         level(0)["nullity"] == 0 && level(1)["inf_sup"].as_f64() < level(0)["inf_sup"].as_f64()
     );
@@ -120,7 +120,7 @@ fn modes_gives_the_muscles_first_ten() {
     assert!(shapes.contains("\"mode_10\""));
 }
 
-/// The scene of row 1 and the defaults of the command describe the same body.
+/// Checks that the scene of row 1 and the defaults of the command describe the same body.
 #[test]
 fn modes_of_a_scene_are_those_of_its_body() {
     let modes = |arguments: &[&str]| {
@@ -138,7 +138,7 @@ fn modes_of_a_scene_are_those_of_its_body() {
     assert!(rod.stderr.contains("body"), "{}", rod.stderr);
 }
 
-/// Row 4 of Table 2 as a scene: the warning names index, variable and remedy before the run.
+/// Checks row 4 of Table 2 as a scene: before the run, the warning names the index, the variable and a remedy.
 #[test]
 fn check_warns_of_row_4() {
     let run = myovib(&["check", "table2-4", "--json"]);
@@ -163,7 +163,7 @@ fn check_warns_of_row_4() {
     assert!(rod.stdout.starts_with("The scene is valid."));
 }
 
-/// For a periodic state, `check` tries a period with the unknowns of the run.
+/// Checks that, for a periodic state, `check` tries a period with the same unknowns as the run.
 #[test]
 fn check_reports_the_cost_of_a_period() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -186,7 +186,8 @@ fn check_reports_the_cost_of_a_period() {
     assert!(text.contains(&format!("unknowns        {}", found["unknowns"])), "{text}");
 }
 
-/// For a harmonic response, `check` lists the harmonic loads, the loads of the preload, and the cost of all frequencies.
+/// Checks that, for a harmonic response, `check` lists the harmonic loads, the loads of the preload, and the cost of
+/// all frequencies.
 #[test]
 fn check_reports_the_cost_of_a_response() {
     let set = ["--set", "traction[0].response={ y = 1.0 }", "--set", "response.frequencies=[1, 2]"];
@@ -212,7 +213,8 @@ fn check_reports_the_cost_of_a_response() {
     assert!(each > 0.0 && all == 2.0 * each, "{found}");
 }
 
-/// For an equilibrium, `check` reports size, memory and output files, in agreement with the run.
+/// Checks that, for an equilibrium, `check` reports the size, the memory and the output files, in agreement with the
+/// run.
 #[test]
 fn check_reports_the_cost_of_an_equilibrium() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -224,7 +226,7 @@ fn check_reports_the_cost_of_an_equilibrium() {
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     let checked = document(&run.stdout, "check");
     let found = &checked["equilibrium"];
-    // Cook's membrane: 48 wide, 44 to 16 high over a rise of 44.
+    // Cook's membrane is 48 wide. Its height decreases from 44 to 16, and it rises by 44.
     assert_eq!(checked["size"]["extents"], serde_json::json!([48.0, 60.0]));
     assert_eq!(checked["size"]["volume"], 48.0 * 30.0);
     assert!(found["linear_displacement"].as_f64() > Some(0.0), "{found}");
@@ -257,7 +259,7 @@ fn check_reports_the_cost_of_an_equilibrium() {
     }
 }
 
-/// For oscillators at points, `check` names the file that the run writes.
+/// Checks that, for oscillators at points, `check` names the file that the run writes.
 #[test]
 fn check_names_the_files_of_oscillators() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -279,8 +281,7 @@ fn check_names_the_files_of_oscillators() {
     assert_eq!(list.matches("<DataSet").count(), 3);
 }
 
-/// Regression: `check` did not count the unknowns of chains and tensions, and printed β "≤ 0" if κ
-/// varies.
+/// Regression: `check` did not count the unknowns of chains and tensions, and it printed β as "≤ 0" if κ varied.
 #[test]
 fn check_counts_the_unknowns_that_the_run_has() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -317,7 +318,7 @@ oscillators = 2
         let numbers = parts.map(|part| part["unknowns"].as_u64().expect("a number"));
         numbers.collect::<Vec<u64>>()
     };
-    // Each oscillator has position and velocity.
+    // Each oscillator has a position and a velocity.
     assert_eq!(of("chains"), [12, 4]);
     let total: u64 = of("blocks").iter().chain(&of("chains")).sum();
     assert_eq!(Some(total), run["unknowns"].as_u64());
@@ -338,7 +339,7 @@ oscillators = 2
     assert!(graded.contains("κ ≤ 1e6, β = 0"), "{graded}");
 }
 
-/// Regression: `run` rejected a scene with `analysis = "modes"`, which the reference documents.
+/// Regression: `run` rejected scenes with `analysis = "modes"`, although the reference documents this value.
 #[test]
 fn run_finds_the_modes_of_a_scene_as_modes_does() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -394,7 +395,7 @@ fn run_repeats_the_warnings_of_check_once() {
         "probe[0].at=[100.0, 0.0]",
         "time.end=1e-3",
     ];
-    // The value would be right in g/cm³.
+    // This value would be correct in g/cm³.
     let light = ["material[0].density=1.1", "time.end=1e-3"];
     let light_modes = ["material[0].density=1.1", "analysis=modes"];
     let of = |text: &str| -> Vec<String> {
@@ -402,7 +403,7 @@ fn run_repeats_the_warnings_of_check_once() {
         lines.map(str::to_owned).collect()
     };
     for (sets, n_warnings, reported) in [
-        // The load is faster than the body's modes, and the body is long.
+        // The frequency of the load is above the modes of the body, and the body is long.
         (&in_mm[..], 2, ["200.000 m long", "mesh.scale = 1e-3"]),
         (&light, 1, ["material[0]", "shear waves"]),
         (&light_modes, 1, ["material[0]", "shear waves"]),
@@ -420,13 +421,13 @@ fn run_repeats_the_warnings_of_check_once() {
             assert!(warned.concat().contains(reported), "{warned:?}");
         }
     }
-    // A load of 1e19 Hz is printed with few digits.
+    // A load frequency of 1e19 Hz is printed with few digits.
     let load = "traction[0].y={ type = \"sine\", amplitude = 1.0, frequency = 1e19 }";
     let fast = ["run", "init", "--quiet", "--out", "fast", "--set", "integrator.max_steps=1"];
     let run = myovib_in(folder.path(), &[&fast[..], &["--set", load]].concat());
     let warned = of(&run.stderr);
     assert!(warned[0].contains("1.000e19 Hz"), "{warned:?}");
-    // Row 4 of Table 2, for which `check` warns of the index.
+    // For row 4 of Table 2, `check` warns of the index.
     let end = ["--quiet", "--set", "time.end=1e-3", "--out", "row4"];
     let run = myovib_in(folder.path(), &[&["run", "table2-4"][..], &end].concat());
     let check = myovib(&["check", "table2-4"]);

@@ -1,5 +1,5 @@
-//! Sweeps: cases have stable numbers and are computed once, and again if any input has changed;
-//! tables of cases computed elsewhere, and job scripts.
+//! Tests of sweeps: cases have stable numbers, they are computed only once, and they are computed again if any input
+//! has changed. Further tests cover tables of cases that were computed elsewhere, and job scripts.
 
 use std::fs;
 use std::path::Path;
@@ -40,7 +40,7 @@ fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
     assert!(all.iter().all(|row| row["outcome"] == "finished"));
 }
 
-/// Regression: a sweep waited forever if a record was a pipe.
+/// Regression: a sweep waited forever if a record of a case was a pipe.
 #[test]
 fn a_pipe_in_place_of_a_record_is_not_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -58,8 +58,8 @@ fn a_pipe_in_place_of_a_record_is_not_read() {
     assert_eq!(again.code, 0, "{}", again.stderr);
 }
 
-/// Regression: an invalid value among valid ones gave a failed row of a successful sweep, and a job
-/// of an unchecked script.
+/// Regression: an invalid value among valid values resulted in a failed row of a successful sweep, and a job script was
+/// written without a check of all values.
 #[test]
 fn a_wrong_value_of_any_case_is_refused_before_one_is_computed() {
     let folder = tempfile::tempdir().unwrap();
@@ -90,7 +90,7 @@ fn a_sweep_of_a_scene_that_has_changed_is_computed_again() {
             "--vary",
             "solid.bulk_modulus=1_000.0e2",
             "--vary",
-            // The second case can slide along the wall: it is not sufficiently supported.
+            // The second case can slide along the wall, so it is not sufficiently supported.
             "fixed[0].components=[\"x\", \"y\"],[\"x\"]",
         ];
         let run = myovib_in(folder.path(), &arguments);
@@ -151,7 +151,7 @@ fn a_sweep_detects_changed_files_and_retries_failed_cases() {
     let at_second = written();
     sweep(&["--overwrite"]);
     assert_ne!(written(), at_second);
-    // If a file is missing temporarily, the case is not a result.
+    // A case is not recorded as a result if a file is only temporarily missing.
     fs::remove_file(folder.path().join("t.csv")).unwrap();
     let missing = swept(&[]);
     assert_ne!(missing.code, 0, "{}", missing.stdout);
@@ -159,20 +159,20 @@ fn a_sweep_detects_changed_files_and_retries_failed_cases() {
     assert_eq!(sweep(&[])["rows"][0]["probes"], second["rows"][0]["probes"]);
 }
 
-/// Sweeps `scene.toml` over β.
+/// Sweeps `scene.toml` over two values of β.
 fn sweep(folder: &Path, more: &[&str]) -> Run {
     let common = ["sweep", "scene.toml", "--quiet", "--vary", "solid.rayleigh_stiffness=1e-4,2e-4"];
     myovib_in(folder, &[&common[..], more, &["--json"]].concat())
 }
 
-/// Returns the table of such a sweep.
+/// Returns the table of the same sweep.
 fn swept(folder: &Path, more: &[&str]) -> Value {
     let run = sweep(folder, more);
     assert_eq!(run.code, 0, "{}", run.stderr);
     serde_json::from_str(&run.stdout).expect("JSON")
 }
 
-/// Writes a short run of the first built-in scene on the mesh `a.msh`.
+/// Writes a scene for a short run of the first built-in scene on the mesh `a.msh`.
 fn write_scene(folder: &Path) {
     let text = include_str!("../../data/scenes/init.toml")
         .replace("type = \"muscle\"", "type = \"file\"\npath = \"a.msh\"")
@@ -194,14 +194,14 @@ fn a_sweep_sees_a_changed_mesh() {
     assert_eq!(first["rows"][0]["outcome"], "finished", "{first}");
     let at_first = written();
     let mesh = fs::read_to_string(folder.path().join("a.msh")).unwrap();
-    // Writes the file again, with the same content.
+    // The file is written again with the same content.
     fs::write(folder.path().join("a.msh"), &mesh).unwrap();
     assert_eq!(swept(folder.path(), &result), first);
     assert_eq!(written(), at_first, "the content is the same");
     let moved = mesh.replacen("\n0.1 0.012 0\n", "\n0.1 0.0125 0\n", 1);
     assert_ne!(mesh, moved);
     fs::write(folder.path().join("a.msh"), moved).unwrap();
-    // Results on the other mesh do not count as results on this mesh, even if nothing is computed.
+    // Results on the other mesh are not accepted as results on this mesh, even if nothing is computed.
     let table = fs::read_to_string(folder.path().join("sweep/sweep.json")).unwrap();
     let collect = [&["--collect"][..], &result].concat();
     let collected = sweep(folder.path(), &collect);
@@ -258,13 +258,13 @@ fn collect_gathers_results_without_computing() {
     assert!(lines[2].contains(",finished,"), "{table}");
 }
 
-/// Runs the script as Slurm does, one task after the other.
+/// Runs the script in the same way as Slurm does, one task after the other.
 #[cfg(unix)]
 #[test]
 fn the_job_script_for_slurm_computes_all_cases_and_explains_how_to_collect_them() {
     let folder = tempfile::tempdir().unwrap();
     write_scene(folder.path());
-    // Words that a shell would split.
+    // A shell would split these words.
     let words = [
         "sweep",
         "scene.toml",
@@ -353,8 +353,8 @@ fn a_sweep_of_modes_has_columns_of_frequencies() {
     }
 }
 
-/// Regression: a key that varied twice, and a result with the name of a key, gave columns with
-/// wrong values; a column that no probe has was silently empty.
+/// Regression: a key that was varied twice, and a result with the name of a key, led to columns with wrong values. A
+/// column that no probe has was empty without an error.
 #[test]
 fn columns_of_a_sweep_are_unique_and_known() {
     let folder = tempfile::tempdir().unwrap();
@@ -375,8 +375,7 @@ fn columns_of_a_sweep_are_unique_and_known() {
     }
 }
 
-/// Regression: a run that ended by its stop condition counted as failed, and its results were
-/// empty.
+/// Regression: a run that ended by its stop condition was reported as failed, and its results were empty.
 #[test]
 fn a_condition_that_ends_a_case_is_not_a_failure() {
     let folder = tempfile::tempdir().unwrap();
@@ -393,7 +392,7 @@ fn a_condition_that_ends_a_case_is_not_a_failure() {
     }
 }
 
-/// Regression: a deleted table gave an empty cell.
+/// Regression: a deleted table resulted in an empty cell.
 #[test]
 fn a_case_whose_table_is_gone_is_computed_again() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! `myovib table2`: its document, overrides, probe and errors, on runs short enough for a test.
+//! Tests of `myovib table2`: its document, overrides, probe and errors, in runs that are short enough for a test.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::harness::{document, myovib, myovib_in};
 
-/// All statistics of the documented output, with the settings.
+/// All documented statistics of a row, and its settings.
 const ROW_FIELDS: [&str; 35] = [
     "key",
     "equation",
@@ -49,7 +49,7 @@ const ROW_FIELDS: [&str; 35] = [
 type Row =
     (&'static str, &'static str, &'static str, Option<f64>, f64, u64, &'static [&'static str], u64);
 
-/// Documented rows: key, equation, formulation, κ, β, index, excluded blocks, order.
+/// Documented rows: key, equation, formulation, κ, β, index, excluded blocks, and order.
 const ROWS: [Row; 9] = [
     ("1", "28", "position", Some(1e5), 0.0, 1, &["lambda"], 2),
     ("2", "29", "rate", Some(1e5), 1e-4, 2, &["mu"], 2),
@@ -109,8 +109,8 @@ fn the_document_follows_the_contract() {
     assert_eq!(table["mesh"]["triangles"], 311);
 }
 
-/// In row 1 no mode is damped; in row 2 the damping of the fast modes is several percent. The
-/// statistics give this reason.
+/// Checks that the order depends on the damping, and that the statistics state this reason. In row 1, no mode is
+/// damped; in row 2, the damping of the fast modes is several percent.
 #[test]
 fn the_order_follows_the_damping_with_a_reason() {
     let table = short_table(&["--rows", "1,2m", "--max-order", "auto"]);
@@ -169,7 +169,7 @@ fn the_probe_writes_its_csv_from_dense_output() {
     let (fine, many) = probe("0.01", "many.csv");
     assert_eq!(few.lines().next(), Some("t,u_x,u_y,p"));
     assert_eq!((few.lines().count(), many.lines().count()), (4, 12));
-    // Output times do not affect the steps: counts and values are equal.
+    // Output times do not affect the steps, so the counts and values are equal.
     assert_eq!(coarse["rows"][0]["residual_evaluations"], fine["rows"][0]["residual_evaluations"]);
     assert_eq!(few.lines().last(), many.lines().last());
     let last: Vec<f64> =
@@ -193,7 +193,7 @@ fn the_table_goes_to_csv_whole() {
     assert!(text.lines().all(|line| line.split(',').count() == columns), "{text}");
 }
 
-/// Returns a unit square of two triangles; `group` names its left edge.
+/// Returns a mesh of a unit square with two triangles, in which the left edge is the group `group`.
 fn square(version: &str, group: &str, triangle: &str) -> String {
     format!(
         "$MeshFormat\n{version} 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 1 \"{group}\"\n\
@@ -262,9 +262,9 @@ fn invalid_options_are_one_message_and_code_2() {
     }
 }
 
-/// Measured steps and rejections of each row over the paper's 10 s; do not change these values. A
-/// count depends on rounding if a step barely passes the error test: the tolerance is 2 % for steps
-/// and 15 % for rejections, which changed by up to 8 % when solves summed in another order.
+/// Measured numbers of steps and rejections of each row over the paper's 10 s; do not change these values. If a step
+/// barely passes the error test, a count depends on rounding errors. The tolerance is therefore 2 % for steps and 15 %
+/// for rejections, which changed by up to 8 % when solves used another order of summation.
 const COUNTS: [(&str, f64, f64); 9] = [
     ("1", 3374.0, 146.0),
     ("2", 3883.0, 3.0),
@@ -277,7 +277,7 @@ const COUNTS: [(&str, f64, f64); 9] = [
     ("31", 3323.0, 130.0),
 ];
 
-/// Issue 15, C2: runs the full table. This is the slowest test of the program, about 15 s.
+/// Issue 15, C2: runs the full table. This is the slowest test of the program; it takes about 15 s.
 #[test]
 fn the_counts_of_all_rows_hold_over_ten_seconds() {
     let run = myovib(&["table2", "--quiet", "--json"]);
@@ -285,8 +285,7 @@ fn the_counts_of_all_rows_hold_over_ten_seconds() {
     let table = document(&run.stdout, "table2");
     for (row, (key, steps, rejected)) in table["rows"].as_array().unwrap().iter().zip(COUNTS) {
         assert_eq!(row["key"], key);
-        // Fixed pivots suffice for all rows: a row exchange in each factorization would double the
-        // time.
+        // Fixed pivots are sufficient for all rows. A row exchange in each factorization would double the time.
         assert_eq!(row["linear_work"]["pivoted"], 0, "row {key}");
         let number = |field: &str| row[field].as_f64().unwrap();
         if key == "4" {

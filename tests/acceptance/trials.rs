@@ -1,12 +1,12 @@
-//! `check` computes the first steps of a run; its predictions are compared with the run.
+//! Tests of `check`, which computes the first steps of a run. Its predictions are compared with the run.
 
-#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+#![allow(clippy::unwrap_used)] // Helpers outside #[test] functions also fail the test.
 
 use serde_json::Value;
 
 use crate::harness::{document, myovib, myovib_in};
 
-/// Returns the cost predicted by `check`, and the document of the run.
+/// Returns the cost that `check` predicts, and the document of the run.
 fn predicted_and_run(scene: &str, sets: &[&str]) -> (Value, Value) {
     let folder = tempfile::tempdir().unwrap();
     let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
@@ -22,8 +22,8 @@ fn steps(of: &Value) -> u64 {
     of["steps"].as_u64().unwrap_or_else(|| panic!("{of}"))
 }
 
-/// `check` computes a short run completely: a body with each method, a body with chains, a
-/// contracting body, and a body with two-way coupled chains.
+/// Checks that `check` computes a short run completely, for a body with each method, a body with chains, a contracting
+/// body, and a body with two-way coupled chains.
 #[test]
 fn the_cost_counts_all_steps_of_a_short_run() {
     let chain = "chain=[{ name = \"here\", at = [0.0, 0.0], oscillators = 2 }]";
@@ -35,7 +35,7 @@ fn the_cost_counts_all_steps_of_a_short_run() {
         ("init", &["time.end=0.3", fibers, tension]),
         ("cook-dynamic", &["time.end=5.0"]),
         ("two-way", &["time.end=0.1"]),
-        // The step limit of the scene ends the run.
+        // The run ends at the step limit of the scene.
         ("cook-dynamic", &["integrator.max_steps=20"]),
     ];
     for (scene, sets) in cases {
@@ -46,8 +46,8 @@ fn the_cost_counts_all_steps_of_a_short_run() {
     }
 }
 
-/// For a longer run, `check` gives a lower bound: for a small vibration, and for a vibration that has not
-/// started yet.
+/// Checks that `check` gives a lower bound for a longer run, both for a small vibration and for a vibration that has
+/// not started yet.
 #[test]
 fn the_predicted_steps_are_a_lower_bound() {
     for (scene, sets) in [("hardening", ["time.end=1.5"]), ("two-way", ["time.end=4.0"])] {
@@ -60,7 +60,7 @@ fn the_predicted_steps_are_a_lower_bound() {
     }
 }
 
-/// `check` ignores stop conditions, and reports this.
+/// Checks that `check` ignores stop conditions and reports this.
 #[test]
 fn stop_conditions_do_not_bound_the_cost() {
     let stop = "stop=[{ type = \"displacement\", at = [0.0, 0.0], above = 1.0 }]";
@@ -68,10 +68,10 @@ fn stop_conditions_do_not_bound_the_cost() {
     assert!(text.contains("[[stop]]"), "{text}");
 }
 
-/// `check` predicts that a run stops before its end time.
+/// Checks that `check` predicts that a run stops before its end time.
 #[test]
 fn a_stop_of_the_run_is_predicted() {
-    // This load inverts elements.
+    // Elements are inverted under this load.
     let load = "traction[0].y={ type = \"step\", value = -2e4, rise = 0.2 }";
     let (reported, run) = predicted_and_run("table2-4", &[load]);
     assert_eq!(reported["end"], "stopped", "{reported}");
@@ -82,7 +82,7 @@ fn a_stop_of_the_run_is_predicted() {
     assert!(text.contains(&words), "{words}: {text}");
 }
 
-/// A sweep passes modes at 5.13, 12.43 and 15.69 Hz.
+/// Checks a sweep that passes modes at 5.13, 12.43 and 15.69 Hz.
 #[test]
 fn check_reports_the_modes_that_a_chirp_passes() {
     let passed = |from: f64, to: f64, duration: f64| {
@@ -96,7 +96,7 @@ fn check_reports_the_modes_that_a_chirp_passes() {
     };
     for (from, to, duration, words) in [
         (14.0, 4.0, 0.1, "from 4 to 14 Hz passes the modes at 5.13, 12.43 Hz"),
-        // The run ends before the sweep.
+        // The run ends before the frequency sweep does.
         (4.0, 14.0, 0.2, "from 4 to 9 Hz passes the modes at 5.13 Hz"),
         (4.0, 20.0, 0.1, "at 5.13, 12.43, 15.69 Hz, and perhaps higher ones"),
         (1.0, 5.0, 0.1, "passes no mode"),

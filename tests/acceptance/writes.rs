@@ -1,7 +1,7 @@
-//! No command overwrites files of other programs, and a closed standard output or standard error
-//! does not end a computation.
+//! Checks that no command overwrites files of other programs, and that a closed standard output or standard error does
+//! not end a computation.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+#![allow(clippy::unwrap_used)] // Helpers outside #[test] functions also fail the test.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,7 +14,7 @@ use myovib_cli::cli::Cli;
 
 use crate::harness::{PROGRAM, myovib_in};
 
-/// A motion of two elements, which takes a fraction of a second.
+/// Motion of two elements, which takes a fraction of a second.
 pub(crate) const SCENE: &str = r#"
 [time]
 end = 0.02
@@ -45,7 +45,7 @@ interval = 0.01
 key = "solid.bulk_modulus"
 "#;
 
-/// A quick command line for each command with `--json`.
+/// Quick command line for each command that has the option `--json`.
 const COMMANDS: [&str; 17] = [
     "check scene.toml",
     "doctor",
@@ -66,7 +66,8 @@ const COMMANDS: [&str; 17] = [
     "table2 --rows 1 --t-end 0.02",
 ];
 
-/// Options that name an output file, by command; all commands have `--json`.
+/// Commands with an option that names an output file. The option `--json` is not listed, because all of the commands
+/// above have it.
 const FILES: [(&str, &str); 6] = [
     ("infsup", "plot"),
     ("modes", "svg"),
@@ -76,7 +77,7 @@ const FILES: [(&str, &str); 6] = [
     ("table2", "csv"),
 ];
 
-/// Options that name an output folder, by command, and a file or folder written there.
+/// Commands with an option that names an output folder, and a file or folder that they write in it.
 const FOLDERS: [(&str, &str); 10] = [
     ("figure", "figure4.svg"),
     ("figures", "figure7.csv"),
@@ -90,7 +91,7 @@ const FOLDERS: [(&str, &str); 10] = [
     ("table2", "table2-1"),
 ];
 
-/// Arguments that name input files.
+/// Names of the arguments that are input files.
 const READ: [&str; 4] = ["scene", "mesh", "data", "file"];
 
 fn line_of(command: &str) -> &'static str {
@@ -98,7 +99,7 @@ fn line_of(command: &str) -> &'static str {
     COMMANDS.iter().find(is_of).unwrap()
 }
 
-/// Creates a folder with a scene, data, and files of the user.
+/// Creates a folder with a scene, data, and files that belong to the user.
 fn place() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
@@ -115,7 +116,7 @@ fn place() -> tempfile::TempDir {
     folder
 }
 
-/// Returns all files below a folder with their contents; for links, pipes and folders their type.
+/// Returns all files below a folder with their contents. For links, pipes and folders, returns the type instead.
 fn tree(folder: &Path) -> BTreeMap<PathBuf, String> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap()) {
@@ -137,7 +138,7 @@ fn words<'a>(line: &'a str, more: &'a [&'a str]) -> Vec<&'a str> {
     line.split(' ').chain(more.iter().copied()).collect()
 }
 
-/// Runs a command that must fail and change nothing.
+/// Runs a command that must fail and must not change anything.
 fn assert_refused(folder: &Path, arguments: &[&str]) {
     let before = tree(folder);
     let run = myovib_in(folder, arguments);
@@ -145,7 +146,7 @@ fn assert_refused(folder: &Path, arguments: &[&str]) {
     assert_eq!(tree(folder), before, "{arguments:?}: {}", run.stderr);
 }
 
-/// Checks that the tables above are complete; add new options and commands there.
+/// Checks that the tables above are complete. New options and commands must be added there.
 #[test]
 fn the_tables_have_every_command_and_every_option_that_names_a_path() {
     for command in Cli::command().get_subcommands() {
@@ -165,8 +166,7 @@ fn the_tables_have_every_command_and_every_option_that_names_a_path() {
     }
 }
 
-/// Regression: `modes --json mine.toml` replaced the scene; `--slurm` and other options replaced
-/// any file.
+/// Regression: `modes --json mine.toml` replaced the scene, and options such as `--slurm` replaced any file.
 #[test]
 fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
     let folder = place();
@@ -182,21 +182,21 @@ fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
     for target in ["mine.txt", "link", "folder", "pipe"] {
         assert_refused(folder.path(), &["init", target]);
     }
-    // A positional argument after `--json` is not the file of `--json`.
+    // A positional argument after `--json` is not taken as the file of `--json`.
     let before = fs::read_to_string(folder.path().join("scene.toml")).unwrap();
     let run = myovib_in(folder.path(), &["modes", "--count", "1", "--json", "scene.toml"]);
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(run.stdout.starts_with("{\n  \"schema\": \"myovib/modes/1\""));
     assert_eq!(fs::read_to_string(folder.path().join("scene.toml")).unwrap(), before);
-    // The program replaces its own file.
+    // The program may replace its own file.
     for _ in 0..2 {
         let run = myovib_in(folder.path(), &["doctor", "--json=own.json"]);
         assert_eq!(run.code, 0, "{}", run.stderr);
     }
 }
 
-/// Regression: sweeps and sensitivities replaced other results, and `--overwrite` removed files of
-/// the user.
+/// Regression: sweeps and sensitivities replaced other results, and `--overwrite` removed files that belonged to the
+/// user.
 #[test]
 fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
     let folder = place();
@@ -205,7 +205,7 @@ fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
     assert_eq!(sweep.code, 0, "{}", sweep.stderr);
     let run = myovib_in(folder.path(), &words(line_of("run"), &["--out", "a-run", "--quiet"]));
     assert_eq!(run.code, 0, "{}", run.stderr);
-    // Results of another command, although the program made them.
+    // These files are results of another command, although the program wrote them.
     assert_refused(folder.path(), &["doctor", "--json=a-run/run.json"]);
     assert_refused(&folder.path().join("a-sweep"), &["doctor", "--json=sweep.json"]);
     for (command, name) in FOLDERS {
@@ -226,7 +226,7 @@ fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
             }
         }
     }
-    // The folder has a different sweep.
+    // The folder contains a different sweep.
     let other = [
         "sweep",
         "scene.toml",
@@ -241,7 +241,7 @@ fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
     assert_eq!(replaced.code, 0, "{}", replaced.stderr);
 }
 
-/// Starts a command whose output pipes are closed.
+/// Starts a command whose standard output and standard error are closed pipes.
 fn start_without_readers(folder: &Path, line: &str) -> Child {
     let mut child = Command::new(PROGRAM)
         .args(words(line, &[]))
@@ -254,7 +254,7 @@ fn start_without_readers(folder: &Path, line: &str) -> Child {
     child
 }
 
-/// Regression: with a closed pipe, the first line on standard error ended a run with exit code 101.
+/// Regression: if the pipe was closed, the first line on standard error ended a run with exit code 101.
 #[test]
 fn closed_output_streams_do_not_change_exit_codes_and_files() {
     let folder = place();
@@ -264,7 +264,7 @@ fn closed_output_streams_do_not_change_exit_codes_and_files() {
         let known = FOLDERS.iter().find(|(name, _)| command == Some(name));
         known.map(|(command, name)| (format!("of-{command}"), *name))
     };
-    // The indices of all of the paper's equations take a minute, and are not written to a file.
+    // The indices of all of the paper's equations take a minute to compute, and they are not written to a file.
     let commands = COMMANDS.iter().filter(|line| **line != "table1");
     let others = ["schema", "man", "completions bash", "init -", "--help"];
     let started = commands.chain(&others).map(|line| match folder_of(line) {
@@ -276,7 +276,7 @@ fn closed_output_streams_do_not_change_exit_codes_and_files() {
         let kept = folder_of(line).is_none_or(|(out, name)| path.join(out).join(name).exists());
         assert!(kept, "{line}");
     }
-    // Output on standard error: usage errors, warnings, notes on failed cases.
+    // These commands write to standard error: usage errors, warnings, and notes on failed cases.
     for (line, code) in [
         ("run nosuch.toml", 2),
         ("run scene.toml --out of-run", 2),
@@ -287,7 +287,7 @@ fn closed_output_streams_do_not_change_exit_codes_and_files() {
         let end = start_without_readers(path, line).wait().unwrap();
         assert_eq!(end.code(), Some(code), "{line}");
     }
-    // The stream is closed from the start.
+    // Here, the streams are closed from the start.
     for (line, code) in [("run scene.toml --out closed", 0), ("run nosuch.toml", 2)] {
         let closed = format!("exec \"$0\" {line} >&- 2>&-");
         let end = Command::new("bash").args(["-c", &closed, PROGRAM]).current_dir(path).status();
@@ -296,7 +296,7 @@ fn closed_output_streams_do_not_change_exit_codes_and_files() {
     assert!(path.join("closed/report.html").is_file());
 }
 
-/// A full disk behind standard output gives exit code 4; results in files are kept.
+/// Checks that a full disk behind standard output results in exit code 4, and that results in files are kept.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_standard_output_is_code_4_and_files_are_kept() {
@@ -311,7 +311,7 @@ fn a_full_standard_output_is_code_4_and_files_are_kept() {
     assert!(folder.path().join("out/report.html").is_file());
 }
 
-/// Regression: a line break in an argument ended the comment of the job script; the rest ran as a
+/// Regression: a line break in an argument ended the comment in the job script, and the rest of the argument ran as a
 /// command.
 #[test]
 fn arguments_with_line_breaks_cannot_add_commands_to_a_job_script() {

@@ -1,4 +1,4 @@
-//! Runs by several processes, started by `mpirun` as users do.
+//! Tests of runs on several processes, which are started by `mpirun` as users do it.
 #![allow(clippy::unwrap_used, reason = "tests are exempt")]
 
 use std::fs;
@@ -11,8 +11,8 @@ use serde_json::Value;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_myovib");
 
-/// A spindle of two materials, pulled from the start: one material contracts and is viscous. Its
-/// loads are smooth until the end.
+/// Spindle of two materials that is pulled from the start. One of the materials contracts and is viscous. The loads are
+/// smooth until the end.
 const SCENE: &str = r#"
 [time]
 end = 0.3
@@ -63,7 +63,7 @@ quantities = ["u", "v", "p"]
 interval = 0.01
 "#;
 
-/// Creates a folder with the scene, in which the lines of `changes` are replaced.
+/// Creates a folder with the scene. The lines given in `changes` are replaced.
 fn folder(changes: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let scene = changes.iter().fold(SCENE.to_owned(), |scene, (old, new)| {
@@ -74,8 +74,8 @@ fn folder(changes: &[(&str, &str)]) -> tempfile::TempDir {
     folder
 }
 
-/// Returns an `mpirun` command with these arguments. Open MPI must permit more ranks than cores,
-/// and root.
+/// Returns an `mpirun` command with these arguments. Open MPI must permit more ranks than cores, and must permit the
+/// user root.
 fn mpirun(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new("mpirun");
     command.args(arguments).current_dir(folder);
@@ -89,7 +89,7 @@ fn mpirun(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs the scene into `out` with `ranks` ranks, or without `mpirun` if `ranks` is 0. Returns the
+/// Runs the scene in the folder `out` on `ranks` ranks, or without `mpirun` if `ranks` is 0. Returns the text on
 /// standard error.
 fn run(folder: &Path, ranks: usize, out: &str) -> String {
     let count = ranks.to_string();
@@ -101,7 +101,7 @@ fn run(folder: &Path, ranks: usize, out: &str) -> String {
     let Output { status, stderr, .. } =
         command.args(arguments).current_dir(folder).output().unwrap();
     let stderr = String::from_utf8(stderr).unwrap();
-    // 3: the step limit was reached.
+    // Exit code 3 means that the step limit was reached.
     assert!(matches!(status.code(), Some(0 | 3)), "{ranks} ranks: {stderr}");
     stderr
 }
@@ -119,8 +119,8 @@ fn columns(folder: &Path, out: &str) -> Vec<Vec<f64>> {
     (0..rows[0].len()).map(|k| rows.iter().map(|row| row[k]).collect()).collect()
 }
 
-/// Checks that the trajectories by 1, 2 and 4 ranks match the single process to 1e-10 of the
-/// maximum, with an equal number of steps.
+/// Checks that trajectories on 1, 2 and 4 ranks are equal to those of a single process within 1e-10 of the maximum, and
+/// that the numbers of steps are equal.
 fn assert_ranks_agree(changes: &[(&str, &str)]) {
     let folder = folder(changes);
     let folder = folder.path();
@@ -151,7 +151,7 @@ fn ranks_agree_on_a_motion_by_radau() {
     assert_ranks_agree(&[]);
 }
 
-/// With β the Newton matrices are nonsymmetric, and element passes compute rates.
+/// Checks a motion with β, for which Newton matrices are nonsymmetric and passes over the elements compute rates.
 #[test]
 fn ranks_agree_on_a_damped_motion_by_bdf() {
     assert_ranks_agree(&[
@@ -169,12 +169,12 @@ fn an_equilibrium_is_that_of_the_program_alone() {
     run(folder, 2, "by 2");
     let (alone, both) = (columns(folder, "alone"), columns(folder, "by 2"));
     for (a, b) in alone.iter().zip(both) {
-        // Newton's last increments are 1e-10 of the solution.
+        // The last increments of Newton's method are 1e-10 of the solution.
         assert!((a[0] - b[0]).abs() <= 1e-10 * a[0].abs().max(1e-12), "{a:?} {b:?}");
     }
 }
 
-/// Returns the process of a rank, among the children of `mpirun`.
+/// Returns the process that has the given rank, among the children of `mpirun`.
 fn process_of(mpirun: &Child, rank: usize) -> Option<u32> {
     let wanted = format!("OMPI_COMM_WORLD_RANK={rank}");
     let children = format!("/proc/{0}/task/{0}/children", mpirun.id());
@@ -188,7 +188,7 @@ fn process_of(mpirun: &Child, rank: usize) -> Option<u32> {
 /// Returns whether a process exists and is not a zombie.
 fn lives(process: u32) -> bool {
     let state = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    // The program name, in parentheses, may contain spaces.
+    // The name of the program is in parentheses and may contain spaces.
     let after_name = state.rsplit(')').next().unwrap_or_default();
     after_name.split_whitespace().next().is_some_and(|state| state != "Z")
 }
@@ -230,7 +230,7 @@ fn a_killed_rank_ends_all_and_the_last_checkpoint_is_whole() {
     assert!(document["resumed"].as_u64() == Some(1), "{}", document["resumed"]);
 }
 
-/// Both folders contain a file with this name.
+/// Checks that ranks are rejected if they read different bodies: the file has the same name in both folders.
 #[test]
 fn ranks_that_read_other_bodies_are_refused() {
     let (here, there) = (folder(&[]), folder(&[("[10, 2, 2]", "[20, 2, 2]")]));
