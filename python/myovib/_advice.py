@@ -1,4 +1,4 @@
-"""Reasons and remedies for integrations that fail or need many steps."""
+"""Reasons why integrations fail or need many steps, and remedies."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ START = (
     "them for position constraints"
 )
 
-# Fraction of nonzero entries below which `sparsity` is recommended, and number of columns for its estimate.
+# Fraction of nonzero entries below which `sparsity` is recommended, and number of columns from which it is estimated.
 SPARSE = 0.1
 SAMPLED = 8
 
 
 def _share_of_entries(residual: Function, t: float, y: Array, yp: Array) -> float | None:
-    """Return the fraction of nonzero entries of a large Jacobian, estimated from some columns; None if it is not small."""
+    """Estimate the fraction of nonzero entries of a large Jacobian from a few columns; None if it is not small."""
     n = len(y)
     if n <= LARGE:
         return None
@@ -44,42 +44,42 @@ def _share_of_entries(residual: Function, t: float, y: Array, yp: Array) -> floa
 
 
 class _Facts(NamedTuple):
-    """Context of an integration, from which reasons of failures are derived."""
+    """Facts about an integration, from which the reasons for a failure are derived."""
 
     # Variables excluded from the error test.
     suppress: list[bool] | None
-    # Whether an index is above 1.
+    # Whether any index is above 1.
     is_hidden: bool
     # Whether the velocities at the start violate constraints.
     has_wrong_velocities: bool
     has_jacobian: bool
-    # Description of indices that are missing, wrong or too high; may be empty.
+    # Description of indices that are missing, wrong or too high; empty if there are none.
     index_note: str
     span: float
     # Whether `t_eval` replaces the steps in the results.
     has_outputs: bool
     initial: str
-    # Ends of all parts between breaks.
+    # Start of the span, all breaks, and end of the span.
     ends: list[float]
     pattern: Pattern | None
     # Index of each variable, if given.
     indices: list[int] | None
 
 
-# Message of IDAS if all attempts of the first step fail the error test. The group is the size of the last attempt.
+# Message of IDAS if all attempts at the first step fail the error test. The group is the step size of the last attempt.
 FAILED_AT_START = re.compile(r"after 0 steps .*error_test_failures.* h = -?([-+.\de]+), the error test")
 
-# Beginning of the message if no values are found after a break.
+# Beginning of the message if no consistent values are found after a break.
 VALUELESS = "no consistent initial values"
 
-# Beginning of messages with the time of the last step, which may be after the last output time.
+# Beginning of messages that contain the time of the last step. This time may be after the last output time.
 STOPPED = re.compile(r"(?:stopped|the limit .* was reached) at t = ([-+.\de]+)")
 
-# Fraction of the span. If the first 100 steps cover less, the steps are too short from the start.
+# If the first 100 steps cover less than this fraction of the span, the steps are too short from the start.
 SLOW = 1e-3
 
-# Ratio of failed error tests to steps of BDF above which advice is given. It is at most 0.14 in runs of stiff and
-# oscillating standard problems, and 0.2 to 0.5 for a transistor amplifier with coupling capacitors.
+# Ratio of failed error tests to steps of BDF above which advice is given. The ratio is at most 0.14 for standard
+# problems that are stiff or oscillate, and 0.2 to 0.5 for a transistor amplifier with coupling capacitors.
 FAILED = 1.0 / 6.0
 
 
@@ -90,15 +90,15 @@ def _is_slow_from_the_start(solution: DaeSolution, span: float) -> bool:
 def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array, known: _Facts) -> str | None:
     """Return advice, if any, for an integration that ended early, failed many error tests or is limited by rounding of t.
 
-    The advice is also added to the message of a solution that ends early. It replaces the remedies of the library there,
-    unless it is a guess.
+    If the solution ended early, the advice is also added to its message. It replaces the remedies that the integrator
+    suggests there, unless the advice is a guess.
     """
     suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs, initial, ends, pattern, indices = known
     is_bdf = solution.method == "bdf"
     many = is_bdf and solution.nsteps > 1000 and solution.netf > FAILED * solution.nsteps
     if not solution.t.size:
         return None
-    # An integration that counts times from its start does not fail because of their rounding.
+    # An integration that counts times from its start does not fail because times are rounded.
     has_rounded_times = solution.success or not _is_counted_from_start(solution.method, float(solution.t[0]), span)
     is_late = has_rounded_times and _is_late(solution, rtol, atol)
     if not (many or is_late or solution.status < 0):
@@ -121,7 +121,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     elif structure and tested:
         advice = index_note(structure, "bdf", None, suppress)[0]
     elif not solution.nsteps and (failed := FAILED_AT_START.search(solution.message)) and not jumping:
-        # IDAS reduces the size by 4^10 before it stops.
+        # IDAS reduces the step size by a factor of 4^10 before it stops.
         is_guess = initial == "given"
         advice = (
             f"the error test fails in a first step of {failed[1]}: give `first_step={failed[1]}`, or `yp0` with the derivatives "
@@ -194,8 +194,8 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             "the solution changes by more than the tolerances: measure time from a closer origin"
         )
     elif many:
-        # For example, a variable amplifies the errors of others. BDF's estimate is small while steps are
-        # constant, and then each longer step fails and the order remains 1.
+        # This occurs, for example, if a variable amplifies the errors of others. The error estimate of BDF is small
+        # while the step size is constant. Each longer step then fails, and the order remains 1.
         excluded = np.array(suppress or np.zeros(len(y), bool))
         algebraic = np.flatnonzero(structure.algebraic & ~excluded).tolist() if structure else []
         other = f"excluding the algebraic variables {listed(algebraic)} (counted from 0) with `suppress` or " if algebraic else ""
@@ -217,7 +217,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         advice = f"difference quotients may be inaccurate: give the exact `jacobian`{other}"
         advice += f"; replace a kink of F, such as `max`, by a smooth function over {SMOOTH}"
     elif not (solution.success or is_hidden) and _fails_to_converge(solution.message):
-        # With `t_eval`, the last state may be far from the kink.
+        # With `t_eval`, the last known state may be far from the kink.
         is_guess = True
         advice = (
             f"F may have a kink near this time, as `max` and `abs` do: replace it by a smooth function over {SMOOTH}, or "
@@ -239,10 +239,10 @@ def _wrong_entry(
     rtol: float,
     atol: Array,
 ) -> str | None:
-    """Return a note on an entry of the Jacobian that differs from difference quotients, if Newton's method fails often.
+    """If Newton's method fails often, return a note on an entry of the Jacobian that differs from difference quotients.
 
-    If such a failure ended the integration, the last state is also examined, because the Jacobian may be wrong only
-    there.
+    If a failure of Newton's method ended the integration, the last state is also examined, because the Jacobian may
+    be wrong only there.
     """
     is_slow = not solution.success or solution.nsteps > 10
     is_stopped = not solution.success and _fails_to_converge(solution.message)
@@ -255,10 +255,10 @@ def _wrong_entry(
     stopped = STOPPED.match(solution.message)
     if is_stopped and stopped and solution.t.size:
         y, yp = solution.y[:, -1].copy(), solution.yp[:, -1].copy()
-        # The same entry is not at a kink of F in both states.
+        # A kink of F does not affect the same entry in both states.
         states += [(float(stopped[1]), y + c * (rtol * np.abs(y) + atol), yp) for c in (0.0, MOVED)]
     for t, y, yp in states:
-        # Functions may bend within a tolerance.
+        # F may be nonlinear within a tolerance, so smaller increments are used.
         structure = Structure.at(residual, t, y, yp, 1e-3 * (rtol * np.abs(y) + atol))
         if structure is None:
             continue
@@ -269,7 +269,7 @@ def _wrong_entry(
             continue
         for entry in wrong:
             counts[entry] = counts.get(entry, 0) + 1
-    # A difference at a single state may come from a kink.
+    # A difference at a single state may be caused by a kink.
     if not counts or max(counts.values()) < min(2, len(states)):
         return None
     matrix, row, column = max(counts, key=lambda entry: counts[entry])
@@ -302,38 +302,38 @@ def _missing_entry(
 
 
 def _is_late(solution: DaeSolution, rtol: float, atol: Array) -> bool:
-    """Return whether a variable usually changes by more than its tolerance within the rounding of t."""
+    """Return whether a variable usually changes by more than its tolerance within the rounding error of t."""
     changes = np.spacing(np.abs(solution.t)) * np.abs(solution.yp)
     tolerances = rtol * np.abs(solution.y) + atol[:, None]
     return bool((np.median(changes - tolerances, axis=1) > 0.0).any())
 
 
-# Distance, in tolerances, between the two states after the last step at which a Jacobian is compared with differences.
+# Distance, in tolerances, between the two states at which a Jacobian is compared with differences after the last step.
 MOVED = 10.0
 
 # Number of steps per failure of Newton's iteration below which an exact Jacobian is compared with differences.
 FREQUENT = 5
 
-# Smallest relative tolerance at which tighter tolerances improve difference quotients.
+# Relative tolerance from which on tighter tolerances improve difference quotients.
 LOOSE = 1e-5
 
-# Growth of a derivative that indicates a singularity of the solution.
+# Growth factor of a derivative that indicates a singularity of the solution.
 GROWTH = 1e4
 
 
 def _growing(solution: DaeSolution, indices: list[int] | None) -> list[int]:
-    """Return the variables of index 0 and 1 whose derivatives at the end are much larger than before."""
+    """Return the variables of index 0 and 1 whose derivatives are much larger at the end than before."""
     sizes = np.abs(solution.yp)
     if indices is not None:
         sizes[np.array(indices) > 1] = 0.0
     if sizes.shape[1] < 10:
         return []
     before = np.median(sizes[:, : -len(solution.t) // 2], axis=1)
-    # Derivatives of variables at rest have no size.
+    # The derivative of a variable at rest is zero and cannot be compared.
     return np.flatnonzero((before > 0) & (sizes[:, -1] > GROWTH * before)).tolist()
 
 
-# Distances, in tolerances, within which to search for kinks of F, and the smallest relative change of slope at a kink.
+# Distances, in tolerances, within which kinks of F are searched for, and smallest relative change of slope at a kink.
 DISTANCES = (0.01, 0.1, 1.0, 10.0, 100.0)
 BEND = 0.1
 
@@ -359,10 +359,11 @@ def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array)
                 moved = [np.array(residual(t, y + c * unit, yp), dtype=float) for c in (1, -1, 0.25, -0.25)]
                 changes = np.array(moved) - base
                 bend, near = np.abs(changes[0] + changes[1]), np.abs(changes[2] + changes[3])
-                # At a quarter of the distance, the bend of a smooth function is 1/16 and the bend of a kink 1/4 as large.
+                # At a quarter of the distance, the bend of a smooth function is 1/16 as large, and that of a kink is
+                # 1/4 as large.
                 is_bent = bend > BEND * (np.abs(changes[0]) + np.abs(changes[1]))
                 is_bent &= (near > 0.2 * bend) & (near < 0.3 * bend)
-                # Bends caused by rounding differ between distances.
+                # Bends caused by rounding errors differ between distances.
                 found |= is_bent & was_bent
                 was_bent = is_bent
     except Exception:  # outside of the domain of F
@@ -370,20 +371,21 @@ def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array)
     return np.flatnonzero(found).tolist()
 
 
-# Recommended width, in tolerances, of smooth functions that replace jumps: all methods integrate them.
+# Recommended width, in tolerances, of smooth functions that replace jumps. All methods can integrate such functions.
 WIDTH = 100.0
 
-# Recommended width of smooth functions that replace kinks. Over 1 tolerance, 9 of 36 runs of a rectifier stopped; over 10
-# and 100 tolerances, one.
+# Recommended width of smooth functions that replace kinks. Of 36 runs of a rectifier, 9 stopped if the width was 1
+# tolerance, and one stopped if it was 10 or 100 tolerances.
 SMOOTH = "10 to 100 tolerances"
 
-# Distances from the last time, in units of its rounding error, within which to search for jumps.
+# Distances from the last time, in units of its rounding error, within which jumps are searched for.
 INSTANTS = (1e3, 1e4, 1e5, 1e6)
-# Distance of a listed break from a jump, as a fraction of the span, below which it was meant for the jump.
+# If a listed break is closer to a jump than this fraction of the span, the break is considered to be meant for this
+# jump.
 NEAR = 1e-6
 # Number of bisections that locate a jump.
 BISECTIONS = 20
-# Smallest size of a jump, relative to changes of F within the tolerances.
+# Smallest size of a jump, relative to the changes of F that the tolerances cause.
 VISIBLE = 1e-3
 
 
@@ -392,7 +394,7 @@ def _jumping(
 ) -> tuple[list[int], int | None] | None:
     """Return the equations that jump near the last state or the last time, and the variable with which they jump.
 
-    The variable is None for the time.
+    The variable is None if the equations jump with time.
     """
     t, y, yp = solution.t[-1], solution.y[:, -1], solution.yp[:, -1]
     n = len(y)
@@ -420,7 +422,7 @@ def _jumping(
                     is_found = _jumps(function, distance) > smallest
                 except Exception:
                     break
-                # Rounding changes F once within a short distance, but more often within a longer one.
+                # Rounding errors change F once within a short distance, but more often within a longer distance.
                 if (was_found & is_found).any():
                     return np.flatnonzero(was_found & is_found).tolist(), variable
                 was_found = is_found
@@ -428,8 +430,9 @@ def _jumping(
 
 
 def _jumps(function: Callable[[float], Array], distance: float) -> Array:
-    """Return the jump of each component within this distance of 0, or 0 if the rest of the interval changes it as much."""
-    # Bisection of an interval that is not symmetric avoids the value at 0, which functions such as sign define separately.
+    """Return the jump of each component within this distance of 0, or 0 if the component changes as much elsewhere."""
+    # The interval is not symmetric, so that its bisection avoids the value at 0, which functions such as sign define
+    # separately.
     a, b = -distance, 1.3 * distance
     left, right = function(a), function(b)
     total, rest = np.abs(right - left), np.zeros(len(left))
@@ -437,7 +440,7 @@ def _jumps(function: Callable[[float], Array], distance: float) -> Array:
         middle = 0.5 * (a + b)
         value = function(middle)
         first, second = np.abs(value - left), np.abs(right - value)
-        # Take the half in which almost the whole change of a component occurs.
+        # Continue with the half in which almost the whole change of a component occurs.
         if ((first > 0.5 * total) & (rest + second < 0.5 * first)).any():
             b, right, rest = middle, value, rest + second
         elif ((second > 0.5 * total) & (rest + first < 0.5 * second)).any():
@@ -449,7 +452,7 @@ def _jumps(function: Callable[[float], Array], distance: float) -> Array:
 
 
 def _singular(structure: Structure | None) -> str:
-    """Describe equations that do not determine all variables, or return an empty string."""
+    """Describe the equations if they do not determine all variables; otherwise, return an empty string."""
     variables, equations = structure.singular if structure and not structure.is_huge() else ([], [])
     if not variables:
         return ""
@@ -463,7 +466,7 @@ def _singular(structure: Structure | None) -> str:
 def _explain(
     initial: str, residual: Function, t: float, y: Array, yp: Array, tolerance: Array, pattern: Pattern | None
 ) -> str:
-    """Explain why no consistent initial values are found; may be empty."""
+    """Explain why no consistent initial values are found; empty if the reason is unknown."""
     structure = Structure.at(residual, t, y, yp, tolerance, pattern=pattern)
     if structure is None:
         return ""

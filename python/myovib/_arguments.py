@@ -12,7 +12,7 @@ from ._solution import Array, Function
 
 
 def _with(function: Callable[..., Any], args: Sequence[Any], name: str) -> Function:
-    """Return a function of t, y, yp that passes copies, which `function` may change, and the additional arguments."""
+    """Return a function of t, y, yp that passes copies, which `function` may change, and additional arguments."""
 
     def call(t: float, y: Array, yp: Array) -> Any:
         try:
@@ -27,7 +27,7 @@ def _with(function: Callable[..., Any], args: Sequence[Any], name: str) -> Funct
 
 
 def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
-    """Return the function in the form for the native module, which passes arrays as bytes."""
+    """Return the function in the form that the native module requires: arrays are passed as bytes."""
 
     def call(t: float, y: bytearray, yp: bytearray) -> bytes:
         answer = function(t, np.frombuffer(y), np.frombuffer(yp))
@@ -46,7 +46,7 @@ def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
 
 
 def _real(name: str, values: Any) -> Array:
-    """Return the values as real numbers; NumPy would drop imaginary parts with only a warning, and masks silently."""
+    """Return the values as real numbers. NumPy would drop imaginary parts with only a warning, and masks silently."""
     if np.ma.is_masked(values):
         raise ValueError(f"{name} has masked entries: must be real numbers")
     try:
@@ -125,25 +125,25 @@ def _pattern(sparsity: Any, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64
     return offsets, entries % n
 
 
-# Number of rows above which the pattern of sparse matrices is used; with fewer rows full matrices cost little.
+# Number of rows above which the pattern of sparse matrices is used. With fewer rows, full matrices cost little.
 LARGE = 200
 
 
 def _pattern_of_jacobian(
     jacobian: Function, t: float, y: Array, yp: Array
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """Return the common pattern of sparse matrices at the start and at a state nearby; None if they are dense."""
+    """Return the common pattern of the sparse matrices at the start and at a state nearby; None if they are dense."""
     parts = list(jacobian(t, y, yp))
     if not all(hasattr(part, "tocoo") for part in parts):
         return None
-    # Also find entries that vanish at the start, for example at rest.
+    # A second state also finds entries that vanish at the start, for example at rest.
     steps = 1.0 + 0.618 * np.arange(len(y)) % 1.0
     try:
         nearby = jacobian(t, y + steps * (1.0 + np.abs(y)), yp + steps * (1.0 + np.abs(yp)))
         parts += [part for part in nearby if hasattr(part, "tocoo")]
     except Exception:  # outside of the domain of F
         pass
-    # Stored zeros belong to the pattern.
+    # Explicitly stored zeros belong to the pattern.
     coordinates = [part.tocoo() for part in parts]
     rows = np.concatenate([part.row for part in coordinates])
     columns = np.concatenate([part.col for part in coordinates])
@@ -155,7 +155,7 @@ def _pattern_of_jacobian(
 
 
 class _Jacobian:
-    """The user's Jacobian function, which returns values in the order of the pattern."""
+    """Jacobian function of the user, called such that the values are returned in the order of the pattern."""
 
     def __init__(self, function: Function, pattern: Any, n: int) -> None:
         self.function, self.n = function, n
@@ -200,7 +200,7 @@ class _Jacobian:
 
 
 class _Events:
-    """All events, combined into one function, and their attributes."""
+    """All events combined into one function, together with their attributes."""
 
     def __init__(
         self, events: Function | Sequence[Function] | None, args: Sequence[Any]
@@ -215,7 +215,7 @@ class _Events:
         self.terminal = [_terminal(k, getattr(f, "terminal", None)) for k, f in enumerate(given)]
 
     def terminal_after(self, crossings: list[Any]) -> list[int]:
-        """Return, for each event, after how many more occurrences the integration ends; 0 if it does not."""
+        """Return how many more occurrences of each event end the integration; 0 if the event does not end it."""
         past = [sum(c[0] == k for c in crossings) for k in range(len(self.functions))]
         return [count and count - done for count, done in zip(self.terminal, past)]
 
@@ -227,7 +227,7 @@ class _Events:
 
 
 def _terminal(k: int, value: Any) -> int:
-    """Return the number of the occurrence of event k that ends the integration, or 0."""
+    """Return which occurrence of event k ends the integration, counted from 1; 0 if none does."""
     value = 0 if value is None else value
     if not (isinstance(value, (bool, int, float, np.bool_, np.integer, np.floating)) and value >= 0 and value % 1 == 0):
         wanted = "must be a bool or a whole number of at least 0"

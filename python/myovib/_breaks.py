@@ -13,27 +13,28 @@ from ._structure import RANK, Structure, _null
 Array = NDArray[np.float64]
 State = tuple[Array, Array]
 
-# Maximum number of steps of Newton's method, and of halvings of a step.
+# Maximum number of steps of Newton's method, and maximum number of halvings of a step.
 ITERATIONS = 100
 HALVINGS = 40
-# Fraction of the predicted reduction that a step must reach.
+# Fraction of the predicted reduction that a step must achieve.
 DESCENT = 0.1
-# Last correction of y and y', in tolerances; the value of IDACalcIC.
+# Largest final correction of y and y', in tolerances; IDACalcIC uses the same value.
 CONVERGED = 0.0033
 # Relative increment of difference quotients.
 ROOT = float(np.sqrt(np.finfo(float).eps))
-# Largest relative rounding of values computed from differences in time, and largest relative error of their equations.
+# Largest relative rounding error of values that are computed from differences in time, and largest relative error of
+# the equations that they solve.
 ROUNDED = 1e-7
 UNSOLVED = 1e-6
-# Smallest reported error of an initial value, in tolerances; global errors are up to 100 tolerances.
+# Smallest reported error of an initial value, in tolerances. Global errors are up to 100 tolerances.
 FAR = 100.0
-# Number of trial changes of a state.
+# Number of trials with random changes of a state.
 TRIALS = 4
-# Largest increment of differences in time, as a fraction of the length of a part.
+# Largest increment of differences in time, as a fraction of the duration of a part.
 SHORT = 1e-5
 # Largest change of a variable within this increment, as a fraction of the size of the variable.
 MOTION = 1e-3
-# Smallest increment of differences in time, in roundings of the time.
+# Smallest increment of differences in time, in units of the rounding error of the time.
 ROUNDINGS = 1e4
 
 
@@ -45,14 +46,15 @@ def values_after(
     span: float,
     free_rates: tuple[bool, bool],
 ) -> State | None:
-    """Return y and y' after a break, which is between the first two times; the next break is after the third time.
+    """Return y and y' after a break between the first two times. The next break is after the third time.
 
-    The values are those at the second time. The state from before the break is kept if the jump of F is no larger than its
-    change when y and y' change within the tolerances. Otherwise y changes within the null space of dF/dy' and y' in its
-    complement: the combinations of which F contains the derivatives are continuous. Derivatives that F does not contain
-    satisfy the derivative of F = 0. They are computed if the method uses them and dF/dy' is singular; `free_rates` contains
-    both conditions, the second at the start of the integration. After a jump, dF/dy' at the second time is used instead.
-    Returns None if no solution is found, for example if the index is above 1.
+    The values are those at the second time. The state from before the break is kept if F does not jump by more than it
+    changes when y and y' change within the tolerances. Otherwise, y changes within the null space of dF/dy', and y'
+    changes in its complement. The combinations of y whose derivatives F contains are therefore continuous. Derivatives
+    that F does not contain satisfy the derivative of F = 0. They are computed if the method uses them and dF/dy' is
+    singular. `free_rates` contains these two conditions, the second one for the start of the integration. After a jump,
+    dF/dy' at the second time is examined instead. Returns None if no solution is found, for example if the index is
+    above 1.
     """
     (before, after, _), (y, yp), (rtol, atol) = times, state, tolerances
 
@@ -91,9 +93,9 @@ def _with_free_rates(
     tolerances: tuple[float, Array],
     structure: Structure,
 ) -> Array:
-    """Return y' with the part that F does not contain, from the derivative of F = 0 at the first time.
+    """Return y', in which the part that F does not contain is computed from the derivative of F = 0 at the first time.
 
-    BDF predicts the first step with these derivatives, and fails its error test if they are wrong. Returns y' itself if
+    BDF predicts the first step with these derivatives, and the error test fails if they are wrong. Returns y' itself if
     F = 0 does not determine this part, or if F has a kink at y.
     """
     (y, yp), (rtol, atol) = state, tolerances
@@ -111,7 +113,7 @@ def _with_free_rates(
         corrections.append(correct(change)[0])
     with np.errstate(all="ignore"):
         first, second = [(np.abs(values) / (np.abs(y) + atol / rtol)).max() for values in corrections]
-    # The second correction is small except at kinks.
+    # Except at kinks, the second correction is small.
     return yp - corrections[0] if second <= DESCENT * first else yp
 
 
@@ -121,7 +123,7 @@ def _derivative(
     state: State,
     tolerances: tuple[float, Array],
 ) -> Array:
-    """Return the derivative of F at the first time along the direction (1, y', 0), from forward differences."""
+    """Return the derivative of F along the direction (1, y', 0) at the first time, computed by forward differences."""
     (t, end), (y, yp), (rtol, atol) = times, state, tolerances
     size = np.abs(y) + atol / rtol
     motion = MOTION * np.divide(size, np.abs(yp), out=np.full(len(y), np.inf), where=yp != 0.0).min()
@@ -137,15 +139,15 @@ def _solve(
     tolerances: tuple[float, Array],
     scales: tuple[float, Array],
 ) -> tuple[State, Structure] | None:
-    """Apply the damped Newton method with a new matrix in each step. Return y and y', and the last matrices.
+    """Apply the damped Newton method with a new matrix in each step. Return y and y' and the last matrices.
 
-    The scales are the length of the integration, and the change of F when y and y' change within the
-    tolerances.
+    The scales are the duration of the integration, and the change of F when y and y' change within
+    the tolerances.
     """
     (y, yp), (rtol, atol), (span, effect) = state, tolerances, scales
     last = np.inf
     for _ in range(ITERATIONS):
-        # Functions may bend within a tolerance.
+        # F may be nonlinear within a tolerance, so smaller increments are used.
         increments = min(1.0, ROOT / rtol) * (rtol * np.abs(y) + atol)
         structure = Structure.at(lambda t, y, yp: residual(y, yp), 0.0, y, yp, increments)
         if structure is None:
@@ -165,7 +167,7 @@ def _solve(
         tolerance = rtol * np.abs(y) + atol
         of_rates = np.abs(change).max() / (rtol * np.abs(yp - change).max() + (atol / span).min())
         is_small = (np.abs(move) <= CONVERGED * tolerance).all()
-        # If F = 0 within the tolerances, the correction of y' may consist of rounding errors.
+        # If F = 0 is satisfied within the tolerances, the correction of y' may consist of rounding errors.
         is_rounding = of_rates > 0.5 * last and (np.abs(value) <= effect).all()
         if is_small and (of_rates <= CONVERGED or is_rounding):
             return (y - move, yp - change), structure
@@ -176,7 +178,7 @@ def _solve(
 
 
 def _correction(structure: Structure) -> Callable[[Array], State] | None:
-    """Return a function of F that returns the corrections of y and y', or None if F = 0 does not determine them."""
+    """Return a function that computes corrections of y and y' from F; None if F = 0 does not determine them."""
     rows = np.abs(structure.df_dyp).max(axis=1, keepdims=True)
     _, basis, rank = _ranges(structure.df_dyp / np.where(rows > 0.0, rows, 1.0))
     combined = np.hstack([structure.df_dyp @ basis[:, :rank], structure.df_dy @ basis[:, rank:]])
@@ -199,7 +201,7 @@ def _correction(structure: Structure) -> Callable[[Array], State] | None:
 
 
 def _ranges(matrix: Array) -> tuple[Array, Array, int]:
-    """Return the left singular vectors, a basis, and the rank r; the basis vectors from index r on span the null space."""
+    """Return left singular vectors, a basis, and the rank r. The basis vectors from index r on span the null space."""
     columns = np.abs(matrix).max(axis=0)
     columns = 1.0 / np.where(columns > 0.0, columns, 1.0)
     lefts, values, rights = np.linalg.svd(matrix * columns)
@@ -212,10 +214,10 @@ def values_of_index_2(
     state: State,
     tolerances: tuple[float, Array],
 ) -> State | None:
-    """Return y and y' at the first time, with the part of y that F = 0 and its derivative determine for index 2.
+    """Return y and y' at the first time, where F = 0 and its derivative determine a part of y (index 2).
 
-    The differences in time end before the second time. Returns None if no solution is found, for example if the index is
-    above 2.
+    Differences in time do not extend beyond the second time. Returns None if no solution is found, for example if the
+    index is above 2.
     """
 
     def evaluate(t: float, y: Array, yp: Array) -> Array:
@@ -245,10 +247,11 @@ def values_of_index_2(
 
 
 def _correction_of_index_2(structure: Structure, left: State, tolerances: State) -> State | None:
-    """Return the corrections of y and y' for the values of F and its derivative along y'; None if they do not determine y.
+    """Return corrections of y and y' from F and its derivative along y'; None if these do not determine y.
 
-    y changes within the null space of F_y'. The derivative F_t + F_y y' + F_y' y'' does not contain y'' after projection
-    onto the left null space of F_y'. F and its derivative may be violated by the effect of the tolerances of y and y'.
+    y changes within the null space of F_y'. After projection onto the left null space of F_y', the derivative F_t + F_y
+    y' + F_y' y'' does not contain y''. F = 0 and its derivative may be violated by as much as the tolerances of y and
+    y' allow.
     """
     rows = np.maximum(np.abs(structure.df_dyp).max(axis=1), np.abs(structure.df_dy).max(axis=1))
     if not rows.all():
@@ -280,9 +283,9 @@ def jumping_from_start(
     start: State,
     tolerances: tuple[float, Array],
 ) -> Array:
-    """Return whether each variable is far from the values that F = 0 and its derivative determine for index 2."""
+    """Return whether each variable is far from the value that F = 0 and its derivative determine for index 2."""
     (t, end), (y, yp), (rtol, atol) = limits, start, tolerances
-    # Both increments must be shorter than the time within which inputs change.
+    # Both increments must be shorter than the time in which inputs change.
     found = [values_of_index_2(residual, (t, t + part * (end - t)), (y, yp), tolerances) for part in (1.0, 1e-2)]
     if found[0] is None or found[1] is None:
         return np.zeros(len(y), dtype=bool)

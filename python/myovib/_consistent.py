@@ -16,14 +16,14 @@ Array = NDArray[np.float64]
 
 # Maximum number of steps of Newton's method.
 ITERATIONS = 30
-# Relative size of central differences: the cube root of rounding.
+# Relative increment of central differences: the cube root of the rounding error.
 DIFFERENCE = 6e-6
-# Singular values below this fraction of the largest count as zero; the errors of gradients are far below.
+# Singular values below this fraction of the largest count as zero. The errors of gradients are far smaller.
 RANK = 1e-7
-# Largest error of a satisfied constraint, relative to its gradient and the size of the positions.
-# Terms of the constraint may be larger than both, for example if q contains small displacements.
+# Largest error of a constraint that is considered satisfied, relative to its gradient and the size of the positions.
+# Terms of the constraint may be larger than this product, for example if q contains small displacements.
 ROUNDING = 1e-8
-# Largest relative error of the derivative of a satisfied constraint.
+# Largest relative error of the derivative of a constraint that is considered satisfied.
 RATE = 1e-6
 
 
@@ -36,8 +36,8 @@ def consistent_start(
 ) -> tuple[Array, Array]:
     """Move positions and velocities onto a position constraint g(t, q) = 0.
 
-    Each is changed as little as possible: q by Newton's method, v so that dg/dt +
-    (dg/dq) v = 0. Derivatives are computed by central differences, which have a
+    Both are changed as little as possible: q by Newton's method, and v such that dg/dt
+    + (dg/dq) v = 0. Derivatives are computed by central differences, which have a
     relative error of about 1e-10. Constraints may be redundant.
 
     Parameters
@@ -49,9 +49,9 @@ def consistent_start(
     t : float
         Time.
     time_scale : float
-        Time within which g changes appreciably, for example 1/(2 pi f) for a support
-        that moves with the frequency f. The differences in time are computed over
-        6e-6 of it.
+        Time in which g changes appreciably, for example 1/(2 pi f) for a support that
+        moves with the frequency f. Differences in time are computed over 6e-6 of this
+        time.
 
     Returns
     -------
@@ -60,8 +60,8 @@ def consistent_start(
     Raises
     ------
     ValueError
-        Invalid arguments; no positions near `q` satisfy the constraint, or no
-        velocities its derivative.
+        If an argument is invalid, if no positions near `q` satisfy the constraint, or
+        if no velocities satisfy its derivative.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def consistent_start(
         return values
 
     def gradients(q: Array) -> tuple[Array, Array]:
-        """Return dg/dq with each row divided by its size, and these sizes."""
+        """Return dg/dq with each row divided by its norm, and these norms."""
         steps = np.eye(len(q)) * DIFFERENCE * size
         columns = [evaluate(t, q + s) - evaluate(t, q - s) for s in steps]
         matrix = np.array(columns).T / (2.0 * DIFFERENCE * size)
@@ -97,7 +97,7 @@ def consistent_start(
         move = np.linalg.lstsq(matrix, evaluate(t, position) / sizes, rcond=RANK)[0]
         position = position - move
         moved = np.abs(move).max()
-        # The convergence is fast until rounding ends it.
+        # Convergence is fast until rounding errors stop it.
         if moved <= 1e-10 * size and moved >= 0.1 * last or moved == 0.0:
             break
         last = moved

@@ -49,16 +49,16 @@ __all__ = ["DaeSolution", "DenseOutput", "solve_dae"]
 
 METHODS = ("bdf", "ida", "radau5", "radau9", "radau13")
 
-# Default step limit: more steps than a typical integration needs; they take about a minute.
+# Default step limit. A typical integration needs fewer steps; this number takes about a minute.
 MAX_STEPS = 200_000
 
-# Smallest relative tolerance, the value to which SciPy raises smaller ones.
+# Smallest relative tolerance. SciPy raises smaller tolerances to the same value.
 SMALLEST_RTOL = float(100 * np.finfo(float).eps)
 
 # SciPy's names of these methods.
 SCIPY_METHODS = {"Radau": "radau5", "BDF": "bdf"}
 
-# Arguments of other solvers with a different name or form here.
+# Arguments of other solvers that have a different name or form here.
 OTHER_NAMES = {
     "fun": "it is `residual` here, F(t, y, y'), not y' = f(t, y)",
     "jac": "it is `jacobian` here, and returns the pair dF/dy, dF/dy' at (t, y, yp)",
@@ -117,96 +117,100 @@ def solve_dae(
     Parameters
     ----------
     residual : callable
-        ``residual(t, y, yp)`` returns F, an array of the length of `y0`. It may
-        raise `StepFailure` if F is undefined; the integrator then tries a smaller
-        step. Any other exception ends the integration and is raised unchanged.
+        ``residual(t, y, yp)`` returns F, an array as long as `y0`. It may raise
+        `StepFailure` if F is undefined; the integrator then tries a smaller step. Any
+        other exception ends the integration and is raised unchanged.
     t_span : (float, float)
-        Start and end; with "bdf" the end may be before the start.
+        Start and end of the integration. With "bdf", the end may be before the start.
     y0, yp0 : array_like, shape (n,)
-        Solution and derivative at the start. They must be consistent unless
-        `initial` requests a correction. Radau methods with `index` move values that
-        violate constraints by less than the tolerances onto the constraints. Equations
-        that contain derivatives are not checked: a wrong `yp0` appears in the first
+        Solution and derivative at the start. They must be consistent unless `initial`
+        requests a correction. Radau methods with `index` move values that violate
+        constraints by less than the tolerances onto the constraints. Equations that
+        contain derivatives are not checked; a wrong `yp0` then appears in the first
         column of `yp`.
     method : {"bdf", "radau5", "radau9", "radau13"}
         BDF of order 1 to 5, for index 0 and 1 (and index 2 with the algebraic
         components excluded from the error test, see `suppress`), or Radau IIA of
         order 5, 9 or 13, for index 0 to 3. "ida", SUNDIALS' name, means "bdf".
     jacobian : callable, optional
-        ``jacobian(t, y, yp)`` returns the pair dF/dy, dF/dy': matrices, dense or
-        of `scipy.sparse`. By default finite differences are used. The Jacobian is
-        compared with finite differences at the start; a warning names an entry that
-        seems wrong.
+        ``jacobian(t, y, yp)`` returns the pair dF/dy, dF/dy': dense matrices or
+        matrices of `scipy.sparse`. By default, finite differences are used. The
+        Jacobian is compared with finite differences at the start; a warning names an
+        entry that seems wrong.
     sparsity : array_like or sparse matrix, shape (n, n), optional
-        Common pattern of dF/dy and dF/dy': nonzero for each entry that may be
-        nonzero at any time, including the diagonal if equation i contains y_i or
-        y'_i. By default the pattern of a sparse `jacobian` with more than 200 rows at
-        the start, otherwise full. Without `jacobian`, the pattern is compared with the
-        residual at the start only, and a `ValueError` names an entry that is missing and
-        nonzero there. If the integration fails, it is also compared at the last state.
+        Common pattern of dF/dy and dF/dy'. It is nonzero for each entry that may be
+        nonzero at any time, including the diagonal if equation i contains y_i or y'_i.
+        By default, it is the pattern at the start of a sparse `jacobian` with more than
+        200 rows; otherwise, matrices are full. Without `jacobian`, the pattern is
+        compared with the residual only at the start, and a `ValueError` names an entry
+        that is nonzero there but missing. If the integration fails, the pattern is also
+        compared at the last state.
     index : sequence of int, optional
-        Index of each variable, 0 to 3. Radau's error test needs it for systems of
-        index 2 and 3: in mechanics, 1 (or 0) for positions, 2 for velocities, 3 for
-        multipliers of the position constraint. In the GGL form, 1 for positions and
-        velocities, 2 for all multipliers. "bdf" does not use it: exclude components of
-        index 2 with `suppress`. For index 3 use Radau.
+        Index of each variable, 0 to 3. The error test of Radau methods needs it for
+        systems of index 2 and 3. In mechanics, the index is 1 (or 0) for positions, 2
+        for velocities, and 3 for multipliers of position constraints. In the GGL form,
+        it is 1 for positions and velocities, and 2 for all multipliers. "bdf" does not
+        use it: exclude components of index 2 with `suppress`. For index 3, use a Radau
+        method.
     algebraic : array_like of bool, optional
-        True if y'_i does not occur in F. By default determined from the Jacobian
+        True if y'_i does not occur in F. By default, it is determined from the Jacobian
         at the start.
     suppress : bool or array_like of bool, optional
         Components excluded from the error test. ``True`` excludes the components
         in `algebraic`, which is then required.
     events : callable or list of callables, optional
-        ``event(t, y, yp)`` returns a number, whose zeros are events, or a bool,
+        ``event(t, y, yp)`` returns either a number, whose zeros are events, or a bool,
         whose changes are events (True counts as positive). If a number stays at zero
         for an interval, the event is at the start of the interval. The attributes are
-        the same as in `solve_ivp`: ``terminal`` (bool, or the number of the occurrence
-        that ends the integration) and ``direction`` (its sign). A zero at the start of
-        the integration is not reported, and a zero at its end only if rounding does not
-        keep the number from reaching it. A change of sign at a break is an event at the
-        break.
+        the same as in `solve_ivp`: ``terminal`` (a bool, or the number of the
+        occurrence that ends the integration) and ``direction`` (the sign of the
+        change). A zero at the start of the integration is not reported. A zero at its
+        end is reported unless rounding errors keep the number from reaching zero. A
+        change of sign at a break is an event at the break.
     rtol, atol : float; float or array_like, shape (n,)
         Tolerances: the local error may be ``rtol |y_i| + atol_i``. `rtol` is a
         scalar.
     t_eval : array_like, optional
-        Output times, finite and in the direction of integration; a time may be
-        repeated. By default the ends of all steps.
+        Output times, which must be finite and sorted in the direction of integration. A
+        time may be repeated. By default, the outputs are at the ends of all steps.
     dense_output : bool
-        Whether the result has `sol`.
+        Whether the result contains `sol`.
     first_step, max_step : float, optional
-        First and maximum step. The step size is controlled by errors at the times
-        at which F is evaluated: an input that acts or oscillates between them is
-        missed. Limit the step to a fraction of its duration or period. A warning
-        names an equation that is not satisfied within one of the first steps.
+        Size of the first step and maximum step size. The step size is controlled by
+        errors at the times at which F is evaluated. An input that acts or oscillates
+        between these times is missed: limit the step to a fraction of the duration or
+        period of the input. A warning names an equation that is not satisfied within
+        one of the first steps.
     max_order : int, optional
         Maximum order of "bdf"; 5 by default.
     max_steps : int or inf, optional
         Maximum number of steps between breaks; 200 000 by default.
     breaks : array_like, optional
-        Times at which an input jumps or has a kink. The integration stops there
-        and starts again. The functions are not called within a few rounding errors of these
-        times, so that each step sees one side of the jump. At index 0 and 1, `y` and `yp`
-        are kept if F does not jump there by more than the tolerances allow; otherwise
-        algebraic variables and derivatives are computed again. The derivatives of
-        algebraic variables, which "bdf" uses in the first step, are always computed again
-        if there are at most 200 variables. If `t_eval` is not given, a break occurs twice
-        in `t`, with the values before and after it, but once, with the values before it,
-        for Radau methods with an `index` above 1. Times outside `t_span` are ignored; times
+        Times at which an input jumps or has a kink. The integration stops there and starts
+        again. The functions are not called within a few rounding errors of these times, so
+        that each step covers only one side of the jump. At index 0 and 1, `y` and `yp` are
+        kept if F does not jump there by more than the tolerances allow; otherwise algebraic
+        variables and derivatives are computed again. The derivatives of algebraic
+        variables, which "bdf" uses in the first step, are always computed again if there
+        are at most 200 variables. If `t_eval` is not given, a break occurs twice in `t`,
+        with the values before and after it. For Radau methods with an `index` above 1, it
+        occurs once, with the values before it. Times outside `t_span` are ignored. Times
         that differ by less than 1e-12 of the largest time count as one break.
     initial : {"given", "algebraic", "states"}
-        Values to correct at the start so that F = 0: none; the algebraic
-        components and the derivatives of the others (index 1); all of y.
+        Values that are corrected at the start so that F = 0. "given": none;
+        "algebraic": the algebraic components and the derivatives of the other
+        components (index 1); "states": all of y.
     args : sequence, optional
-        Additional arguments of `residual`, `jacobian` and `events`, after
-        ``t, y, yp``.
+        Additional arguments that are passed to `residual`, `jacobian` and `events`
+        after ``t, y, yp``.
     parameters : array_like, shape (k,), optional
-        Values of parameters p, for which the derivatives dy/dp are computed. All
-        functions then have the additional argument p, an array, after ``t, y, yp``.
+        Values of the parameters p for which the derivatives dy/dp are computed. All
+        functions then receive the array p as an additional argument after ``t, y, yp``.
         The steps of Radau methods remain the same; "bdf" (index 0 and 1) also tests the
         error of dy/dp. Derivatives of variables of index 2 and 3 are less accurate than
         the variables.
     df_dp : callable, optional
-        ``df_dp(t, y, yp, p)`` returns dF/dp, shape (n, k). By default central
+        ``df_dp(t, y, yp, p)`` returns dF/dp, with the shape (n, k). By default, central
         differences are used.
     dy0_dp : array_like, shape (n, k), optional
         Derivatives of `y0` with respect to the parameters; zero by default. At index 0
@@ -220,12 +224,12 @@ def solve_dae(
     Raises
     ------
     ValueError
-        Invalid arguments.
+        If an argument is invalid.
     RuntimeError
-        The initial values violate an equation without derivatives by more than the
-        tolerances, and `initial` does not correct them; no consistent initial
-        values are found; the integrator rejects a setting. After the first break
-        the result up to the break is returned, with `status` -1.
+        If the initial values violate an equation without derivatives by more than the
+        tolerances, and `initial` does not correct them; if no consistent initial values
+        are found; or if the integrator rejects a setting. If this occurs after a break,
+        the result up to the break is returned instead, with `status` -1.
 
     Examples
     --------
@@ -326,7 +330,7 @@ def solve_dae(
         "first_step": None if first_step is None else float(first_step),
         "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
         "max_order": int(max_order),
-        # Any time that scales with the unit of time makes the steps independent of this unit.
+        # With any time that scales with the unit of time, the steps are independent of this unit.
         "time_scale": abs(t_end - t0),
         "max_steps": limit,
         "has_default_limit": max_steps is None,
@@ -345,7 +349,8 @@ def solve_dae(
             f"algebraic: the derivatives of the variables {listed(occurring)} (counted from 0) occur in F, so "
             "these variables are not algebraic: set False for them"
         )
-    # The indices of all variables are known, or the variables of index 2 are excluded from the error test.
+    # The index is known if the indices of all variables are given or, for BDF, if variables are excluded from the error
+    # test.
     is_index_known = excluded is not None if family == "bdf" else indices is not None
     constraints, positions = None, None
     if indices is not None and highest == 3 and initial == "given":
@@ -386,7 +391,7 @@ def solve_dae(
             shown.add(text)
             warnings.warn(text, stacklevel=stacklevel + 1)
 
-    # Warn before the integration, which may take long.
+    # Warnings are issued before the integration, which may take a long time.
     for text in notes:
         warn(text, 2)
     notes.clear()
@@ -441,7 +446,7 @@ def solve_dae(
         solution.message = last.message
     may_be_singular = structure is not None and bool(_singular(structure))
     if (is_of_index_4 or may_be_singular) and solution.success and solution.t.size:
-        # The linearized equations may be singular, or their index too high, only at the start.
+        # The linearized equations may be singular only at the start, or their index may be too high only there.
         end = (solution.t[-1], solution.y[:, -1], solution.yp[:, -1])
         weights = rtol * np.abs(end[1]) + tolerances
         at_end = Structure.at(_within(residual, last_limits), *end, weights, pattern=pattern)
@@ -451,7 +456,7 @@ def solve_dae(
         if reason:
             notes += [reason] if may_be_singular else []
             solution.status, solution.message = -1, f"{solution.message}, but the results may be wrong: {reason}"
-    # Errors caused by a higher index look like an input that acts between the stages.
+    # Errors that a higher index causes resemble those of an input that acts between the stages.
     notes += [] if is_of_index_4 and not solution.success else [text for _, text in of_functions]
     jumping = []
     if family == "bdf" and excluded is not None and initial == "given" and structure and structure.of_higher_index:
@@ -460,7 +465,7 @@ def solve_dae(
     if is_hidden and family != "bdf" and indices is not None and not has_wrong_velocities:
 
         def repeated(h: float | None) -> DaeSolution | None:
-            """Return the solution in the first steps, if the first one has the size h."""
+            """Return the solution in the first steps if the size of the first step is h."""
             few = {**request, "first_step": h, "max_steps": 6, "dense": False, "parameters": []}
             try:
                 first, _ = _integrate_parts(few, ends[:2], (residual, matrices, _Events(None, ()), None), (start, rates), None)
@@ -469,7 +474,7 @@ def solve_dae(
             first.pop("warnings")
             return _solution(first, n, 0, 0, family)
 
-        # Output times replace the steps in the result.
+        # With output times, the result does not contain the steps.
         first_steps = solution if outputs is None else repeated(request["first_step"])
         if first_steps:
             jumping = jumping_multipliers(first_steps, family, indices, (rtol, tolerances), structure, repeated)
@@ -506,7 +511,7 @@ def _checked_choices(
 
 
 class _Failed(Exception):
-    """The integrator has found no consistent initial values or rejected a setting."""
+    """The integrator found no consistent initial values or rejected a setting."""
 
 
 def _integrate_parts(
@@ -519,9 +524,9 @@ def _integrate_parts(
 ) -> tuple[dict[str, Any], tuple[float, float]]:
     """Integrate the parts between breaks one after the other.
 
-    If `positions` marks variables, velocities that jump at a break because of the constraints on these variables are
-    reported. Returns the joined results, and the first and the last time at which the functions may be evaluated in the
-    last part.
+    If `positions` marks variables, the function reports velocities that jump at a break because of the constraints on
+    these variables. Returns the joined results, and the first and the last time at which the functions may be evaluated
+    in the last part.
     """
     residual, matrices, watched, sensitivities = functions
     y, yp = start
@@ -577,7 +582,7 @@ def _integrate_parts(
                 }
             )
         except _native.StepFailure as error:
-            # Raised outside of the integration, by the derivative with respect to a parameter.
+            # The derivative with respect to a parameter raised this exception, outside of the integration.
             message = f"dF/dp is not defined at t = {end_from.t}: {error}"
             if is_first:
                 raise _Failed(message) from None
@@ -629,7 +634,7 @@ def _expect_finite(residual: Any, t: float, y: Array, yp: Array) -> None:
 def _expect_consistent(structure: Structure, residual: Function, t: float, tolerance: Array) -> None:
     """Reject initial values that violate a combination of equations without derivatives.
 
-    The integrators examine single equations only.
+    The integrators themselves examine only single equations.
     """
     y = structure.state[0]
     try:
@@ -646,20 +651,21 @@ def _expect_consistent(structure: Structure, residual: Function, t: float, toler
         )
 
 
-# Rate of a position constraint, in units of its change by velocities within the tolerances, above
-# which the velocities are reported as inconsistent.
+# Rate of a position constraint above which the velocities are reported as inconsistent. The unit is the change of the
+# rate when the velocities change within the tolerances.
 FAR = 10.0
 
 
 class _PositionConstraints(NamedTuple):
-    """Constraints on positions at the start."""
+    """Results for the constraints on positions at the start."""
 
     # Whether the positions violate a constraint.
     are_violated: bool
-    # Constraints whose derivative along the velocities is not zero within the tolerances, and the derivatives of all equations.
+    # Constraints whose derivative along the velocities is not zero within the tolerances, and this derivative for all
+    # equations.
     changing: list[int]
     rates: Array
-    # yp0 with the rates of positions that follow from the velocities.
+    # yp0, in which the rates of positions follow from the velocities.
     yp: Array
 
     @classmethod
@@ -673,7 +679,7 @@ class _PositionConstraints(NamedTuple):
     ) -> _PositionConstraints | None:
         """Return the constraints on the variables that `positions` marks, or None if F cannot be evaluated near the start.
 
-        The limits are the start and the other end of the part between breaks. The tolerances are those of y and of yp.
+        The limits are the start and the end of the part between breaks. The tolerances are given for y and for yp.
         """
         (t0, t_end), (y, yp) = limits, start
 
@@ -699,7 +705,7 @@ class _PositionConstraints(NamedTuple):
 
         try:
             given = evaluate(t0, y, yp)
-            # Different displacements do not cancel in an equation.
+            # The displacements differ between variables, so that they do not cancel in an equation.
             golden = (np.sqrt(5.0) - 1.0) / 2.0
             sizes = 1.0 + golden * np.arange(2 * len(y)).reshape(2, -1) % 1.0
             others = np.where(positions, y, y + sizes[0] * (1.0 + np.abs(y)))
@@ -714,7 +720,7 @@ class _PositionConstraints(NamedTuple):
             unresolved = np.abs(derivative(rates, 0.1 * increment) - rate)
         except Exception:  # the integration reports it
             return None
-        # Differences are accurate to about 1e-10 of the terms.
+        # Difference quotients are accurate to about 1e-10 of the terms.
         explained = np.max(changes, axis=0) + 1e-8 * terms
         is_constraint = (given == moved) & (explained > 0.0)
         changing = is_constraint & (np.abs(rate) > FAR * (explained + unresolved))
@@ -731,7 +737,7 @@ def _changing_after(
 ) -> list[tuple[str, str]]:
     """Describe the constraints that the velocities satisfy before a break and violate after it.
 
-    The limits are the first and the last times of both parts.
+    The limits are the first and the last time of each of the two parts.
     """
     (y, yp), (of_part_before, of_part) = state, limits
     rtol, atol = request["rtol"], np.array(request["atol"])
@@ -754,9 +760,10 @@ def _changing_after(
 
 
 def _with_kinematic_rates(residual: Callable[[Array], Array], yp: Array, positions: NDArray[np.bool_]) -> Array:
-    """Return yp with the rates of positions that follow from the linear equations without other derivatives.
+    """Return yp, in which the rates of positions follow from the linear equations that contain no other derivatives.
 
-    Returns yp itself if these do not determine all rates, or for more than LARGE positions.
+    Returns yp itself if these equations do not determine all rates, or if there are more
+    than LARGE positions.
     """
     where = np.flatnonzero(positions)
     if len(where) > LARGE:

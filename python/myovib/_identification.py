@@ -26,7 +26,7 @@ Experiment = Data | tuple[Data, Mapping[str, Any]]
 
 
 class SensitivityResult:
-    """Outputs of a scene and their derivatives with respect to its parameters. Picklable.
+    """Outputs of a scene and their derivatives with respect to its parameters. Can be pickled.
 
     Attributes
     ----------
@@ -35,14 +35,14 @@ class SensitivityResult:
     outputs, parameters : list of str
     values : ndarray, shape (m, outputs)
     derivatives : ndarray, shape (m, outputs, parameters)
-        For the parameter κ, these are derivatives with respect to 1/κ.
+        For the parameter κ, the derivatives are with respect to 1/κ.
     scales : ndarray, shape (parameters,)
         Typical sizes of the parameters.
     importance : ndarray, shape (outputs, parameters)
-        For each output and parameter, the RMS over time of size × derivative, divided by the RMS of the
-        output; NaN for an output that is always zero.
+        For each output and parameter: the RMS over time of scale × derivative, divided by the RMS of
+        the output. NaN for an output that is always zero.
     cost : dict
-        Steps, factorizations and solves of the run.
+        Numbers of steps, factorizations and solves in the run.
     folder : Path
         Folder of the files.
     """
@@ -80,32 +80,35 @@ def by_element(document: dict[str, Any]) -> dict[str, Array]:
 
 
 class FitResult:
-    """Result of a fit. Picklable.
+    """Result of a fit. It can be pickled.
 
     Attributes
     ----------
     document : dict
         Content of ``fit.json``.
     converged : bool
-        Whether the search converged at residuals compatible with the noise; see ``document["outcome"]``.
+        Whether the search converged and the residuals are compatible with the noise; see
+        ``document["outcome"]``.
     message : str
         Reason why the fit ended.
     values, standard_errors : dict of float
-        The keys are the names of the parameters; κ is replaced by 1/κ. The error is None for a parameter
-        that does not affect any measurement.
+        Values and standard errors by the names of the parameters; κ is replaced by 1/κ. The error is
+        None for a parameter that does not affect any measurement.
     intervals : dict of tuple
-        95 % intervals from the profile likelihood if it was requested, otherwise from the standard errors;
-        an open end is None.
+        95 % intervals. They are computed from the profile likelihood if it was requested, otherwise from
+        the standard errors. An open end is None.
     correlation : ndarray, shape (n, n)
     deviation : float
-        Standard deviation of the residuals: about 1 if the noise was given and the model fits.
+        Standard deviation of the residuals. It is about 1 if the noise was given and the model
+        fits the data.
     unknown : list of str
         Combinations of parameters that the measurements do not determine.
     residuals : list of dict
-        For each measurement ``experiment`` (from 1), ``output``, ``t`` (or ``f``, ``load``),
-        ``measured``, ``fitted`` and ``residual``.
+        For each measurement: ``experiment`` (counted from 1), ``output``, ``t`` (or ``f``,
+        ``load``), ``measured``, ``fitted`` and ``residual``.
     history : Mapping
-        Columns of the iterations: ``iteration``, ``runs``, ``part``, ``cost`` and the parameters.
+        Table of the iterations with the columns ``iteration``, ``runs``, ``part``, ``cost`` and
+        the parameters.
     folder : Path
         Folder of the files.
     """
@@ -159,7 +162,7 @@ class FitResult:
 def experiments(
     data: Experiment | list[Experiment], folder: Path
 ) -> list[tuple[Path, Mapping[str, Any]]]:
-    """Return the file and the changes of each experiment. Columns are first written to files in `folder`."""
+    """Return the file and the changed values of each experiment. Columns are first written to files in `folder`."""
     files = []
     for k, one in enumerate(data if isinstance(data, list) else [data], start=1):
         measured, changes = one if isinstance(one, tuple) else (one, {})
@@ -188,7 +191,7 @@ def _csv(columns: Mapping[str, ArrayLike]) -> str:
 
 
 def _measured(name: str, column: ArrayLike) -> Array:
-    """Return a column as real numbers, with NaN where it is masked or missing."""
+    """Return a column as real numbers, with NaN for masked and missing entries."""
     kind = np.asarray(column).dtype.kind
     if kind not in "biufO":
         kinds = {"c": "complex numbers", "M": "dates", "m": "time differences"}

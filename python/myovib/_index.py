@@ -1,4 +1,4 @@
-"""Indices of variables, compared with the equations."""
+"""Comparison of the stated indices of variables with the equations."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ Array = NDArray[np.float64]
 # Highest index that Radau methods support.
 HIGHEST = 3
 
-# Positions of the first stages in a step. Rounding is divided by the square of the distance between stages.
+# Positions of the first stages in a step. Rounding errors are divided by the square of the distance between stages.
 FIRST_STAGES = {"radau5": 0.155, "radau9": 0.0571, "radau13": 0.0293}
 
-# Ratio that indicates a wrong start: the distance of the initial value of a multiplier from its extrapolation, divided by
-# the change of the extrapolation from degree 3 to degree 4.
+# Ratio above which the initial value of a multiplier is considered wrong: the distance of the initial value from an
+# extrapolation, divided by the change of the extrapolation from degree 3 to degree 4.
 JUMP = 20.0
 
-# Factors by which the first step is shortened when the steps are repeated: HALF causes other rounding errors, SHORT
-# resolves a fast motion within the step.
+# Factors by which the first step is shortened when the first steps are repeated. HALF causes other rounding errors, and
+# SHORT resolves a fast motion within the step.
 HALF, SHORT = 0.5, 1e-3
 
 
 def listed(numbers: list[int]) -> str:
-    """Return a list as text. A long list is shortened to its first numbers."""
+    """Return a list as text. Of a long list, only the first numbers are shown."""
     return str(numbers) if len(numbers) < 10 else f"{str(numbers[:6])[:-1]}, … ({len(numbers)} in total)]"
 
 
 def index_note(
     structure: Structure, method: str, indices: list[int] | None, suppress: Sequence[bool] | None
 ) -> tuple[str, bool]:
-    """Describe indices that are missing, wrong or too high, and return whether the index is too high.
+    """Describe indices that are missing, wrong or too high. Return the description, and whether the index is too high.
 
     The description may be empty.
     """
@@ -53,7 +53,7 @@ def index_note(
     described = f"the variables {listed(tested)} (counted from 0) have an index above 1"
     if method == "bdf":
         if index == HIGHEST:
-            # Also if all of them are excluded from the error test.
+            # This also holds if all of these variables are excluded from the error test.
             return (
                 f"the variables {listed(hidden)} (counted from 0) have an index above 1, and the equations have the index 3, "
                 "for which BDF is inaccurate or stops: use a Radau method with `index`, or the GGL form, of index 2"
@@ -90,15 +90,16 @@ def jumping_multipliers(
 ) -> list[int]:
     """Return the variables of the highest index whose initial values are far from an extrapolation of the first steps.
 
-    ``repeated(h)`` returns the solution with a first step of size h. The first values may have rounding errors, which
-    change with the steps, or belong to a fast motion, which shorter steps resolve. A jump remains in both cases.
+    ``repeated(h)`` returns the solution with a first step of size h. The first values may contain rounding errors,
+    which change with the steps, or belong to a fast motion, which shorter steps resolve. In contrast, a jump remains
+    if the steps change.
     """
     if not _has_first_steps(solution):
         return []
     second, third, fourth = _extrapolated(solution)
     (rtol, atol), size = tolerances, np.abs(solution.y[:, :6]).max(axis=1)
     tolerance = rtol * size + atol
-    # Global errors are up to 100 tolerances. For multipliers of index 3 and tight tolerances, they are up to 3000.
+    # Global errors are up to 100 tolerances, and up to 3000 for multipliers of index 3 at tight tolerances.
     largest = np.minimum(3000.0 * tolerance, 0.1 * size) if max(indices) == 3 else 0.0
     limit = np.maximum(np.maximum(100.0 * tolerance, largest), _rounding(structure, solution, FIRST_STAGES[method]))
     jump = np.abs(solution.y[:, 0] - fourth)
@@ -130,7 +131,7 @@ def _extrapolated(solution: Any) -> list[Array]:
 
 
 def _rounding(structure: Structure | None, solution: Any, stage: float) -> Array | float:
-    """Return the errors of variables caused by rounding in the equations; for multipliers of index 3, divided by h²."""
+    """Return the errors of variables caused by rounding errors of the equations; divided by h² for index 3."""
     inverse = structure.inverse(1.0 / np.abs(np.diff(solution.t[:6])).min()) if structure else None
     if structure is None or inverse is None:
         return 0.0

@@ -1,4 +1,4 @@
-"""Conversion of meshes of other programs, and of arrays, to files that scenes read."""
+"""Conversion of arrays and of meshes from other programs to files that scenes can read."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TYPES = {
     "tetra": (3, 4, 4),
     "tetra10": (3, 4, 10),
 }
-#: Dimension, number of vertices and Gmsh's element type, by the number of nodes.
+#: Dimension, number of vertices and Gmsh's element type for each number of nodes.
 _GMSH = {1: (0, 1, 15), 2: (1, 2, 1), 3: (2, 3, 2), 4: (3, 4, 4), 6: (2, 3, 9), 10: (3, 4, 11)}
 _KINDS = ("point", "curve", "surface", "volume")
 #: Cell arrays in which programs store groups.
@@ -49,22 +49,22 @@ def read_mesh(
     Parameters
     ----------
     path
-        File; meshio selects the format by the extension.
+        File. meshio selects the format by the extension.
     group
-        Name of an integer cell array whose values are groups. By default, the array of Gmsh, Medit, Nastran, TetGen, SU2,
-        AVS-UCD, UGRID, Netgen or VTK's Exodus reader.
+        Name of an integer cell array whose values are groups. By default, it is the array in which Gmsh, Medit,
+        Nastran, TetGen, SU2, AVS-UCD, UGRID, Netgen or VTK's Exodus reader stores groups.
 
     Returns
     -------
     points
         Coordinates, one row per point.
     groups
-        Connectivity of the cells of each group, in VTK's order of nodes. The cells with value 3 of the array are
-        ``surface 3`` or ``volume 3`` unless the file names them; sets of cells and points keep their names. Cells of the
-        body without a group are ``ungrouped``.
+        Connectivity of the cells of each group, in VTK's order of nodes. For example, the group of the cells with the
+        value 3 is ``surface 3`` or ``volume 3`` unless the file names it. Sets of cells and points keep their names.
+        Cells of the body without a group form the group ``ungrouped``.
     fields
-        Arrays of values at the points. Other cell arrays are excluded, with a warning unless their names
-        contain a colon, as the names of meshio's own arrays do.
+        Arrays of values at the points. Other cell arrays are excluded. A warning lists these arrays,
+        unless their names contain a colon, as the names of meshio's own arrays do.
 
     Example
     -------
@@ -79,7 +79,7 @@ def read_mesh(
             mesh = meshio.read(path)
     except OSError:
         raise
-    # Readers raise errors of any type for damaged files; meshio exits the interpreter if none accepts the file.
+    # Readers raise errors of any type for damaged files. If no reader accepts the file, meshio exits the interpreter.
     except (Exception, SystemExit) as error:
         reason = "" if isinstance(error, SystemExit) else f": {error}"
         raise ValueError(f"meshio cannot read {path}{reason}") from error
@@ -113,7 +113,7 @@ def read_mesh(
     for name, cells in sets.items():
         if len(cells) != len(mesh.cells):  # a set of sets, in Abaqus files
             raise ValueError(f"meshio cannot read the set {name!r} of {path}: list its elements")
-    # Names of Gmsh's groups; other programs store data of the file, such as its time.
+    # Gmsh stores the names of groups here. Other programs store data about the file, such as its time.
     named = mesh.field_data.items() if array == "gmsh:physical" else ()
     names = {(int(value[1]), int(value[0])): name for name, value in named if np.size(value) == 2}
     body = max((_TYPES[block.type][0] for block in mesh.cells), default=0)
@@ -164,14 +164,16 @@ def write_mesh(
     Parameters
     ----------
     path
-        File, which is replaced.
+        File. An existing file is replaced.
     points
         Coordinates in two or three columns.
     groups
-        Indices of the points of each cell, one row per cell: 3 or 6 columns for triangles, 4 or 10 for tetrahedra, in VTK's
-        order of nodes, 2 for lines, 1 for points. Cells of the highest dimension are the body. Groups may overlap.
+        Indices of the points of each cell in VTK's order of nodes, one row per cell: 3 or 6 columns for triangles, 4 or
+        10 for tetrahedra, 2 for lines, and 1 for points. Cells of the highest dimension form the body. Groups may
+        overlap.
     fields
-        Values at the points, such as fibers (three columns) or a factor of the stress (one).
+        Values at the points, such as fiber directions (three columns) or a factor of the
+        stress (one column).
     """
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] not in (2, 3):
@@ -224,7 +226,7 @@ def write_mesh(
 
 
 def _values(name: str, values: Any, n_points: int) -> np.ndarray:
-    """Return a field with one row per point and three columns if it is a vector."""
+    """Return a field with one row per point. A vector field has three columns."""
     values = np.asarray(values, dtype=float)
     if values.ndim not in (1, 2) or len(values) != n_points:
         raise ValueError(

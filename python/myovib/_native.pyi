@@ -59,8 +59,8 @@ def fit(
 def use_threads(threads: int) -> None:
     """Set the number of threads for the assembly and factorization of large bodies.
 
-    All runs of this process share the threads, and results do not depend on their number. After a
-    call with a number above 1, further calls have no effect.
+    All runs of this process share the threads. The results do not depend on the number of threads.
+    After a call with a number above 1, further calls have no effect.
     """
 
 def builtins() -> list[str]: ...

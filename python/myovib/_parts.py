@@ -1,4 +1,4 @@
-"""Parts of an integration between breaks, and times counted from its start."""
+"""Parts of an integration between breaks, and times that are counted from the start."""
 
 from __future__ import annotations
 
@@ -17,20 +17,21 @@ class _End(NamedTuple):
     after: float
 
 
-# Distance between breaks, relative to the largest time, below which they only differ by rounding.
+# Distance between breaks, relative to the largest time, below which they are considered to differ only by rounding
+# errors.
 CLOSE = 1e-12
 
-# Rounding of a break, relative to the larger of its time and the span, for example of k P/2 and of t/P: the functions are
-# not evaluated within this distance.
+# Rounding error of a break, relative to its time or to the span, whichever is larger; it arises, for example, in k P/2
+# and in t/P. The functions are not evaluated within this distance of a break.
 ROUNDING = 4 * np.finfo(float).eps
 
 
 def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
     """Return the ends of the parts between breaks, in the direction of integration.
 
-    Breaks that only differ by rounding are treated as one break: the functions are evaluated
-    before the first and after the last of them. A break close to an end of the span is moved
-    to this end.
+    Breaks that differ only by rounding errors are treated as one break: the functions are
+    evaluated before the first and after the last of these breaks. A break close to an end of
+    the span is moved to this end.
     """
     times = np.unique(np.asarray(breaks, dtype=float))
     if not np.isfinite(times).all():
@@ -39,7 +40,7 @@ def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
     if t_end < t0:
         times = times[::-1]
     span = abs(t_end - t0)
-    # The second limit is for spans shorter than CLOSE times a late start: no break is ignored there.
+    # The second limit applies to spans that are shorter than CLOSE times the start time, so that no break is ignored.
     close = min(CLOSE * max(abs(t0), abs(t_end), span), 1e-6 * span)
     groups = np.split(times, np.flatnonzero(np.abs(np.diff(times)) > close) + 1)
     first, last = _End(t0, t0, t0), _End(t_end, t_end, t_end)
@@ -58,7 +59,7 @@ def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
 
 
 def _in_part(outputs: list[float], t_from: float, t_to: float, is_first: bool) -> list[float]:
-    """Return the output times after `t_from` up to `t_to`; in the first part, `t_from` is included."""
+    """Return the output times after `t_from` and up to `t_to`. In the first part, `t_from` is included."""
     sign = 1.0 if t_from < t_to else -1.0
     return [
         t
@@ -68,13 +69,13 @@ def _in_part(outputs: list[float], t_from: float, t_to: float, is_first: bool) -
 
 
 def _within(function: Any, limits: tuple[float, float], origin: float = 0.0) -> Any:
-    """Return the function of times counted from the origin, with times clamped to the limits."""
+    """Return the function for times that are counted from the origin. These times are clamped to the limits."""
     low, high = min(limits), max(limits)
     return lambda t, y, yp: function(min(max(origin + t, low), high), y, yp)
 
 
-# Ratio of the start to the span above which BDF counts times from the start, because it rounds each time but not its
-# steps.
+# Ratio of the start time to the span above which times are counted from the start for BDF, because BDF rounds the times
+# but not the steps.
 LATE = 1e4
 
 
@@ -83,7 +84,7 @@ def _is_counted_from_start(family: str, t0: float, span: float) -> bool:
 
 
 def _delay(found: dict[str, Any], origin: float) -> None:
-    """Add the origin to all times, and remove steps below the rounding of these times."""
+    """Add the origin to all times, and remove steps that are shorter than the rounding error of these times."""
     found["t"] = (origin + np.frombuffer(found["t"])).tobytes()
     ends = (origin + np.frombuffer(found["segments"])).reshape(-1, 2)
     if len(ends):
@@ -96,12 +97,12 @@ def _delay(found: dict[str, Any], origin: float) -> None:
 
 
 def _counted_from(origin: float, message: str) -> str:
-    """Return the message with a note on its times."""
+    """Return the message with a note on the origin of its times."""
     return f"with times counted from t = {origin}: {message}"
 
 
 def _cut(found: dict[str, Any], rows: slice) -> None:
-    """Keep these rows of the results."""
+    """Keep only these rows of the results."""
     n_times = np.frombuffer(found["t"]).size
     for name in ("t", "y", "yp", "dy_dp") if n_times else ():
         found[name] = np.frombuffer(found[name]).reshape(n_times, -1)[rows].tobytes()

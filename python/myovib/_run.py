@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 class Probe(Mapping[str, Array]):
-    """Table of a probe: columns by name, ``t`` first, or the frequency ``f`` for a response."""
+    """Table of a probe with named columns: first the time ``t``, or the frequency ``f`` for a response."""
 
     def __init__(self, names: list[str], rows: Array) -> None:
         self._names, self._rows = names, rows
@@ -52,7 +52,7 @@ class Probe(Mapping[str, Array]):
         return self[f"{name}_amplitude"]
 
     def phase(self, name: str) -> Array:
-        """Return the phase of a value of a response in degrees; positive phases lead the drive."""
+        """Return the phase of a value of a response, in degrees. A value with a positive phase leads the drive."""
         return self[f"{name}_phase"]
 
     def complex(self, name: str) -> NDArray[np.complex128]:
@@ -60,13 +60,13 @@ class Probe(Mapping[str, Array]):
         return self[f"{name}_re"] + 1j * self[f"{name}_im"]
 
     def frame(self) -> Any:
-        """Return the table as a `pandas.DataFrame` with the time, or the frequency, as its index."""
+        """Return the table as a `pandas.DataFrame`, with the time or the frequency as the index."""
         import pandas
 
         return pandas.DataFrame(self._rows, columns=self._names).set_index(self._names[0])
 
     def plot(self, *names: str, ax: Any = None) -> Any:
-        """Plot columns, by default all, against the time or the frequency, and return Matplotlib's axes."""
+        """Plot columns (by default all) against time or frequency, and return Matplotlib's axes."""
         if ax is None:
             from matplotlib import pyplot
 
@@ -86,10 +86,10 @@ LABELS = {"t": "time, s", "f": "frequency, Hz"}
 
 
 class Fields:
-    """Fields on the mesh, stored as files for ParaView.
+    """Fields on the mesh, which are stored as files for ParaView.
 
-    ``fields[k]`` returns the arrays at time number `k`; `field` and `mesh` return the fields at the
-    stored time nearest to a given time.
+    ``fields[k]`` returns the arrays at the stored time with the index `k`. `field` and `mesh`
+    return the fields at the stored time nearest to a given time.
 
     Attributes
     ----------
@@ -116,15 +116,15 @@ class Fields:
         return f"Fields({len(self)} times from {self.times[0]:g} to {self.times[-1]:g} s)"
 
     def field(self, name: str, t: float | None = None) -> NDArray[Any]:
-        """Return a field with one row per point at the stored time nearest to `t`, by default the last.
+        """Return a field at the stored time nearest to `t` (by default the last), with one row per point.
 
         Raises
         ------
         KeyError
-            For an unknown field.
+            If the field is unknown.
         ValueError
-            For a time before the first or after the last stored time by more than the largest interval
-            between them.
+            If `t` is before the first or after the last stored time by more than the largest interval
+            between stored times.
         """
         arrays = self[self._nearest(t)]
         if name not in arrays:
@@ -132,7 +132,7 @@ class Fields:
         return arrays[name]
 
     def mesh(self, t: float | None = None) -> Any:
-        """Return mesh and fields at the stored time nearest to `t`, by default the last.
+        """Return the mesh and the fields at the stored time nearest to `t` (by default the last).
 
         Returns
         -------
@@ -147,14 +147,14 @@ class Fields:
         if t is None:
             return -1
         first, last = self.times[0], self.times[-1]
-        # At least the rounding error of the times in the file.
+        # The margin is at least the rounding error of the times in the file.
         margin = np.diff(self.times).max(initial=1e-9 * abs(last))
         if not first - margin <= t <= last + margin:
             raise ValueError(f"t = {t}: the stored times are from {first} to {last}")
         return int(np.abs(self.times - t).argmin())
 
     def __getitem__(self, k: int) -> dict[str, NDArray[Any]]:
-        """Return the fields at time number `k`.
+        """Return the fields at the stored time with the index `k`.
 
         Returns
         -------
@@ -164,7 +164,7 @@ class Fields:
         """
         arrays = {}
         for array in ElementTree.parse(self.files[k]).getroot().iter("DataArray"):
-            # Eight bytes with the length precede the values.
+            # The values are preceded by their length, in eight bytes.
             content = base64.b64decode(array.text or "")[8:]
             values = np.frombuffer(content, dtype=KINDS[array.attrib["type"]])
             width = int(array.attrib.get("NumberOfComponents", 1))
@@ -178,17 +178,19 @@ class Fields:
 class Modes(list[dict[str, Any]]):
     """Lowest modes of a body, one dict per mode.
 
-    ``participation`` has the participation factors φᵀ M r of unit translations r along the axes in √kg
-    (in the plane √(kg/m)), with shapes φ of φᵀ M φ = 1, and ``effective_mass`` their squares.
+    ``participation`` contains the participation factors φᵀ M r, in √kg (in the plane √(kg/m)). Here, r
+    are unit translations along the axes, and the shapes φ satisfy φᵀ M φ = 1. ``effective_mass``
+    contains the squares of these factors.
 
     Attributes
     ----------
     points : ndarray
-        Coordinates of the nodes, one row per node, m.
+        Coordinates of the nodes (m), one row per node.
     mass : float
-        Mass of the body, kg (in the plane kg/m).
+        Mass of the body (kg; in the plane kg/m).
     preload_time : float or None
-        Time of the loads of the equilibrium about which the body vibrates, s; None for rest.
+        Time (s) of the loads that act in the equilibrium about which the body vibrates; None
+        if it vibrates about rest.
     """
 
     def __init__(self, document: dict[str, Any], arrays: bytes) -> None:
@@ -201,11 +203,11 @@ class Modes(list[dict[str, Any]]):
         self.points, self._shapes = values[0], values[1:]
 
     def shape(self, k: int) -> NDArray[Any]:
-        """Return the displacement of the nodes in ``self[k]``, one row per node, with φᵀ M φ = 1."""
+        """Return the displacement of the nodes in the mode ``self[k]``, one row per node, scaled so that φᵀ M φ = 1."""
         return self._shapes[k]
 
 
-#: Number types in VTU files, little-endian.
+#: Types of numbers in VTU files, which are little-endian.
 KINDS = {"Float64": "<f8", "Int64": "<i8"}
 
 COUNTS = (
@@ -223,7 +225,7 @@ COUNTS = (
 
 
 class RunResult:
-    """Result of a run. Picklable, without the files of its fields.
+    """Result of a run. It can be pickled, but the files of its fields are not included.
 
     Attributes
     ----------
@@ -232,7 +234,7 @@ class RunResult:
     document : dict
         Content of ``run.json``.
     probes : dict of Probe
-        Tables by the names of the probes.
+        Tables of the probes, by name.
     notes : list of str
         Warnings and corrections of the run.
     folder : Path
@@ -270,7 +272,7 @@ class RunResult:
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """Counters of the integration."""
+        """Counters and final values of the integration."""
         return {name: self.document[name] for name in COUNTS if self.document.get(name) is not None}
 
     @property
@@ -280,7 +282,7 @@ class RunResult:
 
     @property
     def continuation(self) -> Probe | None:
-        """Table of a curve of periodic states, the parameter first; None without a curve or its folder."""
+        """Table of a curve of periodic states, whose first column is the parameter; None without curve or folder."""
         path = self.folder / "continuation.csv"
         return Probe._read(path) if path.exists() else None
 
@@ -311,8 +313,8 @@ class SweepResult:
     Attributes
     ----------
     rows : list of dict
-        For each case its number, the varied values (``inf`` as text), the outcome, the counters, and
-        the last row of each probe as ``probes``.
+        For each case: its number, the varied values (``inf`` as text), the outcome, the counters,
+        and, as ``probes``, the last row of each probe.
     axes : list of str
         Keys that are varied.
     folder : Path
@@ -333,7 +335,7 @@ class SweepResult:
         Raises
         ------
         FileNotFoundError
-            For an unknown case, or a case that failed before its run started.
+            If the case is unknown, or if it failed before its run started.
         """
         return RunResult._of(self.folder / f"case-{number:04}", [], self._temporary)
 
@@ -350,7 +352,7 @@ class SweepResult:
         return self.case(self.rows[index]["case"])
 
     def frame(self) -> Any:
-        """Return the rows as a `pandas.DataFrame` with the columns of sweep.csv and the messages."""
+        """Return the rows as a `pandas.DataFrame` with the columns of sweep.csv and the column of messages."""
         import pandas
 
         with (self.folder / "sweep.csv").open(encoding="utf-8", newline="") as table:
@@ -358,7 +360,7 @@ class SweepResult:
         return pandas.DataFrame(self.rows, columns=columns).set_index("case")
 
     def dataset(self) -> Any:
-        """Return the rows without the probes, as an `xarray.Dataset` with a dimension for each varied key."""
+        """Return the rows without the probes as an `xarray.Dataset` that has a dimension for each varied key."""
         rows = self.frame().reset_index()
         for axis in self.axes:
             rows[axis] = [float(v) if v in ("inf", "-inf") else v for v in rows[axis]]

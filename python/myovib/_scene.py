@@ -1,4 +1,4 @@
-"""Scenes in TOML, with changed values."""
+"""Scenes in TOML whose values can be changed."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ Progress = bool | Callable[[str], object]
 
 
 class Scene:
-    """A scene with changed values. Picklable.
+    """A scene whose values can be changed. It can be pickled.
 
-    Created by `Scene.read` or `Scene.builtin`.
+    Use `Scene.read` or `Scene.builtin` to create a scene.
 
     Examples
     --------
@@ -52,7 +52,7 @@ class Scene:
         Parameters
         ----------
         path : path-like
-            The file. Paths in it are relative to its folder.
+            The file. Paths in this file are relative to its folder.
 
         Raises
         ------
@@ -69,7 +69,7 @@ class Scene:
         Raises
         ------
         ValueError
-            For a name that is not in `Scene.builtins`.
+            If the name is not in `Scene.builtins`.
         """
         if name not in _native.builtins():
             names = ", ".join(_native.builtins())
@@ -102,7 +102,7 @@ class Scene:
         key : str
             A key such as ``solid.bulk_modulus`` or ``material[0].c10``.
         value : float, str, bool, list, dict or None
-            The value; ``None`` removes the key, so that its default applies.
+            The value. ``None`` removes the key, so that its default applies.
 
         Returns
         -------
@@ -126,12 +126,14 @@ class Scene:
         Returns
         -------
         dict
-            The document of ``myovib check --json``, with the text of ``myovib check`` as ``"text"``.
+            The document of ``myovib check --json``. Its entry ``"text"`` is the text of ``myovib
+            check``.
 
         Raises
         ------
         SceneError
-            For an invalid scene. The message describes the mistake, its location, and what is allowed.
+            If the scene is invalid. The message describes the mistake, its location, and what is
+            allowed.
         """
         text, document = _native.check(self._source, self._assignments())
         return json.loads(document) | {"text": text}
@@ -146,8 +148,9 @@ class Scene:
     ) -> RunResult:
         """Compute the scene.
 
-        Other Python threads continue during the run. Ctrl-C, or an exception raised by `progress`, ends
-        the run, keeps its files and is raised. Notes of the run are issued as warnings.
+        Other Python threads continue during the run. Ctrl-C or an exception raised by `progress` ends
+        the run. Its files are kept, and the exception is raised. Notes on the run are issued as
+        warnings.
 
         Parameters
         ----------
@@ -158,7 +161,7 @@ class Scene:
             Whether to show progress on standard error, or a function that is called with each line.
         verify : bool
             Whether to estimate the error by a second run at looser tolerances. The estimate is
-            ``"error_estimate"`` in the document.
+            the entry ``"error_estimate"`` of the document.
         existing : {"refuse", "overwrite", "resume"}
             Policy for an earlier run in the folder.
 
@@ -171,7 +174,7 @@ class Scene:
         Raises
         ------
         SceneError
-            For an invalid scene; nothing is written.
+            If the scene is invalid. In this case, nothing is written.
         OSError
             If results cannot be written.
         """
@@ -196,24 +199,25 @@ class Scene:
         from_neighbor: bool = False,
         progress: Progress = False,
     ) -> SweepResult:
-        """Compute the scene over a grid of values, one case per core in parallel.
+        """Compute the scene for all combinations of values, with one case per core in parallel.
 
         Parameters
         ----------
         vary : mapping
-            For each key its values, or a range as text: ``"1e-5..1e-3:5"`` or
+            For each key, its values, or a range as text: ``"1e-5..1e-3:5"`` or
             ``"1e-5..1e-3:5:log"``. A value may be a list.
         out : path-like, optional
             Folder for the cases. By default a temporary folder, removed with the result.
         results : mapping, optional
-            Columns computed from the probes, as ``--result name=expression``.
+            Additional columns that are computed from the probes, as by ``--result
+            name=expression``.
         threads : int, optional
-            Number of parallel cases; all cores by default.
+            Number of cases that run in parallel. By default, all cores are used.
         overwrite : bool
             Whether to compute finished cases again.
         from_neighbor : bool
-            Whether the search for each equilibrium starts from the case with the preceding value of the
-            last key instead of the unloaded body.
+            Whether the search for an equilibrium starts from the result of the case with the preceding
+            value of the last key, instead of from the unloaded body.
         progress : bool or callable
             As for `run`.
 
@@ -248,13 +252,15 @@ class Scene:
         Parameters
         ----------
         count : int, optional
-            Number of modes; by default the scene's number, otherwise 10.
+            Number of modes. By default, it is the number in the scene, or 10 if the
+            scene has none.
 
         Returns
         -------
         Modes
-            For each mode ``frequency`` (Hz), ``omega_squared``, ``damping_ratio``, ``participation``,
-            ``effective_mass`` and ``residual``; and the shapes.
+            For each mode: ``frequency`` (Hz), ``omega_squared``, ``damping_ratio``,
+            ``participation``, ``effective_mass`` and ``residual``. The method ``shape`` returns the
+            shapes.
         """
         scene = self if count is None else self.copy().set("modes.count", count)
         text, arrays = _native.modes(self._source, scene._assignments())
@@ -268,7 +274,7 @@ class Scene:
         progress: Progress = False,
         existing: Literal["refuse", "overwrite"] = "refuse",
     ) -> RunResult:
-        """Compute the harmonic response to the loads with a ``response`` in the scene.
+        """Compute the harmonic response to the loads that have a ``response`` in the scene.
 
         The body vibrates about rest or, with ``scene.set("response.preload_time", t)``, about the
         equilibrium under the loads at the time t.
@@ -276,8 +282,8 @@ class Scene:
         Parameters
         ----------
         frequencies : float, iterable of float or str, optional
-            Frequencies in Hz, or a range as text: ``"1..60:120"`` or ``"1..60:120:log"``. By default
-            those of the scene.
+            Frequencies in Hz, or a range as text: ``"1..60:120"`` or ``"1..60:120:log"``. By
+            default, the frequencies in the scene are used.
         out : path-like, optional
             Folder for the files of ``myovib response``. By default a temporary folder, removed
             together with the result.
@@ -290,7 +296,8 @@ class Scene:
         -------
         RunResult
             Its probes contain the frequency as ``"f"``, and the values as ``probe.amplitude("u_y")``,
-            ``probe.phase("u_y")`` in degrees, and ``probe.complex("u_y")``; its document contains the ``"peaks"``.
+            ``probe.phase("u_y")`` (in degrees), and ``probe.complex("u_y")``. Its document contains the
+            ``"peaks"``.
         """
         scene = self.copy().set("analysis", "response")
         if frequencies is not None:
@@ -313,8 +320,8 @@ class Scene:
             Folder for the files of ``myovib periodic``. By default a temporary folder, removed
             together with the result.
         continuation : tuple of str, float and float, optional
-            Key of a number in the scene and two values: the curve of periodic states is followed from
-            the first to the second value, through folds, as ``--continue KEY=FROM..TO`` does.
+            Key of a number in the scene, and two values. The curve of periodic states is followed
+            from the first to the second value, through folds, as by ``--continue KEY=FROM..TO``.
         progress : bool or callable
             As for `run`.
         existing : {"refuse", "overwrite"}
@@ -323,8 +330,8 @@ class Scene:
         Returns
         -------
         RunResult
-            Its probes cover one period; its document has ``"multipliers"``, ``"is_stable"`` and the
-            harmonics of the ``"probes"``; `continuation` is the table of the curve.
+            Its probes cover one period. Its document contains ``"multipliers"``, ``"is_stable"``
+            and the harmonics of the ``"probes"``. `continuation` is the table of the curve.
         """
         scene = self.copy().set("analysis", "periodic")
         if continuation is not None:
@@ -342,8 +349,8 @@ class Scene:
     ) -> SensitivityResult:
         """Compute the derivatives of the outputs with respect to the parameters, by forward sensitivities.
 
-        The scene lists its parameters in ``[[parameter]]`` and its outputs in ``[[output]]``; without
-        ``[[output]]`` all columns of the probes are outputs.
+        The scene lists its parameters in ``[[parameter]]`` and its outputs in ``[[output]]``. Without
+        ``[[output]]``, all columns of the probes are outputs.
 
         Parameters
         ----------
@@ -362,7 +369,8 @@ class Scene:
         Raises
         ------
         SceneError
-            For an invalid scene, or a parameter without derivatives.
+            If the scene is invalid, or if derivatives with respect to a parameter are
+            not available.
         RuntimeError
             If the run does not reach its end.
 
@@ -397,13 +405,15 @@ class Scene:
         Returns
         -------
         dict of ndarray, shape (elements,)
-            For each displacement or velocity among the outputs, the relative change of its RMS over
-            time per relative change of each element's stiffness; NaN for an output that is always zero.
+            For each displacement or velocity among the outputs: the relative change of its RMS over
+            time per relative change of the stiffness of each element. NaN for an output that is always
+            zero.
 
         Raises
         ------
         SceneError
-            For an invalid scene, or if these derivatives are not available for the scene.
+            If the scene is invalid, or if these derivatives are not available for the
+            scene.
         RuntimeError
             If the run does not reach its end.
 
@@ -439,21 +449,24 @@ class Scene:
         Parameters
         ----------
         data : experiment or list of experiments
-            An experiment is a file, as for ``myovib fit --data``, or a mapping or data frame with the
-            column ``"t"`` (``"f"`` for a response, ``"load"`` for a static analysis) and a column for each
-            measured output (NaN or masked where it was not measured). If the experiment requires different
-            values in the scene, it is a pair of the measurements and a mapping of these values.
+            An experiment is a file, as for ``myovib fit --data``, or a mapping or data frame. A mapping
+            has the column ``"t"`` (``"f"`` for a response, ``"load"`` for a static analysis) and a column
+            for each measured output, with NaN or masked entries where the output was not measured. If an
+            experiment requires different values in the scene, give a pair of the measurements and a
+            mapping of these values.
         out : path-like, optional
             Folder for the files of ``myovib fit``. By default a temporary folder, removed with the
             result.
         profile : bool
-            Whether to compute intervals by profile likelihood: about ten fits per parameter.
+            Whether to compute intervals by profile likelihood, which takes about ten fits
+            per parameter.
         tolerance : float
             The fit has converged when no parameter changes by more than this fraction of its value.
         max_iterations : int
-            Maximum iterations per phase, starting point and profile point.
+            Maximum number of iterations per phase, starting point and profile point.
         starts, seed : int
-            Number of starting points (the scene's and random ones; the best fit is kept), and the seed.
+            Number of starting points, and the seed. The first starting point is that of the scene, and
+            the others are random. The best fit is kept.
         existing : {"refuse", "overwrite", "resume"}
             Policy for an earlier fit in `out`.
         progress : bool or callable
@@ -467,7 +480,7 @@ class Scene:
         Raises
         ------
         SceneError
-            For an invalid scene or invalid measurements.
+            If the scene or the measurements are invalid.
         """
         out, temporary = _folder(out)
         with tempfile.TemporaryDirectory(prefix="myovib-") as tables, _Line(progress) as show:
@@ -509,7 +522,7 @@ Temporary = tempfile.TemporaryDirectory[str]
 
 
 def _folder(out: str | PathLike[str] | None) -> tuple[Path, Temporary | None]:
-    """Return the folder for results, and the temporary folder that contains it, if any."""
+    """Return the folder for results, and the temporary folder that contains it, or None."""
     if out is not None:
         if out == "":
             raise ValueError("out is empty: name a folder; '.' is the current folder")
@@ -519,7 +532,7 @@ def _folder(out: str | PathLike[str] | None) -> tuple[Path, Temporary | None]:
 
 
 def _whole(name: str, value: int, least: int) -> int:
-    """Return a whole number, at least `least`."""
+    """Return the value as an integer that is at least `least`."""
     value = operator.index(value)
     if value < least:
         raise ValueError(f"{name} = {value}: must be {least} or more")
@@ -562,7 +575,7 @@ def _axis(values: Iterable[Any] | str) -> str:
 
 
 def _entry(value: Any) -> str:
-    """Format an item of a list; text with separators is quoted."""
+    """Format an item of a list. Text that contains separators is quoted."""
     if not isinstance(value, str):
         return _toml(value)
     if value == value.strip() and not set(value) & set(",'\"[]{}"):
@@ -571,7 +584,7 @@ def _entry(value: Any) -> str:
 
 
 class _Line:
-    """Shows progress as a line on standard error, and clears it at the end."""
+    """Shows progress as a line on standard error, and clears this line at the end."""
 
     def __init__(self, progress: Progress) -> None:
         self._shown = 0

@@ -18,7 +18,8 @@ from ._structure import Structure
 # Relative increment of central differences.
 INCREMENT = float(np.cbrt(np.finfo(float).eps))
 
-# Residual of a linearized equation, relative to the largest possible terms, above which it is violated.
+# Residual of a linearized equation, relative to its largest possible terms, above which the equation is considered
+# violated.
 VIOLATED = 0.05
 
 
@@ -59,7 +60,7 @@ class Sensitivities:
         return np.column_stack([self._quotient(j, t, y, yp) for j in range(n_parameters)]).ravel()
 
     def _quotient(self, j: int, t: float, y: Array, yp: Array) -> Array:
-        """Return the difference quotient of F for parameter j: one-sided if F is defined on one side only."""
+        """Return the difference quotient of F for parameter j. It is one-sided if F is defined on one side only."""
         size = INCREMENT * (abs(self.parameters[j]) or 1.0)
         found: list[tuple[float, Array]] = []
         for step in (size, -size, 0.0):
@@ -87,7 +88,7 @@ class Sensitivities:
         request: dict[str, Any],
         is_first: bool,
     ) -> dict[str, Any]:
-        """Return the entries of a request of the native module for a part that starts with these `values` of dy/dp.
+        """Return the entries of a request to the native module for a part that starts with these `values` of dy/dp.
 
         `times` are the first and the last time of the part, and the origin from which times are counted. At the start of the
         first part, the values must satisfy the derivatives of the equations without y'.
@@ -108,7 +109,7 @@ class Sensitivities:
     def _expect_consistent(self, structure: Structure, at: tuple[float, Array, Array], values: Array) -> None:
         """Reject values that do not satisfy the derivatives of the equations without y'."""
         df_dp = self.derivatives(*at).reshape(values.shape)
-        # Entries that are zero have errors of the size of the increments.
+        # The errors of entries that are zero are as large as the increments.
         rows = abs(structure.df_dy) @ np.ones(self.n)
         size = rows[:, None] * np.abs(values).max(axis=0) + np.abs(df_dp)
         is_violated = np.abs(structure.df_dy @ values + df_dp) > VIOLATED * size
@@ -122,8 +123,8 @@ class Sensitivities:
     def _consistent(self, structure: Structure | None, at: tuple[float, Array, Array], values: Array) -> tuple[Array, Array]:
         """Return dy/dp and its derivative with respect to time at the start of a part, each (n, parameters).
 
-        At index 0 and 1, the rows of algebraic variables follow from the others. Otherwise `values` are returned, with
-        derivatives of zero.
+        At index 0 and 1, the rows of algebraic variables follow from the other rows. Otherwise, `values` are returned
+        unchanged, and the derivatives are zero.
         """
         if structure is None:
             return values, np.zeros_like(values)

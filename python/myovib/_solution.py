@@ -15,7 +15,7 @@ Function = Callable[[float, Array, Array], Any]
 
 @dataclass
 class DenseOutput:
-    """Solution as a continuous function, given by the polynomials of the steps.
+    """Solution as a continuous function, which consists of the polynomials of the steps.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class DenseOutput:
         Raises
         ------
         ValueError
-            A time is outside of the interval, or the shape has more than one dimension.
+            If a time is outside of the interval, or if `t` has more than one dimension.
         """
         if np.ndim(t) > 1:
             raise ValueError(f"t has the shape {np.shape(t)}: must be a time or a vector of times")
@@ -66,7 +66,7 @@ class DenseOutput:
         step = np.minimum(step, len(self._ends) - 1)
         a, b = self._ends[step].T
         x = (2.0 * times - a - b) / (b - a)
-        # Barycentric interpolation: Chebyshev nodes have alternating weights, halved at the ends.
+        # In barycentric interpolation, Chebyshev nodes have alternating weights, which are halved at the ends.
         weights = (-1.0) ** np.arange(len(self._nodes))
         weights[[0, -1]] *= 0.5
         distance = x[:, None] - self._nodes
@@ -80,7 +80,7 @@ class DenseOutput:
 
 @dataclass(repr=False)
 class DaeSolution:
-    """Result of `solve_dae`, with the names of `scipy.integrate.solve_ivp`.
+    """Result of `solve_dae`, with the same names as in `scipy.integrate.solve_ivp`.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class DaeSolution:
         Times: the ends of the steps, or `t_eval`.
     y, yp : ndarray, shape (n, m)
         Solution and its derivative at these times. At index 2 and 3, `yp` is less
-        accurate than `y`: compute accelerations from y and F.
+        accurate than `y`; therefore, compute accelerations from y and F.
     sol : DenseOutput or None
         Solution as a function of time, if `dense_output` is set and a step was taken.
     t_events : list of ndarray or None
@@ -98,15 +98,15 @@ class DaeSolution:
     dy_dp : ndarray, shape (n, parameters, m), or None
         Derivatives of `y` with respect to `parameters`.
     nfev, njev, nlu : int
-        Evaluations of the residual (including finite differences) and of the
-        Jacobian; setups of the linear solver.
+        Numbers of evaluations of the residual (including finite differences) and of the
+        Jacobian, and number of setups of the linear solver.
     nsteps, nni, netf, ncfn, ngev : int
-        Steps, Newton iterations, error test failures, nonlinear solver failures,
-        event evaluations.
+        Numbers of steps, Newton iterations, error test failures, nonlinear solver
+        failures, and event evaluations.
     status : int
-        0: the end of the span was reached; 1: an event ended the integration;
-        -1: the integrator failed or reached `max_steps`, or the equations seem to have
-        an index above 3.
+        0 if the end of the span was reached; 1 if an event ended the integration; -1 if
+        the integrator failed or reached `max_steps`, or if the results may be wrong
+        because the equations are singular or have an index above 3.
     message : str
         Description of the status.
     """
@@ -154,5 +154,5 @@ class DaeSolution:
 
     @property
     def success(self) -> bool:
-        """Whether the end of the span or an event was reached."""
+        """Whether the end of the span or a terminal event was reached."""
         return self.status >= 0

@@ -1,4 +1,4 @@
-"""Structure of large systems with a sparsity pattern, by sparse factorizations of SciPy, if it is installed."""
+"""Structure of large systems that have a sparsity pattern. Requires the sparse factorizations of SciPy."""
 
 from __future__ import annotations
 
@@ -18,27 +18,28 @@ except ImportError:
 
 Indices = NDArray[np.int64]
 
-# Largest number of variables and of residuals for each matrix. Checks of 8000 variables in space take 6 s.
+# Largest number of variables, and largest number of residuals per matrix. Checks of 8000 variables in 3D take 6 s.
 LARGEST = 5000
 MOST_GROUPS = 100
 
-# Number of random vectors from which null spaces and sizes of inverses are estimated.
+# Number of random vectors from which null spaces and the sizes of inverses are estimated.
 SAMPLES = 4
 
-# Repetitions after which parts with singular values above 3 RANK are negligible.
+# Number of repetitions after which parts that belong to singular values above 3 RANK are negligible.
 REPEATS = 3
 
-# Relative change of a matrix that must not change its inverse by more than the second number.
+# Relative change of a matrix, and the largest relative change of its inverse that this may cause.
 PERTURBATION, CHANGE = 1e-13, 1e-3
 
-# Sweeps that scale rows and columns in turn.
+# Number of sweeps that scale rows and columns in turn.
 SWEEPS = 50
 
 
 class SparseStructure(Structure):
     """Sparse matrices dF/dy and dF/dy' at (t, y, yp).
 
-    Null spaces and sizes of inverses are estimated from random vectors, the same in each call.
+    Null spaces and the sizes of inverses are estimated from random vectors, which are the same
+    in each call.
     """
 
     @classmethod
@@ -99,7 +100,7 @@ class SparseStructure(Structure):
         """Return None: the inverse of a large matrix is not computed."""
 
     def contradiction(self, evaluate: Callable[[Array], Array], tolerance: Array) -> None:
-        """Return None: combinations of equations are examined in small systems only."""
+        """Return None: combinations of equations are only examined in small systems."""
 
     def _combined(self) -> Any:
         is_algebraic = self.algebraic.astype(float)
@@ -138,10 +139,10 @@ class SparseStructure(Structure):
             return np.zeros(n_columns, dtype=bool)
         rows = abs(matrix).max(axis=1).toarray().ravel()
         matrix = sparse.diags(1.0 / np.where(rows > 0.0, rows, 1.0)) @ matrix
-        # With columns of length 1, ε² below is not lost in rounding errors of AᵀA.
+        # If columns have the length 1, ε² below is not lost in the rounding errors of AᵀA.
         columns = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=0)).ravel())
         matrix = matrix @ sparse.diags(1.0 / np.where(columns > 0.0, columns, 1.0))
-        # By x ← ε² (AᵀA + ε²)⁻¹ x, random vectors lose their parts outside of the null space of A.
+        # The iteration x ← ε² (AᵀA + ε²)⁻¹ x removes the parts of random vectors outside of the null space of A.
         regular = RANK**2 * sparse.identity(n_columns)
         extended = sparse.bmat([[sparse.identity(n_rows), matrix], [matrix.T, -regular]], format="csc")
         try:
@@ -163,7 +164,7 @@ class SparseStructure(Structure):
 
 
 def _scales(matrix: Any, size: Callable[[Array, Indices, int], Array], sweeps: int) -> tuple[Array, Array] | None:
-    """Return factors of rows and columns that bring the `size` of each to 1, or None if one has no entries."""
+    """Return factors that scale the `size` of each row and column to 1, or None if a row or column has no entries."""
     entries = matrix.tocoo()
     entries.eliminate_zeros()
     factors = [np.ones(n) for n in entries.shape]
@@ -188,7 +189,7 @@ def _geometric_mean(sizes: Array, groups: Indices, n: int) -> Array:
 
 
 def _independent_columns(offsets: Indices, rows: Indices) -> Indices:
-    """Return a group for each column such that the columns of a group have no row in common."""
+    """Return a group for each column, such that no two columns of a group have a row in common."""
     n = len(offsets) - 1
     used: list[set[int]] = [set() for _ in range(n)]
     groups = np.zeros(n, dtype=np.int64)

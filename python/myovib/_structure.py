@@ -1,4 +1,4 @@
-"""Structure of F(t, y, y') = 0 at a state, from difference quotients."""
+"""Structure of F(t, y, y') = 0 at a state, determined from difference quotients."""
 
 from __future__ import annotations
 
@@ -15,28 +15,29 @@ Pattern = tuple[NDArray[np.int64], NDArray[np.int64]]
 # Number of variables above which the matrices are computed only if they are sparse.
 LARGEST = 200
 
-# Singular values below this fraction of the largest count as zero; differences have half of the digits.
+# Singular values below this fraction of the largest count as zero. Difference quotients are accurate to half of the
+# digits.
 RANK = 1e-7
 
-# Entries of a null vector of length 1 up to this size count as zero.
+# Entries of a null vector count as zero up to this size, if the vector has the length 1.
 PART = 1e-3
 
-# Error of an inverse, in units of rounding, above which it is not used.
+# Error of an inverse, in units of the rounding error, above which the inverse is not used.
 CONDITION = 1e10
-# Largest deviation of an exponent of h from an integer for which an index is clear.
+# Largest deviation of an exponent of h from an integer at which the index is considered clear.
 CLEAR = 0.05
 
 # Exponents of the values of c for which the size of the inverse of dF/dy + c dF/dy' is computed.
 EXPONENTS = np.arange(12, -9, -1)
 
-# Residual of a combination of equations, in units of its change within the tolerances, above which y violates it, as for
-# single equations.
+# Residual of a combination of equations above which y is considered to violate it, as for single equations. The unit is
+# the change of the combination when y changes within the tolerances.
 VIOLATED = 2.0
 
-# Changes of derivatives, relative to their sizes and at least 1, that must not change a combination.
+# Changes of derivatives that must not change a combination. They are multiplied by 1 plus the size of the derivative.
 SIZES = (-1e3, -1.0, -1e-3, 1e-3, 1.0, 1e3)
 
-# Entries above this limit belong to functions that overflow.
+# Entries above this limit occur if a function overflows.
 HUGE = 1e100
 
 
@@ -64,7 +65,7 @@ class Structure:
         self.algebraic = ~self.df_dyp.any(axis=0)
 
     def _set_state(self, y: Array, yp: Array, tolerance: Array) -> None:
-        """Set the state, and the increments of all variables and derivatives."""
+        """Set the state, and the increments for all variables and derivatives."""
         self.state = (y.copy(), yp.copy())
         small = np.sqrt(np.finfo(float).eps)
         self.sizes = (np.maximum(small * np.abs(y), tolerance), np.full(len(y), 1e-3 * np.abs(yp).max() or 1.0))
@@ -86,9 +87,9 @@ class Structure:
         tolerance: Array,
         pattern: Pattern | None = None,
     ) -> Structure | None:
-        """Return the structure, or None if F cannot be evaluated near the state, or a large system has no `pattern`.
+        """Return the structure; None if F is undefined near the state, or if a large system has no `pattern`.
 
-        The pattern has the offsets of columns and the rows of entries.
+        The pattern contains the offsets of the columns and the row of each entry.
         """
         from ._sparse_structure import SparseStructure
 
@@ -116,15 +117,15 @@ class Structure:
 
     @property
     def differential(self) -> Array:
-        """Return the variables whose derivatives occur in F beyond the rounding of the quotients."""
+        """Return the variables whose derivatives occur in F, beyond rounding errors of the difference quotients."""
         rows = np.maximum(np.abs(self.df_dy).max(axis=1), np.abs(self.df_dyp).max(axis=1))
         return np.asarray((np.abs(self.df_dyp) > RANK * rows[:, None]).any(axis=0))
 
     def wrong_entries(self, df_dy: Array, df_dyp: Array) -> set[tuple[str, int, int]]:
-        """Return matrix, row and column of each entry that differs from the quotient by more than a quarter.
+        """Return matrix, row and column of each entry that differs from its difference quotient by more than a quarter.
 
-        Entries that are negligible in their row, or differ by rounding errors, are not compared, nor are entries whose
-        quotients depend on the size or the sign of the increment, as at kinks.
+        Three kinds of entries are not compared: entries that are negligible in their row, entries that differ only by
+        rounding errors, and entries whose quotients depend on the size or the sign of the increment, as at kinks.
         """
         found = set()
         pairs = ((df_dy, self.df_dy), (df_dyp, self.df_dyp))
@@ -142,7 +143,7 @@ class Structure:
         return found
 
     def rounding(self, df_dy: Array, df_dyp: Array) -> Array:
-        """Return the rounding error of each equation, from the absolute values of the matrices."""
+        """Return the rounding error of each equation, computed from the absolute values of the matrices."""
         y, yp = np.abs(self.state)
         return np.finfo(float).eps * (df_dy @ y + df_dyp @ yp)
 
@@ -151,11 +152,11 @@ class Structure:
         return _inverse(self.df_dy + c * self.df_dyp)
 
     def is_huge(self) -> bool:
-        """Return whether entries are too large to decide whether equations depend on each other."""
+        """Return whether entries are so large that dependencies between equations cannot be determined."""
         return bool(max(abs(self.df_dy).max(), abs(self.df_dyp).max()) > HUGE)
 
     def index(self) -> int:
-        """Return the highest clear index of a variable. If it is at least 1, it is the index of the equations."""
+        """Return the highest clear index of all variables; if it is at least 1, it is the index of the equations."""
         return int(self.variable_indices.max())
 
     def has_free_rates(self) -> bool:
@@ -172,7 +173,8 @@ class Structure:
     def singular(self) -> tuple[list[int], list[int]]:
         """Return the variables that F = 0 does not determine, and the equations that are combinations of others.
 
-        Both are empty unless dF/dy + c dF/dy' is singular for all c, beyond rounding.
+        Both lists are empty unless dF/dy + c dF/dy' is singular for all c, up to
+        rounding errors.
         """
         # A pencil of index 3 is nearly singular for most c.
         if not self.has_free_rates():
@@ -185,25 +187,26 @@ class Structure:
             rows = rows & self._null(matrix.T)
             if not (columns.any() and rows.any()):
                 return [], []
-        # The inverse of a matrix that is only badly scaled is accurate.
+        # If a matrix is only badly scaled, its inverse is accurate.
         if all(self._inverse_sizes(c) is not None for c in values):
             return [], []
         return np.flatnonzero(columns).tolist(), np.flatnonzero(rows).tolist()
 
     def contradictory(self, initial: str) -> list[int]:
-        """Return the equations of which some combination is independent of all values that `initial` corrects."""
+        """Return the equations in a combination that is independent of all values that `initial` corrects."""
         columns = self.df_dy if initial == "states" else self._combined()
         return np.flatnonzero(self._null(columns.T)).tolist()
 
     def contradiction(self, evaluate: Callable[[Array], Array], tolerance: Array) -> tuple[list[int], float, float] | None:
-        """Return the combination of equations without derivatives that y violates most, if by more than the tolerance.
+        """Return the combination of equations without derivatives that y violates most, if beyond the tolerance.
 
-        ``evaluate(yp)`` returns F at y. Returns the equations, the residual of their combination, and its change if y
-        changes by the tolerance; or None.
+        ``evaluate(yp)`` returns F at y. Returns the equations, the residual of their combination, and the change of
+        the combination if y changes by the tolerance. Returns None if no combination is violated by more than the
+        tolerance.
         """
         y, yp = self.state
         base = evaluate(yp)
-        # With larger increments than those of `df_dyp`, rounding errors of the quotients are negligible.
+        # The increments are larger than those of `df_dyp`, so that rounding errors of the quotients are negligible.
         increments = np.diag(1.0 + np.abs(yp))
         by_yp = np.column_stack([(evaluate(yp + step) - base) / step.max() for step in increments])
         rows = np.flatnonzero(np.abs(by_yp).max(axis=1))
@@ -215,7 +218,7 @@ class Structure:
         combinations = vectors[:, int((values > RANK * values[0]).sum()) :].T
         changes = np.abs(combinations @ by_y) @ tolerance
         residuals = np.abs(combinations @ base)
-        # A derivative that occurs nonlinearly, or with a small factor, changes a combination.
+        # If a derivative occurs nonlinearly or with a small factor, the combination changes with it and is excluded.
         directions = 1.0 + 0.618 * np.arange(len(yp)) % 1.0
         for size in SIZES:
             step = size * directions * (1.0 + np.abs(yp))
@@ -235,9 +238,9 @@ class Structure:
 
     @cached_property
     def variable_indices(self) -> Array:
-        """Return the index of each variable: 1 also for an index of 0, and 0 for an index that is not clear.
+        """Return the index of each variable. The value is 1 also if the index is 0, and 0 if the index is not clear.
 
-        An error of the equations changes a variable of index i by the error divided by h^(i-1), in steps of size h.
+        In steps of size h, an error of the equations changes a variable of index i by the error divided by h^(i-1).
         """
         changes: list[Array] = []
         for c in 2.3 * 10.0**EXPONENTS:
@@ -252,9 +255,10 @@ class Structure:
 
     @cached_property
     def of_higher_index(self) -> list[int]:
-        """Return the algebraic variables that F = 0 does not determine, whose index is above 1."""
+        """Return the algebraic variables that F = 0 does not determine. Their index is above 1."""
         columns = self._combined()
-        # Rounding of quotients is small in the given units, and small entries of null vectors count in balanced ones.
+        # In the given units, rounding errors of the quotients are small. In balanced units, small entries of null
+        # vectors are significant.
         is_free = self._null(columns) | self._null(self._balanced(columns))
         return np.flatnonzero(is_free & self.algebraic).tolist()
 
@@ -263,7 +267,7 @@ class Structure:
         return np.where(self.algebraic, self.df_dy, self.df_dyp)
 
     def solve(self, right: Array) -> Array | None:
-        """Solve F = 0, linearized, for the derivatives and the algebraic variables; None if it does not determine them."""
+        """Solve the linearized F = 0 for derivatives and algebraic variables; None if they are not determined."""
         matrix = self._combined()
         return None if self._null(matrix).any() else self._solve(matrix, right)
 
@@ -301,8 +305,8 @@ def _inverse(matrix: Array) -> Array | None:
         inverse = np.linalg.inv(scaled)
     except np.linalg.LinAlgError:
         return None
-    # The error of each entry, in units of rounding: unlike the condition number, it is small for permuted triangular
-    # matrices of any scale.
+    # Error of each entry, in units of the rounding error. Unlike the condition number, it is small for permuted
+    # triangular matrices of any scale.
     sizes = np.abs(inverse)
     errors = sizes @ np.abs(scaled) @ sizes
     if not (errors.max(axis=1) < CONDITION * sizes.max(axis=1)).all():
@@ -313,7 +317,7 @@ def _inverse(matrix: Array) -> Array | None:
 def _balanced(matrix: Array) -> Array:
     """Return the matrix with rows and columns scaled so that its nonzero entries are as close to 1 as possible.
 
-    The sum of squares of their logarithms is minimal (Curtis, Reid 1972), so that the result is independent of units.
+    The sum of the squares of their logarithms is minimal (Curtis, Reid 1972), so the result is independent of units.
     """
     is_nonzero = matrix != 0.0
     logarithms = np.log(np.abs(matrix), out=np.zeros_like(matrix), where=is_nonzero)
