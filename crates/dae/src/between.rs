@@ -1,4 +1,4 @@
-//! Check of the equations between the ends of a step.
+//! Checks the equations between the ends of a step.
 
 use crate::draw::draw;
 use crate::problem::{Problem, StepError};
@@ -15,23 +15,24 @@ pub struct Unsatisfied {
     pub ratio: f64,
 }
 
-/// Number of random perturbations by which the effect of errors within the tolerances is measured.
+/// Number of random perturbations that measure the effect of errors within the tolerances.
 const PERTURBATIONS: u64 = 4;
 
-/// Ratio above which a residual is reported. Errors of y between the ends of a step may be several times the tolerance,
-/// and errors of ẏ several times the tolerance divided by the step size: 2500 allows a factor of 50 for each.
+/// Residuals above this ratio are reported. Between the ends of a step, errors of y may be several times the tolerance,
+/// and errors of ẏ may be several times the tolerance divided by the step size. The value 2500 allows a factor of 50
+/// for each.
 const MAX_RESIDUAL_RATIO: f64 = 2500.0;
 
-/// Checks F(t, y, ẏ) at a time within a step of size `h`, where y and ẏ are values of dense output and `weights` the
-/// reciprocals of the tolerances.
+/// Checks F(t, y, ẏ) at a time within a step of size `h`. Here, y and ẏ are values of dense output, and `weights` are
+/// the reciprocals of the tolerances.
 ///
 /// Integrators evaluate F only at the ends of steps or at stages. The error test does not detect an input that acts
-/// between these times or oscillates many times within a step, but there the dense output does not satisfy the
-/// equation. The residual is compared with its change if y and ẏ change by their tolerances, 1/w and 1/(w h). The check
-/// costs five evaluations of F.
+/// between these times or oscillates many times within a step. However, dense output does not satisfy the equation
+/// between these times. The residual is compared with its change when y and ẏ change by their tolerances, 1/w and
+/// 1/(w h). The check costs five evaluations of F.
 ///
 /// # Errors
-/// Errors of the residual, for example if dense output is outside the domain of F.
+/// Returns errors of the residual, for example if the dense output is outside the domain of F.
 pub fn check_between<P: Problem + ?Sized>(
     problem: &mut P,
     (t, y, y_dot): (f64, &[f64], &[f64]),
@@ -86,8 +87,8 @@ mod tests {
         }
     }
 
-    /// Checks that a solution that follows only the mean of the input is reported, and an error of ten tolerances is
-    /// not.
+    /// Checks that a solution that follows only the mean of the input is reported, and that an error of ten tolerances
+    /// is not reported.
     #[test]
     fn an_input_that_is_not_seen_is_reported() {
         let (h, weights) = (1.0, [1e6]);

@@ -1,4 +1,5 @@
-//! Checks of the arguments and settings of integrators. Each returns the [`IntegratorError`] of its first violation.
+//! Checks of the arguments and settings of integrators. Each check returns the first violation as an
+//! [`IntegratorError`].
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -8,7 +9,7 @@ use crate::tolerances::Tolerances;
 
 type Checked = Result<(), IntegratorError>;
 
-/// Returns an error for `option` unless its value is `good`.
+/// Returns an error for `option` unless `good` is true.
 pub fn expect(option: &'static str, value: f64, good: bool, expected: &'static str) -> Checked {
     if good { Ok(()) } else { Err(IntegratorError::InvalidOption { option, value, expected }) }
 }
@@ -28,7 +29,7 @@ pub fn expect_not_negative(option: &'static str, value: f64) -> Checked {
     expect(option, value, value.is_finite() && value >= 0.0, "finite and ≥ 0")
 }
 
-/// Checks that a number of steps or iterations is positive and fits an `i32`.
+/// Checks that a number of steps or iterations is positive and fits in an `i32`.
 pub fn expect_count(option: &'static str, count: usize) -> Checked {
     let good = count > 0 && i32::try_from(count).is_ok();
     expect(option, count as f64, good, "a positive count")
@@ -71,7 +72,8 @@ pub fn expect_square(n: usize, pattern: &SparsityPattern) -> Checked {
     expect_length("columns of the Jacobian", n, pattern.major_dim())
 }
 
-/// Checks the tolerances of `n` unknowns: finite, not negative, and not both zero.
+/// Checks that the tolerances of `n` unknowns are finite and not negative, and that no unknown has only zero
+/// tolerances.
 pub fn expect_tolerances(tolerances: &Tolerances, n: usize) -> Checked {
     let relative = tolerances.relative();
     expect_not_negative("relative tolerance", relative)?;
@@ -85,8 +87,8 @@ pub fn expect_tolerances(tolerances: &Tolerances, n: usize) -> Checked {
     })
 }
 
-/// Checks that dense output of a `derivative` is available at `t` in the last step [from, to], up to the order
-/// `highest`.
+/// Checks that dense output is available at `t`, which must be in the last step [from, to], and that the order of the
+/// `derivative` is at most `highest`.
 pub fn expect_dense_output(
     t: f64,
     derivative: usize,

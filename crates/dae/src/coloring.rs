@@ -2,8 +2,8 @@
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// Groups the columns of a pattern so that no two columns of a group have an entry in the same row,
-/// by greedy coloring in the order of the columns (Curtis, Powell, Reid 1974).
+/// Groups the columns of a pattern so that no two columns of a group have an entry in the same row. Uses greedy
+/// coloring in column order (Curtis, Powell, Reid 1974).
 pub(crate) fn color(pattern: &SparsityPattern) -> Vec<Vec<usize>> {
     let mut columns_of_row = vec![Vec::new(); pattern.minor_dim()];
     for column in 0..pattern.major_dim() {
@@ -11,7 +11,7 @@ pub(crate) fn color(pattern: &SparsityPattern) -> Vec<Vec<usize>> {
             columns_of_row[row].push(column);
         }
     }
-    // With a full row no two columns can share a group. For a full matrix, the search would need O(n³) operations to
+    // If a row is full, no two columns can share a group. For a full matrix, the search would need O(n³) operations to
     // find this result.
     let n = pattern.major_dim();
     if n > 0 && columns_of_row.iter().any(|columns| columns.len() == n) {
@@ -19,7 +19,7 @@ pub(crate) fn color(pattern: &SparsityPattern) -> Vec<Vec<usize>> {
     }
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut group_of = vec![usize::MAX; pattern.major_dim()];
-    // For each group, the last column that was rejected from it.
+    // For each group, the last column that did not fit into the group.
     let mut barred_for: Vec<usize> = Vec::new();
     for column in 0..pattern.major_dim() {
         let rows = pattern.lane(column).iter();
@@ -64,7 +64,7 @@ mod tests {
         assert_eq!(color(&crate::problem::full_pattern(n)).len(), n);
     }
 
-    /// Regression: coloring took 14 s for n = 1600 and would have taken minutes for n = 4000.
+    /// Regression test: coloring took 14 s for n = 1600 and would have taken minutes for n = 4000.
     #[test]
     fn a_full_pattern_is_colored_in_the_time_of_a_pass() {
         let groups = color(&crate::problem::full_pattern(4000));

@@ -1,7 +1,6 @@
 //! Several columns stored row by row.
 
-/// Calls `each` for each of the `n_columns` columns of `x`, passed as a contiguous vector, and copies the result
-/// back.
+/// Applies `each` to a contiguous copy of each of the `n_columns` columns of `x`, and writes the result back.
 ///
 /// # Errors
 /// Returns the first error of `each`.
@@ -20,7 +19,7 @@ pub fn one_by_one<T: Copy, E>(
     Ok(())
 }
 
-/// Writes `column` into column j of `x`, which has `n_columns` columns.
+/// Writes `column` to column j of `x`, which has `n_columns` columns.
 pub fn put<T: Copy>(column: &[T], x: &mut [T], j: usize, n_columns: usize) {
     let own = x.iter_mut().skip(j).step_by(n_columns);
     own.zip(column).for_each(|(x, own)| *x = *own);

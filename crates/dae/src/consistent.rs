@@ -7,11 +7,11 @@ use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError, VariableKind};
 use crate::projection::project_onto_constraints;
 
-/// Limits as in IDACalcIC: Newton iterations per matrix, matrices per scale, and scales.
+/// Limits as in IDACalcIC: Newton iterations per matrix, matrices per scale, and number of scales.
 const ITERATIONS: usize = 10;
 const MATRICES: usize = 4;
 const SCALES: i32 = 5;
-/// Halvings of a correction.
+/// Maximum number of times a correction is halved.
 const HALVINGS: usize = 20;
 /// Required reduction as a fraction of the reduction predicted by the linearization.
 const DESCENT: f64 = 1e-4;
@@ -23,22 +23,24 @@ struct State<'a> {
     y_dot: &'a mut [f64],
 }
 
-/// Corrects `y` and `y_dot` so that F(t, y, ẏ) = 0, by Newton's method with a line search (Brown,
-/// Hindmarsh, Petzold 1998).
+/// Corrects `y` and `y_dot` so that F(t, y, ẏ) = 0, by Newton's method with a line search (Brown, Hindmarsh, Petzold
+/// 1998).
 ///
-/// Newton's method stops at a correction of 0.0033 tolerances. A correction of ẏ is multiplied by the time to the first
-/// output, `t_first` − t, or, if the search then fails, by h.
+/// Newton's method stops when the correction is at most 0.0033 times the tolerance. To compare a correction of ẏ with
+/// tolerances of y, it is multiplied by the time to the first output, `t_first` − t. If the search then fails, it is
+/// repeated with h as the factor.
 ///
-/// For [`ConsistencyMode::AlgebraicAndDerivatives`] the matrix is ∂F/∂y + c ∂F/∂ẏ with c = 1/h: a correction δ changes
-/// algebraic y by δ and differential ẏ by c δ. This neglects the change of differential y, which is small for a small
-/// h; h starts at a thousandth of `t_first` − t. For [`ConsistencyMode::States`] c = 0, and a correction changes all of
-/// y. [`ConsistencyMode::Constraints`] calls [`project_onto_constraints`](crate::project_onto_constraints).
+/// For [`ConsistencyMode::AlgebraicAndDerivatives`] the matrix is ∂F/∂y + c ∂F/∂ẏ with c = 1/h. A correction δ changes
+/// algebraic components of y by δ and derivatives of differential components by c δ. This neglects the change of
+/// differential components of y, which is small if h is small; h starts at a thousandth of `t_first` − t. For
+/// [`ConsistencyMode::States`] c is 0, and a correction changes all components of y. [`ConsistencyMode::Constraints`]
+/// calls [`project_onto_constraints`](crate::project_onto_constraints).
 ///
 /// # Shapes
 /// `kinds`, `y`, `y_dot`, `weights`, `distance`: the number of unknowns.
 ///
 /// # Errors
-/// [`Inconsistent`]; y and ẏ then have their input values.
+/// Returns [`Inconsistent`] and restores the input values of y and ẏ.
 #[allow(clippy::too_many_arguments)]
 pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     problem: &mut P,
@@ -65,9 +67,9 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     }
     let mut last = Inconsistent::NotFound { norm: f64::NAN };
     let searches = match mode {
-        // A correction δ changes ẏ by δ/h, and y by this derivative times the time to the first output. Difference
-        // quotients perturb ẏ by the tolerance divided by a time. Divided by the short h, the perturbation could leave
-        // the range in which F is linear.
+        // A correction δ changes ẏ by δ/h. For the convergence test, this change is multiplied by the time to the first
+        // output. Difference quotients perturb ẏ by the tolerance divided by a time. If this time were the short h, the
+        // perturbation could leave the range in which F is linear.
         ConsistencyMode::AlgebraicAndDerivatives => {
             [1e3, 1.0].map(|factor| (0, CONVERGED * h / time, factor * time)).to_vec()
         }
@@ -93,11 +95,10 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     Err(last)
 }
 
-/// Expects an index of at most 1 of all components, where the problem states indices, if algebraic components and
-/// derivatives are corrected.
+/// Checks that all stated indices are at most 1 if algebraic components and derivatives are corrected.
 ///
 /// # Errors
-/// [`Inconsistent::IndexTooHigh`].
+/// Returns [`Inconsistent::IndexTooHigh`] if an index is higher.
 pub fn expect_index<P: Problem>(problem: &P, mode: ConsistencyMode) -> Result<(), Inconsistent> {
     let indices = problem.indices().unwrap_or_default();
     match indices.iter().enumerate().max_by_key(|(_, index)| **index) {
@@ -144,7 +145,7 @@ fn newton<P: Problem, S: LinearSolver<P>>(
                 }
                 length *= 0.5;
             }
-            // A matrix whose correction reduces the residual by little or not at all is evaluated again.
+            // If the correction reduces the residual little or not at all, the matrix is evaluated again.
             if size >= before {
                 break;
             }
@@ -160,7 +161,7 @@ fn newton<P: Problem, S: LinearSolver<P>>(
     Err(Inconsistent::NotFound { norm: size })
 }
 
-/// Adds `length` times the correction to the unknown values.
+/// Adds `length` times the correction to the components that the mode corrects.
 fn shift(
     state: &mut State<'_>,
     mode: ConsistencyMode,

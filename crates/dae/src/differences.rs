@@ -1,4 +1,4 @@
-//! Jacobians by difference quotients.
+//! Jacobians from difference quotients.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -6,52 +6,53 @@ use crate::coloring::color;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
 
-/// Number of rounding units of y that a displacement of ẏ must exceed: the quotient's error is then below a thousandth
-/// of ∂F/∂y.
+/// Minimum displacement of ẏ (multiplied by h) in rounding units of y. It limits the error of the quotient to a
+/// thousandth of ∂F/∂y.
 const RESOLVED: f64 = 1e4;
 
-/// Ratio of the displacement to the variable, or to its motion in the step, above which fine displacements are tried.
-/// If F is quadratic, this ratio is the relative error of the quotient.
+/// If a displacement exceeds this fraction of the variable and of its change in the step, fine displacements are tried.
+/// If F is quadratic, the ratio is the relative error of the quotient.
 const COARSE: f64 = 0.1;
 
-/// Fine displacement as a fraction of the variable or its motion. For a quadratic F the quotient has
-/// four digits. The fraction is far above √ε, because the slow solutions of stiff equations may depend
-/// on small differences of large entries.
+/// Fine displacement as a fraction of the variable or its change in the step. For a quadratic F, the quotient is
+/// accurate to four digits. The fraction is far above √ε, because the slow solutions of stiff equations may depend on
+/// small differences of large entries.
 const FRACTION: f64 = 1e-4;
 
-/// Second fine displacement in units of the first, in the same direction, so that a variable at the edge of the domain
-/// of F stays within the domain. Rounding changes F by whole units in the last place, so quotients dominated by
-/// rounding do not agree.
+/// Ratio of the second fine displacement to the first. Both have the same direction, so that a variable at the edge of
+/// the domain of F stays within the domain. Rounding changes F by whole units in the last place, so quotients dominated
+/// by rounding do not agree.
 const SECOND: f64 = 0.7;
 
-/// Maximum relative difference of two fine quotients that rounding does not dominate.
+/// Maximum relative difference of two fine quotients that are not dominated by rounding.
 const AGREEMENT: f64 = 1e-2;
 
-/// Maximum difference of two fine quotients relative to their difference from the usual quotient. If it is smaller, the
-/// error of the usual quotient is far above rounding.
+/// Maximum difference of two fine quotients, relative to the difference between the first of them and the usual
+/// quotient. Below this ratio, the error of the usual quotient is far above rounding.
 const SIGNIFICANCE: f64 = 0.1;
 
 /// Workspace for a Jacobian from one-sided differences, with one evaluation per color.
 ///
-/// Unknown j is moved by
+/// Unknown j is displaced by
 ///
 /// ```text
 /// δ_j = max(√ε |y_j|, √ε |h ẏ_j|, 1/w_j), in the direction of h ẏ_j,
 /// ```
 ///
 /// as in the dense and banded difference Jacobians of IDA (SUNDIALS, IDALS). For a ∂F/∂y + b ∂F/∂ẏ, y_j moves by a σ
-/// and ẏ_j by b σ with σ = δ_j / max(|a|, |b h|), so that neither moves further than in the step. ∂F/∂ẏ alone has
-/// [shorter displacements](rate_displacement). If these are close to the rounding of the largest variable, they are
-/// compared with the usual displacement: their rounding, divided by a short step, may exceed ∂F/∂y where the terms of
-/// ∂F/∂ẏ cancel, as in sums of nodal equations of circuits.
+/// and ẏ_j by b σ with σ = δ_j / max(|a|, |b h|), so that neither moves further than in the step. For ∂F/∂ẏ alone, the
+/// [displacements](rate_displacement) are shorter. If a short displacement is close to the rounding of the largest
+/// variable, its quotient is compared with the quotient of the usual displacement: rounding, divided by a short step,
+/// may exceed ∂F/∂y where the terms of ∂F/∂ẏ cancel, as in sums of nodal equations of circuits.
 ///
-/// If the residual cannot be evaluated there, the unknowns of this color are moved by [other
+/// If the residual cannot be evaluated after the displacement, the unknowns of this color are moved by [other
 /// displacements](Perturbation). A smaller time step would not help, because it does not reduce 1/w_j.
 ///
-/// F need not be linear over a tolerance 1/w_j much larger than the variable and its motion, such as the amount of a
-/// trace species. Such a variable is also moved by a [fraction](FRACTION) of the larger of both. The resulting change
-/// of F may be below the rounding of F, for example if the variable is added to a much larger one. So it is repeated
-/// with [another displacement](SECOND), and the quotients of entries on which both agree are used.
+/// The tolerance 1/w_j may be much larger than the variable and its change in the step, for example for the amount of a
+/// trace species. F is then not necessarily linear over the displacement. Such a variable is also moved by a
+/// [fraction](FRACTION) of its value or of its change in the step, whichever is larger. The resulting change of F may
+/// be below the rounding of F, for example if the variable is added to a much larger one. Therefore, the evaluation is
+/// repeated with [another displacement](SECOND), and the quotients are used for entries where the two results agree.
 #[derive(Debug, Clone)]
 pub(crate) struct Differences {
     groups: Vec<Vec<usize>>,
@@ -87,8 +88,7 @@ impl Differences {
         }
     }
 
-    /// Computes a ∂F/∂y + b ∂F/∂ẏ by differences and writes it to `values`, in the order of the
-    /// pattern.
+    /// Computes a ∂F/∂y + b ∂F/∂ẏ by differences and writes it to `values`, in the order of the pattern.
     pub(crate) fn evaluate<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -118,7 +118,7 @@ impl Differences {
         Ok(())
     }
 
-    /// Returns the positions of a group's entries in the pattern, and their quotients.
+    /// Returns the positions in the pattern of the entries of a group, and their difference quotients.
     fn quotients<'a>(
         &'a self,
         pattern: &'a SparsityPattern,
@@ -133,7 +133,8 @@ impl Differences {
         })
     }
 
-    /// Replaces the difference quotients of a group by quotients with finer displacements, if these are more accurate.
+    /// Replaces the difference quotients of a group by quotients for finer displacements where the latter are more
+    /// accurate.
     fn refine<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -149,7 +150,7 @@ impl Differences {
         for factor in [1.0, SECOND] {
             for k in 0..self.groups[group].len() {
                 let j = self.groups[group][k];
-                // Quotients of unknowns without a displacement are not finite, and are not used.
+                // Quotients of unknowns without a displacement are not finite and are not used.
                 let size = self.fine_displacement(at, a, j).unwrap_or(0.0);
                 self.displace(at, j, (a, b), factor * size / scale);
             }
@@ -173,8 +174,8 @@ impl Differences {
         Ok(())
     }
 
-    /// Returns a displacement of unknown j, or of ẏ_j multiplied by h if `a` is 0, whose quotients are compared with the
-    /// quotients of the usual displacement; `None` if no comparison is necessary.
+    /// Returns a fine displacement of unknown j, or of ẏ_j (multiplied by h) if `a` is 0. Its quotients are compared
+    /// with those of the usual displacement. Returns `None` if no comparison is necessary.
     fn fine_displacement(&self, at: &Linearization<'_>, a: f64, j: usize) -> Option<f64> {
         if !self.refines {
             return None;
@@ -186,10 +187,10 @@ impl Differences {
         (fine.abs() < RESOLVED * f64::EPSILON * self.largest).then_some(fine)
     }
 
-    /// Moves unknown j by a · `wanted` in y and by b · `wanted` in ẏ.
+    /// Displaces y_j by a · `wanted` and ẏ_j by b · `wanted`.
     fn displace(&mut self, at: &Linearization<'_>, j: usize, (a, b): (f64, f64), wanted: f64) {
         self.y[j] = at.y[j] + a * wanted;
-        // Use the perturbation after rounding in y, so that the quotient uses the actual change.
+        // Use the perturbation as rounded in y, so that the quotient refers to the actual change.
         let sigma = match a {
             0.0 => wanted,
             _ => (self.y[j] - at.y[j]) / a,
@@ -198,9 +199,9 @@ impl Differences {
         self.increments[j] = sigma;
     }
 
-    /// Perturbs the unknowns of a group and evaluates the residual, with the first perturbation for which this
-    /// succeeds. If all fail, returns the error of the first. If all result in non-finite values, the caller reports
-    /// their position.
+    /// Perturbs the unknowns of a group and evaluates the residual. Tries the perturbations until one succeeds. If all
+    /// evaluations fail, returns the first error. If all results contain non-finite values, the caller reports the
+    /// position of such a value.
     fn move_within_the_domain<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -231,8 +232,7 @@ impl Differences {
         first
     }
 
-    /// Returns whether the rows of the residual that depend on a group of unknowns are finite wherever they were finite
-    /// before.
+    /// Returns whether the residual is still finite in the rows that depend on the group and were finite before.
     fn is_finite(&self, pattern: &SparsityPattern, group: usize) -> bool {
         let mut rows = self.groups[group].iter().flat_map(|&j| pattern.lane(j));
         rows.all(|&i| self.moved[i].is_finite() || !self.base[i].is_finite())
@@ -246,23 +246,23 @@ pub(crate) enum Perturbation {
     Usual,
     /// By −δ_j.
     Back,
-    /// Away from zero by δ_j with √ε/w_j instead of 1/w_j, which is smaller. A positive variable remains positive even
-    /// close to zero.
+    /// Away from zero by δ_j with the smaller √ε/w_j instead of 1/w_j. A positive variable remains positive even if it
+    /// is close to zero.
     SlightlyAway,
     /// Toward zero, by the same distance.
     SlightlyToward,
 }
 
 impl Perturbation {
-    /// All perturbations in the order in which they are tried; smaller ones are more affected by rounding.
+    /// All perturbations in the order in which they are tried. Smaller perturbations are more affected by rounding.
     const ALL: [Self; 4] = [Self::Usual, Self::Back, Self::SlightlyAway, Self::SlightlyToward];
 }
 
-/// Returns the displacement of ẏ_j, with its sign, multiplied by h; y is not moved.
+/// Returns the signed displacement of ẏ_j, multiplied by h; y is not moved.
 ///
-/// A displacement of y by its tolerance would change ẏ by tolerance/h, far outside the range where F is linear in ẏ if
-/// h is short. The displacement of ẏ may be smaller, provided that the effect of the rounding of y on F is small in
-/// comparison.
+/// A displacement of y by its tolerance would change ẏ by tolerance/h. If h is short, this is far outside the range
+/// where F is linear in ẏ. The displacement of ẏ may be smaller, as long as the effect of the rounding of y on F is
+/// small in comparison.
 fn rate_displacement(at: &Linearization<'_>, j: usize) -> f64 {
     let motion = at.step * at.y_dot[j];
     let size = f64::EPSILON.sqrt() * motion.abs().max(1.0 / at.weights[j]);
@@ -274,8 +274,9 @@ fn extent(at: &Linearization<'_>, j: usize) -> f64 {
     at.y[j].abs().max((at.step * at.y_dot[j]).abs())
 }
 
-/// Returns whether the tolerance of variable j is so large relative to the variable that F may not be linear over it.
-/// Numbers near the smallest representable ones have too few digits for fine displacements.
+/// Returns whether the tolerance of variable j is so large, relative to the variable, that F may be nonlinear over the
+/// tolerance. Returns `false` near the smallest representable numbers, which have too few digits for fine
+/// displacements.
 fn is_coarse(at: &Linearization<'_>, j: usize) -> bool {
     let extent = extent(at, j);
     let is_resolved = FRACTION * extent > f64::MIN_POSITIVE / f64::EPSILON;
@@ -283,8 +284,8 @@ fn is_coarse(at: &Linearization<'_>, j: usize) -> bool {
 }
 
 /// Returns whether two fine quotients determine an entry more accurately than the usual quotient. A quotient of zero
-/// may result from rounding. The quotient of an unknown without a displacement is infinite if the row changes with
-/// another unknown, through an entry missing in the pattern.
+/// may be caused by rounding. The quotient of an unknown without a displacement is infinite if the row changes because
+/// of another unknown whose entry is missing in the pattern.
 fn is_better([first, second]: [f64; 2], usual: f64) -> bool {
     let noise = (first - second).abs();
     first.is_normal()
@@ -315,8 +316,8 @@ mod tests {
     use super::*;
     use crate::Jacobian;
 
-    /// √y_0 + 2 √y_1 in row 0 and √y_1 + ẏ_1 in row 1, defined only for y ≥ 0 and, if `above` is finite, for y ≤
-    /// `above`.
+    /// √y_0 + 2 √y_1 in row 0 and √y_1 + ẏ_1 in row 1. They are defined only for y ≥ 0 and, if `above` is finite, for y
+    /// ≤ `above`.
     struct Roots {
         stated: bool,
         above: f64,
@@ -346,7 +347,7 @@ mod tests {
         }
     }
 
-    /// Returns the relative errors of the four entries at y = (1e-4, 4e-4) with tolerance 1e-3, and
+    /// Returns the relative errors of the four entries at y = (1e-4, 4e-4) for a tolerance of 1e-3, and
     /// the number of evaluations.
     fn differenced(problem: &mut Roots, y_dot: [f64; 2]) -> Result<([f64; 4], u64), StepError> {
         let at = Linearization {
@@ -373,7 +374,7 @@ mod tests {
             let mut problem = new(f64::INFINITY);
             let (errors, counted) = differenced(&mut problem, [1e-9, -1e-9]).unwrap();
             assert_eq!((counted, problem.calls), (8, 8));
-            // The next term of the expansion of the root is a quarter of this bound.
+            // The next term of the expansion of the square root is a quarter of this bound.
             assert!(errors.iter().all(|e| *e < 50.0 * FRACTION), "{errors:?}");
             // Displacements by the tolerance leave the domain in both directions. For displacements of √ε y, truncation
             // and rounding errors are both about √ε times 50; the bound is ten times larger.
@@ -397,7 +398,7 @@ mod tests {
         let mut differences = Differences::new(&crate::problem::full_pattern(2), true);
         let pattern = crate::problem::full_pattern(2);
         let mut values = [0.0; 4];
-        // At zero, a displacement in the other direction stays in the domain.
+        // At zero, a displacement in the other direction remains in the domain.
         differences.evaluate(&mut stated, &pattern, &at, (1.0, 0.0), &mut values).unwrap();
         assert_eq!(differences.evaluations, 4);
         stated.above = 0.0;
@@ -432,8 +433,8 @@ mod tests {
         }
     }
 
-    /// Regression: the amplifier of the IVP test set, of index 1 with canceling derivatives, stopped after five steps
-    /// of about 1e-11 s, because a variable at zero was perturbed by √ε times its tolerance.
+    /// Regression test: the amplifier of the IVP test set has index 1 and canceling derivatives. Its integration
+    /// stopped after five steps of about 1e-11 s, because a variable at zero was perturbed by √ε times its tolerance.
     #[test]
     fn canceling_derivatives_cancel_in_short_steps() {
         let step = 1e-12;
@@ -449,7 +450,7 @@ mod tests {
         let [df_dy, df_dyp] = &mut parts;
         jacobian.parts(&mut Capacitor, &at, [df_dy, df_dyp]).unwrap();
         for column in df_dyp.chunks_exact(2) {
-            // Rounding of F divided by the tolerance, 2e-19/1e-8, is far below the conductance.
+            // Rounding of F divided by the tolerance is 2e-19/1e-8, far below the conductance.
             let sum = (column[0] + column[1]) / step;
             assert!(sum.abs() < 1e-3 * 1e-3, "{df_dyp:?}");
         }

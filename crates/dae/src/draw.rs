@@ -1,6 +1,6 @@
 //! Reproducible pseudorandom numbers.
 
-/// Returns a number in [0.5, 1] or [−1, −0.5], computed by splitmix64 from a trial number and an index.
+/// Returns a pseudorandom number in [0.5, 1] or [−1, −0.5], computed by splitmix64 from a trial number and an index.
 pub(crate) fn draw(trial: u64, index: usize) -> f64 {
     let mut z = (trial << 40 | index as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -10,7 +10,7 @@ pub(crate) fn draw(trial: u64, index: usize) -> f64 {
     if z & 1 == 0 { size } else { -size }
 }
 
-/// Returns the values with changed last digits.
+/// Returns the values with their last digits changed at random.
 pub(crate) fn rounded(values: &[f64], trial: u64, k: usize) -> Vec<f64> {
     let factor = |j| 1.0 + 4.0 * f64::EPSILON * draw(trial, 2 * j + k);
     values.iter().enumerate().map(|(j, value)| value * factor(j)).collect()

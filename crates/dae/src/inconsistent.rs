@@ -1,4 +1,4 @@
-//! Failures of the search for consistent initial values, and the norm that it uses.
+//! Failures in the search for consistent initial values, and the norm used by the search.
 
 use crate::problem::StepError;
 
@@ -22,7 +22,7 @@ pub enum Inconsistent {
          Problem::constraints, including hidden constraints"
     )]
     NoConstraints,
-    /// The requested values do not determine a consistent state, because the problem states an index above 1.
+    /// The problem states an index above 1, so the requested values do not determine a consistent state.
     #[error(
         "{component} has the index {index}, but ConsistencyMode::AlgebraicAndDerivatives requires at most 1: use \
          ConsistencyMode::Constraints"
@@ -38,8 +38,8 @@ pub enum Inconsistent {
          {equation} (constraints are numbered after the last equation)"
     )]
     Contradicted {
-        /// Index of the equation, or the number of equations plus the index of the constraint whose
-        /// time derivative is violated.
+        /// Zero-based index of the equation. If it is at least the number of equations, the difference is the index of
+        /// the constraint whose time derivative is violated.
         equation: usize,
         residual: f64,
     },
@@ -48,7 +48,7 @@ pub enum Inconsistent {
     Failed(#[from] StepError),
 }
 
-/// Newton's method has converged below this fraction of the tolerance, as in IDACalcIC.
+/// Newton's method has converged if the correction is at most this fraction of the tolerance, as in IDACalcIC.
 pub(crate) const CONVERGED: f64 = 0.0033;
 
 /// Returns the weighted root mean square.

@@ -1,4 +1,4 @@
-//! The interface of all integrators.
+//! Interface of all integrators.
 
 use std::error::Error;
 
@@ -10,12 +10,12 @@ use crate::statistics::Statistics;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ConsistencyMode {
-    /// The algebraic components of y and the derivatives of the differential components, for
-    /// semi-explicit systems of index 1; rejected if [`Problem::indices`] states a higher index.
+    /// The algebraic components of y and the derivatives of the differential components, for semi-explicit systems of
+    /// index 1. Rejected if [`Problem::indices`] states a higher index.
     AlgebraicAndDerivatives,
     /// All of y, for a given ẏ, for instance zero for a steady state.
     States,
-    /// All of y and ẏ, computed from the constraints that the problem states, for systems of index 2 and 3: see
+    /// All of y and ẏ, for systems of index 2 and 3, computed from the constraints that the problem states: see
     /// [`project_onto_constraints`](crate::project_onto_constraints).
     Constraints,
 }
@@ -23,72 +23,70 @@ pub enum ConsistencyMode {
 /// An integration of a [`Problem`], which the integrator owns.
 ///
 /// # Times
-/// [`t`](Integrator::t), [`y`](Integrator::y) and [`y_dot`](Integrator::y_dot) belong to the last time reached after
-/// every call, whatever its result. A step may end beyond `t` if it contains a root or an output time; dense output
+/// After every call, whatever its result, [`t`](Integrator::t), [`y`](Integrator::y) and [`y_dot`](Integrator::y_dot)
+/// describe the last time reached. A step may end beyond `t` if it contains a root or an output time; dense output
 /// covers the whole step.
 ///
-/// A *stop time* is never stepped over. It applies once: when it is reached the call returns
+/// The integrator never steps over a *stop time*. A stop time applies once: when it is reached, the call returns
 /// [`Outcome::StopTime`], and the next call continues beyond it.
 ///
 /// # Directions
-/// The `t_out` of the first step determines the direction: the first [`step`](Integrator::step) rejects a `t_out` equal
-/// to the initial time. [`integrate_to`](Integrator::integrate_to) takes no step if its time is already reached, and
-/// returns [`Outcome::Reached`]. IDAS integrates forward or backward; Radau IIA integrates forward only, and rejects a
-/// time before `t`.
+/// The `t_out` of the first step determines the direction of integration. The first [`step`](Integrator::step) rejects
+/// a `t_out` equal to the initial time. If its time is already reached, [`integrate_to`](Integrator::integrate_to)
+/// takes no step and returns [`Outcome::Reached`]. IDAS integrates forward or backward; Radau IIA integrates forward
+/// only, and rejects a time before `t`.
 ///
 /// # Starts
-/// Initial values, passed to a builder or to [`reinit`](Integrator::reinit), are rejected by the next step with an
-/// [`InconsistentStart`](crate::InconsistentStart) if y contradicts the equations by more than the tolerances allow,
+/// Initial values are passed to a builder or to [`reinit`](Integrator::reinit). If y contradicts the equations by more
+/// than the tolerances allow, the next step rejects them with an [`InconsistentStart`](crate::InconsistentStart),
 /// unless [`correct_initial_values`](Integrator::correct_initial_values) has corrected them: see
 /// [`check_start`](crate::check_start). Values for a restart at the current time are not checked, because after an
-/// event they have the error of dense output.
+/// event they contain the error of dense output.
 ///
 /// # Limits
-/// *max_steps* is the number of steps that one call of [`integrate_to`](Integrator::integrate_to)
-/// may take, at least 1; the count restarts with the next call. A single [`step`](Integrator::step)
-/// is not limited.
+/// *max_steps* is the number of steps that one call of [`integrate_to`](Integrator::integrate_to) may take; it must be
+/// at least 1. The count restarts with the next call. The limit does not apply to [`step`](Integrator::step).
 ///
 /// # Failures
-/// After a recoverable error of a function, or a non-finite value, the step is repeated with a
-/// smaller size; if this does not help, the call returns [`Outcome::Stopped`]. A fatal error of a
-/// function is returned as an error with its source. A panic is propagated.
+/// After a recoverable error of a function, or a non-finite value, the step is repeated with a smaller size. If this
+/// does not help, the call returns [`Outcome::Stopped`]. A fatal error of a function is returned as an error with its
+/// source. A panic is propagated.
 ///
 /// # Allocation
 /// After the first few steps, a step accepted at the first attempt does not allocate memory, except when a
 /// linear solver selects new pivots.
 pub trait Integrator<P: Problem> {
-    /// Error for misuse, and for fatal errors of the problem. An integration that cannot continue returns
-    /// [`Outcome::Stopped`] instead of an error.
+    /// Error for misuse, and for fatal errors of the problem. If the integration cannot continue for another reason,
+    /// the call returns [`Outcome::Stopped`] instead.
     type Error: Error + Send + Sync + 'static;
 
-    /// Takes one step toward `t_out`; the error test determines its size.
+    /// Takes one step toward `t_out`; the error test determines the step size.
     ///
-    /// `t_out` determines the direction, and, at the first step, the time scale for the estimate of its size. The step
-    /// may end beyond `t_out`.
+    /// `t_out` determines the direction of integration. At the first step, it also provides the time scale for the
+    /// estimate of the step size. The step may end beyond `t_out`.
     ///
     /// # Errors
-    /// A `t_out` that is before `t` or not finite; a fatal error of the problem.
+    /// Fails if `t_out` is not finite or is before `t`, or if the problem returns a fatal error.
     fn step(&mut self, t_out: f64) -> Result<Outcome, Self::Error>;
 
     /// Integrates up to `t_out`, unless a root or the stop time comes first.
     ///
     /// # Errors
-    /// As for [`step`](Integrator::step).
+    /// Returns the same errors as [`step`](Integrator::step).
     fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, Self::Error>;
 
     /// Sets a stop time: no step passes it, and it is removed when it is reached.
     ///
     /// # Errors
-    /// A time that is before `t` or not finite.
+    /// Fails if `t` is not finite or is before the current time.
     fn set_stop_time(&mut self, t: f64) -> Result<(), Self::Error>;
 
-    /// Restarts at (t0, y0, ẏ0), keeping problem, settings and functions. Statistics restart at
-    /// zero, and a stop time that is not ahead is discarded. Quadratures restart from `q0` (empty
-    /// without quadratures). Sensitivities of the new values must be passed to the integrator
-    /// again.
+    /// Restarts at (t0, y0, ẏ0) with the same problem, settings and functions. Statistics restart at zero, and a stop
+    /// time that is not ahead is discarded. Quadratures restart from `q0` (empty without quadratures). Sensitivities of
+    /// the new values must be passed to the integrator again.
     ///
     /// # Errors
-    /// Values of the wrong length, or non-finite values.
+    /// Fails if an array has the wrong length or contains non-finite values.
     fn reinit(
         &mut self,
         t0: f64,
@@ -100,11 +98,11 @@ pub trait Integrator<P: Problem> {
     /// Corrects the initial values so that F(t0, y0, ẏ0) = 0. Must be called before the first step. `t_first` is the
     /// first output time, which determines the time scale; it must differ from the initial time.
     ///
-    /// The problem's kinds determine which components are algebraic, independent of the components
-    /// excluded from the error test.
+    /// [`Problem::kinds`] determines which components are algebraic. Components excluded from the error test do not
+    /// affect this choice.
     ///
     /// # Errors
-    /// Consistent values were not found; a call after the first step; a fatal error of the problem.
+    /// Fails if consistent values are not found, if a step was already taken, or if the problem returns a fatal error.
     fn correct_initial_values(
         &mut self,
         mode: ConsistencyMode,
@@ -120,12 +118,12 @@ pub trait Integrator<P: Problem> {
     /// Returns the derivative ẏ at [`t`](Integrator::t).
     fn y_dot(&self) -> &[f64];
 
-    /// Returns the start and end of the last accepted step, for which dense output is available. Before the first step
+    /// Returns the start and end of the last accepted step, for which dense output is available. Before the first step,
     /// both are the initial time.
     fn last_step_interval(&self) -> [f64; 2];
 
-    /// Writes the solution (`derivative` = 0) or a derivative at the time `t` within the last step to `out`.
-    /// The steps do not depend on these calls. At least the first derivative is available.
+    /// Writes the solution (`derivative` = 0) or one of its time derivatives at the time `t` within the last step to
+    /// `out`. The steps do not depend on these calls. At least the first derivative is available.
     ///
     /// Before the first step, the solution and its derivative are available at the initial time.
     ///
@@ -133,7 +131,7 @@ pub trait Integrator<P: Problem> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// A time outside the last step by more than rounding; a derivative of too high an order.
+    /// Fails if `t` is outside the last step by more than rounding, or if the order of the derivative is too high.
     fn dense_output(
         &mut self,
         t: f64,
@@ -144,11 +142,11 @@ pub trait Integrator<P: Problem> {
     /// Returns the number of quadratures.
     fn n_quadratures(&self) -> usize;
 
-    /// Writes the quadratures or a derivative of them, as
-    /// [`dense_output`](Integrator::dense_output) does for the solution.
+    /// Writes the quadratures or one of their time derivatives, as [`dense_output`](Integrator::dense_output) does for
+    /// the solution.
     ///
     /// # Errors
-    /// Errors of [`dense_output`](Integrator::dense_output); an error if no quadratures were set up.
+    /// Returns the errors of [`dense_output`](Integrator::dense_output), and fails if no quadratures were set up.
     fn quadrature_dense_output(
         &mut self,
         t: f64,
@@ -156,19 +154,19 @@ pub trait Integrator<P: Problem> {
         out: &mut [f64],
     ) -> Result<(), Self::Error>;
 
-    /// Returns all counters since the start or the last restart.
+    /// Returns all counters since the start or since the last restart.
     fn statistics(&self) -> Statistics;
 
     /// Returns the problem.
     fn problem(&self) -> &P;
 
-    /// Returns the problem, to change its parameters. Its size and pattern must not change. After a
-    /// change that makes y or ẏ jump, call [`reinit`](Integrator::reinit).
+    /// Returns the problem, for example to change its parameters. Its size and pattern must not change. After a change
+    /// that causes a jump of y or ẏ, call [`reinit`](Integrator::reinit).
     fn problem_mut(&mut self) -> &mut P;
 }
 
-/// Implements [`Integrator`] for a solver by its own methods of the same names, except for `reinit`,
-/// whose name is given. The generic parameters of the implementation are given in brackets:
+/// Implements [`Integrator`] for a solver by its inherent methods of the same names. Only `reinit` may have a different
+/// name, which is the last argument. The generic parameters of the implementation are given in brackets:
 /// `integrator_by_own_methods!([P: Problem] Solver<P>, P, SolverError, reinit);`
 #[macro_export]
 macro_rules! integrator_by_own_methods {
@@ -212,9 +210,9 @@ macro_rules! integrator_by_own_methods {
     };
 }
 
-/// Implements methods of a trait by the methods of the same names of the `owner`: `Self` for the type's own methods, or
-/// the type to which it dereferences. Methods with `&mut self` come first. Default methods keep their
-/// defaults unless they are listed.
+/// Implements methods of a trait by the methods of the same names of the `owner`: `Self` for the inherent methods of
+/// the type, or the type to which it dereferences. Methods with `&mut self` come first. Default methods keep their
+/// default implementations unless they are listed.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! forward {
@@ -231,8 +229,8 @@ macro_rules! forward {
     };
 }
 
-/// Returns whether `t` is in a step `[from, to]`, which may go backward in time. The tolerance for rounding equals the tolerance of
-/// IDAS.
+/// Returns whether `t` is in a step `[from, to]`, which may go backward in time. The tolerance for rounding is the same
+/// as in IDAS.
 pub fn covers([from, to]: [f64; 2], t: f64) -> bool {
     let rounding = 100.0 * f64::EPSILON * (to.abs() + (to - from).abs());
     t >= from.min(to) - rounding && t <= from.max(to) + rounding

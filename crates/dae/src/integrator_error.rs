@@ -1,4 +1,4 @@
-//! Errors that all integrators have in common.
+//! Errors common to all integrators.
 
 use crate::inconsistent::Inconsistent;
 use crate::start::InconsistentStart;
@@ -21,7 +21,7 @@ pub enum IntegratorError {
     /// An output time or a stop time is before the current time.
     #[error("the time {t_out} is behind the current time t = {t} in the direction of integration")]
     TimeBehind { t_out: f64, t: f64 },
-    /// Dense output was requested outside the last step, or for a derivative of too high an order.
+    /// Dense output was requested outside the last step, or for a derivative whose order is too high.
     #[error(
         "no derivative of order {derivative} at t = {t}: orders 0 to {highest} are available on [{from}, {to}]"
     )]
@@ -45,13 +45,13 @@ pub enum IntegratorError {
     /// Sensitivities were started while the integrator pauses within a step, for example at a root.
     #[error("t = {t} is within a step: sensitivities start at the end of a step, or after reinit")]
     WithinStep { t: f64 },
-    /// No values were found that satisfy the equations and the constraints of the problem.
+    /// No values that satisfy the equations and the constraints of the problem were found.
     #[error("no consistent initial values at t = {t}: {source}")]
     Inconsistent { t: f64, source: Inconsistent },
     /// The initial values contradict the equations.
     #[error(transparent)]
     Start(#[from] InconsistentStart),
-    /// Components are excluded by their index, but the problem does not state its indices.
+    /// Components are to be excluded by their index, but the problem does not state indices.
     #[error(transparent)]
     NoIndices(#[from] NoIndices),
 }

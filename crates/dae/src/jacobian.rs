@@ -1,4 +1,4 @@
-//! The Jacobian of a problem, evaluated by the problem or by differences.
+//! The Jacobian of a problem, evaluated by the problem or by difference quotients.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -6,8 +6,8 @@ use crate::differences::Differences;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
 
-/// Jacobian of one problem, evaluated by [`Problem::jacobian`] or, if the problem has none, by
-/// difference quotients of the residual with a coloring of the pattern.
+/// Jacobian of one problem. It is evaluated by [`Problem::jacobian`] or, if the problem does not implement this method,
+/// by difference quotients of the residual with a coloring of the pattern.
 ///
 /// # Examples
 /// ```
@@ -35,9 +35,9 @@ use crate::problem::{Problem, StepError};
 #[derive(Debug, Clone)]
 pub struct Jacobian {
     pattern: SparsityPattern,
-    /// Workspace for difference quotients, if the problem has no Jacobian.
+    /// Workspace for difference quotients, used if the problem does not implement its Jacobian.
     differences: Option<Differences>,
-    /// Whether coarse differences are compared with fine ones.
+    /// Whether quotients for coarse displacements are compared with quotients for fine ones.
     refines: bool,
 }
 
@@ -52,22 +52,22 @@ impl Jacobian {
         Self { pattern, differences: None, refines: true }
     }
 
-    /// Disables fine displacements. The quotients then describe changes of the size of the tolerances, even if entries
-    /// are missing in the pattern.
+    /// Disables fine displacements. The quotients then describe the effect of changes as large as the tolerances, even
+    /// if entries are missing in the pattern.
     pub(crate) fn coarse(mut self) -> Self {
         self.refines = false;
         self
     }
 
-    /// Returns the pattern, by columns.
+    /// Returns the pattern in compressed-column form.
     pub fn pattern(&self) -> &SparsityPattern {
         &self.pattern
     }
 
-    /// Evaluates a ∂F/∂y + b ∂F/∂ẏ into `values`, in the order of the pattern.
+    /// Evaluates a ∂F/∂y + b ∂F/∂ẏ and writes it to `values`, in the order of the pattern.
     ///
     /// # Errors
-    /// Errors of the problem.
+    /// Returns errors of the problem.
     pub fn combined<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -84,10 +84,10 @@ impl Jacobian {
         self.difference(problem, at, (a, b), values)
     }
 
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, in the order of the pattern.
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ and writes them to the two `parts`, in the order of the pattern.
     ///
     /// # Errors
-    /// Errors of the problem.
+    /// Returns errors of the problem.
     pub fn parts<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -105,19 +105,20 @@ impl Jacobian {
         self.difference(problem, at, (0.0, 1.0), df_dyp)
     }
 
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ as [`parts`](Self::parts) does, but by central differences if the problem has no
-    /// Jacobian. One-sided quotients over √ε |y| have errors of √ε, which sensitivities of index 3 divide by h².
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ as [`parts`](Self::parts) does, but by central differences if the problem does not
+    /// implement its Jacobian. One-sided quotients for displacements of √ε |y| have errors of √ε, which sensitivities
+    /// of systems of index 3 divide by h².
     ///
     /// # Errors
-    /// Errors of the problem.
+    /// Returns errors of the problem.
     pub fn central_parts<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
         at: &Linearization<'_>,
         [df_dy, df_dyp]: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
-        // Central quotients over ε^(1/3) |y| have errors of about ε^(2/3) from truncation and from rounding. Displacements
-        // of ẏ have other sizes, because F is usually linear in ẏ.
+        // Central quotients for displacements of ε^(1/3) |y| have truncation and rounding errors of about ε^(2/3).
+        // Displacements of ẏ have other sizes, because F is usually linear in ẏ.
         let size =
             |i: usize| f64::EPSILON.cbrt() * at.y[i].abs().max((at.step * at.y_dot[i]).abs());
         let weights = at.weights.iter().enumerate().map(|(i, w)| 1.0 / (1.0 / w).max(size(i)));
@@ -128,7 +129,7 @@ impl Jacobian {
             return Ok(());
         }
         let mut backward = [df_dy.to_vec(), df_dyp.to_vec()];
-        // Displacements have the sign of the step.
+        // Displacements have the same sign as the step.
         let at = Linearization { step: -at.step, ..at };
         let [by_y, by_rate] = &mut backward;
         self.parts(problem, &at, [by_y, by_rate])?;
@@ -138,8 +139,8 @@ impl Jacobian {
         Ok(())
     }
 
-    /// Returns the number of residual evaluations used for differences; 0 if the problem has an
-    /// exact Jacobian.
+    /// Returns the number of residual evaluations used for difference quotients, or 0 if the problem implements its
+    /// Jacobian.
     pub fn residual_evaluations(&self) -> u64 {
         self.differences.as_ref().map_or(0, |d| d.evaluations)
     }
@@ -183,8 +184,8 @@ mod tests {
         }
     }
 
-    /// ẏ + y³ = 0 with a tolerance of 1e-3: the relative error is 1e-3 by one-sided quotients, and its square by
-    /// central quotients.
+    /// ẏ + y³ = 0 with a tolerance of 1e-3. One-sided quotients have a relative error of 1e-3; central quotients have
+    /// the square of this error.
     #[test]
     fn central_differences_are_more_accurate_than_the_tolerance() {
         struct Cube;
@@ -217,8 +218,8 @@ mod tests {
         }
     }
 
-    /// A zero variable, with zero derivative, is added to a variable of order one. If it were displaced by √ε times its
-    /// tolerance, it would be lost in the sum, and its column would be zero.
+    /// A variable of value and derivative zero is added to a variable of order one. If it were displaced by √ε times
+    /// its tolerance, the displacement would be lost in the sum, and its column would be zero.
     #[test]
     fn increments_at_zero_follow_the_tolerance() {
         let mut jacobian = Jacobian::of(&Sum);
@@ -231,7 +232,8 @@ mod tests {
         };
         let mut values = [0.0; 4];
         jacobian.combined(&mut Sum, &at, (1.0, 0.0), &mut values).unwrap();
-        // One entry per column. Rounding of the sum, ε, divided by the smallest increment, 1e-10.
+        // One entry per column. The bound is above the rounding of the sum, ε, divided by the smallest increment,
+        // 1e-10.
         for (found, exact) in values.iter().zip([1.0, 1.0, 0.0, 1.0]) {
             assert!((found - exact).abs() < 1e-5, "{values:?}");
         }

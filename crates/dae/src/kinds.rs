@@ -1,30 +1,30 @@
-//! Detection of differential variables, whose derivatives occur in F.
+//! Detection of differential variables, that is, variables whose derivatives occur in F.
 
 use crate::coloring::color;
 use crate::draw::draw;
 use crate::problem::{Problem, StepError, VariableKind};
 
-/// Number of random draws for each test. In a single draw, terms may cancel, or an even function may return an equal
-/// value.
+/// Number of random perturbations of each test. In a single one, terms may cancel, or an even function may have the
+/// same value.
 const TRIALS: u64 = 2;
 
 /// Ratio of successive sizes of perturbations. A term c ẏ_j is lost in the rounding of an equation whose other terms
-/// are 1/ε times as large; the next size detects the term if it is at least 1e-14 times as large.
+/// are 1/ε times as large. The next size detects the term if it is at least 1e-14 times as large as the other terms.
 const GROWTH: f64 = 1e14;
 
-/// Factor by which perturbations are reduced, √ε, if they leave the domain of F.
+/// Factor √ε by which perturbations are reduced if they leave the domain of F.
 const SHORT: f64 = 1.5e-8;
 
 /// Largest perturbation, relative to 1 + |ẏ|.
 const LARGEST: f64 = 1e300;
 
-/// The variables whose derivatives occur in F at a state, and the equations in which they occur.
+/// Variables whose derivatives occur in F at a state, and equations in which derivatives occur.
 ///
-/// This rule determines differential variables ([`kinds_at`]) and equations that contain a derivative
-/// ([`check_start`](crate::check_start)): a nonzero entry of ∂F/∂ẏ if the problem has a
-/// [`jacobian`](Problem::jacobian), evaluated at ẏ and at other derivatives; otherwise any change of F when ẏ_j moves
-/// by 1 + |ẏ_j| or, as long as F does not change, by larger amounts up to 1e300 (1 + |ẏ_j|). Therefore a coefficient is
-/// found in any unit, and is treated as zero only if it is exactly zero.
+/// The same rule determines differential variables ([`kinds_at`]) and equations that contain a derivative
+/// ([`check_start`](crate::check_start)). If the problem has a [`jacobian`](Problem::jacobian), the rule looks for
+/// nonzero entries of ∂F/∂ẏ, at ẏ and at other derivatives. Otherwise, it looks for any change of F when ẏ_j moves by a
+/// distance of 1 + |ẏ_j|. As long as F does not change, ẏ_j moves by larger amounts, up to 1e300 (1 + |ẏ_j|).
+/// Therefore, a coefficient is found in any unit, and is treated as zero only if it is exactly zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct RateDependence {
     pub(crate) variables: Vec<bool>,
@@ -32,10 +32,10 @@ pub(crate) struct RateDependence {
 }
 
 impl RateDependence {
-    /// Evaluates the rule at (t, y, ẏ).
+    /// Applies the rule at (t, y, ẏ).
     ///
     /// # Errors
-    /// Errors of the problem at the state itself. Failed evaluations at other states are ignored.
+    /// Returns errors of the problem at the state itself. Failed evaluations at other states are ignored.
     pub(crate) fn at<P: Problem + ?Sized>(
         problem: &mut P,
         (t, y, y_dot): (f64, &[f64], &[f64]),
@@ -60,8 +60,8 @@ struct Search<'a, P: ?Sized> {
 }
 
 impl<P: Problem + ?Sized> Search<'_, P> {
-    /// Marks the nonzero entries of ∂F/∂ẏ, including those at derivatives near the given ones: at
-    /// ẏ_j = 0 the entry of ẏ_j² is zero.
+    /// Marks the nonzero entries of ∂F/∂ẏ. The matrix is also evaluated at derivatives near the given ones, because the
+    /// entry of ẏ_j² is zero at ẏ_j = 0.
     fn by_jacobian(&mut self) -> Result<(), StepError> {
         let pattern = self.problem.jacobian_pattern();
         let mut values = vec![0.0; pattern.nnz()];
@@ -77,8 +77,7 @@ impl<P: Problem + ?Sized> Search<'_, P> {
                 evaluated => evaluated?,
             }
             for ((column, row), value) in pattern.entries().zip(&values) {
-                // Non-finite entries at the state are reported by the first evaluation of the Jacobian in the
-                // integration.
+                // Non-finite entries at the state are reported when the integration first evaluates the Jacobian.
                 if *value != 0.0 && (trial == 0 || value.is_finite()) {
                     self.found.variables[column] = true;
                     self.found.equations[row] = true;
@@ -88,8 +87,8 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         Ok(())
     }
 
-    /// Perturbs derivatives until F changes: first in groups of columns without common rows, by 1 + |ẏ_j|; then all
-    /// remaining derivatives together, and in groups if F changes.
+    /// Perturbs derivatives until F changes. First perturbs groups of columns without common rows by 1 + |ẏ_j|. Then
+    /// perturbs all remaining derivatives together and, if F changes, the individual groups.
     fn by_differences(&mut self) -> Result<(), StepError> {
         let n = self.y.len();
         let mut base = vec![0.0; n];
@@ -126,8 +125,8 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         Ok(())
     }
 
-    /// Returns the equations that change when the derivatives of these variables are perturbed: by the intended
-    /// distance or, if F cannot be evaluated there, in the other direction or by less. A value that
+    /// Returns the equations that change when the derivatives of these variables are perturbed by the intended
+    /// distance. If F cannot be evaluated there, the perturbation has the opposite sign or is smaller. A value that
     /// becomes non-finite counts as changed, because it would remain finite if the coefficient were zero.
     fn changed(
         &mut self,
@@ -161,14 +160,15 @@ impl<P: Problem + ?Sized> Search<'_, P> {
 /// Returns the kind of each variable as stated by the problem ([`Problem::kinds`]). If the problem does not state
 /// kinds, a variable is differential if ∂F/∂ẏ_j is not zero at (t, y, ẏ), and algebraic otherwise.
 ///
-/// Coefficients of any magnitude are detected, in any unit: from the entries of the [`jacobian`](Problem::jacobian) if
-/// it is implemented, otherwise by perturbing ẏ_j by 1 + |ẏ_j| and, as long as F does not change, by more.
+/// Coefficients of any magnitude are detected, in any unit. If the problem implements the
+/// [`jacobian`](Problem::jacobian), its entries are examined. Otherwise, ẏ_j is perturbed by 1 + |ẏ_j| and, as long as
+/// F does not change, by larger amounts.
 ///
-/// A derivative whose coefficient is zero only at the start is not detected; such a problem must
+/// If the coefficient of a derivative is zero only at the start, the derivative is not detected; such a problem must
 /// state its [`kinds`](Problem::kinds).
 ///
 /// # Errors
-/// Errors of the problem.
+/// Returns errors of the problem.
 pub fn kinds_at<P: Problem + ?Sized>(
     problem: &mut P,
     t: f64,
@@ -231,8 +231,8 @@ mod tests {
         }
     }
 
-    /// Regression: with a coefficient below 1e-10 the variable was classified as algebraic and excluded from the error
-    /// test.
+    /// Regression test: a variable with a coefficient below 1e-10 was classified as algebraic and excluded from the
+    /// error test.
     #[test]
     fn a_coefficient_of_any_size_makes_a_variable_differential() {
         for exponent in (-300..=300).step_by(10).chain([-11, -12, -13]) {

@@ -1,16 +1,17 @@
-//! Differential-algebraic equations F(t, y, ẏ) = 0: interfaces of problems and integrators. Pure
-//! Rust; contains neither integrators nor linear algebra.
+//! Interfaces of problems and integrators for differential-algebraic equations F(t, y, ẏ) = 0. This crate is pure Rust.
+//! It contains neither integrators nor linear algebra.
 //!
 //! # Types
-//! - [`Problem`]: the interface to implement: the residual and, optionally, the Jacobian in a fixed
-//!   sparse pattern and the kind of each variable.
-//! - [`Jacobian`]: evaluates a problem's exact Jacobian, or difference quotients at a [`Linearization`]; [`kinds_at`]
-//!   determines the kind of each variable, and [`check_pattern`] finds entries missing in its pattern.
+//! - [`Problem`]: the interface that a model implements. It consists of the residual and, optionally, the Jacobian in a
+//!   fixed sparse pattern and the kind of each variable.
+//! - [`Jacobian`]: evaluates the exact Jacobian of a problem, or difference quotients, at a [`Linearization`].
+//!   [`kinds_at`] determines the kind of each variable, and [`check_pattern`] finds entries missing in the pattern of
+//!   the Jacobian.
 //! - [`Parameters`]: parameters of a problem, and ∂F/∂p.
-//! - [`LinearSolver`]: solves Newton's systems, with real and complex shifts.
-//! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: settings of an
-//!   [`Integrator`].
-//! - [`Outcome`], [`Stop`], [`Statistics`], [`IntegratorError`]: its results. [`checks`] tests its arguments.
+//! - [`LinearSolver`]: solves the linear systems of Newton's method, with real and complex shifts.
+//! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: settings of an [`Integrator`].
+//! - [`Outcome`], [`Stop`], [`Statistics`], [`IntegratorError`]: results of an integrator. [`checks`] validates its
+//!   arguments.
 #![forbid(unsafe_code)]
 
 mod between;

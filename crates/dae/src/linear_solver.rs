@@ -6,27 +6,26 @@ use crate::columns;
 use crate::linearization::Linearization;
 use crate::problem::StepError;
 
-/// Solves linear systems with the Newton matrices ∂F/∂y + c ∂F/∂ẏ of a problem `P`: evaluates them
-/// at a state, factorizes them for given c, and solves.
+/// Solves linear systems with the Newton matrices ∂F/∂y + c ∂F/∂ẏ of a problem `P`: evaluates the two matrices at a
+/// state, factorizes the sum for given c, and solves.
 ///
-/// BDF needs one real c at a time; a Radau IIA method of s stages needs one real c and (s − 1)/2
-/// complex values. An implementation may exploit structure that the full sparse matrix does not
-/// show (diagonal blocks, unknowns that can be eliminated).
+/// BDF methods need one real c at a time. A Radau IIA method of s stages needs one real c and (s − 1)/2 complex values.
+/// An implementation may exploit structure that the full sparse matrix does not show (diagonal blocks, unknowns that
+/// can be eliminated).
 ///
-/// Errors have the same meaning as for a residual: after a recoverable error (a singular matrix, a
-/// state outside the domain) the step is repeated with a smaller h; a fatal error ends the
-/// integration.
+/// Errors have the same meaning as for a residual. After a recoverable error (a singular matrix, a state outside the
+/// domain), the step is repeated with a smaller h. A fatal error ends the integration.
 pub trait LinearSolver<P> {
     /// Evaluates and stores ∂F/∂y and ∂F/∂ẏ at a state.
     ///
     /// # Errors
-    /// Errors of the problem.
+    /// Returns errors of the problem.
     fn evaluate(&mut self, problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError>;
 
     /// Factorizes ∂F/∂y + c ∂F/∂ẏ for the `real` c and for each of the `complex` values.
     ///
     /// # Errors
-    /// [`StepError::Recoverable`] if a matrix is singular.
+    /// Returns [`StepError::Recoverable`] if a matrix is singular.
     fn set_up(
         &mut self,
         problem: &mut P,
@@ -37,14 +36,13 @@ pub trait LinearSolver<P> {
     /// Solves in place with the real matrix of the last [`set_up`](LinearSolver::set_up).
     ///
     /// # Errors
-    /// Errors of the solve.
+    /// Fails if the system cannot be solved.
     fn solve_real(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError>;
 
-    /// Solves in place with complex matrix `k` of the last [`set_up`](LinearSolver::set_up),
-    /// counted from 0.
+    /// Solves in place with complex matrix `k` of the last [`set_up`](LinearSolver::set_up); `k` is a zero-based index.
     ///
     /// # Errors
-    /// Errors of the solve.
+    /// Fails if the system cannot be solved.
     fn solve_complex(
         &mut self,
         problem: &mut P,
@@ -52,15 +50,14 @@ pub trait LinearSolver<P> {
         rhs: &mut [Complex64],
     ) -> Result<(), StepError>;
 
-    /// Solves in place with the real matrix for several right-hand sides stored row by row. The
-    /// default solves column by column; override it if one pass over the factors can handle all
-    /// columns.
+    /// Solves in place with the real matrix for several right-hand sides stored row by row. The default solves column
+    /// by column. Override it if one pass over the factors can handle all columns.
     ///
     /// # Shapes
     /// `rhs`: the number of unknowns times `n_columns`.
     ///
     /// # Errors
-    /// Errors of the solve.
+    /// Fails if the system cannot be solved.
     fn solve_real_columns(
         &mut self,
         problem: &mut P,
@@ -73,7 +70,7 @@ pub trait LinearSolver<P> {
     /// Solves in place with complex matrix `k` for several right-hand sides stored row by row.
     ///
     /// # Errors
-    /// Errors of the solve.
+    /// Fails if the system cannot be solved.
     fn solve_complex_columns(
         &mut self,
         problem: &mut P,
@@ -84,11 +81,10 @@ pub trait LinearSolver<P> {
         columns::one_by_one(rhs, n_columns, |column| self.solve_complex(problem, k, column))
     }
 
-    /// Solves in place with the transpose of the real matrix, as needed by an adjoint.
+    /// Solves in place with the transpose of the real matrix, as needed by an adjoint method.
     ///
     /// # Errors
-    /// Errors of the solve. The default does not support transposed solves and returns a fatal
-    /// error.
+    /// Fails if the system cannot be solved. The default does not support transposed solves and returns a fatal error.
     fn solve_real_transposed(
         &mut self,
         _problem: &mut P,
@@ -100,8 +96,7 @@ pub trait LinearSolver<P> {
     /// Solves in place with the transpose (not conjugated) of complex matrix `k`.
     ///
     /// # Errors
-    /// Errors of the solve. The default does not support transposed solves and returns a fatal
-    /// error.
+    /// Fails if the system cannot be solved. The default does not support transposed solves and returns a fatal error.
     fn solve_complex_transposed(
         &mut self,
         _problem: &mut P,
@@ -111,14 +106,14 @@ pub trait LinearSolver<P> {
         Err(no_transposed_solves())
     }
 
-    /// Returns the number of residual evaluations for the matrices so far, for
+    /// Returns the number of residual evaluations used for the matrices so far. It is included in
     /// [`difference_evaluations`](crate::Statistics::difference_evaluations).
     fn difference_evaluations(&self) -> u64 {
         0
     }
 
-    /// Returns the number of pivot selections so far, over all matrices, if later setups reuse pivots; 0 if a setup
-    /// depends only on the last evaluation and its shifts.
+    /// Returns the total number of pivot selections so far, for all matrices, if later setups reuse pivots. Returns 0
+    /// if a setup depends only on the last evaluation and its shifts.
     fn pivot_choices(&self) -> u64 {
         0
     }
@@ -126,15 +121,15 @@ pub trait LinearSolver<P> {
     /// Makes the next setup select new pivots for all matrices.
     fn forget_pivots(&mut self) {}
 
-    /// Returns further information on past setups that affects the solves; empty by default.
+    /// Returns further information about past setups that affects the solves; empty by default.
     fn history(&self) -> Vec<bool> {
         Vec::new()
     }
 
-    /// Restores a [`history`](LinearSolver::history) of a solver of the same problem.
+    /// Restores the [`history`](LinearSolver::history) of another solver for the same problem.
     ///
     /// # Errors
-    /// Errors of the symbolic analysis.
+    /// Returns errors of the symbolic analysis.
     fn set_history(&mut self, _history: &[bool]) -> Result<(), StepError> {
         Ok(())
     }

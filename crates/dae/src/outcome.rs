@@ -1,4 +1,4 @@
-//! Outcome of a call of the integrator.
+//! Outcome of a call to the integrator.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use crate::remedy::{Remedy, StopContext};
 use crate::statistics::Statistics;
 use crate::stop_reason::StopReason;
 
-/// Outcome of a call of the integrator. The solver's y and ẏ belong to the time in the outcome.
+/// Outcome of a call to the integrator. The solver's y and ẏ correspond to the time in the outcome.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Outcome {
@@ -30,8 +30,7 @@ pub enum Outcome {
     Root {
         /// The time of the crossing.
         t: f64,
-        /// For each root function: 0 if it did not cross, 1 for a rising and −1 for a falling
-        /// crossing.
+        /// For each root function: 1 for a rising crossing, −1 for a falling crossing, and 0 if it did not cross zero.
         crossings: Vec<i32>,
     },
     /// The integration cannot continue.
@@ -51,17 +50,17 @@ impl Outcome {
     }
 }
 
-/// An integration that stopped early, with diagnostic information.
+/// Diagnostic information about an integration that stopped early.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Stop {
-    /// Reason of the stop.
+    /// Reason for the stop.
     pub reason: StopReason,
-    /// Message of the integrator and, if a function of the problem failed, its message.
+    /// Message of the integrator. If a function of the problem failed, includes the message of that function.
     pub message: String,
     /// The time reached.
     pub t: f64,
-    /// All counters, including size and order of the last accepted step.
+    /// All counters, including the size and order of the last accepted step.
     pub statistics: Statistics,
     /// Components with the largest weighted local errors in the last attempt, in descending order.
     pub worst_components: Vec<WorstComponent>,
@@ -70,7 +69,7 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// Creates the description of an integration that stopped at `t` for a `reason`.
+    /// Creates the description of an integration that stopped at `t` for the given `reason`.
     pub fn new(
         reason: StopReason,
         message: String,
@@ -81,8 +80,8 @@ impl Stop {
         Self { reason, message, t, statistics, worst_components, remedies: Vec::new() }
     }
 
-    /// Adds suggested remedies for an integration of `problem` with variables of these `kinds` by a
-    /// method that supports problems up to the index `highest` without reformulation.
+    /// Adds suggested remedies for an integration of `problem`. `kinds` are the kinds of its variables, and `highest`
+    /// is the highest index that the method supports without reformulation.
     #[must_use]
     pub fn advised(mut self, problem: &impl Problem, kinds: &[VariableKind], highest: u8) -> Self {
         let context = StopContext::of(problem, kinds, self.statistics.steps);
@@ -124,7 +123,7 @@ pub struct WorstComponent {
 const N_WORST: usize = 8;
 
 impl WorstComponent {
-    /// Selects the components with the largest weighted errors for [`Stop::worst_components`]; `of_all` holds the
+    /// Selects the components with the largest weighted errors for [`Stop::worst_components`]. `of_all` contains the
     /// weighted errors of all components.
     pub fn largest(
         problem: &impl Problem,

@@ -1,4 +1,4 @@
-//! The parameters of a problem, and how its equations depend on them.
+//! Parameters of a problem, and the dependence of its equations on them.
 
 use crate::columns;
 use crate::jacobian::Jacobian;
@@ -8,9 +8,9 @@ use crate::problem::{Problem, StepError};
 /// A number on which a problem depends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
-    /// Name in messages and reports.
+    /// Name used in messages and reports.
     pub name: String,
-    /// Its value p.
+    /// Value p.
     pub value: f64,
     /// Typical size p̄ > 0: p̄ ∂y/∂p has the units and the error tolerances of y.
     pub scale: f64,
@@ -23,7 +23,7 @@ impl Parameter {
     }
 }
 
-/// The parameters p of a problem `P` with F(t, y, ẏ; p) = 0.
+/// Parameters p of a problem `P` with F(t, y, ẏ; p) = 0.
 ///
 /// With S_j = ∂y/∂p_j the sensitivities satisfy
 ///
@@ -33,16 +33,16 @@ impl Parameter {
 ///
 /// [`Differenced`] implements this trait for a problem whose parameters can be read and set.
 pub trait Parameters<P: ?Sized> {
-    /// Returns the parameters; parameter j is at index j.
+    /// Returns the parameters. Parameter j has index j in the list.
     fn list(&self) -> &[Parameter];
 
-    /// Evaluates ∂F/∂p_j at (t, y, ẏ) into `out`, overwriting it.
+    /// Evaluates ∂F/∂p_j at (t, y, ẏ) and writes it to `out`.
     ///
     /// # Shapes
     /// `y`, `y_dot`, `out`: the number of unknowns.
     ///
     /// # Errors
-    /// As for [`Problem::residual`].
+    /// Returns the same errors as [`Problem::residual`].
     fn derivative(
         &mut self,
         problem: &mut P,
@@ -53,14 +53,14 @@ pub trait Parameters<P: ?Sized> {
         out: &mut [f64],
     ) -> Result<(), StepError>;
 
-    /// Evaluates ∂F/∂p_j at (t, y, ẏ) for all j into the columns of `out`, stored row by row. Override this method if
-    /// the parameters have common subexpressions.
+    /// Evaluates ∂F/∂p_j at (t, y, ẏ) for all j and writes the derivatives to the columns of `out`, which is stored row
+    /// by row. Override this method if the derivatives have common subexpressions.
     ///
     /// # Shapes
     /// `out`: the number of unknowns times the number of parameters.
     ///
     /// # Errors
-    /// The index of the parameter that failed, and its error, as for [`derivative`](Self::derivative).
+    /// Returns the index of the parameter that failed, and the error of [`derivative`](Self::derivative).
     fn derivatives(
         &mut self,
         problem: &mut P,
@@ -77,13 +77,13 @@ pub trait Parameters<P: ?Sized> {
         Ok(())
     }
 
-    /// Stores ∂F/∂y and ∂F/∂ẏ at a state for later products; returns `false` if the caller must evaluate the matrices
-    /// instead. Override this method if the problem computes products faster than with full matrices.
+    /// Stores ∂F/∂y and ∂F/∂ẏ at a state for later products. Returns `false` if the caller must evaluate the matrices
+    /// instead. Override this method if the problem can compute the products faster than with assembled matrices.
     ///
-    /// `place` identifies the state among states whose tangents are stored at the same time.
+    /// `place` identifies the state if tangents of several states are stored at the same time.
     ///
     /// # Errors
-    /// Errors of the problem.
+    /// Returns errors of the problem.
     fn keep_tangents(
         &mut self,
         _problem: &mut P,
@@ -93,14 +93,14 @@ pub trait Parameters<P: ?Sized> {
         Ok(false)
     }
 
-    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out`, with the tangents [stored](Self::keep_tangents) under this `place`; X, Ẋ
+    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out`, with the tangents [stored](Self::keep_tangents) under this `place`. X, Ẋ
     /// and `out` are stored row by row.
     ///
     /// # Shapes
-    /// All: the number of unknowns times `n_columns`.
+    /// All arrays: the number of unknowns times `n_columns`.
     ///
     /// # Errors
-    /// Errors of the problem.
+    /// Returns errors of the problem.
     fn subtract_tangents(
         &mut self,
         _place: usize,
@@ -116,23 +116,23 @@ pub trait Parameters<P: ?Sized> {
         false
     }
 
-    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two `out`, with the tangents [stored](Self::keep_tangents) under
-    /// this `place`.
+    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two arrays in `out`, with the tangents
+    /// [stored](Self::keep_tangents) under this `place`.
     ///
     /// # Shapes
-    /// All: the number of unknowns.
+    /// All arrays: the number of unknowns.
     fn subtract_transposed_tangents(&mut self, _place: usize, _x: &[f64], _out: [&mut [f64]; 2]) {
         unreachable!("only where tangents are transposed");
     }
 
-    /// Adds the products λᵀ ∂F/∂p_j at (t, y, ẏ) to `products`, with λ in `adjoint`. Override this method if one pass
-    /// computes the products of many parameters, such as the values of a field.
+    /// Adds the products λᵀ ∂F/∂p_j at (t, y, ẏ) to `products`; `adjoint` contains λ. Override this method if one pass
+    /// can compute the products for many parameters, such as the values of a field.
     ///
     /// # Shapes
     /// `y`, `y_dot`, `adjoint`: the number of unknowns; `products`: the number of parameters.
     ///
     /// # Errors
-    /// As for [`Problem::residual`].
+    /// Returns the same errors as [`Problem::residual`].
     fn add_products(
         &mut self,
         problem: &mut P,
@@ -150,11 +150,11 @@ pub trait Parameters<P: ?Sized> {
         Ok(())
     }
 
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, as [`Jacobian::central_parts`] does. Override this method if an
-    /// evaluation would overwrite matrices of the problem that the integrator still needs.
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ and writes them to the two `parts`, as [`Jacobian::central_parts`] does. Override this
+    /// method if an evaluation would overwrite matrices of the problem that the integrator still needs.
     ///
     /// # Errors
-    /// Errors of the problem.
+    /// Returns errors of the problem.
     fn linearize(
         &mut self,
         problem: &mut P,
@@ -169,11 +169,11 @@ pub trait Parameters<P: ?Sized> {
     }
 }
 
-/// Parameters, read and changed by two functions. ∂F/∂p is computed by central differences about the current
+/// Parameters that are read and changed by two functions. ∂F/∂p is computed by central differences about the current
 /// values of the problem.
 ///
-/// The step is ε^(1/3) times the larger of |p| and the scale: truncation and rounding are then about
-/// ε^(2/3) = 4e-11 of F.
+/// The displacement is ε^(1/3) times |p| or the scale, whichever is larger. Truncation and rounding errors are then
+/// about ε^(2/3) = 4e-11 of F.
 pub struct Differenced<P> {
     list: Vec<Parameter>,
     get: Box<Getter<P>>,
@@ -181,9 +181,9 @@ pub struct Differenced<P> {
     below: Vec<f64>,
 }
 
-/// Returns the value of parameter j.
+/// Function that returns the value of parameter j.
 type Getter<P> = dyn Fn(&P, usize) -> f64 + Send;
-/// Sets parameter j.
+/// Function that sets parameter j.
 type Setter<P> = dyn FnMut(&mut P, usize, f64) + Send;
 
 impl<P> std::fmt::Debug for Differenced<P> {
@@ -193,10 +193,10 @@ impl<P> std::fmt::Debug for Differenced<P> {
 }
 
 impl<P> Differenced<P> {
-    /// Creates the parameters in `list`; `get` returns the value of a parameter with the given index, and `set` changes
-    /// it.
+    /// Creates the parameters in `list`. `get` returns the value of the parameter with the given index, and `set`
+    /// changes it.
     ///
-    /// The values in `list` are the initial values. A parameter changed later, for instance by
+    /// The values in `list` are the initial values. A parameter that is changed later, for instance through
     /// [`Integrator::problem_mut`](crate::Integrator::problem_mut), keeps its new value.
     pub fn new(
         list: Vec<Parameter>,
@@ -231,11 +231,10 @@ impl<P: Problem> Parameters<P> for Differenced<P> {
         let above = problem.residual(t, y, y_dot, out);
         (self.set)(problem, j, low);
         let below = problem.residual(t, y, y_dot, &mut self.below);
-        // Restore the problem, whether the evaluation succeeded or not.
+        // Restore the problem, whether or not the evaluation succeeded.
         (self.set)(problem, j, value);
         above.and(below)?;
-        // Use the step after rounding in the parameter, so that the quotient uses the actual
-        // change.
+        // Use the displacement as rounded in the parameter, so that the quotient refers to the actual change.
         let distance = high - low;
         for (out, below) in out.iter_mut().zip(&self.below) {
             *out = (*out - below) / distance;
@@ -282,13 +281,13 @@ mod tests {
         )
     }
 
-    /// Regression: a parameter changed after the creation of the list was reset to the value in the list.
+    /// Regression test: a parameter changed after the creation of the list was reset to the value in the list.
     #[test]
     fn a_parameter_that_was_changed_keeps_its_value() {
         let mut parameters = decay(0.5);
         let (mut problem, mut out) = (Decay(1.0), [0.0]);
         parameters.derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut out).unwrap();
-        // Truncation 1e-11 and rounding 9e-11, as below.
+        // The truncation error is 1e-11 and the rounding error 9e-11, as below.
         assert!((out[0] - 3.0 * 1.0_f64.exp()).abs() < 1e-9, "{out:?}");
         assert_eq!((problem.0, parameters.list()[0].value), (1.0, 1.0));
     }
@@ -298,7 +297,7 @@ mod tests {
         let mut parameters = decay(0.5);
         let (mut problem, mut out) = (Decay(0.5), [0.0]);
         parameters.derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut out).unwrap();
-        // Truncation error δ²/6 = 6e-12 and rounding error ε/δ = 4e-11, for a residual of 5.
+        // The truncation error is δ²/6 = 6e-12 and the rounding error ε/δ = 4e-11, for a residual of 5.
         assert!((out[0] - 3.0 * 0.5_f64.exp()).abs() < 1e-9, "{out:?}");
         assert_eq!(problem.0, 0.5);
     }

@@ -1,4 +1,4 @@
-//! Missing entries in the patterns of Jacobians.
+//! Detection of entries missing in the patterns of Jacobians.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -11,7 +11,7 @@ use crate::problem::{Problem, StepError};
 /// An entry of the Jacobian that its pattern does not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MissingEntry {
-    /// The equation.
+    /// Index of the equation.
     pub row: usize,
     /// Index of the variable on which the equation depends.
     pub column: usize,
@@ -33,43 +33,42 @@ impl std::fmt::Display for MissingEntry {
     }
 }
 
-/// Fraction of a row's change that may remain unexplained by the Jacobian before the row is
-/// examined.
+/// A row is examined if the Jacobian leaves more than this fraction of its change unexplained.
 ///
-/// Relative to the row's terms, |J| |d|, difference quotients for displacements by √ε of a variable have errors of
-/// about √ε = 1.5e-8, and quotients for displacements by a tolerance have errors of about the tolerance. A hundredth is
-/// far above these errors, and an entry below a hundredth of its row barely slows Newton's method.
+/// The errors of difference quotients are measured relative to the row's terms, |J| |d|. They are about √ε = 1.5e-8 for
+/// displacements of √ε times a variable, and about the tolerance for displacements by a tolerance. A hundredth is far
+/// above these errors, and an entry below a hundredth of its row barely slows Newton's method.
 const UNACCOUNTED: f64 = 1e-2;
 
 /// Threshold for rounding, relative to the change of the residual by rounding of y and ẏ.
 pub(crate) const ROUNDING: f64 = 100.0;
 
-/// Number of directions tried. In a single direction, the effect of a missing entry may be attributed to the entry of
-/// the same color if both variables change by similar amounts. For an entry of a tenth of its row, the probability is
-/// about one fifth.
+/// Number of directions tried. In a single direction, the effect of a missing entry may be attributed to an entry of
+/// the same color if the two variables change by similar amounts. If the missing entry is a tenth of its row, the
+/// probability is about one fifth.
 pub(crate) const DIRECTIONS: u64 = 4;
 
-/// Number of rows examined for one direction, in order of decreasing error. Several rows are needed, because rows with
-/// complete entries may also have large errors if their curvature is large.
+/// Number of rows examined for one direction, in order of decreasing error. Several rows are needed, because a row with
+/// complete entries may also have a large error if its curvature is large.
 const ROWS: usize = 8;
 
 /// Searches for entries missing in the [pattern](Problem::jacobian_pattern) of a Jacobian.
 ///
-/// With an incomplete pattern, difference quotients with coloring add missing entries to other entries. Newton's method
-/// then converges slowly or not at all, and steps are short, for reasons that an integrator cannot detect.
+/// If the pattern is incomplete, difference quotients with coloring add missing entries to other entries. Newton's
+/// method then converges slowly or not at all, and steps are short. An integrator cannot detect this cause.
 ///
-/// The change of the residual in four directions d, in y and in ẏ, is compared with J d; y changes by its tolerances and
-/// by equal displacements. In rows where they differ by more than a hundredth of |J| |d| and by more than rounding, only
-/// variables outside the pattern are perturbed, and bisection finds the variable that changes the row. Therefore a
-/// reported entry is always missing, however nonlinear the residual is. A missing entry with a value below a hundredth
-/// of its row at the given state is not found.
+/// The change of the residual in four directions d, in y and in ẏ, is compared with J d. The components of y change by
+/// their tolerances and, in a second test, by equal displacements. If the difference in a row exceeds rounding and a
+/// hundredth of |J| |d|, only the variables outside the pattern of the row are perturbed, and bisection finds the
+/// variable that changes the row. Therefore, a reported entry is always missing, however nonlinear the residual is. A
+/// missing entry is not found if it is smaller than a hundredth of its row at the given state.
 ///
 /// The check costs three Jacobians, 21 evaluations of the residual, one more for each examined row, and 2 log₂ n
 /// evaluations to locate an entry. A full pattern is complete and costs nothing. Failed evaluations are ignored; see
 /// [`Problem`] for the errors of functions.
 ///
 /// # Errors
-/// The missing entry.
+/// Returns the missing entry.
 ///
 /// # Examples
 /// ```
@@ -110,11 +109,11 @@ pub fn check_pattern<P: Problem + ?Sized>(
     if jacobian.pattern().nnz() == n * n {
         return Ok(());
     }
-    // Derivatives have no tolerance: they are perturbed by √ε, and differences use √ε times 1.
+    // Derivatives have no tolerance: they are perturbed by √ε, and difference quotients use displacements of √ε.
     let weights = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] =
         [&weights[0], &weights[1]].map(|weights| Linearization { step: 1.0, weights, ..*at });
-    // With displacements by tolerances, a large variable would hide a variable with the value 0.
+    // If the displacements were the tolerances, a large variable would hide a variable with the value 0.
     let largest = at.y.iter().fold(0.0_f64, |largest, y| largest.max(y.abs()));
     let largest = if largest > 0.0 { largest } else { 1.0 };
     let equal = vec![1.0 / (f64::EPSILON.sqrt() * largest); n];
@@ -129,8 +128,8 @@ pub fn check_pattern<P: Problem + ?Sized>(
     Ok(())
 }
 
-/// Returns row and column of a missing entry of ∂F/∂y or ∂F/∂ẏ. The state is given with two sets of weights: for the
-/// trial directions and for difference quotients.
+/// Returns the row and column of a missing entry of ∂F/∂y or ∂F/∂ẏ. The state is given with two sets of weights: one
+/// for the trial directions and one for the difference quotients.
 fn find<P: Problem + ?Sized>(
     problem: &mut P,
     jacobian: &mut Jacobian,
@@ -156,10 +155,10 @@ fn find<P: Problem + ?Sized>(
     Ok(None)
 }
 
-/// A direction, and the rows whose change along it differs from the product of the given matrix and the direction.
+/// A direction, and the rows whose change along the direction differs from the product of the matrix and the direction.
 pub(crate) struct Unexplained {
     pub(crate) direction: Vec<f64>,
-    /// Rows with the bounds that they exceed, those with the largest ratio first.
+    /// Rows and the bounds that they exceed. The row with the largest ratio comes first.
     pub(crate) rows: Vec<(usize, f64)>,
 }
 
@@ -192,7 +191,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok(probe)
     }
 
-    /// Returns F(t, y, ẏ) minus its value at the original state; non-finite values are treated as failures.
+    /// Returns F(t, y, ẏ) minus its value at the original state. Non-finite values are treated as failures.
     fn change(&mut self, y: &[f64], y_dot: &[f64]) -> Result<Vec<f64>, StepError> {
         let mut change = vec![0.0; y.len()];
         self.problem.residual(self.at.t, y, y_dot, &mut change)?;
@@ -219,8 +218,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         self.change(&y, &y_dot)
     }
 
-    /// Returns a direction and the change of F along it. The direction has random signs if F can be evaluated there;
-    /// otherwise it is shorter and points away from zero.
+    /// Returns a direction and the change of F along it. The components of the direction have random signs. If F cannot
+    /// be evaluated there, the direction is shorter and points away from zero.
     pub(crate) fn in_a_direction(&mut self, trial: u64) -> Result<(Vec<f64>, Vec<f64>), StepError> {
         let (at, n) = (self.at, self.base.len());
         let usual = |j| displacement(&at, j, Perturbation::Usual);
@@ -235,8 +234,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok((away, change))
     }
 
-    /// Returns a direction, and the rows whose change in this direction is not explained by the `values` of the
-    /// pattern. `cleared` rows are excluded.
+    /// Returns a direction, and the rows whose change along this direction is not explained by the `values` of the
+    /// pattern. The rows in `cleared` are excluded.
     pub(crate) fn unexplained_rows(
         &mut self,
         trial: u64,
@@ -263,8 +262,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok(Unexplained { direction: d, rows })
     }
 
-    /// Returns a variable that changes the row but is not in its pattern, if all variables outside the pattern together
-    /// change the row by more than `bound`.
+    /// Returns a variable that changes the row but is outside its pattern. Requires that all variables outside the
+    /// pattern together change the row by more than `bound`.
     fn outside(
         &mut self,
         pattern: &SparsityPattern,
@@ -287,7 +286,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
     }
 }
 
-/// Returns a column with a large `size` by repeatedly choosing the larger of two halves.
+/// Finds a column with a large `size` by bisection: repeatedly chooses the half with the larger size.
 pub(crate) fn bisect(
     mut columns: &[usize],
     mut size: impl FnMut(&[usize]) -> Result<f64, StepError>,

@@ -21,10 +21,10 @@ pub enum StepError {
     NoJacobian,
 }
 
-/// Whether the derivative of a variable occurs in F.
+/// States whether the derivative of a variable occurs in F.
 ///
-/// This is the `id` vector of IDAS, used to compute consistent initial values. It is independent of
-/// the variable's index and of its exclusion from the error test.
+/// This is the `id` vector of IDAS, used to compute consistent initial values. It is independent of the index of the
+/// variable and of whether the variable is excluded from the error test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum VariableKind {
     /// ẏ_i occurs in F.
@@ -33,16 +33,14 @@ pub enum VariableKind {
     Algebraic,
 }
 
-/// A fully implicit system of differential-algebraic equations F(t, y, ẏ) = 0, the interface
-/// between models and integrators.
+/// A fully implicit system of differential-algebraic equations F(t, y, ẏ) = 0. This trait is the interface between
+/// models and integrators.
 ///
-/// Only the number of unknowns and the residual are required. Further information makes the
-/// integration faster or more reliable: a sparse pattern, a Jacobian, the kinds and indices of the
-/// variables.
+/// Only the number of unknowns and the residual are required. Further information makes the integration faster or more
+/// reliable: a sparse pattern, a Jacobian, and the kinds and indices of the variables.
 ///
-/// The Jacobian is evaluated as `a ∂F/∂y + b ∂F/∂ẏ`: BDF methods use `a = 1, b = c_j`; an implicit
-/// Runge–Kutta method, whose c_j are complex, evaluates `(1, 0)` and `(0, 1)` once and combines
-/// them.
+/// The Jacobian is evaluated as `a ∂F/∂y + b ∂F/∂ẏ`. BDF methods use `a = 1, b = c_j`. An implicit Runge–Kutta method,
+/// whose c_j are complex, evaluates `(1, 0)` and `(0, 1)` once and combines the results.
 ///
 /// # Shapes
 /// All slices have the length [`n_unknowns`](Problem::n_unknowns), except the `values` of the
@@ -51,11 +49,11 @@ pub trait Problem {
     /// Returns the number of equations and unknowns.
     fn n_unknowns(&self) -> usize;
 
-    /// Evaluates F(t, y, ẏ) into `residual`, overwriting it.
+    /// Evaluates F(t, y, ẏ) and writes it to `residual`.
     ///
     /// # Errors
-    /// [`StepError::Recoverable`] if a smaller step may help, otherwise [`StepError::Fatal`]. A NaN
-    /// in `residual` counts as recoverable.
+    /// Returns [`StepError::Recoverable`] if a smaller step may help, otherwise [`StepError::Fatal`]. A NaN in
+    /// `residual` is treated as a recoverable error.
     fn residual(
         &mut self,
         t: f64,
@@ -64,19 +62,20 @@ pub trait Problem {
         residual: &mut [f64],
     ) -> Result<(), StepError>;
 
-    /// Returns the fixed compressed-column pattern of `a ∂F/∂y + b ∂F/∂ẏ` (major dimension:
-    /// columns). The default is a full matrix.
+    /// Returns the fixed pattern of `a ∂F/∂y + b ∂F/∂ẏ` in compressed-column form (the major dimension is the column).
+    /// The default is a full matrix.
     fn jacobian_pattern(&self) -> SparsityPattern {
         full_pattern(self.n_unknowns())
     }
 
-    /// Evaluates `a ∂F/∂y + b ∂F/∂ẏ` into `values`, in the order of the pattern, overwriting them.
+    /// Evaluates `a ∂F/∂y + b ∂F/∂ẏ` and writes it to `values`, in the order of the pattern.
     ///
-    /// By default, the Jacobian is missing, and integrators use difference quotients of the residual. Call this method
-    /// through a [`Jacobian`](crate::Jacobian), which handles that case.
+    /// By default, the Jacobian is not implemented, and integrators use difference quotients of the residual. Call this
+    /// method through a [`Jacobian`](crate::Jacobian), which handles this case.
     ///
     /// # Errors
-    /// As for [`residual`](Problem::residual); [`StepError::NoJacobian`] if it is not implemented.
+    /// Returns the same errors as [`residual`](Problem::residual), and [`StepError::NoJacobian`] if it is not
+    /// implemented.
     fn jacobian(
         &mut self,
         _t: f64,
@@ -89,12 +88,11 @@ pub trait Problem {
         Err(StepError::NoJacobian)
     }
 
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, in the order of the pattern. The default
-    /// calls [`jacobian`](Problem::jacobian) twice; override it if both can be computed in one
-    /// pass.
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ and writes them to the two `parts`, in the order of the pattern. The default calls
+    /// [`jacobian`](Problem::jacobian) twice. Override this method if one pass can compute the two matrices.
     ///
     /// # Errors
-    /// As for [`residual`](Problem::residual).
+    /// Returns the same errors as [`residual`](Problem::residual).
     fn jacobian_parts(
         &mut self,
         t: f64,
@@ -107,18 +105,19 @@ pub trait Problem {
         self.jacobian(t, y, y_dot, 0.0, 1.0, df_dyp)
     }
 
-    /// Returns whether each variable is differential or algebraic (`id` of IDAS). By default this
-    /// is determined numerically at the start, see [`kinds_at`](crate::kinds_at).
+    /// Returns whether each variable is differential or algebraic (`id` of IDAS). By default, the kinds are determined
+    /// numerically at the start, see [`kinds_at`](crate::kinds_at).
     fn kinds(&self) -> Option<Vec<VariableKind>> {
         None
     }
 
-    /// Returns the perturbation index of each variable: 0 for variables of an ODE, 1 to 3 in
-    /// constrained mechanics; `None` (the default) if it is unknown.
+    /// Returns the perturbation index of each variable: 0 for variables of an ODE, 1 to 3 in constrained mechanics.
+    /// Returns `None` (the default) if the index is unknown.
     ///
-    /// For integrators, 0 and 1 are equal, unless [`Suppressed`](crate::Suppressed) names the index 1.
-    /// Mechanics with constraints on positions: 1 for positions, 2 for velocities, 3 for multipliers. In the form of
-    /// Gear, Gupta and Leimkuhler: 1 for positions and velocities, 2 for the multipliers of both constraints.
+    /// Integrators treat 0 and 1 in the same way, unless [`Suppressed`](crate::Suppressed) names the index 1. Examples:
+    /// in mechanics with constraints on positions, the index is 1 for positions, 2 for velocities, and 3 for
+    /// multipliers. In the form of Gear, Gupta and Leimkuhler, it is 1 for positions and velocities, and 2 for the
+    /// multipliers of both sets of constraints.
     fn indices(&self) -> Option<Vec<u8>> {
         None
     }
@@ -128,27 +127,27 @@ pub trait Problem {
         0
     }
 
-    /// Writes the constraints c(t, y) of the differential variables, which every solution satisfies
-    /// as c = 0, to `out`: the constraints for index 2, and also their time derivatives (hidden
-    /// constraints) for index 3. Integrators evaluate them at the start only: to compute consistent initial values
-    /// ([`ConsistencyMode::Constraints`](crate::ConsistencyMode::Constraints)) and to reject others.
+    /// Writes the constraints c(t, y) of the differential variables to `out`; every solution satisfies c = 0. A system
+    /// of index 2 provides its constraints; a system of index 3 also provides their time derivatives (hidden
+    /// constraints). Integrators evaluate c only at the start: to compute consistent initial values
+    /// ([`ConsistencyMode::Constraints`](crate::ConsistencyMode::Constraints)) and to reject inconsistent ones.
     ///
     /// # Shapes
     /// `out`: [`n_constraints`](Problem::n_constraints).
     ///
     /// # Errors
-    /// As for [`residual`](Problem::residual).
+    /// Returns the same errors as [`residual`](Problem::residual).
     fn constraints(&mut self, _t: f64, _y: &[f64], _out: &mut [f64]) -> Result<(), StepError> {
         Ok(())
     }
 
-    /// Returns the name of component `i` in messages.
+    /// Returns the name of component `i` for messages.
     fn component_name(&self, i: usize) -> String {
         format!("y[{i}]")
     }
 }
 
-/// A problem selected at run time: solvers are compiled once for all types.
+/// A problem selected at run time. With this type, solvers are compiled only once for all problems.
 impl<P: Problem + ?Sized> Problem for Box<P> {
     crate::forward! { P;
         mut residual(t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Result<(), StepError>;

@@ -1,4 +1,4 @@
-//! Consistent values of systems of index 2 and 3, computed from the constraints that a problem states.
+//! Consistent values of systems of index 2 and 3, computed from the constraints stated by the problem.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -11,30 +11,30 @@ use crate::tolerances::UNTESTED;
 const ITERATIONS: usize = 30;
 /// Relative displacement of central differences: the cube root of the unit roundoff.
 const DIFFERENCE: f64 = 6e-6;
-/// Singular values below this fraction of the largest one of a matrix with [scaled](Scaling) rows and columns belong to
-/// redundant constraints.
+/// A constraint is redundant if a singular value is below this fraction of the largest one. The rows and columns of the
+/// matrix are [scaled](Scaling).
 const RANK: f64 = 1e-9;
-/// Accepted residual of an equation relative to its terms; differences have errors of about 1e-10.
+/// Accepted residual of an equation relative to its terms. Difference quotients have errors of about 1e-10.
 const RESIDUAL_TOLERANCE: f64 = 1e-6;
-/// Accepted residual, relative to the change that rounding of y and ẏ causes in the residual.
+/// Accepted residual relative to the change that rounding of y and ẏ causes.
 const ROUNDING: f64 = 100.0;
 
-/// Moves y onto the constraints stated by the problem ([`Problem::constraints`]), by the smallest change in the norm of
-/// the weights `distance`, usually [`Tolerances::distance`](crate::Tolerances::distance). Then corrects ẏ of
-/// differential and y of algebraic variables so that F(t, y, ẏ) = 0 and the constraints remain satisfied,
-/// d/dt c(t, y) = 0.
+/// Moves y onto the constraints stated by the problem ([`Problem::constraints`]). The change is the smallest in the
+/// norm with the weights `distance`, usually [`Tolerances::distance`](crate::Tolerances::distance). Then corrects ẏ of
+/// the differential variables and y of the algebraic variables so that F(t, y, ẏ) = 0 and the constraints remain
+/// satisfied, d/dt c(t, y) = 0.
 ///
-/// Both steps use the Gauss–Newton method with full difference matrices, which cost about n evaluations of F per
-/// iteration. They are intended for mechanisms and networks, not for bodies of many thousand unknowns. For index 2 and
-/// 3, d/dt c = 0 determines the multipliers, which F alone does not.
+/// The two computations use the Gauss–Newton method with full difference matrices, which cost about n evaluations of F
+/// per iteration. They are intended for mechanisms and networks, not for bodies with many thousands of unknowns. For
+/// index 2 and 3, d/dt c = 0 determines the multipliers, which F alone does not.
 ///
 /// # Shapes
 /// `kinds`, `y`, `y_dot`, `weights`, `distance`: the number of unknowns.
 ///
 /// # Errors
-/// [`Inconsistent::NoConstraints`] if the problem does not state constraints, [`Inconsistent::NotFound`],
-/// [`Inconsistent::Contradicted`] for constraints incompatible with F, and errors of the problem; y and ẏ then
-/// have their input values.
+/// Returns [`Inconsistent::NoConstraints`] if the problem does not state constraints, [`Inconsistent::NotFound`] if the
+/// search does not converge, [`Inconsistent::Contradicted`] if the constraints are incompatible with F, and errors of
+/// the problem. The input values of y and ẏ are then unchanged.
 pub fn project_onto_constraints<P: Problem>(
     problem: &mut P,
     kinds: &[VariableKind],
@@ -88,8 +88,8 @@ impl State<'_> {
                 column /= *weight;
                 matrix.set_column(j, &column);
             }
-            // Units, and therefore rows, may differ by many orders of magnitude. The rows are scaled so that the rank
-            // decision does not depend on units.
+            // Rows may have different units and therefore differ by many orders of magnitude. They are scaled so that
+            // the rank decision does not depend on units.
             for (mut row, c) in matrix.row_iter_mut().zip(c.iter_mut()) {
                 let size = row.norm();
                 if size > 0.0 {
@@ -205,7 +205,7 @@ impl State<'_> {
         self.kinds[j] == VariableKind::Differential
     }
 
-    /// Returns ẏ_j of a differential variable or y_j of an algebraic variable.
+    /// Returns the unknown j: ẏ_j of a differential variable or y_j of an algebraic variable.
     fn sought(&mut self, j: usize) -> &mut f64 {
         match self.is_rate(j) {
             true => &mut self.y_dot[j],
@@ -213,7 +213,7 @@ impl State<'_> {
         }
     }
 
-    /// Evaluates F(t, y, ẏ), then d/dt c(t, y) along ẏ.
+    /// Evaluates F(t, y, ẏ), followed by d/dt c(t, y) along ẏ.
     fn equations<P: Problem>(&self, problem: &mut P) -> Result<DVector<f64>, StepError> {
         let (n, m) = (self.y.len(), problem.n_constraints());
         let mut all = DVector::zeros(n + m);
@@ -242,7 +242,7 @@ impl State<'_> {
     }
 }
 
-/// Computes the derivative of a function of y, with m values, with respect to y_j.
+/// Computes the derivative with respect to y_j of a function of y with m values.
 fn central(
     mut function: impl FnMut(&[f64], &mut [f64]) -> Result<(), StepError>,
     y: &mut [f64],
@@ -261,9 +261,9 @@ fn central(
     Ok((ahead - behind) / (2.0 * step))
 }
 
-/// Factors for rows and columns of a matrix: columns are scaled by the tolerances, and rows are then normalized.
-/// Therefore results do not depend on the units of equations and variables. Columns of [untested](UNTESTED) variables
-/// remain unscaled, because their tolerances do not indicate a unit.
+/// Scaling factors for the rows and columns of a matrix. Columns are scaled by the tolerances, and rows are then
+/// normalized. Therefore, results do not depend on the units of equations and variables. Columns of
+/// [untested](UNTESTED) variables remain unscaled, because their tolerances do not indicate a unit.
 struct Scaling {
     rows: Vec<f64>,
     columns: Vec<f64>,
@@ -300,7 +300,7 @@ impl Scaling {
     }
 }
 
-/// Computes the x of minimum norm that minimizes ‖A x − b‖.
+/// Computes the vector x of minimum norm that minimizes ‖A x − b‖.
 fn least_squares(a: DMatrix<f64>, b: &DVector<f64>) -> Result<DVector<f64>, Inconsistent> {
     if !a.iter().chain(b.iter()).all(|x| x.is_finite()) {
         return Err(Inconsistent::NotFound { norm: f64::NAN });

@@ -14,13 +14,13 @@ const RADAU: u8 = 3;
 pub enum Remedy {
     /// Call the integrator again.
     AnotherCall,
-    /// Permit more steps.
+    /// Allow more steps.
     MoreSteps,
     /// Replace constraints by their derivatives, which lowers the index.
     LowerIndex,
     /// Start from values that satisfy the equations and the derivatives of the constraints.
     ConsistentStart,
-    /// Restart at the time of a jump or a kink with the values after it.
+    /// If the equations have a jump or a kink, restart at its time with the values after it.
     RestartAtBreak,
     /// Loosen all tolerances.
     LooserTolerances,
@@ -70,7 +70,7 @@ impl fmt::Display for Remedy {
 /// Context of a failed integration, in addition to the reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct StopContext {
-    /// Highest index of a variable as stated by the problem.
+    /// Highest variable index stated by the problem.
     index: Option<u8>,
     /// Whether there are algebraic variables.
     algebraic: bool,
@@ -81,7 +81,7 @@ pub(crate) struct StopContext {
 }
 
 impl StopContext {
-    /// Returns the context of an integration of `problem` after this number of steps.
+    /// Returns the context of an integration of `problem` after the given number of steps.
     pub(crate) fn of(problem: &impl Problem, kinds: &[VariableKind], steps: u64) -> Self {
         Self {
             index: problem.indices().and_then(|all| all.into_iter().max()),
@@ -91,8 +91,8 @@ impl StopContext {
         }
     }
 
-    /// Returns the remedies for this `reason`. `highest` is the highest index that the method
-    /// supports without reformulation.
+    /// Returns the remedies for the given `reason`. `highest` is the highest index that the method supports without
+    /// reformulation.
     pub(crate) fn remedies(self, reason: StopReason, highest: u8) -> Vec<Remedy> {
         let mut remedies = match reason {
             StopReason::MaxSteps => vec![Remedy::AnotherCall, Remedy::MoreSteps],
@@ -122,7 +122,7 @@ impl StopContext {
                     remedies.push(Remedy::StateConstraints);
                 }
             }
-            // The minimum step may also be too long for consistent initial values.
+            // The minimum step size may be too large even if the initial values are consistent.
             if self.steps > 0 || reason == StopReason::StepTooSmall {
                 remedies.extend([Remedy::RestartAtBreak, Remedy::LooserTolerances]);
                 if has_hidden_constraints {
@@ -141,7 +141,7 @@ impl StopContext {
 mod tests {
     use super::*;
 
-    /// Regression: remedies for inconsistent initial values were suggested after thousands of steps, and looser
+    /// Regression test: remedies for inconsistent initial values were suggested after thousands of steps, and looser
     /// tolerances were suggested for initial values that violate a constraint.
     #[test]
     fn remedies_for_the_start_are_named_before_the_first_step_alone() {

@@ -1,4 +1,4 @@
-//! Check of initial values against the equations that they must satisfy.
+//! Check of initial values against the equations.
 
 use crate::draw::draw;
 use crate::kinds::RateDependence;
@@ -9,9 +9,9 @@ use crate::problem::{Problem, StepError};
 pub struct InconsistentStart {
     /// The initial time.
     pub t: f64,
-    /// Index of the equation, or the number of equations plus the index of the constraint.
+    /// Zero-based index of the equation. For a constraint, the number of equations plus the index of the constraint.
     pub equation: usize,
-    /// The number of equations.
+    /// Number of equations.
     pub n_equations: usize,
     /// Residual of the equation.
     pub residual: f64,
@@ -42,31 +42,31 @@ impl std::fmt::Display for InconsistentStart {
     }
 }
 
-/// Jump of algebraic variables, in units of the tolerance, that the first step of BDF accepts: its error estimate is
-/// half of the difference from the prediction.
+/// Jump of algebraic variables, in units of the tolerance, that the first step of BDF accepts. The error estimate of
+/// this step is half the difference from the prediction.
 const FIRST_JUMP: f64 = 2.0;
 
-/// Number of trial changes of y. The terms of an equation may cancel for a single change, but are
-/// unlikely to cancel for all.
+/// Number of trial changes of y. The terms of an equation may cancel for one change, but are unlikely to cancel for all
+/// of them.
 const TRIALS: u64 = 4;
 
-/// Rounding of the sum of an equation's terms, relative to y.
+/// Rounding error of the sum of an equation's terms, relative to y.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
-/// Rejects initial values whose y contradicts the equations without derivatives, or the
-/// [constraints](Problem::constraints) that the problem states.
+/// Rejects initial values if y contradicts the equations without derivatives, or the
+/// [constraints](Problem::constraints) stated by the problem.
 ///
-/// An equation is scaled by its change under changes of y within the tolerances 1/w_j:
+/// Each residual is divided by the largest change that it undergoes when y changes within the tolerances 1/w_j:
 ///
 /// ```text
 /// e_i = |F_i| / max_k |F_i(y + d_k) − F_i(y)|,    |d_kj| between 0.5/w_j and 1/w_j
 /// ```
 ///
-/// The initial values are rejected if √(Σ e_i²/n) exceeds 2, the norm that error tests use for variables.
+/// The initial values are rejected if √(Σ e_i²/n) exceeds 2. Error tests use the same norm for variables.
 ///
-/// Equations that change with ẏ, by the rule of [`kinds_at`](crate::kinds_at), are excluded: a wrong ẏ does not make y
-/// wrong. A wrong ẏ affects only the size of the first step of Radau IIA; IDAS begins with short steps, or stops with a
-/// message. Failed evaluations are ignored here, because the first step reports them.
+/// Equations that depend on ẏ, by the rule of [`kinds_at`](crate::kinds_at), are excluded, because a wrong ẏ does not
+/// make y wrong. A wrong ẏ affects only the size of the first step of Radau IIA. IDAS begins with short steps, or stops
+/// with a message. Failed evaluations are ignored here, because the first step reports them.
 ///
 /// # Shapes
 /// `y`, `y_dot`, `weights`: the number of unknowns.
@@ -89,8 +89,8 @@ pub fn check_start<P: Problem + ?Sized>(
     if are_satisfied(&equations) {
         return Ok(());
     }
-    // `weigh` has moved ẏ once, by 1 + |ẏ|. The complete rule is expensive and therefore evaluated only before a
-    // rejection.
+    // `weigh` has moved ẏ once, by 1 + |ẏ|. The complete rule is expensive. It is therefore evaluated only if the
+    // values would be rejected.
     let Ok(rates) = RateDependence::at(problem, (t, y, y_dot)) else {
         return Ok(());
     };
@@ -111,7 +111,7 @@ pub fn check_start<P: Problem + ?Sized>(
     })
 }
 
-/// Equation that is not satisfied exactly.
+/// Equation that is not satisfied.
 struct Equation {
     number: usize,
     residual: f64,
@@ -201,7 +201,7 @@ mod tests {
         }
         let error = check(of, [1.0, 1.1]).unwrap_err();
         assert_eq!((error.equation, error.t), (1, 0.0));
-        // 1e9 (|d_x| + |d_z|), where each is between 0.5e-6 and 1e-6.
+        // 1e9 (|d_x| + |d_z|), where |d_x| and |d_z| are between 0.5e-6 and 1e-6.
         assert!(error.change > 0.5e3 && error.change < 2e3, "{error}");
     }
 

@@ -12,16 +12,16 @@ pub struct Statistics {
     pub steps: u64,
     /// Steps rejected by the local error test (`IDAGetNumErrTestFails`).
     pub error_test_failures: u64,
-    /// Steps lost because the nonlinear system could not be solved (`IDAGetNumStepSolveFails`).
+    /// Steps abandoned because the nonlinear system could not be solved (`IDAGetNumStepSolveFails`).
     pub step_solve_failures: u64,
-    /// Newton iterations that did not converge, including those repeated successfully with a fresh
-    /// Jacobian (`IDAGetNumNonlinSolvConvFails`).
+    /// Failures of Newton's method to converge, including those followed by success with a fresh Jacobian
+    /// (`IDAGetNumNonlinSolvConvFails`).
     pub newton_failures: u64,
     /// Newton iterations.
     pub newton_iterations: u64,
-    /// Evaluations of the residual, excluding those for difference quotients.
+    /// Evaluations of the residual, excluding evaluations for difference quotients.
     pub residual_evaluations: u64,
-    /// Evaluations of the residual for Jacobians by difference quotients.
+    /// Evaluations of the residual for Jacobians from difference quotients.
     pub difference_evaluations: u64,
     /// Evaluations of the Jacobian.
     pub jacobian_evaluations: u64,
@@ -31,7 +31,7 @@ pub struct Statistics {
     pub backtracks: u64,
     /// Evaluations of the root functions.
     pub root_evaluations: u64,
-    /// Evaluations of the quadratures' integrands.
+    /// Evaluations of the integrands of the quadratures.
     pub quadrature_evaluations: u64,
     /// Steps rejected because of the quadratures.
     pub quadrature_error_test_failures: u64,
@@ -45,21 +45,21 @@ pub struct Statistics {
     pub current_step: f64,
     /// Size of the first step.
     pub initial_step: f64,
-    /// Time reached internally, at or beyond the time of the last output.
+    /// Time reached internally, which may be beyond the time of the last output.
     pub t_reached: f64,
     /// Factor by which the tolerances should be increased if they are too tight for machine
     /// precision.
     pub tolerance_scale_factor: f64,
     /// Return code of the last call of the linear solver.
     pub last_linear_flag: i64,
-    /// Smallest reciprocal condition number estimated by KLU after a factorization. `None` before
-    /// the first factorization, and without KLU.
+    /// Smallest reciprocal condition number estimated by KLU after a factorization. `None` before the first
+    /// factorization, or if KLU is not used.
     pub smallest_rcond: Option<f64>,
-    /// Linear algebra of methods with complex matrices; `None` for others.
+    /// Work of the linear algebra for methods with complex matrices; `None` for other methods.
     pub work: Option<Work>,
 }
 
-/// Linear algebra of an implicit Runge–Kutta method of s stages.
+/// Work of the linear algebra for an implicit Runge–Kutta method of s stages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Work {
@@ -67,7 +67,7 @@ pub struct Work {
     pub real_factorizations: u64,
     /// Complex factorizations: (s − 1)/2 per linear setup.
     pub complex_factorizations: u64,
-    /// Real solves: one per Newton iteration, one or two per error estimate.
+    /// Real solves: one per Newton iteration, and one or two per error estimate.
     pub real_solves: u64,
     /// Complex solves: (s − 1)/2 per Newton iteration.
     pub complex_solves: u64,

@@ -10,7 +10,7 @@ pub enum StopReason {
     ErrorTestFailures,
     /// Newton's method failed too often in one step.
     ConvergenceFailures,
-    /// A failure at the smallest allowed step, or with a step so small that t + h = t.
+    /// A failure occurred at the smallest allowed step size, or the step was so small that t + h = t.
     StepTooSmall,
     /// The linear system could not be factorized.
     LinearSetupFailed,
@@ -30,7 +30,7 @@ pub enum StopReason {
     ErrorWeightsFailed,
     /// A root function could not be evaluated.
     RootFunctionFailed,
-    /// A quadrature's integrand could not be evaluated.
+    /// The integrand of a quadrature could not be evaluated.
     QuadratureFailed,
     /// Another reason; see the message.
     Other,
@@ -87,7 +87,7 @@ mod tests {
             Other,
         ];
         for reason in reasons {
-            // The variant's name in snake case.
+            // Name of the variant in snake case.
             let words = format!("{reason:?}");
             let snake: String = words
                 .char_indices()

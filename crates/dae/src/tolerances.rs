@@ -13,7 +13,7 @@ pub enum Tolerances {
         /// Absolute tolerance, ≥ 0.
         absolute: f64,
     },
-    /// An absolute tolerance for each component.
+    /// A separate absolute tolerance for each component.
     Vector {
         /// Relative tolerance, ≥ 0.
         relative: f64,
@@ -23,12 +23,12 @@ pub enum Tolerances {
 }
 
 impl Tolerances {
-    /// Returns equal tolerances for all components.
+    /// Creates the same tolerances for all components.
     pub fn scalar(relative: f64, absolute: f64) -> Self {
         Self::Scalar { relative, absolute }
     }
 
-    /// Returns tolerances with an absolute tolerance for each component.
+    /// Creates tolerances with a separate absolute tolerance for each component.
     pub fn vector(relative: f64, absolute: impl Into<Vec<f64>>) -> Self {
         Self::Vector { relative, absolute: absolute.into() }
     }
@@ -57,8 +57,9 @@ impl Tolerances {
         }
     }
 
-    /// Returns weights for distances between states: 1/absolute_i, or the error weight if this tolerance is zero. A
-    /// relative tolerance would make changes of components near 0 expensive, and these are often rough guesses.
+    /// Returns weights for distances between states: 1/absolute_i, or the error weight if the absolute tolerance is
+    /// zero. A relative tolerance would make changes of components near 0 expensive, although their values are often
+    /// rough guesses.
     pub fn distance(&self, weights: &[f64]) -> Vec<f64> {
         let pairs = weights.iter().enumerate();
         pairs
@@ -71,7 +72,7 @@ impl Tolerances {
     /// Returns the absolute tolerance of component `i`.
     ///
     /// # Panics
-    /// Panics if the component does not exist.
+    /// Panics if component `i` does not exist.
     pub fn absolute(&self, i: usize) -> f64 {
         match self {
             Self::Scalar { absolute, .. } => *absolute,
@@ -82,9 +83,8 @@ impl Tolerances {
 
 /// Components excluded from the local error test (`IDASetSuppressAlg`).
 ///
-/// IDAS uses one vector for this purpose and for [consistent initial
-/// values](crate::Problem::kinds). Here the two are separate: algebraic variables are declared by
-/// [`Problem::kinds`](crate::Problem::kinds).
+/// IDAS uses one vector for both this purpose and [consistent initial values](crate::Problem::kinds). In this crate,
+/// the two are separate: [`Problem::kinds`](crate::Problem::kinds) declares the algebraic variables.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Suppressed {
@@ -95,12 +95,11 @@ pub enum Suppressed {
     Algebraic,
     /// Components marked `true` are excluded.
     Components(Vec<bool>),
-    /// Components with this or a higher index, as stated by
-    /// [`Problem::indices`](crate::Problem::indices), are excluded. Newton's method must still
-    /// converge for them.
+    /// Components are excluded if their index, as stated by [`Problem::indices`](crate::Problem::indices), has this
+    /// value or a higher one. Newton's method must still converge for them.
     FromIndex(u8),
-    /// Components with this or a higher index are excluded from both the error test and Newton's convergence test:
-    /// their absolute tolerance is [`UNTESTED`], as in published runs of IDAS. User-defined error weights do not
+    /// Components with this index or a higher one are excluded from both the error test and Newton's convergence test.
+    /// Their absolute tolerance is [`UNTESTED`], as in published runs of IDAS. User-defined error weights do not
     /// change.
     ExcludeFromIndex(u8),
 }
@@ -108,7 +107,7 @@ pub enum Suppressed {
 /// Absolute tolerance of components excluded from all tests, as in published runs of IDAS.
 pub const UNTESTED: f64 = 1e10;
 
-/// Components are excluded by index, but the problem does not state indices.
+/// Components are to be excluded by index, but the problem does not state indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "components cannot be excluded by index, because the problem does not state indices: implement \
@@ -117,11 +116,11 @@ pub const UNTESTED: f64 = 1e10;
 pub struct NoIndices;
 
 impl Suppressed {
-    /// Returns whether each component is excluded from the error test, given the `kinds` and
-    /// `indices` of the components.
+    /// Returns whether each component is excluded from the error test, given the `kinds` and `indices` of the
+    /// components.
     ///
     /// # Errors
-    /// [`NoIndices`] if indices are required but not stated.
+    /// Returns [`NoIndices`] if indices are required but not stated.
     ///
     /// # Panics
     /// Panics if there are fewer indices than kinds.
@@ -146,11 +145,10 @@ impl Suppressed {
         })
     }
 
-    /// Returns the tolerances with loose absolute tolerances for components excluded from all
-    /// tests.
+    /// Returns the tolerances, with loose absolute tolerances for components excluded from all tests.
     ///
     /// # Errors
-    /// [`NoIndices`] if indices are required but not stated.
+    /// Returns [`NoIndices`] if indices are required but not stated.
     pub fn loosened(
         &self,
         tolerances: Tolerances,
@@ -169,7 +167,7 @@ impl Suppressed {
     }
 }
 
-/// Returns which components have the index `least` or a higher index.
+/// Returns whether each component has at least the index `least`.
 fn from_index(least: u8, indices: Option<&[u8]>) -> Result<Vec<bool>, NoIndices> {
     let indices = indices.ok_or(NoIndices)?;
     Ok(indices.iter().map(|index| *index >= least).collect())
@@ -179,8 +177,8 @@ fn from_index(least: u8, indices: Option<&[u8]>) -> Result<Vec<bool>, NoIndices>
 mod tests {
     use super::*;
 
-    /// Variables of index 1 and 2 are algebraic. Exclusion by kind excludes both; exclusion by index can exclude only
-    /// one.
+    /// Variables of index 1 and 2 are algebraic. Exclusion by kind excludes both indices; exclusion by index can
+    /// exclude only index 2.
     #[test]
     fn components_are_excluded_by_kind_or_by_index() {
         use VariableKind::{Algebraic, Differential};

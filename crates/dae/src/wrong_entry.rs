@@ -1,4 +1,4 @@
-//! Entries of a problem's Jacobian that differ from difference quotients.
+//! Detection of entries of a problem's Jacobian that differ from difference quotients.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -9,13 +9,13 @@ use crate::problem::{Problem, StepError};
 /// An entry of the Jacobian provided by a problem that differs from difference quotients of the residual.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrongEntry {
-    /// The equation.
+    /// Index of the equation.
     pub row: usize,
-    /// The variable.
+    /// Index of the variable.
     pub column: usize,
     /// Whether the entry belongs to ∂F/∂ẏ; otherwise it belongs to ∂F/∂y.
     pub is_rate_matrix: bool,
-    /// The entry as stated.
+    /// The entry provided by the problem.
     pub stated: f64,
     /// The difference quotient.
     pub quotient: f64,
@@ -40,15 +40,16 @@ impl std::fmt::Display for WrongEntry {
 const WRONG: f64 = 0.02;
 const WRONG_AT_KINK: f64 = 0.1;
 
-/// Maximum relative difference between quotients for two distances.
+/// Maximum relative difference between quotients for two displacements.
 const AGREEMENT: f64 = 0.01;
 
-/// Compares a problem's exact [`jacobian`](Problem::jacobian) with differences of its residual.
+/// Compares the exact [`jacobian`](Problem::jacobian) of a problem with difference quotients of the residual.
 ///
-/// The change of the residual in four directions, in y and in ẏ, is compared with J d. In rows where they differ by
-/// more than a hundredth of |J| |d| and by more than rounding, the entry is found by bisection and confirmed by central
-/// differences over two distances. Entries with relative errors below 0.02 (0.1 at kinks), far smaller than their row, or
-/// correct only at this state, are not found. Problems without a Jacobian, and evaluations that fail, do not lead to an error.
+/// The change of the residual in four directions d, in y and in ẏ, is compared with J d. If the difference in a row
+/// exceeds rounding and a hundredth of |J| |d|, the entry is found by bisection and confirmed by central differences
+/// with two displacements. An entry is not found if its relative error is below 0.02 (0.1 at kinks), if it is much
+/// smaller than its row, or if it is correct at this state but not elsewhere. The check accepts problems without a
+/// Jacobian and ignores evaluations that fail.
 ///
 /// # Errors
 /// Returns the first wrong entry.
@@ -81,7 +82,7 @@ pub fn check_jacobian<P: Problem + ?Sized>(
     Ok(())
 }
 
-/// A matrix as stated.
+/// The matrix provided by the problem.
 #[derive(Clone, Copy)]
 struct Stated<'a> {
     pattern: &'a SparsityPattern,
@@ -97,14 +98,14 @@ impl Stated<'_> {
         }
     }
 
-    /// Returns the product of some columns of one row with d.
+    /// Returns the product of the given columns of one row with d.
     fn product(&self, row: usize, columns: &[usize], d: &[f64]) -> f64 {
         let terms = columns.iter().map(|&j| self.entry(row, j) * d[j]);
         terms.sum()
     }
 }
 
-/// Returns row and column of a wrong entry, and the difference quotient there.
+/// Returns the row and column of a wrong entry, and the corresponding difference quotient.
 fn find<P: Problem + ?Sized>(
     problem: &mut P,
     matrix: Stated<'_>,
@@ -132,7 +133,7 @@ fn find<P: Problem + ?Sized>(
     Ok(None)
 }
 
-/// Returns the difference quotient for an entry if it is reliable and differs from the stated entry.
+/// Returns the difference quotient of an entry if the quotient is reliable and differs from the stated entry.
 fn confirmed<P: Problem + ?Sized>(
     probe: &mut Probe<'_, P>,
     (row, column): (usize, usize),
@@ -150,7 +151,8 @@ fn confirmed<P: Problem + ?Sized>(
     let stated = matrix.entry(row, column);
     let size = long.abs().max(short.abs());
     let is_smooth = (long - short).abs() <= AGREEMENT * size.max(stated.abs());
-    // At a kink, the entry may be the slope on one side. The slopes of a smooth function approach each other.
+    // At a kink, the entry may be the slope on one side. If the function is smooth, the two slopes approach each other
+    // as the displacement decreases.
     let is_kink = (near_ahead - near_behind).abs() > 0.5 * (ahead - behind).abs();
     let sides: &[f64] = if is_kink { &[ahead, behind] } else { &[] };
     let of_sides = sides.iter().map(|quotient| (quotient - stated).abs());

@@ -3,7 +3,7 @@ use super::*;
 /// A pendulum of length 1 and mass m, of index 3.
 struct Pendulum {
     m: f64,
-    /// Factor of the constraint equation, its unit.
+    /// Factor of the constraint equation, which represents its unit.
     unit: f64,
 }
 
@@ -41,8 +41,7 @@ fn kinds() -> [VariableKind; 5] {
     kinds
 }
 
-/// Regression: below a mass of 1e-8 the constraints were rejected, and below 1e-9 the acceleration
-/// was wrong.
+/// Regression test: for masses below 1e-8, the constraints were rejected, and below 1e-9, the acceleration was wrong.
 #[test]
 fn the_unit_of_mass_does_not_matter() {
     for m in (-12..=12).map(|exponent| 10_f64.powi(exponent)) {
@@ -72,7 +71,7 @@ fn the_unit_of_mass_does_not_matter() {
     }
 }
 
-/// A constraint that contradicts the equations is detected in any unit.
+/// Checks that a constraint that contradicts the equations is detected in any unit.
 #[test]
 fn contradictions_are_found_in_any_unit() {
     /// The equation ẋ = 0 multiplied by a factor, with the constraint x = t.

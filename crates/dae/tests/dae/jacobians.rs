@@ -1,4 +1,4 @@
-//! Wrong entries of Jacobians.
+//! Detection of wrong entries in Jacobians.
 
 use myovib_conformance::samples::{Akzo, Robertson, Sample, VanDerPol};
 use myovib_dae::{Linearization, Problem, SparsityPattern, StepError, check_jacobian};
@@ -38,8 +38,8 @@ impl<S: Problem> Problem for Changed<S> {
     }
 }
 
-/// Checks a sample near its start (y moved by 10 %), first unchanged, then with each entry doubled or
-/// negated; returns how many of the changes were found.
+/// Checks a sample near its start (y moved by 10 %): first unchanged, then with each entry doubled or negated. Returns
+/// the number of changes that were found, and the number of changes.
 fn found<S: Sample + Clone>(sample: &S) -> (usize, usize) {
     let start = sample.start();
     let y: Vec<f64> = start.y.iter().map(|y| 1.1 * y + 0.1).collect();
@@ -74,7 +74,7 @@ fn wrong_entries_are_named() {
     assert!(found(&Akzo).0 >= 20, "{:?}", found(&Akzo));
 }
 
-/// Entries are wrong from an error of 2 %, as the documentation states; half of it is accepted.
+/// Entries with an error of at least 2 % are reported, as the documentation states. Half of this error is accepted.
 #[test]
 fn small_relative_errors_are_found() {
     let at = Linearization { t: 0.0, y: &[0.0], y_dot: &[0.0], step: 1e-3, weights: &[1e4] };
@@ -86,7 +86,7 @@ fn small_relative_errors_are_found() {
     }
 }
 
-/// A function of y, with this derivative at 0.
+/// A function of y, and the stated derivative at 0.
 struct Stated(fn(f64) -> f64, f64);
 
 impl Problem for Stated {
@@ -113,7 +113,7 @@ impl Problem for Stated {
     }
 }
 
-/// Checks that the derivatives on both sides of a kink are accepted, and no other value.
+/// Checks that the slopes on both sides of a kink are accepted, and that other values are rejected.
 #[test]
 fn one_sided_derivatives_at_a_kink_are_correct() {
     let at = Linearization { t: 0.0, y: &[0.0], y_dot: &[0.0], step: 1e-3, weights: &[1e4] };
@@ -123,12 +123,13 @@ fn one_sided_derivatives_at_a_kink_are_correct() {
     }
 }
 
-/// Checks that no slope of y² at 0 is accepted, also if it equals a one-sided difference quotient of some displacement:
-/// these quotients approach each other at 0, unlike the slopes at a kink.
+/// Checks that every nonzero slope of y² at 0 is rejected, even if it equals a one-sided difference quotient for some
+/// displacement. Unlike the slopes at a kink, these quotients approach each other at 0.
 #[test]
 fn one_sided_slopes_of_a_smooth_function_are_wrong() {
     let at = Linearization { t: 0.0, y: &[0.0], y_dot: &[0.0], step: 1e-3, weights: &[1e4] };
-    // Slopes on both sides of all displacements, up to a factor of 100, in steps of 5 %.
+    // Slopes from 1e-6 upward in steps of 5 %, with either sign. The range extends beyond the displacements on both
+    // sides by a factor of up to 100.
     for slope in (0..200).map(|k| 1e-6 * 1.05_f64.powi(k)).flat_map(|slope| [slope, -slope]) {
         let checked = check_jacobian(&mut Stated(|y| y * y, slope), &at);
         assert!(checked.is_err(), "{slope}");

@@ -1,4 +1,4 @@
-//! Samples with exact patterns, complete or with one entry removed.
+//! Checks of exact patterns of samples, complete or with one entry removed.
 
 use myovib_conformance::samples::*;
 use myovib_dae::{
@@ -28,7 +28,7 @@ impl Problem for Sparse<'_> {
     }
 }
 
-/// The two parts of a sample's Jacobian as full matrices, by columns.
+/// Returns the two parts of a sample's Jacobian as full matrices, by columns.
 fn parts(sample: &mut dyn Sample, (t, y, v): (f64, &[f64], &[f64])) -> [Vec<f64>; 2] {
     let (n, weights) = (y.len(), vec![1e6; y.len()]);
     let at = Linearization { t, y, y_dot: v, step: 1.0, weights: &weights };
@@ -55,14 +55,14 @@ fn pattern_of(n: usize, entries: &[bool]) -> SparsityPattern {
     SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows).unwrap()
 }
 
-/// Perturbation of unknown j in difference quotients.
+/// Returns the perturbation of unknown j in difference quotients.
 fn perturbation(at: &Linearization<'_>, j: usize) -> f64 {
     let size = f64::max(at.y[j].abs(), (at.step * at.y_dot[j]).abs());
     f64::max(f64::EPSILON.sqrt() * size, 1.0 / at.weights[j])
 }
 
-/// Checks that nothing is reported for a sample with its complete pattern, and that each removed entry that contributes
-/// more than a twentieth of its row, scaled by the tolerances at the start, is reported.
+/// Checks that nothing is reported for a sample with its complete pattern. Each removed entry must be reported if it
+/// contributes more than a twentieth of its row, scaled by the tolerances at the start.
 fn judge(sample: &mut dyn Sample) {
     let start = sample.start();
     let n = start.y.len();
@@ -89,7 +89,7 @@ fn judge(sample: &mut dyn Sample) {
         step: 1e-6,
         weights: &weights,
     };
-    // Contribution of each entry to its row, for the perturbations of the check.
+    // Contribution of each entry to its row, for the perturbations used by the check.
     let units = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] =
         [&units[0], &units[1]].map(|weights| Linearization { step: 1.0, weights, ..at });
@@ -200,7 +200,7 @@ fn check_diagonal(
 }
 
 /// H D H x with the Householder matrix H = 1 − 2 u uᵀ and D = 3. The product is 3 x, but every row contains rounding
-/// errors of all x.
+/// errors from all components of x.
 #[test]
 fn rounding_errors_are_not_entries() {
     let n = 16;
@@ -227,7 +227,7 @@ fn rounding_errors_are_not_entries() {
     assert!(rounded > n);
 }
 
-/// Concentrations of zero: most directions leave the domain.
+/// All concentrations are zero, so most directions leave the domain.
 #[test]
 fn entries_are_found_at_the_border_of_the_domain() {
     let n = 10;
