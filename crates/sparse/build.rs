@@ -1,4 +1,4 @@
-//! Generates bindings to the system's KLU and sets `cfg(klu)` if the feature `klu` is on and `vendored` is off.
+//! Generates bindings to the system's KLU and sets `cfg(klu)` if the feature `klu` is enabled and `vendored` is not.
 
 fn main() {
     println!("cargo::rustc-check-cfg=cfg(klu)");

@@ -1,11 +1,11 @@
-//! Public entry points of products and factors, which call the kernels instantiated for each [`Scalar`].
+//! Public methods of products and factors. They call the kernels that are instantiated for each [`Scalar`].
 
 use crate::product::Product;
 use crate::supernodal::Supernodal;
 use crate::{Factorization, Number, Scalar, SparseError};
 
 impl Product {
-    /// Subtracts A x: `y` -= A `x`. `values` holds the entries of A in the order of the pattern.
+    /// Subtracts A x: `y` -= A `x`. `values` contains the entries of A in the order of the pattern.
     pub fn subtract<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [T]) {
         T::subtract(self, values, x, y);
     }
@@ -47,10 +47,10 @@ impl Product {
 }
 
 impl<T: Number> Supernodal<T> {
-    /// Factorizes the matrix with these `values`, given in the order of the analyzed pattern.
+    /// Factorizes the matrix with the given `values`, in the order of the analyzed pattern.
     ///
     /// # Errors
-    /// [`SparseError::ZeroPivot`]; no factors are available then.
+    /// Returns [`SparseError::ZeroPivot`] if a pivot is zero or not finite; no factors are available then.
     pub fn factor(&mut self, values: &[T]) -> Result<(), SparseError> {
         T::factor(self, values)
     }

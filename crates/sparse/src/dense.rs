@@ -1,4 +1,4 @@
-//! LU of full matrices with partial pivoting, by faer's blocked kernels.
+//! LU factorization of full matrices with partial pivoting, by faer's blocked kernels.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
@@ -9,13 +9,13 @@ use crate::SparseError;
 use crate::error::expect_length;
 use crate::finite::expect_finite;
 
-/// Factors of full matrices of one order.
+/// Factors of full matrices of a fixed order.
 pub struct DenseLu {
     factors: Mat<f64>,
-    /// The permutation of rows, and its inverse.
+    /// Permutation of the rows, and its inverse.
     permutation: [Vec<usize>; 2],
     buffer: MemBuffer,
-    /// Whether the factors belong to the last matrix.
+    /// Whether the factors belong to the last matrix passed to `renew`.
     is_current: bool,
 }
 
@@ -29,7 +29,7 @@ impl std::fmt::Debug for DenseLu {
 }
 
 impl DenseLu {
-    /// Allocates factors of matrices of order `n`.
+    /// Allocates factors for matrices of order `n`.
     pub fn new(n: usize) -> Self {
         let requirements = StackReq::any_of(&[
             factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default()),
@@ -47,10 +47,10 @@ impl DenseLu {
         self.factors.nrows()
     }
 
-    /// Factorizes the matrix with these `values`, column by column.
+    /// Factorizes the matrix with the given `values`, stored column by column.
     ///
     /// # Errors
-    /// [`SparseError::WrongLength`], [`SparseError::NotFinite`], [`SparseError::Singular`].
+    /// Returns [`SparseError::WrongLength`], [`SparseError::NotFinite`] or [`SparseError::Singular`].
     pub fn renew(&mut self, values: &[f64]) -> Result<(), SparseError> {
         self.is_current = false;
         let n = self.n();
@@ -75,7 +75,7 @@ impl DenseLu {
     /// Solves A x = b in place.
     ///
     /// # Errors
-    /// [`SparseError::NoFactors`], [`SparseError::WrongLength`].
+    /// Returns [`SparseError::NoFactors`] or [`SparseError::WrongLength`].
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), SparseError> {
         let n = self.n();
         expect_length("right-hand side", n, x.len())?;
@@ -103,7 +103,7 @@ impl DenseLu {
 mod tests {
     use super::*;
 
-    /// Regression for sparse LU of full matrices, whose scalar loops took seconds.
+    /// Regression test: sparse LU was used for full matrices, and its scalar loops took seconds.
     #[test]
     fn solutions_have_a_small_backward_error() {
         for n in [1, 2, 17, 200] {
@@ -121,7 +121,7 @@ mod tests {
                 let (sum, size) = terms
                     .iter()
                     .fold((0.0, b[i].abs()), |(sum, size), term| (sum + term, size + term.abs()));
-                // Rounding of n terms; pivots grow little here.
+                // Rounding errors of n terms. The pivots grow little for these matrices.
                 let rounding = 10.0 * n as f64 * f64::EPSILON * size;
                 assert!((sum - b[i]).abs() <= rounding, "{n} {i}: {sum} {}", b[i]);
             }

@@ -1,4 +1,4 @@
-//! The pattern of a matrix, its order of elimination, and the backend that factorizes.
+//! Pattern of a matrix, order of elimination, and the backend that factorizes.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,16 +15,16 @@ use crate::single::SingleFactors;
 use crate::supernodal::{Analysis, Supernodal};
 use crate::{Factorization, Kind, Prediction, Scalar, SparseError};
 
-/// Matrices whose factorization takes more multiplications are not passed to the pivoting solver. Its scalar loops and
-/// its order, without nested dissection, take a hundred times as long as the dense blocks: 8 s instead of 0.1 s for a
-/// body of 10⁴ unknowns (1e9), hours for larger ones.
+/// Maximum number of multiplications for the pivoting solver. It uses scalar loops and an ordering without nested
+/// dissection, so it takes a hundred times as long as the dense blocks: 8 s instead of 0.1 s for a body with 10⁴
+/// unknowns (1e9 multiplications), and hours for larger ones.
 const MAX_PIVOTING_WORK: f64 = 1e9;
 
-/// Matrices whose factorization takes more multiplications are factorized by several [threads](resources::use_threads),
-/// if enabled. If the work takes less than a few milliseconds, waking the threads costs more than it saves.
+/// Number of multiplications above which a matrix is factorized by several [threads](resources::use_threads), if
+/// enabled. If the work takes less than a few milliseconds, waking the threads costs more than it saves.
 const MIN_THREADED_WORK: f64 = 1e8;
 
-/// Number of multiplications above which [`Precision::Auto`] selects factors in single precision. For less work,
+/// Number of multiplications above which [`Precision::Auto`] selects factors in single precision. For smaller matrices,
 /// scaling and refinement cost about as much time as the factorization saves.
 const MIN_MIXED_WORK: f64 = 1e9;
 
@@ -33,34 +33,35 @@ const MIN_MIXED_WORK: f64 = 1e9;
 pub struct Structure {
     /// Whether the matrix is symmetric.
     pub kind: Kind,
-    /// Unknowns whose diagonal entries are too small to be pivots before other unknowns are eliminated (the pressures
-    /// of a nearly incompressible body). Unknowns without a diagonal entry are detected and need not be listed.
+    /// Unknowns whose diagonal entries are too small to be pivots before other unknowns are eliminated, for example the
+    /// pressures of a nearly incompressible body. Unknowns without a diagonal entry are detected and need not be
+    /// listed.
     pub constraints: Range<usize>,
 }
 
-/// The pattern of a matrix and its order of elimination, shared by real and complex matrices.
+/// Pattern and order of elimination of a matrix, shared by real and complex matrices.
 #[derive(Debug)]
 pub struct Elimination {
     n: usize,
     n_entries: usize,
-    /// [`Structure::constraints`].
+    /// See [`Structure::constraints`].
     constraints: Range<usize>,
     product: Arc<Product>,
     precision: Precision,
     backend: Backend,
 }
 
-/// The solver that factorizes.
+/// Solver that factorizes the matrix.
 #[derive(Debug)]
 enum Backend {
     Blocks(Box<Blocks>),
     Engine { engine: Arc<dyn Engine>, pattern: Arc<SparsityPattern>, kind: Kind },
 }
 
-/// Dense blocks with fixed pivots, and pivoting if they fail.
+/// Dense blocks with fixed pivots, with a fallback to pivoting.
 #[derive(Debug)]
 struct Blocks {
-    /// The pattern for the pivoting solver; `None` if the matrix is too large for it.
+    /// Pattern for the pivoting solver; `None` if the matrix is too large for it.
     pattern: Option<SparsityPattern>,
     options: SparseOptions,
     analysis: Arc<Analysis>,
@@ -68,10 +69,11 @@ struct Blocks {
 }
 
 impl Elimination {
-    /// Analyzes the compressed-column `pattern`, or delegates it to an installed [`engine`], without `options`.
+    /// Analyzes the compressed-column `pattern`. If an [`engine`] is installed, delegates the pattern to it and ignores
+    /// the `options`.
     ///
     /// # Errors
-    /// [`SparseError::NotSquare`], [`SparseError::EmptyColumn`].
+    /// Returns [`SparseError::NotSquare`] or [`SparseError::EmptyColumn`].
     pub fn new(
         pattern: &SparsityPattern,
         structure: Structure,
@@ -115,10 +117,11 @@ impl Elimination {
         }
     }
 
-    /// Uses `threads` threads for factorizations; has no effect on an engine. Results do not depend on the number.
+    /// Uses `threads` threads for factorizations; has no effect on an engine. Results do not depend on the number of
+    /// threads.
     ///
     /// # Errors
-    /// [`SparseError::Threads`].
+    /// Returns [`SparseError::Threads`] if the thread pool cannot be created.
     pub fn in_threads(mut self, threads: usize) -> Result<Self, SparseError> {
         if let Backend::Blocks(blocks) = &mut self.backend {
             blocks.threads = match threads {
@@ -129,7 +132,7 @@ impl Elimination {
         Ok(self)
     }
 
-    /// Returns whether factors are in single precision unless that fails.
+    /// Returns whether factors are computed in single precision first, with double precision as the fallback.
     pub(crate) fn is_mixed(&self) -> bool {
         match (&self.backend, self.precision) {
             (Backend::Engine { .. }, _) | (_, Precision::Double) => false,
@@ -175,7 +178,7 @@ impl Elimination {
         }
     }
 
-    /// Allocates factors with pivoting; `None` if an engine factorizes.
+    /// Allocates factors with pivoting. Returns `None` if an engine factorizes.
     pub(crate) fn pivoting<T: Scalar>(&self) -> Result<Option<Factors<T>>, SparseError> {
         let Backend::Blocks(blocks) = &self.backend else {
             return Ok(None);
@@ -186,7 +189,7 @@ impl Elimination {
         Ok(Some(Factors::new(symbolic)))
     }
 
-    /// Returns the analysis; `None` if an engine factorizes.
+    /// Returns the analysis, or `None` if an engine factorizes.
     pub fn analysis(&self) -> Option<&Arc<Analysis>> {
         match &self.backend {
             Backend::Blocks(blocks) => Some(&blocks.analysis),
@@ -197,19 +200,19 @@ impl Elimination {
     /// Checks that the factors of a real matrix fit into memory.
     ///
     /// # Errors
-    /// [`SparseError::Memory`].
+    /// Returns [`SparseError::Memory`] if they do not fit.
     pub fn expect_memory(&self) -> Result<(), SparseError> {
         let needed = self.prediction::<f64>().map_or(0, |needs| needs.bytes);
         resources::expect_memory(needed, 0)
     }
 
-    /// Predicts the cost of one matrix of type `T` and its factors; `None` if an engine factorizes. The analysis is
-    /// counted for each matrix, although matrices with the same pattern share it.
+    /// Predicts the cost of one matrix of type `T` and its factors. Returns `None` if an engine factorizes. Each
+    /// prediction includes the analysis, although matrices with the same pattern share it.
     pub fn prediction<T: Scalar>(&self) -> Option<Prediction> {
         self.prediction_in::<T>(self.is_mixed())
     }
 
-    /// Predicts the cost with factors in single precision if `is_single`.
+    /// Predicts the cost of one matrix and its factors, which are in single precision if `is_single`.
     pub(crate) fn prediction_in<T: Scalar>(&self, is_single: bool) -> Option<Prediction> {
         let Backend::Blocks(blocks) = &self.backend else {
             return None;
@@ -220,7 +223,7 @@ impl Elimination {
         let kept = Supernodal::<T>::n_kept(analysis, n_threads);
         let of_factors = match is_single {
             true => {
-                // The matrix and the right-hand side are copied, and rows have scales.
+                // The matrix and the right-hand side are copied, and each row has a scaling factor.
                 let single = kept + self.n_entries + self.n;
                 single * size_of::<T::Single>() + 2 * self.n * size_of::<f64>()
             }

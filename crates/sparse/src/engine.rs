@@ -1,4 +1,4 @@
-//! Factorizations by an engine outside this crate.
+//! Factorizations by an external engine.
 
 use std::fmt::Debug;
 use std::sync::{Arc, OnceLock};
@@ -8,8 +8,8 @@ use num_complex::Complex64;
 
 use crate::{Factorization, Kind};
 
-/// A factorization library outside this crate that replaces its dense blocks, for example a library that runs in several
-/// processes.
+/// An external factorization library that replaces the dense blocks of this crate, for example a library that runs in
+/// several processes.
 ///
 /// The engine performs its own pivoting if necessary.
 pub trait Engine: Debug + Send + Sync {
@@ -24,15 +24,15 @@ pub trait Engine: Debug + Send + Sync {
     ) -> Box<dyn Factorization<Complex64>>;
 }
 
-/// The engine of this process. There is at most one.
+/// Engine of this process. At most one engine can be installed.
 static ENGINE: OnceLock<Arc<dyn Engine>> = OnceLock::new();
 
-/// Uses `engine` for all patterns analyzed from now on. Only the first call has an effect.
+/// Uses `engine` for all patterns that are analyzed later. Only the first call has an effect.
 pub fn install(engine: Arc<dyn Engine>) {
     ENGINE.get_or_init(|| engine);
 }
 
-/// Returns the [installed](install) engine.
+/// Returns the [installed](install) engine, if any.
 pub(crate) fn installed() -> Option<Arc<dyn Engine>> {
     ENGINE.get().cloned()
 }

@@ -1,4 +1,4 @@
-//! Errors of a factorization and their effect on a time step.
+//! Errors of factorizations and their effect on a time step.
 
 use myovib_dae::StepError;
 
@@ -6,13 +6,13 @@ use myovib_dae::StepError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages name the fields")]
 pub enum SparseError {
-    /// The pattern is not square, or empty.
+    /// The pattern is empty or not square.
     #[error("a {rows} × {columns} pattern cannot be factorized: it must be square and not empty")]
     NotSquare { rows: usize, columns: usize },
     /// A column of the pattern is empty.
     #[error("column {column} of the pattern is empty: no equation contains unknown {column}")]
     EmptyColumn {
-        /// The first such column.
+        /// The first empty column.
         column: usize,
     },
     /// The matrix is structurally or numerically singular.
@@ -23,7 +23,7 @@ pub enum SparseError {
         /// The column without a pivot, if known.
         column: Option<usize>,
     },
-    /// A pivot is zero or not finite. Another order of elimination or pivoting is required.
+    /// A pivot is zero or not finite. The matrix requires another order of elimination or pivoting.
     #[error("a pivot is zero or not finite in the fixed order of elimination")]
     ZeroPivot,
     /// The matrix needs pivoting but is too large for the pivoting solver.
@@ -45,10 +45,10 @@ pub enum SparseError {
     /// An entry of the matrix or of the right-hand side is NaN or infinite.
     #[error("entry {position} of the {of} is not finite")]
     NotFinite { of: &'static str, position: usize },
-    /// No factors are available: either none were computed or the last refactorization failed.
+    /// No factors are available: none were computed, or the last refactorization failed.
     #[error("no factors are available: none were computed, or the last refactorization failed")]
     NoFactors,
-    /// KLU failed for another reason: out of memory, or the problem is too large.
+    /// KLU failed for another reason: it ran out of memory, or the problem is too large.
     #[error("KLU failed with status {status} ({})", status_name(*status))]
     Failed {
         /// KLU's status code.
@@ -83,7 +83,7 @@ pub enum SparseError {
 /// Checks the length of an array.
 ///
 /// # Errors
-/// [`SparseError::WrongLength`].
+/// Returns [`SparseError::WrongLength`] if the lengths differ.
 pub(crate) fn expect_length(
     what: &'static str,
     expected: usize,
@@ -119,7 +119,7 @@ fn status_name(status: i64) -> &'static str {
     }
 }
 
-/// Errors that depend on the values of the matrix are recoverable with a smaller step; all others are fatal.
+/// Errors caused by the values of the matrix are recoverable with a smaller step; all others are fatal.
 impl From<SparseError> for StepError {
     fn from(error: SparseError) -> Self {
         match error {

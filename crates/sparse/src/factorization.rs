@@ -1,4 +1,4 @@
-//! The common interface of all factorizations.
+//! Common interface of all factorizations.
 
 use std::ops::Add;
 
@@ -10,10 +10,10 @@ use crate::SparseError;
 /// Symmetry of a matrix, known in advance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Kind {
-    /// No symmetry.
+    /// Not symmetric.
     #[default]
     General,
-    /// A = Aᵀ (not conjugated): LDLᵀ with half the work and half the entries of LU.
+    /// A = Aᵀ (not conjugated). The LDLᵀ factorization needs half the work and half the entries of LU.
     Symmetric,
 }
 
@@ -22,7 +22,7 @@ pub enum Kind {
 /// The constructor analyzes the pattern. After the first solve, [`renew`](Self::renew) and [`solve`](Self::solve) do
 /// not allocate.
 pub trait Factorization<T: Scalar>: std::fmt::Debug + Send {
-    /// Factorizes the matrix with these `values`, given in the order of the pattern.
+    /// Factorizes the matrix with the given `values`, in the order of the pattern.
     ///
     /// # Errors
     /// Returns an error if the factorization fails. No factors are available then.
@@ -31,13 +31,13 @@ pub trait Factorization<T: Scalar>: std::fmt::Debug + Send {
     /// Solves A x = b in place.
     ///
     /// # Errors
-    /// [`SparseError::NoFactors`] before the first matrix and after a failed factorization.
+    /// Returns [`SparseError::NoFactors`] before the first matrix and after a failed factorization.
     fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError>;
 
     /// Solves A X = B in place, with B stored by rows. The default solves one column after the other.
     ///
     /// # Errors
-    /// As for [`solve`](Self::solve).
+    /// Returns the same errors as [`solve`](Self::solve).
     fn solve_columns(&mut self, x: &mut [T], n_columns: usize) -> Result<(), SparseError> {
         columns::one_by_one(x, n_columns, |column| self.solve(column))
     }
@@ -45,31 +45,31 @@ pub trait Factorization<T: Scalar>: std::fmt::Debug + Send {
     /// Solves Aᵀ x = b in place (transposed, not conjugated).
     ///
     /// # Errors
-    /// As for [`solve`](Self::solve).
+    /// Returns the same errors as [`solve`](Self::solve).
     fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError>;
 
-    /// Returns the pivots of the last factors by unknown: the diagonal of U or D. `None` if rows and columns were
-    /// permuted differently, or if the library does not provide them.
+    /// Returns the pivots of the last factors by unknown, that is, the diagonal of U or D. Returns `None` if rows and
+    /// columns were permuted differently, or if the library does not provide the pivots.
     fn pivots(&self) -> Option<Vec<T>> {
         None
     }
 
-    /// Returns the number of entries of the last factors, if known.
+    /// Returns the number of entries in the last factors, if known.
     fn n_entries(&self) -> Option<usize>;
 }
 
-/// Predicted cost of a factorization, from the pattern alone.
+/// Cost of a factorization, predicted from the pattern alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prediction {
-    /// Entries of the factors, including explicit zeros.
+    /// Number of entries in the factors, including explicit zeros.
     pub entries: usize,
-    /// Memory in bytes for matrix, analysis, factors and workspace.
+    /// Memory in bytes for the matrix, the analysis, the factors and the workspace.
     pub bytes: usize,
-    /// Floating-point operations of one factorization. A complex operation counts as four real ones.
+    /// Number of floating-point operations of one factorization. A complex operation counts as four real ones.
     pub flops: f64,
 }
 
-/// Adds the costs of factorizations stored at the same time.
+/// Adds the costs of factorizations that are stored at the same time.
 impl Add for Prediction {
     type Output = Self;
 

@@ -4,10 +4,10 @@ use num_complex::ComplexFloat;
 
 use crate::SparseError;
 
-/// Checks that all `values` of the array named `of` are finite.
+/// Checks that all `values` are finite; `of` is the name of the array.
 ///
 /// # Errors
-/// [`SparseError::NotFinite`].
+/// Returns [`SparseError::NotFinite`] for the first value that is not finite.
 pub(crate) fn expect_finite<T: ComplexFloat>(
     values: &[T],
     of: &'static str,

@@ -1,12 +1,12 @@
 //! Sparse direct factorizations of Newton matrices, real and complex.
 //!
 //! - [`supernodal`]: LU and LDLᵀ in dense blocks with fixed pivots, for matrices with a symmetric pattern.
-//! - [`pivoting`]: LU with pivoting for any sparse matrix. Uses the system's [`klu`] if the feature of that name is on
-//!   and `vendored` is off, otherwise faer.
-//! - [`SparseSystem`]: a supernodal factorization whose solutions are checked; switches to pivoting if necessary.
+//! - [`pivoting`]: LU with pivoting for any sparse matrix. Uses the system's [`klu`] if the feature `klu` is enabled
+//!   and `vendored` is not; otherwise uses faer.
+//! - [`SparseSystem`]: a supernodal factorization that checks its solutions and switches to pivoting if necessary.
 //!
-//! All are [`Factorization`]s; an external [`engine`] can provide another one. The feature `metis` adds nested
-//! dissection to the fill-reducing orderings.
+//! All of them implement [`Factorization`]. An external [`engine`] can provide another implementation. The feature
+//! `metis` adds nested dissection to the fill-reducing orderings.
 #![deny(unsafe_code)]
 
 mod compiled;

@@ -1,4 +1,4 @@
-//! Kernels of LU with partial pivoting, by faer.
+//! Kernels of the LU factorization with partial pivoting, by faer.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::Scalar;
 use crate::SparseError;
 use crate::SparseOptions;
 
-/// The analysis of a pattern.
+/// Analysis of a pattern.
 #[derive(Debug, Clone)]
 pub struct Symbolic {
     pattern: Arc<SparsityPattern>,
@@ -25,7 +25,7 @@ impl Symbolic {
     /// Analyzes the compressed-column `pattern` and orders it by COLAMD. The `options` are ignored.
     ///
     /// # Errors
-    /// [`SparseError::NotSquare`].
+    /// Returns [`SparseError::NotSquare`].
     pub fn analyze(
         pattern: &SparsityPattern,
         _options: SparseOptions,
@@ -40,12 +40,12 @@ impl Symbolic {
         Ok(Self { pattern, lu: Arc::new(lu) })
     }
 
-    /// Order of the matrix.
+    /// Returns the order of the matrix.
     pub fn n(&self) -> usize {
         self.pattern.major_dim()
     }
 
-    /// Number of entries of the pattern.
+    /// Returns the number of entries of the pattern.
     pub fn nnz(&self) -> usize {
         self.pattern.nnz()
     }
@@ -80,7 +80,7 @@ impl<T: Scalar> Lu<T> {
         &self.symbolic
     }
 
-    /// Factorizes the matrix with these `values`. Returns `None` if it is detected to be singular.
+    /// Factorizes the matrix with the given `values`. Returns `None` if the matrix is found to be singular.
     pub fn factor(&mut self, values: &[T]) -> Option<()> {
         let matrix = SparseColMatRef::new(view(&self.symbolic.pattern), values);
         let stack = MemStack::new(&mut self.buffer);

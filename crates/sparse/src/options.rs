@@ -1,6 +1,6 @@
 //! Settings of factorizations.
 
-/// Fill-reducing ordering of the columns (with AMD also of the rows).
+/// Fill-reducing ordering of the columns (and, with AMD, also of the rows).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Ordering {
     /// Approximate minimum degree on the pattern of A + Aᵀ, for nearly symmetric patterns.
@@ -8,7 +8,7 @@ pub enum Ordering {
     Amd,
     /// Approximate minimum degree on the pattern of AᵀA, which is not formed.
     Colamd,
-    /// The given order.
+    /// The given order, unchanged.
     Natural,
 }
 
@@ -30,28 +30,29 @@ pub enum Precision {
     /// Double precision.
     #[default]
     Double,
-    /// Single precision with iterative refinement, and double precision if the refinement does not converge. For
-    /// Newton's method: after a factorization, only the first solution is refined if its error was small.
+    /// Single precision with iterative refinement, and double precision if the refinement does not converge. Intended
+    /// for Newton's method: if the first solution after a factorization has a small error, later solutions are not
+    /// refined.
     Mixed,
     /// [`Mixed`](Self::Mixed) for large matrices.
     Auto,
 }
 
-/// Settings of factorizations. Except for `precision`, they apply to factorizations with pivoting; the defaults are KLU's.
-/// faer, which replaces KLU in builds without it, ignores them.
+/// Settings of factorizations. All of them except `precision` apply only to factorizations with pivoting. The defaults
+/// are the defaults of KLU. In builds without KLU, faer is used instead and ignores these settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparseOptions {
-    /// Precision of factors without pivoting; [`Precision::Double`] by default.
+    /// Precision of factors with fixed pivots; [`Precision::Double`] by default.
     pub precision: Precision,
     /// Fill-reducing ordering; [`Ordering::Amd`] by default.
     pub ordering: Ordering,
-    /// Whether to permute to block triangular form first; on by default. The permutation starts from a maximum
-    /// transversal, which may move the pivots off a good diagonal.
+    /// Whether to permute the matrix to block triangular form first; on by default. The permutation starts from a
+    /// maximum transversal, which may replace good diagonal pivots by other entries.
     pub btf: bool,
     /// Scaling of the rows; [`Scaling::Max`] by default.
     pub scaling: Scaling,
-    /// The diagonal entry is the pivot if it is at least this fraction of the largest entry of its column; 0.001 by
-    /// default.
+    /// The diagonal entry is selected as the pivot if it is at least this fraction of the largest entry of its column;
+    /// 0.001 by default.
     pub pivot_tolerance: f64,
 }
 

@@ -1,15 +1,15 @@
-//! LU with partial pivoting by faer: for any sparse matrix, without a C library.
+//! LU factorization of any sparse matrix with partial pivoting by faer, without a C library.
 
 use crate::error::expect_length;
 use crate::finite::expect_finite;
 use crate::lu::{Lu, Symbolic};
 use crate::{Factorization, Scalar, SparseError};
 
-/// Factors of a sequence of matrices with the same pattern. Each matrix chooses its own pivots.
+/// Factors of a sequence of matrices with the same pattern. New pivots are selected for each matrix.
 pub struct Factors<T: Scalar> {
     lu: Lu<T>,
     probe: Vec<T>,
-    /// Whether the factors belong to the last matrix.
+    /// Whether the factors belong to the last matrix passed to `renew`.
     current: bool,
 }
 
@@ -19,18 +19,18 @@ impl<T: Scalar> Factors<T> {
         Self { probe: vec![T::zero(); symbolic.n()], lu: T::lu(symbolic), current: false }
     }
 
-    /// Number of pivot choices that later matrices keep: always zero.
+    /// Returns the number of pivot selections that later matrices reuse, which is always zero.
     pub fn pivot_choices(&self) -> u64 {
         0
     }
 
-    /// Has no effect, since each matrix chooses its own pivots.
+    /// Has no effect, since new pivots are selected for each matrix.
     pub fn forget_pivots(&mut self) {}
 
-    /// Factorizes the matrix with these `values`.
+    /// Factorizes the matrix with the given `values`.
     ///
     /// # Errors
-    /// [`SparseError::WrongLength`], [`SparseError::NotFinite`], [`SparseError::Singular`].
+    /// Returns [`SparseError::WrongLength`], [`SparseError::NotFinite`] or [`SparseError::Singular`].
     pub fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
         self.current = false;
         let (n, nnz) = (self.lu.symbolic().n(), self.lu.symbolic().nnz());
@@ -38,7 +38,7 @@ impl<T: Scalar> Factors<T> {
         expect_finite(values, "matrix")?;
         let singular = SparseError::Singular { n, column: None };
         T::factor_lu(&mut self.lu, values).ok_or(singular.clone())?;
-        // faer does not report a zero pivot; the solution then contains infinities.
+        // faer does not report a zero pivot, but the solution then contains infinities.
         self.current = true;
         let mut probe = std::mem::take(&mut self.probe);
         probe.fill(T::one());
@@ -56,7 +56,7 @@ impl<T: Scalar> Factors<T> {
     /// Solves A x = b in place.
     ///
     /// # Errors
-    /// [`SparseError::NoFactors`], [`SparseError::WrongLength`].
+    /// Returns [`SparseError::NoFactors`] or [`SparseError::WrongLength`].
     pub fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError> {
         self.check(x)?;
         T::solve_lu(&mut self.lu, x, false);
@@ -66,14 +66,14 @@ impl<T: Scalar> Factors<T> {
     /// Solves Aᵀ x = b in place (transposed, not conjugated).
     ///
     /// # Errors
-    /// As for [`solve`](Self::solve).
+    /// Returns the same errors as [`solve`](Self::solve).
     pub fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
         self.check(x)?;
         T::solve_lu(&mut self.lu, x, true);
         Ok(())
     }
 
-    /// Checks the length of `x` and that factors are available.
+    /// Checks the length of `x` and whether factors are available.
     fn check(&self, x: &[T]) -> Result<(), SparseError> {
         expect_length("right-hand side", self.lu.symbolic().n(), x.len())?;
         match self.current {

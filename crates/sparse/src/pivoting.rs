@@ -1,4 +1,4 @@
-//! LU with pivoting for any sparse matrix: by KLU if the build includes it, otherwise by faer.
+//! LU factorization with pivoting for any sparse matrix: by KLU if the build includes it, otherwise by faer.
 
 #[cfg(klu)]
 pub use crate::klu::{Factors, Symbolic};

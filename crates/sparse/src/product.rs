@@ -1,4 +1,4 @@
-//! Products with sparse matrices that consist of small blocks, and with the magnitudes of their entries.
+//! Products with sparse matrices that consist of small blocks, and products with the magnitudes of their entries.
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -9,9 +9,9 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::Scalar;
 use crate::row::Row;
 
-/// A plan for products with a compressed-column matrix. Two adjacent columns with the same rows are processed together,
-/// and two adjacent rows share one index. The two components of a displacement give most of a muscle's matrices this
-/// structure: one index for four entries.
+/// Plan for products with a compressed-column matrix. Two adjacent columns with the same rows are processed together,
+/// and two adjacent rows share one index. Most parts of a muscle's matrices have this structure because of the two
+/// components of each displacement, so one index describes four entries.
 #[derive(Debug, Clone)]
 pub struct Product {
     groups: Vec<Group>,
@@ -19,16 +19,16 @@ pub struct Product {
     arch: Arch,
 }
 
-/// One column, or two columns with the same rows.
+/// One column, or two adjacent columns with the same rows.
 #[derive(Debug, Clone)]
 struct Group {
     column: usize,
     is_double: bool,
-    /// Entries of the first column; the entries of the second column follow.
+    /// Range of the entries of the first column; the entries of the second column follow.
     entries: Range<usize>,
-    /// Range in `Product::rows` with the first row of each pair of adjacent rows.
+    /// Range in `Product::rows` that contains the first row of each pair of adjacent rows.
     pairs: Range<usize>,
-    /// Range in `Product::rows` with the remaining single rows.
+    /// Range in `Product::rows` that contains the remaining single rows.
     single: Range<usize>,
 }
 
@@ -79,7 +79,7 @@ impl Product {
         }
     }
 
-    /// Returns the size on the heap in bytes.
+    /// Returns the heap size in bytes.
     pub(crate) fn n_bytes(&self) -> usize {
         size_of_val(&self.groups[..]) + size_of_val(&self.rows[..])
     }
@@ -120,7 +120,7 @@ impl Product {
         self.arch.dispatch(Transposed { product: self, values, x, y });
     }
 
-    /// Adds |A| |x| to `y`, with |z| = |Re z| + |Im z|.
+    /// Adds |A| |x| to `y`, where |z| = |Re z| + |Im z|.
     pub(crate) fn magnitudes<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [f64]) {
         self.arch.dispatch(Accumulate {
             product: self,
@@ -183,7 +183,7 @@ impl<T: Scalar, Y: Copy, F: Fn(Y, T, T) -> Y> WithSimd for Accumulate<'_, T, Y, 
     }
 }
 
-/// A block of columns of Y ← Y − A X, starting at column `first`.
+/// Block of columns of Y ← Y − A X that starts at column `first`.
 struct ColumnBlock<'a, T> {
     product: &'a Product,
     values: &'a [T],
@@ -193,7 +193,7 @@ struct ColumnBlock<'a, T> {
     first: usize,
 }
 
-/// Kernel that multiplies all columns in a row of type R together.
+/// Kernel that processes all columns of a row of type R together.
 struct ColumnKernel<'a, T, R, const TRANSPOSED: bool> {
     block: ColumnBlock<'a, T>,
     row: PhantomData<R>,
@@ -219,7 +219,7 @@ impl<T: Scalar, R: Row<T>, const TRANSPOSED: bool> WithSimd for ColumnKernel<'_,
             let single = &product.rows[group.single.clone()];
             let own = &values[group.entries.clone()];
             let (pairs0, single0) = own.split_at(2 * pairs.len());
-            // No closures below: they would be compiled without vector instructions.
+            // Do not use closures below: they would be compiled without vector instructions.
             if !group.is_double {
                 let x0 = match TRANSPOSED {
                     true => R::zeros(),
@@ -343,8 +343,8 @@ mod tests {
 
     #[test]
     fn blocks_of_all_kinds_are_multiplied() {
-        // Columns 0 and 1 have the same rows: an adjacent pair and a single one. Column 2 has an adjacent pair, column
-        // 3 a single row, column 4 is empty.
+        // Columns 0 and 1 have the same rows: an adjacent pair and a single row. Column 2 has an adjacent pair, column
+        // 3 has a single row, and column 4 is empty.
         let lanes: [&[usize]; 5] = [&[0, 1, 3], &[0, 1, 3], &[2, 3], &[0], &[]];
         let mut offsets = vec![0];
         offsets.extend(lanes.iter().scan(0, |end, lane| {
@@ -370,7 +370,7 @@ mod tests {
         let mut by_columns = [0.5; 5];
         product.subtract_transposed(&values, &x, &mut by_columns);
         assert_eq!(by_columns, transposed);
-        // Several columns: multiples of the first one.
+        // Several columns, which are multiples of the first one.
         for n_columns in [3, 8, 15] {
             let side_by_side = |of: &[f64], start: f64| -> Vec<f64> {
                 let row = |x: &f64| {

@@ -1,8 +1,8 @@
 //! Limits of this process: threads and memory.
 //!
-//! The size of large factors follows from the pattern, long before they are computed. A check in advance results in an
-//! error that states the required and the available memory; otherwise the system may kill the process in the middle of
-//! a run.
+//! The size of large factors is known from the pattern, long before the factors are computed. A check in advance
+//! results in an error that states the required and the available memory. Without it, the system may kill the process
+//! in the middle of a run.
 
 use std::fs;
 use std::path::Path;
@@ -12,13 +12,14 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::SparseError;
 
-/// The thread pool for large factors.
+/// Thread pool for large factors.
 static THREADS: OnceLock<Arc<ThreadPool>> = OnceLock::new();
 
 /// Memory limit of this process in bytes.
 static LIMIT: OnceLock<usize> = OnceLock::new();
 
-/// Uses `threads` threads for large factors and for the assembly of large bodies. Results do not depend on the number.
+/// Uses `threads` threads for large factors and for the assembly of large bodies. Results do not depend on the number
+/// of threads.
 ///
 /// Only the first call has an effect. By default, only the calling thread is used, which suits many concurrent runs.
 ///
@@ -32,12 +33,12 @@ pub fn use_threads(threads: usize) -> Result<(), SparseError> {
     Ok(())
 }
 
-/// Returns whether more than one thread is in use.
+/// Returns whether several threads are in use.
 pub fn uses_threads() -> bool {
     THREADS.get().is_some()
 }
 
-/// Returns the thread pool if there is more than one thread.
+/// Returns the thread pool, or `None` if only one thread is used.
 pub fn threads() -> Option<Arc<ThreadPool>> {
     THREADS.get().cloned()
 }
@@ -52,7 +53,7 @@ pub fn limit_memory(bytes: usize) {
     LIMIT.get_or_init(|| bytes);
 }
 
-/// Returns the memory in use in bytes, or `None` if the system does not report it.
+/// Returns the memory used by this process in bytes, or `None` if the system does not report it.
 pub fn in_use() -> Option<usize> {
     kibibytes("/proc/self/status", "VmRSS:")
 }
@@ -62,9 +63,10 @@ pub fn peak() -> Option<usize> {
     kibibytes("/proc/self/status", "VmHWM:")
 }
 
-/// Returns the memory available to this process in bytes: the minimum of the free memory of the machine, of its control
-/// groups (a container or a cluster job), of its address space (`ulimit -v`), of its data (`ulimit -d`) and of its limit.
-/// `None` if no value is known.
+/// Returns the memory available to this process in bytes. The result is the minimum of the free memory of the machine
+/// and of the control groups of the process (a container or a cluster job), and of what remains of the limits on the
+/// address space (`ulimit -v`), on data (`ulimit -d`), and of [`limit_memory`]. Returns `None` if none of these values
+/// is known.
 pub fn available() -> Option<usize> {
     let own = LIMIT.get().map(|limit| limit.saturating_sub(in_use().unwrap_or(0)));
     let machine = kibibytes("/proc/meminfo", "MemAvailable:");
@@ -77,10 +79,10 @@ pub fn available() -> Option<usize> {
     all.into_iter().flatten().min()
 }
 
-/// Checks that the factors fit into memory. `n_complex` is the number of complex matrices.
+/// Checks that factors of `needed` bytes fit into memory. `n_complex` is the number of complex matrices.
 ///
 /// # Errors
-/// [`SparseError::Memory`] if `needed` bytes exceed [`available`].
+/// Returns [`SparseError::Memory`] if `needed` exceeds the [`available`] memory.
 pub fn expect_memory(needed: usize, n_complex: usize) -> Result<(), SparseError> {
     match available() {
         Some(available) if needed > available => {
@@ -98,7 +100,7 @@ fn kibibytes(file: &str, name: &str) -> Option<usize> {
     Some(1024 * number)
 }
 
-/// Returns the difference between a limit of the process and the memory `used` to which the limit applies.
+/// Returns the difference between a limit of the process and the amount `used` of the limited memory.
 fn below(name: &str, used: &str) -> Option<usize> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let limit = limits.lines().find_map(|line| line.strip_prefix(name))?;
@@ -113,7 +115,7 @@ fn in_group(root: &Path, group: &str) -> Option<usize> {
     groups.filter_map(left_in).min()
 }
 
-/// Returns the free memory of one control group. The file cache that the system would reclaim counts as free.
+/// Returns the free memory of one control group. File caches that the system can reclaim are counted as free.
 fn left_in(group: &Path) -> Option<usize> {
     let text = |name| fs::read_to_string(group.join(name)).ok();
     let number = |text: &str| text.trim().parse::<usize>().ok(); // "max" means no limit
@@ -135,7 +137,7 @@ mod tests {
         let available = available().expect("this system reports its free memory");
         assert!(in_use().unwrap() <= peak().unwrap());
         assert_eq!(expect_memory(0, 0), Ok(()));
-        // The free memory cannot quadruple within a moment.
+        // The free memory cannot quadruple within a short time.
         let needed = available.saturating_mul(4);
         match expect_memory(needed, 0) {
             Err(SparseError::Memory { needed: n, .. }) => assert_eq!(n, needed),
@@ -143,7 +145,7 @@ mod tests {
         }
     }
 
-    /// Regression: the file cache counted as used, and limits of parent groups were ignored.
+    /// Regression test: file caches were counted as used, and limits of parent groups were ignored.
     #[test]
     fn memory_of_control_groups_excludes_caches_and_includes_parents() {
         let root = tempfile::tempdir().unwrap();
@@ -166,7 +168,7 @@ mod tests {
         assert_eq!([left("/job"), left("/")], [Some(0); 2]);
     }
 
-    /// Regression: the error of an equilibrium mentioned BDF and Radau IIA.
+    /// Regression test: the error message for an equilibrium mentioned BDF and Radau IIA.
     #[test]
     fn mentions_integrators_only_for_complex_matrices() {
         let message = |n_complex| {

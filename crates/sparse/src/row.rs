@@ -1,22 +1,22 @@
-//! Rows of several right-hand sides, held in vector registers.
+//! Rows of several right-hand sides in vector registers.
 
 use num_complex::Complex;
 
 use crate::Number;
 
-/// The entries of one row of several right-hand sides, which are multiplied by the same matrix
-/// entry: one number, or [several](Number::Columns).
+/// Entries of one row of several right-hand sides. All of them are multiplied by the same matrix entry. The row
+/// contains one number or [several](Number::Columns).
 pub trait Row<T>: Copy + Send + Sync + std::fmt::Debug {
-    /// A row of zeros.
+    /// Returns a row of zeros.
     fn zeros() -> Self;
 
-    /// Loads the row from the front of `row`.
+    /// Loads the row from the beginning of `row`.
     ///
     /// # Panics
-    /// Panics if `row` is shorter than the row of `Self`.
+    /// Panics if `row` has fewer entries than `Self`.
     fn load(row: &[T]) -> Self;
 
-    /// Stores the row at the front of `row`.
+    /// Stores the row at the beginning of `row`.
     fn store(self, row: &mut [T]);
 
     /// Returns `self` + `other`.
@@ -25,7 +25,7 @@ pub trait Row<T>: Copy + Send + Sync + std::fmt::Debug {
     /// Returns a · `self`.
     fn times(self, a: T) -> Self;
 
-    /// Returns `self` − a x, with fused multiply-adds.
+    /// Returns `self` − a x, using fused multiply-adds.
     fn minus_product(self, a: T, x: Self) -> Self;
 }
 
@@ -155,7 +155,7 @@ where
 
     #[inline(always)]
     fn minus_product(mut self, a: Complex<F>, x: Self) -> Self {
-        // The parts of two columns do not fill a vector register.
+        // The real or imaginary parts of two columns do not fill a vector register.
         if C < 4 {
             let ([re, im], [x_re, x_im]) = (&mut self.0, x.0);
             for c in 0..C {

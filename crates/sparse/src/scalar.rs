@@ -1,8 +1,8 @@
-//! The scalar type of a matrix: real for BDF, real and complex for Radau IIA.
+//! Scalar type of a matrix: real for BDF; real and complex for Radau IIA.
 //!
-//! The loops over both types are instantiated in this crate. Generic code is otherwise compiled again
-//! in each crate that calls it; every crate and test that solves a linear system would compile all
-//! kernels for all instruction sets.
+//! The loops for the two types are instantiated in this crate. Generic code would otherwise be compiled again in each
+//! crate that calls it: every crate and every test that solves a linear system would compile all kernels for all
+//! instruction sets.
 
 use std::ops::{AddAssign, Mul, MulAssign, SubAssign};
 use std::sync::Arc;
@@ -36,9 +36,9 @@ mod sealed {
     impl Scalar for super::Complex64 {}
 }
 
-/// An entry of [`Supernodal`] factors: real or complex, in single or double precision.
+/// Entry of [`Supernodal`] factors: real or complex, in single or double precision.
 ///
-/// The methods are used by this crate; they instantiate its kernels.
+/// The methods are intended for this crate only; they instantiate its kernels.
 pub trait Number:
     sealed::Number
     + ComplexFloat
@@ -51,31 +51,31 @@ pub trait Number:
     + std::fmt::Debug
     + 'static
 {
-    /// A row of C right-hand sides, in vector registers.
+    /// Row of C right-hand sides in vector registers.
     type Columns<const C: usize>: Row<Self>;
 
-    /// Returns `self` + a b, with fused multiply-adds: one instruction if the processor has it.
+    /// Returns `self` + a b, using a fused multiply-add: one instruction if the processor supports it.
     fn plus_product(self, a: Self, b: Self) -> Self;
 
-    /// Returns `self` + a x for a real number x, with fused multiply-adds.
+    /// Returns `self` + a x for a real number x, using fused multiply-adds.
     fn plus_real_product(self, a: Self, x: <Self as ComplexFloat>::Real) -> Self;
 
-    /// Returns Σ a b from the sums Σ a Re b and Σ a Im b.
+    /// Returns Σ a b, given the sums Σ a Re b and Σ a Im b.
     fn of_sums(with_re: Self, with_im: Self) -> Self;
 
-    /// [`Supernodal::factor`].
+    /// Implements [`Supernodal::factor`].
     ///
     /// # Errors
-    /// [`SparseError::ZeroPivot`].
+    /// Returns [`SparseError::ZeroPivot`] if a pivot is zero or not finite.
     fn factor(factors: &mut Supernodal<Self>, values: &[Self]) -> Result<(), SparseError>;
 
     /// Solves with [`Supernodal`] factors.
     fn solve_by_blocks(factors: &mut Supernodal<Self>, rhs: &mut [Self], is_transposed: bool);
 }
 
-/// The scalar type of a matrix: `f64` or `Complex64`.
+/// Scalar type of a matrix: `f64` or `Complex64`.
 ///
-/// The methods are used by this crate; they instantiate its kernels.
+/// The methods are intended for this crate only; they instantiate its kernels.
 pub trait Scalar:
     sealed::Scalar + Number + ComplexFloat<Real = f64> + Mul<f64, Output = Self>
 {
@@ -88,26 +88,26 @@ pub trait Scalar:
     /// Converts from single precision.
     fn from_single(single: Self::Single) -> Self;
 
-    /// Allocates a matrix of this type and its factors in an `engine`.
+    /// Allocates a matrix of this type and its factors by an `engine`.
     fn factors_of(
         engine: &dyn Engine,
         pattern: &Arc<SparsityPattern>,
         kind: Kind,
     ) -> Box<dyn Factorization<Self>>;
 
-    /// [`Supernodal::solve_columns`].
+    /// Implements [`Supernodal::solve_columns`].
     fn solve_columns_by_blocks(factors: &mut Supernodal<Self>, rhs: &mut [Self], n: usize);
 
-    /// [`Product::subtract`].
+    /// Implements [`Product::subtract`].
     fn subtract(product: &Product, values: &[Self], x: &[Self], y: &mut [Self]);
 
-    /// [`Product::subtract_transposed`].
+    /// Implements [`Product::subtract_transposed`].
     fn subtract_transposed(product: &Product, values: &[Self], x: &[Self], y: &mut [Self]);
 
-    /// [`Product::subtract_columns`].
+    /// Implements [`Product::subtract_columns`].
     fn subtract_columns(product: &Product, values: &[Self], x: &[Self], y: &mut [Self], n: usize);
 
-    /// [`Product::subtract_transposed_columns`].
+    /// Implements [`Product::subtract_transposed_columns`].
     fn subtract_transposed_columns(
         product: &Product,
         values: &[Self],
@@ -116,18 +116,18 @@ pub trait Scalar:
         n: usize,
     );
 
-    /// `Product::add_magnitudes`.
+    /// Implements `Product::add_magnitudes`.
     fn add_magnitudes(product: &Product, values: &[Self], x: &[Self], y: &mut [f64]);
 
-    /// [`Lu::new`].
+    /// Implements [`Lu::new`].
     #[cfg(not(klu))]
     fn lu(symbolic: Symbolic) -> Lu<Self>;
 
-    /// [`Lu::factor`].
+    /// Implements [`Lu::factor`].
     #[cfg(not(klu))]
     fn factor_lu(lu: &mut Lu<Self>, values: &[Self]) -> Option<()>;
 
-    /// [`Lu::solve`].
+    /// Implements [`Lu::solve`].
     #[cfg(not(klu))]
     fn solve_lu(lu: &mut Lu<Self>, x: &mut [Self], is_transposed: bool);
 }
@@ -198,7 +198,7 @@ macro_rules! scalars {
             type Single = $Single;
 
             #[inline(always)]
-            #[allow(clippy::cast_possible_truncation)] // the purpose
+            #[allow(clippy::cast_possible_truncation)] // intended
             fn to_single(self) -> $Single {
                 let $double = self;
                 $to_single

@@ -6,28 +6,28 @@ use crate::product::Product;
 use crate::supernodal::Supernodal;
 use crate::{Factorization, Scalar, SparseError};
 
-/// Passes of the equilibration. Each takes the square root of the remaining deviation of the largest entries of the
-/// rows from 1, so that a ratio of 10¹² becomes less than 32.
+/// Number of equilibration passes. Each pass scales by the inverse square root of the largest entry of each row, so
+/// that a ratio of 10¹² becomes less than 32.
 const EQUILIBRATION_PASSES: usize = 3;
 
-/// Supernodal factors in single precision of D A D, where D is diagonal and makes the largest entry of each row and
-/// column about 1 (Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices, 2001). The entries
-/// of a nearly incompressible body span more than the exponents of single precision.
+/// Supernodal factors of D A D in single precision. The diagonal matrix D makes the largest entry of each row and
+/// column about 1 (Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices, 2001). Without
+/// scaling, the entries of a nearly incompressible body would exceed the exponent range of single precision.
 ///
-/// Solutions have about six digits if D A D is well conditioned. The caller checks and refines them.
+/// Solutions have about six correct digits if D A D is well conditioned. The caller checks and refines them.
 #[derive(Debug)]
 pub(crate) struct SingleFactors<T: Scalar> {
     product: Arc<Product>,
     factors: Supernodal<T::Single>,
     values: Vec<T::Single>,
-    /// D, powers of 2.
+    /// Diagonal of D, powers of 2.
     scale: Vec<f64>,
     largest: Vec<f64>,
     rhs: Vec<T::Single>,
 }
 
 impl<T: Scalar> SingleFactors<T> {
-    /// Allocates factors of a matrix with `n` rows and `n_entries` entries.
+    /// Allocates factors for a matrix with `n` rows and `n_entries` entries.
     pub(crate) fn new(
         product: Arc<Product>,
         n: usize,
@@ -65,7 +65,7 @@ impl<T: Scalar> SingleFactors<T> {
         }
     }
 
-    /// Solves for a right-hand side that is scaled to a maximum of about 1.
+    /// Scales the right-hand side to a maximum of about 1, and solves.
     fn run(&mut self, x: &mut [T], solve: impl Fn(&mut Supernodal<T::Single>, &mut [T::Single])) {
         let entries = x.iter().zip(&self.scale);
         let largest = entries.fold(0.0, |max, (b, d)| f64::max(max, b.abs() * d));

@@ -1,5 +1,5 @@
 //! A sparse linear system. The default backend factorizes in dense blocks with fixed pivots, checks the solution, and
-//! switches to pivoting if necessary. Alternatively, an external engine factorizes and the solution is checked.
+//! switches to pivoting if necessary. If an external engine factorizes instead, its solution is checked.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,27 +10,27 @@ use crate::pivoting::Factors;
 use crate::resources;
 use crate::{Factorization, LinearWork, Scalar, SparseError};
 
-/// Solutions with a larger backward error are refined. Good pivots give a few ε times the length of a row. At 1e-12,
-/// four digits are lost; one refinement, which costs as much as a solve, recovers them.
+/// Solutions with a larger backward error are refined. With good pivots, the backward error is a few ε times the length
+/// of a row. At 1e-12, four digits are lost. One refinement, which costs as much as a solve, recovers them.
 const REFINEMENT_THRESHOLD: f64 = 1e-12;
 
-/// Maximum number of refinements of one solution. The first one multiplies the error by about the previous backward
-/// error. If two are not sufficient, more will not help, and pivoting is required.
+/// Maximum number of refinements of one solution. The first refinement multiplies the error by about the previous
+/// backward error. If two refinements are not sufficient, more will not help, and pivoting is required.
 const MAX_REFINEMENTS: usize = 2;
 
 /// Solutions with a larger backward error after refinement and pivoting are rejected. At √ε, half of the digits are
 /// lost.
 const REJECTION_THRESHOLD: f64 = 1.490_116_119_384_765_6e-8;
 
-/// Backward error at which the refinement of a solution by factors in single precision ends.
+/// The refinement of a solution from factors in single precision ends at this backward error.
 const MIXED_THRESHOLD: f64 = 1e-10;
 
-/// Maximum number of refinements of a solution by factors in single precision. The first solutions have errors of 1e-7
-/// to 1e-3; each refinement contracts the error by as much.
+/// Maximum number of refinements of a solution from factors in single precision. The first solutions have errors of
+/// 1e-7 to 1e-3, and each refinement reduces the error by the same factor.
 const MAX_MIXED_REFINEMENTS: usize = 4;
 
-/// Solutions by factors in single precision are used without refinement if refinement would change them by less. The
-/// convergence rate of a simplified Newton iteration changes by the same amount.
+/// Solutions from factors in single precision are used without refinement if a refinement would change them by less
+/// than this fraction. The convergence rate of a simplified Newton iteration changes by the same amount.
 const MIXED_ACCURACY: f64 = 1e-3;
 
 /// A matrix with a fixed pattern, its factors and workspace.
@@ -40,11 +40,11 @@ pub struct SparseSystem<T: Scalar> {
     values: Vec<T>,
     /// Factors by dense blocks or by an engine.
     direct: Box<dyn Factorization<T>>,
-    /// Factors with pivoting, once the fixed pivots have failed.
+    /// Factors with pivoting, available after the fixed pivots have failed.
     pivoting: Option<Factors<T>>,
     /// Whether the next matrix is factorized with pivoting.
     pivots_next: bool,
-    /// Whether the current factors are those with pivoting.
+    /// Whether the current factors were computed with pivoting.
     is_pivoted: bool,
     check: bool,
     /// Whether `direct` is in single precision.
@@ -76,7 +76,7 @@ impl<T: Scalar> SparseSystem<T> {
         }
     }
 
-    /// Returns the values in the order of the pattern, to be set before [`renew`](Self::renew).
+    /// Returns the values in the order of the pattern. Set them before calling [`renew`](Self::renew).
     pub fn values_mut(&mut self) -> &mut [T] {
         &mut self.values
     }
@@ -89,11 +89,12 @@ impl<T: Scalar> SparseSystem<T> {
     /// Factorizes the matrix with the current values.
     ///
     /// # Errors
-    /// [`SparseError::Singular`] and other errors of the factorization.
+    /// Returns [`SparseError::Singular`] or other errors of the factorization.
     pub fn renew(&mut self, work: &mut LinearWork) -> Result<(), SparseError> {
         self.check = true;
         if let Err(error) = expect_finite(&self.values, "matrix") {
-            // No earlier factors stay in use. Later matrices need neither pivots nor double precision because of this one.
+            // Earlier factors are discarded. This matrix does not make later matrices require pivoting or double
+            // precision.
             self.is_pivoted = false;
             self.set_precision(self.is_single)?;
             return Err(error);
@@ -126,7 +127,7 @@ impl<T: Scalar> SparseSystem<T> {
         Ok(())
     }
 
-    /// Replaces the factors by unset ones.
+    /// Replaces the factors by factors of the given precision, which contain no values yet.
     fn set_precision(&mut self, is_single: bool) -> Result<(), SparseError> {
         if let Some(needs) = self.elimination.prediction_in::<T>(is_single) {
             resources::expect_memory(needs.bytes, 0)?;
@@ -136,8 +137,8 @@ impl<T: Scalar> SparseSystem<T> {
         Ok(())
     }
 
-    /// Switches to pivoting permanently and factorizes. Returns `false` if an engine factorizes, which handles pivoting
-    /// itself.
+    /// Switches to pivoting permanently and factorizes. Returns `false` if an engine factorizes, because the engine
+    /// performs its own pivoting.
     fn pivot(&mut self, work: &mut LinearWork) -> Result<bool, SparseError> {
         expect_finite(&self.values, "matrix")?;
         if self.pivoting.is_none() {
@@ -147,7 +148,7 @@ impl<T: Scalar> SparseSystem<T> {
             return Ok(false);
         };
         if !self.pivots_next {
-            // Pivots chosen before a history was set do not belong to it.
+            // Pivots selected before a history was set do not belong to that history.
             factors.forget_pivots();
         }
         self.pivots_next = true;
@@ -164,7 +165,7 @@ impl<T: Scalar> SparseSystem<T> {
         work.factor_entries = self.factors().n_entries().unwrap_or(0) as u64;
     }
 
-    /// Returns the [pivots](Factorization::pivots) of the last matrix by unknown; `None` after a factorization with
+    /// Returns the [pivots](Factorization::pivots) of the last matrix by unknown, or `None` after a factorization with
     /// pivoting.
     pub fn pivots(&self) -> Option<Vec<T>> {
         match self.is_pivoted {
@@ -173,19 +174,19 @@ impl<T: Scalar> SparseSystem<T> {
         }
     }
 
-    /// Number of pivot choices that later matrices keep.
+    /// Returns the number of pivot selections so far. Later matrices reuse selected pivots.
     pub fn pivot_choices(&self) -> u64 {
         self.pivoting.as_ref().map_or(0, Factors::pivot_choices)
     }
 
-    /// Makes the next matrix choose new pivots, if pivoting is active.
+    /// Makes the next matrix select new pivots, if pivoting is active.
     pub fn forget_pivots(&mut self) {
         if let Some(factors) = &mut self.pivoting {
             factors.forget_pivots();
         }
     }
 
-    /// Factorizes the next matrix with fixed pivots again, if they are sufficient.
+    /// Tries fixed pivots again for the next matrix.
     pub fn retry_fixed_pivots(&mut self) {
         self.pivots_next = false;
     }
@@ -196,11 +197,11 @@ impl<T: Scalar> SparseSystem<T> {
         [self.pivots_next, self.check, self.is_single_next]
     }
 
-    /// Continues with a [`history`](Self::history). The current factors stay in use until the next
+    /// Continues with a [`history`](Self::history). The current factors remain in use until the next call of
     /// [`renew`](Self::renew).
     ///
     /// # Errors
-    /// Errors of the analysis.
+    /// Returns errors of the analysis.
     pub fn set_history(
         &mut self,
         [pivoting, check, is_single]: [bool; 3],
@@ -212,7 +213,7 @@ impl<T: Scalar> SparseSystem<T> {
         Ok(())
     }
 
-    /// The factors in use.
+    /// Returns the factors in use.
     fn factors(&mut self) -> &mut dyn Factorization<T> {
         match &mut self.pivoting {
             Some(factors) if self.is_pivoted => factors,
@@ -222,13 +223,13 @@ impl<T: Scalar> SparseSystem<T> {
 
     /// Solves in place.
     ///
-    /// The first solution after a factorization is checked. If it needs refinement, so do all others with these
-    /// factors; if refinement does not help, the matrix is factorized with pivoting. A zero right-hand side cannot be
-    /// checked, so the check is deferred to the next one.
+    /// The first solution after a factorization is checked. If it needs refinement, all other solutions with these
+    /// factors are also refined. If refinement does not help, the matrix is factorized with pivoting. A zero right-hand
+    /// side cannot be checked, so the check is deferred to the next right-hand side.
     ///
     /// # Errors
-    /// [`SparseError::Inaccurate`] if the backward error stays large, [`SparseError::NotFinite`] for a right-hand side
-    /// that is not finite, and errors of the solve.
+    /// Returns [`SparseError::Inaccurate`] if the backward error remains large, [`SparseError::NotFinite`] if the
+    /// right-hand side is not finite, and other errors of the solve.
     pub fn solve(&mut self, x: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         work.solves += 1;
         if !self.check {
@@ -263,11 +264,11 @@ impl<T: Scalar> SparseSystem<T> {
         Ok(())
     }
 
-    /// Solves in place for several right-hand sides, stored by rows. Solutions are not checked: the caller is expected
-    /// to iterate and to check the residual.
+    /// Solves in place for several right-hand sides stored by rows. The solutions are not checked: the caller is
+    /// expected to iterate and to check the residual.
     ///
     /// # Errors
-    /// Errors of the solve.
+    /// Fails if the system cannot be solved.
     pub fn solve_columns(
         &mut self,
         x: &mut [T],
@@ -282,7 +283,7 @@ impl<T: Scalar> SparseSystem<T> {
     /// iterate and to check the residual.
     ///
     /// # Errors
-    /// Errors of the solve.
+    /// Fails if the system cannot be solved.
     pub fn solve_transposed(
         &mut self,
         x: &mut [T],
@@ -326,8 +327,9 @@ impl<T: Scalar> SparseSystem<T> {
         self.is_single && !self.is_pivoted
     }
 
-    /// Returns the size of the correction in `residual` relative to `x` in the maximum norm. It is computed separately
-    /// for the constraints and for the other unknowns, because their units differ; the larger value is returned.
+    /// Returns the size of the correction in `residual` relative to `x` in the maximum norm. The constraints and the
+    /// other unknowns have different units. Therefore, the ratio is computed separately for each of them, and the
+    /// larger ratio is returned.
     fn relative_correction(&self, x: &[T]) -> f64 {
         let constraints = self.elimination.constraints();
         let parts = [0..constraints.start, constraints.clone(), constraints.end..x.len()];
@@ -339,9 +341,9 @@ impl<T: Scalar> SparseSystem<T> {
         parts.into_iter().map(ratio).fold(0.0, f64::max)
     }
 
-    /// Returns max_i |b − A x|_i / max_i (|A||x| + |b|)_i of the last checked solution. The right-hand sides of a body at
-    /// rest consist of rounding errors, with some rows far smaller than others; the componentwise error is meaningless
-    /// there.
+    /// Returns max_i |b − A x|_i / max_i (|A||x| + |b|)_i of the last checked solution. The right-hand side of a body
+    /// at rest consists of rounding errors, and some rows are far smaller than others. The componentwise error is then
+    /// meaningless.
     fn normwise_error(&self) -> f64 {
         let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
         let residual = largest(&mut self.residual.iter().map(|r| r.l1_norm()));
@@ -353,9 +355,9 @@ impl<T: Scalar> SparseSystem<T> {
         }
     }
 
-    /// Returns max_i |b − A x|_i / (|A||x| + |b|)_i, infinite if it is NaN, and stores b − A x in `residual`. The error
-    /// does not depend on the scaling of rows and columns, which differs by many orders of magnitude here. As in LAPACK's
-    /// ZGERFS, |z| is |Re z| + |Im z|, which is much cheaper than the modulus.
+    /// Returns max_i |b − A x|_i / (|A||x| + |b|)_i, or infinity if it is NaN. Stores b − A x in `residual`. The error
+    /// does not depend on the scaling of rows and columns, which differs by many orders of magnitude here. As in
+    /// LAPACK's ZGERFS, |z| is |Re z| + |Im z|, which is much cheaper than the modulus.
     fn backward_error(&mut self, x: &[T]) -> f64 {
         self.residual.copy_from_slice(&self.rhs);
         for (scale, b) in self.scale.iter_mut().zip(&self.rhs) {

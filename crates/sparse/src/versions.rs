@@ -1,4 +1,4 @@
-//! The versions of the linked libraries.
+//! Versions of the linked libraries.
 
 /// Versions of the linked libraries.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub struct Versions {
 }
 
 impl Versions {
-    /// Queries the libraries; `None` in a build without KLU.
+    /// Queries the versions from the libraries. Returns `None` in a build without KLU.
     #[cfg(klu)]
     pub fn linked() -> Option<Self> {
         use crate::ffi::klu::bindings::{KLU_MAIN_VERSION, KLU_SUB_VERSION, KLU_SUBSUB_VERSION};
@@ -22,7 +22,7 @@ impl Versions {
         })
     }
 
-    /// Returns `None`: this build has no KLU.
+    /// Returns `None`, because this build does not contain KLU.
     #[cfg(not(klu))]
     pub fn linked() -> Option<Self> {
         None

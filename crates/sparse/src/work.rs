@@ -1,4 +1,4 @@
-//! Counters for the solution of linear systems.
+//! Counters for solutions of linear systems.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,13 +12,13 @@ pub struct LinearWork {
     /// Number of factorizations in single precision.
     #[serde(default)]
     pub in_single_precision: u64,
-    /// Entries of L and U of the last factorization.
+    /// Number of entries of L and U in the last factorization.
     pub factor_entries: u64,
     /// Number of solves.
     pub solves: u64,
     /// Number of refinements.
     pub refinements: u64,
     /// Largest componentwise backward error, max_i |b − A x|_i / (|A||x| + |b|)_i, of the accepted solutions that were
-    /// checked: the first one after each factorization and all refined ones. It is finite.
+    /// checked. These are the first solution after each factorization and all refined solutions. The value is finite.
     pub largest_backward_error: f64,
 }

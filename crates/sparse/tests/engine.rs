@@ -1,4 +1,4 @@
-//! Systems that an external engine factorizes: checks and refinement of its solutions.
+//! Systems factorized by an external engine: checks and refinement of its solutions.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use myovib_sparse::{
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
-/// Factorizes with pivoting and adds a relative error to its solutions.
+/// An engine that factorizes with pivoting and adds a relative error to its solutions.
 #[derive(Debug)]
 struct Erring(f64);
 

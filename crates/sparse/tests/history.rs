@@ -1,4 +1,4 @@
-//! Only the history of a system determines how later matrices are factorized.
+//! Checks that only the history of a system determines how later matrices are factorized.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
@@ -16,7 +16,7 @@ fn system() -> SparseSystem<f64> {
     SparseSystem::new(Arc::new(elimination.unwrap()))
 }
 
-/// Factorizes and solves; returns the solution.
+/// Factorizes the matrix with the given values, and returns the solution.
 fn solve(system: &mut SparseSystem<f64>, values: &[f64; 9], work: &mut LinearWork) -> [f64; 3] {
     system.values_mut().copy_from_slice(values);
     system.renew(work).unwrap();
@@ -25,8 +25,8 @@ fn solve(system: &mut SparseSystem<f64>, values: &[f64; 9], work: &mut LinearWor
     x
 }
 
-/// Regression: after one matrix with zeros on the diagonal, all later matrices were factorized with pivoting, even with an
-/// earlier history restored.
+/// Regression test: after one matrix with zeros on the diagonal, all later matrices were factorized with pivoting, even
+/// if an earlier history was restored.
 #[test]
 fn a_history_without_pivoting_is_restored() {
     let (mut system, mut work) = (system(), LinearWork::default());
@@ -40,7 +40,7 @@ fn a_history_without_pivoting_is_restored() {
 
     system.set_history(saved).unwrap();
     assert_eq!(system.history(), saved);
-    // The current factors stay in use until the next matrix.
+    // The current factors remain in use until the next matrix is factorized.
     let mut x = [1.0, 2.0, 3.0];
     system.solve(&mut x, &mut work).unwrap();
     assert_eq!(x, exchanged);
@@ -54,7 +54,8 @@ fn a_history_without_pivoting_is_restored() {
     assert_eq!((system.history()[0], work.pivoted), (true, 2));
 }
 
-/// Regression: a rejected state whose matrix was not finite made all later matrices expensive, and their pivots unknown.
+/// Regression test: after a rejected state with a non-finite matrix, all later matrices were expensive and their pivots
+/// were not available.
 #[test]
 fn a_matrix_that_is_not_finite_leaves_no_factors_and_no_history() {
     for history in [[false; 3], [true, false, false]] {
@@ -70,7 +71,7 @@ fn a_matrix_that_is_not_finite_leaves_no_factors_and_no_history() {
     }
 }
 
-/// Zeros on the diagonal require pivoting; the matrix after a retry does not.
+/// Zeros on the diagonal require pivoting. The matrix factorized after the retry does not.
 #[test]
 fn fixed_pivots_can_be_tried_again() {
     let (mut system, mut work) = (system(), LinearWork::default());

@@ -1,4 +1,4 @@
-//! KLU through the safe interface: residuals of solutions, and errors.
+//! Tests of KLU through the safe interface: residuals of solutions, and errors.
 #![cfg(klu)]
 #![allow(clippy::unwrap_used)] // a test may panic
 
@@ -7,11 +7,11 @@ use myovib_sparse::{Factorization, Ordering, Scalar, Scaling, SparseError, Spars
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
-/// Maximum relative residual. The residual of a backward stable solve is a modest multiple of the rounding unit times
+/// Maximum relative residual. The residual of a backward stable solve is a small multiple of the rounding unit times
 /// the pivot growth, which is at most 1e3 for a pivot tolerance of 1e-3.
 const RESIDUAL: f64 = 1e3 * f64::EPSILON;
 
-/// A reproducible stream of numbers in [-1, 1).
+/// A reproducible sequence of numbers in [-1, 1).
 struct Stream(u64);
 
 impl Stream {
@@ -43,7 +43,7 @@ fn real_values(pattern: &SparsityPattern, seed: u64) -> Vec<f64> {
     pattern.entries().map(|(c, r)| stream.next() + if r == c { 3.0 } else { 0.0 }).collect()
 }
 
-/// Factorizes the matrix with these values.
+/// Factorizes the matrix with the given values.
 fn factorized<T: Scalar>(symbolic: &Symbolic, values: &[T]) -> Result<Factors<T>, SparseError> {
     let mut factors = Factors::new(symbolic.clone());
     factors.renew(values)?;
@@ -134,7 +134,7 @@ fn a_refactorization_solves_the_new_system_and_several_right_hand_sides_at_once(
     }
 }
 
-/// diag(1, 10, 100): no growth and no elimination.
+/// diag(1, 10, 100) has no pivot growth and requires no elimination.
 #[test]
 fn diagnostics_of_a_diagonal_matrix() {
     let pattern =
@@ -151,7 +151,7 @@ fn diagnostics_of_a_diagonal_matrix() {
 
 #[test]
 fn amd_avoids_the_fill_of_an_arrow_matrix() {
-    // Full first row, first column and diagonal: eliminating the first variable fills the matrix.
+    // The first row, the first column and the diagonal are full: eliminating the first variable fills the matrix.
     let n = 20;
     let (mut offsets, mut indices) = (vec![0], (0..n).collect::<Vec<_>>());
     offsets.push(n);
@@ -173,7 +173,7 @@ fn amd_avoids_the_fill_of_an_arrow_matrix() {
 
 #[test]
 fn singular_matrices_are_errors_with_the_column() {
-    // Row 1 empty: structurally singular.
+    // Row 1 is empty, so the matrix is structurally singular.
     let empty_row =
         SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 1, 2], vec![0, 0]).unwrap();
     let symbolic = Symbolic::analyze(&empty_row, SparseOptions::default()).unwrap();
@@ -222,14 +222,14 @@ fn complex_values_must_be_finite_in_both_parts() {
     }
 }
 
-/// [p 1; 1 1] with diagonal pivots has the pivots p and 1 − 1/p, so the growth is 1/p − 1.
+/// With diagonal pivots, [p 1; 1 1] has the pivots p and 1 − 1/p, so the growth is 1/p − 1.
 #[test]
 fn pivots_are_kept_while_they_are_accurate() {
     let full = SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1])
         .unwrap();
     let symbolic = Symbolic::analyze(&full, SparseOptions::default()).unwrap();
-    // New pivots with growth 19; growth 99 (the limit, three digits less accurate, is 19 000); growth 1e9; and a
-    // matrix whose old pivots are singular.
+    // The new pivots have a growth of 19. A growth of 19 000 is the limit (three digits less accurate): growths of 99
+    // and 999 are accepted, and a growth of 1e9 is rejected.
     let mut factors = Factors::<f64>::new(symbolic);
     assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(SparseError::NoFactors));
     for (p, pivots) in [
@@ -247,7 +247,7 @@ fn pivots_are_kept_while_they_are_accurate() {
         let error = (x[0] - 1.0).abs().max((x[1] - 1.0).abs());
         assert!(error < 1e4 * f64::EPSILON, "{p}: {x:?}");
     }
-    // After a failed factorization, the factors of the earlier matrix are unavailable, but its pivots are kept.
+    // After a failed factorization, the factors of the earlier matrix are not available, but its pivots are kept.
     assert!(matches!(factors.renew(&[1.0; 4]), Err(SparseError::Singular { .. })));
     assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(SparseError::NoFactors));
     factors.renew(&[3.0, 1.0, 1.0, 1.0]).unwrap();

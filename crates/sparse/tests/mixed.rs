@@ -1,4 +1,4 @@
-//! Factors in single precision: accuracy of refined solutions, equilibration, and the switch to double precision.
+//! Factors in single precision: accuracy of refined solutions, equilibration, and switch to double precision.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
@@ -12,10 +12,10 @@ use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
-/// Refined solutions have at most this backward error, as documented.
+/// Maximum backward error of refined solutions, as documented.
 const REFINED: f64 = 1e-10;
 
-/// Points per side of the grid.
+/// Number of points per side of the grid.
 const SIDE: usize = 12;
 
 /// Returns the pattern of the five-point stencil on a square, by columns.
@@ -37,7 +37,8 @@ fn system<T: Scalar>(kind: Kind, precision: Precision) -> SparseSystem<T> {
     SparseSystem::new(Arc::new(elimination))
 }
 
-/// Returns the entries of a diagonally dominant matrix, multiplied by `scale` of their row and of their column.
+/// Returns the entries of a diagonally dominant matrix. Each entry is multiplied by the `scale` of its row and of its
+/// column.
 fn entries<T: Scalar>(scale: impl Fn(usize) -> f64, mut draw: impl FnMut() -> T) -> Vec<T> {
     let pattern = stencil();
     let entries = pattern.entries();
@@ -63,7 +64,7 @@ fn backward_error<T: Scalar>(values: &[T], b: &[T], x: &[T]) -> f64 {
     ratios.fold(0.0, f64::max)
 }
 
-/// Solves twice with one matrix whose rows have sizes from 1e-9 to 1e9; returns the counters.
+/// Solves twice with one matrix whose rows have magnitudes from 1e-9 to 1e9. Returns the counters.
 fn solve_twice<T: Scalar>(kind: Kind, mut draw: impl FnMut() -> T) -> LinearWork {
     let scale = |i: usize| 10_f64.powi(i as i32 % 19 - 9);
     let values = entries(scale, &mut draw);
@@ -101,8 +102,8 @@ fn only_the_first_solution_is_refined() {
     }
 }
 
-/// A Laplacian with random weights and without boundary conditions is singular; a small shift gives it a condition number
-/// of about 1e11.
+/// A Laplacian with random weights and without boundary conditions is singular. A small shift results in a condition
+/// number of about 1e11.
 fn ill_conditioned() -> Vec<f64> {
     let pattern = stencil();
     let weight = |a: usize, b: usize| 1.5 + ((a * b + a + b) as f64).sin();
@@ -136,7 +137,7 @@ fn ill_conditioned_matrices_are_factorized_in_double_precision() {
     assert_eq!([work.factorizations, work.in_single_precision, work.pivoted], [3, 2, 0]);
     let (_, work) = solve(&good, &mut system);
     assert_eq!([work.factorizations, work.in_single_precision], [4, 2]);
-    // A restored history continues in single precision, with the same result.
+    // With a restored history, the next factors are in single precision again, and the result is the same.
     system.set_history(start).unwrap();
     let (last, work) = solve(&good, &mut system);
     assert_eq!([work.factorizations, work.in_single_precision], [5, 3]);
@@ -162,7 +163,7 @@ fn matrices_that_are_not_finite_are_rejected() {
     assert!(matches!(result, Err(SparseError::NotFinite { .. })), "{result:?}");
 }
 
-/// Regression: a rejected state whose matrix was not finite made all later factors double.
+/// Regression test: a rejected state whose matrix was not finite made all later factors double.
 #[test]
 fn a_matrix_that_is_not_finite_does_not_end_single_precision() {
     let mut system = system::<f64>(Kind::Symmetric, Precision::Mixed);

@@ -1,31 +1,32 @@
-//! The allocator of programs.
+//! Memory allocator for programs.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
-/// System allocator that prints an error and ends the process if memory runs out, where Rust would abort.
+/// System allocator that prints an error and ends the process if memory runs out. Rust would abort instead.
 #[derive(Debug)]
 pub struct Allocator {
-    /// Exit code of the process without memory.
+    /// Exit code of the process if memory runs out.
     pub exit_code: i32,
 }
 
-/// Whether a thread prints the error that ends the process, and whether the program has printed it.
+/// Whether a thread is printing the error that ends the process, and whether the error was printed.
 static IS_ENDING: AtomicBool = AtomicBool::new(false);
 static IS_PRINTED: AtomicBool = AtomicBool::new(false);
 /// Exit code for [`exit`].
 static EXIT_CODE: AtomicI32 = AtomicI32::new(1);
 
-/// Ends the process, if a thread gets a signal while another one prints the error.
+/// Ends the process if a thread receives a signal while another thread prints the error.
 extern "C" fn exit(_: libc::c_int) {
     // SAFETY: `_exit` has no preconditions, and may be called in signal handlers.
     unsafe { libc::_exit(EXIT_CODE.load(Ordering::Relaxed)) }
 }
 
 impl Allocator {
-    /// Calls `print`, which must not allocate, unless another thread already ends the process for lack of memory. If
-    /// memory runs out afterwards, the process ends without a second error, so this is for the last error of a program.
+    /// Calls `print`, which must not allocate, unless another thread is already ending the process because memory ran
+    /// out. If memory runs out afterward, the process ends without a second error. Therefore, use this function only
+    /// for the last error of a program.
     pub fn print_last_error(print: impl FnOnce()) {
         if !IS_ENDING.swap(true, Ordering::Relaxed) {
             print();
@@ -41,22 +42,22 @@ impl Allocator {
         memory
     }
 
-    /// Lets signals end the process with its exit code: without memory, stacks of other threads cannot grow either, and
-    /// C libraries abort.
+    /// Makes signals end the process with the exit code. Without memory, the stacks of other threads cannot grow
+    /// either, and C libraries abort.
     fn survive_signals(&self) {
         EXIT_CODE.store(self.exit_code, Ordering::Relaxed);
         // SAFETY: all fields may be zero.
         let mut action: libc::sigaction = unsafe { std::mem::zeroed() };
         action.sa_sigaction = exit as extern "C" fn(libc::c_int) as usize;
-        action.sa_flags = libc::SA_ONSTACK; // the stack may be at its end
+        action.sa_flags = libc::SA_ONSTACK; // the stack may be full
         for signal in [libc::SIGSEGV, libc::SIGBUS, libc::SIGABRT] {
             // SAFETY: `action` is initialized, and its handler is async-signal-safe.
             unsafe { libc::sigaction(signal, &raw const action, std::ptr::null_mut()) };
         }
     }
 
-    /// Prints the error without allocating, and ends the process. If another thread prints an error, this one waits until
-    /// the process ends.
+    /// Prints the error without allocating, and ends the process. If another thread is already printing an error, this
+    /// thread waits until the process ends.
     fn end(&self, bytes: usize) -> ! {
         if !IS_ENDING.swap(true, Ordering::Relaxed) {
             self.survive_signals();
@@ -82,25 +83,25 @@ impl Allocator {
     }
 }
 
-// SAFETY: all memory is the system allocator's, with unchanged layouts, and no method unwinds.
+// SAFETY: all memory comes from the system allocator, with unchanged layouts, and no method unwinds.
 unsafe impl GlobalAlloc for Allocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's contract.
+        // SAFETY: the caller upholds the contract of `alloc`.
         self.checked(unsafe { System.alloc(layout) }, layout.size())
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's contract.
+        // SAFETY: the caller upholds the contract of `alloc_zeroed`.
         self.checked(unsafe { System.alloc_zeroed(layout) }, layout.size())
     }
 
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        // SAFETY: the caller's contract.
+        // SAFETY: the caller upholds the contract of `dealloc`.
         unsafe { System.dealloc(memory, layout) };
     }
 
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: the caller's contract.
+        // SAFETY: the caller upholds the contract of `realloc`.
         self.checked(unsafe { System.realloc(memory, layout, size) }, size)
     }
 }

@@ -1,4 +1,4 @@
-//! The interface to METIS, which `metis-sys` builds from its C source.
+//! Interface to METIS, which `metis-sys` builds from its C source.
 
 use std::ptr;
 use std::sync::{Mutex, PoisonError};
@@ -9,13 +9,14 @@ use metis_sys::{moptions_et_METIS_OPTION_SEED, rstatus_et_METIS_OK};
 
 use crate::ordering::adjacency::AdjacencyList;
 
-/// METIS keeps the state of its random numbers and of its error handler in globals.
+/// Prevents concurrent calls, because METIS keeps the state of its random numbers and of its error handler in globals.
 static METIS: Mutex<()> = Mutex::new(());
 
 /// Orders the nodes of a graph by nested dissection. `weights` are the costs of the nodes in a separator.
 ///
-/// METIS computes `separators` separators of each part and takes the smallest. The order is reproducible. Returns
-/// `None` if METIS fails, for example for an empty graph or one with 2³¹ edges; METIS prints the reason to stderr.
+/// METIS computes `separators` candidate separators of each part and selects the smallest. The order is reproducible.
+/// Returns `None` if METIS fails, for example because the graph is empty or has 2³¹ edges; METIS prints the reason to
+/// stderr.
 pub(crate) fn nested_dissection(
     neighbors: &AdjacencyList,
     weights: &[i32],
@@ -40,9 +41,9 @@ pub(crate) fn nested_dissection(
     options[moptions_et_METIS_OPTION_SEED as usize] = seed as idx_t;
     options[moptions_et_METIS_OPTION_NSEPS as usize] = separators as idx_t;
     let mut n = n as idx_t;
-    // SAFETY: offsets increase from 0 to the number of indices, which lie in 0..n, are symmetric and contain no
-    // self-loops (the adjacency of a graph); weights, order and places have n entries; all arrays outlive the call, and
-    // METIS keeps none of them. The lock prevents concurrent calls.
+    // SAFETY: the offsets increase from 0 to the number of indices. The indices are in 0..n, are symmetric and contain
+    // no self-loops, because they are the adjacency of a graph. The weights, order and places have n entries. All
+    // arrays outlive the call, and METIS keeps none of them. The lock prevents concurrent calls.
     let status = unsafe {
         METIS_NodeND(
             ptr::from_mut(&mut n),

@@ -1,4 +1,4 @@
-//! The interfaces to SuiteSparse, METIS and the operating system.
+//! Interfaces to SuiteSparse, METIS and the operating system.
 
 pub(crate) mod allocator;
 #[cfg(klu)]

@@ -1,11 +1,11 @@
-//! The boundary to the memory pages of the operating system.
+//! Interface to the memory pages of the operating system.
 
 use std::mem::MaybeUninit;
 
 /// Requests large pages for unused memory, if the system supports them.
 ///
-/// Each solve reads the factors from end to end. Small pages cost an address translation every 4 KiB, and processors do
-/// not prefetch across page boundaries.
+/// Each solve reads the factors from beginning to end. Small pages require an address translation every 4 KiB, and
+/// processors do not prefetch across page boundaries.
 pub(crate) fn prefer_large<T>(memory: &mut [MaybeUninit<T>]) {
     #[cfg(target_os = "linux")]
     {
@@ -16,7 +16,7 @@ pub(crate) fn prefer_large<T>(memory: &mut [MaybeUninit<T>]) {
         let skipped = start.align_offset(PAGE);
         if let Some(whole) = bytes.checked_sub(skipped) {
             let start = start.wrapping_add(skipped);
-            // SAFETY: the pages lie within `memory`, and the advice does not change their contents. A system without
+            // SAFETY: the pages are within `memory`, and the call does not change their contents. A system without
             // large pages returns an error, which is harmless.
             unsafe { libc::madvise(start.cast(), whole, libc::MADV_HUGEPAGE) };
         }

@@ -1,4 +1,4 @@
-//! The version of the linked SuiteSparse.
+//! Version of the linked SuiteSparse.
 
 use super::klu::bindings::SuiteSparse_version;
 

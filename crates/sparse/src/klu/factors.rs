@@ -1,4 +1,4 @@
-//! LU factors that keep their pivots as long as these are accurate.
+//! LU factors that keep their pivots as long as the pivots are accurate.
 
 use std::sync::Arc;
 
@@ -8,16 +8,16 @@ use crate::ffi::klu::RawNumeric;
 use crate::finite::expect_finite;
 use crate::{Factorization, Scalar, SparseError};
 
-/// New pivots are chosen if the reciprocal pivot growth falls below this fraction of its value for new pivots. Old
-/// pivots then cost three digits of accuracy.
+/// New pivots are selected if the reciprocal pivot growth falls below this fraction of the value for new pivots. The
+/// old pivots then cost three digits of accuracy.
 const GROWTH_LOSS: f64 = 1e-3;
 
 /// Origin of the pivots of a factorization.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Pivots {
-    /// Newly chosen.
+    /// Newly selected.
     Fresh,
-    /// Reused from an earlier matrix, which is several times cheaper than choosing new ones.
+    /// Reused from an earlier matrix. This is several times cheaper than the selection of new pivots.
     Reused,
 }
 
@@ -27,11 +27,11 @@ pub enum Pivots {
 #[derive(Debug)]
 pub struct Factors<T: Scalar> {
     symbolic: Symbolic,
-    /// The factors, and the reciprocal pivot growth when the pivots were chosen.
+    /// The factors, and the reciprocal pivot growth at the time when the pivots were selected.
     numeric: Option<(RawNumeric<T>, f64)>,
-    /// Whether the factors belong to the last matrix. Pivots are kept after a matrix that could not be factorized.
+    /// Whether the factors belong to the last matrix. If a matrix cannot be factorized, the pivots are kept.
     current: bool,
-    /// Number of times that pivots were chosen.
+    /// Number of pivot selections.
     choices: u64,
 }
 
@@ -41,27 +41,27 @@ impl<T: Scalar> Factors<T> {
         Self { symbolic, numeric: None, current: false, choices: 0 }
     }
 
-    /// Number of pivot choices that later matrices keep.
+    /// Returns the number of pivot selections so far. Later matrices reuse selected pivots.
     pub fn pivot_choices(&self) -> u64 {
         self.choices
     }
 
-    /// Makes the next matrix choose new pivots.
+    /// Makes the next matrix select new pivots.
     pub fn forget_pivots(&mut self) {
         (self.numeric, self.current) = (None, false);
     }
 
-    /// Factorizes the matrix with these `values`.
+    /// Factorizes the matrix with the given `values`.
     ///
-    /// The pivots of the previous matrix are kept unless the pivot growth shows that they cost more than three digits
-    /// compared with new ones.
+    /// The pivots of the previous matrix are kept unless the pivot growth shows that they would cost more than three
+    /// digits compared with new ones.
     ///
     /// # Shapes
-    /// `values`: one per entry of the pattern, in its order.
+    /// `values`: one value per entry of the pattern, in the same order.
     ///
     /// # Errors
-    /// [`SparseError::Singular`], [`SparseError::NotFinite`], [`SparseError::WrongLength`] or [`SparseError::Failed`].
-    /// No factors are available then until a matrix is factorized.
+    /// Returns [`SparseError::Singular`], [`SparseError::NotFinite`], [`SparseError::WrongLength`] or
+    /// [`SparseError::Failed`]. No factors are then available until another matrix is factorized.
     pub fn renew(&mut self, values: &[T]) -> Result<Pivots, SparseError> {
         self.current = false;
         expect_length("values of the matrix", self.symbolic.nnz(), values.len())?;
@@ -105,8 +105,8 @@ impl<T: Scalar> Factors<T> {
     /// `rhs`: one right-hand side of length [`n`](Symbolic::n), or several, one after the other.
     ///
     /// # Errors
-    /// [`SparseError::WrongLength`] if the length is not a multiple of n, [`SparseError::NoFactors`] before the first
-    /// matrix and after a failed factorization.
+    /// Returns [`SparseError::WrongLength`] if the length is not a multiple of n, and [`SparseError::NoFactors`] before
+    /// the first matrix and after a failed factorization.
     pub fn solve(&self, rhs: &mut [T]) -> Result<(), SparseError> {
         self.solve_either(rhs, false)
     }
@@ -114,7 +114,7 @@ impl<T: Scalar> Factors<T> {
     /// Solves Aᵀ x = b in place (transposed, not conjugated).
     ///
     /// # Errors
-    /// As for [`solve`](Self::solve).
+    /// Returns the same errors as [`solve`](Self::solve).
     pub fn solve_transposed(&self, rhs: &mut [T]) -> Result<(), SparseError> {
         self.solve_either(rhs, true)
     }

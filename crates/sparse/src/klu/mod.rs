@@ -1,10 +1,10 @@
 //! KLU, a sparse direct solver for unsymmetric, nearly block triangular systems.
 //!
 //! A pattern is analyzed once ([`Symbolic`]: ordering and block triangular form). Matrices with that pattern are then
-//! factorized ([`Factors::renew`]), with the pivots of the previous one as long as these are accurate. Real and complex
-//! matrices with the same pattern share one analysis. Neither a refactorization nor a solve allocates.
+//! factorized ([`Factors::renew`]) with the pivots of the previous matrix, as long as these pivots are accurate. Real
+//! and complex matrices with the same pattern share one analysis. Refactorizations and solves do not allocate.
 //!
-//! This module is empty without the feature `klu` or with `vendored`.
+//! This module is empty if the feature `klu` is disabled or `vendored` is enabled.
 //!
 //! # Examples
 //! ```

@@ -1,4 +1,4 @@
-//! The analysis of a pattern.
+//! Analysis of a pattern.
 
 use std::sync::Arc;
 
@@ -7,20 +7,20 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use crate::ffi::klu::RawSymbolic;
 use crate::{SparseError, SparseOptions};
 
-/// The analysis of a sparsity pattern: orderings and block triangular form.
+/// Analysis of a sparsity pattern: orderings and block triangular form.
 ///
-/// Clones share one analysis, so real and complex matrices with the same pattern need only one.
+/// Clones share the analysis, so real and complex matrices with the same pattern need only one analysis.
 #[derive(Clone)]
 pub struct Symbolic {
     pub(super) raw: Arc<RawSymbolic>,
 }
 
 impl Symbolic {
-    /// Analyzes the compressed-column `pattern` (major dimension: columns).
+    /// Analyzes the compressed-column `pattern` (the major dimension is the column).
     ///
     /// # Errors
-    /// [`SparseError::NotSquare`], or [`SparseError::Failed`] if memory runs out. A structurally singular pattern is
-    /// detected by the factorization.
+    /// Returns [`SparseError::NotSquare`], or [`SparseError::Failed`] if memory runs out. A structurally singular
+    /// pattern is detected later, by the factorization.
     pub fn analyze(pattern: &SparsityPattern, options: SparseOptions) -> Result<Self, SparseError> {
         let (rows, columns) = (pattern.minor_dim(), pattern.major_dim());
         if rows != columns || rows == 0 {
@@ -30,12 +30,12 @@ impl Symbolic {
         Ok(Self { raw: Arc::new(raw) })
     }
 
-    /// Order of the matrix.
+    /// Returns the order of the matrix.
     pub fn n(&self) -> usize {
         self.raw.n()
     }
 
-    /// Number of entries of the pattern.
+    /// Returns the number of entries of the pattern.
     pub fn nnz(&self) -> usize {
         self.raw.nnz()
     }

@@ -1,4 +1,4 @@
-//! Lists of indices in one array.
+//! Lists of indices that are stored in one array.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -59,7 +59,7 @@ impl AdjacencyList {
         lanes
     }
 
-    /// Number of lists.
+    /// Returns the number of lists.
     pub(crate) fn len(&self) -> usize {
         self.offsets.len() - 1
     }
@@ -68,18 +68,18 @@ impl AdjacencyList {
         &self.indices[self.offsets[k]..self.offsets[k + 1]]
     }
 
-    /// Start of each list, and the end of the last one.
+    /// Returns the start of each list, followed by the end of the last one.
     pub(crate) fn offsets(&self) -> &[usize] {
         &self.offsets
     }
 
-    /// All lists, one after the other.
+    /// Returns the items of all lists, one list after the other.
     pub(crate) fn indices(&self) -> &[u32] {
         &self.indices
     }
 }
 
-/// Merges two ascending sequences without duplicates.
+/// Merges two ascending sequences and removes duplicates.
 fn union(a: impl Iterator<Item = u32>, b: impl Iterator<Item = u32>) -> impl Iterator<Item = u32> {
     let (mut a, mut b) = (a.peekable(), b.peekable());
     std::iter::from_fn(move || match (a.peek(), b.peek()) {

@@ -2,20 +2,20 @@
 
 use super::adjacency::AdjacencyList;
 
-/// Nodes of unknowns to be eliminated together, and their adjacency.
+/// Nodes of unknowns that are eliminated together, and the adjacency of these nodes.
 #[derive(Debug, Clone)]
 pub(crate) struct Graph {
-    /// The unknowns of each node.
+    /// Unknowns of each node.
     pub(crate) members: AdjacencyList,
-    /// The adjacent nodes of each node.
+    /// Adjacent nodes of each node.
     pub(crate) neighbors: AdjacencyList,
     /// Whether the unknowns of a node are constraints.
     pub(crate) constrains: Vec<bool>,
 }
 
 impl Graph {
-    /// Compresses the graph with these `neighbors` of all unknowns. The components of a displacement become one node; a
-    /// constraint never shares a node with the unknowns it acts on.
+    /// Compresses the graph given by the `neighbors` of all unknowns. The components of a displacement become one node.
+    /// A constraint never shares a node with the unknowns it acts on.
     pub(crate) fn new(neighbors: &AdjacencyList, is_constraint: &[bool]) -> Self {
         let node_of = nodes(neighbors, is_constraint);
         let n = node_of.iter().max().map_or(0, |&last| last as usize + 1);
@@ -50,12 +50,12 @@ impl Graph {
         self.members.len()
     }
 
-    /// The number of unknowns of a node.
+    /// Returns the number of unknowns of a node.
     pub(crate) fn weight(&self, node: usize) -> usize {
         self.members.lane(node).len()
     }
 
-    /// Returns the neighbors of `node` except constraints.
+    /// Returns the neighbors of `node` that are not constraints.
     pub(crate) fn constrained(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
         let lane = self.neighbors.lane(node).iter().map(|&other| other as usize);
         lane.filter(|&other| !self.constrains[other])
@@ -100,7 +100,7 @@ fn nodes(neighbors: &AdjacencyList, is_constraint: &[bool]) -> Vec<u32> {
     node_of
 }
 
-/// Returns whether two unknowns are adjacent and have all other neighbors in common.
+/// Returns whether two unknowns are adjacent and have the same other neighbors.
 fn have_equal_neighbors(neighbors: &AdjacencyList, a: usize, b: usize) -> bool {
     let (of_a, of_b) = (neighbors.lane(a), neighbors.lane(b));
     let others = |lane, own: usize| {
@@ -112,7 +112,7 @@ fn have_equal_neighbors(neighbors: &AdjacencyList, a: usize, b: usize) -> bool {
         && others(of_a, b).eq(others(of_b, a))
 }
 
-/// The finalizer of splitmix64. Sums of its values distinguish sets of indices.
+/// Finalizer of splitmix64. Sums of its values distinguish sets of indices.
 fn mixed(k: u64) -> u64 {
     let k = (k ^ (k >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let k = (k ^ (k >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

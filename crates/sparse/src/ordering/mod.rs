@@ -1,10 +1,10 @@
 //! Orders of elimination.
 //!
-//! Unknowns with the same neighbors form [one node](Graph). Nested dissection (METIS, feature `metis`) and minimum
-//! degree order the nodes; the order with the lower predicted work is used. A constraint (a pressure) is ordered
-//! directly after a node it acts on. Its pivot is then −b S⁻¹ bᵀ with S positive definite, even if its own
-//! diagonal entry is small. The constraint is delayed until at least [`MIN_ELIMINATED`] of the unknowns it acts on
-//! are eliminated.
+//! Unknowns with the same neighbors form [one node](Graph). The nodes are ordered by nested dissection (METIS, feature
+//! `metis`) and by minimum degree, and the order with the lower predicted work is used. A constraint (a pressure) is
+//! ordered directly after a node it acts on. Its pivot is then −b S⁻¹ bᵀ with S positive definite, even if its own
+//! diagonal entry is small. The constraint is delayed until at least [`MIN_ELIMINATED`] of the unknowns it acts on are
+//! eliminated.
 
 pub(crate) mod adjacency;
 mod amd;
@@ -15,24 +15,25 @@ pub(crate) use adjacency::AdjacencyList;
 pub(crate) use graph::Graph;
 pub(crate) use tree::{NONE, Tree};
 
-/// Number of unknowns to eliminate before a constraint that acts on them. One with b ≠ 0 is sufficient, but an
-/// element's b may vanish by symmetry at the constraint's own vertex. Measured on the muscle from 1 to all: the
-/// backward error stays at 1e-15, and the fill does not grow up to twelve.
+/// Number of unknowns that are eliminated before a constraint that acts on them. One unknown with b ≠ 0 is sufficient,
+/// but the b of an element may vanish by symmetry at the constraint's own vertex. Measured on the muscle for all values
+/// from 1 to the number of such unknowns: the backward error is always about 1e-15, and the fill does not grow up to
+/// 12.
 const MIN_ELIMINATED: usize = 12;
 
-/// Multiplications of a real LU per unknown that take as long on one thread as one search with [`SEPARATORS`] separators.
-/// Measured on blocks and shells of 10 000 to 200 000 unknowns.
+/// Work per unknown, in multiplications of a real LU, that takes as long on one thread as one search with
+/// [`SEPARATORS`] separators. Measured on blocks and shells with 10 000 to 200 000 unknowns.
 const WORK_PER_SEARCH: f64 = 5e5;
 
-/// Maximum number of searches. The work differs by about 5 % between orders; eight searches would save 2 % more than
-/// four.
+/// Maximum number of searches. The predicted work differs by about 5 % between orders. Eight searches would save 2 %
+/// more than four.
 const MAX_SEARCHES: usize = 4;
 
-/// Number of candidate separators of each part in an additional search.
+/// Number of candidate separators for each part in an additional search.
 const SEPARATORS: u32 = 5;
 
-/// Returns the elimination tree with the lowest predicted work. The search takes at most about as long as one real LU
-/// on one thread.
+/// Returns the elimination tree with the lowest predicted work. The search takes about as long as one real LU on one
+/// thread, or less.
 pub(crate) fn least_work(graph: &Graph) -> Tree {
     let merged = ConstraintMerge::new(graph);
     let tree = |order: Vec<u32>| Tree::new(graph, merged.expand(graph, &order));
@@ -45,14 +46,14 @@ pub(crate) fn least_work(graph: &Graph) -> Tree {
     let first = dissected(0, 1).into_iter().fold(by_degree, lesser);
     let n_unknowns: usize = (0..graph.n()).map(|node| graph.weight(node)).sum();
     let searches = first.multiplications() / (WORK_PER_SEARCH * n_unknowns as f64);
-    // METIS finds the same order for seeds 0 and 1.
+    // METIS finds the same order for the seeds 0 and 1.
     let others = (2..).take((searches as usize).min(MAX_SEARCHES));
     let others = others.filter_map(|seed| dissected(seed, SEPARATORS));
     others.fold(first, lesser)
 }
 
-/// Orders the nodes by nested dissection with this `seed`, choosing the smallest of `separators` separators of each
-/// part.
+/// Orders the nodes by nested dissection with the given `seed`. Selects the smallest of `separators` candidate
+/// separators for each part.
 #[cfg(feature = "metis")]
 fn dissection(merged: &ConstraintMerge, seed: u32, separators: u32) -> Option<Vec<u32>> {
     crate::ffi::metis::nested_dissection(&merged.neighbors, &merged.weights, seed, separators)
@@ -65,10 +66,10 @@ fn dissection(_: &ConstraintMerge, _seed: u32, _separators: u32) -> Option<Vec<u
 
 /// A graph in which each constraint is merged into a node that it acts on.
 struct ConstraintMerge {
-    /// The original nodes of each merged node, constraints last.
+    /// Original nodes of each merged node, with the constraints last.
     members: AdjacencyList,
     neighbors: AdjacencyList,
-    /// Number of unknowns of each merged node, which METIS balances.
+    /// Number of unknowns of each merged node, balanced by METIS.
     #[cfg(feature = "metis")]
     weights: Vec<i32>,
 }
@@ -112,8 +113,8 @@ impl ConstraintMerge {
         }
     }
 
-    /// Expands an `order` of merged nodes to the nodes of `graph`. Constraints are delayed until enough of the unknowns
-    /// they act on are eliminated.
+    /// Expands an `order` of merged nodes to the nodes of `graph`. Each constraint is delayed until enough of the
+    /// unknowns that it acts on are eliminated.
     fn expand(&self, graph: &Graph, order: &[u32]) -> Vec<u32> {
         let mut waits_for: Vec<usize> = (0..graph.n())
             .map(|node| {
@@ -149,8 +150,8 @@ impl ConstraintMerge {
     }
 }
 
-/// Returns the node that `node` is merged into. For a constraint, this is the node that acts on the same nodes (its own
-/// vertex) or, if no such node exists, its neighbor with the fewest neighbors.
+/// Returns the node into which `node` is merged. For a constraint, this is the neighbor with the same neighborhood (its
+/// own vertex) or, if no such node exists, the neighbor with the fewest neighbors.
 fn representative(graph: &Graph, node: usize) -> usize {
     if !graph.constrains[node] {
         return node;
@@ -173,7 +174,7 @@ fn representative(graph: &Graph, node: usize) -> usize {
 mod tests {
     use super::*;
 
-    /// A grid of points with three unknowns each. Points of the same cell are adjacent.
+    /// A grid of points with three unknowns each. Points of a common cell are adjacent.
     fn grid([a, b, c]: [usize; 3]) -> Graph {
         let n = a * b * c;
         let mut neighbors = AdjacencyList::with_capacity(n);
@@ -192,7 +193,7 @@ mod tests {
         }
     }
 
-    /// For a cube, a better order is searched for and found; the factors of a plate are too cheap for a search.
+    /// A better order is sought and found for a cube. The factors of a plate are too cheap for a search.
     #[test]
     fn a_better_ordering_is_sought_for_expensive_factors() {
         for (points, is_dear) in [([26, 26, 26], true), ([80, 80, 2], false)] {

@@ -1,27 +1,27 @@
-//! The elimination tree of a graph for a given order of elimination.
+//! Elimination tree of a graph for a given order of elimination.
 
 use super::graph::Graph;
 
 /// Marker for a root, which has no parent.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// The parent of each node and its number of rows below the diagonal.
+/// Parent and number of rows below the diagonal for each node.
 ///
 /// J. W. H. Liu, The role of elimination trees in sparse factorization, SIAM J. Matrix Anal. Appl. 11 (1990) 134–172.
 #[derive(Debug, Clone)]
 pub(crate) struct Tree {
-    /// The nodes of the graph in the order of elimination.
+    /// Nodes of the graph in the order of elimination.
     pub(crate) order: Vec<u32>,
-    /// Position of the parent, by position in the order.
+    /// Position of the parent of each node, by position in the order.
     pub(crate) parents: Vec<u32>,
-    /// Number of unknowns of the node, by position.
+    /// Number of unknowns of each node, by position.
     pub(crate) widths: Vec<usize>,
-    /// Number of rows of L below the node, by position.
+    /// Number of rows of L below each node, by position.
     pub(crate) below: Vec<usize>,
 }
 
 impl Tree {
-    /// Computes the tree of `graph` for this `order` of its nodes.
+    /// Computes the tree of `graph` for the given `order` of its nodes.
     pub(crate) fn new(graph: &Graph, order: Vec<u32>) -> Self {
         let n = order.len();
         let mut place = vec![0; n];
@@ -50,8 +50,8 @@ impl Tree {
         Self { order, parents, widths, below }
     }
 
-    /// Multiplications of an LU factorization without explicit zeros. A float, since poor orders of large graphs exceed
-    /// any integer.
+    /// Returns the number of multiplications of an LU factorization without explicit zeros. The result is a float,
+    /// because the number may exceed any integer type for poor orders of large graphs.
     pub(crate) fn multiplications(&self) -> f64 {
         let nodes = self.widths.iter().zip(&self.below);
         nodes

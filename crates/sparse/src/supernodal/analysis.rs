@@ -8,18 +8,18 @@ use super::update::Layout;
 use crate::ordering::{AdjacencyList, Graph, Tree, least_work};
 use crate::{Kind, SparseError};
 
-/// A supernode: columns to be eliminated together.
+/// Supernode: columns that are eliminated together.
 #[derive(Debug, Clone)]
 pub(super) struct Supernode {
-    /// Columns, and rows below them.
+    /// Columns of the supernode, and the rows below them.
     pub(super) shape: Shape,
-    /// Matrix entries in its factors, as pairs (index in the values, position in the factors).
+    /// Matrix entries in the factors of the supernode, as pairs (index in the values, position in the factors).
     pub(super) entries: Vec<(u32, u32)>,
-    /// Supernodes whose first row is among the columns of this one.
+    /// Supernodes whose first row is one of the columns of this supernode.
     pub(super) children: Vec<Child>,
-    /// Whether the number of its ancestors is odd.
+    /// Whether the number of ancestors of the supernode is odd.
     pub(super) is_odd: bool,
-    /// Start of its factors.
+    /// Start of the factors of the supernode.
     pub(super) start: usize,
 }
 
@@ -28,17 +28,17 @@ impl Supernode {
         self.shape.columns.len()
     }
 
-    /// Number of rows below the columns.
+    /// Returns the number of rows below the columns.
     pub(super) fn n_rows(&self) -> usize {
         self.shape.rows.len()
     }
 
-    /// Order of the front.
+    /// Returns the order of the front.
     pub(super) fn size(&self) -> usize {
         self.n_columns() + self.n_rows()
     }
 
-    /// Returns the storage layout of its update.
+    /// Returns the storage layout of the update of the supernode.
     #[inline(always)]
     pub(super) fn layout(&self, kind: Kind) -> Layout {
         let r = self.n_rows();
@@ -62,22 +62,22 @@ impl Supernode {
     }
 }
 
-/// The symbolic factorization, computed from the pattern alone.
+/// Symbolic factorization, computed from the pattern alone.
 #[derive(Debug, Clone)]
 pub struct Analysis {
     pub(super) kind: Kind,
     /// Original index of each position in the order of elimination.
     pub(super) order: Vec<u32>,
-    /// Children before parents; each supernode directly follows its subtree.
+    /// Supernodes. Children come before their parents, and each supernode directly follows its subtree.
     pub(super) supernodes: Vec<Supernode>,
 }
 
 impl Analysis {
-    /// Analyzes a compressed-column pattern, which is symmetrized. Unknowns without a diagonal entry, and those listed
-    /// in `constraints`, are eliminated after the unknowns they act on.
+    /// Analyzes a compressed-column pattern, which is symmetrized. Unknowns that have no diagonal entry or are listed
+    /// in `constraints` are eliminated after the unknowns on which they act.
     ///
     /// # Errors
-    /// [`SparseError::NotSquare`]; [`SparseError::EmptyColumn`] if an unknown is in no equation.
+    /// Returns [`SparseError::NotSquare`], or [`SparseError::EmptyColumn`] if no equation contains an unknown.
     ///
     /// # Panics
     /// Panics if the pattern has 2³² entries or more.
@@ -97,7 +97,7 @@ impl Analysis {
     /// Analyzes `pattern` with the given order of elimination.
     ///
     /// # Errors
-    /// As for [`new`](Self::new).
+    /// Returns the same errors as [`new`](Self::new).
     ///
     /// # Panics
     /// Panics if `order` is not a permutation.
@@ -146,7 +146,7 @@ impl Analysis {
         Self { kind, order, supernodes }
     }
 
-    /// Order of the matrix.
+    /// Returns the order of the matrix.
     pub fn n(&self) -> usize {
         self.order.len()
     }
@@ -156,7 +156,7 @@ impl Analysis {
         self.supernodes.last().map_or(0, |node| node.start + node.n_entries(self.kind))
     }
 
-    /// Returns the number of columns, and of rows below them, of each supernode.
+    /// Returns the number of columns of each supernode, and the number of rows below them.
     pub fn supernodes(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let supernodes = self.supernodes.iter();
         supernodes.map(|node| (node.n_columns(), node.n_rows()))
@@ -171,7 +171,7 @@ impl Analysis {
         nodes.map(|node| node.n_multiplications(self.kind)).sum()
     }
 
-    /// Returns the size of the analysis in bytes: order, rows, positions of entries and of updates.
+    /// Returns the size of the analysis in bytes: order, rows, and positions of entries and updates.
     pub fn n_bytes(&self) -> usize {
         let of_node = |node: &Supernode| {
             let children = node.children.iter();
@@ -184,7 +184,7 @@ impl Analysis {
     }
 }
 
-/// Returns the position of `index` among the columns and rows of a front.
+/// Returns the position of `index` among the columns and rows of the front.
 fn local(shape: &Shape, index: usize) -> usize {
     if index < shape.columns.end {
         index - shape.columns.start
@@ -200,7 +200,7 @@ fn owners(supernodes: &[Supernode]) -> Vec<u32> {
     supernodes.iter().zip(0..).flat_map(columns).collect()
 }
 
-/// Connects each supernode to its parent and computes its depth.
+/// Connects each supernode to its parent and determines whether its depth is odd.
 fn connect(supernodes: &mut [Supernode]) {
     let owner = owners(supernodes);
     let parent = |node: &Supernode| {

@@ -6,18 +6,18 @@ use super::update::Layout;
 use crate::Kind;
 use crate::Number;
 
-/// Positions of a supernode's rows among the columns and rows of its parent.
+/// Positions of the rows of a supernode among the columns and rows of its parent.
 #[derive(Debug, Clone)]
 pub(super) struct Child {
-    /// Index of the supernode.
+    /// Index of the child supernode.
     pub(super) node: u32,
-    /// Positions in the parent, ascending.
+    /// Positions in the parent, in ascending order.
     places: Vec<u32>,
     /// Number of positions among the columns of the parent.
     n_columns: usize,
-    /// Positions among the columns of the parent, as runs of consecutive positions.
+    /// Runs of consecutive positions among the columns of the parent.
     column_runs: Vec<Run>,
-    /// Positions among the rows of the parent, as runs, counted from the parent's first row.
+    /// Runs of consecutive positions among the rows of the parent, relative to its first row.
     row_runs: Vec<Run>,
 }
 
@@ -32,7 +32,7 @@ struct Run {
 }
 
 impl Child {
-    /// Creates a child from its `places` in the parent, of which all below `k` are columns.
+    /// Creates a child from its `places` in the parent. Places below `k` are columns of the parent.
     pub(super) fn new(node: u32, places: Vec<u32>, k: usize) -> Self {
         let n_columns = places.partition_point(|&place| (place as usize) < k);
         Self {
@@ -44,20 +44,21 @@ impl Child {
         }
     }
 
-    /// Returns the storage layout of its update.
+    /// Returns the storage layout of the update of the child.
     #[inline(always)]
     pub(super) fn layout(&self, kind: Kind) -> Layout {
         let r = self.places.len();
         Layout { r, kind }
     }
 
-    /// Returns the size on the heap in bytes.
+    /// Returns the heap size in bytes.
     pub(super) fn n_bytes(&self) -> usize {
         let n_runs = self.column_runs.len() + self.row_runs.len();
         size_of_val(&self.places[..]) + n_runs * size_of::<Run>()
     }
 
-    /// Returns the child's columns that map to the columns `start..end` of the parent, which has `k` columns.
+    /// Returns the columns of the child that correspond to the columns `start..end` of the parent, which has `k`
+    /// columns.
     #[inline(always)]
     fn columns(&self, start: usize, end: usize, k: usize) -> Range<usize> {
         let place = |column: usize| match column {
@@ -68,8 +69,8 @@ impl Child {
         place(start)..place(end)
     }
 
-    /// Adds the child's `update` to columns of the parent, which has `m` rows and `k` pivots. `chunk` holds the
-    /// parent's columns from `start` on.
+    /// Adds the child's `update` to columns of the parent, which has `m` rows and `k` pivots. `chunk` contains the
+    /// columns of the parent from `start` onward.
     #[inline(always)]
     pub(super) fn add_to_columns<T: Number>(
         &self,
@@ -90,8 +91,8 @@ impl Child {
         }
     }
 
-    /// Adds the child's `update` to the `r` columns beyond the `k` pivots. `chunk` holds the parent's pivot rows from
-    /// `start` on, transposed. For unsymmetric matrices only.
+    /// Adds the child's `update` to the `r` columns to the right of the `k` pivots. `chunk` contains the pivot rows of
+    /// the parent from `start` onward, transposed. For unsymmetric matrices only.
     #[inline(always)]
     pub(super) fn add_to_rows<T: Number>(
         &self,
@@ -112,8 +113,8 @@ impl Child {
         }
     }
 
-    /// Adds the remaining part of the child's `update` to the parent's update. `chunk` holds the parent's update from
-    /// column `start` on, stored in `layout`; the parent has `k` pivots.
+    /// Adds the remaining part of the child's `update` to the update of the parent, which has `k` pivots. `chunk`
+    /// contains the parent's update from column `start` onward, stored in `layout`.
     #[inline(always)]
     pub(super) fn add_to_update<T: Number>(
         &self,
@@ -140,8 +141,8 @@ impl Child {
     }
 }
 
-/// Returns the runs of consecutive `places`. `first` is the child's index of the first place; positions in the parent
-/// count from `origin`.
+/// Returns the runs of consecutive `places`. `first` is the index of the first place in the child. Positions in the
+/// parent are relative to `origin`.
 fn runs(places: &[u32], first: usize, origin: usize) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for (i, &place) in (first as u32..).zip(places) {
@@ -154,14 +155,14 @@ fn runs(places: &[u32], first: usize, origin: usize) -> Vec<Run> {
     runs
 }
 
-/// Adds the entries of `update` from row `first` on to their positions in `target`. The number next to `update` is its
-/// first row.
+/// Adds the entries of `update` from row `first` onward to their positions in `target`. The number paired with the
+/// update is the index of its first stored row.
 #[inline(always)]
 fn add_runs<T: Number>(runs: &[Run], update: (&[T], usize), target: &mut [T], first: usize) {
     add_runs_below(runs, update, target, first, 0);
 }
 
-/// Adds the entries of `update` to a target that starts at row `above`.
+/// Adds the entries of `update`, as [`add_runs`] does, to a target that starts at row `above`.
 #[inline(always)]
 fn add_runs_below<T: Number>(
     runs: &[Run],

@@ -1,4 +1,4 @@
-//! The numerical supernodal factorization.
+//! Numerical supernodal factorization.
 
 use std::sync::Arc;
 
@@ -17,33 +17,33 @@ use crate::Number;
 use crate::ffi::pages;
 use crate::{Kind, SparseError};
 
-/// Fronts with at least this many rows and pivots are processed in blocks. Measured: below these sizes, the kernels are
+/// Fronts with at least this many rows and pivots are processed in blocks. Measurements show that smaller fronts are
 /// faster without blocks.
 const LARGE: [usize; 2] = [160, 32];
 
-/// Arrays of at least this size in bytes, a few large pages, use large pages.
+/// Arrays of at least this size in bytes (a few large pages) are stored in large pages.
 const MIN_LARGE_PAGE_BYTES: usize = 1 << 23;
 
-/// LU or LDLᵀ factors in dense blocks. With one thread, only the packing of large fronts allocates after construction.
+/// LU or LDLᵀ factors in dense blocks. With one thread, only the packing of large fronts allocates memory after
+/// construction.
 ///
-/// The factors of a supernode of k columns and r rows below them are L and U of its columns, (k + r) × k, and, unless
-/// the matrix is symmetric, its rows of U, transposed, r × k. All are column-major and stored one supernode after the
-/// other. The inverse pivots are stored on the diagonal. For a symmetric matrix, the elimination replaces U of the
-/// pivots by Lᵀ, except in fronts that several threads solve together.
+/// The factors of a supernode with k columns and r rows below them consist of a (k + r) × k block with L and U of these
+/// columns and, unless the matrix is symmetric, an r × k block with the transpose of the rows of U. The blocks are
+/// column-major and stored one supernode after the other. The inverse pivots are stored on the diagonal. If the matrix
+/// is symmetric, the elimination replaces U of the pivots by Lᵀ, except in fronts that several threads solve together.
 #[derive(Debug)]
 pub struct Supernodal<T: Number> {
     pub(super) analysis: Arc<Analysis>,
     schedule: Schedule,
     pub(super) threads: Option<Arc<ThreadPool>>,
     pub(super) factors: Vec<T>,
-    /// Updates that wait for their parents, as assigned by the schedule.
+    /// Stacks of updates that wait for their parents, as assigned by the schedule.
     stacks: Vec<Stacks<T>>,
     pub(super) workspaces: Workspaces<T>,
     pub(super) arch: Arch,
 }
 
-/// The stacks of updates at even and at odd depth, and workspace for the rows of U of one supernode of a symmetric
-/// matrix.
+/// Stacks of updates at even and odd depth, and workspace for the rows of U of one supernode of a symmetric matrix.
 #[derive(Debug)]
 struct Stacks<T> {
     sides: [Vec<T>; 2],
@@ -56,7 +56,7 @@ impl<T: Number> Supernodal<T> {
         Self::in_threads(analysis, None)
     }
 
-    /// Allocates factors for `threads`. The factors do not depend on the number of threads.
+    /// Allocates factors that use the given `threads`. The factors do not depend on the number of threads.
     pub fn in_threads(analysis: Arc<Analysis>, threads: Option<Arc<ThreadPool>>) -> Self {
         let n_threads = threads.as_ref().map_or(1, |pool| pool.current_num_threads());
         let schedule = Schedule::new(&analysis, n_threads);
@@ -135,7 +135,7 @@ impl<T: Number> Supernodal<T> {
         })
     }
 
-    /// Returns the number of scalars stored for factors, updates and vectors with `n_threads`.
+    /// Returns the number of scalars stored for factors, updates and vectors if `n_threads` threads are used.
     pub(crate) fn n_kept(analysis: &Analysis, n_threads: usize) -> usize {
         let schedule = Schedule::new(analysis, n_threads);
         let vectors = analysis.n() + analysis.largest_front();
@@ -143,20 +143,20 @@ impl<T: Number> Supernodal<T> {
     }
 }
 
-/// The elimination of some supernodes with vector instructions. This is a type instead of a closure, because a call of
-/// a closure is not inlined into the function compiled with vector instructions.
+/// Elimination of some supernodes with vector instructions. This is a type instead of a closure, because the call of a
+/// closure is not inlined into the function compiled with vector instructions.
 struct Eliminate<'a, T: Number> {
     analysis: &'a Analysis,
     schedule: &'a Schedule,
-    /// This is a trait object, so that the loop is compiled only once for subtrees and for the rest.
+    /// A trait object, so that the loop for the subtrees and for the rest is compiled only once.
     nodes: &'a mut dyn Iterator<Item = usize>,
     values: &'a [T],
-    /// The factors, from position `start` on.
+    /// Factors from position `start` onward.
     factors: &'a mut [T],
     start: usize,
-    /// The stacks of these supernodes.
+    /// Stacks of these supernodes.
     stacks: &'a mut Stacks<T>,
-    /// The stacks of the completed subtrees.
+    /// Stacks of the completed subtrees.
     subtrees: &'a [Stacks<T>],
     in_threads: bool,
     arch: Arch,
@@ -215,7 +215,7 @@ fn zeros<T: Number>(n: usize) -> Vec<T> {
     workspace
 }
 
-/// One supernode and its storage.
+/// A supernode and its storage.
 struct FrontTask<'a, T> {
     node: &'a Supernode,
     kind: Kind,
@@ -282,7 +282,7 @@ impl<T: Number> FrontTask<'_, T> {
                     is_symmetric,
                 };
                 minus_outer(chunk, block, &panel[k + row..], &upper[first..], k);
-                // No closure here either: its call would not use vector instructions.
+                // Do not use a closure here: its call would not use vector instructions.
                 for child in &node.children {
                     child.add_to_update(of_child(child), chunk, first, layout, k);
                 }

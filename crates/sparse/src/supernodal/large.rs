@@ -1,7 +1,7 @@
 //! Dense kernels for large fronts: recursion down to narrow panels, with products by faer.
 //!
-//! A front is partitioned independently of the number of threads, and each part is computed by one thread, so results
-//! are bitwise reproducible.
+//! The partition of a front does not depend on the number of threads, and each part is computed by one thread.
+//! Therefore, results are bitwise reproducible.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
@@ -18,33 +18,33 @@ use super::update::{CHUNK, Layout, chunk_width};
 use crate::Kind;
 use crate::Number;
 
-/// Maximum width of panels for elimination column by column.
+/// Maximum width of panels that are eliminated column by column.
 const NARROW: usize = 32;
-/// Rows of a narrow panel to be eliminated together; they stay in the nearest cache.
+/// Number of rows of a narrow panel that are eliminated together. They fit in the first-level cache.
 const SHORT: usize = 128;
 /// Maximum number of rows of a product computed by one thread.
 const LONG: usize = 512;
-/// Rows of a part are a multiple of this number.
+/// The number of rows of a part is a multiple of this number.
 const STRIPE: usize = 48;
-/// Terms of a product summed at once. More terms do not stay in the cache during use.
+/// Number of terms of a product that are summed at once. More terms would not stay in the cache.
 const DEEP: usize = 64;
 
-/// Sizes of a front, and options for its elimination.
+/// Dimensions of a front, and options for its elimination.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Front {
-    /// Rows.
+    /// Number of rows.
     pub(super) m: usize,
-    /// Number of columns to be eliminated.
+    /// Number of columns that are eliminated.
     pub(super) k: usize,
     pub(super) kind: Kind,
-    /// Whether to share the work among the threads of the pool.
+    /// Whether the work is shared among the threads of the pool.
     pub(super) in_threads: bool,
     pub(super) arch: Arch,
 }
 
 impl Front {
-    /// Fills the `block` of `node` with its matrix entries and with its children's contributions to its pivots. Returns
-    /// the columns and, unless the matrix is symmetric, the rows.
+    /// Fills the `block` of `node` with its matrix entries and with the contributions of its children to its pivots.
+    /// Returns the columns and, unless the matrix is symmetric, the rows.
     #[inline(never)]
     pub(super) fn assemble<'b, 'c, T: Number>(
         &self,
@@ -74,8 +74,8 @@ impl Front {
         (panel, upper)
     }
 
-    /// Eliminates an assembled front. L and U overwrite `panel` and `upper`; `update` becomes −L U plus the
-    /// contributions of `add` to its columns. Returns `false` if a pivot is zero or not finite.
+    /// Eliminates an assembled front. L and U overwrite `panel` and `upper`. `update` is set to −L U plus the
+    /// contributions that `add` adds to its columns. Returns `false` if a pivot is zero or not finite.
     #[inline(never)]
     pub(super) fn eliminate_all<T: Number>(
         &self,
@@ -94,8 +94,8 @@ impl Front {
         true
     }
 
-    /// Eliminates the columns in `panel`, starting with column `first` of the front. L, U and the inverse pivots
-    /// overwrite it. Returns `false` if a pivot is zero or not finite.
+    /// Eliminates the columns in `panel`, which starts with column `first` of the front. L, U and the inverse pivots
+    /// overwrite the panel. Returns `false` if a pivot is zero or not finite.
     fn factor<T: Number>(&self, panel: &mut [T], first: usize) -> bool {
         let (m, width) = (self.m, panel.len() / self.m);
         if width <= NARROW {
@@ -112,7 +112,7 @@ impl Front {
         self.factor(right, middle)
     }
 
-    /// Eliminates a few columns: the square block of their pivots, then the rows below it.
+    /// Eliminates a few columns: first the square block of their pivots, then the rows below it.
     fn factor_narrow<T: Number>(&self, panel: &mut [T], first: usize) -> bool {
         let (m, width) = (self.m, panel.len() / self.m);
         let mut workspace = [T::zero(); NARROW * NARROW];
@@ -135,8 +135,8 @@ impl Front {
         true
     }
 
-    /// Eliminates the columns `left`, which start at column `first` of the front, from the columns of `chunk`, which
-    /// start at column `column`.
+    /// Eliminates the columns in `left`, which start at column `first` of the front, from the columns in `chunk`, which
+    /// start at column `column` of the front.
     fn eliminate<T: Number>(&self, left: &[T], first: usize, chunk: &mut [T], column: usize) {
         let m = self.m;
         let (half, width) = (left.len() / m, chunk.len() / m);
@@ -165,8 +165,8 @@ impl Front {
         });
     }
 
-    /// Computes U to the right of the pivots from the rows of the matrix, or from `panel` if it is symmetric. Both are
-    /// stored transposed in `upper`.
+    /// Computes U to the right of the pivots, and stores its transpose in `upper`. For a symmetric matrix, U follows
+    /// from `panel`; otherwise `upper` initially contains the transposed rows of the matrix.
     fn factor_upper<T: Number>(&self, upper: &mut [T], panel: &[T]) {
         let (m, k) = (self.m, self.k);
         let r = m - k;
@@ -182,8 +182,8 @@ impl Front {
         });
     }
 
-    /// Computes `update` ← −L U for the rows and columns beyond the pivots, and calls `add` with the first column of
-    /// each chunk.
+    /// Computes `update` ← −L U for the rows and columns beyond the pivots. Calls `add` with each chunk and its first
+    /// column.
     fn update<T: Number>(
         &self,
         update: &mut [T],
@@ -215,7 +215,7 @@ impl Front {
         }
     }
 
-    /// Splits a block of `rows` rows into chunks of columns and calls `work` with the first column of each.
+    /// Splits a block of `rows` rows into chunks of columns and calls `work` with each chunk and its first column.
     fn chunks<T: Number>(
         &self,
         block: &mut [T],
@@ -233,7 +233,8 @@ impl Front {
         }
     }
 
-    /// Splits `block` into parts of at most `size` rows and calls `work` with the number of rows above each.
+    /// Splits `block` into parts of at most `size` rows and calls `work` with each part and the number of rows above
+    /// it.
     fn rows<'m, T: Number>(
         &self,
         block: MatMut<'m, T>,
@@ -308,7 +309,7 @@ fn solve_unit_lower<T: Number>(lower: MatRef<'_, T>, mut x: MatMut<'_, T>) {
     }
 }
 
-/// Copies `rows` of U to `workspace`. In a front, consecutive entries of a row are far apart, each in its own page.
+/// Copies `rows` of U to `workspace`. In a front, consecutive entries of a row are far apart, each in a separate page.
 fn side_by_side<'a, T: Number>(workspace: &'a mut [T], rows: MatRef<'_, T>) -> MatRef<'a, T> {
     let (n, width) = rows.shape();
     let mut copy = MatMut::from_row_major_slice_mut(&mut workspace[..n * width], n, width);
@@ -316,7 +317,7 @@ fn side_by_side<'a, T: Number>(workspace: &'a mut [T], rows: MatRef<'_, T>) -> M
     copy.into_const()
 }
 
-/// The elimination of the pivots of a narrow panel, with vector instructions.
+/// Elimination of the pivots of a narrow panel with vector instructions.
 struct Square<'a, T> {
     pivots: &'a mut [T],
     width: usize,
@@ -335,7 +336,7 @@ impl<T: Number> WithSimd for Square<'_, T> {
     }
 }
 
-/// The elimination of the rows below the pivots of a narrow panel, with vector instructions.
+/// Elimination of the rows below the pivots of a narrow panel with vector instructions.
 struct Below<'a, T> {
     rows: MatMut<'a, T>,
     pivots: &'a [T],

@@ -1,5 +1,5 @@
-//! Solves with large fronts, in blocks of columns whose products are shared among threads. A front is partitioned
-//! independently of the number of threads, and each value is computed by one thread, so results are bitwise
+//! Solves with large fronts, in blocks of columns whose products are shared among threads. The partition of a front
+//! does not depend on the number of threads, and each value is computed by one thread. Therefore, results are bitwise
 //! reproducible.
 
 use pulp::{Arch, Simd, WithSimd};
@@ -10,9 +10,9 @@ use super::small::{solve_lower, solve_transposed, solve_upper, subtract_products
 use crate::Number;
 use crate::row::Row;
 
-/// Minimum number of entries of L for a shared solve. Smaller fronts are read faster than a thread wakes up.
+/// Minimum number of entries of L for a shared solve. Reading a smaller front takes less time than waking a thread.
 const LARGE: usize = 1 << 16;
-/// Number of columns of a block; one thread solves its triangle.
+/// Number of columns of a block. One thread solves the triangle of a block.
 const BLOCK: usize = 64;
 /// Number of rows below or above a block that one thread processes at once.
 const ROWS: usize = 256;
@@ -25,12 +25,12 @@ pub(super) fn is_large(m: usize, k: usize) -> bool {
     m * k >= LARGE
 }
 
-/// A large front: its columns of `m` rows each, starting with the pivot rows.
+/// Large front, stored as columns of `m` rows each. The pivot rows come first.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LargeFront<'a, T> {
     pub(super) panel: &'a [T],
     pub(super) m: usize,
-    /// Whether to use the threads of the pool.
+    /// Whether the threads of the pool are used.
     pub(super) in_threads: bool,
     pub(super) arch: Arch,
 }
@@ -51,7 +51,7 @@ impl<T: Number> LargeFront<'_, T> {
         }
     }
 
-    /// Computes y ← (Lᵀ)⁻¹ y for the pivots. The rest of `y` holds the known values below them.
+    /// Computes y ← (Lᵀ)⁻¹ y for the pivots. The rest of `y` contains the known values below the pivots.
     #[inline(never)]
     pub(super) fn lower_transposed<R: Row<T>>(&self, y: &mut [R]) {
         let k = self.panel.len() / self.m;
@@ -65,7 +65,8 @@ impl<T: Number> LargeFront<'_, T> {
         }
     }
 
-    /// Computes y ← U⁻¹ (y − U x). `upper` holds the rows of U to the right of the pivots, x.len() entries each.
+    /// Computes y ← U⁻¹ (y − U x). `upper` contains the rows of U to the right of the pivots, with x.len() entries
+    /// each.
     #[inline(never)]
     pub(super) fn upper<R: Row<T>>(&self, y: &mut [R], upper: &[T], x: &[R]) {
         if !x.is_empty() {
@@ -85,7 +86,7 @@ impl<T: Number> LargeFront<'_, T> {
         }
     }
 
-    /// Calls `work` for pieces of `y` of the given `length`, with the first index of each.
+    /// Splits `y` into pieces of the given `length` and calls `work` with each piece and its first index.
     fn share<R: Send>(&self, y: &mut [R], length: usize, work: impl Fn(usize, &mut [R]) + Sync) {
         match self.in_threads && y.len() > length {
             true => {
@@ -111,19 +112,19 @@ impl<T: Number> LargeFront<'_, T> {
 
 #[derive(Debug, Clone, Copy)]
 enum BlockOperation {
-    /// [`solve_lower`].
+    /// See [`solve_lower`].
     Lower,
-    /// [`solve_transposed`].
+    /// See [`solve_transposed`].
     Transposed,
-    /// [`solve_upper`].
+    /// See [`solve_upper`].
     Upper,
-    /// [`subtract_rows`].
+    /// See [`subtract_rows`].
     Rows,
-    /// [`subtract_products`].
+    /// See [`subtract_products`].
     Columns,
 }
 
-/// One operation, with vector instructions.
+/// One operation on a block, with vector instructions.
 struct Run<'a, T, R> {
     operation: BlockOperation,
     y: &'a mut [R],
@@ -169,7 +170,8 @@ mod tests {
         (panel, (0..M).map(|_| draw()).collect())
     }
 
-    /// Returns the three solves of a front, first in blocks and then with the kernels for small fronts.
+    /// Returns the results of the three solves with a front, first in blocks and then with the kernels for small
+    /// fronts.
     fn solve<R: Row<f64>>(y: &[R], in_threads: bool) -> [[Vec<R>; 3]; 2] {
         let (panel, upper) = (front().0, front().0);
         let shared = LargeFront { panel: &panel, m: M, in_threads, arch: Arch::new() };
@@ -209,7 +211,7 @@ mod tests {
         let wide = solve(&two, false)[0].each_ref().map(|rows| both(rows));
         let [in_threads, _] = pool.install(|| solve(&two, true));
         assert_eq!(in_threads.each_ref().map(|rows| both(rows)), wide);
-        // The solve with L has the same order of operations; the other two sum M products in a different order.
+        // The solve with L uses the same order of operations. The other two sum M products in a different order.
         assert_eq!(by_blocks[0], small[0]);
         for (step, (blocks, small)) in by_blocks.iter().zip(&small).enumerate() {
             for (a, b) in blocks.iter().zip(small) {

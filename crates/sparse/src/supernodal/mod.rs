@@ -1,16 +1,18 @@
-//! LU factors of matrices with a symmetric pattern, in dense blocks and with fixed pivots.
+//! LU factorization of matrices with a symmetric pattern, in dense blocks and with fixed pivots.
 //!
-//! The Newton matrices of a solid consist of blocks: the components of a node, and of all nodes eliminated
-//! together, have the same rows. Columns with the same rows form a *supernode*. Its elimination is dense arithmetic on
-//! a *front*, which the vector unit executes several times faster than KLU's indexed scalar loops. The factors store
-//! one index per row of a supernode instead of one per entry, so solves move half the memory.
+//! The Newton matrices of a solid consist of blocks, because the components of a node have the same rows, and so do all
+//! nodes that are eliminated together. Columns with the same rows form a *supernode*. Its elimination is dense
+//! arithmetic on a *front*, which vector instructions execute several times faster than the indexed scalar loops of
+//! KLU. The factors store one index per row of a supernode instead of one per entry, so solves move half as much
+//! memory.
 //!
-//! The pivots are the diagonal entries in the order of elimination, without pivoting. For κ < ∞ the matrices are
-//! quasi-definite except for the damping, and any order is valid. For κ = ∞ the pressures have zero diagonals; they are
-//! delayed until neighbors are eliminated, which makes their pivots −b S⁻¹ bᵀ with S positive definite.
-//! [`SparseSystem`](crate::SparseSystem) checks the accuracy of the solutions and switches to pivoting if necessary.
+//! The pivots are the diagonal entries in the order of elimination; there is no pivoting. If κ is finite, the matrices
+//! are quasi-definite except for the damping, and any order is valid. If κ = ∞, the diagonal entries of the pressures
+//! are zero. Pressures are delayed until neighbors are eliminated; their pivots are then −b S⁻¹ bᵀ with S positive
+//! definite. [`SparseSystem`](crate::SparseSystem) checks the accuracy of the solutions and switches to pivoting if
+//! necessary.
 //!
-//! [`Analysis`] holds the order, the supernodes and the positions; [`Supernodal`] holds the numerical factors.
+//! [`Analysis`] contains the order, the supernodes and the positions; [`Supernodal`] contains the numerical factors.
 //!
 //! # References
 //! - I. S. Duff, J. K. Reid, The multifrontal solution of unsymmetric sets of linear equations,

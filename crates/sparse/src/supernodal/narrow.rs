@@ -1,6 +1,7 @@
-//! Solves with fronts of two columns, the displacements of one node: most fronts of a plane body. Their few rows are
-//! loaded from the right-hand side into registers and stored back directly. Wider fronts gather their rows in memory
-//! first, and the processor must wait when it reads a vector whose elements have just been written individually.
+//! Solves with fronts of two columns, which are the displacements of one node. Most fronts of a plane body have this
+//! form. Their few rows are loaded from the right-hand side into registers and stored back directly. Wider fronts first
+//! gather their rows in memory, and the processor must wait when it reads a vector whose elements have just been
+//! written individually.
 
 use super::analysis::Supernode;
 use super::small::{LANES, sum_lanes, take_columns};
@@ -10,18 +11,18 @@ use crate::row::Row;
 /// Number of columns.
 const N: usize = 2;
 
-/// A front of two columns and its position in the right-hand side.
+/// Front of two columns and its position in the right-hand side.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NarrowFront<'a, T> {
     first: usize,
-    /// Columns of the front, one after the other. The pivot rows come first, followed by `rows`.
+    /// Columns of the front, one after the other. In each column, the pivot rows come first, followed by `rows`.
     panel: &'a [T],
     rows: &'a [u32],
 }
 
 impl<'a, T: Number> NarrowFront<'a, T> {
-    /// Returns the front of `node` if it has two columns and a row of the right-hand side is one real number. Wider
-    /// rows would gain nothing.
+    /// Returns the front of `node` if it has two columns and if a row of the right-hand side is one real number. Wider
+    /// rows would not be faster.
     #[inline(always)]
     pub(super) fn of<R: Row<T>>(node: &'a Supernode, factors: &'a [T]) -> Option<Self> {
         let is_narrow = T::IS_REAL && size_of::<R>() == size_of::<T>() && node.n_columns() == N;
@@ -32,7 +33,7 @@ impl<'a, T: Number> NarrowFront<'a, T> {
         })
     }
 
-    /// Computes x ← L⁻¹ x for its unknowns and updates the rows below.
+    /// Computes x ← L⁻¹ x for the unknowns of this front, and updates the rows below.
     #[inline(always)]
     pub(super) fn lower<R: Row<T>>(&self, x: &mut [R]) {
         let pivots = &mut x[self.first..][..N];
@@ -53,7 +54,7 @@ impl<'a, T: Number> NarrowFront<'a, T> {
         }
     }
 
-    /// Computes x ← (D Lᵀ)⁻¹ x for the unknowns of this front; the diagonal stores the inverse of D.
+    /// Computes x ← (D Lᵀ)⁻¹ x for the unknowns of this front. The diagonal stores the inverse of D.
     #[inline(always)]
     pub(super) fn scaled_upper<R: Row<T>>(&self, x: &mut [R]) {
         let sums = self.gather_all(x, self.below());
@@ -63,8 +64,8 @@ impl<'a, T: Number> NarrowFront<'a, T> {
         x[0] = x[0].times(first).plus(sums[0]).minus_product(self.panel[1], x[1]);
     }
 
-    /// Computes x ← U⁻¹ x for its unknowns. `upper` holds the rows of U to the right of the pivots, one after the
-    /// other.
+    /// Computes x ← U⁻¹ x for the unknowns of this front. `upper` contains the rows of U to the right of the pivots,
+    /// one after the other.
     #[inline(always)]
     pub(super) fn upper<R: Row<T>>(&self, x: &mut [R], upper: &[T]) {
         let sums = self.gather_all(x, take_columns(upper, self.rows.len(), 0, 0..self.rows.len()));
@@ -88,7 +89,7 @@ impl<'a, T: Number> NarrowFront<'a, T> {
         take_columns(self.panel, m, 0, N..m)
     }
 
-    /// Computes `x` -= L `own` for the next `L` rows from `start` on, and advances `start`.
+    /// Computes `x` -= L `own` for the next `L` rows from `start` onward, and advances `start`.
     #[inline(always)]
     fn scatter<R: Row<T>, const L: usize>(&self, x: &mut [R], own: [R; N], start: &mut usize) {
         let (rows, columns) = self.next::<L>(self.below(), start);
@@ -104,7 +105,7 @@ impl<'a, T: Number> NarrowFront<'a, T> {
         }
     }
 
-    /// Returns the negative products of `columns` with `x` in the rows.
+    /// Returns the negative products of `columns` with the entries of `x` in the rows of the front.
     #[inline(always)]
     fn gather_all<R: Row<T>>(&self, x: &[R], columns: [&[T]; N]) -> [R; N] {
         let (n, mut start) = (self.rows.len(), 0);
@@ -145,7 +146,7 @@ impl<'a, T: Number> NarrowFront<'a, T> {
         }
     }
 
-    /// Returns the next `L` rows and the entries of `columns` there, and advances `start`.
+    /// Returns the next `L` rows and the corresponding entries of `columns`, and advances `start`.
     #[inline(always)]
     fn next<'c, const L: usize>(
         &self,

@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use crate::ordering::{Graph, NONE, Tree};
 
-/// Maximum fraction of explicit zeros for which a supernode is merged into its parent. Dense arithmetic on a few zeros
-/// is cheaper than another front. Measured on the muscle: fastest between 0.1 and 0.2.
+/// Maximum fraction of explicit zeros if a supernode is merged into its parent. Dense arithmetic on a few zeros is
+/// cheaper than another front. In measurements on the muscle, values between 0.1 and 0.2 are fastest.
 const ZEROS_ALLOWED: f64 = 0.15;
 
-/// Maximum fraction of explicit zeros for supernodes of at least [`WIDE`] columns. Their fronts are already large
-/// enough; more zeros would only cost memory and arithmetic.
+/// Maximum fraction of explicit zeros for supernodes with at least [`WIDE`] columns. Their fronts are already large
+/// enough, and more zeros would only cost memory and arithmetic.
 const ZEROS_ALLOWED_WIDE: f64 = 0.05;
 const WIDE: usize = 64;
 
@@ -18,21 +18,21 @@ const WIDE: usize = 64;
 pub(super) struct Shape {
     /// Columns, in the order of elimination.
     pub(super) columns: Range<usize>,
-    /// Rows below the columns, ascending.
+    /// Rows below the columns, in ascending order.
     pub(super) rows: Vec<u32>,
 }
 
-/// Returns the unknowns in their final order, and the supernodes, each directly after its subtree.
+/// Returns the unknowns in the final order, and the supernodes. Each supernode directly follows its subtree.
 pub(super) fn partition(graph: &Graph, tree: Tree) -> (Vec<u32>, Vec<Shape>) {
     let parts = merge(&tree);
     let sequence = postorder(&parts);
     shapes(graph, &tree, &parts, &sequence)
 }
 
-/// A supernode during merging, identified by its last node.
+/// Supernode that is being merged, identified by its last node.
 #[derive(Debug, Clone, Default)]
 struct Part {
-    /// Positions in the tree, in the order of elimination; empty once merged into the parent.
+    /// Positions in the tree, in the order of elimination. The list is empty after the part is merged into its parent.
     nodes: Vec<u32>,
     width: usize,
     below: usize,
@@ -42,12 +42,12 @@ struct Part {
 }
 
 impl Part {
-    /// Returns the number of zeros that merging `child` adds to its columns.
+    /// Returns the number of zeros that are added to the columns of `child` if it is merged.
     fn zeros_from(&self, child: &Self) -> usize {
         child.width * (self.width + self.below - child.below)
     }
 
-    /// Returns whether merging `child` adds few enough zeros.
+    /// Returns whether few enough zeros are added if `child` is merged.
     fn takes(&self, child: &Self) -> bool {
         let width = self.width + child.width;
         let entries = width * (width - 1) / 2 + width * self.below;
@@ -57,7 +57,7 @@ impl Part {
     }
 }
 
-/// Merges from the leaves up, starting with the children that add the fewest zeros.
+/// Merges supernodes from the leaves upward, starting with the children that add the fewest zeros.
 fn merge(tree: &Tree) -> Vec<Part> {
     let n = tree.order.len();
     let mut parts: Vec<Part> = vec![Part::default(); n];
@@ -92,7 +92,8 @@ fn merge(tree: &Tree) -> Vec<Part> {
     parts
 }
 
-/// Returns the remaining supernodes in postorder. The children are sorted to minimize the storage for waiting updates.
+/// Returns the remaining supernodes in postorder. The children are sorted so that waiting updates need the least
+/// storage.
 ///
 /// J. W. H. Liu, On the storage requirement in the out-of-core multifrontal method for sparse factorization, ACM Trans.
 /// Math. Softw. 12 (1986) 249–264.
@@ -130,10 +131,10 @@ fn postorder(parts: &[Part]) -> Vec<u32> {
     sequence
 }
 
-/// Numbers the unknowns in the sequence of supernodes and determines the rows of each supernode from its entries and
-/// from its children's rows.
+/// Numbers the unknowns in the sequence of supernodes. Determines the rows of each supernode from its entries and from
+/// the rows of its children.
 fn shapes(graph: &Graph, tree: &Tree, parts: &[Part], sequence: &[u32]) -> (Vec<u32>, Vec<Shape>) {
-    // By node of the graph: `place` is its position in the order of nodes, `start` its first column.
+    // For each node of the graph, `place` is its position in the order of nodes, and `start` is its first column.
     let n = graph.n();
     let (mut place, mut start) = (vec![0u32; n], vec![0u32; n]);
     let mut nodes: Vec<u32> = Vec::with_capacity(n);

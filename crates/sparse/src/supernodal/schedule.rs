@@ -1,25 +1,25 @@
-//! Distribution of supernodes to threads, and positions of updates that wait for their parents.
+//! Distribution of supernodes among threads, and positions of updates that wait for their parents.
 
 use std::ops::Range;
 
 use super::analysis::{Analysis, Supernode};
 use crate::Kind;
 
-/// Subtrees are split until the largest has at most this fraction of one thread's share of the work, so that all
-/// threads finish at nearly the same time.
+/// Subtrees are split until the work of the largest is at most this fraction of one thread's share, so that all threads
+/// finish at nearly the same time.
 const PART_OF_SHARE: f64 = 0.25;
 
-/// Position of a waiting update: the stacks of a subtree or of the rest, and the offset in them.
+/// Position of a waiting update: the index of a pair of stacks, and the offset in one of these stacks.
 ///
-/// Each subtree, and the rest, has two stacks: one for supernodes at even depth and one for supernodes at odd depth.
-/// One update is formed in its final position while the updates of its children are read.
+/// Each subtree has two stacks, and so do the remaining supernodes together: one stack for even depth and one for odd
+/// depth. Therefore, an update can be formed in its final position while the updates of its children are read.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Place {
     pub(super) stacks: usize,
     pub(super) offset: usize,
 }
 
-/// Supernodes eliminated by one thread; the last supernode is the root of the subtree.
+/// Supernodes that are eliminated by one thread. The last supernode is the root of the subtree.
 #[derive(Debug, Clone)]
 pub(super) struct Subtree {
     pub(super) nodes: Range<usize>,
@@ -27,25 +27,25 @@ pub(super) struct Subtree {
     pub(super) work: f64,
 }
 
-/// Sizes of the stacks of a subtree or of the rest.
+/// Sizes of the stacks of a subtree or of the remaining supernodes.
 #[derive(Debug, Clone, Default)]
 pub(super) struct StackSizes {
-    /// Heights of the stacks for even and odd depth.
+    /// Heights of the stacks for even and for odd depth.
     pub(super) heights: [usize; 2],
-    /// Maximum number of entries of rows of U stored separately from the factors.
+    /// Maximum number of entries in rows of U that are stored separately from the factors.
     pub(super) upper: usize,
 }
 
-/// The order of work for a given number of threads. The computed values do not depend on it.
+/// Order of work for a given number of threads. The computed values do not depend on this number.
 #[derive(Debug, Clone)]
 pub(super) struct Schedule {
-    /// Subtrees to be eliminated concurrently.
+    /// Subtrees that are eliminated concurrently.
     pub(super) subtrees: Vec<Subtree>,
-    /// All other supernodes, eliminated one after the other when the subtrees are complete.
+    /// All other supernodes. They are eliminated one after the other when the subtrees are complete.
     pub(super) rest: Vec<u32>,
     /// Position of the update of each supernode.
     pub(super) places: Vec<Place>,
-    /// Stack sizes of each subtree, followed by the sizes of the rest.
+    /// Stack sizes of each subtree, followed by the stack sizes of the rest.
     pub(super) stacks: Vec<StackSizes>,
 }
 
@@ -65,7 +65,7 @@ impl Schedule {
         let mut places = vec![Place::default(); n];
         let mut tops = vec![[0; 2]; subtrees.len() + 1];
         let mut sizes = vec![StackSizes::default(); tops.len()];
-        // Subtrees are complete before the rest begins.
+        // The subtrees are complete before the rest begins.
         let in_time = subtrees
             .iter()
             .flat_map(|subtree| subtree.nodes.clone())
@@ -89,14 +89,14 @@ impl Schedule {
         Self { subtrees, rest, places, stacks: sizes }
     }
 
-    /// Returns the number of entries of all stacks.
+    /// Returns the total number of entries of all stacks.
     pub(super) fn n_entries(&self) -> usize {
         let stacks = self.stacks.iter();
         stacks.map(|size| size.heights[0] + size.heights[1] + size.upper).sum()
     }
 }
 
-/// Returns the largest subtrees small enough for an even distribution.
+/// Returns the largest subtrees that are small enough for an even distribution.
 fn subtrees(analysis: &Analysis, n_threads: usize) -> Vec<Subtree> {
     let supernodes = &analysis.supernodes;
     let mut first: Vec<usize> = (0..supernodes.len()).collect();

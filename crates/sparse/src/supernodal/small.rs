@@ -1,4 +1,4 @@
-//! Dense kernels on column-major blocks, for small fronts and for the narrow panels of large ones.
+//! Dense kernels on column-major blocks, for small fronts and for the narrow panels of large fronts.
 
 use std::array::from_fn;
 use std::ops::Range;
@@ -6,17 +6,17 @@ use std::ops::Range;
 use crate::Number;
 use crate::row::Row;
 
-/// Rows of a tile of [`minus_outer`]: one AVX-512 register.
+/// Number of rows of a tile of [`minus_outer`]: one AVX-512 register.
 const TILE_ROWS: usize = 8;
-/// Columns of a tile, whose sums use at most eight AVX-512 registers, or 16 if the numbers are complex.
+/// Number of columns of a tile. Their sums use at most eight AVX-512 registers, or 16 for complex numbers.
 const TILE_COLUMNS: usize = 4;
-/// Columns of at least this length are read from memory, where four concurrent streams are faster.
+/// Columns of at least this length are read from memory. Four concurrent streams are then faster.
 const LONG: usize = 160;
 /// Number of partial sums of a scalar product: one AVX-512 register.
 pub(super) const LANES: usize = 8;
 
-/// Returns the given `rows` of N columns of a `panel` with `m` rows, starting at column `p`. A closure cannot fill the
-/// array: its call would not use vector instructions.
+/// Returns the given `rows` of N columns of a `panel` with `m` rows, starting at column `p`. Do not fill the array by a
+/// closure: its call would not use vector instructions.
 #[inline(always)]
 pub(super) fn take_columns<T, const N: usize>(
     panel: &[T],
@@ -31,7 +31,7 @@ pub(super) fn take_columns<T, const N: usize>(
     columns
 }
 
-/// Copies a few scalars without the call that a loop or a copy of variable length would become.
+/// Copies a few scalars without a function call. A loop or a copy of variable length would be compiled to a call.
 #[inline(always)]
 pub(super) fn copy_few<R: Copy>(to: &mut [R], from: &[R]) {
     #[inline(always)]
@@ -64,13 +64,13 @@ fn subtract_columns<T: Number, R: Row<T>, const N: usize>(y: &mut [R], a: [&[T];
     }
 }
 
-/// Returns −a · b, summed in eight lanes to enable vector instructions.
+/// Returns −a · b, summed in eight lanes to allow vector instructions.
 #[inline(always)]
 pub(super) fn minus_dot<T: Number, R: Row<T>>(a: &[T], b: &[R]) -> R {
     let mut lanes = [R::zeros(); LANES];
     let (chunks_a, chunks_b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
     let mut tail = R::zeros();
-    // No fold: its closure would be compiled without vector instructions.
+    // Do not use a fold: its closure would be compiled without vector instructions.
     for (&a, &b) in chunks_a.remainder().iter().zip(chunks_b.remainder()) {
         tail = tail.minus_product(a, b);
     }
@@ -92,8 +92,8 @@ pub(super) fn sum_lanes<T: Number, R: Row<T>>(mut lanes: [R; LANES]) -> R {
     lanes[0]
 }
 
-/// Computes y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest. `panel` holds k columns of L (unit
-/// diagonal) with `m` rows each; `y` contains the rows from `first` on.
+/// Computes y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the other entries. `panel` contains k columns
+/// of L (with a unit diagonal) with `m` rows each. `y` contains the rows from `first` onward.
 #[inline(always)]
 pub(super) fn solve_lower<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, first: usize) {
     let k = panel.len() / m;
@@ -111,7 +111,7 @@ pub(super) fn solve_lower<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usi
     }
 }
 
-/// Solves with N columns from column `p` on: first their triangle, then all rows below in one sweep.
+/// Solves with N columns from column `p` onward: first with their triangle, then with all rows below in one sweep.
 #[inline(always)]
 fn solve_lower_columns<T: Number, R: Row<T>, const N: usize>(
     y: &mut [R],
@@ -134,7 +134,8 @@ fn solve_lower_columns<T: Number, R: Row<T>, const N: usize>(
     subtract_columns(y, take_columns::<T, N>(panel, m, p, below), x);
 }
 
-/// Subtracts the products of `x` with the columns of a `panel` of `m` rows; `y` contains the rows from `first` on.
+/// Subtracts the products of `x` with the columns of a `panel` with `m` rows. `y` contains the rows from `first`
+/// onward.
 #[inline(always)]
 pub(super) fn subtract_rows<T: Number, R: Row<T>>(
     y: &mut [R],
@@ -156,8 +157,8 @@ pub(super) fn subtract_rows<T: Number, R: Row<T>>(
     }
 }
 
-/// Computes y ← U⁻¹ y. `panel` holds the columns of U with `m` rows each and the inverse pivots on the diagonal, which
-/// are taken as ones if `IS_UNIT`.
+/// Computes y ← U⁻¹ y. `panel` contains the columns of U with `m` rows each. The diagonal contains the inverse pivots,
+/// which are replaced by ones if `IS_UNIT`.
 #[inline(always)]
 pub(super) fn solve_upper<T: Number, R: Row<T>, const IS_UNIT: bool>(
     y: &mut [R],
@@ -178,7 +179,7 @@ pub(super) fn solve_upper<T: Number, R: Row<T>, const IS_UNIT: bool>(
     }
 }
 
-/// Solves with N columns from column `p` on.
+/// Solves with N columns from column `p` onward.
 #[inline(always)]
 fn solve_upper_columns<T: Number, R: Row<T>, const IS_UNIT: bool, const N: usize>(
     y: &mut [R],
@@ -202,7 +203,7 @@ fn solve_upper_columns<T: Number, R: Row<T>, const IS_UNIT: bool, const N: usize
     subtract_columns(above, columns, x);
 }
 
-/// Subtracts the products of `x` with the last rows of the columns of a `panel` of `m` rows.
+/// Subtracts the products of `x` with the last rows of the columns of a `panel` with `m` rows.
 #[inline(always)]
 pub(super) fn subtract_products<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, x: &[R]) {
     let first = m - x.len();
@@ -219,8 +220,8 @@ pub(super) fn subtract_products<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], 
     }
 }
 
-/// Computes y ← (Lᵀ)⁻¹ y. `panel` holds the columns of L (unit diagonal) with `m` rows each, of which the first ones
-/// are used.
+/// Computes y ← (Lᵀ)⁻¹ y. `panel` contains the columns of L (with a unit diagonal) with `m` rows each. Only its first
+/// `y.len()` rows and columns are used.
 #[inline(always)]
 pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
     let k = y.len();
@@ -242,7 +243,7 @@ pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m
     }
 }
 
-/// Solves with N columns from column `p` on: first all rows below in one sweep, then their triangle.
+/// Solves with N columns from column `p` onward: first with all rows below in one sweep, then with their triangle.
 #[inline(always)]
 fn solve_transposed_columns<T: Number, R: Row<T>, const N: usize>(
     y: &mut [R],
@@ -263,7 +264,7 @@ fn solve_transposed_columns<T: Number, R: Row<T>, const N: usize>(
     pivots.copy_from_slice(&x);
 }
 
-/// Returns −a · b for each of N columns, summed in eight lanes to enable vector instructions.
+/// Returns −a · b for each of N columns a, summed in eight lanes to allow vector instructions.
 #[inline(always)]
 fn minus_dots<T: Number, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R; N] {
     let mut lanes = [[R::zeros(); LANES]; N];
@@ -289,8 +290,9 @@ fn minus_dots<T: Number, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R
     sums
 }
 
-/// Eliminates the columns of a `panel` of `m` rows, whose first pivot is in row `first`. L (unit diagonal) and U of the
-/// pivots overwrite it, with the inverse pivots on the diagonal. Returns `false` if a pivot is zero or not finite.
+/// Eliminates the columns of a `panel` with `m` rows, whose first pivot is in row `first`. L (with a unit diagonal) and
+/// the U of the pivots overwrite the panel; the diagonal contains the inverse pivots. Returns `false` if a pivot is
+/// zero or not finite.
 #[inline(always)]
 pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize, first: usize) -> bool {
     for j in 0..panel.len() / m {
@@ -312,8 +314,8 @@ pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize, first: usize) -
     true
 }
 
-/// Copies the lower triangle of the pivots of a symmetric `panel`, whose first pivot is in row `first`, to the upper
-/// one.
+/// Copies the lower triangle of the pivots of a symmetric `panel` to the upper triangle. The first pivot is in row
+/// `first`.
 #[inline(always)]
 pub(super) fn mirror<T: Number>(panel: &mut [T], m: usize, first: usize) {
     for j in 1..panel.len() / m {
@@ -323,8 +325,8 @@ pub(super) fn mirror<T: Number>(panel: &mut [T], m: usize, first: usize) {
     }
 }
 
-/// Computes the part of U to the right of the pivots of a symmetric front. It is stored transposed, with `r` rows for
-/// each pivot: the rows of L from `start` on, multiplied by D. The pivot of the first column of `panel` is in row
+/// Computes the part of U to the right of the pivots of a symmetric front. Its transpose is stored with `r` entries for
+/// each pivot: the rows of L from `start` onward, multiplied by D. The pivot of the first column of `panel` is in row
 /// `first`.
 #[inline(always)]
 pub(super) fn scale_rows<T: Number>(
@@ -343,8 +345,8 @@ pub(super) fn scale_rows<T: Number>(
     }
 }
 
-/// Computes U to the right of the pivots from the rows of the matrix. Both are stored transposed, `r` rows for each
-/// pivot; `panel` of `m` rows holds L of the pivots.
+/// Computes U to the right of the pivots from the rows of the matrix. The rows and U are stored transposed, with `r`
+/// entries for each pivot. `panel` has `m` rows and contains L of the pivots.
 #[inline(always)]
 pub(super) fn eliminate_rows<T: Number>(upper: &mut [T], r: usize, panel: &[T], m: usize) {
     for j in 1..upper.len() / r {
@@ -380,7 +382,7 @@ pub(super) struct Block {
     pub(super) columns: usize,
     pub(super) stride_a: usize,
     pub(super) stride_b: usize,
-    /// Whether only the lower triangle, starting at the first entry, is needed.
+    /// Whether only the lower triangle, which starts at the first entry, is needed.
     pub(super) is_symmetric: bool,
 }
 
@@ -398,7 +400,7 @@ pub(super) fn minus_outer<T: Number>(s: &mut [T], block: Block, a: &[T], b: &[T]
         }
         return;
     }
-    // The last tiles overlap earlier ones.
+    // The last tiles may overlap earlier tiles.
     for j in (0..columns).step_by(TILE_COLUMNS) {
         let column = j.min(columns - TILE_COLUMNS);
         let mut i = match block.is_symmetric {
@@ -416,8 +418,9 @@ pub(super) fn minus_outer<T: Number>(s: &mut [T], block: Block, a: &[T], b: &[T]
     }
 }
 
-/// Computes [`minus_outer`] for `ROWS` rows and [`TILE_COLUMNS`] columns from this position on. The products with real
-/// and imaginary parts of B are summed separately: no complex vector is rearranged within the loop.
+/// Computes [`minus_outer`] for `ROWS` rows and [`TILE_COLUMNS`] columns from the given position onward. The products
+/// with the real and imaginary parts of B are summed separately, so that no complex vector is rearranged within the
+/// loop.
 #[inline(always)]
 fn outer_tile<T: Number, const ROWS: usize>(
     s: &mut [T],

@@ -15,7 +15,7 @@ use crate::Number;
 use crate::row::Row;
 
 impl<T: Number> Supernodal<T> {
-    /// Returns the last pivots by unknown.
+    /// Returns the last pivots in the order of the unknowns.
     pub(crate) fn pivots_by_unknown(&self) -> Vec<T> {
         let mut pivots = vec![T::zero(); self.analysis.n()];
         for node in &self.analysis.supernodes {
@@ -52,8 +52,8 @@ impl<T: Number> Supernodal<T> {
         self.in_pool(|this, in_threads| this.run_here(rhs, n_columns, is_transposed, in_threads));
     }
 
-    /// Calls `solve`, in the pool if there is one and some fronts are large enough to be shared. The argument states
-    /// whether the pool is used.
+    /// Calls `solve`. Uses the thread pool if there is one and if some fronts are large enough to be shared. The
+    /// argument of `solve` states whether the pool is used.
     fn in_pool(&mut self, solve: impl FnOnce(&mut Self, bool) + Send) {
         let sizes = || self.analysis.supernodes();
         let has_large = || sizes().any(|(k, r)| is_large(k + r, k));
@@ -63,10 +63,10 @@ impl<T: Number> Supernodal<T> {
         }
     }
 
-    /// Runs the solve in this thread, or in the threads of its pool.
+    /// Solves in this thread, or in the threads of the pool.
     fn run_here(&mut self, rhs: &mut [T], n_columns: usize, is_transposed: bool, in_threads: bool) {
         let Self { analysis, factors, workspaces, arch, .. } = self;
-        // One solve with eight real columns takes longer than two with four.
+        // One solve with eight real columns takes longer than two solves with four.
         let most = match T::IS_REAL {
             true => 4,
             false => 8,
@@ -85,7 +85,7 @@ impl<T: Number> Supernodal<T> {
     }
 }
 
-/// The right-hand sides of a solve.
+/// Range of right-hand sides in a solve.
 #[derive(Debug, Clone, Copy)]
 struct ColumnBlock {
     n_columns: usize,
@@ -102,14 +102,14 @@ struct Task<'a, T> {
 }
 
 impl<'a, T> Task<'a, T> {
-    /// Returns the large front with these columns.
+    /// Returns the front with the columns in `panel`, for the kernels of large fronts.
     #[inline(always)]
     fn shared(&self, panel: &'a [T], m: usize) -> LargeFront<'a, T> {
         LargeFront { panel, m, in_threads: self.in_threads, arch: self.arch }
     }
 }
 
-/// A solve for one block of right-hand sides, as many columns as fit in a row.
+/// Solve for one block of right-hand sides. The block has as many columns as fit in a row.
 struct Solve<'a, T, R> {
     task: Task<'a, T>,
     x: &'a mut [R],
@@ -274,7 +274,7 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
                 pivots.copy_from_slice(&gathered[..k]);
                 continue;
             }
-            // All pivots first subtract the known rows, independently of each other.
+            // The known rows are first subtracted from all pivots, independently of each other.
             subtract_products(pivots, panel, m, right);
             match WITH_PIVOTS {
                 true => solve_upper::<T, R, true>(pivots, panel, m),

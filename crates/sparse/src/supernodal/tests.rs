@@ -1,4 +1,4 @@
-//! Solutions with supernodal factors, checked by their residuals.
+//! Checks of solutions with supernodal factors by their residuals.
 use std::sync::Arc;
 
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -67,8 +67,8 @@ fn dominant<T: Scalar>(p: &SparsityPattern, mut draw: impl FnMut() -> T) -> Vec<
     p.entries().map(|(c, r)| draw() + if c == r { diagonal } else { T::zero() }).collect()
 }
 
-/// Rows of nine entries of magnitude 1 and a diagonal of 12: solutions of magnitude 1, with a few rounding errors for each
-/// of about a hundred operations.
+/// Bound on the rounding error. Rows have nine entries of magnitude 1 and a diagonal of 12. Solutions have magnitude 1,
+/// and each of about a hundred operations adds a few rounding errors.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
 #[test]
@@ -143,7 +143,7 @@ fn a_zero_pivot_is_an_error_and_leads_to_pivoting() {
 
 #[test]
 fn a_poor_pivot_is_detected_by_the_solution_and_leads_to_pivoting() {
-    // [ε' 1; 1 1] without pivoting loses all digits of the first unknown for ε' far below ε.
+    // [ε' 1; 1 1]: without pivoting, all digits of the first unknown are lost if ε' is far below ε.
     let p = pattern(2, |_, _| true);
     let mut work = LinearWork::default();
     let options = SparseOptions { btf: false, pivot_tolerance: 1.0, ..SparseOptions::default() };
@@ -156,8 +156,9 @@ fn a_poor_pivot_is_detected_by_the_solution_and_leads_to_pivoting() {
     assert!(work.largest_backward_error < 1e-12);
 }
 
-/// A saddle-point matrix similar to a body's: [K + c² M, −Bᵀ; −B, −δ I] on a grid of `side`³ points with three displacements
-/// each and a pressure on every other point, coupled to the neighboring points.
+/// A saddle-point matrix similar to the matrix of a body: [K + c² M, −Bᵀ; −B, −δ I]. Each point of a grid of `side`³
+/// points has three displacements, and every other point also has a pressure, which is coupled to the neighboring
+/// points.
 struct Saddle {
     pattern: SparsityPattern,
     values: Vec<f64>,
@@ -182,7 +183,7 @@ fn saddle(side: usize, delta: Option<f64>, rng: &mut StdRng) -> Saddle {
     let mut drawn = std::collections::HashMap::new();
     let values = pattern.entries().map(|(c, r)| match (c == r, c >= n_q) {
         (true, true) => -delta.unwrap(),
-        // 27 points with three components: the diagonal dominates the rows of K.
+        // 27 points with three components each: the diagonal dominates the rows of K.
         (true, false) => 100.0,
         _ => *drawn.entry((c.min(r), c.max(r))).or_insert_with(|| rng.random_range(-1.0..1.0)),
     });
@@ -199,7 +200,7 @@ impl Saddle {
     }
 }
 
-/// Solves A x = b with fixed pivots only; returns the solution and its backward error.
+/// Solves A x = b with fixed pivots only. Returns the solution and its backward error.
 fn solve<T: Scalar>(elimination: Elimination, values: &[T], b: &[T]) -> (Vec<T>, f64) {
     let mut work = LinearWork::default();
     let mut system = SparseSystem::new(Arc::new(elimination));
@@ -225,14 +226,15 @@ fn expect_columns_match<T: Scalar>(system: &mut SparseSystem<T>, b: &[T]) {
         system.solve(&mut x, &mut work).unwrap();
         let size = x.iter().fold(0.0, |max: f64, x| max.max(x.abs()));
         for (row, x) in x.iter().enumerate() {
-            // The operations are identical, except for the evaluation of complex products.
+            // The operations are identical except for the evaluation of complex products.
             let differ = (*x - all[row * n_columns + column]).abs();
             assert!(differ < 1e-12 * size, "{column}: {differ:e}");
         }
     }
 }
 
-/// Maximum componentwise backward error of the solutions below: a few roundings for each of about a hundred operations.
+/// Maximum componentwise backward error of the solutions below. Each of about a hundred operations adds a few rounding
+/// errors.
 const BACKWARD: f64 = 1e-13;
 
 #[test]
@@ -252,7 +254,7 @@ fn ldlt_and_lu_agree_for_symmetric_matrices() {
             let (x, error) = solve(half, &saddle.values, &b);
             let (y, other) = solve(all, &saddle.values, &b);
             assert!(error.max(other) < BACKWARD, "{side}: {error:e} {other:e}");
-            // Identical pivots in identical order: equal except for rounding.
+            // Pivots and their order are identical, so the solutions are equal except for rounding.
             let largest = y.iter().fold(0.0, |max: f64, y| max.max(y.abs()));
             let differ = x.iter().zip(&y).map(|(x, y)| (x - y).abs());
             assert!(differ.fold(0.0, f64::max) < 1e-9 * largest);
@@ -269,8 +271,8 @@ fn ldlt_and_lu_agree_for_symmetric_matrices() {
     }
 }
 
-/// Fronts of two columns have a special kernel for one real right-hand side; several right-hand sides and complex ones use
-/// the general kernels.
+/// A special kernel is used for fronts of two columns and one real right-hand side. The general kernels are used for
+/// several right-hand sides and for complex ones.
 #[test]
 fn narrow_fronts_agree_with_the_general_kernels() {
     let mut rng = StdRng::seed_from_u64(21);
@@ -287,7 +289,7 @@ fn narrow_fronts_agree_with_the_general_kernels() {
     let values: Vec<f64> = p.entries().map(|(c, r)| drawn[c * n + r]).collect();
     let b: Vec<f64> = (0..n).map(|_| rng.random_range(-1.0..1.0)).collect();
     for kind in [Kind::Symmetric, Kind::General] {
-        // In the order of the points, independent of the orderings in this build.
+        // The unknowns are eliminated in the order of the points, independent of the orderings available in this build.
         let analysis = in_order(&p, kind, &(0..n).collect::<Vec<_>>());
         let is_pair = |&(columns, rows): &(usize, usize)| columns == 2 && rows > 8;
         assert!(analysis.supernodes().filter(is_pair).count() > 1);
@@ -325,8 +327,9 @@ fn results_are_bitwise_independent_of_the_number_of_threads() {
     }
 }
 
-/// Regression: pressures with a diagonal entry, however small, were eliminated first. The matrix is quasi-definite, so
-/// pivots exist for any order, but with δ = 1e-12 pressures lose all digits if eliminated first.
+/// Regression test: pressures with a diagonal entry, however small, were eliminated first. The matrix is
+/// quasi-definite, so pivots exist for any order, but with δ = 1e-12, pressures lose all digits if they are eliminated
+/// first.
 #[test]
 fn pressures_of_a_nearly_incompressible_body_are_eliminated_after_displacements() {
     let mut rng = StdRng::seed_from_u64(12);
@@ -351,7 +354,7 @@ fn pressures_of_a_nearly_incompressible_body_are_eliminated_after_displacements(
     assert!(first > 1e-8, "{first:e}");
 }
 
-/// Regression: a zero right-hand side has no error, and the next solution was not checked.
+/// Regression test: a zero right-hand side has no error, and the solution that followed was not checked.
 #[test]
 fn a_zero_right_hand_side_defers_the_check() {
     let p = pattern(2, |_, _| true);
@@ -367,10 +370,10 @@ fn a_zero_right_hand_side_defers_the_check() {
     assert_eq!(x, [1.0, 1.0]);
 }
 
-/// Regression: a solution without correct digits was returned when pivoting did not help.
+/// Regression test: a solution without correct digits was returned if pivoting did not help.
 #[test]
 fn an_inaccurate_solution_is_an_error() {
-    // Overflow: x = (1e200, 1e200) up to rounding for b = 1, but no x for b = 1e300.
+    // Overflow: x = (1e200, 1e200) up to rounding for b = 1, but x cannot be represented for b = 1e300.
     let p = pattern(2, |_, _| true);
     let mut work = LinearWork::default();
     let mut system = system(&p, SparseOptions::default());
@@ -378,7 +381,7 @@ fn an_inaccurate_solution_is_an_error() {
     system.renew(&mut work).unwrap();
     let refused = system.solve(&mut [1e300, 1.0], &mut work);
     assert!(matches!(refused, Err(SparseError::Inaccurate { n: 2, .. })), "{refused:?}");
-    // Rejected solutions do not count: the checkpoint stores this number and must be readable.
+    // Rejected solutions do not affect this number. The checkpoint stores it and must remain readable.
     assert_eq!(work.largest_backward_error, 0.0);
     let refused = system.solve(&mut [f64::NAN, 1.0], &mut work);
     assert!(matches!(refused, Err(SparseError::NotFinite { position: 0, .. })), "{refused:?}");

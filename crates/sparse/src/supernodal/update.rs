@@ -1,13 +1,13 @@
-//! Storage layout of the update of a front, the contribution of its rows and columns beyond the pivots to its parent.
+//! Storage layout of the update of a front: the contribution of its rows and columns beyond the pivots to its parent.
 
 use crate::Kind;
 
-/// Number of columns stored together: wide enough for fast products, and narrow enough to waste little storage above
-/// the diagonal of a symmetric front.
+/// Number of columns that are stored together. It is large enough for fast products, and small enough to waste little
+/// storage above the diagonal of a symmetric front.
 pub(super) const CHUNK: usize = 128;
 
-/// Number of columns computed together and shared among threads. It is larger for unsymmetric matrices: they
-/// waste no storage, and the rows of L are read less often.
+/// Returns the number of columns that are computed together and shared among threads. It is larger for unsymmetric
+/// matrices, because they waste no storage, and the rows of L are then read less often.
 pub(super) fn chunk_width(kind: Kind) -> usize {
     match kind {
         Kind::General => 2 * CHUNK,
@@ -15,7 +15,7 @@ pub(super) fn chunk_width(kind: Kind) -> usize {
     }
 }
 
-/// An update of `r` rows and columns, column-major. For a symmetric matrix, each chunk of columns starts at its own
+/// Update of `r` rows and columns in column-major order. For a symmetric matrix, each chunk of columns starts at its
 /// diagonal.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Layout {
@@ -47,7 +47,7 @@ impl Layout {
         }
     }
 
-    /// Returns column `j` of an update, and its first row.
+    /// Returns column `j` of an update, and its first stored row.
     #[inline(always)]
     pub(super) fn column<T>(self, update: &[T], j: usize) -> (&[T], usize) {
         let row = self.first_row(j - j % CHUNK);

@@ -1,13 +1,13 @@
-//! Workspace of solves.
+//! Workspace for solves.
 
 use super::analysis::Analysis;
 use crate::Number;
 use crate::row::Row;
 
-/// Workspace for rows of one type.
+/// Workspace for rows of type R.
 #[derive(Debug)]
 pub(super) struct Workspace<R> {
-    /// Right-hand sides, then solutions, in the order of elimination.
+    /// Right-hand sides, which are replaced by solutions, in the order of elimination.
     pub(super) x: Vec<R>,
     /// Right-hand sides and solutions of one front.
     pub(super) gathered: Vec<R>,
@@ -31,7 +31,7 @@ impl<R: Copy> Workspace<R> {
     }
 }
 
-/// Workspace for one right-hand side, and for several once they are used.
+/// Workspace for one right-hand side, and workspace for several right-hand sides once they are used.
 #[derive(Debug)]
 pub(super) struct Workspaces<T: Number> {
     pub(super) one: Workspace<T>,

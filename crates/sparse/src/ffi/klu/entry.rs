@@ -1,4 +1,4 @@
-//! The scalar types of KLU and the KLU functions for each of them.
+//! Scalar types of KLU and the corresponding KLU functions.
 
 use num_complex::Complex64;
 
@@ -49,7 +49,7 @@ pub struct Functions {
 /// Calls klu_zl_tsolve without conjugation: Aᵀ x = b, not Aᴴ x = b.
 ///
 /// # Safety
-/// As for klu_zl_tsolve.
+/// The conditions of klu_zl_tsolve apply.
 unsafe extern "C" fn complex_tsolve(
     symbolic: *mut klu_l_symbolic,
     numeric: *mut klu_l_numeric,

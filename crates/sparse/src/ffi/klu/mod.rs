@@ -1,8 +1,8 @@
 //! KLU factorizations with 64-bit indices, real and complex.
 //!
-//! Life cycle: [`RawSymbolic`] is the analysis of a pattern, [`RawNumeric`] the factors of a matrix with that pattern,
-//! which can be refactorized in place. They may be dropped in any order because the numeric object keeps the symbolic
-//! one alive. [`Entry`] selects KLU's functions for a scalar type.
+//! Life cycle: [`RawSymbolic`] is the analysis of a pattern. [`RawNumeric`] contains the factors of a matrix with that
+//! pattern and can be refactorized in place. The two objects may be dropped in any order because the numeric object
+//! keeps the symbolic object alive. [`Entry`] selects the KLU functions for a scalar type.
 
 #[allow(
     clippy::all,
@@ -30,7 +30,7 @@ pub(crate) use numeric::RawNumeric;
 pub(crate) use symbolic::RawSymbolic;
 
 impl SparseOptions {
-    /// Writes the settings into KLU's control block.
+    /// Writes the settings to KLU's control block.
     fn write_to(self, common: &mut klu_l_common) {
         common.ordering = match self.ordering {
             Ordering::Amd => 0,
@@ -47,11 +47,11 @@ impl SparseOptions {
     }
 }
 
-/// KLU's control block after a failed call.
+/// State of KLU's control block after a failed call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Failure {
     status: i64,
-    /// Column at which the matrix was found singular; outside 0..n if unknown.
+    /// Column at which the matrix was found to be singular; outside 0..n if unknown.
     singular_column: i64,
 }
 
@@ -60,7 +60,7 @@ impl Failure {
         Self { status: common.status, singular_column: common.singular_col }
     }
 
-    /// Converts a failure for an `n` × `n` matrix.
+    /// Converts the failure of an `n` × `n` matrix to an error.
     pub(crate) fn error(self, n: usize) -> SparseError {
         if self.status != i64::from(KLU_SINGULAR) {
             return SparseError::Failed { status: self.status };
@@ -73,7 +73,7 @@ impl Failure {
 /// Returns KLU's control block with its default settings.
 fn default_common() -> klu_l_common {
     let mut common = std::mem::MaybeUninit::<klu_l_common>::zeroed();
-    // SAFETY: the pointer is to writable memory of the right size; klu_l_defaults only writes.
+    // SAFETY: the pointer refers to writable memory of the right size; klu_l_defaults only writes.
     unsafe { klu_l_defaults(common.as_mut_ptr()) };
     // SAFETY: all-zero bytes are a valid control block (numbers, null pointers, no function), and klu_l_defaults has
     // set every parameter.

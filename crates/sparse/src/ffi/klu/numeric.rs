@@ -1,4 +1,4 @@
-//! The factors of a matrix.
+//! Factors of a matrix.
 
 use std::cell::UnsafeCell;
 use std::marker::PhantomData;
@@ -10,10 +10,10 @@ use super::entry::{Diagnose, Entry, Refactor};
 use super::symbolic::RawSymbolic;
 use super::{Failure, default_common};
 
-/// KLU's return value for success.
+/// Return value of KLU for success.
 const TRUE: i64 = 1;
 
-/// The LU factors of one matrix.
+/// LU factors of one matrix.
 ///
 /// Not `Sync`: a solve uses workspace inside the numeric object.
 pub(crate) struct RawNumeric<T: Entry> {
@@ -23,12 +23,12 @@ pub(crate) struct RawNumeric<T: Entry> {
     entry: PhantomData<T>,
 }
 
-// SAFETY: this value owns the handle and the control block; the shared symbolic object is Sync. Nothing is bound to a
-// thread.
+// SAFETY: this value owns the handle and the control block, and the shared symbolic object is Sync. Nothing is bound to
+// a thread.
 unsafe impl<T: Entry> Send for RawNumeric<T> {}
 
 impl<T: Entry> RawNumeric<T> {
-    /// Factorizes the matrix with the pattern of `symbolic` and these `values`.
+    /// Factorizes the matrix with the pattern of `symbolic` and the given `values`.
     ///
     /// # Panics
     /// Panics if the number of values differs from the number of entries of the pattern.
@@ -59,13 +59,13 @@ impl<T: Entry> RawNumeric<T> {
         let failure = Failure::of(&common);
         if let Some(handle) = handle {
             let mut handle = handle.as_ptr();
-            // SAFETY: the factor function returned the handle just now, and it is freed only here.
+            // SAFETY: the factor function has just returned the handle, and it is freed only here.
             unsafe { (T::FUNCTIONS.free)(&mut handle, &mut common) };
         }
         Err(failure)
     }
 
-    /// Recomputes the factors for new `values`, keeping the pivots.
+    /// Recomputes the factors for new `values` with the same pivots.
     ///
     /// # Panics
     /// Panics if the number of values differs from the number of entries of the pattern.
@@ -73,7 +73,7 @@ impl<T: Entry> RawNumeric<T> {
         self.with_matrix(T::FUNCTIONS.refactor, values)
     }
 
-    /// Returns the reciprocal pivot growth of the factors of the matrix with these `values`.
+    /// Returns the reciprocal pivot growth for the matrix with the given `values`.
     ///
     /// # Panics
     /// Panics if the number of values differs from the number of entries of the pattern.
@@ -88,9 +88,9 @@ impl<T: Entry> RawNumeric<T> {
         Ok(self.common().rcond)
     }
 
-    /// Returns the number of entries of L and U, including both diagonals but not the off-diagonal blocks.
+    /// Returns the number of entries of L and U, including the two diagonals but not the off-diagonal blocks.
     pub(crate) fn n_entries(&self) -> usize {
-        // SAFETY: the handle is valid for the life of self; only two integers are read.
+        // SAFETY: the handle is valid for the lifetime of self; only two integers are read.
         let numeric = unsafe { self.handle.as_ref() };
         (numeric.lnz + numeric.unz) as usize
     }
@@ -104,8 +104,8 @@ impl<T: Entry> RawNumeric<T> {
         assert_eq!(rhs.len() % n, 0, "whole columns");
         let functions = T::FUNCTIONS;
         let solve = if transposed { functions.solve_transposed } else { functions.solve };
-        // SAFETY: rhs holds whole columns of length n in KLU's layout; the workspace inside the numeric object is not
-        // shared, since self is not Sync and KLU has no callbacks; the control block is not borrowed elsewhere.
+        // SAFETY: rhs contains whole columns of length n in KLU's layout. The workspace inside the numeric object is
+        // not shared, since self is not Sync and KLU has no callbacks. The control block is not borrowed elsewhere.
         let ok = unsafe {
             solve(
                 self.symbolic.handle.as_ptr(),
@@ -121,8 +121,8 @@ impl<T: Entry> RawNumeric<T> {
 
     fn with_matrix(&self, function: Refactor, values: &[T]) -> Result<(), Failure> {
         let doubles = as_doubles(&self.symbolic, values);
-        // SAFETY: pattern and values match, and the handles belong together; refactor, which writes to the numeric
-        // object, is reached only through &mut self, and no reference into the object exists.
+        // SAFETY: pattern and values match, and the handles belong together. Only refactor writes to the numeric
+        // object; it requires &mut self, and no reference into the object exists.
         let ok = unsafe {
             function(
                 self.symbolic.ap(),
@@ -144,7 +144,7 @@ impl<T: Entry> RawNumeric<T> {
     }
 
     fn common(&self) -> klu_l_common {
-        // SAFETY: KLU initialized the block; self is not Sync, so nothing writes concurrently.
+        // SAFETY: KLU initialized the block; self is not Sync, so there are no concurrent writes.
         unsafe { ptr::read(self.common.get()) }
     }
 

@@ -1,4 +1,4 @@
-//! The analysis of a pattern.
+//! Analysis of a pattern.
 
 use std::ptr::NonNull;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -9,14 +9,14 @@ use super::bindings::{klu_l_analyze, klu_l_free_symbolic, klu_l_symbolic};
 use super::{Failure, default_common};
 use crate::SparseOptions;
 
-/// The analysis of one pattern, together with the pattern.
+/// Analysis of one pattern, together with the pattern.
 pub(crate) struct RawSymbolic {
     pub(super) handle: NonNull<klu_l_symbolic>,
     column_pointers: Box<[i64]>,
     row_indices: Box<[i64]>,
     pub(super) options: SparseOptions,
-    /// Held during klu_l_factor, which writes revised size estimates into the symbolic object. All other functions read
-    /// only constant parts.
+    /// Held during klu_l_factor, which writes revised size estimates to the symbolic object. All other functions read
+    /// only the constant parts.
     factor_lock: Mutex<()>,
 }
 
@@ -42,7 +42,7 @@ impl RawSymbolic {
         let mut common = default_common();
         options.write_to(&mut common);
         // SAFETY: the arrays come from a square SparsityPattern: offsets increase from 0 to the number of entries, and
-        // indices increase within a column and lie in 0..n. KLU reads the arrays and does not keep them.
+        // indices increase within a column and are in 0..n. KLU reads the arrays and does not keep them.
         let handle = unsafe {
             klu_l_analyze(
                 n as i64,
