@@ -23,7 +23,7 @@ fn main() {
 
 fn major() -> Result<u32, String> {
     if cfg!(feature = "vendored") {
-        return Ok(7); // the sources in sundials-sys
+        return Ok(7); // the sources included in sundials-sys
     }
     let named = env::var_os("SUNDIALS_INCLUDE_DIR").map(PathBuf::from);
     let mut folders = named.into_iter().chain(FOLDERS.map(PathBuf::from));

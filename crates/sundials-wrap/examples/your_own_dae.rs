@@ -1,11 +1,11 @@
-//! Your own DAE in fifty lines: a resistor and a capacitor charging.
+//! A custom DAE in fifty lines: charging a capacitor through a resistor.
 //!
 //! ```text
 //! C u̇ = i          the capacitor
 //! 0 = u + R i − U   the loop, U = 1: algebraic
 //! ```
 //!
-//! Exact: u = 1 − exp(−t/RC).
+//! Exact solution: u = 1 − exp(−t/RC).
 use myovib_dae::{Problem, StepError, Tolerances, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -37,7 +37,7 @@ impl Problem for Charging {
     }
     #[rustfmt::skip]
     fn jacobian(&mut self, _t: f64, _y: &[f64], _dot: &[f64], a: f64, b: f64, values: &mut [f64]) -> Result<(), StepError> {
-        values.copy_from_slice(&[b * self.c, a, -a, a * self.r]); // by columns
+        values.copy_from_slice(&[b * self.c, a, -a, a * self.r]); // column by column
         Ok(())
     }
     fn kinds(&self) -> Option<Vec<VariableKind>> {

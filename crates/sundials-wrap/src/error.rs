@@ -1,45 +1,44 @@
 //! Errors: misuse, and fatal errors of user functions.
 //!
-//! An integration that cannot continue is not an error but an
-//! [`Outcome::Stopped`](crate::Outcome::Stopped).
+//! If an integration cannot continue, this is not an error but an [`Outcome::Stopped`](crate::Outcome::Stopped).
 
 /// An error of the wrapper.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages name the fields")]
 pub enum Error {
-    /// An error that all integrators have in common.
+    /// An error common to all integrators.
     #[error(transparent)]
     Common(#[from] myovib_dae::IntegratorError),
-    /// A problem without unknowns, or with a Jacobian without entries, cannot be integrated.
+    /// The problem cannot be integrated, because it has no unknowns or its Jacobian has no entries.
     #[error("nothing to integrate: {n_unknowns} unknowns, {n_entries} entries in the Jacobian")]
     Empty {
         n_unknowns: usize,
-        /// Entries in the Jacobian's pattern.
+        /// Number of entries in the pattern of the Jacobian.
         n_entries: usize,
     },
     /// The parameter does not exist.
     #[error("there is no sensitivity to parameter {parameter}: this solver has {of}")]
     NoParameter {
-        /// Requested number, from 0.
+        /// Zero-based index of the requested parameter.
         parameter: usize,
         of: usize,
     },
-    /// A restart at a time other than the start: the sensitivities there are unknown.
+    /// The solver was restarted at a time other than the start, where the sensitivities are unknown.
     #[error(
         "the sensitivities are known only at the start, t = {t_start}, not at t = {t}: provide them with \
          IdaSolver::reinit_with_sensitivities"
     )]
     SensitivitiesDue {
-        /// The time of the new start.
+        /// Time of the new start.
         t: f64,
-        /// The start, at which the sensitivities were given.
+        /// Start time, at which the sensitivities were given.
         t_start: f64,
     },
-    /// A backward problem requires a stored forward solution, see `IdaBuilder::checkpoints`.
+    /// The backward problem requires a stored forward solution, see `IdaBuilder::checkpoints`.
     #[error("this solver does not store checkpoints: build it with IdaBuilder::checkpoints")]
     NoCheckpoints,
-    /// The feature cannot be combined with checkpoints, because it is not repeated with the steps of a run.
+    /// The feature cannot be combined with checkpoints, because it is not repeated when steps of a run are repeated.
     #[error("{what}: not available with checkpoints; integrate up to it, and restart there")]
     NotWithCheckpoints { what: &'static str },
     /// IDAS does not support adjoints of problems of this index.
@@ -48,17 +47,17 @@ pub enum Error {
          adjoint of Radau IIA (crate myovib-radau)"
     )]
     NoAdjoint {
-        /// The highest index of a variable.
+        /// Highest index of a variable.
         index: u8,
     },
     /// The backward problem does not exist.
     #[error("there is no backward problem {number}: this solver has {of}")]
     NoBackward {
-        /// Requested number, from 0.
+        /// Zero-based index of the requested backward problem.
         number: usize,
         of: usize,
     },
-    /// The forward run is over, since parts of it have been repeated for backward problems.
+    /// The forward run cannot continue, because parts of it have been repeated for backward problems.
     #[error(
         "the forward run cannot continue after a backward integration: start a new one with reinit"
     )]
@@ -73,14 +72,14 @@ pub enum Error {
     #[error("no consistent initial values at t = {t}: {message} ({name}, {code})")]
     InconsistentInitialValues {
         t: f64,
-        /// IDAS' code.
+        /// Return code of IDAS.
         code: i32,
-        /// IDAS' name of the code.
+        /// Name of the code in IDAS.
         name: &'static str,
         /// Message of IDAS, or of the function that failed.
         message: String,
     },
-    /// A user function returned an unrecoverable error.
+    /// A user function returned a fatal error.
     #[error("the {function} failed at t = {t}: {source}")]
     Callback {
         function: &'static str,
@@ -92,15 +91,15 @@ pub enum Error {
     /// IDAS rejected a call.
     #[error("{call} returned {code} ({name}): {message}")]
     Call {
-        /// The function of IDAS.
+        /// Function of IDAS.
         call: &'static str,
         code: i32,
-        /// IDAS' name of the code.
+        /// Name of the code in IDAS.
         name: &'static str,
-        /// Message of IDAS; empty if IDAS has not given a message.
+        /// Message of IDAS; empty if IDAS did not report one.
         message: String,
     },
-    /// A linear solver cannot be set up.
+    /// A linear solver could not be set up.
     #[error(transparent)]
     Factorization(#[from] myovib_sparse::SparseError),
 }

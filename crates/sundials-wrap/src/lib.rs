@@ -1,22 +1,21 @@
-//! A safe wrapper of the SUNDIALS integrator IDAS, with sparse Jacobians factorized by KLU or faer,
-//! for implicit differential-algebraic equations F(t, y, ẏ) = 0.
+//! A safe wrapper for the SUNDIALS integrator IDAS, for implicit differential-algebraic equations F(t, y, ẏ) = 0.
+//! Sparse Jacobians are factorized by KLU or faer.
 //!
 //! # Main types
-//! - [`Problem`]: the system to implement: residual, Jacobian in a fixed sparse pattern, and the
+//! - [`Problem`]: the system to be integrated. It consists of a residual, a Jacobian in a fixed sparse pattern, and the
 //!   kind of each variable.
-//! - [`IdaBuilder`] takes a problem, [`IdaOptions`] and functions (roots, quadratures, error
-//!   weights, a [`LinearSolver`]) and builds an [`IdaSolver`].
-//! - [`IdaSolver`] owns the problem and takes steps ([`IdaSolver::step`]) or integrates
+//! - [`IdaBuilder`] builds an [`IdaSolver`] from a problem, [`IdaOptions`] and functions (roots, quadratures, error
+//!   weights, a [`LinearSolver`]).
+//! - [`IdaSolver`] owns the problem and takes steps ([`IdaSolver::step`]) or integrates to a given time
 //!   ([`IdaSolver::integrate_to`]).
-//! - [`Outcome`]: output time reached, stop time, root, or [`Stop`]: integration stopped, with
-//!   reason, [`Statistics`] and the components with the largest errors. [`Error`] is for misuse and
-//!   for fatal errors of user functions.
-//! - [`adjoint`]: backward problems along the solution, for gradients with respect to many
-//!   parameters.
-//! - [`klu`]: sparse LU factors of real and complex matrices, for other solvers.
+//! - [`Outcome`]: the result of a call. An output time, a stop time or a root was reached, or the integration stopped.
+//!   In the last case, a [`Stop`] contains the reason, the [`Statistics`] and the components with the largest errors.
+//!   An [`Error`] is returned only for misuse and for fatal errors of user functions.
+//! - [`adjoint`]: backward problems along the solution, for gradients with respect to many parameters.
+//! - [`klu`]: sparse LU factors of real and complex matrices, for use in other solvers.
 //!
 //! # Examples
-//! Robertson's kinetics to t = 40:
+//! Robertson's kinetics, integrated to t = 40:
 //! ```
 //! use myovib_conformance::samples::{Robertson, Sample};
 //! use myovib_dae::{Outcome, Tolerances};
@@ -34,7 +33,7 @@
 //! assert!(solver.statistics().steps > 50);
 //! # Ok::<(), sundials_wrap::Error>(())
 //! ```
-//! A custom problem in fifty lines: `examples/your_own_dae.rs`.
+//! The example `examples/your_own_dae.rs` implements a custom problem in fifty lines.
 //!
 //! # References
 //! - A. C. Hindmarsh et al., SUNDIALS: suite of nonlinear and differential/algebraic equation
@@ -62,13 +61,13 @@ pub mod notes {
 }
 
 pub use error::Error;
-/// The problem trait and the common interface of the integrators.
+/// The problem trait and the common integrator interface.
 pub use myovib_dae::{
     ConsistencyMode, Direction, Integrator, IntegratorError, Jacobian, LinearSolver, Linearization,
     Outcome, Problem, SparsityPattern, Statistics, StepError, Stop, StopReason, Suppressed,
     Tolerances, VariableKind, WorstComponent,
 };
-/// KLU, whose settings are part of the integrator's settings.
+/// KLU, whose settings are part of the integrator settings.
 pub use myovib_sparse::klu;
 pub use options::{Constraint, IdaOptions, VectorArithmetic};
 pub use solver::{

@@ -10,8 +10,8 @@ use myovib_dae::checks::{
 use myovib_dae::{Direction, IntegratorError, Suppressed, Tolerances, VariableKind};
 use myovib_sparse::{Ordering, SparseOptions};
 
-/// Returns the vector that IDAS expects: 1 for a component in the error test, 0 for an excluded component; `None` if
-/// all components are included.
+/// Returns the vector that IDAS expects: 1 for a component included in the error test, 0 for an excluded component.
+/// Returns `None` if all components are included.
 pub(crate) fn error_test_id(
     suppressed: &Suppressed,
     kinds: &[VariableKind],
@@ -25,7 +25,7 @@ pub(crate) fn error_test_id(
     Ok(excluded.contains(&true).then(id))
 }
 
-/// Returns the code of `IDASetRootDirection`.
+/// Returns the code for `IDASetRootDirection`.
 pub(crate) fn direction_code(direction: Direction) -> i32 {
     match direction {
         Direction::Both => 0,
@@ -34,19 +34,18 @@ pub(crate) fn direction_code(direction: Direction) -> i32 {
     }
 }
 
-/// Returns IDAS' `id` vector: 1 for a differential variable, 0 for an algebraic variable.
+/// Returns the `id` vector of IDAS: 1 for a differential variable, 0 for an algebraic variable.
 pub(crate) fn differential(kinds: &[VariableKind]) -> Vec<f64> {
     kinds.iter().map(|kind| f64::from(u8::from(*kind == VariableKind::Differential))).collect()
 }
 
-/// Inequality that a component must satisfy; a step that violates it is repeated with a smaller
-/// size.
+/// Inequality that a component must satisfy. A step that violates it is repeated with a smaller size.
 ///
-/// IDAS accepts violations smaller than the part of the tolerance allowed for Newton's method.
+/// IDAS accepts violations smaller than the fraction of the tolerance that is allowed for Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Constraint {
-    /// Any value.
+    /// No constraint.
     #[default]
     None,
     /// y_i ≥ 0.
@@ -71,64 +70,64 @@ impl Constraint {
     }
 }
 
-/// Implementation of IDAS' vector arithmetic.
+/// Implementation of the vector arithmetic of IDAS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum VectorArithmetic {
-    /// This crate's arithmetic with the vector instructions of the processor; sums are computed in a different order.
+    /// Arithmetic of this crate with the vector instructions of the processor. Sums are computed in a different order
+    /// than in SUNDIALS.
     #[default]
     Simd,
-    /// The arithmetic of SUNDIALS' serial vectors, entry by entry; intended for comparisons.
+    /// Arithmetic of SUNDIALS' serial vectors, entry by entry. Intended for comparisons.
     Serial,
 }
 
-/// Settings of one integration. The defaults are IDAS' defaults, except for the arithmetic of
-/// vectors.
+/// Settings of one integration. Except for the vector arithmetic, the defaults are the defaults of IDAS.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdaOptions {
-    /// Tolerances; relative 1e-4 and absolute 1e-8 by default (IDAS has no default).
+    /// Relative and absolute tolerances; 1e-4 and 1e-8 by default (IDAS has no default).
     pub tolerances: Tolerances,
     /// Components excluded from the error test; none by default.
     pub suppressed: Suppressed,
-    /// Highest order of the BDF, 1 to 5; 5 by default.
+    /// Maximum order of the BDF, 1 to 5; 5 by default.
     pub max_order: usize,
-    /// First step; estimated by default, with [`Suppressed::FromIndex`] by
+    /// Size of the first step; estimated by default. With [`Suppressed::FromIndex`], it is estimated by
     /// [`first_step_of_index_2`](IdaOptions::first_step_of_index_2).
     pub initial_step: Option<f64>,
-    /// Smallest step; 0 by default.
+    /// Minimum step size; 0 by default.
     pub min_step: f64,
-    /// Largest step; unlimited by default.
+    /// Maximum step size; unlimited by default.
     pub max_step: Option<f64>,
-    /// Maximum number of steps in one call of [`integrate_to`](crate::IdaSolver::integrate_to),
-    /// `None` for no limit; 500 by default. It does not limit a single
-    /// [`step`](crate::IdaSolver::step).
+    /// Maximum number of steps in one call of [`integrate_to`](crate::IdaSolver::integrate_to); 500 by default. `None`
+    /// means no limit. The limit does not apply to a single [`step`](crate::IdaSolver::step).
     pub max_steps: Option<usize>,
     /// Time that no step may pass; `None` by default.
     pub stop_time: Option<f64>,
-    /// Error-test failures allowed in one step; 10 by default.
+    /// Number of error-test failures allowed in one step; 10 by default.
     pub max_error_test_failures: usize,
-    /// Step-solve failures allowed in one step; 10 by default.
+    /// Number of failed nonlinear solves allowed in one step; 10 by default.
     pub max_convergence_failures: usize,
-    /// Newton's method has converged when its estimated error is below this fraction of the tolerance; 0.33 by default.
+    /// Newton's method has converged if its estimated error is below this fraction of the tolerance; 0.33 by default.
     pub nonlinear_coefficient: f64,
-    /// Whether Newton's method uses only rates of convergence measured in the same step, also for sensitivities: `false`
-    /// by default, as in IDAS. A step then has at least two iterations unless the first correction is negligible.
-    /// Recommended for sensitivities, and for equations whose nonlinearity is not known.
+    /// Whether Newton's method, also for sensitivities, uses only convergence rates measured in the same step; `false`
+    /// by default, as in IDAS. If `true`, a step has at least two iterations unless the first correction is negligible.
+    /// Recommended for sensitivities, and for equations with an unknown degree of nonlinearity.
     pub strict_newton: bool,
-    /// Whether a [`step`](crate::IdaSolver::step) whose end is predicted without an iteration of Newton's method is repeated
-    /// with a smaller size if F has large residuals within it; `false` by default. Inputs that act between the ends of
-    /// steps are then found after a rest. Such a step costs ten evaluations of F. Ignored with sensitivities, or if
-    /// components are excluded from the error test.
+    /// Whether steps are searched for inputs that act between their ends; `false` by default. The search applies to
+    /// each [`step`](crate::IdaSolver::step) whose end is predicted without an iteration of Newton's method. If F has
+    /// large residuals within such a step, the step is repeated with a smaller size. Inputs that follow a period of
+    /// rest are then found. Each search costs ten evaluations of F. It is disabled with sensitivities, or if components
+    /// are excluded from the error test.
     pub check_within_steps: bool,
-    /// Newton iterations allowed in one solve; 4 by default.
+    /// Maximum number of Newton iterations in one solve; 4 by default.
     pub max_newton_iterations: usize,
-    /// The matrix is set up again if c_j has changed since the last setup by more than a factor (1 − δ)/(1 + δ) in
-    /// either direction; 0.25 by default.
+    /// The matrix is set up again if c_j has changed by more than a factor (1 − δ)/(1 + δ), in either direction, since
+    /// the last setup. The default of δ is 0.25.
     pub delta_cj: f64,
-    /// Settings of KLU. By default, as in SUNDIALS: COLAMD, block triangular form, scaling by the
+    /// Settings of KLU. The defaults are the same as in SUNDIALS: COLAMD, block triangular form, and scaling by the
     /// largest entry of each row.
     pub sparse: SparseOptions,
-    /// Implementation of the vector arithmetic; this crate's by default.
+    /// Implementation of the vector arithmetic; the arithmetic of this crate by default.
     pub vectors: VectorArithmetic,
     /// Inequality constraints, one per component; empty by default.
     pub constraints: Vec<Constraint>,
@@ -160,11 +159,12 @@ impl Default for IdaOptions {
 }
 
 impl IdaOptions {
-    /// Returns the first step if components, usually multipliers of index 2, are `excluded` from the error test, at most a
-    /// thousandth of `span`, or `None` if the step of IDAS is shorter than this anyway.
+    /// Returns the size of the first step if components, usually multipliers of index 2, are `excluded` from the error
+    /// test. Returns `None` if the size is not below a thousandth of `span`; IDAS then chooses its own first step.
     ///
-    /// The error of a first step of order 1 is then about one tolerance. IDAS' own step, in which the solution changes by
-    /// half a tolerance, is so short that rounding of multipliers may prevent it.
+    /// The error of a first step of order 1 and this size is about one tolerance. In the first step of IDAS, the
+    /// solution changes by half a tolerance. This step is so short that rounding errors of multipliers may make it
+    /// fail.
     pub fn first_step_of_index_2(
         &self,
         y: &[f64],
@@ -181,8 +181,8 @@ impl IdaOptions {
         (step < 1e-3 * span.abs()).then_some(step.copysign(span))
     }
 
-    /// Checks, for a problem of `n` unknowns, the settings that IDAS does not check or rejects without reporting their
-    /// values.
+    /// Validates the settings for a problem with `n` unknowns. Covers settings that IDAS does not check, or rejects
+    /// without reporting their values.
     pub(crate) fn validate(&self, n: usize) -> Result<(), IntegratorError> {
         expect_tolerances(&self.tolerances, n)?;
         expect_order("max_order", self.max_order)?;
@@ -212,7 +212,7 @@ impl IdaOptions {
     }
 }
 
-/// Checks the highest order of the BDF.
+/// Checks the maximum order of the BDF.
 pub(crate) fn expect_order(option: &'static str, order: usize) -> Result<(), IntegratorError> {
     expect(option, order as f64, (1..=5).contains(&order), "1 to 5")
 }
@@ -231,7 +231,7 @@ mod tests {
         assert_eq!(directions.map(direction_code), [0, 1, -1]);
     }
 
-    /// Checks that an excluded component has a 0 in IDAS' vector.
+    /// Checks that the vector for IDAS contains a 0 for an excluded component.
     #[test]
     fn excluded_variables_have_a_zero_in_the_mask() {
         let kinds = [VariableKind::Differential, VariableKind::Algebraic];

@@ -1,8 +1,9 @@
-//! Vector arithmetic of IDAS with the processor's vector instructions.
+//! Vector arithmetic for IDAS with the vector instructions of the processor.
 //!
-//! A step of order 2 makes about thirty passes over vectors, each cheap, which together take a third of the run time
-//! with SUNDIALS' scalar loops. Elementwise operations have the results of SUNDIALS bit for bit; sums differ by
-//! rounding. Sums are split into [`LANES`] partial sums on every processor, so results do not depend on the processor.
+//! A step of order 2 makes about thirty passes over vectors. Each of these passes is cheap, but with SUNDIALS' scalar
+//! loops, they take a third of the run time. Elementwise operations return bitwise the same results as SUNDIALS; sums
+//! differ by rounding. On every processor, sums are split into [`LANES`] partial sums, so results do not depend on the
+//! processor.
 
 use std::mem::MaybeUninit;
 use std::sync::LazyLock;
@@ -10,8 +11,7 @@ use std::sync::LazyLock;
 use pulp::{Arch, Simd};
 use pulp_macro::with_simd;
 
-/// Number of partial sums of a norm: four registers of AVX-512, enough to hide the latency of an
-/// addition.
+/// Number of partial sums in a norm: four AVX-512 registers, which is enough to hide the latency of an addition.
 const LANES: usize = 32;
 
 /// Instruction set of the processor, detected once.
@@ -78,16 +78,15 @@ pub(crate) fn invert_in_place_with<S: Simd>(_: S, x: &mut [f64]) {
     }
 }
 
-/// Returns whether no entry is infinite or NaN. Has no early exit, which would prevent
-/// vectorization.
+/// Returns whether all entries are finite. There is no early exit, because it would prevent vectorization.
 #[with_simd(is_finite = ARCH)]
 #[inline(always)]
 pub(crate) fn is_finite_with<S: Simd>(_: S, x: &[f64]) -> bool {
     x.iter().fold(true, |all, x| all & x.is_finite())
 }
 
-/// Returns whether all entries are positive and finite. Computes a sum that is 0 only for such
-/// entries: with two comparisons per entry the compiler produces scalar code.
+/// Returns whether all entries are positive and finite. Computes a sum that is 0 only for such entries, because the
+/// compiler would generate scalar code for two comparisons per entry.
 #[with_simd(is_positive = ARCH)]
 #[inline(always)]
 pub(crate) fn is_positive_with<S: Simd>(_: S, x: &[f64]) -> bool {
@@ -123,8 +122,8 @@ fn squares_with<S: Simd>(_: S, x: &[f64], w: &[f64]) -> f64 {
     sums.iter().sum()
 }
 
-/// Pads the remainder to a full chunk: with a separate loop for the remainder, the compiler
-/// produces scalar code for the whole sum, four times slower.
+/// Pads the remainder to a full chunk. With a separate loop for the remainder, the compiler would generate scalar code
+/// for the whole sum, which is four times slower.
 #[inline(always)]
 fn with_zeros(rest: &[f64]) -> [f64; LANES] {
     let mut chunk = [0.0; LANES];
@@ -132,8 +131,7 @@ fn with_zeros(rest: &[f64]) -> [f64; LANES] {
     chunk
 }
 
-/// Returns √(Σ (x w)² / n), summed over the entries with a positive `id`, where n is the number of
-/// all entries.
+/// Returns √(Σ (x w)² / n), summed over the entries with a positive `id`, where n is the total number of entries.
 pub(crate) fn weighted_rms_masked(x: &[f64], w: &[f64], id: &[f64]) -> f64 {
     root_mean(masked_squares(x, w, id), x.len())
 }
@@ -141,7 +139,7 @@ pub(crate) fn weighted_rms_masked(x: &[f64], w: &[f64], id: &[f64]) -> f64 {
 #[with_simd(masked_squares = ARCH)]
 #[inline(always)]
 fn masked_squares_with<S: Simd>(_: S, x: &[f64], w: &[f64], id: &[f64]) -> f64 {
-    // A selection instead of a product: excluded entries may be infinite.
+    // This is a selection instead of a product, because excluded entries may be infinite.
     let square = |x: f64, w: f64, id: f64| {
         let product = if id > 0.0 { x * w } else { 0.0 };
         product * product

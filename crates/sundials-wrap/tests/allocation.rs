@@ -1,11 +1,11 @@
-//! Checks that a step does not allocate memory in Rust.
+//! Checks that a step does not allocate memory in Rust code.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_conformance::{Method, Request, steps_allocate_nothing};
 use myovib_dae::Problem;
 use sundials_wrap::IdaSolver;
 
-/// Builds IDAS with its default settings.
+/// Builds IDAS solvers with default settings.
 struct Ida;
 
 impl Method for Ida {

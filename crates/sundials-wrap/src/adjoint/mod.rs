@@ -1,8 +1,7 @@
-//! Gradients by the adjoint method: backward problems that IDAS integrates along the stored
-//! solution.
+//! Gradients by the adjoint method: IDAS integrates backward problems along the stored solution.
 //!
-//! For G(p) = ∫ g(t, y, p) dt from t0 to T along F(t, y, ẏ, p) = 0, one backward run gives the gradient with respect to
-//! any number of parameters (Y. Cao, S. Li, L. Petzold, R. Serban, SIAM J. Sci. Comput. 24 (2003) 1076):
+//! For G(p) = ∫ g(t, y, p) dt from t0 to T along F(t, y, ẏ, p) = 0, one backward run computes the gradient with respect
+//! to any number of parameters (Y. Cao, S. Li, L. Petzold, R. Serban, SIAM J. Sci. Comput. 24 (2003) 1076):
 //!
 //! ```text
 //! d/dt (∂F/∂ẏᵀ λ) − ∂F/∂yᵀ λ + ∂g/∂yᵀ = 0
@@ -10,24 +9,24 @@
 //! ```
 //!
 //! 1. [`IdaBuilder::checkpoints`](crate::IdaBuilder::checkpoints) enables storage of the forward run.
-//! 2. [`IdaSolver::add_backward`](crate::IdaSolver::add_backward) adds a [`BackwardProblem`] at T: [`AdjointProblem`]
+//! 2. [`IdaSolver::add_backward`](crate::IdaSolver::add_backward) adds a [`BackwardProblem`] at T. [`AdjointProblem`]
 //!    implements the problem above for constant ∂F/∂ẏ.
-//! 3. [`IdaSolver::integrate_back_to`](crate::IdaSolver::integrate_back_to) integrates all of them to t0;
+//! 3. [`IdaSolver::integrate_back_to`](crate::IdaSolver::integrate_back_to) integrates all backward problems to t0.
 //!    [`IdaSolver::backward`](crate::IdaSolver::backward) returns λ and its quadratures.
 //!
 //! # Values at T
 //! The final values of λ depend on the index.
-//! - **Index 0 and 1:** ∂F/∂ẏᵀ λ = 0 at T. The components of λ of equations with derivatives start at
-//!   zero, the others are determined by their equations with
+//! - **Index 0 and 1:** ∂F/∂ẏᵀ λ = 0 at T. The components of λ that belong to equations with derivatives start at zero.
+//!   The other components are determined by their equations with
 //!   [`IdaSolver::correct_backward`](crate::IdaSolver::correct_backward).
-//! - **Index 2**, ẋ = f(t, x, z, p) and 0 = c(t, x, p): with A = ∂c/∂x and B = ∂f/∂z the adjoint has the
-//!   separate constraint Bᵀλ_x = −∂g/∂zᵀ (F = (ẋ − f, c)). At T, λ_x = Aᵀξ with (AB)ᵀξ = −∂g/∂zᵀ, and
-//!   the last term of dG/dp is +ξᵀ ∂c/∂p, since A ∂x/∂p = −∂c/∂p. Both are zero if g does not depend on
-//!   z. λ_z follows from the derivative of the constraint; exclude it from the error test
-//!   ([`BackwardOptions::suppress_algebraic`]). It is a derivative of the interpolated solution, so the
-//!   forward run needs a hundredth of the backward tolerance.
-//! - **Index 3** is rejected if the problem states its indices: IDAS does not control its error. Use a formulation
-//!   of index 2, or the discrete adjoint of Radau IIA (crate `myovib-radau`).
+//! - **Index 2**, ẋ = f(t, x, z, p) and 0 = c(t, x, p) with F = (ẋ − f, c): let A = ∂c/∂x and B = ∂f/∂z. The adjoint
+//!   has the additional constraint Bᵀλ_x = −∂g/∂zᵀ. At T, λ_x = Aᵀξ with (AB)ᵀξ = −∂g/∂zᵀ, and the last term of dG/dp
+//!   is +ξᵀ ∂c/∂p, since A ∂x/∂p = −∂c/∂p. λ_x(T) and this term are zero if g does not depend on z. λ_z follows from
+//!   the derivative of the constraint; exclude it from the error test ([`BackwardOptions::suppress_algebraic`]). It is
+//!   a derivative of the interpolated solution, so the tolerance of the forward run must be a hundredth of the backward
+//!   tolerance.
+//! - **Index 3** is rejected if the problem states its indices, because IDAS does not control the error of λ. Use a
+//!   formulation of index 2, or the discrete adjoint of Radau IIA (crate `myovib-radau`).
 
 mod transposed;
 
@@ -40,10 +39,10 @@ use myovib_dae::{Problem, Statistics, StepError, Tolerances};
 /// Storage of the solution for backward problems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Checkpoints {
-    /// Number of steps between checkpoints. The solution is stored for this many steps at a time; the steps between two
-    /// other checkpoints are repeated when they are needed. Default: 100.
+    /// Number of steps between checkpoints. Only this many steps are stored at a time. The steps between other
+    /// checkpoints are repeated when they are needed. Default: 100.
     pub every: usize,
-    /// Interpolation between the steps.
+    /// Method of interpolation between the steps.
     pub interpolation: Interpolation,
 }
 
@@ -53,31 +52,31 @@ impl Default for Checkpoints {
     }
 }
 
-/// Interpolation of the solution between stored steps.
+/// Method of interpolation of the solution between stored steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Interpolation {
-    /// Cubic, from y and ẏ at both ends of a step.
+    /// Cubic polynomial, from y and ẏ at both ends of a step.
     #[default]
     Hermite,
-    /// A polynomial of the order of the step, from y alone; it requires half the memory.
+    /// A polynomial of the order of the step, from y alone. It requires half the memory.
     Polynomial,
 }
 
-/// Forward solution at one time.
+/// Forward solution at one point in time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ForwardState {
-    /// The time.
+    /// Time.
     pub t: f64,
     /// y.
     pub y: Vec<f64>,
     /// ẏ.
     pub y_dot: Vec<f64>,
-    /// S and Ṡ for each parameter with respect to which the solver computes sensitivities.
+    /// S and Ṡ for each parameter whose sensitivities the solver computes.
     pub s: Vec<[Vec<f64>; 2]>,
 }
 
-/// A system R(t, λ, λ̇) = 0 integrated backward in time along the solution of the problem `P`.
+/// A system R(t, λ, λ̇) = 0 that is integrated backward in time along the solution of the problem `P`.
 ///
 /// # Shapes
 /// `values`, `rates`, `residual`: [`n_unknowns`](Self::n_unknowns).
@@ -85,10 +84,10 @@ pub trait BackwardProblem<P> {
     /// Returns the number of equations and unknowns λ.
     fn n_unknowns(&self) -> usize;
 
-    /// Evaluates R at λ = `values` and λ̇ = `rates` into `residual`, overwriting it.
+    /// Evaluates R at λ = `values` and λ̇ = `rates` and writes it to `residual`.
     ///
     /// # Errors
-    /// As for [`Problem::residual`].
+    /// Returns the same errors as [`Problem::residual`].
     fn residual(
         &mut self,
         forward: &mut P,
@@ -98,7 +97,7 @@ pub trait BackwardProblem<P> {
         residual: &mut [f64],
     ) -> Result<(), StepError>;
 
-    /// Returns the compressed-column pattern of a ∂R/∂λ + b ∂R/∂λ̇; full by default.
+    /// Returns the compressed-column pattern of a ∂R/∂λ + b ∂R/∂λ̇. The default is a full matrix.
     fn jacobian_pattern(&self) -> SparsityPattern {
         let n = self.n_unknowns();
         let offsets = (0..=n).map(|column| column * n).collect();
@@ -107,11 +106,11 @@ pub trait BackwardProblem<P> {
             .expect("columns of ascending rows")
     }
 
-    /// Evaluates a ∂R/∂λ + b ∂R/∂λ̇ into `entries`, in the order of the pattern. By default, the Jacobian is missing, and
-    /// differences of the residual are used instead.
+    /// Evaluates a ∂R/∂λ + b ∂R/∂λ̇ and writes it to `entries`, in the order of the pattern. By default, the Jacobian
+    /// is not implemented, and difference quotients of the residual are used instead.
     ///
     /// # Errors
-    /// As for [`Problem::jacobian`].
+    /// Returns the same errors as [`Problem::jacobian`].
     fn jacobian(
         &mut self,
         _forward: &mut P,
@@ -128,10 +127,10 @@ pub trait BackwardProblem<P> {
         0
     }
 
-    /// Evaluates r into `out`.
+    /// Evaluates r and writes it to `out`.
     ///
     /// # Errors
-    /// As for [`residual`](Self::residual).
+    /// Returns the same errors as [`residual`](Self::residual).
     fn quadrature(
         &mut self,
         _forward: &mut P,
@@ -147,11 +146,11 @@ pub trait BackwardProblem<P> {
 /// Settings of a backward problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BackwardOptions {
-    /// Tolerances. Default: relative 1e-4, absolute 1e-8.
+    /// Relative and absolute tolerances. Default: 1e-4 and 1e-8.
     pub tolerances: Tolerances,
     /// Whether components without derivatives are excluded from the error test. Default: false.
     pub suppress_algebraic: bool,
-    /// Relative and absolute tolerance of the quadratures, if they are included in the error test.
+    /// Relative and absolute tolerances of the quadratures, if they are included in the error test.
     pub quadrature_tolerances: Option<(f64, f64)>,
     /// Maximum number of steps between two checkpoints. Default: 500.
     pub max_steps: usize,
@@ -191,7 +190,7 @@ pub struct BackwardRun {
     pub statistics: Statistics,
 }
 
-/// A backward problem at one forward state, as a [`Problem`] in λ.
+/// A backward problem at one forward state, viewed as a [`Problem`] in λ.
 pub(crate) struct At<'a, P> {
     pub(crate) problem: &'a mut (dyn BackwardProblem<P> + Send),
     pub(crate) forward: &'a mut P,

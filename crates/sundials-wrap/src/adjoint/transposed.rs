@@ -1,4 +1,4 @@
-//! The adjoint of a problem with constant ∂F/∂ẏ.
+//! Adjoint of a problem with constant ∂F/∂ẏ.
 
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -6,8 +6,8 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use super::{BackwardProblem, ForwardState};
 use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
 
-/// ∂g/∂y and ∂g/∂p of the integrand at a state. They are written into the last two arguments, which contain zeros on
-/// entry.
+/// Function that evaluates ∂g/∂y and ∂g/∂p of the integrand at a state. It writes them to the last two arguments, which
+/// contain zeros on entry.
 type Gradient<P> =
     dyn FnMut(&mut P, &ForwardState, &mut [f64], &mut [f64]) -> Result<(), StepError> + Send;
 
@@ -17,18 +17,17 @@ type Gradient<P> =
 /// ∂F/∂ẏᵀ λ̇ − ∂F/∂yᵀ λ + ∂g/∂yᵀ = 0,   q̇_j = λᵀ ∂F/∂p_j − ∂g/∂p_j
 /// ```
 ///
-/// so that q(t0) = ∫ (∂g/∂p − λᵀ ∂F/∂p) dt. Its Jacobian is the transpose of the problem's
-/// Jacobian.
+/// so that q(t0) = ∫ (∂g/∂p − λᵀ ∂F/∂p) dt. The Jacobian of the adjoint is the transpose of the problem's Jacobian.
 pub struct AdjointProblem<P> {
     gradient: Box<Gradient<P>>,
     parameters: Option<Box<dyn Parameters<P> + Send>>,
-    /// Of the forward problem.
+    /// Jacobian of the forward problem.
     jacobian: Jacobian,
     /// ∂F/∂y and ∂F/∂ẏ at the state `at`.
     parts: [Vec<f64>; 2],
     at: Option<ForwardState>,
     transposed: SparsityPattern,
-    /// For each entry of the transposed pattern, its position in the pattern of the problem.
+    /// Position of each entry of the transposed pattern in the pattern of the problem.
     places: Vec<usize>,
     /// ∂g/∂y and ∂g/∂p.
     gradients: [Vec<f64>; 2],
@@ -36,8 +35,8 @@ pub struct AdjointProblem<P> {
 }
 
 impl<P: Problem> AdjointProblem<P> {
-    /// Creates the adjoint of `problem` for an integrand g. The function `gradient` writes ∂g/∂y and ∂g/∂p into arrays
-    /// of zeros.
+    /// Creates the adjoint of `problem` for an integrand g. The function `gradient` writes ∂g/∂y and ∂g/∂p to arrays
+    /// that contain zeros on entry.
     pub fn new(
         problem: &P,
         gradient: impl FnMut(&mut P, &ForwardState, &mut [f64], &mut [f64]) -> Result<(), StepError>
@@ -63,7 +62,7 @@ impl<P: Problem> AdjointProblem<P> {
         }
     }
 
-    /// Adds one quadrature for each of these parameters.
+    /// Adds one quadrature for each of the given parameters.
     #[must_use]
     pub fn parameters(mut self, parameters: impl Parameters<P> + Send + 'static) -> Self {
         self.gradients[1] = vec![0.0; parameters.list().len()];
@@ -76,10 +75,10 @@ impl<P: Problem> AdjointProblem<P> {
         if self.at.as_ref() == Some(at) {
             return Ok(());
         }
-        // The matrices and the gradient are incomplete until all three have been evaluated.
+        // The stored values are incomplete until both matrices and the gradient have been evaluated.
         self.at = None;
-        // Step size and tolerances are unknown here. If the problem has no exact Jacobian, differences are taken over
-        // one unit of each variable.
+        // Step size and tolerances are unknown here. If the problem does not implement its Jacobian, difference
+        // quotients use displacements of one unit of each variable.
         let weights = vec![f64::EPSILON.sqrt().recip(); at.y.len()];
         let [df_dy, df_dyp] = &mut self.parts;
         let about =

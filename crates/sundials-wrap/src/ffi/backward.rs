@@ -1,8 +1,7 @@
-//! C callbacks of backward problems, as in [`trampoline`](super::trampoline) for the forward
-//! problem.
+//! C callbacks of backward problems, similar to those of the forward problem in [`trampoline`](super::trampoline).
 //!
-//! During a backward integration IDAS also calls the functions of the forward problem, to repeat
-//! its steps from a checkpoint. The two kinds of calls alternate and do not nest.
+//! During a backward integration, IDAS also calls the functions of the forward problem in order to repeat its steps
+//! from a checkpoint. Forward and backward calls alternate and are not nested.
 
 use std::os::raw::{c_int, c_void};
 use std::ptr::NonNull;
@@ -18,18 +17,18 @@ use super::vector_view::zeroed_mut;
 pub(crate) struct Link<C> {
     pub(crate) boundary: NonNull<Boundary<C>>,
     pub(crate) which: usize,
-    /// Length of the arrays of sensitivities.
+    /// Number of vectors in the arrays of sensitivities.
     pub(crate) n_parameters: usize,
 }
 
-/// Returns the index of a backward problem, the number of its parameters, and the user data of its solver.
+/// Returns the index of a backward problem, the number of parameters, and the user data of its solver.
 ///
 /// # Safety
 /// `user_data` is the address of a live `Link<C>`; its `Boundary` satisfies the conditions of [`boundary`].
 unsafe fn linked<'a, C>(user_data: *mut c_void) -> (usize, usize, &'a mut Boundary<C>) {
-    // SAFETY: the caller's promise; links are not written to.
+    // SAFETY: guaranteed by the caller; nothing writes to links.
     let link = unsafe { &*user_data.cast::<Link<C>>() };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let boundary = unsafe { boundary::<C>(link.boundary.as_ptr().cast()) };
     (link.which, link.n_parameters, boundary)
 }
@@ -37,26 +36,26 @@ unsafe fn linked<'a, C>(user_data: *mut c_void) -> (usize, usize, &'a mut Bounda
 /// Returns the forward solution passed by IDAS.
 ///
 /// # Safety
-/// All vectors are serial, initialized and not written to during `'a`; both arrays hold `n` of
-/// them, or are not read for `n` = 0.
+/// All vectors are serial and initialized, and nothing writes to them during `'a`. Both arrays contain `n` vectors;
+/// they are not read if `n` = 0.
 unsafe fn forward<'a>(
     t: f64,
     [y, y_dot]: [N_Vector; 2],
     [s, s_dot]: [*mut N_Vector; 2],
     n: usize,
 ) -> ForwardView<'a> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     if n == 0 {
         let s = Vec::new();
         return ForwardView { t, y, y_dot, s };
     }
-    // SAFETY: n vectors, the caller's promise.
+    // SAFETY: the caller guarantees that the array contains n vectors.
     let s = unsafe { slice::from_raw_parts(s, n) };
     // SAFETY: as above.
     let s_dot = unsafe { slice::from_raw_parts(s_dot, n) };
     let pair = |(&s, &s_dot)| {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         let (s, s_dot) = unsafe { state(s, s_dot) };
         [s, s_dot]
     };
@@ -68,10 +67,10 @@ unsafe fn forward<'a>(
 /// with λ̇.
 type Handed<'a, C> = (usize, &'a mut Boundary<C>, ForwardView<'a>, [&'a [f64]; 2]);
 
-/// Converts the arguments that C passes to a callback.
+/// Converts the arguments of a callback from C.
 ///
 /// # Safety
-/// As for [`linked`] and [`forward`], with as many sensitivities as the link states.
+/// The conditions of [`linked`] and [`forward`] apply. The number of sensitivities is the number stated by the link.
 unsafe fn handed<'a, C>(
     user_data: *mut c_void,
     t: f64,
@@ -79,22 +78,22 @@ unsafe fn handed<'a, C>(
     sensitivities: [*mut N_Vector; 2],
     [values, rates]: [N_Vector; 2],
 ) -> Handed<'a, C> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let (which, n, boundary) = unsafe { linked::<C>(user_data) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let forward = unsafe { forward(t, solution, sensitivities, n) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let (values, rates) = unsafe { state(values, rates) };
     (which, boundary, forward, [values, rates])
 }
 
-/// Neither S nor Ṡ.
+/// Null pointer instead of S or Ṡ.
 const NONE: *mut N_Vector = std::ptr::null_mut();
 
 /// Implements IDAResFnBS.
 ///
 /// # Safety
-/// Must be called by IDAS with its serial vectors and the address of a live `Link<C>`. The arrays of sensitivities have
+/// Must be called by IDAS with its serial vectors and the address of a live `Link<C>`. Each array of sensitivities has
 /// as many entries as the link states.
 pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
     t: realtype,
@@ -107,11 +106,11 @@ pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
     residual: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our link and does not touch its vectors during the call;
-    // callbacks do not nest.
+    // SAFETY: IDAS passes back the address of our link and does not access its vectors during the call; callbacks are
+    // not nested.
     let (which, boundary, forward, values) =
         unsafe { handed::<C>(user_data, t, [y, y_dot], [s, s_dot], [values, rates]) };
-    // SAFETY: as above, but possibly fresh; distinct from all others.
+    // SAFETY: the vector is valid but possibly uninitialized, and distinct from all others.
     let residual = unsafe { zeroed_mut(residual) };
     guarded(boundary, |callbacks| callbacks.backward_residual(which, &forward, values, residual))
 }
@@ -119,7 +118,7 @@ pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
 /// Implements IDAResFnB.
 ///
 /// # Safety
-/// As for [`residual_with`], for a link without parameters.
+/// The conditions of [`residual_with`] apply; the link has no parameters.
 pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     t: realtype,
     y: N_Vector,
@@ -129,14 +128,14 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     residual: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { residual_with::<C>(t, y, y_dot, NONE, NONE, values, rates, residual, user_data) }
 }
 
 /// Implements IDALsJacFnBS.
 ///
 /// # Safety
-/// As for [`residual_with`]; the matrix is not used.
+/// The conditions of [`residual_with`] apply; the matrix is not used.
 pub(crate) unsafe extern "C" fn setup_with<C: Callbacks>(
     t: realtype,
     c_j: realtype,
@@ -153,8 +152,8 @@ pub(crate) unsafe extern "C" fn setup_with<C: Callbacks>(
     _scratch2: N_Vector,
     _scratch3: N_Vector,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our link and does not touch its vectors during the call;
-    // callbacks do not nest.
+    // SAFETY: IDAS passes back the address of our link and does not access its vectors during the call; callbacks are
+    // not nested.
     let (which, boundary, forward, values) =
         unsafe { handed::<C>(user_data, t, [y, y_dot], [s, s_dot], [values, rates]) };
     guarded(boundary, |callbacks| callbacks.backward_setup(which, &forward, values, c_j))
@@ -163,7 +162,7 @@ pub(crate) unsafe extern "C" fn setup_with<C: Callbacks>(
 /// Implements IDALsJacFnB.
 ///
 /// # Safety
-/// As for [`setup_with`], for a link without parameters.
+/// The conditions of [`setup_with`] apply; the link has no parameters.
 pub(crate) unsafe extern "C" fn setup<C: Callbacks>(
     t: realtype,
     c_j: realtype,
@@ -178,7 +177,7 @@ pub(crate) unsafe extern "C" fn setup<C: Callbacks>(
     scratch2: N_Vector,
     scratch3: N_Vector,
 ) -> c_int {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         setup_with::<C>(
             t, c_j, y, y_dot, NONE, NONE, values, rates, residual, matrix, user_data, scratch1,
@@ -190,8 +189,7 @@ pub(crate) unsafe extern "C" fn setup<C: Callbacks>(
 /// Implements the solve operation of the linear solver.
 ///
 /// # Safety
-/// Must be called by IDAS with a linear solver whose content is the link of this crate, and serial
-/// vectors.
+/// Must be called by IDAS with serial vectors and a linear solver whose content is a link of this crate.
 pub(crate) unsafe extern "C" fn solve<C: Callbacks>(
     solver: SUNLinearSolver,
     _matrix: SUNMatrix,
@@ -199,18 +197,18 @@ pub(crate) unsafe extern "C" fn solve<C: Callbacks>(
     b: N_Vector,
     _tolerance: realtype,
 ) -> c_int {
-    // SAFETY: the solver is ours and alive.
+    // SAFETY: this crate created the solver, which is alive.
     let user_data = unsafe { (*solver).content };
-    // SAFETY: its content is the address of our link, and callbacks do not nest.
+    // SAFETY: its content is the address of our link, and callbacks are not nested.
     let (which, _, boundary) = unsafe { linked::<C>(user_data) };
-    // SAFETY: x and b are what IDAS handed over.
+    // SAFETY: x and b are the vectors passed by IDAS.
     unsafe { solved(boundary, x, b, |callbacks, rhs| callbacks.backward_solve(which, rhs)) }
 }
 
 /// Implements IDAQuadRhsFnBS.
 ///
 /// # Safety
-/// As for [`residual_with`].
+/// The conditions of [`residual_with`] apply.
 pub(crate) unsafe extern "C" fn quadrature_with<C: Callbacks>(
     t: realtype,
     y: N_Vector,
@@ -222,11 +220,11 @@ pub(crate) unsafe extern "C" fn quadrature_with<C: Callbacks>(
     out: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our link and does not touch its vectors during the call;
-    // callbacks do not nest.
+    // SAFETY: IDAS passes back the address of our link and does not access its vectors during the call; callbacks are
+    // not nested.
     let (which, boundary, forward, values) =
         unsafe { handed::<C>(user_data, t, [y, y_dot], [s, s_dot], [values, rates]) };
-    // SAFETY: as above, but possibly fresh; distinct from all others.
+    // SAFETY: the vector is valid but possibly uninitialized, and distinct from all others.
     let out = unsafe { zeroed_mut(out) };
     guarded(boundary, |callbacks| callbacks.backward_quadrature(which, &forward, values, out))
 }
@@ -234,7 +232,7 @@ pub(crate) unsafe extern "C" fn quadrature_with<C: Callbacks>(
 /// Implements IDAQuadRhsFnB.
 ///
 /// # Safety
-/// As for [`quadrature_with`], for a link without parameters.
+/// The conditions of [`quadrature_with`] apply; the link has no parameters.
 pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     t: realtype,
     y: N_Vector,
@@ -244,6 +242,6 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     out: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { quadrature_with::<C>(t, y, y_dot, NONE, NONE, values, rates, out, user_data) }
 }

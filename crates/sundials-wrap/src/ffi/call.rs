@@ -1,13 +1,13 @@
-//! Results of calls of C functions.
+//! Results of calls to C functions.
 
 use std::os::raw::c_int;
 
 use sundials_sys as sys;
 
-/// Code reported if a C constructor returns a null pointer: out of memory.
+/// Code reported if a C constructor returns a null pointer because memory ran out.
 pub(crate) const NULL_RESULT: i32 = sys::IDA_MEM_FAIL;
 
-/// A call that IDAS rejected.
+/// A call rejected by IDAS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct CallFailed {
     pub(crate) call: &'static str,
@@ -20,7 +20,7 @@ impl CallFailed {
     }
 }
 
-/// Converts a code other than success into the error of `call`.
+/// Converts any code other than success to an error of `call`.
 pub(crate) fn check(call: &'static str, code: c_int) -> Result<(), CallFailed> {
     if code == sys::IDA_SUCCESS { Ok(()) } else { Err(CallFailed::new(call, code)) }
 }

@@ -1,6 +1,7 @@
-//! The safe side of the boundary: callbacks of IDAS and their return codes.
+//! Safe side of the interface to C: callbacks of IDAS and their return codes.
 //!
-//! Codes: 0 success, +1 recoverable (IDAS may try a smaller step), −1 unrecoverable.
+//! The codes are 0 for success, +1 for a recoverable error (IDAS may try a smaller step), and −1 for an unrecoverable
+//! error.
 
 use std::os::raw::c_int;
 
@@ -59,7 +60,7 @@ pub(crate) trait Callbacks: BackwardCallbacks {
     fn roots(&mut self, t: f64, y: &[f64], y_dot: &[f64], values: &mut [f64]) -> Answer;
     fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer;
     fn quadrature(&mut self, t: f64, y: &[f64], y_dot: &[f64], rates: &mut [f64]) -> Answer;
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ, for the residuals of sensitivities.
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ for the residuals of sensitivities.
     fn linearize(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer;
     /// Evaluates the residual of the sensitivity to parameter j at the state of the last
     /// linearization.
@@ -78,12 +79,11 @@ pub(crate) trait Callbacks: BackwardCallbacks {
         s: [&[f64]; 2],
         rates: &mut [f64],
     ) -> Answer;
-    /// Receives a message of IDAS.
+    /// Receives a message from IDAS.
     fn message(&mut self, text: &str);
 }
 
-/// The forward solution at the state of a backward evaluation: y, ẏ and, for each parameter, S and
-/// Ṡ.
+/// Forward solution at the state of a backward evaluation: y, ẏ, and S and Ṡ for each parameter.
 pub(crate) struct ForwardView<'a> {
     pub(crate) t: f64,
     pub(crate) y: &'a [f64],
@@ -91,7 +91,8 @@ pub(crate) struct ForwardView<'a> {
     pub(crate) s: Vec<[&'a [f64]; 2]>,
 }
 
-/// Functions of the backward problem with index `which` that IDAS calls at `[y, ẏ]`, the values of this problem.
+/// Functions that IDAS calls for the backward problem with index `which`. The argument `[y, ẏ]` contains the values of
+/// this problem.
 pub(crate) trait BackwardCallbacks {
     fn backward_residual(
         &mut self,

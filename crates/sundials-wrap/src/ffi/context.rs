@@ -1,4 +1,4 @@
-//! The SUNDIALS context, which all other objects of one solver refer to.
+//! SUNDIALS context, to which all other objects of a solver refer.
 
 use std::ptr;
 
@@ -7,7 +7,7 @@ use sundials_sys::{SUNContext, SUNContext_Create, SUNContext_Free, comm_no_mpi};
 use super::call::{CallFailed, NULL_RESULT};
 use crate::options::VectorArithmetic;
 
-/// An owned context. It must be dropped after every object made with it.
+/// An owned context. It must be dropped after all objects that were created with it.
 pub(crate) struct Context {
     handle: SUNContext,
     vectors: VectorArithmetic,
@@ -16,7 +16,7 @@ pub(crate) struct Context {
 impl Context {
     pub(crate) fn new(vectors: VectorArithmetic) -> Result<Self, CallFailed> {
         let mut context: SUNContext = ptr::null_mut();
-        // SAFETY: no communicator, for serial use, and a place to write the handle to.
+        // SAFETY: there is no communicator, for serial use, and the handle is written to a valid location.
         let code = unsafe { SUNContext_Create(comm_no_mpi(), &mut context) };
         if code != 0 || context.is_null() {
             return Err(CallFailed::new("SUNContext_Create", NULL_RESULT));
@@ -29,7 +29,7 @@ impl Context {
         self.handle
     }
 
-    /// Returns the implementation of the arithmetic of its vectors.
+    /// Returns the implementation of the vector arithmetic.
     pub(crate) fn vectors(&self) -> VectorArithmetic {
         self.vectors
     }
@@ -38,7 +38,7 @@ impl Context {
 impl Drop for Context {
     fn drop(&mut self) {
         let mut context = self.raw();
-        // SAFETY: the handle is ours and freed here only; the owner drops it last (see `Ida`).
+        // SAFETY: this value owns the handle, which is freed only here; the owner drops it last (see `Ida`).
         unsafe { SUNContext_Free(&mut context) };
     }
 }

@@ -1,4 +1,4 @@
-//! The linear solver that IDAS calls; it forwards each solve to safe Rust.
+//! Linear solver called by IDAS. It forwards each solve to safe Rust.
 
 use std::os::raw::{c_int, c_void};
 use std::ptr::NonNull;
@@ -12,15 +12,15 @@ use sundials_sys::{
 use super::call::{CallFailed, NULL_RESULT};
 use super::context::Context;
 
-/// The solve operation: solver, matrix, x, b, tolerance.
+/// Solve operation with the arguments solver, matrix, x, b and tolerance.
 pub(crate) type Solve =
     unsafe extern "C" fn(SUNLinearSolver, SUNMatrix, N_Vector, N_Vector, realtype) -> c_int;
 
-/// An owned direct solver. IDAS' Jacobian callback performs its setup.
+/// An owned direct solver. The Jacobian callback of IDAS performs the setup.
 pub(crate) struct LinearSolver(NonNull<_generic_SUNLinearSolver>);
 
 impl LinearSolver {
-    /// Creates a solver that calls `solve` for each solve; `content` is the pointer available to `solve`.
+    /// Creates a solver that calls `solve` for each solve. `content` is the pointer available to `solve`.
     pub(crate) fn new(
         content: *mut c_void,
         solve: Solve,
@@ -30,7 +30,7 @@ impl LinearSolver {
         let solver = unsafe { SUNLinSolNewEmpty(context.raw()) };
         let mut handle =
             NonNull::new(solver).ok_or(CallFailed::new("SUNLinSolNewEmpty", NULL_RESULT))?;
-        // SAFETY: just made, and borrowed here only.
+        // SAFETY: the object was just created and is borrowed only here.
         let solver = unsafe { handle.as_mut() };
         solver.content = content;
         // SAFETY: every SUNLinearSolver owns a table of operations.
@@ -50,8 +50,8 @@ impl LinearSolver {
 
 impl Drop for LinearSolver {
     fn drop(&mut self) {
-        // SAFETY: ours, freed here only, before its context and after the integrator that uses it
-        // (see `Ida`); its content is not C's to free.
+        // SAFETY: this value owns the solver, which is freed only here, before its context and after the integrator
+        // that uses it (see `Ida`). C does not free its content.
         unsafe { SUNLinSolFreeEmpty(self.raw()) };
     }
 }

@@ -1,5 +1,4 @@
-//! The matrix that IDAS passes to its linear solver: empty, because the linear solver stores its
-//! matrix internally.
+//! Matrix that IDAS passes to its linear solver. It is empty, because the linear solver stores its matrix internally.
 
 use std::os::raw::c_int;
 use std::ptr::NonNull;
@@ -21,7 +20,7 @@ impl Matrix {
         let matrix = unsafe { SUNMatNewEmpty(context.raw()) };
         let mut handle =
             NonNull::new(matrix).ok_or(CallFailed::new("SUNMatNewEmpty", NULL_RESULT))?;
-        // SAFETY: just made, and borrowed here only.
+        // SAFETY: the object was just created and is borrowed only here.
         let matrix = unsafe { handle.as_mut() };
         // SAFETY: every SUNMatrix owns a table of operations.
         let ops = unsafe { &mut *matrix.ops };
@@ -37,8 +36,8 @@ impl Matrix {
 
 impl Drop for Matrix {
     fn drop(&mut self) {
-        // SAFETY: ours, freed here only, before its context and after the integrator that uses it
-        // (see `Ida`).
+        // SAFETY: this value owns the matrix, which is freed only here, before its context and after the integrator
+        // that uses it (see `Ida`).
         unsafe { SUNMatFreeEmpty(self.raw()) };
     }
 }

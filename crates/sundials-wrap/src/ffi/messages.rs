@@ -1,4 +1,4 @@
-//! Messages of IDAS, which are passed to the callbacks; versions 6 and 7 differ in the mechanism.
+//! Messages of IDAS, which are passed to the callbacks. Versions 6 and 7 use different mechanisms.
 
 use std::ffi::CStr;
 use std::os::raw::{c_char, c_int, c_void};
@@ -16,11 +16,11 @@ pub(crate) use of_version::redirect_messages;
 mod of_version {
     use super::*;
 
-    /// Redirects IDAS' messages to the callbacks instead of printing them.
+    /// Passes messages of IDAS to the callbacks instead of printing them.
     ///
     /// # Safety
-    /// `memory` is a valid block of IDAS made with `_context`; `data` is the address of a pinned
-    /// `Boundary<C>` that outlives it.
+    /// `memory` is a valid block of IDAS created with `_context`. `data` is the address of a pinned `Boundary<C>` that
+    /// outlives the block.
     pub(crate) unsafe fn redirect_messages<C: Callbacks>(
         _context: &Context,
         memory: *mut c_void,
@@ -34,7 +34,7 @@ mod of_version {
     /// Implements IDAErrHandlerFn.
     ///
     /// # Safety
-    /// As for [`take_message`].
+    /// The conditions of [`take_message`] apply.
     unsafe extern "C" fn message<C: Callbacks>(
         _code: c_int,
         _module: *const c_char,
@@ -42,7 +42,7 @@ mod of_version {
         text: *mut c_char,
         user_data: *mut c_void,
     ) {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { take_message::<C>(text, user_data) };
     }
 }
@@ -51,25 +51,25 @@ mod of_version {
 mod of_version {
     use super::*;
 
-    /// Redirects IDAS' messages to the callbacks instead of printing them, and discards its
-    /// warnings, which IDAS would print among the results.
+    /// Passes messages of IDAS to the callbacks instead of printing them. Discards warnings, which IDAS would otherwise
+    /// print among the results.
     ///
     /// # Safety
-    /// `_memory` is a valid block of IDAS made with `context`; `data` is the address of a pinned
-    /// `Boundary<C>` that outlives it.
+    /// `_memory` is a valid block of IDAS created with `context`. `data` is the address of a pinned `Boundary<C>` that
+    /// outlives the block.
     pub(crate) unsafe fn redirect_messages<C: Callbacks>(
         context: &Context,
         _memory: *mut c_void,
         data: *mut c_void,
     ) -> Result<(), CallFailed> {
-        // SAFETY: the context is alive; a message to no logger is refused and lost.
+        // SAFETY: the context is alive; without a logger, messages are discarded.
         let code = unsafe { sys::SUNContext_SetLogger(context.raw(), std::ptr::null_mut()) };
         check("SUNContext_SetLogger", code)?;
         // SAFETY: the context is alive.
         let code = unsafe { sys::SUNContext_ClearErrHandlers(context.raw()) };
         check("SUNContext_ClearErrHandlers", code)?;
-        // SAFETY: handler and data belong together, and the data outlive the memory block, which
-        // alone reports to this context.
+        // SAFETY: handler and data belong together. The data outlive the memory block, and only this block reports to
+        // the context.
         let code =
             unsafe { sys::SUNContext_PushErrHandler(context.raw(), Some(message::<C>), data) };
         check("SUNContext_PushErrHandler", code)
@@ -78,7 +78,7 @@ mod of_version {
     /// Implements SUNErrHandlerFn.
     ///
     /// # Safety
-    /// As for [`take_message`].
+    /// The conditions of [`take_message`] apply.
     unsafe extern "C" fn message<C: Callbacks>(
         _line: c_int,
         _function: *const c_char,
@@ -88,7 +88,7 @@ mod of_version {
         user_data: *mut c_void,
         _context: sys::SUNContext,
     ) {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { take_message::<C>(text, user_data) };
     }
 }
@@ -96,12 +96,12 @@ mod of_version {
 /// Stores a message of IDAS instead of printing it.
 ///
 /// # Safety
-/// Called by IDAS with a zero-terminated string and the address given with the handler, while no
-/// callback runs.
+/// Must be called by IDAS with a zero-terminated string and the address that was passed with the handler, while no
+/// callback is running.
 unsafe fn take_message<C: Callbacks>(text: *const c_char, user_data: *mut c_void) {
-    // SAFETY: IDAS hands back the address of our boundary, and reports between callbacks.
+    // SAFETY: IDAS passes back the address of our boundary, and reports only between callbacks.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS passes a zero-terminated string that lives during the call.
+    // SAFETY: IDAS passes a zero-terminated string that is valid during the call.
     let text = unsafe { CStr::from_ptr(text) }.to_string_lossy();
     boundary.callbacks.message(&text);
 }

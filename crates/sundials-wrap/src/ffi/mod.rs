@@ -1,17 +1,17 @@
-//! The boundary to C: the `unsafe` code of this crate.
+//! Interface to C, which contains the `unsafe` code of this crate.
 //!
-//! Each type here owns one C object and frees it once; each method is one C call whose arguments
-//! the type keeps valid. No type of this module is public outside the crate.
+//! Each type in this module owns one C object and frees it once. Each method is one C call whose arguments are kept
+//! valid by the type. No type of this module is public outside the crate.
 //!
-//! - [`context`], [`vector`], [`matrix`], [`linear_solver`], [`nonlinear_solver`]: the SUNDIALS objects IDAS works on;
-//! - [`vector_operations`]: the arithmetic on vectors that IDAS calls; [`vector_clone`]: cloning of vectors by IDAS;
-//!   [`vector_view`]: vectors as slices;
+//! - [`context`], [`vector`], [`matrix`], [`linear_solver`], [`nonlinear_solver`]: the SUNDIALS objects used by IDAS;
+//! - [`vector_operations`]: vector arithmetic called by IDAS; [`vector_clone`]: cloning of vectors by IDAS;
+//!   [`vector_view`]: access to vectors as slices;
 //! - [`call`]: failures of C calls;
-//! - [`ida`]: the integrator's memory and all calls that use it;
-//! - [`callbacks`]: callbacks of IDAS; [`trampoline`]: their C functions;
+//! - [`ida`]: the memory block of the integrator and all calls that use it;
+//! - [`callbacks`]: callbacks of IDAS; [`trampoline`]: the corresponding C functions;
 //! - [`backward`]: callbacks of backward problems;
-//! - [`pinned`]: data at an address that does not move, shared with C;
-//! - [`messages`]: redirection of IDAS' messages;
+//! - [`pinned`]: data at a fixed address, shared with C;
+//! - [`messages`]: redirection of IDAS messages;
 //! - [`version`]: version of SUNDIALS, and names that differ between versions.
 
 pub(crate) mod backward;

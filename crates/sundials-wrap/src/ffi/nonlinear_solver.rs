@@ -15,11 +15,11 @@ use super::vector::NVector;
 /// Code of a fatal error.
 const FATAL: c_int = -1;
 
-/// An owned Newton method.
+/// An owned Newton solver of SUNDIALS.
 pub(crate) struct NonlinearSolver(NonNull<sys::_generic_SUNNonlinearSolver>);
 
 impl NonlinearSolver {
-    /// Creates Newton's method for vectors like `y`.
+    /// Creates a Newton solver for vectors of the same type and length as `y`.
     pub(crate) fn new(y: &NVector, context: &Context) -> Result<Self, CallFailed> {
         // SAFETY: vector and context are alive; the vector is cloned.
         let solver = unsafe { sys::SUNNonlinSol_Newton(y.raw(), context.raw()) };
@@ -27,7 +27,7 @@ impl NonlinearSolver {
         Ok(Self(solver.ok_or(CallFailed::new("SUNNonlinSol_Newton", NULL_RESULT))?))
     }
 
-    /// Creates Newton's method for `count` vectors like `y`.
+    /// Creates a Newton solver for `count` vectors of the same type and length as `y`.
     pub(crate) fn of_many(
         count: usize,
         y: &NVector,
@@ -40,13 +40,14 @@ impl NonlinearSolver {
         Ok(Self(solver.ok_or(CallFailed::new("SUNNonlinSol_NewtonSens", NULL_RESULT))?))
     }
 
-    /// Replaces the convergence test, which IDAS sets when the solver is attached, by the test of the callbacks.
+    /// Replaces the convergence test by the test of the callbacks. IDAS sets its default test when the solver is
+    /// attached.
     pub(crate) fn set_test<C: Callbacks>(
         &mut self,
         data: NonNull<Boundary<C>>,
     ) -> Result<(), CallFailed> {
         let test: sys::SUNNonlinSolConvTestFn = Some(convergence_test::<C>);
-        // SAFETY: the solver is alive; the test fits the data, which outlive the integrator (see `Ida`).
+        // SAFETY: the solver is alive; the test is compatible with the data, which outlive the integrator (see `Ida`).
         let code =
             unsafe { sys::SUNNonlinSolSetConvTestFn(self.raw(), test, data.as_ptr().cast()) };
         check("SUNNonlinSolSetConvTestFn", code)
@@ -59,7 +60,8 @@ impl NonlinearSolver {
 
 impl Drop for NonlinearSolver {
     fn drop(&mut self) {
-        // SAFETY: ours, freed here only, before its context and after the integrator that uses it (see `Ida`).
+        // SAFETY: this value owns the solver, which is freed only here, before its context and after the integrator
+        // that uses it (see `Ida`).
         unsafe { sys::SUNNonlinSolFree(self.raw()) };
     }
 }
@@ -67,7 +69,7 @@ impl Drop for NonlinearSolver {
 /// Implements SUNNonlinSolConvTestFn.
 ///
 /// # Safety
-/// Must be called by Newton's method of SUNDIALS with its vectors and the address given to
+/// Must be called by the Newton solver of SUNDIALS with its vectors and the address passed to
 /// [`NonlinearSolver::set_test`].
 unsafe extern "C" fn convergence_test<C: Callbacks>(
     solver: SUNNonlinearSolver,
@@ -85,7 +87,7 @@ unsafe extern "C" fn convergence_test<C: Callbacks>(
     // SAFETY: both vectors are alive and have the same length.
     let correction = unsafe { sys::N_VWrmsNorm(correction, weights) };
     let iterate = NewtonIterate { number: number as usize, correction, tolerance };
-    // SAFETY: SUNDIALS hands back the address of our boundary, and callbacks do not nest.
+    // SAFETY: SUNDIALS passes back the address of our boundary, and callbacks are not nested.
     let boundary = unsafe { boundary::<C>(data) };
     guarded_or(boundary, FATAL, |callbacks| match callbacks.convergence(&iterate) {
         Convergence::Converged => 0,

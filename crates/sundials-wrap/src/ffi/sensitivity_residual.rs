@@ -1,4 +1,4 @@
-//! Residuals of sensitivities and of quadrature sensitivities, called by C.
+//! Residuals of sensitivities and of sensitivities of quadratures, called by C.
 
 use std::os::raw::{c_int, c_void};
 use std::slice;
@@ -9,25 +9,25 @@ use super::callbacks::{Answer, Callbacks};
 use super::trampoline::{Boundary, boundary, guarded, state};
 use super::vector_view::zeroed_mut;
 
-/// Calls a function for the vector of each sensitivity, until it fails.
+/// Calls a function with the vectors of each sensitivity until the function fails.
 ///
 /// # Safety
-/// Must be called within a callback of IDAS with its serial vectors, `n` of them in each array,
-/// which IDAS does not access during the call.
+/// Must be called within a callback of IDAS with serial vectors of IDAS, `n` of them in each array. IDAS does not
+/// access them during the call.
 unsafe fn each<C>(
     boundary: &mut Boundary<C>,
     n: c_int,
     [s, s_dot, outs]: [*mut N_Vector; 3],
     mut fill: impl FnMut(&mut C, usize, [&[f64]; 2], &mut [f64]) -> Answer,
 ) -> c_int {
-    // SAFETY: n vectors, the caller's promise.
+    // SAFETY: the caller guarantees that each array contains n vectors.
     let [s, s_dot, outs] =
         [s, s_dot, outs].map(|v| unsafe { slice::from_raw_parts(v, n as usize) });
     let success = Answer::Success.code();
     for (j, &out) in outs.iter().enumerate() {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         let (s, s_dot) = unsafe { state(s[j], s_dot[j]) };
-        // SAFETY: as above, but possibly fresh; distinct from all others.
+        // SAFETY: the vector is valid but possibly uninitialized, and distinct from all others.
         let out = unsafe { zeroed_mut(out) };
         let code = guarded(boundary, |callbacks| fill(callbacks, j, [s, s_dot], out));
         if code != success {
@@ -40,8 +40,8 @@ unsafe fn each<C>(
 /// Implements IDASensResFn.
 ///
 /// # Safety
-/// Must be called by IDAS with its serial vectors, `n` of them in each array, and the address given
-/// to IDASetUserData.
+/// Must be called by IDAS with its serial vectors, `n` of them in each array, and with the address passed to
+/// IDASetUserData.
 pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     n: c_int,
     t: realtype,
@@ -56,16 +56,16 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     _scratch2: N_Vector,
     _scratch3: N_Vector,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
+    // SAFETY: IDAS passes back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized, and IDAS does not access them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     let success = Answer::Success.code();
     let code = guarded(boundary, |callbacks| callbacks.linearize(t, y, y_dot));
     if code != success {
         return code;
     }
-    // SAFETY: each array holds n vectors of IDAS' own.
+    // SAFETY: each array contains n vectors of IDAS.
     unsafe {
         each(boundary, n, [s, s_dot, residuals], |callbacks, j, of_j, out| {
             callbacks.sensitivity_residual(j, (t, y, y_dot), of_j, out)
@@ -76,7 +76,7 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
 /// Implements IDAQuadSensRhsFn.
 ///
 /// # Safety
-/// As for [`residual`].
+/// The conditions of [`residual`] apply.
 pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     n: c_int,
     t: realtype,
@@ -91,11 +91,11 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     _scratch2: N_Vector,
     _scratch3: N_Vector,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
+    // SAFETY: IDAS passes back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized, and IDAS does not access them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
-    // SAFETY: each array holds n vectors of IDAS' own.
+    // SAFETY: each array contains n vectors of IDAS.
     unsafe {
         each(boundary, n, [s, s_dot, rates_of], |callbacks, j, of_j, out| {
             callbacks.quadrature_sensitivity(j, (t, y, y_dot), of_j, out)

@@ -1,5 +1,5 @@
-//! C callbacks: each function converts pointers to slices, calls one method of [`Callbacks`],
-//! catches its panic, and converts the result to IDAS' code.
+//! C callbacks. Each function converts pointers to slices, calls one method of [`Callbacks`], catches a panic, and
+//! converts the result to a return code of IDAS.
 
 use std::any::Any;
 use std::os::raw::{c_int, c_void};
@@ -12,10 +12,10 @@ use super::callbacks::{Answer, Callbacks};
 use super::vector_view::{view, view_mut, zeroed_mut};
 use super::version;
 
-/// User data passed to C: the callbacks, and a caught panic.
+/// User data passed to C: the callbacks, and a panic that was caught.
 pub(crate) struct Boundary<C> {
     pub(crate) callbacks: C,
-    /// A panic to be resumed after C returns.
+    /// Panic to be resumed after C returns.
     pub(crate) panic: Option<Box<dyn Any + Send>>,
 }
 
@@ -28,26 +28,26 @@ impl<C> Boundary<C> {
 /// Returns the user data at the address passed back by C.
 ///
 /// # Safety
-/// `user_data` is the address of a live [`Pinned`](super::pinned::Pinned) `Boundary<C>` to which no
-/// reference exists during `'a`. IDAS calls back only inside calls made with `&mut Ida`, and
-/// callbacks do not nest, since none of them can reach the integrator.
+/// `user_data` is the address of a live [`Pinned`](super::pinned::Pinned) `Boundary<C>` to which no reference exists
+/// during `'a`. IDAS calls back only inside calls that are made with `&mut Ida`. Callbacks are not nested, since they
+/// cannot access the integrator.
 pub(super) unsafe fn boundary<'a, C>(user_data: *mut c_void) -> &'a mut Boundary<C> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { &mut *user_data.cast::<Boundary<C>>() }
 }
 
 /// Returns y and ẏ as passed by IDAS.
 ///
 /// # Safety
-/// As for [`view`], for both vectors.
+/// The conditions of [`view`] apply to both vectors.
 pub(super) unsafe fn state<'a>(y: N_Vector, y_dot: N_Vector) -> (&'a [f64], &'a [f64]) {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let y = unsafe { view(y) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     (y, unsafe { view(y_dot) })
 }
 
-/// Runs a callback; a panic is stored and reported to C as a fatal error.
+/// Runs a callback. A panic is stored and reported to C as a fatal error.
 pub(super) fn guarded<C>(
     boundary: &mut Boundary<C>,
     callback: impl FnOnce(&mut C) -> Answer,
@@ -55,14 +55,14 @@ pub(super) fn guarded<C>(
     guarded_or(boundary, Answer::Fatal, callback).code()
 }
 
-/// Runs a callback; a panic is stored, and `fatal` is returned.
+/// Runs a callback. If it panics, stores the panic and returns `fatal`.
 pub(super) fn guarded_or<C, T>(
     boundary: &mut Boundary<C>,
     fatal: T,
     callback: impl FnOnce(&mut C) -> T,
 ) -> T {
     let callbacks = &mut boundary.callbacks;
-    // Unwind safety: the solver is returned only together with the resumed panic.
+    // Unwind safety: the solver becomes accessible only when the panic is resumed.
     match catch_unwind(AssertUnwindSafe(|| callback(callbacks))) {
         Ok(answer) => answer,
         Err(panic) => {
@@ -75,7 +75,7 @@ pub(super) fn guarded_or<C, T>(
 /// Implements IDAResFn.
 ///
 /// # Safety
-/// Must be called by IDAS with its serial vectors and the address given to IDASetUserData.
+/// Must be called by IDAS with its serial vectors and the address passed to IDASetUserData.
 pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     t: realtype,
     y: N_Vector,
@@ -83,11 +83,11 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     residual: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
+    // SAFETY: IDAS passes back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized, and IDAS does not access them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
-    // SAFETY: as above, but possibly fresh; distinct from y and ẏ.
+    // SAFETY: the vector is valid but possibly uninitialized, and distinct from y and ẏ.
     let residual = unsafe { zeroed_mut(residual) };
     guarded(boundary, |callbacks| callbacks.residual(t, y, y_dot, residual))
 }
@@ -95,7 +95,7 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
 /// Implements IDALsJacFn: the setup of the linear solver, which stores its matrix internally.
 ///
 /// # Safety
-/// As for [`residual`]; the matrix is not used.
+/// The conditions of [`residual`] apply; the matrix is not used.
 pub(crate) unsafe extern "C" fn linear_setup<C: Callbacks>(
     t: realtype,
     c_j: realtype,
@@ -108,9 +108,9 @@ pub(crate) unsafe extern "C" fn linear_setup<C: Callbacks>(
     _scratch2: N_Vector,
     _scratch3: N_Vector,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
+    // SAFETY: IDAS passes back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized, and IDAS does not access them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     guarded(boundary, |callbacks| callbacks.linear_setup(t, y, y_dot, c_j))
 }
@@ -128,28 +128,27 @@ pub(crate) unsafe extern "C" fn linear_solve<C: Callbacks>(
     b: N_Vector,
     _tolerance: realtype,
 ) -> c_int {
-    // SAFETY: the solver is ours and alive.
+    // SAFETY: this crate created the solver, which is alive.
     let user_data = unsafe { (*solver).content };
     // SAFETY: its content is the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: x and b are what IDAS handed over.
+    // SAFETY: x and b are the vectors passed by IDAS.
     unsafe { solved(boundary, x, b, Callbacks::linear_solve) }
 }
 
 /// Copies the right-hand side b to x and calls `solve`, which works in place.
 ///
 /// # Safety
-/// Both are serial vectors of the same length, b initialized, and C does not access them during the
-/// call.
+/// Both are serial vectors of the same length, b is initialized, and C does not access them during the call.
 pub(super) unsafe fn solved<C>(
     boundary: &mut Boundary<C>,
     x: N_Vector,
     b: N_Vector,
     solve: impl FnOnce(&mut C, &mut [f64]) -> Answer,
 ) -> c_int {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let b = unsafe { view(b) };
-    // SAFETY: as above; IDAS solves from b into a separate x.
+    // SAFETY: as above; the x passed by IDAS is distinct from b.
     let x = unsafe { view_mut(x) };
     x.copy_from_slice(b);
     // IDAS treats unknown codes of linear solvers as success.
@@ -163,7 +162,7 @@ pub(super) unsafe fn solved<C>(
 /// Implements IDARootFn.
 ///
 /// # Safety
-/// As for [`residual`]; `values` has room for as many numbers as passed to IDARootInit.
+/// The conditions of [`residual`] apply. `values` has space for the number of values passed to IDARootInit.
 pub(crate) unsafe extern "C" fn roots<C: Callbacks>(
     t: realtype,
     y: N_Vector,
@@ -171,14 +170,14 @@ pub(crate) unsafe extern "C" fn roots<C: Callbacks>(
     values: *mut realtype,
     user_data: *mut c_void,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
+    // SAFETY: IDAS passes back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized, and IDAS does not access them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     let n_roots = boundary.callbacks.n_roots();
-    // SAFETY: IDAS allocated n_roots numbers, as passed to IDARootInit; this initializes them.
+    // SAFETY: IDAS allocated n_roots numbers, as passed to IDARootInit; this call initializes them.
     unsafe { values.write_bytes(0, n_roots) };
-    // SAFETY: as above, and IDAS does not touch them during the call.
+    // SAFETY: as above, and IDAS does not access them during the call.
     let values = unsafe { slice::from_raw_parts_mut(values, n_roots) };
     guarded(boundary, |callbacks| callbacks.roots(t, y, y_dot, values))
 }
@@ -186,17 +185,17 @@ pub(crate) unsafe extern "C" fn roots<C: Callbacks>(
 /// Implements IDAEwtFn.
 ///
 /// # Safety
-/// As for [`residual`].
+/// The conditions of [`residual`] apply.
 pub(crate) unsafe extern "C" fn error_weights<C: Callbacks>(
     y: N_Vector,
     weights: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
+    // SAFETY: IDAS passes back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized, and IDAS does not access them during the call.
     let y = unsafe { view(y) };
-    // SAFETY: as above, but possibly fresh; distinct from y.
+    // SAFETY: the vector is valid but possibly uninitialized, and distinct from y.
     let weights = unsafe { zeroed_mut(weights) };
     guarded(boundary, |callbacks| callbacks.error_weights(y, weights))
 }
@@ -204,7 +203,7 @@ pub(crate) unsafe extern "C" fn error_weights<C: Callbacks>(
 /// Implements IDAQuadRhsFn.
 ///
 /// # Safety
-/// As for [`residual`].
+/// The conditions of [`residual`] apply.
 pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     t: realtype,
     y: N_Vector,
@@ -212,11 +211,11 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     rates: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
+    // SAFETY: IDAS passes back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized, and IDAS does not access them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
-    // SAFETY: as above, but possibly fresh; distinct from y and ẏ.
+    // SAFETY: the vector is valid but possibly uninitialized, and distinct from y and ẏ.
     let rates = unsafe { zeroed_mut(rates) };
     guarded(boundary, |callbacks| callbacks.quadrature(t, y, y_dot, rates))
 }

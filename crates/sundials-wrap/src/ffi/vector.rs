@@ -10,16 +10,16 @@ use super::vector_operations;
 use super::vector_view::{view, view_mut};
 use crate::options::VectorArithmetic;
 
-/// An owned serial vector, initialized with zeros.
+/// An owned serial vector, initialized to zeros.
 pub(crate) struct NVector(NonNull<_generic_N_Vector>);
 
 impl NVector {
-    /// Creates a vector of `n` zeros, `n` ≥ 1.
+    /// Creates a vector of `n` zeros, where `n` ≥ 1.
     pub(crate) fn zeros(n: usize, context: &Context) -> Result<Self, CallFailed> {
-        // SAFETY: the context is alive; a length in memory fits 64 bits.
+        // SAFETY: the context is alive; the length of an array in memory fits in 64 bits.
         let vector = unsafe { N_VNew_Serial(n as i64, context.raw()) };
         let vector = NonNull::new(vector).ok_or(CallFailed::new("N_VNew_Serial", NULL_RESULT))?;
-        // SAFETY: the vector was just made; this initializes its n entries.
+        // SAFETY: the vector was just created; this call initializes its n entries.
         unsafe { N_VConst(0.0, vector.as_ptr()) };
         if context.vectors() == VectorArithmetic::Simd {
             // SAFETY: as above.
@@ -35,8 +35,8 @@ impl NVector {
     }
 
     pub(crate) fn as_slice(&self) -> &[f64] {
-        // SAFETY: ours, serial, initialized at creation; the borrow of self keeps it alive and
-        // unwritten (C writes to it only in calls that take `&mut` of the owner).
+        // SAFETY: this value owns the serial vector, which was initialized at creation. During the borrow of self, the
+        // vector is alive and C does not write to it (C does so only in calls that take `&mut` of the owner).
         unsafe { view(self.raw()) }
     }
 
@@ -52,7 +52,7 @@ impl NVector {
 
 impl Drop for NVector {
     fn drop(&mut self) {
-        // SAFETY: ours, freed here only, before its context (see `Ida`).
+        // SAFETY: this value owns the vector, which is freed only here, before its context (see `Ida`).
         unsafe { N_VDestroy(self.raw()) };
     }
 }

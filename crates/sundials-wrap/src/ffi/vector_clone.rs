@@ -1,31 +1,30 @@
 //! Initialized clones of vectors.
 //!
-//! SUNDIALS does not initialize the entries of a clone. IDAS returns some of its clones before it
-//! has written to them: the error weights and the estimated errors before the first step, which
-//! safe code may request.
+//! SUNDIALS does not initialize the entries of a clone. IDAS returns some of its clones before writing to them: the
+//! error weights and the estimated errors before the first step, which safe code may request.
 
 use sundials_sys::{N_VClone_Serial, N_VConst, N_Vector};
 
 use super::vector::NVector;
 
-/// Makes all clones of `vector`, and their clones, start as vectors of zeros.
+/// Makes SUNDIALS initialize all clones of `vector`, and clones of these clones, to zeros.
 pub(super) fn zero_clones_of(vector: &mut NVector) {
-    // SAFETY: ours, valid, and borrowed uniquely.
+    // SAFETY: the vector is valid, owned and borrowed uniquely.
     let vector = unsafe { &mut *vector.raw() };
     // SAFETY: every serial vector owns a table of operations, which its clones inherit.
     let operations = unsafe { &mut *vector.ops };
     operations.nvclone = Some(zeroed_clone);
 }
 
-/// Returns a clone of `vector` filled with zeros, or null if out of memory.
+/// Returns a clone of `vector` filled with zeros, or null if memory runs out.
 ///
 /// # Safety
-/// As for N_VClone_Serial: `vector` is a valid serial vector.
+/// The condition of N_VClone_Serial applies: `vector` is a valid serial vector.
 unsafe extern "C" fn zeroed_clone(vector: N_Vector) -> N_Vector {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let clone = unsafe { N_VClone_Serial(vector) };
     if !clone.is_null() {
-        // SAFETY: a serial vector just made, which nothing else refers to.
+        // SAFETY: the clone is a new serial vector to which nothing else refers.
         unsafe { N_VConst(0.0, clone) };
     }
     clone

@@ -7,37 +7,37 @@ use sundials_sys::{N_VConst, N_VGetArrayPointer_Serial, N_VGetLength_Serial, N_V
 /// Returns the entries of a serial vector.
 ///
 /// # Safety
-/// `vector` is a valid serial vector of initialized entries, not written to during `'a`.
+/// `vector` is a valid serial vector with initialized entries, and nothing writes to them during `'a`.
 pub(crate) unsafe fn view<'a>(vector: N_Vector) -> &'a [f64] {
-    // SAFETY: the vector is serial, the caller's promise.
+    // SAFETY: the caller guarantees that the vector is serial.
     let length = unsafe { N_VGetLength_Serial(vector) } as usize;
     // SAFETY: as above.
     let data = unsafe { N_VGetArrayPointer_Serial(vector) };
-    // SAFETY: a serial vector of positive length owns that many doubles; initialized and unwritten
-    // for 'a by the caller's promise.
+    // SAFETY: a serial vector of positive length owns that many doubles. The caller guarantees that they are
+    // initialized and that nothing writes to them during 'a.
     unsafe { slice::from_raw_parts(data, length) }
 }
 
-/// Returns the mutable entries of a serial vector.
+/// Returns the entries of a serial vector as a mutable slice.
 ///
 /// # Safety
-/// As for [`view`], and nothing else reads or writes the entries during `'a`.
+/// The conditions of [`view`] apply, and nothing else reads or writes the entries during `'a`.
 pub(crate) unsafe fn view_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
-    // SAFETY: the vector is serial, the caller's promise.
+    // SAFETY: the caller guarantees that the vector is serial.
     let length = unsafe { N_VGetLength_Serial(vector) } as usize;
     // SAFETY: as above.
     let data = unsafe { N_VGetArrayPointer_Serial(vector) };
-    // SAFETY: as in `view`; exclusive for 'a by the caller's promise.
+    // SAFETY: as in `view`; the caller guarantees exclusive access during 'a.
     unsafe { slice::from_raw_parts_mut(data, length) }
 }
 
-/// Sets the entries of a serial vector, possibly uninitialized, to zero and returns them.
+/// Sets the entries of a serial vector to zero and returns them. The entries may be uninitialized.
 ///
 /// # Safety
-/// As for [`view_mut`], except that the entries need not be initialized.
+/// The conditions of [`view_mut`] apply, except that the entries may be uninitialized.
 pub(crate) unsafe fn zeroed_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
-    // SAFETY: the vector is valid, the caller's promise; this initializes its entries.
+    // SAFETY: the caller guarantees that the vector is valid; this call initializes its entries.
     unsafe { N_VConst(0.0, vector) };
-    // SAFETY: initialized just now; the rest is the caller's promise.
+    // SAFETY: the entries have just been initialized; the caller guarantees the other conditions.
     unsafe { view_mut(vector) }
 }

@@ -5,7 +5,7 @@ use std::os::raw::{c_char, c_int};
 
 use sundials_sys as sys;
 
-// Declared in sundials_version.h, which the bindings do not include; part of every SUNDIALS library.
+// Declared in sundials_version.h, which the bindings do not include. The function is part of every SUNDIALS library.
 unsafe extern "C" {
     fn SUNDIALSGetVersion(version: *mut c_char, length: c_int) -> c_int;
 }

@@ -25,7 +25,7 @@ use super::sensitivity::{SensitivityEquations, SensitivityOptions};
 use super::within::WithinStep;
 use super::zeros::ZeroSides;
 
-/// Collects a problem, [`IdaOptions`] and the user's functions; see [`IdaSolver::builder`](crate::IdaSolver::builder).
+/// Collects a problem, [`IdaOptions`] and user functions; see [`IdaSolver::builder`](crate::IdaSolver::builder).
 pub struct IdaBuilder<P> {
     problem: P,
     options: IdaOptions,
@@ -43,11 +43,11 @@ pub struct IdaBuilder<P> {
 /// Parameters, settings, and the initial values of S and Ṡ.
 type Wanted<P> = (Box<dyn Parameters<P> + Send>, SensitivityOptions, Vec<[Vec<f64>; 2]>);
 
-/// Quadratures to be integrated with the solution; empty by default.
+/// Quadratures that are integrated along with the solution; empty by default.
 #[derive(Default)]
 struct Quadrature {
     start: Vec<f64>,
-    /// Relative and absolute tolerance, if the quadratures are included in the error test.
+    /// Relative and absolute tolerances, if the quadratures are included in the error test.
     tolerances: Option<(f64, f64)>,
 }
 
@@ -88,22 +88,22 @@ impl<P: Problem> IdaBuilder<P> {
         }
     }
 
-    /// Sets all plain settings.
+    /// Sets all settings that are plain values.
     #[must_use]
     pub fn options(mut self, options: IdaOptions) -> Self {
         self.options = options;
         self
     }
 
-    /// Sets the tolerances alone.
+    /// Sets only the tolerances.
     #[must_use]
     pub fn tolerances(mut self, tolerances: Tolerances) -> Self {
         self.options.tolerances = tolerances;
         self
     }
 
-    /// Replaces the tolerances by a function that writes the error weights w for y: a local error e is accepted if the
-    /// root mean square of w_i e_i is at most 1. Weights must be positive.
+    /// Replaces the tolerances by a function that writes the error weights w for y. A local error e is accepted if the
+    /// root mean square of w_i e_i is at most 1. The weights must be positive.
     #[must_use]
     pub fn error_weights(
         mut self,
@@ -128,8 +128,8 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Integrates q̇ = r(t, y, ẏ) from `start` along with the solution. With `tolerances`
-    /// (relative, absolute) the quadratures are included in the error test.
+    /// Integrates q̇ = r(t, y, ẏ) from `start` along with the solution. If `tolerances` (relative, absolute) are given,
+    /// the quadratures are included in the error test.
     #[must_use]
     pub fn quadrature(
         mut self,
@@ -144,7 +144,7 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Solves the linear systems with `solver` instead of the sparse LU of the whole matrix.
+    /// Uses `solver` for the linear systems instead of the sparse LU of the whole matrix.
     #[must_use]
     pub fn linear_solver(mut self, solver: impl LinearSolver<P> + Send + 'static) -> Self {
         self.linear_solver = Some(Box::new(solver));
@@ -152,7 +152,7 @@ impl<P: Problem> IdaBuilder<P> {
     }
 
     /// Integrates the sensitivities ∂y/∂p_j to `parameters` along with the solution, from the given initial values S
-    /// and Ṡ. [`correct_initial_values`](IdaSolver::correct_initial_values) also corrects these.
+    /// and Ṡ. [`correct_initial_values`](IdaSolver::correct_initial_values) also corrects the initial sensitivities.
     #[must_use]
     pub fn sensitivities(
         mut self,
@@ -165,8 +165,8 @@ impl<P: Problem> IdaBuilder<P> {
     }
 
     /// Also integrates the sensitivities of the quadratures, which start at zero. `rates` writes ∂r/∂y S + ∂r/∂ẏ Ṡ +
-    /// ∂r/∂p_j; its arguments are j, (t, y, ẏ) and (S, Ṡ). They are included in the error test if both the quadratures
-    /// and the sensitivities are included.
+    /// ∂r/∂p_j; its arguments are j, (t, y, ẏ) and (S, Ṡ). The sensitivities of the quadratures are included in the
+    /// error test if the quadratures and the sensitivities are both included.
     #[must_use]
     pub fn quadrature_sensitivities(
         mut self,
@@ -197,8 +197,8 @@ impl<P: Problem> IdaBuilder<P> {
     /// `y0`, `y_dot0`: [`n_unknowns`](Problem::n_unknowns).
     ///
     /// # Errors
-    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`], [`Error::Empty`] or [`IntegratorError::InvalidOption`]
-    /// for invalid arguments; [`Error::Call`] if IDAS rejects one.
+    /// Returns [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`], [`Error::Empty`] or
+    /// [`IntegratorError::InvalidOption`] if an argument is invalid, and [`Error::Call`] if IDAS rejects an argument.
     pub fn build(mut self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<IdaSolver<P>, Error> {
         let n = self.problem.n_unknowns();
         let jacobian = Jacobian::of(&self.problem);
@@ -292,7 +292,7 @@ impl<P: Problem> IdaBuilder<P> {
     }
 }
 
-/// Returns the kinds of the variables at the start.
+/// Returns the kinds of the variables at the initial values.
 fn kinds<P: Problem>(
     problem: &mut P,
     t: f64,
@@ -305,8 +305,7 @@ fn kinds<P: Problem>(
     })
 }
 
-/// Checks that the parts of the problem have the stated sizes, and that there is something to
-/// integrate.
+/// Checks that the parts of the problem have the stated sizes, and that the problem is not empty.
 fn expect_shapes(n: usize, kinds: &[VariableKind], pattern: &SparsityPattern) -> Result<(), Error> {
     expect_length("kinds", n, kinds.len())?;
     expect_square(n, pattern)?;
@@ -342,7 +341,7 @@ impl<P: Problem> IdaSolver<P> {
             ida.set_nonlinear_coefficient(options.nonlinear_coefficient)?;
             ida.set_max_newton_iterations(options.max_newton_iterations as i32)?;
             ida.set_delta_cj(options.delta_cj)?;
-            // IDAS rejects a vector without constraints.
+            // IDAS rejects a vector that contains no constraints.
             if options.constraints.iter().any(|c| *c != Constraint::None) {
                 let codes: Vec<f64> = options.constraints.iter().map(|c| c.code()).collect();
                 ida.set_constraints(&codes)?;

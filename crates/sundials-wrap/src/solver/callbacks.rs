@@ -1,4 +1,4 @@
-//! The safe side of the interface to C: the problem, the user's functions, and a record of their failures.
+//! Safe side of the interface to C: the problem, the user functions, and a record of their failures.
 
 use super::registered::{RegisteredProblem, Repeating};
 use super::sensitivity::SensitivityEquations;
@@ -12,21 +12,21 @@ use super::newton::NewtonTest;
 use super::within::WithinStep;
 use super::zeros::ZeroSides;
 
-/// A root function g(t, y, ẏ) or the integrand of a quadrature; writes into the last argument.
+/// Root functions g(t, y, ẏ), or the integrands of quadratures; writes to the last argument.
 pub(super) type Function<P> =
     dyn FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send;
-/// ∂r/∂y S + ∂r/∂ẏ Ṡ + ∂r/∂p_j of a quadrature's integrand r; the arguments are j, (t, y, ẏ) and (S, Ṡ), and the result
-/// is written into the last argument.
+/// Function that writes ∂r/∂y S + ∂r/∂ẏ Ṡ + ∂r/∂p_j for the integrand r of a quadrature to the last argument. The other
+/// arguments are j, (t, y, ẏ) and (S, Ṡ).
 pub(super) type QuadratureSensitivities<P> = dyn FnMut(&mut P, usize, (f64, &[f64], &[f64]), [&[f64]; 2], &mut [f64]) -> Result<(), StepError>
     + Send;
-/// Function that writes the error weights for y into the last argument.
+/// Function that writes the error weights for y to the last argument.
 pub(super) type Weights<P> = dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send;
 
 /// Source of the error weights.
 pub(super) enum Weighing<P> {
     /// 1/(rtol |y| + atol)
     Tolerances(Tolerances),
-    /// A function of the user.
+    /// A user function.
     Function(Box<Weights<P>>),
 }
 
@@ -39,7 +39,7 @@ impl<P: Problem> Weighing<P> {
         }
     }
 
-    /// Writes the weights at `y`.
+    /// Writes the error weights at `y`.
     pub(super) fn write(
         &mut self,
         problem: &mut P,
@@ -69,14 +69,14 @@ impl<P: Problem> Weighing<P> {
     }
 }
 
-/// The problem and all other user functions that IDAS may call.
+/// The problem and all other user functions that may be called by IDAS.
 pub(super) struct UserFunctions<P> {
     pub(super) problem: P,
     pub(super) n_roots: usize,
     pub(super) roots: Option<Box<Function<P>>>,
     pub(super) zeros: ZeroSides,
     pub(super) weighing: Weighing<P>,
-    /// The weights of y that IDAS uses; with sensitivities, the weights at the last linearization.
+    /// Error weights of y that IDAS uses; with sensitivities, the weights at the last linearization.
     pub(super) weights: Vec<f64>,
     pub(super) quadrature: Option<Box<Function<P>>>,
     pub(super) linear: Linear<P>,
@@ -84,14 +84,15 @@ pub(super) struct UserFunctions<P> {
     /// Search for inputs within steps, if requested.
     pub(super) within: Option<WithinStep>,
     pub(super) sensitivities: Option<SensitivityEquations<P>>,
-    /// Writes the time derivatives of the sensitivities of the quadratures.
+    /// Function that writes the time derivatives of the sensitivities of the quadratures.
     pub(super) quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
     pub(super) backward: Vec<RegisteredProblem<P>>,
     pub(super) repeating: Repeating,
-    /// Set during a search for initial values: difference quotients change ẏ by the tolerance divided by this time.
+    /// Time scale during a search for initial values: difference quotients change ẏ by the tolerance divided by this
+    /// time.
     pub(super) search_time: Option<f64>,
     pub(super) repetitions: Repetitions,
-    /// Time of the last call that had a time argument, for messages of calls without one.
+    /// Time of the last call with a time argument, used in messages about calls without one.
     pub(super) t_called: f64,
     pub(super) failures: FailureLog,
 }
@@ -99,7 +100,8 @@ pub(super) struct UserFunctions<P> {
 /// Ratio of the displacements of difference quotients near a kink to the usual displacements.
 const FINE: f64 = 1e-4;
 
-/// Repetitions of a step with smaller sizes after failures, counted by matrix setups at earlier times.
+/// Number of times that a step was repeated with a smaller size after a failure. A repetition is detected if a matrix
+/// is set up at an earlier time than before.
 pub(super) struct Repetitions {
     count: usize,
     t: f64,
@@ -126,34 +128,34 @@ impl Repetitions {
         self.t = t;
     }
 
-    /// Returns whether a step fails so often that F may have a kink near it. Displacements by the tolerances may then
-    /// cross the kink.
+    /// Returns whether a step has failed so often that F may have a kink near it. Displacements as large as the
+    /// tolerances might then cross the kink.
     fn suggest_kink(&self) -> bool {
         self.count > 2
     }
 
-    /// Returns 1 and −1 in turn.
+    /// Returns 1 and −1 alternately.
     fn alternate(&self) -> f64 {
         if self.count.is_multiple_of(2) { 1.0 } else { -1.0 }
     }
 }
 
-/// Failures since the last call began, to be reported when it ends.
+/// Failures since the beginning of the last call, reported when the call ends.
 #[derive(Default)]
 pub(super) struct FailureLog {
-    /// A fatal error of a user's function.
+    /// Fatal error of a user function.
     pub(super) fatal: Option<Error>,
     /// Last recoverable error, for the message if IDAS gives up.
     pub(super) recoverable: Option<String>,
-    /// Function that returned it.
+    /// Function that returned the recoverable error.
     pub(super) function: Option<&'static str>,
-    /// IDAS' own last message.
+    /// Last message of IDAS.
     pub(super) message: Option<String>,
 }
 
 impl FailureLog {
-    /// Returns IDAS' code for the `result` of a function, and records a failure. Success requires
-    /// finite `values`.
+    /// Returns the answer to IDAS for the `result` of a function, and records a failure. A result is successful only if
+    /// all `values` are finite.
     pub(super) fn answer(
         &mut self,
         function: &'static str,
@@ -186,7 +188,7 @@ impl FailureLog {
         }
     }
 
-    /// Returns the actual reason of a failure. IDAS counts all of these failures as failures of Newton's method.
+    /// Returns the actual reason for a failure. IDAS reports all these failures as failures of Newton's method.
     pub(super) fn culprit(&self) -> Option<StopReason> {
         match self.function.filter(|_| self.recoverable.is_some())? {
             "Jacobian" => Some(StopReason::JacobianFailed),
@@ -196,15 +198,15 @@ impl FailureLog {
         }
     }
 
-    /// Returns the message of IDAS and of the function that failed.
+    /// Returns the message of IDAS and the message of the function that failed.
     pub(super) fn take_message(&mut self) -> String {
         let parts = [self.message.take(), self.recoverable.take()];
         parts.into_iter().flatten().collect::<Vec<_>>().join("; ")
     }
 }
 
-/// Returns the first of the `values` that is infinite or NaN. For nearly all calls a single pass
-/// with vector instructions shows that all values are finite.
+/// Returns the first of the `values` that is infinite or NaN. In nearly all calls, a single pass with vector
+/// instructions shows that all values are finite.
 fn first_not_finite(values: &[f64]) -> Option<(usize, f64)> {
     if is_finite(values) {
         return None;
@@ -214,8 +216,8 @@ fn first_not_finite(values: &[f64]) -> Option<(usize, f64)> {
 }
 
 impl<P: Problem> UserFunctions<P> {
-    /// Computes the weights of y at the state of the linearization, if there are sensitivities:
-    /// IDAS also calls the weight function for these, without identifying them.
+    /// Computes the weights of y at the state of the linearization if there are sensitivities. IDAS also calls the
+    /// weight function for the sensitivities, without indicating this.
     fn weigh_at(&mut self, t: f64, y: &[f64]) -> Answer {
         if self.sensitivities.is_none() {
             return Answer::Success;
@@ -250,7 +252,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         let fine: Vec<f64>;
         let weights = match self.repetitions.suggest_kink() {
             true => {
-                // Displacements follow or oppose the motion, and one direction does not cross the kink.
+                // Displacements are along or against the motion, and one of these directions does not cross the kink.
                 step *= self.repetitions.alternate();
                 fine = self.weights.iter().map(|w| w / FINE).collect();
                 &fine
@@ -279,7 +281,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         let Some(within) = self.within.as_mut().filter(|_| is_predicted) else {
             return convergence;
         };
-        // F need not have a value within the step.
+        // F may be undefined within the step.
         match within.acts(&mut self.problem, &mut self.linear, &self.weights) {
             Ok(true) => {
                 let message = format!("an input acts within the step to t = {}", self.t_called);

@@ -1,10 +1,10 @@
-//! IDAS' return codes: their names and the corresponding outcomes.
+//! Return codes of IDAS: their names and the corresponding outcomes.
 
 use sundials_sys as sys;
 
 use myovib_dae::StopReason;
 
-/// Returns IDAS' name of a return code.
+/// Returns the name of a return code in IDAS.
 pub(super) fn name(code: i32) -> &'static str {
     match code {
         sys::IDA_SUCCESS => "IDA_SUCCESS",
@@ -75,7 +75,7 @@ mod tests {
     use super::{name, stop_reason};
     use myovib_dae::StopReason::{self, *};
 
-    /// The codes listed in the user's guide of IDAS 6.4 with the corresponding outcomes.
+    /// Codes listed in the user guide of IDAS 6.4, with the corresponding outcomes.
     const CODES: [(i32, &str, Option<StopReason>); 26] = [
         (-1, "IDA_TOO_MUCH_WORK", Some(MaxSteps)),
         (-2, "IDA_TOO_MUCH_ACC", Some(ToleranceTooTight)),

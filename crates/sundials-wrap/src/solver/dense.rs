@@ -8,18 +8,18 @@ use myovib_dae::{IntegratorError, Problem};
 use super::IdaSolver;
 
 impl<P: Problem> IdaSolver<P> {
-    /// Writes a derivative of the solution at the time `t` within the last step to `out`. The steps do not depend on
-    /// these calls.
+    /// Writes the solution or one of its time derivatives at the time `t` within the last step to `out`. The steps do
+    /// not depend on these calls.
     ///
-    /// The interpolating polynomial of the last step is differentiated `derivative` times; 0
-    /// returns the solution. The highest derivative is the order of the last step.
+    /// The interpolating polynomial of the last step is differentiated `derivative` times; 0 returns the solution. The
+    /// highest derivative is the order of the last step.
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`IntegratorError::NoDenseOutput`] outside the last step or for a derivative of too high an order, [`IntegratorError::WrongLength`],
-    /// [`IntegratorError::InvalidOption`] for a non-finite time.
+    /// Returns [`IntegratorError::NoDenseOutput`] if `t` is outside the last step or if the order of the derivative is
+    /// too high, [`IntegratorError::WrongLength`], and [`IntegratorError::InvalidOption`] if `t` is not finite.
     pub fn dense_output(
         &mut self,
         t: f64,
@@ -40,14 +40,14 @@ impl<P: Problem> IdaSolver<P> {
         self.refused(written)
     }
 
-    /// Writes the error weights of the last step to `out`: the reciprocals of the allowed errors,
-    /// or zeros before the first step.
+    /// Writes the error weights of the last step to `out`. The weights are the reciprocals of the allowed errors;
+    /// before the first step, they are zero.
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`IntegratorError::WrongLength`].
+    /// Returns [`IntegratorError::WrongLength`] if `out` has the wrong length.
     pub fn error_weights(&mut self, out: &mut [f64]) -> Result<(), Error> {
         expect_length("error weights", self.n, out.len())?;
         let values = self.ida.error_weights();
@@ -62,7 +62,7 @@ impl<P: Problem> IdaSolver<P> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`IntegratorError::WrongLength`].
+    /// Returns [`IntegratorError::WrongLength`] if `out` has the wrong length.
     pub fn estimated_local_errors(&mut self, out: &mut [f64]) -> Result<(), Error> {
         expect_length("local errors", self.n, out.len())?;
         let values = self.ida.estimated_local_errors();
@@ -73,16 +73,16 @@ impl<P: Problem> IdaSolver<P> {
     /// Writes the quadratures at [`t`](IdaSolver::t) to `out`.
     ///
     /// # Errors
-    /// [`IntegratorError::NoQuadrature`], [`IntegratorError::WrongLength`].
+    /// Returns [`IntegratorError::NoQuadrature`] or [`IntegratorError::WrongLength`].
     pub fn quadrature(&mut self, out: &mut [f64]) -> Result<(), Error> {
         self.quadrature_dense_output(self.t, 0, out)
     }
 
-    /// Evaluates the quadratures like [`dense_output`](IdaSolver::dense_output). If the next step
-    /// has a lower order than the last step, only derivatives up to that order are available.
+    /// Evaluates the quadratures as [`dense_output`](IdaSolver::dense_output) evaluates the solution. If the order of
+    /// the next step is lower than the order of the last step, only derivatives up to the lower order are available.
     ///
     /// # Errors
-    /// [`IntegratorError::NoQuadrature`], and errors of [`dense_output`](IdaSolver::dense_output).
+    /// Returns [`IntegratorError::NoQuadrature`], and the errors of [`dense_output`](IdaSolver::dense_output).
     pub fn quadrature_dense_output(
         &mut self,
         t: f64,
@@ -94,8 +94,7 @@ impl<P: Problem> IdaSolver<P> {
         }
         expect_length("quadratures", self.n_quadratures(), out.len())?;
         expect_finite_value("t", t)?;
-        // IDAS stores derivatives up to the last order but rejects orders above the order of the
-        // next step.
+        // IDAS stores derivatives up to the order of the last step but rejects orders above the order of the next step.
         let order = self.ida.last_order().min(self.ida.current_order());
         let k = self.order_within_reach(t, derivative, order)?;
         let values = self.ida.quadrature(t, k);
@@ -103,8 +102,8 @@ impl<P: Problem> IdaSolver<P> {
         self.refused(written)
     }
 
-    /// Returns the order of the derivatives available at `t` if the last step provides derivatives up to `order`. IDAS
-    /// checks only one end of the step.
+    /// Returns `derivative` in the integer type of IDAS. Fails if `t` is outside the last step or if the order is above
+    /// `order`, the highest available order. IDAS itself checks only one end of the step.
     pub(super) fn order_within_reach(
         &self,
         t: f64,

@@ -13,20 +13,19 @@ use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, InitialUnknowns};
 use crate::options::differential;
 
-/// Fraction of the tolerance at which IDACalcIC ends; IDAS' default.
+/// Convergence threshold of IDACalcIC as a fraction of the tolerance; this is the default of IDAS.
 const COEFFICIENT: f64 = 0.0033;
 
 impl<P: Problem> IdaSolver<P> {
     /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton's method with a line search. Must be called
     /// before the first step. `t_first` is the first output time, which determines the time scale.
     ///
-    /// [`Problem::kinds`] determines which components are algebraic, independent of the components
-    /// excluded from the error test.
+    /// [`Problem::kinds`] determines which components are algebraic. Components excluded from the error test do not
+    /// affect this choice.
     ///
     /// # Errors
-    /// [`Error::InconsistentInitialValues`] if consistent values were not found,
-    /// [`Error::Callback`] for a fatal error of the problem, [`IntegratorError::AfterTheStart`] and
-    /// [`Error::Call`] for misuse.
+    /// Returns [`Error::InconsistentInitialValues`] if consistent values are not found, [`Error::Callback`] if the
+    /// problem returns a fatal error, and [`IntegratorError::AfterTheStart`] or [`Error::Call`] for misuse.
     pub fn correct_initial_values(
         &mut self,
         mode: ConsistencyMode,
@@ -50,10 +49,9 @@ impl<P: Problem> IdaSolver<P> {
         self.refused(result)?;
         self.functions_mut().failures = Default::default();
         let mut result = match mode {
-            // IDACalcIC ends when the correction of ẏ is small over its step, a thousandth of the
-            // time to the first output. It must be small over that whole time. The coefficient
-            // also applies to the correction of sensitivities: with sensitivities, IDAS' default is
-            // used, as in published runs.
+            // IDACalcIC ends when the correction of ẏ is small over its step, which is a thousandth of the time to the
+            // first output. It must be small over that whole time. The coefficient also applies to the correction of
+            // sensitivities. Therefore, with sensitivities, the default of IDAS is used, as in published runs.
             ConsistencyMode::AlgebraicAndDerivatives
                 if self.functions().sensitivities.is_none() =>
             {
@@ -84,7 +82,7 @@ impl<P: Problem> IdaSolver<P> {
         Err(self.inconsistent(failed, self.t0))
     }
 
-    /// Searches for initial values with this coefficient, and with this time as the scale for differences of ẏ.
+    /// Searches for initial values with the given coefficient. The given time is the scale for differences of ẏ.
     fn search(
         &mut self,
         (coefficient, differences): (f64, Option<f64>),
@@ -115,7 +113,7 @@ impl<P: Problem> IdaSolver<P> {
         Error::InconsistentInitialValues { t, code, name, message }
     }
 
-    /// Moves the initial values onto the problem's constraints.
+    /// Moves the initial values onto the constraints of the problem.
     fn project_onto_constraints(&mut self, t_first: f64) -> Result<(), Error> {
         let (t, [mut y, mut y_dot]) = (self.t0, self.start.clone());
         let (kinds, mut weights) = (self.kinds.clone(), vec![0.0; self.n]);

@@ -1,20 +1,20 @@
-//! Linear solvers of Newton's method.
+//! Linear solvers for Newton's method.
 
 use myovib_dae::{Jacobian, LinearSolver, Linearization, Problem, StepError};
 use myovib_sparse::pivoting::{Factors, Symbolic};
 use myovib_sparse::{DenseLu, SparseError, SparseOptions};
 
-/// The linear solver of a problem `P`.
+/// Linear solver for a problem `P`.
 pub(super) enum Linear<P> {
-    /// LU of the whole matrix.
+    /// LU factorization of the whole matrix.
     Whole(Box<WholeLu>),
-    /// The user's.
+    /// Linear solver provided by the user.
     Own(Box<dyn LinearSolver<P> + Send>),
 }
 
 impl<P: Problem> Linear<P> {
-    /// Evaluates the two matrices at a state, or only ∂F/∂y + c_j ∂F/∂ẏ if this sum is sufficient, and returns the
-    /// entries of the sum. Difference quotients are computed for the sum or for each matrix separately.
+    /// Evaluates the two matrices at a state, or only ∂F/∂y + c_j ∂F/∂ẏ if this sum is sufficient. Returns the entries
+    /// of the sum. Difference quotients are computed either for the sum or for each matrix separately.
     pub(super) fn evaluate(
         &mut self,
         problem: &mut P,
@@ -55,7 +55,7 @@ impl<P: Problem> Linear<P> {
         }
     }
 
-    /// Returns the smallest condition estimate since the start.
+    /// Returns the smallest estimate of the reciprocal condition number since the start.
     pub(super) fn smallest_rcond(&self) -> Option<f64> {
         match self {
             Self::Whole(lu) => lu.smallest_rcond,
@@ -63,7 +63,7 @@ impl<P: Problem> Linear<P> {
         }
     }
 
-    /// Restarts the search for the smallest condition estimate.
+    /// Resets the smallest estimate of the reciprocal condition number.
     pub(super) fn forget_rcond(&mut self) {
         if let Self::Whole(lu) = self {
             lu.smallest_rcond = None;
@@ -71,7 +71,8 @@ impl<P: Problem> Linear<P> {
     }
 }
 
-/// Newton matrix, from differences if the problem has no Jacobian, and its factors.
+/// Newton matrix and its factors. The matrix is computed from differences if the problem does not implement its
+/// Jacobian.
 pub(super) struct WholeLu {
     jacobian: Jacobian,
     values: Vec<f64>,
@@ -79,13 +80,13 @@ pub(super) struct WholeLu {
     smallest_rcond: Option<f64>,
 }
 
-/// Factors of a sparse or full matrix.
+/// Factors of a sparse or a full matrix.
 enum WholeFactors {
     Sparse(Factors<f64>),
     Dense(DenseLu),
 }
 
-/// Full matrices of at least this order are factorized in dense blocks; sparse LU factorizes smaller ones in less than
+/// Minimum order at which full matrices are factorized in dense blocks. Sparse LU factorizes smaller ones in less than
 /// a millisecond.
 const DENSE_FROM: usize = 64;
 
@@ -113,7 +114,7 @@ impl WholeLu {
         (evaluated, &self.values)
     }
 
-    /// Evaluates both matrices, and returns the entries of ∂F/∂y + c_j ∂F/∂ẏ.
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ, and returns the entries of ∂F/∂y + c_j ∂F/∂ẏ.
     fn evaluate_parts<P: Problem>(
         &mut self,
         problem: &mut P,

@@ -40,37 +40,37 @@ const PATIENCE: usize = 500;
 
 /// An integration of a [`Problem`] by the variable-order, variable-step BDF of IDAS.
 ///
-/// It is `Send` if the problem is `Send`; only one thread at a time may use it. A panic in the problem's functions
-/// passes through IDAS and is resumed here.
+/// The solver is `Send` if the problem is `Send`; only one thread at a time may use it. A panic in a function of the
+/// problem is caught, and resumed after IDAS has returned.
 ///
 /// # Examples
-/// See the [crate's front page](crate).
+/// See the [front page of the crate](crate).
 pub struct IdaSolver<P: Problem> {
     ida: Ida<UserFunctions<P>>,
     kinds: Vec<VariableKind>,
-    /// IDAS' vector for the error test, if components are excluded from it.
+    /// Vector passed to IDAS for the error test, if components are excluded from the test.
     suppressed: Option<Vec<f64>>,
     t0: f64,
     /// Initial values y0 and ẏ0, before the first step.
     start: [Vec<f64>; 2],
-    /// Result of the consistency check, which the first step reports.
+    /// Result of the consistency check, reported by the first step.
     consistent: Result<(), InconsistentStart>,
     /// Time of y and ẏ.
     t: f64,
     n: usize,
     min_step: f64,
-    /// Settings for the estimate of the first step, if IDAS does not choose it.
+    /// Settings for the estimate of the first step size, if IDAS does not choose it.
     first_step_of: Option<IdaOptions>,
     max_steps: Option<usize>,
-    /// Number of steps and time at the last check at which t had increased.
+    /// Number of steps and time at the last check for which t had increased.
     mark: (u64, f64),
     /// Last recoverable failure of a user function since the time in `mark`, including failures in earlier calls.
     refusal: Option<String>,
     /// Time at which a step must end; `None` after it is reached.
     stop_time: Option<f64>,
-    /// Whether IDAS still has a stop time from before the start, since IDAS cannot discard a stop time.
+    /// Whether IDAS still has a stop time from before the start. IDAS cannot discard a stop time.
     stop_time_lingers: bool,
-    /// Residual evaluations for difference quotients before the last start.
+    /// Number of residual evaluations for difference quotients before the last start.
     differences_before: u64,
     /// Settings of the linear solvers of backward problems.
     sparse: SparseOptions,
@@ -79,29 +79,28 @@ pub struct IdaSolver<P: Problem> {
 }
 
 impl<P: Problem> IdaSolver<P> {
-    /// Starts building a solver for `problem`.
+    /// Creates a builder of a solver for `problem`.
     pub fn builder(problem: P) -> IdaBuilder<P> {
         IdaBuilder::new(problem)
     }
 
-    /// Takes one step, whose size IDAS chooses, toward `t_out`.
+    /// Takes one step toward `t_out`; IDAS determines the step size.
     ///
-    /// `t_out` determines the direction and, at the first step, the time scale for the estimate of the initial step
-    /// size. The step may end beyond `t_out`. Does not allocate memory, except when a root is found or the integration
-    /// stops.
+    /// `t_out` determines the direction of integration. At the first step, it also provides the time scale for the
+    /// estimate of the step size. The step may end beyond `t_out`. This method does not allocate memory, except when a
+    /// root is found or the integration stops.
     ///
     /// # Errors
-    /// [`IntegratorError::TimeBehind`] and other misuse; [`Error::Callback`] for a fatal error of the
-    /// problem.
+    /// Returns [`IntegratorError::TimeBehind`] or another error for misuse, and [`Error::Callback`] if the problem
+    /// returns a fatal error.
     pub fn step(&mut self, t_out: f64) -> Result<Outcome, Error> {
         self.advance(t_out, Task::OneStep)
     }
 
-    /// Integrates to `t_out`, where y and ẏ are interpolated, unless a root or the stop time comes
-    /// first.
+    /// Integrates to `t_out`, unless a root or the stop time comes first. At `t_out`, y and ẏ are interpolated.
     ///
     /// # Errors
-    /// As for [`step`](IdaSolver::step).
+    /// Returns the same errors as [`step`](IdaSolver::step).
     pub fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, Error> {
         self.advance(t_out, Task::Normal)
     }
@@ -109,13 +108,13 @@ impl<P: Problem> IdaSolver<P> {
     fn advance(&mut self, t_out: f64, task: Task) -> Result<Outcome, Error> {
         expect_finite_value("t_out", t_out)?;
         self.expect_not_left()?;
-        // Before the first step t_out determines the direction; afterwards the last step determines it.
+        // Before the first step, t_out determines the direction; afterward, the last step determines it.
         let direction = self.ida.last_step();
         if (t_out - self.t) * direction < 0.0 {
             return Err(IntegratorError::TimeBehind { t_out, t: self.t }.into());
         }
         if t_out == self.t && self.ida.counter(Counter::Steps) == 0 {
-            // IDAS takes the direction and the scale of the first step from t_out.
+            // IDAS determines the direction and the scale of the first step from t_out.
             let is_allowed = matches!(task, Task::Normal);
             expect("t_out", t_out, is_allowed, "a time other than t at the first step")?;
             return Ok(Outcome::Reached { t: t_out });
@@ -154,8 +153,8 @@ impl<P: Problem> IdaSolver<P> {
         };
         self.resume_panic();
         match code {
-            // If both times are equal, IDAS reports the output time, and would report the stop time
-            // at the next call.
+            // If the two times are equal, IDAS reports the output time, and would report the stop time in the next
+            // call.
             sys::IDA_SUCCESS if task == Task::Normal && self.stop_time == Some(self.t) => {
                 (self.stop_time, self.stop_time_lingers) = (None, true);
                 Ok(Outcome::StopTime { t: self.t })
@@ -193,13 +192,13 @@ impl<P: Problem> IdaSolver<P> {
         let ([y, y_dot], span) = (&self.start, t_out - self.t);
         let excluded: Vec<bool> = tested.iter().map(|tested| *tested == 0.0).collect();
         let step = options.first_step_of_index_2(y, y_dot, &excluded, span);
-        // IDAS estimates a step of 0.
+        // With a step of 0, IDAS estimates the step size.
         let result = self.ida.set_initial_step(step.unwrap_or(0.0));
         self.refused(result)
     }
 
-    /// Sets the start of the next step for the search within it. With several steps in one call, only the first start
-    /// is known, and steps are not searched.
+    /// Sets the start of the next step, which is needed for the search within the step. If a call takes several steps,
+    /// only the start of the first step is known, so the steps are not searched.
     fn set_start_within(&mut self, task: Task) -> Result<(), Error> {
         let Some(mut within) = self.functions_mut().within.take() else {
             return Ok(());
@@ -228,7 +227,7 @@ impl<P: Problem> IdaSolver<P> {
         self.refused(found)
     }
 
-    /// Returns whether t does not advance, apart from rounding. IDAS would continue forever.
+    /// Returns whether t does not advance, apart from rounding. IDAS would continue indefinitely.
     fn stands_still(&mut self) -> bool {
         let (steps, t) = (self.ida.counter(Counter::Steps), self.ida.internal_time());
         let (marked_steps, marked_t) = self.mark;
@@ -254,7 +253,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(self.stopped(StopReason::StepTooSmall, message, worst))
     }
 
-    /// Returns the outcome of a call that cannot continue, with a suggested remedy.
+    /// Returns the outcome of a call that cannot continue, with suggested remedies.
     fn stopped(&self, reason: StopReason, message: String, worst: Vec<WorstComponent>) -> Outcome {
         let stop = Stop::new(reason, message, self.t, self.statistics(), worst);
         Outcome::Stopped(Box::new(stop.advised(self.problem(), &self.kinds, 1)))
@@ -265,7 +264,8 @@ impl<P: Problem> IdaSolver<P> {
         let [mut y, mut y_dot] = self.start.clone();
         let t = self.t;
         if self.ida.counter(Counter::Steps) > 0 {
-            // The current time is in the last step. If IDAS has also discarded this step, only the start is available.
+            // The current time is in the last step. If IDAS has also discarded this step, only the initial values are
+            // available.
             let restored = self.dense_output(t, 0, &mut y);
             if restored.and(self.dense_output(t, 1, &mut y_dot)).is_err() {
                 [y, y_dot] = self.start.clone();
@@ -281,11 +281,11 @@ impl<P: Problem> IdaSolver<P> {
             return Err(fatal);
         }
         if code == sys::IDA_ERR_FAIL {
-            // The error test is applied to a state at which all functions could be evaluated, so the problem has
+            // The error test is applied at a state where all functions could be evaluated, so the problem has
             // recovered.
             failures.recoverable = None;
         }
-        // IDAS reports a weight function that fails as an illegal input.
+        // IDAS reports a failed weight function as an illegal input.
         let weights_failed = code == sys::IDA_ILL_INPUT && failures.recoverable.is_some();
         let culprit = failures.culprit();
         let message = failures.take_message();
@@ -296,7 +296,7 @@ impl<P: Problem> IdaSolver<P> {
         };
         let statistics = self.statistics();
         let step = statistics.current_step.abs();
-        // Up to rounding, IDAS treats such a step as equal to the smallest step.
+        // IDAS treats a step as equal to the smallest step if they differ only by rounding.
         let at_limit = self.t + step == self.t || step <= self.min_step * (1.0 + 1e-6);
         let reason = match reason {
             StopReason::ErrorTestFailures | StopReason::ConvergenceFailures if at_limit => {
@@ -312,7 +312,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(self.stopped(reason, message, worst))
     }
 
-    /// Returns the components with the largest errors among the components in the error test.
+    /// Returns the components with the largest errors among the components included in the error test.
     fn worst_components(&mut self, test_failed: bool) -> Result<Vec<WorstComponent>, Error> {
         let mut errors = vec![0.0; self.n];
         self.estimated_local_errors(&mut errors)?;
@@ -327,14 +327,14 @@ impl<P: Problem> IdaSolver<P> {
         Ok(WorstComponent::largest(self.problem(), weighted))
     }
 
-    /// Restarts at (t0, y0, ẏ0), keeping problem and settings; counters restart at zero.
-    /// Quadratures restart from `q0` (empty without quadratures). Sensitivities restart from the
-    /// initial S and Ṡ if t0 is the time of the first start; otherwise they must be given, see
-    /// [`reinit_with_sensitivities`](IdaSolver::reinit_with_sensitivities).
+    /// Restarts at (t0, y0, ẏ0) with the same problem and settings; counters restart at zero. Quadratures restart from
+    /// `q0` (empty without quadratures). Sensitivities restart from the initial S and Ṡ if t0 is the time of the first
+    /// start; otherwise they must be given, see [`reinit_with_sensitivities`](IdaSolver::reinit_with_sensitivities).
     ///
     /// # Errors
-    /// [`Error::SensitivitiesDue`]; [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`] or
-    /// [`IntegratorError::InvalidOption`] for invalid values, [`Error::Call`] if IDAS rejects the call.
+    /// Returns [`Error::SensitivitiesDue`] if sensitivities must be given; [`IntegratorError::WrongLength`],
+    /// [`IntegratorError::NotFinite`] or [`IntegratorError::InvalidOption`] if values are invalid; and [`Error::Call`]
+    /// if IDAS rejects the call.
     pub fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64], q0: &[f64]) -> Result<(), Error> {
         expect_state(self.n, t0, y0, y_dot0)?;
         expect_vector("initial values of the quadratures", self.n_quadratures(), q0)?;
@@ -377,7 +377,7 @@ impl<P: Problem> IdaSolver<P> {
         let (problem, weighing) = (&mut functions.problem, &mut functions.weighing);
         self.consistent = match weighing.write(problem, &y, &mut weights) {
             Ok(()) => check_start(problem, (t, &y, &y_dot), &weights),
-            // The first step reports the error.
+            // The error is reported in the first step.
             Err(_) => Ok(()),
         };
         (self.t0, self.start) = (t, [y, y_dot]);
@@ -386,7 +386,8 @@ impl<P: Problem> IdaSolver<P> {
     /// Sets a stop time: no step passes it, and it is removed when it is reached.
     ///
     /// # Errors
-    /// [`IntegratorError::InvalidOption`], or [`Error::Call`] for a time before the time reached.
+    /// Returns [`IntegratorError::InvalidOption`] if `t` is not finite, and [`Error::Call`] if `t` is before the time
+    /// reached.
     pub fn set_stop_time(&mut self, t: f64) -> Result<(), Error> {
         expect_finite_value("stop_time", t)?;
         if self.forward_run.is_some() {
@@ -423,7 +424,7 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Converts a rejected call into an error with IDAS' message.
+    /// Converts a rejected call to an error with the message of IDAS.
     fn refused<T>(&mut self, result: Result<T, CallFailed>) -> Result<T, Error> {
         result.map_err(|failed| call_error(failed, self.functions_mut().failures.take_message()))
     }
@@ -434,7 +435,8 @@ fn call_error(failed: CallFailed, message: String) -> Error {
     Error::Call { call, code, name: codes::name(code), message }
 }
 
-/// Returns whether `steps` steps that advanced t by `advance` were on average shorter than the spacing of numbers at t.
+/// Returns whether the steps were on average shorter than the spacing of floating-point numbers at t, if `steps` steps
+/// advanced t by `advance`.
 fn is_unresolved(advance: f64, t: f64, steps: u64) -> bool {
     advance.abs() <= steps as f64 * f64::EPSILON * t.abs()
 }
@@ -443,14 +445,14 @@ fn is_unresolved(advance: f64, t: f64, steps: u64) -> bool {
 mod tests {
     use super::is_unresolved;
 
-    /// Regression: 500 steps of 1.8e-17 at t = 0.315, which rounding made 2.8e-17 long, counted as progress, and the run
-    /// did not end.
+    /// Regression test: 500 steps of 1.8e-17 at t = 0.315, each rounded to 2.8e-17, were counted as progress, and the
+    /// run did not end.
     #[test]
     fn steps_below_the_resolution_of_time_are_no_progress() {
         let t: f64 = 0.31486269610622913;
         assert!(is_unresolved(500.0 * 2.8e-17, t, 500));
         assert!(is_unresolved(0.0, 0.0, 500));
-        // A step of four spacings of t, and steps near t = 0.
+        // A step of four spacings of floating-point numbers at t, and steps near t = 0.
         assert!(!is_unresolved(500.0 * 4.0 * (t.next_up() - t), t, 500));
         assert!(!is_unresolved(1e-300, 1e-300, 500));
     }

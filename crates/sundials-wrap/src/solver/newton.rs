@@ -2,17 +2,17 @@
 
 use crate::ffi::callbacks::{Convergence, NewtonIterate};
 
-/// Factor from the first correction to the assumed error. IDAS begins with this factor after a change of the step.
+/// Assumed ratio of the error to the first correction. IDAS starts with this ratio after a change of the step size.
 const UNMEASURED: f64 = 100.0;
 
-/// Largest rate of convergence, as in IDAS.
+/// Maximum rate of convergence, as in IDAS.
 const LARGEST_RATE: f64 = 0.9;
 
-/// Convergence test of IDAS, except that it uses only rates measured in the same step.
+/// Convergence test of IDAS, except that it uses only convergence rates measured in the same step.
 ///
-/// The error is estimated from the last correction δ and the rate r of convergence as |δ| r/(1 − r). IDAS uses the r of
-/// an earlier step after the first iteration. If F changes its slope between the steps, this r may be far too small: it
-/// is 0 where F is linear.
+/// The error is estimated as |δ| r/(1 − r) from the last correction δ and the convergence rate r. After the first
+/// iteration, IDAS uses the r of an earlier step. If the slope of F changes between the steps, this r may be far too
+/// small: r is 0 if F is linear.
 #[derive(Debug, Default)]
 pub(super) struct NewtonTest {
     /// Weighted norm of the first correction.
@@ -20,7 +20,7 @@ pub(super) struct NewtonTest {
 }
 
 impl NewtonTest {
-    /// Tests the `iterate`. The first is accepted only if the correction is far below the tolerance.
+    /// Tests the `iterate`. The first iterate is accepted only if its correction is far below the tolerance.
     pub(super) fn judge(&mut self, iterate: &NewtonIterate) -> Convergence {
         let &NewtonIterate { number, correction, tolerance } = iterate;
         let factor = if number == 0 {
@@ -49,10 +49,10 @@ mod tests {
         let mut test = NewtonTest::default();
         let mut judge =
             |number, correction| test.judge(&NewtonIterate { number, correction, tolerance: 0.33 });
-        // A linear equation, solved exactly by the first iteration
+        // A linear equation that is solved exactly by the first iteration.
         assert_eq!(judge(0, 50.0), Convergence::Continue);
         assert_eq!(judge(1, 0.0), Convergence::Converged);
-        // An equation with another slope: the error after a rate of 1/2 is the last correction.
+        // An equation with another slope. If the rate is 1/2, the error is equal to the last correction.
         assert_eq!(judge(0, 1.0), Convergence::Continue);
         assert_eq!(judge(1, 0.5), Convergence::Continue);
         assert_eq!(judge(2, 0.25), Convergence::Converged);

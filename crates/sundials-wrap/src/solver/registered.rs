@@ -1,4 +1,4 @@
-//! Backward problems, with the data for the functions that IDAS calls.
+//! Backward problems, with the data for the functions called by IDAS.
 
 use super::linear::WholeLu;
 use crate::adjoint::{BackwardProblem, ForwardState};
@@ -13,20 +13,20 @@ pub(super) struct RegisteredProblem<P> {
     pub(super) state: ForwardState,
 }
 
-/// Counts the steps that IDAS repeats from a checkpoint. The buffer in C has a fixed number of entries and is not
-/// checked there. Each step begins with the error weights of y and then of the sensitivities.
+/// Counts the steps that IDAS repeats from a checkpoint. The C buffer has a fixed number of entries, and IDAS does not
+/// check for overflow. Each step begins with the error weights of y, followed by the error weights of the
+/// sensitivities.
 #[derive(Default)]
 pub(super) struct Repeating {
-    /// Maximum number of error weights, which equals the number of steps between two checkpoints; `None` during the
+    /// Maximum number of error weights, which equals the number of steps between two checkpoints. `None` during the
     /// forward run.
     pub(super) most: Option<usize>,
-    /// Number of times that IDAS requested error weights since the last evaluation of a backward problem.
+    /// Number of requests for error weights since the last evaluation of a backward problem.
     pub(super) weights: usize,
 }
 
 impl Repeating {
-    /// Counts the error weights that IDAS requests; returns `false` if they belong to a step beyond
-    /// the buffer.
+    /// Counts a request of IDAS for error weights. Returns `false` if the request belongs to a step beyond the buffer.
     pub(super) fn has_room(&mut self) -> bool {
         self.weights += 1;
         self.most.is_none_or(|most| self.weights <= most)

@@ -8,14 +8,14 @@ use crate::ffi::ida::Counter;
 use myovib_dae::checks::{expect_finite_value, expect_length, expect_positive, expect_vector};
 use myovib_dae::{IntegratorError, Jacobian, Linearization, Parameters, Problem, StepError};
 
-/// Method by which the sensitivities are integrated along with the solution.
+/// Method for integrating the sensitivities along with the solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum SensitivityMethod {
-    /// After the solution of each step has passed the error test (IDA_STAGGERED).
+    /// The sensitivities are integrated after the solution of each step has passed the error test (IDA_STAGGERED).
     #[default]
     Staggered,
-    /// Together with the solution, in one nonlinear system (IDA_SIMULTANEOUS).
+    /// The sensitivities and the solution are integrated together, in one nonlinear system (IDA_SIMULTANEOUS).
     Simultaneous,
 }
 
@@ -24,7 +24,7 @@ pub enum SensitivityMethod {
 pub struct SensitivityOptions {
     /// Method of integration.
     pub method: SensitivityMethod,
-    /// Whether the sensitivities are included in the error test, scaled to p̄ S and with the tolerances of y.
+    /// Whether the sensitivities are included in the error test. They are scaled to p̄ S and have the tolerances of y.
     pub in_error_test: bool,
 }
 
@@ -40,22 +40,22 @@ impl Default for SensitivityOptions {
 pub struct SensitivityStatistics {
     /// Evaluations of the residuals of all sensitivity equations.
     pub residual_evaluations: u64,
-    /// Steps rejected by the error test of sensitivities (staggered method).
+    /// Steps rejected by the error test of the sensitivities (staggered method).
     pub error_test_failures: u64,
-    /// Newton iterations for sensitivities (staggered method).
+    /// Newton iterations for the sensitivities (staggered method).
     pub newton_iterations: u64,
-    /// Setups of the linear solver for sensitivities (staggered method).
+    /// Setups of the linear solver for the sensitivities (staggered method).
     pub linear_setups: u64,
 }
 
-/// The parameters with the data for their equations.
+/// Parameters, with the data for the sensitivity equations.
 pub(super) struct SensitivityEquations<P> {
     pub(super) parameters: Box<dyn Parameters<P> + Send>,
     pub(super) options: SensitivityOptions,
     pub(super) starts: Vec<[Vec<f64>; 2]>,
-    /// Time of `starts`.
+    /// Time of the initial values in `starts`.
     pub(super) t_start: f64,
-    /// Step of the last matrix setup, which precedes the sensitivities of a step.
+    /// Step size at the last matrix setup, which precedes the sensitivities of the step.
     pub(super) step: f64,
     jacobian: Jacobian,
     /// ∂F/∂y and ∂F/∂ẏ.
@@ -139,12 +139,12 @@ fn add_product(pattern: &SparsityPattern, values: &[f64], x: &[f64], out: &mut [
 impl<P: Problem> IdaSolver<P> {
     /// Restarts as [`reinit`](IdaSolver::reinit) does, with the initial values S and Ṡ in `starts`.
     ///
-    /// If the restart does not change y and occurs at a time that does not depend on the parameters, S is the current
+    /// If the restart does not change y and its time does not depend on the parameters, S is the current
     /// [`sensitivity`](IdaSolver::sensitivity).
     ///
     /// # Errors
-    /// As for [`reinit`](IdaSolver::reinit), and [`IntegratorError::WrongLength`] or [`IntegratorError::NotFinite`] for
-    /// `starts`.
+    /// Returns the errors of [`reinit`](IdaSolver::reinit). Returns [`IntegratorError::WrongLength`] or
+    /// [`IntegratorError::NotFinite`] if `starts` is invalid.
     pub fn reinit_with_sensitivities(
         &mut self,
         t0: f64,
@@ -191,7 +191,7 @@ impl<P: Problem> IdaSolver<P> {
     /// `out`: the number of quadratures.
     ///
     /// # Errors
-    /// [`Error::NoParameter`], [`IntegratorError::NoQuadrature`], [`IntegratorError::NoDenseOutput`].
+    /// Returns [`Error::NoParameter`], [`IntegratorError::NoQuadrature`] or [`IntegratorError::NoDenseOutput`].
     pub fn quadrature_sensitivity(&mut self, j: usize, out: &mut [f64]) -> Result<(), Error> {
         let of = self.n_parameters();
         if j >= of {
@@ -215,19 +215,19 @@ impl<P: Problem> IdaSolver<P> {
     /// Writes ∂y/∂p_j at [`t`](IdaSolver::t) to `out`.
     ///
     /// # Errors
-    /// As for [`sensitivity_dense_output`](IdaSolver::sensitivity_dense_output).
+    /// Returns the same errors as [`sensitivity_dense_output`](IdaSolver::sensitivity_dense_output).
     pub fn sensitivity(&mut self, j: usize, out: &mut [f64]) -> Result<(), Error> {
         self.sensitivity_dense_output(j, self.t, 0, out)
     }
 
-    /// Interpolates ∂y/∂p_j like [`dense_output`](IdaSolver::dense_output). If the next step has
-    /// a lower order than the last, derivatives are available only up to this order.
+    /// Evaluates ∂y/∂p_j as [`dense_output`](IdaSolver::dense_output) evaluates the solution. If the order of the next
+    /// step is lower than the order of the last step, only derivatives up to the lower order are available.
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`Error::NoParameter`], and as for [`dense_output`](IdaSolver::dense_output).
+    /// Returns [`Error::NoParameter`], and the errors of [`dense_output`](IdaSolver::dense_output).
     pub fn sensitivity_dense_output(
         &mut self,
         j: usize,
@@ -254,12 +254,12 @@ impl<P: Problem> IdaSolver<P> {
         self.refused(written)
     }
 
-    /// Returns the counters of the sensitivities; zeros without sensitivities.
+    /// Returns the counters of the sensitivities; all are zero without sensitivities.
     pub fn sensitivity_statistics(&self) -> SensitivityStatistics {
         let Some(of) = &self.functions().sensitivities else {
             return SensitivityStatistics::default();
         };
-        // IDAS returns the counters of a separate sensitivity solve only for the staggered method.
+        // IDAS provides separate counters for the sensitivity solves only with the staggered method.
         let staggered = |counter| match of.options.method {
             SensitivityMethod::Staggered => self.ida.counter(counter),
             SensitivityMethod::Simultaneous => 0,

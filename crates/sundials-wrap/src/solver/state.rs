@@ -26,8 +26,8 @@ impl<P: Problem> IdaSolver<P> {
         &self.functions().problem
     }
 
-    /// Returns the problem, to change its parameters. Size and pattern must not change. After a
-    /// change that makes y or ẏ jump, call [`reinit`](IdaSolver::reinit).
+    /// Returns the problem, for example to change its parameters. Its size and pattern must not change. After a change
+    /// that causes a jump of y or ẏ, call [`reinit`](IdaSolver::reinit).
     pub fn problem_mut(&mut self) -> &mut P {
         &mut self.functions_mut().problem
     }
@@ -42,14 +42,14 @@ impl<P: Problem> IdaSolver<P> {
         self.ida.c_j()
     }
 
-    /// Returns all counters. While backward problems are integrated, they are the counters of the
-    /// completed forward run.
+    /// Returns all counters. During the integration of backward problems, returns the counters of the completed forward
+    /// run.
     pub fn statistics(&self) -> Statistics {
         if let Some(left) = self.forward_run.as_ref().and_then(|forward_run| forward_run.left) {
             return left;
         }
         let ida = &self.ida;
-        // Without quadratures, IDAS treats these queries as errors.
+        // IDAS treats these queries as errors if there are no quadratures.
         let of_quadratures = |counter| match self.n_quadratures() {
             0 => 0,
             _ => ida.counter(counter),
@@ -87,8 +87,8 @@ impl<P: Problem> IdaSolver<P> {
         self.ida.current_step()
     }
 
-    /// Returns the interval of the last accepted step, which dense output covers. Both ends are the
-    /// initial time before the first step.
+    /// Returns the interval of the last accepted step, for which dense output is available. Before the first step, both
+    /// ends are the initial time.
     pub fn last_step_interval(&self) -> [f64; 2] {
         let to = self.ida.internal_time();
         [to - self.ida.last_step(), to]

@@ -7,19 +7,19 @@ use super::linear::Linear;
 /// Number of points within a step at which F is evaluated.
 const POINTS: usize = 10;
 
-/// Mean residual within a step, in units of the tolerances, that indicates an unseen input. In a smooth step it is
-/// below 1.
+/// Threshold for the mean residual within a step, in units of the tolerances. A larger residual indicates an undetected
+/// input; in a smooth step, the residual is below 1.
 const UNSEEN: f64 = 10.0;
 
 /// Search for inputs that act between the ends of a step.
 ///
 /// IDAS evaluates F only at the ends of steps. If the prediction satisfies F there, an input that acts within the step
-/// is not seen, and steps that find the equations at rest double without limit.
+/// is not detected. As long as the equations are at rest at the ends of steps, the step size doubles without limit.
 #[derive(Debug, Default)]
 pub(super) struct WithinStep {
     /// Start of the current step; empty vectors if it is unknown.
     start: End,
-    /// Prediction at its end.
+    /// Prediction at the end of the current step.
     end: End,
     between: End,
     residual: Vec<f64>,
@@ -46,7 +46,7 @@ impl End {
 }
 
 impl WithinStep {
-    /// Forgets the start of the step; its end is then accepted.
+    /// Forgets the start of the step; the end of the step is then accepted.
     pub(super) fn forget_start(&mut self) {
         self.start.y.clear();
     }
@@ -56,7 +56,7 @@ impl WithinStep {
         self.start.set(t, y, y_dot);
     }
 
-    /// Sets the start of the next step; `write(k, out)` writes the k-th derivative of y there.
+    /// Sets the start of the next step. `write(k, out)` writes the k-th derivative of y at the start.
     pub(super) fn write_start<E>(
         &mut self,
         t: f64,
@@ -74,11 +74,11 @@ impl WithinStep {
 
     /// Returns whether an input acts between the start and the end of the step.
     ///
-    /// A cubic polynomial through both ends approximates the solution. Its residuals, divided by the Newton matrix, are
-    /// errors of y.
+    /// The solution is approximated by a cubic polynomial from the values and slopes at both ends. The Newton matrix
+    /// converts the residuals of this polynomial to errors of y.
     ///
     /// # Errors
-    /// Errors of the residual, or of the linear solver.
+    /// Returns errors of the residual or of the linear solver.
     pub(super) fn acts<P: Problem>(
         &mut self,
         problem: &mut P,

@@ -1,31 +1,32 @@
-//! Signs for exact zeros of root functions.
+//! Signs for root functions that are exactly zero.
 
-/// Number of stored evaluations, larger than the number of evaluations in a search for a root.
+/// Number of stored evaluations. It is larger than the number of evaluations in a search for a root.
 const KEPT: usize = 512;
 
 /// Replaces zeros of root functions by values with a sign.
 ///
-/// IDAS stops permanently if a function stays at zero after a root. Here a zero has the sign opposite to the last
-/// nonzero value. Therefore a function has a crossing when it reaches zero, but not while it stays at zero or when it
-/// leaves zero. A function with a zero at the start has the sign of its first nonzero value.
+/// IDAS stops permanently if a function remains zero after a root. Here, a zero is replaced by a value with the
+/// opposite sign of the last nonzero value. Therefore, a crossing is reported when a function reaches zero, but not
+/// while it remains zero or when it leaves zero. If a function is zero at the start, the zero has the sign of the first
+/// nonzero value.
 #[derive(Debug, Default)]
 pub(super) struct ZeroSides {
-    /// Sign of the direction of integration.
+    /// Sign that represents the direction of integration.
     pub(super) direction: f64,
-    /// The evaluations so far, ordered by time.
+    /// Evaluations so far, in the order of time.
     known: Vec<Evaluation>,
 }
 
 #[derive(Debug)]
 struct Evaluation {
     t: f64,
-    /// Returned values, in which zeros have been replaced.
+    /// Returned values, with zeros replaced.
     values: Vec<f64>,
     are_zero: Vec<bool>,
 }
 
 impl ZeroSides {
-    /// Discards all evaluations, at a new start.
+    /// Discards all evaluations. Called at a new start.
     pub(super) fn clear(&mut self) {
         self.known.clear();
     }
@@ -43,7 +44,7 @@ impl ZeroSides {
                 *value = side * before.values[i];
             }
         }
-        // IDAS evaluates the functions just after a zero at the start, and later between these times.
+        // If a function is zero at the start, IDAS evaluates it just after the start, and later at times in between.
         for known in &mut self.known {
             for (before, value) in known.values.iter_mut().zip(&*values) {
                 if *before == 0.0 {
@@ -57,7 +58,7 @@ impl ZeroSides {
         self.known.push(Evaluation { t, values: values.to_vec(), are_zero });
     }
 
-    /// Removes crossings at `t` if the function only leaves zero there.
+    /// Removes crossings at `t` where the function only leaves zero.
     pub(super) fn keep_arrivals(&self, t: f64, crossings: &mut [i32]) {
         let is_before = |known: &&Evaluation| (known.t - t) * self.direction < 0.0;
         if let Some(before) = self.known.iter().rev().find(is_before) {

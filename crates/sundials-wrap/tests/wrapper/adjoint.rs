@@ -1,4 +1,4 @@
-//! Backward problems compared with SUNDIALS' examples and with a closed form.
+//! Backward problems, compared with SUNDIALS' examples and with a closed form.
 
 use crate::published_sensitivity::{Kinetics, rates};
 use myovib_conformance::samples::{Akzo, Sample};
@@ -12,15 +12,14 @@ pub(crate) fn every(every: usize, interpolation: Interpolation) -> Checkpoints {
     Checkpoints { every, interpolation }
 }
 
-/// Returns whether a number equals a printed number to the five digits of an example. Rounding in
-/// Newton's method changes the sixth digit of the examples with dense matrices, whose tolerances
-/// are 1e-6.
+/// Returns whether a number agrees with a printed number to the five digits of an example. Rounding in Newton's method
+/// changes the sixth digit of the examples with dense matrices, whose tolerances are 1e-6.
 fn printed(ours: f64, printed: f64) -> bool {
     (ours / printed - 1.0).abs() < 1e-4
 }
 
-/// G = ∫ y1 dt of the Akzo Nobel problem, and its gradient with respect to the initial values, as printed by SUNDIALS'
-/// example idasAkzoNob_ASAi_dns, for both interpolations. Here F is −(ẏ − f), so λᵀ ∂F/∂ẏ is −λ.
+/// G = ∫ y1 dt of the Akzo Nobel problem and its gradient with respect to the initial values are compared with the
+/// output of SUNDIALS' example idasAkzoNob_ASAi_dns, for both interpolations. Here, F is −(ẏ − f), so λᵀ ∂F/∂ẏ is −λ.
 #[test]
 fn reproduces_the_published_gradient_of_akzo_nobel() {
     for interpolation in [Hermite, Polynomial] {
@@ -55,14 +54,14 @@ fn reproduces_the_published_gradient_of_akzo_nobel() {
         let run = solver.backward(backward).unwrap();
         let steps = [solver.statistics().steps, run.statistics.steps];
         println!("{interpolation:?}: {steps:?} steps, G = {g:?}, {:?}", run.values);
-        // The quadrature has a relative tolerance of 1e-10, and an absolute one of 1e-12 for each of several hundred
-        // steps.
+        // The quadrature has a relative tolerance of 1e-10 and an absolute tolerance of 1e-12 per step, for several
+        // hundred steps.
         assert!((g[0] / 31.264_216_258_031_094 - 1.0).abs() < 1e-9, "{g:?}");
         for (ours, theirs) in run.values.iter().zip([22.207, -62.695, -2.5114, 91.837, 3.5176]) {
             assert!(printed(-ours, theirs), "{ours} {theirs}");
         }
         assert!(steps[0].abs_diff(457) <= 5, "{steps:?}");
-        // SUNDIALS 7.1.1 without KLU takes 294 and 310 steps, as recorded; the values are equal.
+        // SUNDIALS 7.1.1 without KLU takes 294 and 310 steps, as recorded; the results are the same.
         let back = match (crate::common::HAS_KLU, interpolation) {
             (true, _) => 277,
             (false, Hermite) => 294,
@@ -72,10 +71,10 @@ fn reproduces_the_published_gradient_of_akzo_nobel() {
     }
 }
 
-/// G = ∫ y3 dt of Robertson's kinetics to 4e10 and its gradient with respect to the three rates, and again from t = 50
-/// with corrected values, as printed by the example idasRoberts_ASAi_klu. The example, compiled with SUNDIALS 6.4.1,
-/// takes 774, 1199 and 430 steps; the published output has 774, 1263 and 436. Rounding alone changes the number of
-/// backward steps by 5 %, so 10 % are allowed.
+/// G = ∫ y3 dt of Robertson's kinetics to 4e10 and its gradient with respect to the three rates are compared with the
+/// output of the example idasRoberts_ASAi_klu, also for a restart from t = 50 with corrected values. The example,
+/// compiled with SUNDIALS 6.4.1, takes 774, 1199 and 430 steps; the published output states 774, 1263 and 436. Rounding
+/// alone changes the number of backward steps by 5 %, so a difference of 10 % is allowed.
 #[test]
 fn reproduces_the_published_gradients_of_robertson() {
     let p = [0.04, 1e4, 3e7];
@@ -121,7 +120,7 @@ fn reproduces_the_published_gradients_of_robertson() {
             assert!(printed(*ours, theirs), "{ours} {theirs}");
         }
         for (ours, theirs) in run.values.iter().zip(lambda) {
-            // Near its absolute tolerance of 1e-8 a component has fewer digits.
+            // Components near the absolute tolerance of 1e-8 have fewer digits.
             assert!((ours - theirs).abs() < 1e-4 * theirs.abs() + 1e-7, "{ours} {theirs}");
         }
         let ours = run.statistics.steps;
@@ -164,9 +163,9 @@ impl Problem for Followed {
     }
 }
 
-/// G = ∫ z² dt = p² (T + sin² T) for a problem of index 2, with the final values given in the documentation of the
-/// module: λ_x = ξ = −2 z, and the term ξ ∂c/∂p = 2 z sin T at the end. λ_z is a derivative of the interpolated z, so
-/// the forward run uses a hundredth of the tolerance.
+/// G = ∫ z² dt = p² (T + sin² T) for a problem of index 2. The final values follow the documentation of the module: λ_x
+/// = ξ = −2 z, and the last term is ξ ∂c/∂p = 2 z sin T. λ_z is a derivative of the interpolated z, so the tolerance of
+/// the forward run is a hundredth of the backward tolerance.
 #[test]
 fn a_problem_of_index_2_has_its_gradient_with_the_final_values_stated() {
     let (p, end) = (1.5_f64, 2.0_f64);
@@ -207,7 +206,7 @@ fn a_problem_of_index_2_has_its_gradient_with_the_final_values_stated() {
         let exact = 2.0 * p * (end + end.sin().powi(2));
         let error = (gradient / exact - 1.0).abs();
         println!("{tolerance:e}: {gradient} {exact}: {error:.1e}");
-        // Local errors of about ten steps.
+        // The bound covers the local errors of about ten steps.
         assert!(error < 30.0 * tolerance, "{error:e}");
     }
 }

@@ -1,4 +1,4 @@
-//! Failures and misuse of backward problems.
+//! Failures of backward problems and their misuse.
 
 use myovib_dae::IntegratorError::{
     AfterTheStart, InvalidOption, NoQuadrature, NotFinite, TimeBehind, WrongLength,
@@ -23,7 +23,7 @@ fn oscillator(tolerance: f64) -> IdaSolver<Oscillator> {
         .unwrap()
 }
 
-/// An adjoint whose residuals execute a given function.
+/// An adjoint whose residual calls a given function.
 struct Told(fn(&mut Oscillator) -> Result<(), StepError>);
 
 impl BackwardProblem<Oscillator> for Told {
@@ -40,7 +40,7 @@ impl BackwardProblem<Oscillator> for Told {
         residual: &mut [f64],
     ) -> Result<(), StepError> {
         residual[0] = rates[0] - values[0] + at.y[0];
-        // The kinds are requested at the end of the run.
+        // The kinds are determined at the end of the run.
         if at.t < 5.0 { (self.0)(forward) } else { Ok(()) }
     }
 }
@@ -70,8 +70,8 @@ fn panics_and_errors_of_backward_problems_come_back() {
     assert!(stop.message.contains("not here"), "{stop}");
 }
 
-/// IDAS stores a fixed number of repeated steps and would write beyond its buffer, so a repeated run with more steps is
-/// stopped.
+/// IDAS stores a fixed number of repeated steps and would write beyond its buffer. Therefore, a repeated run is stopped
+/// if it takes more steps.
 #[test]
 fn an_unrepeatable_forward_run_is_reported() {
     let mut solver = reported(|oscillator| {
@@ -82,7 +82,7 @@ fn an_unrepeatable_forward_run_is_reported() {
     assert!(matches!(error, Error::NotRepeated { .. }), "{error}");
 }
 
-/// After a backward run, the forward run can only be restarted. The restarted run has the same results.
+/// After a backward run, the forward run can only be restarted. The restarted run has the same results as the first.
 #[test]
 fn a_forward_run_that_was_left_is_started_again_only() {
     let mut solver = oscillator(1e-8);
@@ -124,7 +124,8 @@ fn a_forward_run_that_was_left_is_started_again_only() {
     };
     let (backward, first) = run(None);
     let (_, again) = run(Some(backward));
-    // G = ∫ y² of y(0) cos 3t: dG/dy(0) = ∫ 2 cos² 3t. Local errors of about a hundred steps.
+    // G = ∫ y² dt of y = y(0) cos 3t: dG/dy(0) = ∫ 2 cos² 3t dt. The bound covers the local errors of about a hundred
+    // steps.
     let exact = 5.0 + 30_f64.sin() / 6.0;
     println!("{first:?} {again:?} {exact}");
     for found in [&first, &again] {
@@ -203,7 +204,7 @@ impl Problem for Square {
     }
 }
 
-/// Regression: after a gradient that failed, the matrices of its state were used for the previous state.
+/// Regression test: after a failed gradient, the matrices of its state were used for the previous state.
 #[test]
 fn a_failed_gradient_leaves_no_matrices_of_another_state() {
     let mut calls = 0;
@@ -223,6 +224,6 @@ fn a_failed_gradient_leaves_no_matrices_of_another_state() {
     let first = residual(1.0).unwrap();
     assert!(residual(5.0).is_err());
     assert_eq!(residual(1.0).unwrap(), first);
-    // −∂F/∂y λ = −2 y, from differences over a distance of 1.
+    // −∂F/∂y λ = −2 y, from difference quotients over a distance of 1.
     assert!((first + 2.0).abs() < 1.1, "{first}");
 }

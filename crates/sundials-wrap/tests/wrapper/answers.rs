@@ -1,4 +1,4 @@
-//! Queries of a solver and of its problem.
+//! Queries of a solver and its problem.
 
 use myovib_conformance::samples::{Heat2d, Robertson, Sample};
 use myovib_dae::IntegratorError::NoDenseOutput;
@@ -34,8 +34,8 @@ fn the_default_parts_of_a_jacobian_make_the_whole() {
     problem.jacobian_parts(0.0, &start.y, &start.y_dot, parts).unwrap();
     problem.jacobian(0.0, &start.y, &start.y_dot, 2.0, 8.0, &mut whole).unwrap();
     for ((a, b), whole) in df_dy.iter().zip(&df_dyp).zip(&whole) {
-        // The results are exact: the factors are powers of two, and each entry belongs to only one of the matrices,
-        // except on the diagonal, where a sum is rounded.
+        // The results are exact, because the factors are powers of two and each entry belongs to only one of the
+        // matrices. On the diagonal, a sum is rounded.
         assert!((2.0 * a + 8.0 * b - whole).abs() <= f64::EPSILON * whole.abs());
     }
 }
@@ -71,8 +71,8 @@ fn either_tolerance_may_be_zero_where_the_other_is_not() {
     }
 }
 
-/// At t = 1e9 a step below 1e-7 does not change t. Ten failures of Newton's method, each of which reduces the step to a
-/// quarter, lead to such a step.
+/// At t = 1e9, a step below 1e-7 does not change t. Such a step results from ten failures of Newton's method, each of
+/// which reduces the step to a quarter.
 #[test]
 fn steps_that_are_lost_in_rounding_are_too_small() {
     let run = |t0: f64| {

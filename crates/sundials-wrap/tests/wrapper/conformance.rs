@@ -1,4 +1,4 @@
-//! Runs the conformance tests of integrators with IDAS.
+//! Runs the conformance tests for integrators with IDAS.
 
 use myovib_conformance::{Method, Request};
 use myovib_dae::Problem;

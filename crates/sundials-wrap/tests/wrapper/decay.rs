@@ -1,4 +1,4 @@
-//! ẏ = −y with functions that can be made to fail.
+//! The problem ẏ = −y with functions that can be made to fail.
 
 use myovib_dae::{Outcome, Problem, StepError, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -78,7 +78,7 @@ impl Problem for Decay {
     }
 }
 
-/// Returns the stop of an integration that must stop.
+/// Returns the details of the stop; the integration must have stopped.
 pub(crate) fn stop(outcome: Result<Outcome, Error>) -> myovib_dae::Stop {
     match outcome.unwrap() {
         Outcome::Stopped(stop) => *stop,

@@ -1,4 +1,4 @@
-//! User functions that panic, or write NaN or huge values; and solvers dropped after calls in any order.
+//! User functions that panic or write NaN or huge values, and solvers that are dropped after calls in any order.
 
 use myovib_dae::IntegratorError::TimeBehind;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -13,7 +13,7 @@ use sundials_wrap::{Error, IdaOptions, IdaSolver};
 
 use crate::decay::Decay;
 
-/// Failure of a function.
+/// Type of failure of a function.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Fault {
     None,
@@ -22,7 +22,7 @@ enum Fault {
     Write(f64),
 }
 
-/// Failure of a single function, from its third call on.
+/// Failure of a single function, starting with its third call.
 #[derive(Clone)]
 struct Plan {
     function: &'static str,
@@ -36,7 +36,7 @@ impl Plan {
         Self { function, trouble, calls }
     }
 
-    /// The value that `function` writes instead of `good`.
+    /// Returns the value that `function` writes instead of `good`.
     fn value(&self, function: &str, good: f64) -> Result<f64, StepError> {
         if function != self.function || self.calls.fetch_add(1, Ordering::Relaxed) < 2 {
             return Ok(good);
@@ -50,7 +50,7 @@ impl Plan {
     }
 }
 
-/// Newton's matrix of ẏ = −y: 1 + c_j.
+/// Linear solver for the Newton matrix of ẏ = −y, which is 1 + c_j.
 struct ScalarSolver {
     plan: Plan,
     matrix: f64,
@@ -81,7 +81,7 @@ impl LinearSolver<Decay> for ScalarSolver {
     }
 }
 
-/// Creates a solver with all functions, of which one fails.
+/// Creates a solver with all functions, one of which fails.
 fn solver(plan: &Plan) -> IdaSolver<Decay> {
     let of = || plan.clone();
     let (residual, jacobian, weights, roots, rates) = (of(), of(), of(), of(), of());
@@ -114,7 +114,7 @@ const FUNCTIONS: [(&str, StopReason); 7] = [
     ("error weight function", StopReason::ErrorWeightsFailed),
     ("root function", StopReason::RootFunctionFailed),
     ("quadrature", StopReason::QuadratureFailed),
-    // A setup with a NaN is detected in the solve.
+    // A NaN in a setup is detected in the solve.
     ("linear setup", StopReason::LinearSolveFailed),
     ("linear solve", StopReason::LinearSolveFailed),
 ];
@@ -169,7 +169,8 @@ fn a_fatal_error_of_any_function_ends_the_integration() {
 fn non_finite_values_stop_and_name_the_function() {
     for (function, reason) in FUNCTIONS {
         for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            // The matrix of a user's linear solver is not checked, but its solution is; and b / ∞ is a finite number.
+            // The matrix of a user's linear solver is not checked, but its solution is. However, b / ∞ is a finite
+            // number.
             if function == "linear setup" && value.is_infinite() {
                 continue;
             }
@@ -189,7 +190,8 @@ fn non_finite_values_stop_and_name_the_function() {
     }
 }
 
-/// Values whose squares overflow, from each function, result in a value, a stop or an error; all results are finite.
+/// Each function returns values whose squares overflow. The call results in a value, a stop or an error, and all
+/// results are finite.
 #[test]
 fn huge_numbers_end_by_themselves() {
     for (function, _) in FUNCTIONS {
@@ -228,7 +230,7 @@ fn a_solver_continues_or_explains_after_each_kind_of_end() {
     let options = IdaOptions { stop_time: Some(0.5), ..IdaOptions::default() };
     let mut solver =
         IdaSolver::builder(Decay::new()).options(options).build(0.0, &[1.0], &[-1.0]).unwrap();
-    // The stop time applies once. A later one may be set, an earlier one may not.
+    // The stop time applies once. A later stop time may be set, but an earlier one may not.
     assert_eq!(solver.integrate_to(2.0).unwrap(), Outcome::StopTime { t: 0.5 });
     let error = solver.set_stop_time(0.1).unwrap_err();
     assert!(matches!(error, Error::Common(TimeBehind { .. })), "{error}");
@@ -236,7 +238,7 @@ fn a_solver_continues_or_explains_after_each_kind_of_end() {
     solver.set_stop_time(0.75).unwrap();
     assert_eq!(solver.integrate_to(2.0).unwrap(), Outcome::StopTime { t: 0.75 });
     assert_eq!(solver.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
-    // A restart after a stop has the results of a new solver.
+    // A restart after a stop has the same results as a new solver.
     solver.problem_mut().residual = Box::new(|_, _| Err(StepError::Recoverable("no".into())));
     assert!(matches!(solver.integrate_to(9.0).unwrap(), Outcome::Stopped(_)));
     solver.problem_mut().residual = Box::new(|_, y| Ok(y));
@@ -247,7 +249,7 @@ fn a_solver_continues_or_explains_after_each_kind_of_end() {
     fresh.integrate_to(1.0).unwrap();
     assert_eq!(solver.y(), fresh.y());
     assert_eq!(solver.statistics(), fresh.statistics());
-    // The problem can be taken from the solver and used for another one.
+    // The problem can be taken from the solver and used for another solver.
     let mut second = solver.into_problem().solver();
     assert_eq!(second.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
     assert_eq!(second.y(), fresh.y());

@@ -1,4 +1,4 @@
-//! User functions that fail, panic, or write invalid values; matrices that cannot be factorized.
+//! User functions that fail, panic, or write invalid values, and matrices that cannot be factorized.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -22,7 +22,7 @@ fn a_recoverable_error_shortens_the_step_and_the_integration_goes_on() {
     let mut solver = problem.solver();
     assert_eq!(solver.integrate_to(1.0).unwrap(), Outcome::Reached { t: 1.0 });
     assert_eq!(solver.statistics().step_solve_failures, 3);
-    // Default tolerance of 1e-4 per step, about thirty steps, and a solution of size 1/e.
+    // The default tolerance is 1e-4 per step, for about thirty steps, and the solution has the size 1/e.
     assert!((solver.y()[0] - (-1.0_f64).exp()).abs() < 1e-2, "{}", solver.y()[0]);
 }
 
@@ -91,7 +91,7 @@ impl Problem for Jumps {
     }
 }
 
-/// A jump fails the error test for every step size; only components in the test are reported as the cause.
+/// At a jump, the error test fails for every step size. Only components included in the test are reported as the cause.
 #[test]
 fn a_failed_error_test_names_no_excluded_component() {
     let worst = |excluded: bool| {
@@ -112,7 +112,7 @@ fn a_failed_error_test_names_no_excluded_component() {
     }
 }
 
-/// If the residual cannot be evaluated beyond some time, the steps shrink until the limit on the number of steps is
+/// If the residual cannot be evaluated after some time, the step size decreases until the maximum number of steps is
 /// reached.
 #[test]
 fn a_wall_that_no_step_can_cross_is_reached_and_reported() {
@@ -208,8 +208,8 @@ fn singular_jacobians_stop_the_integration() {
             Some(vec![0, 1])
         }
     }
-    // Structurally singular: row 1 and column 1 are empty. Numerically singular: entry (1, 1) is in the pattern, but
-    // zero.
+    // The first two matrices are structurally singular: row 1 and column 1 are empty. The third matrix is numerically
+    // singular: entry (1, 1) is in the pattern but zero.
     for rows in [vec![0], vec![0, 0], vec![0, 1]] {
         let mut solver =
             IdaSolver::builder(Flat(rows.clone())).build(0.0, &[1.0, 1.0], &[1.0, 0.0]).unwrap();

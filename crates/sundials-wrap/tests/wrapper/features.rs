@@ -10,7 +10,7 @@ use sundials_wrap::{IdaOptions, IdaSolver, VectorArithmetic, Versions};
 
 use crate::common::{HAS_KLU, build, tolerance};
 
-/// With three unknowns, the sums in norms are also computed in the order of SUNDIALS.
+/// With three unknowns, the sums in norms are also computed in the same order as in SUNDIALS.
 #[test]
 fn vector_arithmetic_matches_that_of_sundials() {
     let run = |vectors| {
@@ -21,7 +21,7 @@ fn vector_arithmetic_matches_that_of_sundials() {
     assert_eq!(run(VectorArithmetic::Simd), run(VectorArithmetic::Serial));
 }
 
-/// y2 = sin t crosses zero at multiples of π; it is rising at even multiples.
+/// y2 = sin t crosses zero at multiples of π. It rises at even multiples.
 #[test]
 fn roots_are_found_in_the_requested_direction() {
     let start = LinearIndex1.start();
@@ -37,7 +37,7 @@ fn roots_are_found_in_the_requested_direction() {
         let Outcome::Root { t, crossings } = solver.integrate_to(10.0).unwrap() else {
             panic!("no root near {k} π")
         };
-        // y2 is accurate to the tolerance, and its slope there is 1.
+        // y2 is accurate to the tolerance, and its slope at the roots is ±1.
         assert!((t - f64::from(k) * std::f64::consts::PI).abs() < 1e-8, "{t}");
         assert_eq!(crossings, if k % 2 == 1 { [-1, 0] } else { [0, 1] });
         assert_eq!(solver.t(), t);
@@ -45,7 +45,7 @@ fn roots_are_found_in_the_requested_direction() {
     assert_eq!(solver.integrate_to(10.0).unwrap(), Outcome::Reached { t: 10.0 });
 }
 
-/// Checks a root function with a zero at the start and changes by rounding just after it. IDAS evaluates it there first,
+/// A root function is zero at the start and changes by rounding just after the start. IDAS evaluates it there first,
 /// and then at earlier times.
 #[test]
 fn rounding_of_a_root_function_after_a_zero_at_the_start_does_not_stop_the_integration() {
@@ -69,8 +69,8 @@ fn rounding_of_a_root_function_after_a_zero_at_the_start_does_not_stop_the_integ
     assert_eq!(outcome, Outcome::Reached { t: 2.0 });
 }
 
-/// In one-step mode with a stop time, the steps end at this time. Dense output agrees with the exact solution and its
-/// derivatives, and does not change the steps.
+/// In one-step mode with a stop time, the steps end at the stop time. Dense output agrees with the exact solution and
+/// its derivatives, and does not change the steps.
 #[test]
 fn dense_output_gives_the_solution_and_its_derivatives() {
     let tol = 1e-10;
@@ -86,7 +86,7 @@ fn dense_output_gives_the_solution_and_its_derivatives() {
         if stats.last_order >= 4 {
             let t = solver.t() - 0.5 * stats.last_step;
             let exact = |k: i32| [t.sin(), t.cos(), -t.sin()][k as usize];
-            // Each differentiation of the interpolant loses one power of h.
+            // Each differentiation of the interpolating polynomial loses one power of h.
             for k in 0..3 {
                 solver.dense_output(t, k as usize, &mut out).unwrap();
                 let bound = 1e3 * tol / stats.last_step.powi(k);
@@ -180,8 +180,8 @@ fn the_linked_libraries_are_those_of_the_headers() {
     }
 }
 
-/// Regression: the derivative of order k + 1, where k is the order of the last step, aborted the process, and values at
-/// times far outside the last step were extrapolated.
+/// Regression test: the derivative of order k + 1, where k is the order of the last step, aborted the process. Values
+/// at times far outside the last step were extrapolated.
 #[test]
 fn quadratures_have_the_derivatives_of_the_last_step_only() {
     let start = Akzo.start();
@@ -221,8 +221,8 @@ fn quadratures_have_the_derivatives_of_the_last_step_only() {
     assert!(orders_to_come > 0, "the case that aborted");
 }
 
-/// Regression: with a purely relative tolerance, a solution that became zero was reported as
-/// misuse, without statistics.
+/// Regression test: with a purely relative tolerance, a solution that became zero was reported as misuse, without
+/// statistics.
 #[test]
 fn a_tolerance_that_becomes_zero_is_an_outcome_with_statistics() {
     struct Ramp;
@@ -237,7 +237,7 @@ fn a_tolerance_that_becomes_zero_is_an_outcome_with_statistics() {
             y_dot: &[f64],
             residual: &mut [f64],
         ) -> Result<(), StepError> {
-            // y = 1 − t; steps of 1/8 have no rounding errors.
+            // y = 1 − t. Steps of 1/8 have no rounding errors.
             residual[0] = y_dot[0] + 1.0;
             Ok(())
         }
@@ -256,7 +256,7 @@ fn a_tolerance_that_becomes_zero_is_an_outcome_with_statistics() {
     assert!(stop.statistics.steps >= 8, "{stop}");
 }
 
-/// Regression: the smallest condition estimate was kept after a restart.
+/// Regression test: the smallest condition estimate was kept after a restart.
 #[test]
 fn condition_estimates_restart() {
     let start = Robertson.start();
@@ -267,7 +267,8 @@ fn condition_estimates_restart() {
     assert_eq!(solver.statistics().smallest_rcond, None);
 }
 
-/// Regression: IDAS' own first step, 6e-10, was so short that rounding of multipliers prevented the second.
+/// Regression test: the first step chosen by IDAS, 6e-10, was so short that rounding errors of multipliers prevented
+/// the second step.
 #[test]
 fn rounding_of_multipliers_does_not_prevent_first_steps() {
     let crank = || Differentiated::new(Constrained::new(SliderCrank, MechanicalForm::Stabilized));

@@ -1,4 +1,4 @@
-//! The search for consistent initial values.
+//! Search for consistent initial values.
 
 use myovib_conformance::samples::{Heat2d, Robertson, Sample};
 use myovib_dae::{Outcome, Problem, Suppressed, VariableKind};
@@ -6,7 +6,7 @@ use sundials_wrap::{ConsistencyMode, IdaOptions, IdaSolver};
 
 use crate::common::tolerance;
 
-/// SUNDIALS' example corrects a boundary value of 0.1: the corrected value must be 0, and the derivatives in the
+/// SUNDIALS' example corrects a boundary value of 0.1. The corrected value must be 0, and the derivatives in the
 /// interior must be consistent with it.
 #[test]
 fn wrong_algebraic_values_are_repaired() {
@@ -32,7 +32,7 @@ fn wrong_algebraic_values_are_repaired() {
     for ((ours, exact), kind) in
         solver.y_dot().iter().zip(&start.y_dot).zip(sample.kinds().unwrap())
     {
-        // Newton's tolerance on y, times 4/Δx² = 324.
+        // The bound is the tolerance of Newton's method for y, times 4/Δx² = 324.
         let wanted = kind == VariableKind::Differential;
         assert!(!wanted || (ours - exact).abs() < 324.0 * 1e-8, "{ours} ≠ {exact}");
     }
@@ -54,7 +54,7 @@ fn consistent_values_of_robertson_are_found() {
     }
 }
 
-/// A temperature is computed from its rate of change, by the discrete Poisson equation.
+/// The temperature is computed from its rate of change, by the discrete Poisson equation.
 #[test]
 fn states_are_found_from_derivatives() {
     let start = Heat2d::new(10).start();

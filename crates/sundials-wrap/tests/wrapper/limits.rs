@@ -17,7 +17,7 @@ fn too_many_steps_is_an_outcome_and_the_next_call_goes_on() {
     assert_eq!(solver.t(), 1.0);
 }
 
-/// ẏ = −1 from y = 1 with the constraint y ≥ 0: the steps become small near t = 1.
+/// ẏ = −1 from y = 1 with the constraint y ≥ 0. The steps become small near t = 1.
 #[test]
 fn a_constraint_holds_the_integration_up() {
     let mut problem = Decay::residual(|_, _| Ok(1.0));
@@ -27,7 +27,7 @@ fn a_constraint_holds_the_integration_up() {
     let mut solver =
         IdaSolver::builder(problem).options(options).build(0.0, &[1.0], &[-1.0]).unwrap();
     let stop = stop(solver.integrate_to(2.0));
-    // IDAS lets each step violate the constraint by Newton's fraction of the tolerance, so the solution continues in
+    // IDAS allows each step to violate the constraint by the tolerance of Newton's method, so the solution continues in
     // small steps.
     let creep = 500.0 * 0.33 * 1e-8;
     assert!((stop.t - 1.0).abs() < creep && solver.y()[0] > -creep, "{stop}");

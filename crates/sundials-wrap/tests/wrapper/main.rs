@@ -1,4 +1,4 @@
-//! Tests of the wrapper with published runs, exact solutions and misuse.
+//! Tests of the wrapper: published runs, exact solutions and misuse.
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
 
 mod adjoint;

@@ -1,4 +1,4 @@
-//! Thousands of solvers, and solvers in many threads at the same time.
+//! Tests with thousands of solvers, and with solvers in many threads at the same time.
 
 use myovib_conformance::samples::{Heat2d, Robertson, Sample};
 use myovib_dae::Problem;

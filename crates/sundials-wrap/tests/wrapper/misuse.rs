@@ -12,7 +12,7 @@ use sundials_wrap::{ConsistencyMode, Constraint, Error, IdaOptions, IdaSolver};
 
 use crate::decay::Decay;
 
-/// Returns the error for a solver of Robertson's problem with these options.
+/// Returns the error for a solver of Robertson's problem with the given options.
 fn refusal(options: IdaOptions) -> String {
     let start = Robertson.start();
     let builder = IdaSolver::builder(Robertson).options(options);
@@ -236,7 +236,7 @@ fn non_finite_quadratures_and_times_are_rejected() {
     assert!(solver.quadrature_dense_output(f64::NAN, 0, &mut q).is_err());
     let error = solver.quadrature_dense_output(1.0, 9, &mut q).unwrap_err();
     assert!(matches!(error, Error::Common(NoDenseOutput { derivative: 9, .. })), "{error}");
-    // Within the last step the integral and its derivative y are available.
+    // Within the last step, the integral and its derivative y are available.
     let t = 1.0;
     solver.quadrature_dense_output(t, 0, &mut q).unwrap();
     // The tolerance for y is 1e-4 per step, for about thirty steps.
@@ -262,8 +262,8 @@ fn an_output_time_behind_t_is_misuse() {
     assert!(matches!(solver.dense_output(0.6, 0, &mut []), Err(Error::Common(WrongLength { .. }))));
 }
 
-/// At this point IDAS has allocated its vectors, but not written to them. A new process may find
-/// zeros in them, so only valgrind can detect reads of uninitialized memory.
+/// Before the first step, IDAS has allocated its vectors but not written to them. In a new process, they may happen to
+/// contain zeros, so only valgrind can reliably detect reads of uninitialized memory.
 #[test]
 fn before_the_first_step_weights_and_errors_are_zeros() {
     let mut solver = Decay::new().solver();
@@ -279,13 +279,13 @@ fn before_the_first_step_weights_and_errors_are_zeros() {
 fn integrates_backwards_too() {
     let mut solver = IdaSolver::builder(Decay::new()).build(1.0, &[1.0], &[-1.0]).unwrap();
     assert_eq!(solver.integrate_to(0.0).unwrap(), Outcome::Reached { t: 0.0 });
-    // The default tolerance is 1e-4 per step, for about thirty steps, in which errors grow by a factor of e.
+    // The default tolerance is 1e-4 per step, for about thirty steps. Errors grow by a factor of e during these steps.
     assert!((solver.y()[0] - 1.0_f64.exp()).abs() < 1e-2, "{}", solver.y()[0]);
     assert!(matches!(solver.integrate_to(0.5), Err(Error::Common(TimeBehind { .. }))));
 }
 
-/// Regression, found by random sequences of calls: a correction after the first step changed the stored differences of
-/// past steps, and the next step returned NaN.
+/// Regression test, found by random sequences of calls: a correction after the first step changed the stored
+/// differences of past steps, and the next step returned NaN.
 #[test]
 fn initial_values_are_corrected_before_the_first_step_only() {
     let mut solver = Decay::new().solver();

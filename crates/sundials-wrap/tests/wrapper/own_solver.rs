@@ -9,7 +9,7 @@ use sundials_wrap::{IdaOptions, IdaSolver};
 
 use crate::common::{HAS_KLU, build};
 
-/// LU with partial pivoting of the full matrix, as a linear solver.
+/// A linear solver that uses LU with partial pivoting of the full matrix.
 #[derive(Default)]
 struct DenseLu {
     parts: [Vec<f64>; 2],
@@ -79,7 +79,8 @@ impl<P: Problem> LinearSolver<P> for DenseLu {
     }
 }
 
-/// With equal matrices and equal scaling for an earlier c_j, the counters equal those with KLU.
+/// Compares the counters with the counters of a run with KLU. Both solvers use the same matrices, and scale solutions
+/// for an earlier c_j in the same way.
 #[test]
 fn a_custom_linear_solver_has_the_counters_of_klu() {
     let start = Robertson.start();
@@ -109,12 +110,13 @@ fn a_custom_linear_solver_has_the_counters_of_klu() {
     assert_eq!(klu.statistics().smallest_rcond.is_some(), HAS_KLU);
 }
 
-/// If the setup or the solve of a user's linear solver fails, it is called again with a new matrix or a smaller step.
+/// If the setup or the solve of a user's linear solver fails, the solver is called again with a new matrix or a smaller
+/// step.
 #[test]
 fn a_custom_linear_solver_may_fail_recoverably() {
     struct Moody {
         lu: DenseLu,
-        /// Number of calls until a setup, and until a solve, fails.
+        /// Number of calls until a setup fails, and until a solve fails.
         setups: u32,
         solves: u32,
     }

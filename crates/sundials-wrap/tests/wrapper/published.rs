@@ -1,4 +1,4 @@
-//! Integrations compared with published and exact solutions.
+//! Integrations, compared with published and exact solutions.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -12,7 +12,7 @@ use sundials_wrap::{ConsistencyMode, Constraint, IdaOptions, IdaSolver};
 
 use crate::common::{HAS_KLU, numbers, reference};
 
-/// Returns a solver at the start of a sample, with an unlimited number of steps.
+/// Returns a solver that starts from the initial values of a sample, with an unlimited number of steps.
 fn solver<S: Sample>(sample: S, options: IdaOptions) -> IdaSolver<S> {
     let start = sample.start();
     let options = IdaOptions { max_steps: None, ..options };
@@ -29,8 +29,8 @@ fn scd(y: &[f64], reference: &[f64]) -> f64 {
 }
 
 /// The allowed ranges are based on runs of IDA 7.9 with a difference Jacobian: 58, 141 and 266 steps with 2.97, 4.97
-/// and 6.47 digits. The exact Jacobian changes the number of steps by a few percent; the error of a single run varies
-/// by a factor of several, so the digits may differ by one.
+/// and 6.47 digits. The exact Jacobian changes the number of steps by a few percent. The error of a single run may vary
+/// by a factor of several, so the number of digits may differ by one.
 #[test]
 fn akzo_has_the_digits_of_published_runs() {
     let digits = numbers(&reference("s1_akzo")["ref"]);
@@ -48,8 +48,8 @@ fn akzo_has_the_digits_of_published_runs() {
     }
 }
 
-/// SUNDIALS' example idasAkzoNob_dns, with the quadrature in the error test. Its dense solver and difference Jacobian lead
-/// to the same counters as KLU and the exact Jacobian here.
+/// SUNDIALS' example idasAkzoNob_dns, with the quadrature in the error test. The example uses a dense solver and a
+/// difference Jacobian. Its counters are the same as with KLU and the exact Jacobian here.
 #[test]
 fn akzo_quadrature_agrees_with_the_published_run() {
     let reference = reference("s1_akzo");
@@ -72,13 +72,13 @@ fn akzo_quadrature_agrees_with_the_published_run() {
     let mut integral = [f64::NAN];
     solver.quadrature(&mut integral).unwrap();
     let exact = reference["G_180"].as_f64().unwrap();
-    // y itself has about seven digits at this tolerance, and so has its integral.
+    // At this tolerance, y has about seven digits, and so does its integral.
     assert!((integral[0] / exact - 1.0).abs() < 1e-7, "{integral:?} ≠ {exact}");
     let mut rate = [f64::NAN];
     solver.quadrature_dense_output(180.0, 1, &mut rate).unwrap();
     assert!((rate[0] / solver.y()[0] - 1.0).abs() < 1e-5, "q̇ = {rate:?} is the integrand");
-    // Residuals are not compared: the published numbers include evaluations for difference
-    // Jacobians.
+    // The numbers of residual evaluations are not compared, because the published numbers include evaluations for
+    // difference Jacobians.
     let stats = solver.statistics();
     let counters = [
         ("steps", stats.steps),
@@ -92,7 +92,7 @@ fn akzo_quadrature_agrees_with_the_published_run() {
     }
 }
 
-/// SUNDIALS' example idaHeat2D_klu: with equal settings (default KLU, constraints u ≥ 0), the printed digits and the
+/// SUNDIALS' example idaHeat2D_klu: with the same settings (default KLU, constraints u ≥ 0), the printed digits and the
 /// counters agree.
 #[test]
 fn heat_equation_reproduces_the_published_run() {
@@ -109,7 +109,7 @@ fn heat_equation_reproduces_the_published_run() {
     let (times, maxima) = (numbers(&published["t"]), numbers(&published["umax"]));
     for (row, (&t, &umax)) in times.iter().zip(&maxima).enumerate().skip(1) {
         assert_eq!(solver.integrate_to(t).unwrap(), Outcome::Reached { t });
-        // Printed with six digits.
+        // The published values are printed with six digits.
         let ours = maximum(solver.y());
         assert!((ours / umax - 1.0).abs() < 5e-6, "t = {t}: {ours} ≠ {umax}");
         let stats = solver.statistics();
@@ -121,7 +121,7 @@ fn heat_equation_reproduces_the_published_run() {
     assert_eq!(stats.newton_failures, published["ncfn"].as_u64().unwrap());
 }
 
-/// Comparison with the matrix exponential of the same semi-discrete system.
+/// Compares the solution with the matrix exponential of the same semi-discrete system.
 #[test]
 fn heat_equation_is_accurate_at_a_tight_tolerance() {
     let tol = 1e-12;
@@ -131,14 +131,14 @@ fn heat_equation_is_accurate_at_a_tight_tolerance() {
         let maximum = solver.y().iter().copied().fold(f64::MIN, f64::max);
         for (ours, key) in [(maximum, "umax"), (solver.y()[11], "u_1_1")] {
             let error = (ours - row[key].as_f64().unwrap()).abs();
-            // Local errors of several hundred steps, damped by diffusion.
+            // The local errors of several hundred steps are damped by diffusion.
             assert!(error < 1e2 * tol, "{row}: error {error:e} in {key}");
         }
     }
 }
 
-/// The published errors are reproduced to three digits, and to a factor of 2 where rounding dominates. Without KLU, which
-/// scales the rows, rounding differs, and the error (7.6e-12 at 1e-11, with 6.4.1 and 7.1.1) is thirty times smaller.
+/// The published errors are reproduced to three digits, or to a factor of 2 where rounding dominates. KLU scales the
+/// rows. Without KLU, rounding differs, and the error (7.6e-12 at 1e-11, with 6.4.1 and 7.1.1) is thirty times smaller.
 #[test]
 fn linear_index_1_errors_are_the_published_ones() {
     let published = reference("s4_exact_daes")["A"]["published_ida_errors"].clone();
@@ -158,8 +158,8 @@ fn linear_index_1_errors_are_the_published_ones() {
     }
 }
 
-/// Errors of y on a short smooth problem of index 2 are within two powers of ten of the tolerance
-/// (a few hundred steps), and decrease with it; z, excluded from the error test, decreases more
+/// For a short smooth problem of index 2, the errors of y are within two powers of ten of the tolerance (a few hundred
+/// steps) and decrease with the tolerance. The error of z, which is excluded from the error test, decreases more
 /// slowly.
 #[test]
 fn index_2_errors_follow_the_tolerance() {
@@ -178,7 +178,7 @@ fn index_2_errors_follow_the_tolerance() {
     }
 }
 
-/// Returns the allowed error of the largest component.
+/// Returns the allowed error, relative to the largest component.
 fn allowed(tol: f64, y: &[f64]) -> f64 {
     tol * (1.0 + y.iter().fold(0.0, |m: f64, v| m.max(v.abs())))
 }
@@ -187,8 +187,8 @@ fn distance(y: &[f64], exact: &[f64]) -> f64 {
     y.iter().zip(exact).map(|(y, e)| (y - e).powi(2)).sum::<f64>().sqrt()
 }
 
-/// With the multiplier in the error test, BDF cannot integrate the index-3 form: the estimate of the local error of λ
-/// does not decrease with the step. The solver must stop early and report the reason.
+/// If the multiplier is included in the error test, BDF cannot integrate the index-3 form: the estimate of the local
+/// error of λ does not decrease with the step size. The solver must stop early and report the reason.
 #[test]
 fn the_index_3_pendulum_stops_with_a_reason() {
     for tol in [1e-4, 1e-6, 1e-8] {
@@ -208,8 +208,8 @@ fn the_index_3_pendulum_stops_with_a_reason() {
     }
 }
 
-/// With λ excluded from the error test, the run succeeds at loose tolerances (at tighter tolerances the number of steps
-/// becomes too large). Formulations of lower index are more accurate. The errors are errors of the positions at t = 2.
+/// If λ is excluded from the error test, the run succeeds with loose tolerances. With tighter tolerances, the number of
+/// steps becomes too large. Formulations of lower index are more accurate. The errors refer to the positions at t = 2.
 #[test]
 fn the_pendulum_goes_through_in_every_form_without_its_multiplier_in_the_error_test() {
     let tol = 1e-4;
@@ -219,7 +219,7 @@ fn the_pendulum_goes_through_in_every_form_without_its_multiplier_in_the_error_t
         let mut solver = solver(pendulum, options);
         assert_eq!(solver.integrate_to(2.0).unwrap(), Outcome::Reached { t: 2.0 });
         let error = distance(&solver.y()[..2], &pendulum.exact(2.0).unwrap()[..2]);
-        // The tolerance per step, for most of a period.
+        // The bound covers the tolerance per step, for most of a period.
         assert!(error < 1e2 * tol, "{form:?}: {error:e}");
         let y = solver.y();
         let drift = (y[0] * y[0] + y[1] * y[1] - 1.0).abs();
@@ -229,8 +229,8 @@ fn the_pendulum_goes_through_in_every_form_without_its_multiplier_in_the_error_t
 }
 
 /// IDA 7.9 with a difference Jacobian and unweighted multipliers takes 846, 1876 and 3630 steps for index 2 (2.2, 3.9
-/// and 6.1 mixed digits), and 866, 1780 and 3636 steps for the stabilized form (2.6, 3.6 and 6.0 digits). The form of
-/// index 3 fails at t = 0.23, or its steps collapse.
+/// and 6.1 mixed digits), and 866, 1780 and 3636 steps for the stabilized form (2.6, 3.6 and 6.0 digits). The
+/// integration of the index-3 form fails at t = 0.23, or its step size collapses.
 #[test]
 fn car_axis_behaves_as_published_in_every_form() {
     let reference = numbers(&reference("s2_caraxis")["ref"]);
@@ -263,7 +263,7 @@ fn car_axis_behaves_as_published_in_every_form() {
         let (outcome, our_steps, our_digits) = run(form, tol);
         assert_eq!(outcome, Outcome::Reached { t: 3.0 }, "{form:?}, {tol}");
         assert!((0.8..1.2).contains(&(our_steps / steps)), "{form:?}, {tol}: {our_steps} steps");
-        // The errors of single runs vary by a factor of several.
+        // The errors of single runs may vary by a factor of several.
         assert!((our_digits - digits).abs() < 1.0, "{form:?}, {tol}: {our_digits} digits");
     }
     let (outcome, ..) = run(MechanicalForm::Index3, 1e-4);
@@ -272,8 +272,8 @@ fn car_axis_behaves_as_published_in_every_form() {
     assert_eq!(stop.reason, StopReason::ErrorTestFailures);
 }
 
-/// Returns the number of steps and the error of the states. Multipliers are excluded from the error test, and the error
-/// of a variable of index i is weighted by (Ωh)^(i−1), in Newton's method too.
+/// Returns the number of steps and the error of the states. Multipliers are excluded from the error test. The error of
+/// a variable of index i is weighted by (Ωh)^(i−1), also in Newton's method.
 fn step_scaled<S: Sample + Clone>(
     sample: &S,
     (omega, tol): (f64, f64),
@@ -314,8 +314,8 @@ fn step_scaled<S: Sample + Clone>(
     (solver.statistics().steps as f64, error)
 }
 
-/// The index-3 forms, which fail or take tiny steps with constant weights, at order 5: the number of steps is within a
-/// factor of 1.5 of index 2, and the errors follow the tolerance.
+/// Integrates the index-3 forms at order 5. With constant weights, the integrations fail or take tiny steps. With
+/// scaled weights, the number of steps is within a factor of 1.5 of index 2, and the errors follow the tolerance.
 #[test]
 fn index_3_is_solved_with_weights_scaled_by_the_step() {
     fn check<S: Sample + Clone>(sample: &S, omega: f64, t: f64, exact: &[f64], index_2: [f64; 3]) {
@@ -325,15 +325,15 @@ fn index_3_is_solved_with_weights_scaled_by_the_step() {
             assert!(steps < 1.5 * index_2, "{tol}: {steps} steps");
             errors.push(error);
         }
-        // At least half of the digits that the tolerances request.
+        // The run must have at least half of the digits requested by the tolerances.
         assert!(errors[0] > errors[1] && errors[1] > errors[2], "{errors:?}");
         assert!(errors[2] < 1e-2 * errors[0], "{errors:?}");
     }
-    // The angular frequency of the road is 10 rad/s; the numbers of steps for index 2 are the published ones.
+    // The angular frequency of the road is 10 rad/s. The numbers of steps for index 2 are the published numbers.
     let end = numbers(&reference("s2_caraxis")["ref"]);
     let car = CarAxis::new(MechanicalForm::Index3);
     check(&car, 10.0, 3.0, &end[..8], [846.0, 1876.0, 3630.0]);
-    // A small oscillation has the frequency √g.
+    // A small oscillation has the angular frequency √g.
     let pendulum = Pendulum::new(MechanicalForm::Index3);
     let end = pendulum.exact(2.0).unwrap();
     let omega = 9.81_f64.sqrt();

@@ -1,4 +1,4 @@
-//! Forward sensitivities compared with SUNDIALS' examples.
+//! Forward sensitivities, compared with SUNDIALS' examples.
 
 use crate::common::{numbers, reference};
 use myovib_dae::{
@@ -9,7 +9,7 @@ use sundials_wrap::{IdaOptions, IdaSolver, SensitivityMethod, SensitivityOptions
 
 use SensitivityMethod::{Simultaneous, Staggered};
 
-/// Robertson's kinetics with its three rate constants as parameters.
+/// Robertson's kinetics, with the three rate constants as parameters.
 pub(crate) struct Kinetics {
     pub(crate) p: [f64; 3],
 }
@@ -59,7 +59,7 @@ impl Problem for Kinetics {
     }
 }
 
-/// Returns the rate constants with the typical sizes of the example.
+/// Returns the rate constants, with the typical sizes used in the example.
 pub(crate) fn rates(p: [f64; 3]) -> Differenced<Kinetics> {
     let list = ["p1", "p2", "p3"].into_iter().zip(p);
     let list = list.map(|(name, value)| Parameter::new(name, value));
@@ -72,8 +72,8 @@ pub(crate) fn rates(p: [f64; 3]) -> Differenced<Kinetics> {
     )
 }
 
-/// The run of SUNDIALS' example idasRoberts_FSA_dns, staggered and with full error control. Only the linear solver
-/// differs. The example prints five digits; rounding in Newton's method changes the sixth.
+/// The run of SUNDIALS' example idasRoberts_FSA_dns, with the staggered method and full error control. Only the linear
+/// solver differs. The example prints five digits; rounding in Newton's method changes the sixth.
 #[test]
 fn reproduces_the_published_sensitivities_of_robertson() {
     let published = reference("s3_robertson_sensitivities");
@@ -87,7 +87,7 @@ fn reproduces_the_published_sensitivities_of_robertson() {
         .build(0.0, &[1.0, 0.0, 0.0], &[0.1, 0.0, 0.0])
         .unwrap();
     solver.correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, 0.4).unwrap();
-    // Consistent: Ṡ of the first rate is (−1, 1, 0).
+    // The initial values are consistent: Ṡ of the first rate is (−1, 1, 0).
     let mut slope = [0.0; 3];
     solver.sensitivity_dense_output(0, 0.0, 1, &mut slope).unwrap();
     assert!((slope[0] + 1.0).abs() < 1e-6 && (slope[1] - 1.0).abs() < 1e-6, "{slope:?}");
@@ -100,7 +100,7 @@ fn reproduces_the_published_sensitivities_of_robertson() {
             solver.sensitivity(j, &mut s).unwrap();
             let expected = numbers(&row["sensitivities"][j]);
             for i in 0..3 {
-                // Five printed digits, plus the tolerance of p̄ S, which exceeds y late in the run.
+                // The bound covers five printed digits, plus the tolerance of p̄ S, which exceeds y late in the run.
                 let allowed = 1e-4 * expected[i].abs() + atol[i] / p[j];
                 assert!(
                     (s[i] - expected[i]).abs() <= allowed,
@@ -115,16 +115,16 @@ fn reproduces_the_published_sensitivities_of_robertson() {
     let (ours, of) = (solver.statistics(), solver.sensitivity_statistics());
     println!("{} steps, published {steps}; {of:?}", ours.steps);
     assert!(ours.steps.abs_diff(steps) * 20 < steps, "{}", ours.steps);
-    // Sensitivities reuse the matrices of the solution; the published run has one additional setup.
+    // Sensitivities reuse the matrices of the solution. The published run has one additional setup.
     assert!(of.linear_setups <= 2 + ours.linear_setups / 50, "{of:?}");
     assert!(of.newton_iterations > 0 && of.residual_evaluations > 0);
 }
 
-/// The slider-crank of SUNDIALS' example idasSlCrank_FSA_dns: crank of length 1/2, rod of length 1, a spring and a
-/// damper between their midpoints, a force of 1 along x at (x + cos p); in the stabilized form of index 2. Unknowns:
-/// angle q of the crank, position x of the slider, angle p of the rod, their velocities, two multipliers of the
-/// positions and two of the velocities, and the integral of the kinetic energy, which the example computes by a
-/// quadrature. Parameters: stiffness and damping.
+/// Slider-crank of SUNDIALS' example idasSlCrank_FSA_dns, in the stabilized form of index 2. The crank has the length
+/// 1/2, and the rod has the length 1. A spring and a damper connect their midpoints, and a force of 1 acts along x at
+/// (x + cos p). The unknowns are the angle q of the crank, the position x of the slider, the angle p of the rod, their
+/// velocities, two multipliers of the positions, two multipliers of the velocities, and the integral of the kinetic
+/// energy, which the example computes by a quadrature. The parameters are the stiffness and the damping.
 #[derive(Clone, Copy)]
 struct Crank {
     stiffness: f64,
@@ -148,8 +148,7 @@ impl Crank {
     fn forces(&self, y: &[f64]) -> [f64; 3] {
         let (q, x, p, v) = (y[0], y[1], y[2], &y[3..6]);
         let half = 0.5 * CRANK;
-        // Vector from the midpoint of the crank to the midpoint of the rod, which ends at the
-        // slider.
+        // Vector from the midpoint of the crank to the midpoint of the rod, whose end is at the slider.
         let d = [x - 0.5 * p.cos() - half * q.cos(), -0.5 * p.sin() - half * q.sin()];
         let length = d[0].hypot(d[1]);
         let by = [[half * q.sin(), 1.0, 0.5 * p.sin()], [-half * q.cos(), 0.0, -0.5 * p.cos()]];
@@ -202,8 +201,8 @@ impl Problem for Crank {
     }
 }
 
-/// G = 3.33662 and dG/dp = (0.33346, −0.36375), as printed by the example, whose difference quotients vary by 2e-5 at
-/// these tolerances.
+/// The example prints G = 3.33662 and dG/dp = (0.33346, −0.36375). Its difference quotients vary by 2e-5 at these
+/// tolerances.
 #[test]
 fn reproduces_the_published_sensitivities_of_the_slider_crank() {
     for method in [Simultaneous, Staggered] {
@@ -241,7 +240,7 @@ fn reproduces_the_published_sensitivities_of_the_slider_crank() {
         }
         let g = solver.y()[10];
         println!("{method:?}: G = {g:.6}, dG/dp = {found:.5?}, {:?}", solver.statistics().steps);
-        // Ten times the relative tolerance: steps that differ by 2 % change G by 1e-5.
+        // The bound is ten times the relative tolerance: steps that differ by 2 % change G by 1e-5.
         assert!((g - 3.336_616).abs() < 1e-5 * 3.336_616, "{g}");
         for (found, published) in found.into_iter().zip([0.33346, -0.36375]) {
             assert!((found - published).abs() < 5e-5, "{method:?}: {found}");

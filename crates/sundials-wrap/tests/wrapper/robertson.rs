@@ -1,4 +1,4 @@
-//! Robertson's kinetics: IDAS with KLU compared with the published run and an accurate solution.
+//! Robertson's kinetics: IDAS with KLU, compared with the published run and an accurate solution.
 
 use crate::common::{numbers, reference};
 use myovib_conformance::samples::{Robertson, Sample};
@@ -14,8 +14,8 @@ fn published_options() -> IdaOptions {
     }
 }
 
-/// The run of SUNDIALS' example idasRoberts_klu: with an equal library and equal settings, the outputs agree to the
-/// printed digits and the counters are equal. Two rows of the output are events.
+/// The run of SUNDIALS' example idasRoberts_klu. With the same library and the same settings, the outputs agree to the
+/// printed digits, and the counters are equal. Two rows of the output are events.
 #[test]
 fn reproduces_the_published_run_with_klu() {
     let published = reference("s3_robertson")["published_runs"]["klu"].clone();
@@ -43,7 +43,7 @@ fn reproduces_the_published_run_with_klu() {
                 t_out *= 10.0;
             }
         }
-        // Printed with five digits.
+        // The published values are printed with five digits.
         assert!((outcome.t() / t - 1.0).abs() < 5e-5, "row {row}: t = {}", outcome.t());
         assert!((solver.y()[0] / y1 - 1.0).abs() < 5e-5, "row {row}: y1 = {}", solver.y()[0]);
         assert_eq!(solver.statistics().steps, published["nst"][row].as_u64().unwrap(), "row {row}");
@@ -63,8 +63,8 @@ fn reproduces_the_published_run_with_klu() {
     }
 }
 
-/// The error remains within a moderate multiple of the tolerance: local errors of rtol per step accumulate over several
-/// hundred steps and are damped by the stiffness.
+/// The error must be at most a moderate multiple of the tolerance. Local errors of rtol per step accumulate over
+/// several hundred steps and are damped by the stiffness.
 #[test]
 fn is_accurate_at_a_tight_tolerance() {
     let accurate = reference("s3_robertson")["accurate"].clone();
@@ -81,7 +81,7 @@ fn is_accurate_at_a_tight_tolerance() {
             assert!(error < 1e3 * rtol, "t = {t}: relative error {error:e} in y{component}");
         }
         let total: f64 = solver.y().iter().sum();
-        // The conservation of mass is satisfied to Newton's fraction of the tolerance.
+        // The conservation of mass is satisfied up to the tolerance of Newton's method.
         assert!((total - 1.0).abs() < rtol, "t = {t}: mass {total}");
     }
 }

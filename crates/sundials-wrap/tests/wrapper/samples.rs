@@ -46,7 +46,7 @@ fn start_consistently() {
 fn have_the_jacobians_of_their_residuals() {
     for mut sample in all() {
         let start = sample.start();
-        // Away from the start, at which many entries vanish, but close enough to stay inside the domain of every
+        // This state is away from the start, where many entries vanish, but close enough to be in the domain of every
         // sample.
         let shift = |(i, v): (usize, &f64)| v + 1e-3 * (1.0 + (i as f64).cos());
         let y: Vec<f64> = start.y.iter().enumerate().map(shift).collect();
@@ -62,7 +62,7 @@ fn have_exact_solutions_that_satisfy_the_equations() {
             continue;
         };
         for (exact, start) in y0.iter().zip(&sample.start().y) {
-            // For a horizontal pendulum asin does not lose digits: θ/2 is 45°.
+            // For a horizontal pendulum, asin does not lose digits, because θ/2 is 45°.
             assert!((exact - start).abs() < 1e-13, "sample {which}: {exact} ≠ {start}");
         }
         for t in [0.1, 0.7, 0.95] {
@@ -74,7 +74,7 @@ fn have_exact_solutions_that_satisfy_the_equations() {
             let mut residual = vec![f64::NAN; y.len()];
             sample.residual(t, &y, &y_dot, &mut residual).unwrap();
             for (i, r) in residual.iter().enumerate() {
-                // h² times a third derivative of at most g^(3/2) ≈ 300, plus rounding.
+                // The error is h² times a third derivative of at most g^(3/2) ≈ 300, plus rounding.
                 assert!(r.abs() < 1e-8, "sample {which}: residual[{i}] = {r} at t = {t}");
             }
         }

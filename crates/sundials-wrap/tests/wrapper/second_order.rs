@@ -1,17 +1,17 @@
-//! Second derivatives by adjoints along forward sensitivities, compared with SUNDIALS' example.
+//! Second derivatives from adjoints along forward sensitivities, compared with SUNDIALS' example.
 
 use crate::published_sensitivity::Kinetics;
 use myovib_dae::{Differenced, Parameter, StepError, Tolerances};
 use sundials_wrap::adjoint::{BackwardOptions, BackwardProblem, Checkpoints, ForwardState};
 use sundials_wrap::{IdaOptions, IdaSolver, SensitivityMethod, SensitivityOptions};
 
-/// The adjoint λ of G = ∫ |y|²/2 dt of Robertson's kinetics with its derivative μ = ∂λ/∂p_k, k = 0 or 1, and
-/// as quadratures ∂G/∂p1, ∂G/∂p2 and their derivatives with respect to p_k.
+/// Adjoint λ of G = ∫ |y|²/2 dt for Robertson's kinetics, with its derivative μ = ∂λ/∂p_k for k = 0 or 1. The
+/// quadratures are ∂G/∂p1, ∂G/∂p2 and their derivatives with respect to p_k.
 struct SecondOrder {
     k: usize,
 }
 
-/// ∂F/∂yᵀ λ.
+/// Returns ∂F/∂yᵀ λ.
 fn transposed(p: [f64; 3], y: &[f64], l: &[f64]) -> [f64; 3] {
     let difference = l[1] - l[0];
     [
@@ -37,7 +37,7 @@ impl BackwardProblem<Kinetics> for SecondOrder {
         let (p, y, [s, _]) = (forward.p, &at.y, &at.s[self.k]);
         let (l, m) = values.split_at(3);
         let (of_l, of_m) = (transposed(p, y, l), transposed(p, y, m));
-        // The derivative of ∂F/∂yᵀ with respect to p_k along y + S dp_k, times λ.
+        // Derivative of ∂F/∂yᵀ with respect to p_k along y + S dp_k, multiplied by λ.
         let [dp1, dp2] = [0, 1].map(|k| f64::from(u8::from(k == self.k)));
         let difference = l[1] - l[0];
         let moved = [
@@ -75,12 +75,12 @@ impl BackwardProblem<Kinetics> for SecondOrder {
     }
 }
 
-/// Gradient and Hessian of G at t = 80 with respect to p1 and p2, as printed by idasHessian_ASA_FSA. The gradient is
-/// computed both from sensitivities of a quadrature and from adjoints.
+/// Gradient and Hessian of G at t = 80 with respect to p1 and p2 are compared with the output of idasHessian_ASA_FSA.
+/// The gradient is computed both from sensitivities of a quadrature and from adjoints.
 #[test]
 fn reproduces_the_published_hessian_of_robertson() {
     let p = [0.04, 1e4, 3e7];
-    // The example does not specify typical sizes of the parameters; the default is 1.
+    // The example does not specify typical sizes of the parameters, so the default of 1 applies.
     let parameter = |name: &str, value| Parameter { scale: 1.0, ..Parameter::new(name, value) };
     let list = vec![parameter("p1", p[0]), parameter("p2", p[1])];
     let set = |problem: &mut Kinetics, j: usize, value| problem.p[j] = value;
@@ -133,7 +133,7 @@ fn reproduces_the_published_hessian_of_robertson() {
     solver.integrate_back_to(0.0).unwrap();
     let columns = backward.map(|b| solver.backward(b).unwrap().quadratures.clone());
     println!("G = {g:?}, dG/dp = {gradient:?}, backward {columns:?}");
-    // The digits printed: five.
+    // The example prints five digits.
     let close =
         |ours: f64, theirs: f64| assert!((ours / theirs - 1.0).abs() < 1e-4, "{ours} {theirs}");
     close(g[0], 25.042);

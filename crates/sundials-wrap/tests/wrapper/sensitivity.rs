@@ -1,4 +1,4 @@
-//! Forward sensitivities compared with closed forms, and their errors.
+//! Forward sensitivities, compared with closed forms, and their errors.
 
 use myovib_dae::IntegratorError::{NoDenseOutput, WrongLength};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -15,7 +15,7 @@ use sundials_wrap::{Error, IdaOptions, IdaSolver, SensitivityMethod, Sensitivity
 
 use SensitivityMethod::{Simultaneous, Staggered};
 
-/// The largest error of p̄ S at the end, relative to 1 + its size.
+/// Returns the largest error of p̄ S at the end, relative to 1 + |p̄ S|.
 fn error<S: ParametricSample + Copy + Send + 'static>(
     sample: S,
     t_end: f64,
@@ -44,7 +44,8 @@ fn error<S: ParametricSample + Copy + Send + 'static>(
     largest
 }
 
-/// Local errors within the tolerance accumulate over a few hundred steps, like the errors of the states.
+/// Local errors within the tolerance accumulate over a few hundred steps. The same is true for the errors of the
+/// states.
 #[test]
 fn closed_forms_are_met_by_both_methods_in_and_out_of_the_error_test() {
     for method in [Staggered, Simultaneous] {
@@ -63,14 +64,14 @@ fn closed_forms_are_met_by_both_methods_in_and_out_of_the_error_test() {
     }
 }
 
-/// A pendulum in its stabilized form of index 2: positions and velocities compared with the closed form.
+/// Compares positions and velocities of a pendulum in its stabilized form of index 2 with the closed form.
 #[test]
 fn the_stabilized_pendulum_has_its_sensitivity_to_gravity() {
     let sample = Pendulum::new(MechanicalForm::Stabilized);
     let (start, list) = (myovib_conformance::samples::Sample::start(&sample), sample.parameters());
     let starts = (0..2).map(|j| {
         let mut slope = vec![0.0; 6];
-        // At rest in the horizontal position, only the acceleration depends on gravity.
+        // If the pendulum is at rest in the horizontal position, only the acceleration depends on gravity.
         slope[3] = if j == 1 { -1.0 } else { 0.0 };
         [sample.exact_sensitivity(j, 0.0), slope]
     });
@@ -90,13 +91,13 @@ fn the_stabilized_pendulum_has_its_sensitivity_to_gravity() {
         let exact = sample.exact_sensitivity(j, 1.0);
         for i in 0..4 {
             let error = (s[i] - exact[i]).abs() / (1.0 + exact[i].abs());
-            // 300 times the tolerance, as above.
+            // The bound is 300 times the tolerance, as above.
             assert!(error < 3e-6, "dy{i}/d{}: {error:e}", parameter.name);
         }
     }
 }
 
-/// The pendulum without its Jacobian.
+/// The pendulum without an implemented Jacobian.
 struct WithoutJacobian(Pendulum);
 
 impl Problem for WithoutJacobian {
@@ -146,8 +147,8 @@ fn error_of_pendulum<P: Problem + 'static>(
     largest
 }
 
-/// Regression: with the rates of convergence of earlier steps, sensitivities outside the error test had errors of 5e6,
-/// and those in the error test stopped the integration without a Jacobian.
+/// Regression test: with convergence rates from earlier steps, sensitivities outside the error test had errors of 5e6.
+/// Without a Jacobian, sensitivities in the error test stopped the integration.
 #[test]
 fn sensitivities_converge_in_each_step() {
     let stabilized = Pendulum::new(MechanicalForm::Stabilized);
@@ -160,11 +161,11 @@ fn sensitivities_converge_in_each_step() {
         |problem: &mut WithoutJacobian, j, value| problem.0.set(j, value),
     );
     let inside = error_of_pendulum(index_1, WithoutJacobian(index_1), parameters, true);
-    // 300 times the tolerance, as above.
+    // The bound is 300 times the tolerance, as above.
     assert!(outside < 3e-4 && inside < 3e-4, "{outside:e}, {inside:e}");
 }
 
-/// Parameters whose derivative executes a given function.
+/// Parameters whose derivative calls a given function.
 struct Scripted(Vec<Parameter>, fn() -> Result<(), StepError>);
 
 impl Parameters<Oscillator> for Scripted {
@@ -225,7 +226,7 @@ fn misuse_is_rejected_and_without_parameters_nothing_is_returned() {
     assert_eq!((plain.n_parameters(), plain.sensitivity_statistics()), (0, Default::default()));
 }
 
-/// Checks that a restart results in identical sensitivities.
+/// Checks that the sensitivities after a restart are the same.
 #[test]
 fn reinit_starts_the_sensitivities_again() {
     let sample = Oscillator { omega: 2.0 };
@@ -242,14 +243,14 @@ fn reinit_starts_the_sensitivities_again() {
         s
     };
     let (first, again) = (run(), run());
-    // IDAS retains its estimate of Newton's convergence rate: the difference is a fraction of the
+    // IDAS keeps its estimate of the convergence rate of Newton's method. The resulting difference is a fraction of the
     // tolerance of 1e-4.
     for (first, again) in first.into_iter().zip(again) {
         assert!((first - again).abs() < 1e-6, "{first} {again}");
     }
 }
 
-/// The oscillator with its sensitivity at rtol 1e-8.
+/// Returns a solver for the oscillator with its sensitivity, for a relative tolerance of 1e-8.
 fn oscillating() -> IdaSolver<Oscillator> {
     let sample = Oscillator { omega: 2.0 };
     let starts = vec![[vec![0.0, 0.0], vec![0.0, -4.0]]];
@@ -265,7 +266,7 @@ fn oscillating() -> IdaSolver<Oscillator> {
         .unwrap()
 }
 
-/// Regression: a restart at any time used the sensitivities of the first start.
+/// Regression test: a restart at any time used the sensitivities of the first start.
 #[test]
 fn sensitivities_are_continued_over_a_reinit_on_request_only() {
     let mut solver = oscillating();
@@ -282,11 +283,11 @@ fn sensitivities_are_continued_over_a_reinit_on_request_only() {
     let mut found = [0.0; 2];
     solver.sensitivity(0, &mut found).unwrap();
     let exact = Oscillator { omega: 2.0 }.exact_sensitivity(0, 1.0);
-    // 1e-8 per step, for several hundred steps.
+    // The error is 1e-8 per step, for several hundred steps.
     assert!((found[0] - exact[0]).abs() < 1e-6, "{found:?} {exact:?}");
 }
 
-/// Regression: parameters changed after the solver was built were reset to their previous values.
+/// Regression test: parameters that were changed after the solver was built were reset to their previous values.
 #[test]
 fn a_parameter_that_was_changed_keeps_its_value() {
     let mut solver = oscillating();
@@ -295,7 +296,7 @@ fn a_parameter_that_was_changed_keeps_its_value() {
     solver.reinit(0.0, &[1.0, 0.0], &[0.0, -9.0], &[]).unwrap();
     solver.integrate_to(1.0).unwrap();
     assert_eq!(solver.problem().omega, 3.0);
-    // As above.
+    // The bound is the same as above.
     assert!((solver.y()[0] - 3_f64.cos()).abs() < 1e-6);
     let mut found = [0.0; 2];
     solver.sensitivity(0, &mut found).unwrap();
@@ -317,7 +318,7 @@ impl Problem for Decay {
     }
 }
 
-/// A linear solver that records its weights, relative to the weights of y.
+/// A linear solver that records the weights it receives, relative to the weights of y.
 struct Noting {
     jacobian: f64,
     y: f64,
@@ -352,8 +353,9 @@ impl LinearSolver<Decay> for Noting {
     }
 }
 
-/// Regression: IDAS uses one function for the weights of y and of the sensitivities. Linear solvers received the
-/// weights of its last call, which at a scale of 1e4 differed from the weights of y by a factor of 1714.
+/// Regression test: IDAS uses one function for the weights of y and of the sensitivities. Linear solvers received the
+/// weights of the last call of this function. At a scale of 1e4, these differed from the weights of y by a factor of
+/// 1714.
 #[test]
 fn linear_solvers_are_given_the_weights_of_y() {
     for scale in [1.0, 1e4] {

@@ -1,5 +1,5 @@
-//! The API as a state machine: any order of calls, sensible or not, results in a value or an error,
-//! and the queries of the solver remain consistent.
+//! Tests of the API as a state machine: calls in any order, sensible or not, result in a value or an error, and the
+//! queries of the solver remain consistent.
 
 use myovib_conformance::samples::{Robertson, Sample};
 use myovib_dae::{Outcome, Tolerances};
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use sundials_wrap::{ConsistencyMode, IdaSolver};
 
-/// A call with its arguments, as fractions of sensible values.
+/// A call and its arguments, as fractions of sensible values.
 #[derive(Debug, Clone)]
 enum Call {
     Step(f64),
@@ -20,7 +20,7 @@ enum Call {
     Weights(usize),
 }
 
-/// Generates times from far behind to far ahead, and non-finite times.
+/// Generates times from far before to far after the current time, and non-finite times.
 fn time() -> impl Strategy<Value = f64> {
     prop_oneof![
         8 => -1.0..10.0,
@@ -51,13 +51,13 @@ fn check(solver: &IdaSolver<Robertson>) {
     assert!(solver.t().is_finite());
     assert_eq!((solver.y().len(), solver.y_dot().len()), (3, 3));
     let stats = solver.statistics();
-    // Near f64::MAX the step doubles until time overflows, and the solution overflows with it.
+    // Near f64::MAX, the step doubles until the time overflows, and the solution overflows with it.
     let values = solver.y().iter().chain(solver.y_dot());
     assert!(values.copied().all(f64::is_finite) || stats.t_reached.is_infinite());
     assert!(stats.last_order <= 5 && stats.newton_iterations >= stats.steps);
 }
 
-/// Returns the bits of time and solution, for which NaN equals NaN.
+/// Returns the bits of time and solution. Unlike the values, the bits of equal NaNs are equal.
 fn bits(solver: &IdaSolver<Robertson>) -> Vec<u64> {
     let numbers = std::iter::once(solver.t()).chain(solver.y().iter().copied());
     numbers.map(f64::to_bits).collect()

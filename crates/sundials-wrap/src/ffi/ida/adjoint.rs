@@ -16,8 +16,8 @@ use super::super::vector_clone::zero_clones_of;
 use super::sensitivity::raw;
 use super::{Counter, Ida};
 
-/// Objects of one backward problem that IDAS refers to or writes to. Dropped after the memory block
-/// (field order of [`Ida`]).
+/// Objects of one backward problem to which IDAS refers or writes. They are dropped after the memory block (field order
+/// of [`Ida`]).
 pub(super) struct Backward<C> {
     solver: LinearSolver,
     matrix: Matrix,
@@ -25,30 +25,29 @@ pub(super) struct Backward<C> {
     y_dot: NVector,
     quadrature: Option<NVector>,
     link: Pinned<Link<C>>,
-    /// Whether IDAS has accepted all of its settings.
+    /// Whether IDAS has accepted all settings of the problem.
     complete: bool,
 }
 
 /// Validated settings of a backward problem.
 pub(crate) struct BackwardSettings {
     pub(crate) relative: f64,
-    /// One for each component.
+    /// One tolerance for each component.
     pub(crate) absolute: Vec<f64>,
     /// 1 for a differential component, 0 for an algebraic one.
     pub(crate) id: Vec<f64>,
     /// Whether algebraic components are excluded from the error test.
     pub(crate) suppress: bool,
     pub(crate) n_quadratures: usize,
-    /// Relative and absolute tolerance of the quadratures in the error test.
+    /// Relative and absolute tolerances of the quadratures in the error test.
     pub(crate) quadrature_tolerances: Option<(f64, f64)>,
     pub(crate) max_steps: usize,
     pub(crate) max_order: usize,
 }
 
 impl<C: Callbacks> Ida<C> {
-    /// Stores the solution for backward problems, with a checkpoint every `steps` steps. Between
-    /// checkpoints, the solution is interpolated by Hermite polynomials or by the polynomials of
-    /// the steps.
+    /// Stores the solution for backward problems, with a checkpoint every `steps` steps. Between checkpoints, the
+    /// solution is interpolated by Hermite polynomials or by the polynomials of the steps.
     pub(crate) fn init_adjoint(&mut self, steps: usize, hermite: bool) -> Result<(), CallFailed> {
         let interpolation = match hermite {
             true => sys::IDA_HERMITE,
@@ -62,7 +61,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Restarts the checkpoints, after the integration has been restarted.
+    /// Restarts the checkpoints. The integration itself must already have been restarted.
     pub(super) fn forget_checkpoints(&mut self) -> Result<(), CallFailed> {
         if self.adjoint.is_none() {
             return Ok(());
@@ -71,8 +70,8 @@ impl<C: Callbacks> Ida<C> {
         check("IDAAdjReInit", unsafe { sys::IDAAdjReInit(self.memory.raw()) })
     }
 
-    /// Attaches a backward problem that starts at t from the given y and ẏ, with quadratures of zero. The forward run
-    /// must have passed t.
+    /// Attaches a backward problem that starts at t from the given y and ẏ. Its quadratures start at zero. The forward
+    /// run must have passed t.
     pub(crate) fn add_backward(
         &mut self,
         t: f64,
@@ -105,7 +104,7 @@ impl<C: Callbacks> Ida<C> {
             complete: false,
         };
         let mut number = 0;
-        // SAFETY: the block is valid and keeps checkpoints; IDAS counts its backward problems from 0.
+        // SAFETY: the block is valid and keeps checkpoints; IDAS assigns zero-based indices to its backward problems.
         let code = unsafe { sys::IDACreateB(self.memory.raw(), &mut number) };
         check("IDACreateB", code)?;
         assert_eq!(number as usize, which, "IDAS counts as we do");
@@ -116,8 +115,8 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Calls IDAInitB and initializes quadratures, with or without sensitivities. The choice must
-    /// be the same in all backward problems, because IDAS checks it only once.
+    /// Calls IDAInitB and initializes quadratures, with or without sensitivities. The choice must be the same for all
+    /// backward problems, because IDAS checks it only once.
     fn start_backward(&mut self, which: usize, t: f64) -> Result<(), CallFailed> {
         let (memory, number) = (self.memory.raw(), which as c_int);
         let with = self.n_parameters() > 0;
@@ -126,8 +125,8 @@ impl<C: Callbacks> Ida<C> {
         let quadrature = part.quadrature.as_ref().map(NVector::raw);
         let code = if with {
             let residual: sys::IDAResFnBS = Some(backward::residual_with::<C>);
-            // SAFETY: the backward problem exists; both vectors have the same length and are copied; the
-            // function fits the link that is its user data.
+            // SAFETY: the backward problem exists; both vectors have the same length and are copied; the function is
+            // compatible with the link, which is its user data.
             unsafe { sys::IDAInitBS(memory, number, residual, t, y, y_dot) }
         } else {
             let residual: sys::IDAResFnB = Some(backward::residual::<C>);
@@ -159,7 +158,7 @@ impl<C: Callbacks> Ida<C> {
         let (memory, number) = (self.memory.raw(), which as c_int);
         let data = self.boundary.address().as_ptr().cast::<c_void>();
         let of_its_own = self.backward_memory(which)?;
-        // SAFETY: the block was made with this context; the data outlive it (field order of `Ida`).
+        // SAFETY: the block was created with this context; the data outlive the block (field order of `Ida`).
         unsafe { messages::redirect_messages::<C>(&self.context, of_its_own, data) }?;
         let absolute = NVector::from_slice(&settings.absolute, &self.context)?;
         let id = NVector::from_slice(&settings.id, &self.context)?;
@@ -168,7 +167,7 @@ impl<C: Callbacks> Ida<C> {
         let link = part.link.address().as_ptr().cast::<c_void>();
         let (solver, matrix) = (part.solver.raw(), part.matrix.raw());
         self.set_b("IDASetUserDataB", sys::IDASetUserDataB, which, link)?;
-        // SAFETY: solver and matrix belong together, fit the vectors and outlive the block.
+        // SAFETY: solver and matrix belong together, are compatible with the vectors and outlive the block.
         let code = unsafe { sys::IDASetLinearSolverB(memory, number, solver, matrix) };
         check("IDASetLinearSolverB", code)?;
         if with {
@@ -199,7 +198,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Restarts a backward problem at t, with quadratures of zero.
+    /// Restarts a backward problem at t. Its quadratures start at zero.
     pub(crate) fn restart_backward(
         &mut self,
         which: usize,
@@ -224,7 +223,8 @@ impl<C: Callbacks> Ida<C> {
         }
     }
 
-    /// Calls IDACalcICB with the forward solution at its start, and copies the corrected values.
+    /// Calls IDACalcICB with the forward solution at the start of the backward problem, and copies the corrected
+    /// values.
     pub(crate) fn correct_backward(
         &mut self,
         which: usize,
@@ -241,44 +241,45 @@ impl<C: Callbacks> Ida<C> {
         let (s, s_dot) = (all(0)?, all(1)?);
         assert_eq!(s.len(), self.n_parameters(), "S for each parameter");
         let code = if s.is_empty() {
-            // SAFETY: the backward problem exists and IDAS has run forward; the vectors have the length of
-            // the forward problem and are copied; no reference into the boundary lives.
+            // SAFETY: the backward problem exists and IDAS has run forward; the vectors have the length of the forward
+            // problem and are copied; no reference into the boundary is live.
             unsafe { sys::IDACalcICB(memory, number, t_first, y.raw(), y_dot.raw()) }
         } else {
             let (mut s, mut s_dot) = (raw(&s), raw(&s_dot));
             let (s, s_dot) = (s.as_mut_ptr(), s_dot.as_mut_ptr());
-            // SAFETY: as above; both arrays hold a vector for each parameter.
+            // SAFETY: as above; both arrays contain one vector for each parameter.
             unsafe { sys::IDACalcICBS(memory, number, t_first, y.raw(), y_dot.raw(), s, s_dot) }
         };
         check("IDACalcICB", code)?;
         let part = &self.backward_parts("IDAGetConsistentICB")?[which];
         let (y, y_dot) = (part.y.raw(), part.y_dot.raw());
-        // SAFETY: the backward problem exists; the vectors are ours and of its length.
+        // SAFETY: the backward problem exists; the vectors are owned by this value and have the same length.
         let code = unsafe { sys::IDAGetConsistentICB(memory, number, y, y_dot) };
         check("IDAGetConsistentICB", code)
     }
 
-    /// Calls IDASolveB and returns its code. Unless it reports a failure, all backward problems have reached `t_out`.
+    /// Calls IDASolveB and returns its code. If this code does not report a failure, all backward problems have reached
+    /// `t_out`.
     pub(crate) fn solve_backward(&mut self, t_out: f64) -> Result<i32, CallFailed> {
         self.complete_parts("IDASolveB")?;
-        // SAFETY: the block is valid and borrowed uniquely, and with it all it points to; no reference
-        // into the boundary lives; all backward problems are complete.
+        // SAFETY: the block and everything it points to are valid and borrowed uniquely; no reference into the boundary
+        // is live; all backward problems are complete.
         Ok(unsafe { sys::IDASolveB(self.memory.raw(), t_out, sys::IDA_NORMAL) })
     }
 
-    /// Returns y, ẏ and the quadratures of a backward problem after IDASolveB.
+    /// Returns y, ẏ and the quadratures of a backward problem after a call of IDASolveB.
     pub(crate) fn backward_values(&mut self, which: usize) -> Result<[&[f64]; 3], CallFailed> {
         let (memory, number) = (self.memory.raw(), which as c_int);
         let mut t = 0.0;
         let part = &self.backward_parts("IDAGetB")?[which];
         let (y, y_dot) = (part.y.raw(), part.y_dot.raw());
-        // SAFETY: the backward problem exists; the vectors are ours and of its length.
+        // SAFETY: the backward problem exists; the vectors are owned by this value and have the same length.
         let code = unsafe { sys::IDAGetB(memory, number, &mut t, y, y_dot) };
         check("IDAGetB", code)?;
         let quadrature = match &part.quadrature {
             None => &[],
             Some(vector) => {
-                // SAFETY: as above, of the length of its quadratures.
+                // SAFETY: as above; the vector has the length of the quadratures.
                 let code = unsafe { sys::IDAGetQuadB(memory, number, &mut t, vector.raw()) };
                 check("IDAGetQuadB", code)?;
                 vector.as_slice()
@@ -301,7 +302,7 @@ impl<C: Callbacks> Ida<C> {
     ) -> Result<u64, CallFailed> {
         let mut value = 0;
         let memory = self.backward_memory(which)?;
-        // SAFETY: the block of a backward problem is one of IDAS'; one value is written.
+        // SAFETY: the memory block of a backward problem is a block of IDAS; one value is written.
         let code = unsafe { counter.function()(memory, &mut value) };
         check("IDAGetNumSteps", code)?;
         Ok(value.max(0) as u64)
@@ -309,7 +310,7 @@ impl<C: Callbacks> Ida<C> {
 
     /// Returns the memory block of a backward problem, which belongs to the forward block.
     fn backward_memory(&mut self, which: usize) -> Result<*mut c_void, CallFailed> {
-        // SAFETY: the block is valid; IDAS answers null where there is no such problem.
+        // SAFETY: the block is valid; IDAS returns null if the problem does not exist.
         let memory = unsafe { sys::IDAGetAdjIDABmem(self.memory.raw(), which as c_int) };
         match memory.is_null() {
             true => Err(CallFailed::new("IDAGetAdjIDABmem", NULL_RESULT)),
@@ -317,8 +318,8 @@ impl<C: Callbacks> Ida<C> {
         }
     }
 
-    /// Returns the backward problems, or an error if IDAS has rejected a setting of one of them: IDAS keeps such a
-    /// problem, although it is incomplete.
+    /// Returns the backward problems. Fails if IDAS has rejected a setting of one of them, because IDAS keeps such an
+    /// incomplete problem.
     fn complete_parts(&mut self, call: &'static str) -> Result<&[Backward<C>], CallFailed> {
         let parts = self.backward_parts(call)?;
         match parts.iter().all(|part| part.complete) {
@@ -332,7 +333,7 @@ impl<C: Callbacks> Ida<C> {
         self.adjoint.as_mut().ok_or(refused)
     }
 
-    /// Calls a function of IDAS that stores one value for a backward problem.
+    /// Calls an IDAS function that stores one value for a backward problem.
     fn set_b<V>(
         &mut self,
         call: &'static str,

@@ -1,4 +1,4 @@
-//! The counters of IDAS and the functions that read them.
+//! Counters of IDAS and the functions that read them.
 
 use std::os::raw::{c_int, c_long, c_void};
 

@@ -1,7 +1,7 @@
-//! The integrator's memory block: one method per IDAS function.
+//! Memory block of the integrator: one method per IDAS function.
 //!
-//! Life cycle: [`Ida::new`] (create, attach callbacks, vectors, linear solver) → settings → solve
-//! calls, queries and reinitializations in any order → drop.
+//! Life cycle: [`Ida::new`] creates the block and attaches callbacks, vectors and the linear solver. Then the settings
+//! are applied. Solve calls, queries and reinitializations follow in any order. Finally, the block is dropped.
 
 mod adjoint;
 mod counter;
@@ -32,18 +32,18 @@ use crate::options::VectorArithmetic;
 /// Extent of one solve call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Task {
-    /// One internal step.
+    /// Takes one internal step.
     OneStep,
-    /// Up to the output time.
+    /// Integrates up to the output time.
     Normal,
 }
 
-/// Unknowns of the computation of consistent initial values.
+/// Unknowns in the computation of consistent initial values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum InitialUnknowns {
     /// Algebraic components of y and differential components of ẏ.
     AlgebraicAndDerivatives,
-    /// All of y, from ẏ.
+    /// All components of y, for given ẏ.
     States,
 }
 
@@ -59,20 +59,20 @@ impl IdaMemory {
 impl Drop for IdaMemory {
     fn drop(&mut self) {
         let mut memory = self.raw();
-        // SAFETY: the block came from IDACreate and is freed here only, before everything it
-        // points to (field order of `Ida`).
+        // SAFETY: the block came from IDACreate and is freed only here, before everything to which it points (field
+        // order of `Ida`).
         unsafe { sys::IDAFree(&mut memory) };
     }
 }
 
-/// One integrator with all objects it refers to.
+/// One integrator with all objects to which it refers.
 ///
-/// Fields are dropped in declaration order: the integrator before the solvers, matrix, vectors and callbacks it points
-/// to. The context, to which all objects point, is dropped last.
+/// Fields are dropped in declaration order: the integrator is dropped before the solvers, the matrix, the vectors and
+/// the callbacks to which it points. The context, to which all objects point, is dropped last.
 pub(crate) struct Ida<C: Callbacks> {
     memory: IdaMemory,
     linear_solver: LinearSolver,
-    /// Newton's method, if it replaces IDAS' own.
+    /// Newton's method with the convergence test of this crate, if it replaces the default of IDAS.
     nonlinear_solver: Option<NonlinearSolver>,
     sensitivity_solver: Option<NonlinearSolver>,
     _matrix: Matrix,
@@ -87,9 +87,8 @@ pub(crate) struct Ida<C: Callbacks> {
     context: Context,
 }
 
-// SAFETY: all C objects here are owned by this value alone, refer to each other only, and hold no
-// thread-local state, so any thread may use them, but only a single thread at a time. The callbacks are not C objects and
-// must be Send themselves.
+// SAFETY: this value alone owns all C objects here. They refer only to each other and have no thread-local state, so
+// any thread may use them, but only one thread at a time. The callbacks are not C objects and must be Send themselves.
 unsafe impl<C: Callbacks + Send> Send for Ida<C> {}
 
 /// Defines methods that return a value of the given type from a getter of IDAS.
@@ -117,8 +116,8 @@ impl<C: Callbacks> Ida<C> {
     ) -> Result<Self, CallFailed> {
         assert!(!y0.is_empty(), "unknowns");
         assert_eq!(y0.len(), y_dot0.len(), "one derivative for each unknown");
-        // Locals are dropped in reverse order on an early return, so the integrator is again
-        // dropped first.
+        // On an early return, locals are dropped in reverse order, so the integrator is dropped first in this case,
+        // too.
         let context = Context::new(vectors)?;
         let boundary = Pinned::new(Boundary::new(callbacks));
         let mut y = NVector::from_slice(y0, &context)?;
@@ -159,16 +158,16 @@ impl<C: Callbacks> Ida<C> {
     fn attach(&mut self, t0: f64) -> Result<(), CallFailed> {
         let memory = self.memory.raw();
         let data = self.boundary.address().as_ptr().cast::<c_void>();
-        // SAFETY: the block was made with this context; the data outlive it (field order of `Ida`).
+        // SAFETY: the block was created with this context; the data outlive the block (field order of `Ida`).
         unsafe { messages::redirect_messages::<C>(&self.context, memory, data) }?;
         self.set("IDASetUserData", sys::IDASetUserData, data)?;
         let (y, y_dot) = (self.y.raw(), self.y_dot.raw());
-        // SAFETY: the residual function fits the user data; both vectors have the same length and
-        // are copied.
+        // SAFETY: the residual function is compatible with the user data; both vectors have the same length and are
+        // copied.
         let code = unsafe { sys::IDAInit(memory, Some(trampoline::residual::<C>), t0, y, y_dot) };
         check("IDAInit", code)?;
         let solver = self.linear_solver.raw();
-        // SAFETY: solver and matrix belong together, fit the vectors and outlive the block.
+        // SAFETY: solver and matrix belong together, are compatible with the vectors and outlive the block.
         let code = unsafe { sys::IDASetLinearSolver(memory, solver, self._matrix.raw()) };
         check("IDASetLinearSolver", code)?;
         let jacobian: sys::IDALsJacFn = Some(trampoline::linear_setup::<C>);
@@ -188,8 +187,7 @@ impl<C: Callbacks> Ida<C> {
         check(call, code)
     }
 
-    /// Calls an IDAS function that reads one value. It only fails for a null block, which cannot
-    /// occur.
+    /// Calls an IDAS function that reads one value. It fails only for a null block, which cannot occur.
     fn get<V: Default>(&self, function: unsafe extern "C" fn(*mut c_void, *mut V) -> c_int) -> V {
         let mut value = V::default();
         // SAFETY: the block is valid; every function passed in this module writes one value.
@@ -197,7 +195,7 @@ impl<C: Callbacks> Ida<C> {
         value
     }
 
-    /// Calls an IDAS function that writes a vector, here into the scratch vector.
+    /// Calls an IDAS function that writes a vector. The result is written to the scratch vector.
     fn get_vector(
         &mut self,
         call: &'static str,
@@ -264,7 +262,7 @@ impl<C: Callbacks> Ida<C> {
 
     // ---- integration ----
 
-    /// Calls IDASolve, or IDASolveF if checkpoints are stored. Returns the code and the time of y and ẏ.
+    /// Calls IDASolve, or IDASolveF if checkpoints are stored. Returns the return code and the time of y and ẏ.
     pub(crate) fn solve(&mut self, t_out: f64, task: Task) -> (i32, f64) {
         let task = match task {
             Task::OneStep => sys::IDA_ONE_STEP,
@@ -274,8 +272,8 @@ impl<C: Callbacks> Ida<C> {
         let (memory, y, y_dot) = (self.memory.raw(), self.y.raw(), self.y_dot.raw());
         let mut checkpoints = 0;
         let code = match self.adjoint {
-            // SAFETY: the block, with everything it points to, is valid and borrowed uniquely; no
-            // reference into the boundary is live; y and ẏ are our own vectors of the right length.
+            // SAFETY: the block and everything to which it points are valid and borrowed uniquely; no reference into
+            // the boundary is live; y and ẏ are owned by this value and have the right length.
             None => unsafe { sys::IDASolve(memory, t_out, &mut t, y, y_dot, task) },
             // SAFETY: as above.
             Some(_) => unsafe {
@@ -285,7 +283,7 @@ impl<C: Callbacks> Ida<C> {
         (code, t)
     }
 
-    /// Calls IDACalcIC and copies the corrected values into y and ẏ.
+    /// Calls IDACalcIC and copies the corrected values to y and ẏ.
     pub(crate) fn correct_initial_values(
         &mut self,
         unknowns: InitialUnknowns,
@@ -299,12 +297,12 @@ impl<C: Callbacks> Ida<C> {
         let code = unsafe { sys::IDACalcIC(self.memory.raw(), option, t_first) };
         check("IDACalcIC", code)?;
         let (y, y_dot) = (self.y.raw(), self.y_dot.raw());
-        // SAFETY: the block is valid; the vectors are ours and of the right length.
+        // SAFETY: the block is valid; the vectors are owned by this value and have the right length.
         let code = unsafe { sys::IDAGetConsistentIC(self.memory.raw(), y, y_dot) };
         check("IDAGetConsistentIC", code)
     }
 
-    /// Reinitializes at (t0, y0, ẏ0, q0), keeping all settings.
+    /// Reinitializes at (t0, y0, ẏ0, q0) and keeps all settings.
     pub(crate) fn reinit(
         &mut self,
         t0: f64,
@@ -315,7 +313,7 @@ impl<C: Callbacks> Ida<C> {
         self.y.as_mut_slice().copy_from_slice(y0);
         self.y_dot.as_mut_slice().copy_from_slice(y_dot0);
         let (y, y_dot) = (self.y.raw(), self.y_dot.raw());
-        // SAFETY: the block is valid; the vectors have its length and are copied.
+        // SAFETY: the block is valid; the vectors have the right length and are copied.
         let code = unsafe { sys::IDAReInit(self.memory.raw(), t0, y, y_dot) };
         check("IDAReInit", code)?;
         self.forget_checkpoints()?;
@@ -327,7 +325,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Overwrites the returned y and ẏ. IDAS writes but does not read them.
+    /// Overwrites the y and ẏ that are returned. IDAS writes them but does not read them.
     pub(crate) fn set_state(&mut self, y: &[f64], y_dot: &[f64]) {
         self.y.as_mut_slice().copy_from_slice(y);
         self.y_dot.as_mut_slice().copy_from_slice(y_dot);
@@ -346,7 +344,7 @@ impl<C: Callbacks> Ida<C> {
     /// Returns the k-th derivative of the interpolating polynomial at t.
     pub(crate) fn derivative(&mut self, t: f64, k: i32) -> Result<&[f64], CallFailed> {
         let scratch = self.scratch.raw();
-        // SAFETY: the block is valid; the vector is ours and of the right length.
+        // SAFETY: the block is valid; the vector is owned by this value and has the right length.
         let code = unsafe { sys::IDAGetDky(self.memory.raw(), t, k, scratch) };
         check("IDAGetDky", code)?;
         Ok(self.scratch.as_slice())
@@ -374,7 +372,7 @@ impl<C: Callbacks> Ida<C> {
         self.get_vector("IDAGetEstLocalErrors", sys::IDAGetEstLocalErrors)
     }
 
-    /// Returns 0 for each root function, or ±1 if it crossed rising or falling.
+    /// Returns 1 or −1 for each root function with a rising or falling crossing, and 0 for each other function.
     pub(crate) fn root_info(&mut self) -> Result<Vec<i32>, CallFailed> {
         let mut found = vec![0; self.boundary().callbacks.n_roots()];
         self.set("IDAGetRootInfo", sys::IDAGetRootInfo, found.as_mut_ptr())?;

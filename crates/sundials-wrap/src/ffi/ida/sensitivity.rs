@@ -11,8 +11,7 @@ use super::super::sensitivity_residual::{quadrature, residual};
 use super::super::vector::NVector;
 use super::Ida;
 
-/// S and Ṡ for each parameter. IDAS reads the initial values from them and writes consistent values
-/// to them.
+/// S and Ṡ for each parameter. IDAS reads their initial values and writes their consistent values.
 pub(crate) struct Sensitivities {
     s: Vec<NVector>,
     s_dot: Vec<NVector>,
@@ -36,7 +35,7 @@ impl Sensitivities {
 }
 
 impl<C: Callbacks> Ida<C> {
-    /// Attaches sensitivities with the initial values S and Ṡ, one pair for each parameter; `scales` contains the
+    /// Attaches sensitivities with the initial values S and Ṡ, one pair for each parameter. `scales` contains the
     /// typical magnitudes of the parameters.
     pub(crate) fn init_sensitivities(
         &mut self,
@@ -64,7 +63,7 @@ impl<C: Callbacks> Ida<C> {
         let (memory, n) = (self.memory.raw(), starts.len() as c_int);
         let function: sys::IDASensResFn = Some(residual::<C>);
         let (method, s, s_dot) = (sensitivities.method, s.as_mut_ptr(), s_dot.as_mut_ptr());
-        // SAFETY: the block is valid; the function fits the user data; both arrays hold n vectors of
+        // SAFETY: the block is valid; the function is compatible with the user data; both arrays contain n vectors of
         // the right length, which are copied.
         let code = unsafe { sys::IDASensInit(memory, n, method, function, s, s_dot) };
         check("IDASensInit", code)?;
@@ -74,8 +73,8 @@ impl<C: Callbacks> Ida<C> {
         let on = c_int::from(in_error_test);
         self.set("IDASetSensErrCon", sys::IDASetSensErrCon, on)?;
         let none = std::ptr::null_mut();
-        // SAFETY: the block is valid; the n scales are copied. The parameters themselves are not
-        // needed, since the residuals of the sensitivities are ours.
+        // SAFETY: the block is valid; the n scales are copied. The parameters themselves are not needed, since this
+        // crate provides the residuals of the sensitivities.
         let code = unsafe { sys::IDASetSensParams(memory, none, scales.as_mut_ptr(), none.cast()) };
         check("IDASetSensParams", code)?;
         self.sensitivities = Some(sensitivities);
@@ -111,7 +110,7 @@ impl<C: Callbacks> Ida<C> {
         set
     }
 
-    /// Reinitializes the sensitivities. The integration itself must be reinitialized before.
+    /// Reinitializes the sensitivities. The integration itself must already have been reinitialized.
     pub(crate) fn reinit_sensitivities(
         &mut self,
         starts: &[[Vec<f64>; 2]],
@@ -133,13 +132,13 @@ impl<C: Callbacks> Ida<C> {
             vector.as_mut_slice().fill(0.0);
         }
         let mut zeros = raw(&sensitivities.quadratures);
-        // SAFETY: the block has quadratures of sensitivities; as many vectors are copied.
+        // SAFETY: the block has sensitivities of quadratures; the array has one vector for each, which is copied.
         let code = unsafe { sys::IDAQuadSensReInit(memory, zeros.as_mut_ptr()) };
         check("IDAQuadSensReInit", code)
     }
 
-    /// Attaches the sensitivities of the quadratures, which start at zero. They are included in the
-    /// error test with the tolerances of the quadratures, if any.
+    /// Attaches the sensitivities of the quadratures, which start at zero. If the quadratures have tolerances, these
+    /// sensitivities are included in the error test with the same tolerances.
     pub(crate) fn init_quadrature_sensitivities(
         &mut self,
         in_error_test: bool,
@@ -150,14 +149,14 @@ impl<C: Callbacks> Ida<C> {
         let zeros = |_: &NVector| NVector::zeros(n, &self.context);
         let zeros: Vec<NVector> = sensitivities.s.iter().map(zeros).collect::<Result<_, _>>()?;
         let function: sys::IDAQuadSensRhsFn = Some(quadrature::<C>);
-        // SAFETY: the block is valid; the function fits the user data; the array holds a vector for each
-        // parameter, which are copied.
+        // SAFETY: the block is valid; the function is compatible with the user data; the array contains one vector for
+        // each parameter, which is copied.
         let code = unsafe { sys::IDAQuadSensInit(memory, function, raw(&zeros).as_mut_ptr()) };
         check("IDAQuadSensInit", code)?;
         sensitivities.quadratures = zeros;
         let on = c_int::from(in_error_test);
         self.set("IDASetQuadSensErrCon", sys::IDASetQuadSensErrCon, on)?;
-        // SAFETY: the block is valid and has quadratures of sensitivities.
+        // SAFETY: the block is valid and has sensitivities of quadratures.
         let code = unsafe { sys::IDAQuadSensEEtolerances(memory) };
         check("IDAQuadSensEEtolerances", code)
     }
@@ -172,7 +171,7 @@ impl<C: Callbacks> Ida<C> {
         let refused = CallFailed::new("IDAGetQuadSensDky1", sys::IDA_NO_QUADSENS);
         let vectors = self.sensitivities.as_ref().map(|all| &all.quadratures);
         let vector = vectors.and_then(|all| all.get(j)).ok_or(refused)?;
-        // SAFETY: the block is valid; the vector is ours and of the length of the quadratures.
+        // SAFETY: the block is valid; the vector is owned by this value and has the length of the quadratures.
         let code = unsafe { sys::IDAGetQuadSensDky1(memory, t, 0, j as c_int, vector.raw()) };
         check("IDAGetQuadSensDky1", code)?;
         Ok(vector.as_slice())
@@ -185,8 +184,8 @@ impl<C: Callbacks> Ida<C> {
             return Ok(Vec::new());
         };
         let (mut s, mut s_dot) = (raw(&sensitivities.s), raw(&sensitivities.s_dot));
-        // SAFETY: the block is valid; both arrays hold as many vectors of the right length as there
-        // are sensitivities, and are ours to be written to.
+        // SAFETY: the block is valid; each of the two arrays contains one vector of the right length for each
+        // sensitivity. This value owns the vectors, so they may be written to.
         let code =
             unsafe { sys::IDAGetSensConsistentIC(memory, s.as_mut_ptr(), s_dot.as_mut_ptr()) };
         check("IDAGetSensConsistentIC", code)?;
@@ -203,7 +202,7 @@ impl<C: Callbacks> Ida<C> {
     /// Returns the k-th derivative of the sensitivity to parameter j at t.
     pub(crate) fn sensitivity(&mut self, j: usize, t: f64, k: i32) -> Result<&[f64], CallFailed> {
         let (memory, out) = (self.memory.raw(), self.scratch.raw());
-        // SAFETY: the block is valid; the vector is ours and of the right length.
+        // SAFETY: the block is valid; the vector is owned by this value and has the right length.
         let code = unsafe { sys::IDAGetSensDky1(memory, t, k, j as c_int, out) };
         check("IDAGetSensDky1", code)?;
         Ok(self.scratch.as_slice())

@@ -1,4 +1,4 @@
-//! Settings of an integrator: one method per setter of IDAS.
+//! Settings of the integrator: one method per setter of IDAS.
 
 use std::os::raw::c_int;
 
@@ -42,11 +42,11 @@ impl<C: Callbacks> Ida<C> {
         set_max_newton_iterations(i32) IDASetMaxNonlinIters;
         set_nonlinear_coefficient(f64) IDASetNonlinConvCoef;
         set_delta_cj(f64) IDASetDeltaCjLSetup;
-        /// Sets the fraction of the tolerance at which IDACalcIC ends.
+        /// Sets the convergence threshold of IDACalcIC as a fraction of the tolerance.
         set_initial_coefficient(f64) IDASetNonlinConvCoefIC;
     }
 
-    /// Uses the convergence test of the callbacks. Settings of Newton's method return to their defaults.
+    /// Uses the convergence test of the callbacks. Settings of Newton's method are reset to their defaults.
     pub(crate) fn set_convergence_test(&mut self) -> Result<(), CallFailed> {
         let mut solver = NonlinearSolver::new(&self.y, &self.context)?;
         self.set("IDASetNonlinearSolver", sys::IDASetNonlinearSolver, solver.raw())?;
@@ -59,33 +59,34 @@ impl<C: Callbacks> Ida<C> {
         self.set("IDASetSuppressAlg", sys::IDASetSuppressAlg, c_int::from(on))
     }
 
-    /// Sets one value per component: 1 differential (or included in the error test), 0 algebraic.
+    /// Sets one value per component: 1 for a differential component (or one included in the error test), 0 for an
+    /// algebraic (or excluded) component.
     pub(crate) fn set_id(&mut self, id: &[f64]) -> Result<(), CallFailed> {
         self.set_vector("IDASetId", sys::IDASetId, id)
     }
 
-    /// Sets one value per component: 0 no constraint, ±1 for ≥ 0 or ≤ 0, ±2 for > 0 or < 0.
+    /// Sets one value per component: 0 for no constraint, 1 for ≥ 0, −1 for ≤ 0, 2 for > 0, −2 for < 0.
     pub(crate) fn set_constraints(&mut self, constraints: &[f64]) -> Result<(), CallFailed> {
         self.set_vector("IDASetConstraints", sys::IDASetConstraints, constraints)
     }
 
-    /// Attaches the root functions of the callbacks, each with a direction: 0 both, ±1 rising or
-    /// falling only.
+    /// Attaches the root functions of the callbacks. The direction of each function is 0 for both directions, 1 for
+    /// rising only, or −1 for falling only.
     pub(crate) fn set_roots(&mut self, directions: &mut [i32]) -> Result<(), CallFailed> {
         let n_roots = self.boundary().callbacks.n_roots();
         assert_eq!(directions.len(), n_roots, "one direction per root function");
         let function: sys::IDARootFn = Some(trampoline::roots::<C>);
-        // SAFETY: the block is valid; the function fits the user data and writes n_roots numbers.
+        // SAFETY: the block is valid; the function is compatible with the user data and writes n_roots numbers.
         let code = unsafe { sys::IDARootInit(self.memory.raw(), n_roots as c_int, function) };
         check("IDARootInit", code)?;
         self.set("IDASetRootDirection", sys::IDASetRootDirection, directions.as_mut_ptr())
     }
 
-    /// Attaches quadratures starting at `q0`.
+    /// Attaches quadratures that start at `q0`.
     pub(crate) fn init_quadrature(&mut self, q0: &[f64]) -> Result<(), CallFailed> {
         let vector = NVector::from_slice(q0, &self.context)?;
         let function: sys::IDAQuadRhsFn = Some(trampoline::quadrature::<C>);
-        // SAFETY: the block is valid; the function fits the user data; the vector is copied.
+        // SAFETY: the block is valid; the function is compatible with the user data; the vector is copied.
         let code = unsafe { sys::IDAQuadInit(self.memory.raw(), function, vector.raw()) };
         check("IDAQuadInit", code)?;
         self.quadrature = Some(vector);

@@ -1,4 +1,4 @@
-//! Callbacks of IDAS during the integration of backward problems.
+//! Functions that IDAS calls during the integration of backward problems.
 
 use super::super::callbacks::UserFunctions;
 use crate::adjoint::{At, ForwardState};

@@ -1,5 +1,5 @@
-//! Backward problems of a solver: creation, restart, correction of initial values, and integration. The functions that
-//! IDAS calls during the integration are in the module [`evaluation`].
+//! Backward problems of a solver: creation, restart, correction of initial values, and integration. The module
+//! [`evaluation`] contains the functions that IDAS calls during the integration.
 
 mod evaluation;
 
@@ -20,13 +20,14 @@ use myovib_dae::checks::{
 };
 use myovib_dae::{IntegratorError, Jacobian, Outcome, Problem, Statistics, Stop, kinds_at};
 
-/// Data of the backward problems of a solver with checkpoints.
+/// Data for the backward problems of a solver with checkpoints.
 pub(super) struct ForwardRun {
     every: usize,
-    /// Initial step; 0 if it is estimated. IDAS discards it, so it is set again before a run is repeated.
+    /// Size of the first step; 0 if it is estimated. IDAS discards the size, so it is set again before a run is
+    /// repeated.
     initial_step: f64,
     runs: Vec<BackwardRun>,
-    /// Counters of the forward run at the start of the first backward integration, during which IDAS repeats parts of
+    /// Counters of the forward run at the start of the first backward integration, because IDAS then repeats parts of
     /// the run.
     pub(super) left: Option<Statistics>,
 }
@@ -46,7 +47,7 @@ impl BackwardOptions {
 }
 
 impl<P: Problem> IdaSolver<P> {
-    /// Enables checkpoints, or returns an error if a requested feature would not be repeated with the steps of a run.
+    /// Enables checkpoints. Fails if a requested feature would not be repeated when steps of the run are repeated.
     pub(super) fn attach_checkpoints(
         &mut self,
         checkpoints: Checkpoints,
@@ -79,7 +80,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Returns an error if the forward run cannot continue.
+    /// Fails if the forward run cannot continue.
     pub(super) fn expect_not_left(&self) -> Result<(), Error> {
         match &self.forward_run {
             Some(ForwardRun { left: Some(_), .. }) => Err(Error::ForwardRunLeft),
@@ -87,7 +88,7 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Ends the backward integration, so that a new forward run can start.
+    /// Ends the backward integration so that a new forward run can start.
     pub(super) fn forget_backward_runs(&mut self) -> Result<(), Error> {
         self.functions_mut().repeating = Repeating::default();
         let Some(forward_run) = &mut self.forward_run else {
@@ -101,7 +102,7 @@ impl<P: Problem> IdaSolver<P> {
     /// Returns the solution at [`t`](IdaSolver::t), with its sensitivities.
     ///
     /// # Errors
-    /// [`Error::ForwardRunLeft`], and as for
+    /// Returns [`Error::ForwardRunLeft`] after a backward integration, and the errors of
     /// [`sensitivity_dense_output`](IdaSolver::sensitivity_dense_output).
     pub fn forward_state(&mut self) -> Result<ForwardState, Error> {
         self.expect_not_left()?;
@@ -121,12 +122,13 @@ impl<P: Problem> IdaSolver<P> {
         Ok(state)
     }
 
-    /// Adds a backward problem that starts at `at`, a [state](Self::forward_state) of the forward run, with λ
-    /// and λ̇ in `start`; its quadratures start at zero. All backward problems are integrated together.
+    /// Adds a backward problem that starts at `at`, a [state](Self::forward_state) of the forward run. `start` contains
+    /// the values of λ and λ̇; the quadratures start at zero. All backward problems are integrated together.
     ///
     /// # Errors
-    /// [`Error::NoCheckpoints`]; [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`] or [`IntegratorError::InvalidOption`] for invalid
-    /// values; [`Error::Callback`] when the problem fails at the start.
+    /// Returns [`Error::NoCheckpoints`] if the solver does not store checkpoints; [`IntegratorError::WrongLength`],
+    /// [`IntegratorError::NotFinite`] or [`IntegratorError::InvalidOption`] if values are invalid; and
+    /// [`Error::Callback`] if the problem fails at the start.
     pub fn add_backward(
         &mut self,
         problem: impl BackwardProblem<P> + Send + 'static,
@@ -191,7 +193,7 @@ impl<P: Problem> IdaSolver<P> {
     /// Restarts a backward problem at `at`, as [`add_backward`](Self::add_backward) does.
     ///
     /// # Errors
-    /// As for [`add_backward`](Self::add_backward), and [`Error::NoBackward`].
+    /// Returns the errors of [`add_backward`](Self::add_backward), and [`Error::NoBackward`].
     pub fn restart_backward(
         &mut self,
         backward: Backward,
@@ -213,11 +215,10 @@ impl<P: Problem> IdaSolver<P> {
     }
 
     /// Corrects the algebraic components of λ and the differential components of λ̇ at the start of a backward problem,
-    /// before it is integrated; `t_first` is a later output time, which determines the time scale.
+    /// before it is integrated. `t_first` is a later output time, which determines the time scale.
     ///
     /// # Errors
-    /// As for [`correct_initial_values`](IdaSolver::correct_initial_values), and
-    /// [`Error::NoBackward`].
+    /// Returns the errors of [`correct_initial_values`](IdaSolver::correct_initial_values), and [`Error::NoBackward`].
     pub fn correct_backward(&mut self, backward: Backward, t_first: f64) -> Result<(), Error> {
         expect_finite_value("t_first", t_first)?;
         let run = self.backward(backward)?;
@@ -239,11 +240,11 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Integrates all backward problems to `t_out`, which is before their current times. Afterwards
-    /// the forward run cannot continue; [`reinit`](IdaSolver::reinit) starts a new run.
+    /// Integrates all backward problems to `t_out`, which is before their current times. The forward run cannot
+    /// continue afterward; [`reinit`](IdaSolver::reinit) starts a new run.
     ///
     /// # Errors
-    /// [`Error::NoBackward`], [`IntegratorError::TimeBehind`] and other misuse, and as for
+    /// Returns [`Error::NoBackward`], [`IntegratorError::TimeBehind`] or other errors for misuse, and the errors of
     /// [`step`](IdaSolver::step).
     pub fn integrate_back_to(&mut self, t_out: f64) -> Result<Outcome, Error> {
         expect_finite_value("t_out", t_out)?;
@@ -322,7 +323,7 @@ impl<P: Problem> IdaSolver<P> {
     /// Returns the state of a backward problem.
     ///
     /// # Errors
-    /// [`Error::NoBackward`] if it belongs to another solver.
+    /// Returns [`Error::NoBackward`] if the handle belongs to another solver.
     pub fn backward(&self, backward: Backward) -> Result<&BackwardRun, Error> {
         let runs = self.forward_run.as_ref().map_or(&[][..], |forward_run| &forward_run.runs);
         let (number, of) = (backward.0, runs.len());
@@ -334,7 +335,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(&mut forward_run.runs)
     }
 
-    /// Checks that the state belongs to this solver's forward run and to a time that the run has passed.
+    /// Checks that the state belongs to the forward run of this solver and to a time that the run has passed.
     fn expect_state_of_run(&self, at: &ForwardState) -> Result<(), Error> {
         if self.forward_run.is_none() {
             return Err(Error::NoCheckpoints);
