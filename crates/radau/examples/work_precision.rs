@@ -1,13 +1,13 @@
-//! Digits versus steps on published problems for Radau IIA of all orders and IDAS, as Markdown.
+//! Correct digits versus steps on published problems for Radau IIA of all orders and IDAS, as Markdown.
 //!
 //! ```text
 //! cargo run --release -p myovib-radau --example work_precision
 //! ```
 //!
-//! Digits are −log10 of the largest error relative to 1 + |reference| over the specified
-//! components. Relative and absolute tolerances are equal, except for Robertson's problem, whose
-//! absolute tolerances are (1e-4, 1e-8, 1e-2) times the relative tolerance. Each entry is "digits
-//! (steps)"; "–" if 100 000 steps were not sufficient.
+//! The number of digits is −log10 of the largest error relative to 1 + |reference| over the specified components.
+//! Relative and absolute tolerances are equal, except for Robertson's problem, whose absolute tolerances are (1e-4,
+//! 1e-8, 1e-2) times the relative tolerance. Each entry has the form "digits (steps)", or "–" if 100 000 steps were not
+//! sufficient.
 
 use myovib_conformance::samples::{
     Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample,
@@ -18,7 +18,7 @@ use myovib_radau::{RadauOptions, RadauSolver};
 
 use sundials_wrap::{IdaOptions, IdaSolver};
 
-/// Reference values of the Test Set for IVP Solvers, chemakzo at t = 180.
+/// Reference values from the Test Set for IVP Solvers: chemakzo at t = 180.
 const AKZO: [f64; 6] = [
     0.115_079_492_066_170_2,
     0.001_203_831_471_567_715,
@@ -28,7 +28,7 @@ const AKZO: [f64; 6] = [
     0.004_873_531_310_307_455,
 ];
 
-/// Reference values of the Test Set for IVP Solvers, positions and velocities of caraxis at t = 3.
+/// Reference values from the Test Set for IVP Solvers: positions and velocities of caraxis at t = 3.
 const CAR_AXIS: [f64; 8] = [
     0.049_345_578_427_540_28,
     0.496_989_460_230_171_15,
@@ -40,13 +40,13 @@ const CAR_AXIS: [f64; 8] = [
     0.770_341_043_779_251_9,
 ];
 
-/// Reference values of the Test Set for IVP Solvers, vdpolm at t = 2000.
+/// Reference values from the Test Set for IVP Solvers: vdpolm at t = 2000.
 const VAN_DER_POL: [f64; 2] = [1.706_167_732_170_469, -0.000_892_809_701_024_812_5];
 
 /// y1 of Robertson's problem at t = 1e11, from data/references/s3_robertson.json.
 const ROBERTSON: f64 = 2.083_340_149_699_905e-8;
 
-/// Solution of the heat equation at t = 0.32 in the corner of the interior, from the matrix exponential.
+/// Solution of the heat equation at t = 0.32 at the corner of the interior, from the matrix exponential.
 const HEAT_CORNER: f64 = 0.000_239_855_762_019_495_92;
 
 /// Numbers of stages of the compared methods.
@@ -54,12 +54,12 @@ const STAGES: [usize; 4] = [1, 3, 5, 7];
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 const MAX_STEPS: usize = 100_000;
 
-/// A sample with the scaling of its tolerances and the compared components.
+/// A sample, the scaling of its tolerances, and the function that compares its components.
 struct Problem<'a, S> {
     name: &'a str,
     sample: S,
     t_end: f64,
-    /// Absolute tolerances by component, for a relative tolerance of 1; 1 for all if empty.
+    /// Absolute tolerances by component, for a relative tolerance of 1. If empty, all are 1.
     absolute: &'a [f64],
     digits: &'a dyn Fn(&[f64]) -> f64,
 }
@@ -98,7 +98,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Returns a function that computes the correct digits of the first components.
+/// Returns a function that computes the number of correct digits of the first components.
 fn mixed(reference: &'static [f64]) -> impl Fn(&[f64]) -> f64 {
     move |y| {
         let errors = reference.iter().zip(y).map(|(r, y)| (y - r).abs() / (1.0 + r.abs()));
@@ -172,7 +172,7 @@ fn idas<S: Sample + Clone>(
     tol: f64,
 ) -> Result<String, Box<dyn std::error::Error>> {
     let (sample, start) = (&problem.sample, problem.sample.start());
-    // IDAS with typical settings: multipliers, if any, are excluded from the error test.
+    // IDAS uses typical settings: multipliers, if any, are excluded from the error test.
     let kinds = sample.kinds().unwrap_or_default();
     let algebraic = kinds.contains(&VariableKind::Algebraic);
     let higher_index = sample.indices().unwrap_or_default().iter().any(|&index| index > 1);

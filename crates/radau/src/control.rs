@@ -1,19 +1,19 @@
-//! Step size control: the classical proposal, limited by Gustafsson's prediction.
+//! Step-size control: the classical proposal, limited by Gustafsson's prediction.
 
 use myovib_dae::IntegratorError;
 use myovib_dae::checks::{expect, expect_positive};
 use serde::{Deserialize, Serialize};
 
-/// Step size control based on error estimates (Hairer & Wanner IV.8).
+/// Step-size control based on error estimates (Hairer & Wanner IV.8).
 #[derive(Debug, Clone)]
 pub(crate) struct Control {
-    /// 1/(s + 1): the estimate is of order s + 1.
+    /// 1/(s + 1), because the estimate is of order s + 1.
     exponent: f64,
     safety: f64,
     newton_limit: usize,
     /// Ratio of the tolerance for the estimate to the tolerance for the solution, at least 1.
     loosened: f64,
-    /// Lower bound of the expected estimate for a smooth solution.
+    /// Lower bound for the expected estimate of a smooth solution.
     least_smooth: f64,
     history: StepHistory,
 }
@@ -21,14 +21,14 @@ pub(crate) struct Control {
 /// State stored between attempts.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct StepHistory {
-    /// Size and error of the last accepted step.
+    /// Step size and error of the last accepted step.
     accepted: Option<(f64, f64)>,
-    /// Size and error of the last rejected attempt at this step, if any.
+    /// Step size and error of the last rejected attempt at this step, if any.
     rejected: Option<(f64, f64)>,
 }
 
 impl StepHistory {
-    /// Checks values from outside the program, such as a saved state.
+    /// Validates values from outside the program, for example from a saved state.
     pub(crate) fn validate(&self) -> Result<(), IntegratorError> {
         for (h, error) in [self.accepted, self.rejected].into_iter().flatten() {
             expect_positive("step of the state", h)?;
@@ -38,26 +38,25 @@ impl StepHistory {
     }
 }
 
-/// Limits of the factor by which a step changes, as in RADAU5.
+/// Limits for the factor by which the step size changes, as in RADAU5.
 pub(crate) const FACTORS: (f64, f64) = (0.2, 8.0);
 
-/// Lower bound of the errors used for predictions: smaller estimates have no predictive value.
+/// Lower bound for the errors used in predictions. Smaller estimates have no predictive value.
 const LEAST_ERROR: f64 = 1e-10;
 
-/// Lower bound of the previous error in Gustafsson's prediction, as in RADAU5.
+/// Lower bound for the previous error in Gustafsson's prediction, as in RADAU5.
 const LEAST_TREND: f64 = 1e-2;
 
-/// Lower bounds of the expected estimate for a smooth solution, without and with hidden
-/// constraints. Smaller estimates are dominated by the remaining Newton error, which hidden
-/// constraints amplify.
+/// Lower bounds for the expected estimate of a smooth solution, without and with hidden constraints. Smaller estimates
+/// are dominated by the remaining error of Newton's method, which hidden constraints amplify.
 const LEAST_SMOOTH: [f64; 2] = [1e-3, 1e-2];
 
-/// Range of orders that indicates a rough solution. Between attempts at a step the estimate of a smooth solution
-/// decreases with h^(s+1). If a derivative of low order jumps within the step, the power of h is in this interval. If
+/// Range of orders that indicates a rough solution. If the solution is smooth, the estimate decreases as h^(s+1)
+/// between attempts at a step. If a derivative of low order jumps within the step, the power of h is in this range. If
 /// the estimate does not decrease, the initial values of the step contain errors.
 const ROUGH_ORDERS: (f64, f64) = (0.5, 2.5);
 
-/// Maximum growth of the estimate of a smooth solution from step to step, in addition to the growth caused by a
+/// Maximum growth of the estimate from step to step for a smooth solution, in addition to the growth caused by a
 /// different step size.
 const ROUGH_GROWTH: f64 = 10.0;
 
@@ -99,11 +98,11 @@ impl Control {
         self.history = StepHistory::default();
     }
 
-    /// Returns the error that decides whether a step is accepted.
+    /// Returns the error that determines whether a step is accepted.
     ///
     /// The estimate of order s + 1 may exceed the tolerance for the solution, because the error of a smooth solution
-    /// has order 2s. An estimate that does not behave like the estimate of a smooth solution is taken as the error and compared
-    /// with the tolerance for the solution.
+    /// has order 2s. If an estimate does not behave like the estimate of a smooth solution, it is regarded as the error
+    /// and compared with the tolerance for the solution.
     pub(crate) fn judge(&self, h: f64, error: f64) -> f64 {
         let rough = match (self.history.rejected, self.history.accepted) {
             (Some((last_h, last_error)), _) => {
@@ -119,13 +118,13 @@ impl Control {
         if rough { self.loosened * error } else { error }
     }
 
-    /// Records a failed attempt with this estimate.
+    /// Records a failed attempt and its estimate.
     pub(crate) fn reject(&mut self, h: f64, error: f64) {
         self.history.rejected = Some((h, error));
     }
 
-    /// Returns the step for which the error would be 1, reduced by a safety margin that grows with
-    /// the number of Newton iterations.
+    /// Returns the step size for which the error would be 1, reduced by a safety margin that grows with the number of
+    /// Newton iterations.
     pub(crate) fn propose(&self, h: f64, error: f64, iterations: usize) -> f64 {
         let limit = 2.0 * self.newton_limit as f64;
         let safety = self.safety * (1.0 + limit) / (iterations as f64 + limit);
@@ -133,8 +132,8 @@ impl Control {
         h * factor.clamp(FACTORS.0, FACTORS.1)
     }
 
-    /// Returns the largest next step that the error of the multipliers permits. `left` is their error after the removal of
-    /// the leading error. It is proportional to h^`order`.
+    /// Returns the largest next step size that the error of the multipliers allows. `left` is the error that remains
+    /// after the removal of the leading error. It is proportional to h^`order`.
     ///
     /// The current step does not depend on this error, so the error never causes a repetition.
     pub(crate) fn propose_for_multipliers(&self, h: f64, left: f64, order: i32) -> f64 {
@@ -143,9 +142,8 @@ impl Control {
         h * factor.clamp(FACTORS.0, FACTORS.1)
     }
 
-    /// Returns the step after an accepted one. It is the smaller of the classical proposal and
-    /// Gustafsson's prediction from the trend of the errors, h_{n+1} = safety h_n (h_n/h_{n−1})
-    /// (err_{n−1}/err_n²)^(1/(s+1)).
+    /// Returns the step size after an accepted step. It is the smaller of the classical proposal and Gustafsson's
+    /// prediction from the trend of the errors, h_{n+1} = safety h_n (h_n/h_{n−1}) (err_{n−1}/err_n²)^(1/(s+1)).
     pub(crate) fn accept(&mut self, h: f64, error: f64, iterations: usize) -> f64 {
         let error = error.max(LEAST_ERROR);
         let mut proposal = self.propose(h, error, iterations);

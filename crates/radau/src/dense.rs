@@ -1,5 +1,5 @@
-//! The collocation polynomial of a step. It provides the initial guess of the next step and, with
-//! one more condition, dense output.
+//! Collocation polynomial of a step. It provides the initial guess for the next step and, with one more condition,
+//! dense output.
 
 use myovib_dae::IntegratorError;
 use myovib_dae::checks::{expect_finite, expect_vector};
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::method::Method;
 
-/// The polynomial u of degree s through y_0 at t_0 and y_0 + z_j at t_0 + c_j h.
+/// Polynomial u of degree s through y_0 at t_0 and y_0 + z_j at t_0 + c_j h.
 ///
 /// Its derivative equals the derivative of the solution at the nodes, but not at t_0. Dense output
 /// corrects the derivative at t_0:
@@ -17,11 +17,10 @@ use crate::method::Method;
 /// û(t_0 + θh) = u(t_0 + θh) + h (ẏ_0 − u'(t_0)) r(θ),
 /// ```
 ///
-/// with the ramp r of degree s + 1, r(0) = 0, r'(0) = 1, r'(c_j) = 0. To leading order, the error
-/// of u'(t_0) and the error of the values of u are h^(s+1) times the same derivative of the
-/// solution. Removing the first error also removes the second. So the error of û is O(h^(s+2)), and
-/// û continues the previous step with a continuous derivative. As r(1) = 0, the values at both ends
-/// do not change.
+/// with the ramp r of degree s + 1, r(0) = 0, r'(0) = 1, r'(c_j) = 0. To leading order, the error of u'(t_0) and the
+/// error of the values of u are h^(s+1) times the same derivative of the solution. Therefore, removing the first error
+/// also removes the second. The error of û is O(h^(s+2)), and û continues the previous step with a continuous
+/// derivative. Since r(1) = 0, the values at the two ends do not change.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Collocation {
     pub(crate) t0: f64,
@@ -29,12 +28,12 @@ pub(crate) struct Collocation {
     pub(crate) y0: Vec<f64>,
     /// ẏ_0, known from the end of the previous step.
     pub(crate) y_dot0: Vec<f64>,
-    /// The stage increments z_j, one after the other.
+    /// Stage increments z_j, one after the other.
     pub(crate) increments: Vec<f64>,
 }
 
 impl Collocation {
-    /// Checks the lengths and values of a step of `n` components read from a saved state.
+    /// Validates a step of `n` components from a saved state.
     pub(crate) fn validate(
         &self,
         what: &'static str,
@@ -54,8 +53,8 @@ impl Collocation {
         Self { t0, h: 1.0, y0: y0.to_vec(), y_dot0: y_dot0.to_vec(), increments }
     }
 
-    /// Extends a [`line`](Self::line) to a first step of size `h`. Rounding would dominate an extrapolation far beyond
-    /// its end.
+    /// Extends a [`line`](Self::line) to a first step of size `h`. An extrapolation far beyond the end of the line
+    /// would be dominated by rounding.
     pub(crate) fn stretch_line(&mut self, h: f64) {
         if h > self.h {
             self.increments.iter_mut().for_each(|z| *z *= h / self.h);
@@ -63,7 +62,7 @@ impl Collocation {
         }
     }
 
-    /// Copies `other`, which has the same size.
+    /// Copies another polynomial of the same dimensions.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         (self.t0, self.h) = (other.t0, other.h);
         self.y0.copy_from_slice(&other.y0);
@@ -71,13 +70,13 @@ impl Collocation {
         self.increments.copy_from_slice(&other.increments);
     }
 
-    /// Returns the total length of its vectors.
+    /// Returns the total length of the vectors.
     pub(crate) fn n_numbers(&self) -> usize {
         self.y0.len() + self.y_dot0.len() + self.increments.len()
     }
 
-    /// Sets the slope of û at t_0 to the slope of u for these `components`, for which û then equals u. Used for a first
-    /// step, in which the derivative of algebraic variables is unknown.
+    /// Sets the slope of û at t_0 to the slope of u for the given `components`, so that û equals u. Used for a first
+    /// step, because the derivatives of algebraic variables are then unknown.
     pub(crate) fn free_start(
         &mut self,
         method: &Method,
@@ -104,7 +103,7 @@ impl Collocation {
         start_slope(method, self.h, &self.increments, out);
     }
 
-    /// Evaluates û (`derivative` = 0) or its derivative (`derivative` = 1).
+    /// Evaluates û (`derivative` = 0) or its first derivative (`derivative` = 1).
     pub(crate) fn evaluate(&self, method: &Method, t: f64, derivative: usize, out: &mut [f64]) {
         match derivative {
             0 => out.copy_from_slice(&self.y0),
@@ -116,7 +115,8 @@ impl Collocation {
         stages.zip(of_stages).for_each(|(z, b)| add_scaled(out, b, z));
     }
 
-    /// Returns the factors of ẏ_0 and of the increments in û (`derivative` 0) or in its derivative (1).
+    /// Returns the factors of ẏ_0 and of the increments in û (`derivative` = 0) or in its first derivative
+    /// (`derivative` = 1).
     pub(crate) fn coefficients(
         &self,
         method: &Method,
@@ -138,7 +138,7 @@ impl Collocation {
         (scale * ramp * self.h, (0..method.stages()).map(of_stage))
     }
 
-    /// Evaluates one column of `n_columns`, whose values are stored row by row.
+    /// Evaluates one of `n_columns` columns whose values are stored row by row.
     pub(crate) fn evaluate_column(
         &self,
         method: &Method,
@@ -160,8 +160,8 @@ impl Collocation {
         }
     }
 
-    /// Extrapolates the polynomial to a step of size `h` from the end of this one, as stage
-    /// increments relative to the solution `y` there.
+    /// Extrapolates the polynomial to a step of size `h` that starts at its end. The result is the stage increments
+    /// relative to the solution `y` there.
     pub(crate) fn extrapolate(&self, method: &Method, t: f64, h: f64, y: &[f64], z: &mut [f64]) {
         let n = y.len();
         for (z_i, c) in z.chunks_exact_mut(n).zip(method.nodes()) {
@@ -174,14 +174,14 @@ impl Collocation {
     }
 }
 
-/// Writes h⁻¹ Σ_j ℓ_j'(0) z_j, the slope at the start of the polynomial through the increments `z`.
+/// Writes h⁻¹ Σ_j ℓ_j'(0) z_j, the initial slope of the polynomial through the increments `z`.
 pub(crate) fn start_slope(method: &Method, h: f64, z: &[f64], out: &mut [f64]) {
     let slope = |_, j| method.basis_derivative(j, 0.0) / h;
     write_combined(out, out.len(), slope, z);
 }
 
-/// Returns the difference at t_0 between the polynomial of degree s − 1 through the values of component i at the stages and
-/// y_0. `z` are the increments of the stages relative to y_0; the polynomial does not depend on y_0.
+/// Returns the difference at t_0 between y_0 and the polynomial of degree s − 1 through the values of component i at
+/// the stages. `z` contains the stage increments relative to y_0. The polynomial itself does not depend on y_0.
 pub(crate) fn change_of_start(method: &Method, n: usize, z: &[f64], i: usize) -> f64 {
     let z_i = z[i..].iter().step_by(n).zip(method.nodes()).enumerate();
     z_i.map(|(j, (z, c))| c * method.basis_derivative(j, 0.0) * z).sum()
@@ -203,8 +203,8 @@ fn write_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     }
 }
 
-/// Number of entries of each vector that are combined at a time, so that the entries of all vectors
-/// stay in the cache.
+/// Number of entries of each vector that are combined at a time, so that the entries of all vectors remain in the
+/// cache.
 pub(crate) const AT_A_TIME: usize = 256;
 
 /// Computes out_i ← out_i + Σ_j `coefficient`(i, j) z_j with vector instructions. The vectors have
@@ -237,7 +237,7 @@ fn combine<const OVER: bool>(
     Arch::new().dispatch(Combine::<_, OVER> { out, n, coefficient, z });
 }
 
-/// The sums, run with vector instructions.
+/// Sums that are computed with vector instructions.
 struct Combine<'a, F, const OVER: bool> {
     out: &'a mut [f64],
     n: usize,

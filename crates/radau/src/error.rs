@@ -1,14 +1,13 @@
 //! Errors of this crate: misuse, and fatal errors of the problem.
 //!
-//! An integration that cannot continue is not an error but an
-//! [`Outcome::Stopped`](myovib_dae::Outcome::Stopped).
+//! If an integration cannot continue, this is not an error but an [`Outcome::Stopped`](myovib_dae::Outcome::Stopped).
 
 /// Reason why an integration is impossible.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages name the fields")]
 pub enum RadauError {
-    /// An error that all integrators have in common.
+    /// An error common to all integrators.
     #[error(transparent)]
     Common(#[from] myovib_dae::IntegratorError),
     /// The method does not exist.
@@ -17,14 +16,14 @@ pub enum RadauError {
     /// The problem has no unknowns.
     #[error("nothing to integrate: no unknowns")]
     Empty,
-    /// The adjoint equations cannot be solved backward over a step.
+    /// The adjoint equations of a step could not be solved.
     #[error("the adjoint equations cannot be solved over the step at t = {t}: {message}")]
     Adjoint {
         /// Start of the step.
         t: f64,
         message: String,
     },
-    /// A step repeated from a checkpoint differs from the recorded run.
+    /// A step repeated from a checkpoint differs from the recorded step.
     #[error(
         "the step at t = {t} cannot be replayed exactly: do not modify the solver between recorded steps, or store \
          the stages of all steps"
@@ -46,7 +45,7 @@ pub enum RadauError {
     /// Sensitivities or an adjoint were requested for a problem with internal variables.
     #[error("sensitivities do not support internal variables: make them unknowns")]
     InternalVariables,
-    /// The equations of a sensitivity cannot be solved.
+    /// The equations of a sensitivity could not be solved.
     #[error(
         "the sensitivity to `{parameter}` cannot be computed over the step from t = {t}: {message}"
     )]
@@ -64,13 +63,13 @@ pub enum RadauError {
         /// Number of steps taken since the last update.
         steps: u64,
     },
-    /// The solver was restarted, and the sensitivities of its new values are unknown.
+    /// The solver was restarted, and the sensitivities of the new values are unknown.
     #[error(
         "the solver was restarted at t = {t} (reinit, restore or correct_initial_values): continue sensitivities \
          with ForwardSensitivities::reinit, and create a new Recording"
     )]
     StartedAgain { t: f64 },
-    /// The pattern of the Jacobian cannot be analyzed.
+    /// The pattern of the Jacobian could not be analyzed.
     #[error(transparent)]
     Factorization(#[from] myovib_sparse::SparseError),
 }

@@ -1,4 +1,4 @@
-//! The error estimate of a step.
+//! Error estimate of a step.
 
 use myovib_dae::{LinearSolver, Problem, VariableKind};
 
@@ -8,10 +8,10 @@ use crate::internal_variables::EliminatedVariables;
 use crate::newton::{Step, evaluate, norm};
 use crate::work::Counters;
 
-/// Number of points within a step of the last size at which an unseen input is searched for.
+/// Number of points per step of the previous size at which undetected inputs are searched for.
 const POINTS: f64 = 10.0;
 
-/// Workspace of the error estimate.
+/// Workspace for the error estimate.
 ///
 /// The collocation polynomial u satisfies F = 0 at all nodes, but not at t_n. The estimate is the residual of u at t_n,
 /// filtered by the real Newton matrix:
@@ -20,18 +20,19 @@ const POINTS: f64 = 10.0;
 /// err = −(J_y + γ/h J_ẏ)⁻¹ F(t_n, y_n, u'(t_n)),   u'(t_n) = h⁻¹ Σ_j ℓ_j'(0) z_j,
 /// ```
 ///
-/// with γ the real eigenvalue of A⁻¹. For M ẏ = f(t, y) this is (IV.8.19) in Hairer & Wanner, the difference to an
-/// embedded method of order s. The form used here does not require f and M separately. The estimate is O(h^(s+1)). In a
-/// first or repeated step, a large estimate is filtered a second time, with F(t_n, y_n + err, u'(t_n)), see (IV.8.20).
+/// where γ is the real eigenvalue of A⁻¹. For M ẏ = f(t, y), this is (IV.8.19) in Hairer & Wanner, the difference from
+/// an embedded method of order s. The form used here does not require f and M separately. The estimate is O(h^(s+1)).
+/// In a first or repeated step, a large estimate is filtered a second time, with F(t_n, y_n + err, u'(t_n)), see
+/// (IV.8.20).
 #[derive(Debug)]
 pub(crate) struct ErrorTest {
     y_dot: Vec<f64>,
     shifted: Vec<f64>,
-    /// The estimate.
+    /// Error estimate.
     error: Vec<f64>,
     residual: Vec<f64>,
     between: Vec<f64>,
-    /// 1 for components in the error test, 0 for excluded components.
+    /// 1 for components included in the error test, 0 for excluded components.
     mask: Vec<f64>,
 }
 
@@ -48,8 +49,8 @@ impl ErrorTest {
         }
     }
 
-    /// Returns the weighted norm of the estimated error of the step with increments `z`; it is not finite if a solve
-    /// has overflowed.
+    /// Returns the weighted norm of the estimated error of the step with increments `z`. The norm is not finite if a
+    /// solve has overflowed.
     pub(crate) fn estimate<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -85,13 +86,14 @@ impl ErrorTest {
         }))
     }
 
-    /// Returns weighted norms of the filtered residual between the stages, over the differential and the algebraic
-    /// variables of the list.
+    /// Returns weighted norms of the filtered residual between the stages: the first over the differential variables,
+    /// the second over the algebraic variables.
     ///
-    /// For differential variables, the residual is summed over points of the step. For a smooth solution it changes sign at
-    /// the nodes and is smaller than the estimate at t_n. For algebraic variables, the norm is the maximum over the points,
-    /// because a short input that acts on them leaves the interpolated differential variables unchanged. A step that has
-    /// `grown` has more points by this factor, so that their distance does not grow.
+    /// For differential variables, the residual is summed over points of the step. For a smooth solution, it changes
+    /// sign at the nodes, and the sum is smaller than the estimate at t_n. For algebraic variables, the norm is the
+    /// maximum over the points, because a short input that acts on them leaves the interpolated differential variables
+    /// unchanged. If the step size has `grown`, the number of points increases by the same factor, so that their
+    /// distance does not grow.
     pub(crate) fn between<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -133,7 +135,7 @@ impl ErrorTest {
         Ok([norm(errors, n), algebraic])
     }
 
-    /// Replaces the residual by the estimate and returns its norm.
+    /// Replaces the residual by the estimate and returns the norm of the estimate.
     fn filter<P, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -148,17 +150,17 @@ impl ErrorTest {
         Ok(norm((0..n).map(|i| self.error(i) * step.weights[i]), n))
     }
 
-    /// Returns 1 for components in the error test, 0 for excluded components.
+    /// Returns 1 for components included in the error test, 0 for excluded components.
     pub(crate) fn mask(&self) -> &[f64] {
         &self.mask
     }
 
-    /// Returns the last estimate, and u'(t_n) of the same step.
+    /// Returns the last estimate, and u'(t_n) of this step.
     pub(crate) fn at_start(&self) -> [&[f64]; 2] {
         [&self.error, &self.y_dot]
     }
 
-    /// Returns the last estimate for component i, 0 if it is excluded.
+    /// Returns the last estimate for component i, or 0 if it is excluded.
     pub(crate) fn error(&self, i: usize) -> f64 {
         self.error[i] * self.mask[i]
     }
@@ -214,7 +216,7 @@ mod tests {
         }
     }
 
-    /// Returns the estimate of the step of size h from t = 0 and y, with increments z.
+    /// Returns the estimate for the step of size h from t = 0 and y, with increments z.
     fn estimate(problem: &mut impl Problem, method: &Method, h: f64, y: f64, z: &[f64]) -> f64 {
         let pattern = problem.jacobian_pattern();
         let mut matrices = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();
@@ -230,7 +232,7 @@ mod tests {
         test.error(0)
     }
 
-    /// Checks the estimate for ẏ = t^s from t = 0. The quadrature of the embedded method has order s. Its error of ∫
+    /// Checks the estimate for ẏ = t^s from t = 0. The quadrature of the embedded method has order s. Its error for ∫
     /// t^s equals its residual at 0, −Π(0 − c_i) h^s, times h/γ.
     #[test]
     fn the_estimate_is_the_error_of_the_embedded_method() {
@@ -245,19 +247,19 @@ mod tests {
                 let estimated = estimate(&mut Power(s), &method, h, 0.0, z.as_slice());
                 let product: f64 = method.nodes().iter().map(|c| -c).product();
                 let exact = h.powi(s + 1) * product / method.real_mode().lambda;
-                // The Jacobian by difference quotients is accurate to half the digits.
+                // The Jacobian from difference quotients is accurate to half of the digits.
                 let ratio = estimated / exact;
                 assert!((ratio - 1.0).abs() < 1e-6, "s = {s}, h = {h}: {ratio}");
             }
         }
     }
 
-    /// Compares the estimate with the true error of a step of ẏ = −y from 1. To leading order the
-    /// true error is s! (s − 1)!/((2s − 1)! (2s)!) h^(2s), the error of the Padé approximation with
-    /// degrees s − 1 and s. The estimate has the order s + 1 and is the error of y_1 + err.
+    /// Compares the estimate with the true error of a step of ẏ = −y from 1. To leading order, the true error is s! (s
+    /// − 1)!/((2s − 1)! (2s)!) h^(2s), the error of the Padé approximation with degrees s − 1 and s. The estimate has
+    /// the order s + 1 and is the error of y_1 + err.
     #[test]
     fn the_estimate_bounds_the_true_error_of_a_step_by_the_order_it_has() {
-        // Largest step size. At half of this size, the true error is still larger than rounding.
+        // The second number is the largest step size. At half of this size, the true error still exceeds rounding.
         for (stages, largest) in [(3, 0.2_f64), (5, 1.0), (7, 3.0)] {
             let method = Method::radau_iia(stages).unwrap();
             let errors = [largest, 0.5 * largest].map(|h| {
@@ -273,8 +275,8 @@ mod tests {
             });
             let order = |k: usize| (errors[0][k] / errors[1][k]).log2();
             let s = stages as f64;
-            // Long steps are required to keep the true error above rounding, so the tolerance is a fifth for the higher
-            // orders.
+            // Long steps are required to keep the true error above rounding. Therefore, the tolerance is a fifth for
+            // the higher orders.
             let of_estimate = order(0) / (s + 1.0);
             assert!((of_estimate - 1.0).abs() < 0.2, "s = {s}: {}", order(0));
             let of_truth = order(1) / (2.0 * s);

@@ -1,11 +1,11 @@
-//! Failures in a step, and their consequences.
+//! Failures in a step and their consequences.
 
 use myovib_dae::{Statistics, StepError, StopReason};
 
 use crate::error::RadauError;
 use crate::options::RadauOptions;
 
-/// A function of the problem or an operation of its linear algebra that can fail.
+/// An operation that can fail: a function of the problem or an operation of its linear algebra.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Operation {
     Residual,
@@ -18,8 +18,8 @@ pub(crate) enum Operation {
 }
 
 impl Operation {
-    /// Converts an error of this operation; the result is to be passed to `map_err`. A recoverable error halves the
-    /// step, a fatal error ends the integration.
+    /// Converts an error of this operation; for use with `map_err`. After a recoverable error, the step size is halved.
+    /// A fatal error ends the integration.
     pub(crate) fn failed(self) -> impl FnOnce(StepError) -> Failure {
         move |error| match error {
             StepError::Recoverable(message) => Failure::Rejected(Rejection {
@@ -65,16 +65,16 @@ pub(crate) enum Failure {
     Fatal(Fatal),
 }
 
-/// Failure that a smaller step may repair.
+/// Failure that may be avoided by a smaller step.
 #[derive(Debug)]
 pub(crate) struct Rejection {
     pub(crate) reason: StopReason,
     pub(crate) message: String,
-    /// Factor on h for the next attempt.
+    /// Factor for the step size of the next attempt.
     pub(crate) step_factor: f64,
 }
 
-/// Failure that a smaller step cannot repair.
+/// Failure that a smaller step cannot avoid.
 #[derive(Debug)]
 pub(crate) struct Fatal {
     function: &'static str,
@@ -94,7 +94,7 @@ impl Fatal {
     }
 }
 
-/// Number of failures in a step.
+/// Counters of the failures in a step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Failures {
     rejected: usize,
@@ -104,8 +104,8 @@ pub(crate) struct Failures {
     near_kink: bool,
 }
 
-/// Number of failures to solve a step after which a first step is reduced by larger factors, because the time scale
-/// is unknown, and other steps may be near a kink.
+/// Number of times that a step may remain unsolved before larger reductions are used. The time scale of a first step is
+/// unknown, and other steps may be near a kink.
 const PATIENCE: usize = 2;
 
 impl Failures {
@@ -119,7 +119,7 @@ impl Failures {
         !matches!(reason, ConvergenceFailures | ErrorTestFailures)
     }
 
-    /// Returns whether the problem itself has rejected a larger step, in which case accuracy does not determine the
+    /// Returns whether the problem itself has rejected a larger step. In this case, accuracy does not determine the
     /// size of this step.
     pub(crate) fn refused(self) -> bool {
         self.refused
@@ -130,13 +130,13 @@ impl Failures {
         self.unsolved > 0
     }
 
-    /// Returns whether Newton's method fails so often that F may have a kink near the start of the step. Later steps
-    /// approach the kink until a step passes it.
+    /// Returns whether Newton's method has failed so often that F may have a kink near the start of the step. Later
+    /// steps approach the kink until one step passes it.
     pub(crate) fn suggest_kink(self) -> bool {
         self.unsolved > PATIENCE || (self.near_kink && self.unsolved())
     }
 
-    /// Returns zero counts for the start of a new step. `refused` records whether the problem [rejected](Self::refused)
+    /// Returns zero counts for the start of a new step. `refused` states whether the problem [rejected](Self::refused)
     /// a larger size of the previous step, and `near_kink` whether that step [suggests a kink](Self::suggest_kink).
     pub(crate) fn after(refused: bool, near_kink: bool) -> Self {
         Self { refused, near_kink, ..Self::default() }
@@ -147,7 +147,7 @@ impl Failures {
         (self.rejected, self.unsolved) = (0, 0);
     }
 
-    /// Counts a failure for this `reason`, here and in the statistics.
+    /// Counts a failure for the given `reason`, here and in the statistics.
     pub(crate) fn count(&mut self, reason: StopReason, statistics: &mut Statistics) {
         if reason == StopReason::ErrorTestFailures {
             self.rejected += 1;
@@ -165,7 +165,7 @@ impl Failures {
             || self.unsolved >= options.max_convergence_failures
     }
 
-    /// Returns the factor on h for the next attempt, given the `factor` proposed by the last one.
+    /// Returns the factor for the step size of the next attempt, given the `factor` proposed by the last attempt.
     pub(crate) fn factor(self, factor: f64, fresh: bool) -> f64 {
         match fresh && self.unsolved > PATIENCE {
             true => factor.min(0.1),

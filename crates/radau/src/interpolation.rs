@@ -1,29 +1,29 @@
-//! The error of dense output within a step.
+//! Error of dense output within a step.
 
 use crate::dense::{Collocation, add_scaled};
 use crate::newton::Step;
 
 /// Estimates the error of dense output between the ends of a step.
 ///
-/// The error estimate of a step measures the differential variables only. For an algebraic variable on which no other
-/// variable depends, the estimate is zero, even if the polynomial between the nodes is far from the solution. Therefore
-/// the polynomial û of a step is extrapolated backward to the beginning t_{n−1} of the previous step, where y is known.
-/// To leading order, its error at t_n + θ h is
+/// The error estimate of a step covers only the differential variables. For an algebraic variable on which no other
+/// variable depends, the estimate is zero, even if the polynomial between the nodes is far from the solution.
+/// Therefore, the polynomial û of a step is extrapolated backward to the start t_{n−1} of the previous step, where y is
+/// known. To leading order, its error at t_n + θ h is
 /// - C ψ(θ) in algebraic variables, with ψ = θ ℓ_0,
 /// - C q(θ) in differential variables, with q = ∫ θ ℓ_0,
-/// - C (ψ − r)(θ), with the ramp r, in differential variables determined by constraints.
+/// - C (ψ − r)(θ), with the ramp r, in differential variables that are determined by constraints.
 ///
-/// The difference at t_{n−1} determines C. The estimate needs no evaluation of F. It also detects a
-/// kink of the solution within either step.
+/// The difference at t_{n−1} determines C. The estimate does not require an evaluation of F. It also detects a kink of
+/// the solution within either of the two steps.
 #[derive(Debug)]
 pub(crate) struct Interpolation {
-    /// Whether dense output is used, so that its error is limited to the tolerances.
+    /// Whether dense output is used. If so, its error is limited to the tolerances.
     pub(crate) active: bool,
     /// Difference between û and y at t_{n−1}.
     difference: Vec<f64>,
 }
 
-/// Safety factor for terms of higher order, and for a derivative that grows within the step.
+/// Safety factor that covers terms of higher order, and a derivative that grows within the step.
 const MARGIN: f64 = 3.0;
 
 /// Number of points of the unit interval at which the profiles of the error are compared.
@@ -34,8 +34,8 @@ impl Interpolation {
         Self { active, difference: vec![0.0; n] }
     }
 
-    /// Measures the error of the step with increments `z` that follows the step `last` and begins with the derivative
-    /// `y_dot`. [`of`](Self::of) returns the error.
+    /// Measures the error of the step with increments `z`. The step follows the step `last` and starts with the
+    /// derivative `y_dot`. [`of`](Self::of) returns the error.
     pub(crate) fn measure(
         &mut self,
         step: &Step<'_>,

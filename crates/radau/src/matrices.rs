@@ -1,5 +1,5 @@
-//! Default linear solver: LU with partial pivoting of the full matrix, by KLU if the feature `klu`
-//! of `myovib-sparse` is enabled, otherwise in pure Rust.
+//! Default linear solver: LU of the full matrix with partial pivoting. Uses KLU if the feature `klu` of `myovib-sparse`
+//! is enabled, otherwise pure Rust.
 
 use myovib_dae::{Jacobian, LinearSolver, Linearization, Problem, StepError};
 use myovib_sparse::SparseError;
@@ -8,10 +8,9 @@ use myovib_sparse::pivoting::{Factors, Symbolic};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
-/// [Sparse LU](myovib_sparse::pivoting) of the full matrix: real and complex factors share one
-/// symbolic analysis.
+/// [Sparse LU](myovib_sparse::pivoting) of the full matrix. Real and complex factors share one symbolic analysis.
 ///
-/// Complex factors are allocated at the first complex matrix setup.
+/// Complex factors are allocated at the first setup with complex matrices.
 #[derive(Debug)]
 pub struct SparseDirectSolver {
     jacobian: Jacobian,
@@ -28,7 +27,7 @@ impl SparseDirectSolver {
     /// Analyzes the pattern.
     ///
     /// # Errors
-    /// Errors of the analysis, see [`Symbolic::analyze`].
+    /// Returns errors of the analysis, see [`Symbolic::analyze`].
     pub fn new(pattern: &SparsityPattern, options: SparseOptions) -> Result<Self, SparseError> {
         let symbolic = Symbolic::analyze(pattern, options)?;
         let nnz = symbolic.nnz();

@@ -1,4 +1,4 @@
-//! Coefficients of the Radau IIA methods and the eigenvectors that decouple their stage equations.
+//! Coefficients of the Radau IIA methods, and the eigenvectors that decouple the stage equations.
 
 mod construction;
 
@@ -9,44 +9,44 @@ use construction::{
     derivative, lagrange, lagrange_derivative, modes, radau_nodes, ramp, start_basis, weights,
 };
 
-/// A real eigenvalue λ of A⁻¹ with its right and left eigenvectors, ℓ·r = 1.
+/// A real eigenvalue λ of A⁻¹ with its right and left eigenvectors, normalized to ℓ·r = 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RealMode {
-    /// λ
+    /// Eigenvalue λ.
     pub lambda: f64,
-    /// r, with A⁻¹ r = λ r.
+    /// Right eigenvector r, with A⁻¹ r = λ r.
     pub right: Vec<f64>,
-    /// ℓ, with ℓ A⁻¹ = λ ℓ.
+    /// Left eigenvector ℓ, with ℓ A⁻¹ = λ ℓ.
     pub left: Vec<f64>,
 }
 
-/// One of a pair of complex eigenvalues of A⁻¹ (the one with positive imaginary part) with its
-/// right and left eigenvectors, ℓ·r = 1 (no conjugation).
+/// A complex eigenvalue λ of A⁻¹ (the one of the pair with positive imaginary part) with its right and left
+/// eigenvectors, normalized to ℓ·r = 1 (without conjugation).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComplexMode {
-    /// λ
+    /// Eigenvalue λ.
     pub lambda: Complex64,
-    /// r, with A⁻¹ r = λ r.
+    /// Right eigenvector r, with A⁻¹ r = λ r.
     pub right: Vec<Complex64>,
-    /// ℓ, with ℓ A⁻¹ = λ ℓ.
+    /// Left eigenvector ℓ, with ℓ A⁻¹ = λ ℓ.
     pub left: Vec<Complex64>,
 }
 
 /// A Radau IIA method: collocation at the zeros of P_s − P_{s−1}, the last of which is 1.
 ///
-/// Its order is 2s − 1 and its stage order s. It is L-stable, and its last stage is the solution at
-/// the end of the step, so algebraic equations hold there. Only odd s are supported: then A⁻¹ has
-/// exactly one real eigenvalue, whose matrix also filters the error estimate.
+/// The method has order 2s − 1 and stage order s. It is L-stable. Its last stage is the solution at the end of the
+/// step, so algebraic equations are satisfied there. Only odd s are supported: A⁻¹ then has exactly one real
+/// eigenvalue, whose matrix also filters the error estimate.
 ///
-/// With stage increments z_i = Y_i − y_n and A⁻¹ = Σ_k λ_k r_k ℓ_kᵀ (k over the real mode, the
-/// complex modes and their conjugates), the sn × sn Newton system
+/// Let z_i = Y_i − y_n be the stage increments and A⁻¹ = Σ_k λ_k r_k ℓ_kᵀ, where k runs over the real mode, the complex
+/// modes and their conjugates. The sn × sn Newton system
 ///
 /// ```text
 /// (I ⊗ J_y + h⁻¹ A⁻¹ ⊗ J_ẏ) Δz = −G
 /// ```
 ///
-/// decouples into (J_y + λ_k/h J_ẏ) w_k = −Σ_i ℓ_ki G_i with Δz_i = Σ_k r_ki w_k: one real and (s −
-/// 1)/2 complex systems of order n.
+/// decouples into (J_y + λ_k/h J_ẏ) w_k = −Σ_i ℓ_ki G_i with Δz_i = Σ_k r_ki w_k. These are one real and (s − 1)/2
+/// complex systems of order n.
 ///
 /// # Examples
 /// ```
@@ -60,7 +60,7 @@ pub struct Method {
     nodes: Vec<f64>,
     /// Coefficients of the ramp in ascending powers of θ.
     ramp: Vec<f64>,
-    /// Coefficients of ℓ_0 and its first two derivatives in ascending powers.
+    /// Coefficients of ℓ_0 and its first two derivatives in ascending powers of θ.
     start_basis: [Vec<f64>; 3],
     a_inverse: DMatrix<f64>,
     weights: Vec<f64>,
@@ -69,14 +69,14 @@ pub struct Method {
 }
 
 impl Method {
-    /// Constructs the method with s `stages`.
+    /// Creates the method with s `stages`.
     ///
-    /// All coefficients follow from the nodes: A⁻¹ differentiates polynomials that vanish at 0,
-    /// (A⁻¹)_ij = ℓ_j'(c_i) with the Lagrange polynomials on {0, c_1, …, c_s}.
+    /// All coefficients follow from the nodes: A⁻¹ differentiates polynomials that vanish at 0, (A⁻¹)_ij = ℓ_j'(c_i)
+    /// with the Lagrange polynomials on {0, c_1, …, c_s}.
     ///
     /// # Errors
-    /// [`RadauError::Stages`](crate::RadauError::Stages) unless `stages` is 1, 3, 5 or 7: from 9
-    /// stages on, the coefficients lose digits.
+    /// Returns [`RadauError::Stages`](crate::RadauError::Stages) unless `stages` is 1, 3, 5 or 7. With 9 or more
+    /// stages, the coefficients lose digits.
     pub fn radau_iia(stages: usize) -> Result<Self, crate::RadauError> {
         if !matches!(stages, 1 | 3 | 5 | 7) {
             return Err(crate::RadauError::Stages { stages });
@@ -114,7 +114,7 @@ impl Method {
         &self.nodes
     }
 
-    /// Returns entry (i, j) of A⁻¹, counted from 0.
+    /// Returns entry (i, j) of A⁻¹; i and j are zero-based indices.
     pub fn a_inverse(&self, i: usize, j: usize) -> f64 {
         self.a_inverse[(i, j)]
     }
@@ -134,13 +134,13 @@ impl Method {
         &self.complex
     }
 
-    /// Returns λ/h of the complex modes.
+    /// Returns λ/h for each complex mode.
     pub(crate) fn shifts(&self, h: f64) -> Vec<Complex64> {
         self.complex.iter().map(|mode| mode.lambda / h).collect()
     }
 
-    /// Returns ℓ_j(θ), the Lagrange polynomial on {0, c_1, …, c_s} that equals 1 at c_j (j counted
-    /// from 0).
+    /// Returns ℓ_j(θ), the Lagrange polynomial on {0, c_1, …, c_s} that equals 1 at node j, where j is a zero-based
+    /// index.
     pub(crate) fn basis(&self, j: usize, theta: f64) -> f64 {
         lagrange(&self.nodes, j, theta)
     }
@@ -154,13 +154,13 @@ impl Method {
         }
     }
 
-    /// Returns r(θ), the polynomial of degree s + 1 with r(0) = 0, r'(0) = 1 and r'(c_i) = 0, which
-    /// satisfies r(1) = 0 for s > 1. For s = 1 such a polynomial does not exist, and r = 0.
+    /// Returns r(θ), the polynomial of degree s + 1 with r(0) = 0, r'(0) = 1 and r'(c_i) = 0. If s > 1, r(1) is also 0.
+    /// If s = 1, such a polynomial does not exist, and r = 0.
     pub(crate) fn ramp(&self, theta: f64) -> f64 {
         theta * self.ramp.iter().rev().fold(0.0, |sum, a| sum * theta + a)
     }
 
-    /// Returns ∫_0^θ τ ℓ_0(τ) dτ, which has two zeros at 0 and whose derivative is zero at the nodes.
+    /// Returns ∫_0^θ τ ℓ_0(τ) dτ, which has a double zero at 0 and whose derivative is zero at the nodes.
     pub(crate) fn second_ramp(&self, theta: f64) -> f64 {
         let terms = self.start_basis[0].iter().enumerate().rev();
         let sum = terms.fold(0.0, |sum, (k, c)| sum * theta + c / (k as f64 + 2.0));
@@ -173,8 +173,8 @@ impl Method {
         powers.fold(0.0, |sum, (k, a)| sum * theta + (k as f64 + 1.0) * a)
     }
 
-    /// Returns ℓ_0(θ) = Π (1 − θ/c_i), the Lagrange polynomial on {0, c_1, …, c_s} that equals 1 at
-    /// 0, or its first or second derivative.
+    /// Returns ℓ_0(θ) = Π (1 − θ/c_i), the Lagrange polynomial on {0, c_1, …, c_s} that equals 1 at 0, or its first or
+    /// second derivative.
     pub(crate) fn start_basis(&self, derivative: usize, theta: f64) -> f64 {
         let powers = self.start_basis[derivative].iter().rev();
         powers.fold(0.0, |sum, a| sum * theta + a)
@@ -192,8 +192,8 @@ mod tests {
 
     const ODD: [usize; 4] = [1, 3, 5, 7];
 
-    /// Rounding errors, amplified by the condition number of the eigenvector matrix, which grows
-    /// with s.
+    /// Returns a bound for rounding errors. They are amplified by the condition number of the eigenvector matrix, which
+    /// grows with s.
     fn rounding(stages: usize) -> f64 {
         f64::EPSILON * 10f64.powi(stages as i32 / 2 + 1)
     }
@@ -206,7 +206,7 @@ mod tests {
         for (c, exact) in method.nodes().iter().zip(nodes) {
             assert!((c - exact).abs() < rounding(1), "{c} {exact}");
         }
-        // Hairer & Wanner IV.8: the eigenvalues of A, inverted.
+        // The expected values are the eigenvalues of A in Hairer & Wanner IV.8, inverted.
         let (a, b) = (81f64.cbrt(), 9f64.cbrt());
         let gamma = 30.0 / (6.0 + a - b);
         let of_a = Complex64::new((12.0 - a + b) / 60.0, 3f64.sqrt() * (a + b) / 60.0);
@@ -218,7 +218,7 @@ mod tests {
         );
     }
 
-    /// Checks ∫ θ^k = 1/(k + 1) up to degree 2s − 2.
+    /// Checks that ∫ θ^k = 1/(k + 1) up to degree 2s − 2.
     #[test]
     fn weights_integrate_polynomials_exactly() {
         for s in ODD {
@@ -259,7 +259,8 @@ mod tests {
         for s in [3, 5, 7] {
             let method = Method::radau_iia(s).unwrap();
             assert_eq!((method.ramp(0.0), method.ramp_derivative(0.0)), (0.0, 1.0));
-            // r(1) = ∫ Π (1 − τ/c_i) dτ, which the quadrature at the c_i computes exactly: 0.
+            // r(1) = ∫ Π (1 − τ/c_i) dτ. The quadrature at the nodes c_i computes this integral exactly, and the result
+            // is 0.
             assert!(method.ramp(1.0).abs() < rounding(s), "s = {s}");
             for &theta in method.nodes() {
                 assert!(method.ramp_derivative(theta).abs() < 10.0 * rounding(s), "s = {s}");
@@ -267,8 +268,7 @@ mod tests {
             let (d, theta) = (1e-4, 0.3 * method.nodes()[0]);
             let difference = method.ramp(theta + d) - method.ramp(theta - d);
             let slope = difference / (2.0 * d);
-            // d² r'''/6, where r''' belongs to a polynomial whose derivative decreases from 1 to 0
-            // at c_1.
+            // The error is d² r'''/6. r''' belongs to a polynomial whose derivative decreases from 1 to 0 at c_1.
             let allowed = (d / method.nodes()[0]).powi(2);
             assert!((slope - method.ramp_derivative(theta)).abs() < allowed, "s = {s}");
         }
@@ -280,7 +280,7 @@ mod tests {
             let method = Method::radau_iia(s).unwrap();
             let a = method.a_inverse.clone().try_inverse().unwrap();
             for k in 1..=2 * s - 1 {
-                // B(2s − 1): Σ b_j c_j^(k−1) = 1/k with b the last row of A.
+                // B(2s − 1): Σ b_j c_j^(k−1) = 1/k, where b is the last row of A.
                 let sum: f64 =
                     (0..s).map(|j| a[(s - 1, j)] * method.nodes[j].powi(k as i32 - 1)).sum();
                 assert!((sum - 1.0 / k as f64).abs() < rounding(s), "B({k}), s = {s}: {sum}");
@@ -325,7 +325,7 @@ mod tests {
             for (i, &c) in method.nodes().iter().enumerate() {
                 assert!((method.basis(j, c) - f64::from(u8::from(i == j))).abs() < rounding(1));
             }
-            // A central difference is exact for the cubic up to h²/6 times its third derivative.
+            // For the cubic polynomial, the error of a central difference is h²/6 times the third derivative.
             let (theta, h) = (0.3, 1e-4);
             let difference = (method.basis(j, theta + h) - method.basis(j, theta - h)) / (2.0 * h);
             assert!((difference - method.basis_derivative(j, theta)).abs() < 1e-6);

@@ -1,4 +1,4 @@
-//! Error of multipliers computed by collocation, and its removal.
+//! Error of multipliers computed by collocation, and removal of this error.
 
 mod within;
 
@@ -11,13 +11,12 @@ use crate::method::Method;
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
 
-/// Removes the leading error of algebraic variables of index 2 and 3, and monitors the error of
-/// velocities that a hidden constraint determines.
+/// Removes the leading error of algebraic variables of index 2 and 3, and monitors the error of velocities that are
+/// determined by a hidden constraint.
 ///
-/// Consider q̇ = v, v̇ = λ with the constraint 0 = q − g(t). Radau IIA yields exact q at 0, c_1, …,
-/// c_s. Its values of v are derivatives of the polynomial u through these q. Their errors at the
-/// nodes are −ω'(θ) ε, where q − u = h ε ω to leading order. Let a be the error of the initial v.
-/// The error of the next derivative, λ, is
+/// Consider q̇ = v, v̇ = λ with the constraint 0 = q − g(t). Radau IIA yields the exact q at 0, c_1, …, c_s. The
+/// computed values of v are derivatives of the polynomial u through these q. Their errors at the nodes are −ω'(θ) ε,
+/// where q − u = h ε ω to leading order. Let a be the error of the initial v. The error of the next derivative, λ, is
 ///
 /// ```text
 /// (ℓ_0'(θ) (a + ε) − ω''(θ) ε)/h,   ω = θ ℓ_0,   ℓ_0 = Π (1 − θ/c_i).
@@ -25,15 +24,16 @@ use crate::work::Counters;
 ///
 /// To leading order, a general multiplier of index 3 has the same error, and a multiplier of index 2 has the error
 /// −ω'(θ) ε. (Velocities of index 2 also have this error, as far as the constraint determines them.) The order of this
-/// error is s + 2 minus the index at best, and much lower after a change of h. Both parts are visible in the variables
-/// of index 1: u'(t_n) − ẏ_n is −(a + ε), and ε is the difference between the polynomial and the solution at the
-/// beginning of the last step, divided by h ω there. The iteration matrix converts both to errors of multipliers:
+/// error is s + 2 minus the index at best, and much lower after a change of h. The variables of index 1 determine both
+/// parts of the error. The first part, −(a + ε), is u'(t_n) − ẏ_n. The second part, ε, is the difference between the
+/// polynomial and the solution at the start of the last step, divided by h ω there. The iteration matrix converts both
+/// parts to errors of multipliers:
 ///
 /// ```text
 /// e(x) = −(J_y + γ/h J_ẏ)⁻¹ (F(t_n, y_n, ẏ_n + x) − F(t_n, y_n, ẏ_n))
 /// ```
 ///
-/// is x in multipliers of index 2, and γ x/h in multipliers of index 3. The steps do not change,
+/// is x for multipliers of index 2, and γ x/h for multipliers of index 3. The removal does not change the steps,
 /// because their equations do not contain the initial multipliers.
 #[derive(Debug)]
 pub(crate) struct Multipliers {
@@ -51,27 +51,26 @@ pub(crate) struct Multipliers {
     between: Vec<f64>,
 }
 
-/// Errors of a multiplier, or of a velocity of index 2.
+/// Errors of a multiplier or of a velocity of index 2.
 #[derive(Debug, Clone)]
 struct Multiplier {
     variable: usize,
     index: u8,
-    /// Whether its error can be removed. The next step uses the velocities as initial values, but
-    /// not the multipliers.
+    /// Whether the error can be removed. The next step uses the velocities as initial values, but not the multipliers.
     removable: bool,
     known: PreviousMultipliers,
     /// e(ε) of the current step.
     missed: f64,
     /// e(−(a + ε)) of the current step.
     jump: f64,
-    /// e(ε) and the unexplained part of the residual, measured within the current step.
+    /// e(ε) and the unexplained part of the residual, both measured within the current step.
     within: [f64; 2],
 }
 
-/// State of a multiplier, stored from step to step.
+/// State of a multiplier that is stored from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PreviousMultipliers {
-    /// Value by collocation at the end of the last step.
+    /// Collocation value at the end of the last step.
     raw: f64,
     /// Value of e(ε) in the last step.
     last: f64,
@@ -86,19 +85,19 @@ impl PreviousMultipliers {
     }
 }
 
-/// Assumed ratio of the remaining error to the change of the removed error, which is the ratio of the coefficients of
+/// Assumed ratio of the remaining error to the change of the removed error. It is the ratio of the coefficients of
 /// successive orders.
 const MARGIN: f64 = 2.0;
 
-/// Factor of the displacements by which variables are moved to find the equations that contain them. It is small,
-/// because equations may be undefined far from the state.
+/// Factor for the displacements that determine which equations contain a variable. It is small, because equations may
+/// be undefined far from the state.
 const SMALL: f64 = 1e-3;
 
-/// Minimum ratio of step sizes at which the change of e(ε) can be distinguished from rounding.
+/// Minimum ratio of step sizes for which the change of e(ε) can be distinguished from rounding.
 const TELLING: f64 = 1.2;
 
-/// If a/ε, as predicted from the ratio of the step sizes, is less than this fraction, ε is computed from a + ε instead
-/// of from the last step.
+/// If the ratio a/ε, as predicted from the step sizes, is less than this value, ε is computed from a + ε instead of
+/// from the last step.
 const SHORT: f64 = 0.1;
 
 impl Multipliers {
@@ -139,13 +138,12 @@ impl Multipliers {
         self.indices[i]
     }
 
-    /// Returns whether multipliers exist. Then a hidden constraint amplifies errors by powers of
-    /// 1/h.
+    /// Returns whether multipliers exist. If so, a hidden constraint amplifies errors by powers of 1/h.
     pub(crate) fn any(&self) -> bool {
         !self.list.is_empty()
     }
 
-    /// Returns the lowest order of the remaining errors; `None` without multipliers.
+    /// Returns the lowest order of the remaining errors, or `None` if there are no multipliers.
     pub(crate) fn order(&self, stages: usize) -> Option<i32> {
         let orders = self.list.iter().map(|multiplier| {
             let gained = i32::from(multiplier.removable);
@@ -154,7 +152,7 @@ impl Multipliers {
         orders.min()
     }
 
-    /// Returns the state stored from step to step.
+    /// Returns the state that is stored from step to step.
     pub(crate) fn known(&self) -> Vec<PreviousMultipliers> {
         self.list.iter().map(|multiplier| multiplier.known).collect()
     }
@@ -166,15 +164,15 @@ impl Multipliers {
         }
     }
 
-    /// Restarts from consistent values `y`.
+    /// Restarts from the consistent values `y`.
     pub(crate) fn restart(&mut self, y: &[f64]) {
         for multiplier in &mut self.list {
             multiplier.known.raw = y[multiplier.variable];
         }
     }
 
-    /// Measures both parts of the error of the step with increments `z`. The step starts with the
-    /// derivative `y_dot` at the end of the step `before`, if that exists.
+    /// Measures both parts of the error of the step with increments `z`. The step starts with the derivative `y_dot` at
+    /// the end of the step `before`, if such a step exists.
     pub(crate) fn measure<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -230,10 +228,10 @@ impl Multipliers {
         Ok(())
     }
 
-    /// Measures the error of the variables of index 1 at the start of the `step` by the violated
-    /// constraints: equations that contain neither ẏ nor variables of index 2 and 3.
-    /// [`constraint_errors`](Self::constraint_errors) returns it. The matrices must be set up for the size
-    /// of the step.
+    /// Measures the error of the variables of index 1 at the start of the `step` from violated constraints. Constraints
+    /// are equations that contain neither ẏ nor variables of index 2 and 3.
+    /// [`constraint_errors`](Self::constraint_errors) returns the error. The matrices must be set up for the size of
+    /// the step.
     pub(crate) fn measure_constraints<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -264,8 +262,8 @@ impl Multipliers {
         matrices.solve_real(problem, residual).map_err(Operation::LinearSolve.failed())
     }
 
-    /// Returns the [measured](Self::measure_constraints) errors of the differential variables of
-    /// index 1, with their indices.
+    /// Returns the indices of the differential variables of index 1 and their [measured](Self::measure_constraints)
+    /// errors.
     pub(crate) fn constraint_errors(&self) -> impl Iterator<Item = (usize, f64)> {
         self.free.iter().map(|&i| (i, self.residual[i]))
     }
@@ -298,8 +296,7 @@ impl Multipliers {
         matrices.solve_real(problem, residual).map_err(Operation::LinearSolve.failed())
     }
 
-    /// Returns the variables of index 2 with their remaining errors at the end of the step that
-    /// follows `before`.
+    /// Returns the variables of index 2 and their remaining errors at the end of the step that follows `before`.
     pub(crate) fn remaining_errors<'a>(
         &'a self,
         step: &'a Step<'_>,
@@ -314,10 +311,10 @@ impl Multipliers {
         })
     }
 
-    /// Returns the largest remaining error at the end of the step in units of the tolerances. Errors of e up to
-    /// `rounding` are not counted. For velocities it is the measured error, for multipliers the change of the measured
-    /// error since the step `before`. If only rounding is visible, the next step may grow by the factor
-    /// `growth_in_noise`.
+    /// Returns the largest remaining error at the end of the step, in units of the tolerances. Errors of e up to
+    /// `rounding` are not counted. For velocities, the remaining error is the measured error. For multipliers, it is
+    /// the change of the measured error since the step `before`. If only rounding is visible, the next step may grow by
+    /// the factor `growth_in_noise`.
     pub(crate) fn largest_left(
         &self,
         step: &Step<'_>,
@@ -361,7 +358,7 @@ impl Multipliers {
         }
     }
 
-    /// Removes the errors from a copy of the `increments` of a step that has not been accepted yet.
+    /// Removes the errors from a copy of the `increments` of a step that is not accepted yet.
     pub(crate) fn remove_from_copy(&self, step: &Step<'_>, increments: &mut [f64]) {
         let n = step.y.len();
         for multiplier in self.list.iter().filter(|multiplier| multiplier.removable) {
@@ -372,8 +369,8 @@ impl Multipliers {
         }
     }
 
-    /// Undoes the removal in the `increments` of the last step, with `n` unknowns, so that they solve the stage
-    /// equations again.
+    /// Undoes the removal in the `increments` of the last step with `n` unknowns, so that the increments solve the
+    /// stage equations again.
     pub(crate) fn undo_removal(&self, n: usize, increments: &mut [f64]) {
         let removable = self.list.iter().filter(|multiplier| multiplier.removable);
         let stages = increments.len() / n;
@@ -386,19 +383,19 @@ impl Multipliers {
 }
 
 impl Multiplier {
-    /// Returns whether this is an algebraic variable of index 2.
+    /// Returns whether the variable is algebraic and of index 2.
     fn is_tested(&self) -> bool {
         self.index == 2 && self.removable
     }
 
-    /// Returns the error to remove at t_n + θ h.
+    /// Returns the error to be removed at t_n + θ h.
     fn removed_at(&self, method: &Method, theta: f64) -> f64 {
         let [of_missed, of_jump] = profile(method, self.index, theta);
         let missed = if self.known.noisy { 0.0 } else { self.missed };
         of_missed * missed + of_jump * self.jump
     }
 
-    /// Returns the margin and the remaining part of e(ε) in a step that is `growth` times as long as the last step.
+    /// Returns the margin and the remaining part of e(ε) for a step that is `growth` times as long as the last step.
     fn remaining_error(&self, stages: usize, growth: f64) -> (f64, f64) {
         match self.removable {
             true => {
@@ -414,8 +411,8 @@ impl Multiplier {
         stages as i32 + 2 - i32::from(self.index)
     }
 
-    /// Returns whether e(ε) changes with h like rounding, which is proportional to h^(1 − index).
-    /// Then the error is too small to be visible and does not require a smaller step.
+    /// Returns whether e(ε) changes with h as rounding does, that is, in proportion to h^(1 − index). The error is then
+    /// too small to be visible and does not require a smaller step.
     fn changes_like_rounding(&self, stages: usize, growth: f64) -> bool {
         let between = 0.5 * f64::from(self.power(stages) + 1 - i32::from(self.index));
         let excess = (self.missed / self.known.last).abs().ln() - between * growth.ln();
@@ -424,13 +421,13 @@ impl Multiplier {
     }
 }
 
-/// Returns a displacement of variable i from `x` that changes every equation that contains it. It
-/// differs from variable to variable, so that it does not cancel in differences.
+/// Returns a displacement of variable i from `x` that changes every equation containing the variable. The displacements
+/// of different variables differ, so that they do not cancel in differences.
 fn displacement(x: f64, i: usize) -> f64 {
     (1.0 + x.abs()) * (0.5 + (0.618 * i as f64).fract())
 }
 
-/// Returns the corrections of a multiplier at θ per unit of e(ε) and e(−(a + ε)).
+/// Returns the corrections of a multiplier at θ, per unit of e(ε) and per unit of e(−(a + ε)).
 fn profile(method: &Method, index: u8, theta: f64) -> [f64; 2] {
     let basis = |derivative| method.start_basis(derivative, theta);
     match index {

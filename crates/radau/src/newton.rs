@@ -13,10 +13,10 @@ use crate::work::Counters;
 /// Result of the iterations, unless an error occurred.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Newton {
-    /// Converged after this many iterations. Additional iterations for unscaled errors and for
-    /// testing new matrices are not counted, because they do not indicate that h is too large.
+    /// Converged after this number of iterations. Additional iterations for unscaled errors and for testing new
+    /// matrices are not counted, because they do not indicate that h is too large.
     Converged { iterations: usize },
-    /// The iterations diverged or converged too slowly; the step should be repeated with h times this factor.
+    /// The iterations diverged or converged too slowly. The step should be repeated with h multiplied by this factor.
     Failed { step_factor: f64 },
 }
 
@@ -41,7 +41,7 @@ pub(crate) struct Step<'a> {
 pub(crate) struct NewtonSolver {
     /// Stage increments, stage by stage.
     pub(crate) z: Vec<f64>,
-    /// Residuals of the stages; after the solve, their corrections.
+    /// Residuals of the stages, which the solve replaces by the corrections.
     residuals: Vec<f64>,
     stage: Vec<f64>,
     stage_dot: Vec<f64>,
@@ -49,23 +49,23 @@ pub(crate) struct NewtonSolver {
     /// Last correction of the last stage, which is the correction of the solution.
     correction: Vec<f64>,
     tolerance: f64,
-    /// Maximum relative error of the increments.
+    /// Maximum error relative to the increments.
     relative: f64,
     limit: usize,
-    /// Whether a hidden constraint amplifies the remaining error by powers of 1/h. Then the error
-    /// after a first correction is not estimated below the size of the correction.
+    /// Whether a hidden constraint amplifies the remaining error by powers of 1/h. If so, the error after the first
+    /// correction is assumed to be at least as large as the correction.
     constrained: bool,
-    /// θ/(1 − θ) for the first available θ of the last step. It is used to bound the error after a first correction.
+    /// θ/(1 − θ) for the first available θ of the last step. It bounds the error after the first correction.
     first_factor: f64,
-    /// Last estimate of the contraction θ; 0 if one iteration was sufficient.
+    /// Last estimate of the contraction θ, or 0 if one iteration was sufficient.
     pub(crate) contraction: f64,
     /// Whether errors are also bounded relative to the increments, and new matrices are tested. This is necessary for
-    /// difference quotients, which may be wrong by orders of magnitude at a wrong ẏ, and for dense output, whose error
-    /// estimate contains the errors of Newton's method.
+    /// difference quotients, which may be wrong by orders of magnitude if ẏ is wrong. It is also necessary for dense
+    /// output, whose error estimate contains the errors of Newton's method.
     strict: bool,
-    /// Whether contractions after [`LONG`] corrections are confirmed.
+    /// Whether contractions after [`LONG`] corrections must be confirmed.
     confirms: bool,
-    /// Whether corrections by the current matrices have contracted.
+    /// Whether corrections computed with the current matrices have contracted.
     tried: bool,
     /// Norm up to which the last correction is attributed to rounding.
     allowed: f64,
@@ -76,38 +76,40 @@ pub(crate) struct NewtonSolver {
 /// Contraction above which the iterations are considered divergent.
 const DIVERGENT: f64 = 0.99;
 
-/// Contraction above which the iterations for the unscaled errors of variables with reduced weights stop, because the
+/// Contraction above which the additional iterations for unscaled errors of variables with reduced weights stop. The
 /// remaining errors may be rounding errors divided by a power of h.
 const STALLED: f64 = 0.9;
 
-/// Lower bound of the assumed contraction for the first correction of a step, because the
-/// contraction of the last step may have been better.
+/// Lower bound for the contraction assumed for the first correction of a step, because the contraction of the last step
+/// may have been better.
 const LEAST_TRUST: f64 = 1e-3;
 
-/// Maximum error of ẏ at the end of a step, relative to its size. In a step so short that y changes
-/// by less than its tolerance, no other condition bounds this error, and the next Jacobian is
-/// evaluated at this ẏ.
+/// Maximum error of ẏ at the end of a step, relative to ẏ. If a step is so short that y changes by less than its
+/// tolerance, no other condition bounds this error, although the next Jacobian is evaluated at this ẏ.
 const RELATIVE: f64 = 0.01;
 
-/// Fraction of the tolerance below which the error test does not detect changes of y in a step.
+/// Changes of y in a step are not detected by the error test if they are below this fraction of the tolerance.
 const RESOLVED: f64 = 0.1;
 
 /// Maximum plausible ratio of the slope at the end of a step to the mean slope of the increments.
 const STEEP: f64 = 10.0;
 
-/// Ratio of the last to the first correction below which new matrices are considered tested.
+/// Maximum ratio of the last correction to the first for which new matrices are considered tested.
 const TRIED: f64 = 0.1;
 
-/// Largest last correction after the first iteration, as a fraction of the solution; one tolerance is allowed, too.
+/// Maximum size of the last correction after the first iteration, as a fraction of the solution. One tolerance is
+/// always allowed.
 const SMALL: f64 = 0.01;
 
-/// Norm of a correction, in tolerances, above which the contraction measured from it needs confirmation.
+/// If the norm of a correction, in units of the tolerance, exceeds this value, a contraction measured from it must be
+/// confirmed.
 const LONG: f64 = 10.0;
 
-/// Relative size of corrections that may consist of rounding errors, which do not contract, with ill-conditioned matrices.
+/// Corrections below this relative size may consist of rounding errors, which do not contract, if the matrices are
+/// ill-conditioned.
 const UNRESOLVED: f64 = 1e4 * f64::EPSILON;
 
-/// Relative rounding of y, below which corrections of its increments are not resolved.
+/// Relative rounding of y. Smaller corrections of the increments of y are not resolved.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
 impl NewtonSolver {
@@ -119,7 +121,7 @@ impl NewtonSolver {
         constrained: bool,
     ) -> Self {
         let s = method.stages();
-        // Largest change of h ẏ at the end of the step per unit change of the increments.
+        // Largest change of h ẏ at the end of the step for a unit change of the increments.
         let slope: f64 = (0..s).map(|j| method.a_inverse(s - 1, j).abs()).sum();
         Self {
             z: vec![0.0; s * n],
@@ -144,23 +146,22 @@ impl NewtonSolver {
 
     /// Iterates from the increments in `z`.
     ///
-    /// The contraction θ is estimated from successive corrections. The error after a correction Δz
-    /// is about θ/(1 − θ) ‖Δz‖. The iterations end when this error is below the tolerance, or when
-    /// θ predicts that it cannot reach the tolerance within the allowed iterations (Hairer & Wanner
-    /// IV.8). The remaining iterations are used for the unscaled errors of variables with reduced
-    /// weights while these errors decrease.
+    /// The contraction θ is estimated from successive corrections. The error after a correction Δz is about θ/(1 − θ)
+    /// ‖Δz‖. The iterations end when this error is below the tolerance, or when θ predicts that the error cannot reach
+    /// the tolerance within the allowed number of iterations (Hairer & Wanner IV.8). The remaining iterations are used
+    /// for the unscaled errors of variables with reduced weights, as long as these errors decrease.
     ///
-    /// New matrices by difference quotients are tested with at least two corrections, because
-    /// far too large entries make any first correction small. The error is also bounded
-    /// relative to the increments: F may depend on ẏ in any way, and a tolerance for y alone
-    /// permits an error of tolerance/h in ẏ.
+    /// New matrices from difference quotients are tested with at least two corrections, because entries that are far
+    /// too large make any first correction small. The error is also bounded relative to the increments: F may depend on
+    /// ẏ in any way, and a tolerance for y alone allows an error of tolerance/h in ẏ.
     ///
-    /// Two corrections do not prove divergence. In index 3, from a start at rest, the first correction changes
-    /// positions by h v. The quadratic terms h² v² of the constraints then lead to corrections h² v²/h of the velocity,
-    /// which are proportional to h like the first correction, however small h is.
+    /// Two corrections do not prove divergence. For index 3 and a start at rest, the first correction changes positions
+    /// by h v. The quadratic terms h² v² of the constraints then lead to corrections h² v²/h of the velocity. These are
+    /// proportional to h, as is the first correction, however small h is.
     ///
-    /// Neither do they prove convergence after a correction above [`LONG`] across a kink of F, as at the threshold of an
-    /// ideal diode: the matrices of the other branch make the next correction small, but not the one after it.
+    /// Two corrections do not prove convergence either if the first exceeds [`LONG`] and crosses a kink of F, such as
+    /// the threshold of an ideal diode. The matrices of the other branch make the next correction small, but not the
+    /// one after it.
     pub(crate) fn solve<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -170,7 +171,7 @@ impl NewtonSolver {
         weights: &Weights<P>,
         counters: &mut Counters,
     ) -> Result<Newton, Failure> {
-        // As in RADAU5, the contraction of the last step is used, with a larger value to be safe.
+        // As in RADAU5, the contraction of the last step is used, increased for safety.
         self.first_factor = self.first_factor.max(LEAST_TRUST).powf(0.8);
         self.contraction = 0.0;
         let mut error_factor = if self.constrained { 1.0 } else { self.first_factor };
@@ -225,8 +226,8 @@ impl NewtonSolver {
                     return Ok(Newton::Failed { step_factor: 0.8 * excess.powf(exponent) });
                 }
             }
-            // A contraction measured from a diverged correction proves nothing: a later correction must be small itself. At
-            // rest, the size of the solution is unknown.
+            // A contraction measured from a diverged correction proves nothing, so a later correction must itself be
+            // small. At rest, the size of the solution is unknown.
             let is_small = iteration == 1 || of_y == 0.0 || norm <= (SMALL * of_y).max(1.0);
             if solved_after.is_none() && is_small && error_factor * norm <= tolerance {
                 solved_after = Some(iteration);
@@ -259,19 +260,19 @@ impl NewtonSolver {
         Ok(Newton::Failed { step_factor: 0.5 })
     }
 
-    /// Returns whether corrections by the current matrices have contracted.
+    /// Returns whether corrections computed with the current matrices have contracted.
     pub(crate) fn has_tried_matrices(&self) -> bool {
         self.tried
     }
 
-    /// Sets whether errors are bounded relative to the increments and new matrices are tested. With matrices `by_differences`,
-    /// contractions after long corrections are confirmed, too.
+    /// Sets whether errors are bounded relative to the increments and new matrices are tested. If matrices are computed
+    /// `by_differences`, contractions after long corrections are also confirmed.
     pub(crate) fn set_strict(&mut self, strict: bool, by_differences: bool) {
         (self.strict, self.confirms) = (strict, by_differences);
         self.tried |= !strict;
     }
 
-    /// Sets whether corrections by the current matrices have contracted.
+    /// Sets whether corrections computed with the current matrices have contracted.
     pub(crate) fn set_tried(&mut self, tried: bool) {
         self.tried = tried;
     }
@@ -291,15 +292,15 @@ impl NewtonSolver {
         self.tolerance = tolerance;
     }
 
-    /// Returns the norm up to which the last correction is attributed to rounding; 0 for matrices that have not been
-    /// tested.
+    /// Returns the norm up to which the last correction is attributed to rounding. Returns 0 if the matrices have not
+    /// been tested.
     pub(crate) fn allowed(&self) -> f64 {
         self.allowed
     }
 
-    /// Returns whether ẏ changes abruptly over the step, by more than rounding of y can explain. The change is abrupt
-    /// if it exceeds the size of ẏ while y changes by only a fraction of its tolerance, or if ẏ is far steeper than y.
-    /// Derivatives of `free` variables may change abruptly.
+    /// Returns whether ẏ changes abruptly over the step, by more than the rounding of y can explain. A change is abrupt
+    /// if it exceeds ẏ while y changes by only a fraction of its tolerance, or if ẏ is far steeper than y. Derivatives
+    /// of `free` variables may change abruptly.
     pub(crate) fn leaps(&mut self, step: &Step<'_>, y_dot: &[f64], free: &[usize]) -> bool {
         if !self.strict {
             return false;
@@ -375,7 +376,7 @@ impl NewtonSolver {
         Ok(())
     }
 
-    /// Solves for the correction, adds it to `z`, and returns the norms of both.
+    /// Solves for the correction, adds it to `z`, and returns the norms of the correction and of `z`.
     fn correct<P, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -408,7 +409,7 @@ pub(crate) fn norm(of: impl Iterator<Item = f64>, n: usize) -> f64 {
     (of.map(|x| x * x).sum::<f64>() / n as f64).sqrt()
 }
 
-/// Evaluates the residual; a non-finite residual is a recoverable error.
+/// Evaluates the residual. A non-finite residual is a recoverable error.
 pub(crate) fn evaluate<P: Problem>(
     problem: &mut P,
     t: f64,

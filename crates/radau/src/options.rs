@@ -11,43 +11,43 @@ use crate::control::Control;
 /// Minimum of the factor by which steps may grow if the measured errors of multipliers are only rounding errors.
 const GROWTH_IN_NOISE: f64 = 2.0;
 
-/// Part of the ratio of absolute tolerances to y that counts as the requested accuracy. Absolute tolerances are often
-/// chosen for larger variables.
+/// Fraction of the ratio of the absolute tolerance to y that is regarded as the requested accuracy. Absolute tolerances
+/// are often chosen for larger variables.
 const ABSOLUTE_FRACTION: f64 = 0.1;
-/// Largest (coarsest) relative accuracy that absolute tolerances imply.
+/// Maximum (coarsest) relative accuracy that absolute tolerances imply.
 const MAX_ACCURACY: f64 = 1e-6;
 
-/// Choice of the step size.
+/// Selection of the step size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum StepSize {
     /// Determined by the estimated error.
     Adaptive,
-    /// Constant (shortened only to meet a stop time). No error is estimated. If the stage equations
-    /// of a step cannot be solved, the integration stops.
+    /// Constant, except that a step is shortened to meet a stop time. The error is not estimated. If the stage
+    /// equations of a step cannot be solved, the integration stops.
     Fixed(f64),
 }
 
-/// Selects the variables whose errors are multiplied by (h/T)^(k−1), where k is the index of the variable and T the
+/// Selects the variables whose errors are multiplied by (h/T)^(k−1), where k is the index of the variable and T is the
 /// [`time_scale`](RadauOptions::time_scale).
 ///
 /// The error of a variable of index k is larger than the errors of the variables on which it depends by a factor of
-/// h^(1−k), and contributes to them only with the factor h^(k−1) (Hairer & Wanner VII.7).
+/// h^(1−k). It contributes to their errors only with the factor h^(k−1) (Hairer & Wanner VII.7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum IndexScaling {
     /// Errors of all variables of index 2 and 3, as in RADAU5.
     All,
     /// Errors of algebraic variables of index 2 and 3. The error of a velocity of index 2 is not reduced: the next step
-    /// corrects only the part that violates the constraint; the remaining part persists.
+    /// corrects only the part that violates the constraint, and the remaining part persists.
     #[default]
     Algebraic,
     /// No errors.
     None,
 }
 
-/// Maximum local error of an algebraic variable of index 2 or 3 in units of the tolerance, which
-/// corresponds to two digits.
+/// Maximum local error of an algebraic variable of index 2 or 3 in units of the tolerance. The value corresponds to two
+/// digits.
 const OWN_ERROR: f64 = 100.0;
 
 impl IndexScaling {
@@ -68,8 +68,8 @@ impl IndexScaling {
     }
 }
 
-/// Settings of one integration. If Hairer and Wanner's code RADAU5 has the same setting, its default is used. Settings
-/// that also exist in IDAS are named as in `sundials_wrap::IdaOptions`.
+/// Settings of one integration. Settings that also exist in Hairer and Wanner's code RADAU5 have the same defaults as
+/// in RADAU5. Settings that also exist in IDAS have the same names as in `sundials_wrap::IdaOptions`.
 ///
 /// # Examples
 /// ```
@@ -84,71 +84,69 @@ impl IndexScaling {
 pub struct RadauOptions {
     /// Number of stages: 1 (implicit Euler), 3 (order 5, the default), 5 or 7.
     pub stages: usize,
-    /// Tolerances; relative 1e-4 and absolute 1e-8 by default.
+    /// Relative and absolute tolerances; 1e-4 and 1e-8 by default.
     pub tolerances: Tolerances,
-    /// Whether the tolerances apply to the error of the solution (the default). The estimate has
-    /// only the order s + 1, two less than the local error for s = 3, so it is tested against 0.1
-    /// rtol^((s+1)/2s), with atol in proportion (Hairer & Wanner IV.8). Otherwise, and if the
-    /// relative tolerance is 0, the estimate is tested against the tolerances without this
-    /// conversion.
+    /// Whether the tolerances apply to the error of the solution (the default). The order of the estimate is only s +
+    /// 1, two less than the order of the local error for s = 3. Therefore, the estimate is tested against 0.1
+    /// rtol^((s+1)/2s), with atol in proportion (Hairer & Wanner IV.8). If `false`, or if the relative tolerance is 0,
+    /// the estimate is tested against the tolerances without this conversion.
     pub tolerances_for_solution: bool,
     /// Selects the variables of index k whose errors are multiplied by (h/T)^(k−1) in the error test and in Newton's
     /// convergence test; [`IndexScaling::Algebraic`] by default.
     pub index_scaling: IndexScaling,
-    /// The time T after which an error of a variable of index 2 that equals its tolerance has changed the variables on
-    /// which it acts by their tolerances; 1 by default. If T is converted with the unit of time, the steps do not
-    /// depend on this unit.
+    /// Time T after which an error of a variable of index 2 has changed the variables on which it acts by their
+    /// tolerances, if the error equals its own tolerance; 1 by default. If T is converted along with the unit of time,
+    /// the steps do not depend on this unit.
     pub time_scale: f64,
-    /// Components excluded from the error test (but not from Newton's convergence test); none by
-    /// default.
+    /// Components excluded from the error test, but not from Newton's convergence test; none by default.
     pub suppressed: Suppressed,
-    /// Whether the error of dense output limits the step size; true by default. It does not limit the steps of
-    /// [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, which end at the output time.
+    /// Whether the error of dense output limits the step size; true by default. If there are no root functions, steps
+    /// of [`integrate_to`](crate::RadauSolver::integrate_to) are not limited, because they end at the output time.
     /// Multipliers of index 2 are excluded in the step that contains their jump, and whenever rounding divided by the
     /// step size exceeds their tolerance.
     pub dense_output: bool,
-    /// Whether steps of 5 or 7 stages are limited by the error of dense output even if it is not used, to ten tolerances.
-    /// This detects kinks and pulses within steps; false by default.
+    /// Whether the error of dense output limits steps of 5 or 7 stages to ten tolerances even if dense output is not
+    /// used; false by default. This limit detects kinks and pulses within steps.
     pub detect_kinks: bool,
-    /// Whether steps that grow fast are tested for inputs between their stages, and repeated if there are any; true by
-    /// default. A test costs at least ten residuals, and is not required if no step is longer than the inputs allow. There is
-    /// no test with `max_step`, multipliers, or internal variables.
+    /// Whether rapidly growing steps are tested for inputs between their stages, and repeated if an input is found;
+    /// true by default. A test costs at least ten evaluations of the residual. It is not required if no step is longer
+    /// than the inputs allow. There is no test if `max_step` is set, or if the problem has multipliers or internal
+    /// variables.
     pub detect_inputs: bool,
-    /// Step size control; [`StepSize::Adaptive`] by default.
+    /// Step-size control; [`StepSize::Adaptive`] by default.
     pub step_size: StepSize,
-    /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 τ^(1/4) ‖ẏ_0‖), where τ is the relative
-    /// tolerance of the estimate and the norm is in units of the tolerances. With multipliers of index 3, the step is
-    /// increased, up to (t_out − t_0)/10, until their rounding error, proportional to 1/h², is within the tolerances.
+    /// Size of the first step. The default is the smaller of (t_out − t_0)/1000 and 1/(2 τ^(1/4) ‖ẏ_0‖), where τ is the
+    /// relative tolerance of the estimate and the norm is in units of the tolerances. If there are multipliers of index
+    /// 3, the size is increased, up to (t_out − t_0)/10, until the rounding error of these multipliers, which is
+    /// proportional to 1/h², is within the tolerances.
     pub initial_step: Option<f64>,
-    /// Smallest step; 0 by default, so that only rounding in t limits the step.
+    /// Minimum step size; 0 by default, so that only rounding in t limits the step.
     pub min_step: f64,
-    /// Largest step; unlimited by default.
+    /// Maximum step size; unlimited by default.
     pub max_step: Option<f64>,
-    /// Maximum number of steps in one call of [`integrate_to`](crate::RadauSolver::integrate_to);
-    /// unlimited by default. A single [`step`](crate::RadauSolver::step) is not limited.
+    /// Maximum number of steps in one call of [`integrate_to`](crate::RadauSolver::integrate_to); unlimited by default.
+    /// The limit does not apply to a single [`step`](crate::RadauSolver::step).
     pub max_steps: Option<usize>,
     /// Time that no step may pass until it is reached; none by default.
     pub stop_time: Option<f64>,
     /// Maximum number of error-test failures in one step; 10 by default.
     pub max_error_test_failures: usize,
-    /// Maximum number of step-solve failures in one step; 10 by default.
+    /// Maximum number of failures to solve the stage equations in one step; 10 by default.
     pub max_convergence_failures: usize,
-    /// Maximum number of Newton iterations in one solve; by default 7, and 5 more for each two
-    /// stages beyond 3.
+    /// Maximum number of Newton iterations in one solve. The default is 7, plus 5 for each two stages beyond 3.
     pub max_newton_iterations: Option<usize>,
-    /// Newton's method has converged when its estimated error is below this fraction of the
-    /// tolerance for the estimate. By default 1/30 of the tolerance for the solution, and a tenth
-    /// of this if a variable has index 2 or 3. If specified, the fraction also applies to
-    /// sensitivities.
+    /// Newton's method has converged if its estimated error is below this fraction of the tolerance for the estimate.
+    /// The default is 1/30 of the tolerance for the solution, or a tenth of this value if a variable has index 2 or 3.
+    /// If the fraction is specified, it also applies to sensitivities.
     pub newton_tolerance: Option<f64>,
     /// A Jacobian is reused for the next step if the contraction rate of Newton's method is at most this value; 0.001
-    /// by default. Use a larger value if a Jacobian is expensive. With 0, it is reused only after
-    /// steps in which one iteration was sufficient.
+    /// by default. Use a larger value if evaluations of the Jacobian are expensive. With 0, the Jacobian is reused only
+    /// after steps in which one iteration was sufficient.
     pub jacobian_reuse: f64,
-    /// If the ratio of a proposed step to the last lies in this interval, the last h and the
-    /// factors are kept; 1 to 1.2 by default.
+    /// If the ratio of a proposed step size to the last step size is in this interval, the step size and the factors
+    /// are kept; 1 to 1.2 by default.
     pub step_window: (f64, f64),
-    /// Safety factor of the step size control; 0.9 by default.
+    /// Safety factor of the step-size control; 0.9 by default.
     pub safety: f64,
     /// Settings of the sparse solver; [`SparseOptions::default`] by default.
     pub sparse: SparseOptions,
@@ -243,9 +241,10 @@ impl RadauOptions {
         counts.into_iter().try_for_each(|(option, count)| expect_count(option, count))
     }
 
-    /// Returns the relative accuracy of the solution `y` for which its tolerances are converted: the relative tolerance, or,
-    /// if the absolute tolerances exceed it in all components, a tenth of the least ratio, at most 1e-6. The factor of a much
-    /// smaller relative tolerance would increase the absolute tolerances, and the errors, without limit.
+    /// Returns the relative accuracy for which the tolerances of the solution `y` are converted. This is the relative
+    /// tolerance. If the absolute tolerances dominate in all components, it is a tenth of the smallest ratio of the
+    /// absolute tolerance to y, but at most 1e-6. If a much smaller relative tolerance were used, its factor would
+    /// increase the absolute tolerances, and the errors, without limit.
     pub(crate) fn accuracy(&self, y: &[f64]) -> f64 {
         let relative = self.tolerances.relative();
         if relative == 0.0 || relative >= MAX_ACCURACY {
@@ -255,15 +254,16 @@ impl RadauOptions {
         (ABSOLUTE_FRACTION * ratios.fold(f64::INFINITY, f64::min)).clamp(relative, MAX_ACCURACY)
     }
 
-    /// Returns the tolerances for the estimate at `y`: the relative tolerance, and the absolute tolerances
-    /// of the components.
+    /// Returns the tolerances for the estimate at `y`: the relative tolerance, and the absolute tolerances of the
+    /// components.
     pub(crate) fn internal_tolerances(&self, y: &[f64]) -> (f64, impl Fn(usize) -> f64) {
         let factor = self.internal_factor(self.accuracy(y));
         (factor * self.tolerances.relative(), move |i| factor * self.tolerances.absolute(i))
     }
 
-    /// Returns the factor from tolerances for the solution to tolerances for the estimate at the `relative` tolerance:
-    /// 0.1 rtol^((s+1)/2s − 1). It is 1 if [`tolerances_for_solution`](Self::tolerances_for_solution) is false.
+    /// Returns the factor that converts tolerances for the solution to tolerances for the estimate at the `relative`
+    /// tolerance: 0.1 rtol^((s+1)/2s − 1). The factor is 1 if
+    /// [`tolerances_for_solution`](Self::tolerances_for_solution) is false.
     pub fn internal_factor(&self, relative: f64) -> f64 {
         let s = self.stages as f64;
         match self.tolerances_for_solution && relative > 0.0 {
@@ -272,20 +272,18 @@ impl RadauOptions {
         }
     }
 
-    /// Returns the ratio of the tolerance for the estimate to the tolerance for the solution, and
+    /// Returns two factors: the ratio of the tolerance for the estimate to the tolerance for the solution, and
     /// [`own_weight`](Self::own_weight).
     pub(crate) fn weight_factors(&self, relative: f64) -> [f64; 2] {
         let loosened = self.internal_factor(relative).max(1.0);
         [loosened, self.own_weight(relative)]
     }
 
-    /// Returns the weight of the local error of a variable whose errors are multiplied by h^(k−1),
-    /// as a fraction of its unscaled weight, at this `relative` tolerance; 0 if this error is not
-    /// tested.
+    /// Returns the weight of the local error of a variable whose errors are multiplied by h^(k−1), as a fraction of its
+    /// unscaled weight, at the given `relative` tolerance. Returns 0 if this error is not tested.
     ///
-    /// The unscaled weight applies to the estimate, which has order s + 1. The estimate of an
-    /// algebraic variable has the order of its error, and may be [`OWN_ERROR`] times the tolerance
-    /// for the solution.
+    /// The unscaled weight applies to the estimate, which has order s + 1. The estimate for an algebraic variable has
+    /// the order of its error, and may be [`OWN_ERROR`] times the tolerance for the solution.
     pub(crate) fn own_weight(&self, relative: f64) -> f64 {
         let loosened = self.internal_factor(relative);
         match self.index_scaling {
@@ -297,9 +295,9 @@ impl RadauOptions {
     /// Returns Newton's tolerance as a fraction of the tolerance for the estimate.
     ///
     /// The remaining error of Newton's method is an error of the solution, independent of the order of the method.
-    /// Newton's tolerance is therefore a fraction of the tolerance for the solution. For s = 3 this equals √rtol of the
-    /// internal tolerance as in RADAU5, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol. Under a hidden `constraint` the
-    /// estimate of the next step amplifies this error, by a factor of two for three stages and six for seven.
+    /// Newton's tolerance is therefore a fraction of the tolerance for the solution. For s = 3, it equals √rtol of the
+    /// internal tolerance as in RADAU5, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol. If there is a hidden `constraint`, the
+    /// estimate of the next step amplifies this error, by a factor of two for three stages and six for seven stages.
     pub(crate) fn newton_tolerance(&self, relative: f64, constraint: bool) -> f64 {
         let internal = relative * self.internal_factor(relative);
         let fraction = if constraint { 0.1 } else { 1.0 };
@@ -313,10 +311,10 @@ impl RadauOptions {
         })
     }
 
-    /// Returns Newton's tolerance for sensitivities that do not affect the steps, as a fraction of
-    /// the tolerance for the estimate. It is ten times the solution's value, a third of the
-    /// tolerance for the solution, as in IDAS. Order 5, whose many steps would accumulate these
-    /// errors, and a hidden `constraint`, which amplifies them, use the solution's value.
+    /// Returns Newton's tolerance for sensitivities that do not affect the steps, as a fraction of the tolerance for
+    /// the estimate. It is ten times the value for the solution, a third of the tolerance for the solution, as in IDAS.
+    /// In two cases, the value for the solution is used: at order 5, whose many steps would accumulate these errors,
+    /// and with a hidden `constraint`, which amplifies them.
     pub(crate) fn sensitivity_tolerance(&self, relative: f64, constraint: bool) -> f64 {
         let newton = self.newton_tolerance(relative, false);
         match self.newton_tolerance {
@@ -325,8 +323,8 @@ impl RadauOptions {
         }
     }
 
-    /// Returns the relative tolerance for the solution that corresponds to the tolerance `internal`
-    /// for the estimate, or the relative tolerance of the options if it is smaller.
+    /// Returns the relative tolerance for the solution that corresponds to the tolerance `internal` for the estimate.
+    /// Returns the relative tolerance of the options if it is smaller.
     pub(crate) fn relative_for(&self, internal: f64) -> f64 {
         let s = self.stages as f64;
         let relative = match self.tolerances_for_solution {
@@ -339,7 +337,7 @@ impl RadauOptions {
         }
     }
 
-    /// Returns the step size control for these options, with or without a hidden `constraint`.
+    /// Returns the step-size control for these options, with or without a hidden `constraint`.
     pub(crate) fn control(&self, constraint: bool) -> Control {
         let loosened = self.internal_factor(self.tolerances.relative());
         let limit = self.newton_limit();
@@ -347,8 +345,8 @@ impl RadauOptions {
     }
 
     /// Returns the factor by which a step may grow if only rounding of multipliers is visible. The factor exceeds the
-    /// window in which the last step size is kept. Otherwise a short step, in which rounding errors are larger, would
-    /// never become longer.
+    /// upper end of the window in which the last step size is kept. Otherwise, a short step, in which rounding errors
+    /// are larger, would never become longer.
     pub(crate) fn growth_in_noise(&self) -> f64 {
         let (_, window_end) = self.step_window;
         GROWTH_IN_NOISE.max(1.01 * window_end / self.safety)
@@ -359,7 +357,7 @@ impl RadauOptions {
         self.max_newton_iterations.unwrap_or(7 + self.stages.saturating_sub(3) * 5 / 2)
     }
 
-    /// Returns 1 for components in the error test, 0 for excluded components.
+    /// Returns 1 for components included in the error test, 0 for excluded components.
     pub(crate) fn error_mask(
         &self,
         kinds: &[VariableKind],

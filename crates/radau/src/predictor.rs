@@ -1,14 +1,15 @@
-//! Initial guesses of Newton's method.
+//! Initial guesses for Newton's method.
 
 use crate::dense::Collocation;
 use crate::method::Method;
 
-/// Initial stage increments: extrapolation of the last step's polynomial, another prediction from
-/// the previous steps, or zero.
+/// Initial stage increments. They are extrapolated from the polynomial of the last step, computed by another prediction
+/// from the previous steps, or zero.
 ///
-/// Extrapolating a polynomial of degree s to a next step of equal size amplifies the errors of its coefficients by
-/// about 10^(s/2). For short steps, the extrapolation provides several digits. For the long steps that a high order
-/// permits, it may be worse than zero. Therefore the guess is chosen that would have been closer in the previous step.
+/// If a polynomial of degree s is extrapolated to a next step of the same size, the errors of its coefficients are
+/// amplified by about 10^(s/2). For short steps, the extrapolation provides several digits. For the long steps allowed
+/// by a high order, it may be worse than zero. Therefore, the guess that would have been closer in the previous step is
+/// used.
 #[derive(Debug)]
 pub(crate) struct Predictor {
     continued: Vec<f64>,
@@ -20,7 +21,7 @@ impl Predictor {
         Self { continued: vec![0.0; method.stages() * n], continues: true }
     }
 
-    /// Writes initial values `z` for a step of size `h` from (`t`, `y`), where `last` ends.
+    /// Writes the initial values of `z` for a step of size `h` from (`t`, `y`), where the step `last` ends.
     pub(crate) fn start(
         &mut self,
         method: &Method,
@@ -32,7 +33,7 @@ impl Predictor {
         self.start_with(z, |continued| last.extrapolate(method, t, h, y, continued));
     }
 
-    /// Writes initial values like [`start`](Self::start): either zero or the prediction that `continue_to` writes.
+    /// Writes initial values as [`start`](Self::start) does: either zeros or the prediction written by `continue_to`.
     pub(crate) fn start_with(&mut self, z: &mut [f64], continue_to: impl FnOnce(&mut [f64])) {
         continue_to(&mut self.continued);
         match self.continues {
@@ -46,7 +47,7 @@ impl Predictor {
         self.continues = false;
     }
 
-    /// Returns whether the last step's polynomial is extrapolated. No other state is stored.
+    /// Returns whether the polynomial of the last step is extrapolated. No other state is stored.
     pub(crate) fn continues(&self) -> bool {
         self.continues
     }
@@ -56,7 +57,7 @@ impl Predictor {
         self.continues = continues;
     }
 
-    /// Selects the guess for the next step from the final increments `z` of this step.
+    /// Selects the type of guess for the next step from the final increments `z` of this step.
     pub(crate) fn learn(&mut self, z: &[f64], weights: &[f64]) {
         let mut squares = [0.0, 0.0];
         let stages = z.chunks_exact(weights.len());
@@ -78,7 +79,7 @@ mod tests {
     #[test]
     fn the_closer_start_of_the_last_step_is_taken_next() {
         let method = Method::radau_iia(1).expect("there is one");
-        // y = 1 + t up to t = 1; the extrapolation reaches 3 in the next step.
+        // y = 1 + t up to t = 1. The extrapolation reaches 3 in the next step.
         let last = Collocation::line(&method, 0.0, &[1.0], &[1.0]);
         let mut predictor = Predictor::new(&method, 1);
         let mut z = [0.0];

@@ -1,4 +1,4 @@
-//! Quadratures ∫ g(t, y, ẏ) dt along with the solution.
+//! Quadratures ∫ g(t, y, ẏ) dt that are integrated along with the solution.
 
 use std::fmt;
 
@@ -16,12 +16,12 @@ use crate::work::Counters;
 
 /// Integrates q̇ = g(t, y, ẏ) with the weights of the method.
 ///
-/// The result equals the result of the method with q among the unknowns. With g at the stages, the increments are h Σ_j a_ij
-/// g_j. The last of them is h Σ_j b_j g_j. No equation has to be solved. Therefore q has the order of the solution, at
-/// most 2s − 1, and dense output like the other variables.
+/// The result is the same as if q were among the unknowns of the method. With g at the stages, the increments are h Σ_j
+/// a_ij g_j, and the last increment is h Σ_j b_j g_j. No equations have to be solved. Therefore, q has the order of the
+/// solution, at most 2s − 1, and dense output is available as for the other variables.
 pub(crate) struct Quadrature<P> {
     rates: Box<RootFunctions<P>>,
-    /// A, row by row.
+    /// Matrix A, row by row.
     a: DMatrix<f64>,
     /// g at the stages of the current step, stage by stage.
     stages: Vec<f64>,
@@ -32,7 +32,7 @@ pub(crate) struct Quadrature<P> {
     state: QuadratureState,
 }
 
-/// State of a quadrature on which its next steps depend.
+/// State of a quadrature that determines the next steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct QuadratureState {
     q: Vec<f64>,
@@ -48,7 +48,7 @@ impl<P> fmt::Debug for Quadrature<P> {
 }
 
 impl<P: Problem> Quadrature<P> {
-    /// Creates quadratures of a problem with `n` unknowns that start at `t0` from `q0`.
+    /// Creates quadratures for a problem with `n` unknowns. They start at `t0` from `q0`.
     pub(crate) fn new(
         method: &Method,
         (t0, q0): (f64, &[f64]),
@@ -76,7 +76,7 @@ impl<P: Problem> Quadrature<P> {
         self.state.q.len()
     }
 
-    /// Evaluates g at the stages of a step. Only the increments of the step are changed.
+    /// Evaluates g at the stages of a step. Changes only the increments of the step.
     pub(crate) fn evaluate(
         &mut self,
         problem: &mut P,
@@ -105,7 +105,7 @@ impl<P: Problem> Quadrature<P> {
         Ok(())
     }
 
-    /// Accepts the step from `t0` of size `h` in which g was evaluated. If `fresh`, the previous step is not used.
+    /// Accepts the step of size `h` from `t0` in which g was evaluated. If `fresh`, the previous step is not used.
     pub(crate) fn accept(&mut self, method: &Method, t0: f64, h: f64, fresh: bool) {
         let m = self.len();
         let QuadratureState { q, rate, last } = &mut self.state;
@@ -126,7 +126,7 @@ impl<P: Problem> Quadrature<P> {
         rate.copy_from_slice(&self.stages[end * m..]);
     }
 
-    /// Truncates the last step at `t`, where the next step will begin.
+    /// Truncates the last step at `t`, where the next step will start.
     pub(crate) fn cut(&mut self, method: &Method, t: f64) {
         let QuadratureState { q, rate, last } = &mut self.state;
         last.evaluate(method, t, 0, q);
@@ -157,7 +157,7 @@ impl QuadratureState {
         self.q.len()
     }
 
-    /// Checks the lengths and values of a saved state.
+    /// Validates the lengths and values of a saved state.
     pub(crate) fn validate(&self, stages: usize) -> Result<(), IntegratorError> {
         const WHAT: &str = "quadratures of the state";
         expect_vector(WHAT, self.len(), &self.q)?;

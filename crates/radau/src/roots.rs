@@ -8,20 +8,19 @@ use crate::dense::Collocation;
 use crate::method::Method;
 use crate::work::Counters;
 
-/// Root functions: write g(t, y, ẏ) into the last argument.
+/// Root functions, which write g(t, y, ẏ) to the last argument.
 pub(crate) type RootFunctions<P> =
     dyn FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send;
 
 /// Monitors root functions g on the dense output of accepted steps.
 ///
-/// A crossing is detected by a change of sign between two successive nodes of a step (or its ends),
-/// since a step of high order may contain several crossings. It is located within a few units of
-/// rounding of t. If a function is zero, its next crossing is detected only after it has become
-/// nonzero.
+/// A crossing is detected by a change of sign between two successive nodes of a step (including its ends), since a step
+/// of high order may contain several crossings. It is located within a few rounding units of t. If a function is zero,
+/// its next crossing is detected only after the function has become nonzero.
 pub(crate) struct Roots<P> {
     directions: Vec<Direction>,
     functions: Box<RootFunctions<P>>,
-    /// Time up to which crossings have been searched; `None` before the first step.
+    /// Time up to which crossings have been searched for; `None` before the first step.
     t: Option<f64>,
     /// g at `t`.
     low: Vec<f64>,
@@ -43,13 +42,14 @@ impl<P> fmt::Debug for Roots<P> {
     }
 }
 
-/// The last step, whose polynomial is searched.
+/// Last step, whose polynomial is searched.
 pub(crate) struct LastStep<'a> {
     pub(crate) method: &'a Method,
     pub(crate) collocation: &'a Collocation,
 }
 
-/// The first crossing. For each function: 0 if it does not cross zero, 1 if it rises, −1 if it falls.
+/// First crossing. The result for each function is 1 if it rises through zero, −1 if it falls, and 0 if it does not
+/// cross zero.
 pub(crate) struct Crossing {
     pub(crate) t: f64,
     pub(crate) crossings: Vec<i32>,
@@ -75,17 +75,17 @@ impl<P: Problem> Roots<P> {
         }
     }
 
-    /// Discards the searched interval.
+    /// Discards the interval that has been searched.
     pub(crate) fn restart(&mut self) {
         self.t = None;
     }
 
-    /// Returns the time up to which crossings have been searched, and g at that time.
+    /// Returns the time up to which crossings have been searched for, and g at that time.
     pub(crate) fn saved(&self) -> (Option<f64>, Vec<f64>) {
         (self.t, self.low.clone())
     }
 
-    /// Restores the state returned by [`saved`](Self::saved) if it has the same number of functions.
+    /// Restores the state returned by [`saved`](Self::saved) if the number of functions is the same.
     pub(crate) fn restore(&mut self, t: Option<f64>, low: &[f64]) {
         if low.len() == self.low.len() {
             self.t = t;
@@ -93,7 +93,7 @@ impl<P: Problem> Roots<P> {
         }
     }
 
-    /// Returns the first crossing after those already found, up to `end`, a time in the last step.
+    /// Returns the first new crossing up to `end`, a time in the last step.
     pub(crate) fn next(
         &mut self,
         problem: &mut P,
@@ -120,7 +120,7 @@ impl<P: Problem> Roots<P> {
         Ok(None)
     }
 
-    /// Returns the first crossing up to `t`, where g is `high`.
+    /// Returns the first crossing up to `t`, where the value of g is `high`.
     fn first(
         &mut self,
         problem: &mut P,
@@ -132,8 +132,8 @@ impl<P: Problem> Roots<P> {
         if !(0..n_roots).any(|i| self.crosses(i)) {
             return Ok(None);
         }
-        // Each crossing function moves t back to its own crossing, so functions that cross later no
-        // longer count.
+        // Each crossing function moves t back to its own crossing. Functions that cross later are then no longer
+        // counted.
         for i in 0..n_roots {
             if self.crosses(i) {
                 t = self.narrow(i, problem, step, t, counters)?;
@@ -149,7 +149,7 @@ impl<P: Problem> Roots<P> {
         Ok(Some(Crossing { t, crossings }))
     }
 
-    /// Returns whether function i crosses zero, in its direction, between `low` and `high`.
+    /// Returns whether function i crosses zero in its direction between `low` and `high`.
     fn crosses(&self, i: usize) -> bool {
         let wanted = match self.directions[i] {
             Direction::Both => self.low[i] != 0.0,
@@ -159,10 +159,10 @@ impl<P: Problem> Roots<P> {
         wanted && changes(self.low[i], self.high[i])
     }
 
-    /// Reduces the interval up to `t` so that the first crossing of function i is at its end. Uses
-    /// regula falsi. If the same end is kept twice, its value is halved to speed up convergence
-    /// (the Illinois rule). If the function is zero at the end, this may be the end of an interval
-    /// of zeros, whose beginning is determined by bisection.
+    /// Reduces the interval up to `t` so that the first crossing of function i is at its end. Uses regula falsi. If the
+    /// same end is kept twice, the function value at this end is halved to speed up convergence (the Illinois method).
+    /// If the function is zero at `t`, it may have been zero over an interval; bisection then finds the start of this
+    /// interval.
     fn narrow(
         &mut self,
         i: usize,
@@ -201,7 +201,7 @@ impl<P: Problem> Roots<P> {
         Ok(to)
     }
 
-    /// Evaluates g at `t` into `high`.
+    /// Evaluates g at `t` and writes it to `high`.
     fn evaluate(
         &mut self,
         problem: &mut P,
@@ -222,14 +222,14 @@ impl<P: Problem> Roots<P> {
         }
     }
 
-    /// Continues the search from `t`, where g is `high`.
+    /// Continues the search from `t`, where the value of g is `high`.
     fn pass(&mut self, t: f64) {
         self.t = Some(t);
         std::mem::swap(&mut self.low, &mut self.high);
     }
 }
 
-/// Returns whether a function changes its sign, or becomes zero, from `low` to `high`.
+/// Returns whether a function changes sign or becomes zero between the values `low` and `high`.
 fn changes(low: f64, high: f64) -> bool {
     high == 0.0 || (low < 0.0) != (high < 0.0)
 }

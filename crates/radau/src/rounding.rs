@@ -6,49 +6,47 @@ use crate::failure::{Failure, Operation};
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
 
-/// Measures the effect of units of rounding in t, y and ẏ after division by powers of h in Newton's
-/// matrix:
+/// Measures the effect of rounding units in t, y and ẏ after the division by powers of h in Newton's matrix:
 ///
 /// ```text
 /// ρ = (J_y + γ/h J_ẏ)⁻¹ [F(t + δt, y + δy, ẏ + δẏ) − F(t, y, ẏ)]
 /// ```
 ///
-/// where δ is one unit of rounding. One sample has equal signs and the other has changing signs, so that the samples do
-/// not both cancel in a sum. A constraint of index 3 yields velocities ε|q|/h and multipliers ε|q|/h². Corrections and
-/// estimates cannot be smaller, and a smaller step increases both. Therefore errors up to ρ do not justify the
-/// rejection of a step.
+/// where δ is one rounding unit. In one sample, all signs are equal; in the other, the signs vary. Therefore, the terms
+/// of a sum do not cancel in both samples. A constraint of index 3 yields velocities ε|q|/h and multipliers ε|q|/h².
+/// Corrections and estimates cannot be smaller, and a smaller step increases these rounding errors. Therefore, errors
+/// up to ρ do not justify the rejection of a step.
 ///
-/// Under a hidden constraint, ρ must be detected before a step is repeated, and a change of q by one unit may not be
-/// sufficient: g is rounded to units of its largest term and may not change. Therefore there are two kinds of
+/// If there is a hidden constraint, ρ must be detected before a step is repeated. A change of q by one unit may then be
+/// too small: g is rounded to units of its largest term and may not change. Therefore, there are two kinds of
 /// [`Sampling`].
 #[derive(Debug)]
 pub(crate) struct Rounding {
-    /// Variables of index 2 and 3, whose rounding grows as steps get shorter.
+    /// Variables of index 2 and 3, whose rounding errors grow as steps get shorter.
     magnified: Vec<usize>,
-    /// Whether, for any of these variables, the weight stays constant while the rounding grows with decreasing h, as
-    /// for velocities of index 2. In this case, shortening a step that fails because of rounding does not help.
+    /// Whether any of these variables, for example a velocity of index 2, has a constant weight while its rounding
+    /// error grows with decreasing h. If so, a step that fails because of rounding cannot be repaired by shortening it.
     grows: bool,
     y: Vec<f64>,
     y_dot: Vec<f64>,
     plain: Vec<f64>,
     change: Vec<f64>,
-    /// Sum of |ρ|, summed over two samples; for more samples, twice the average.
+    /// Sum of |ρ| over two samples; for more samples, twice the average.
     noise: Vec<f64>,
 }
 
-/// Errors up to this multiple of ρ are attributed to rounding. The matrices of the other stages
-/// amplify more than the matrix of the real mode (twice at three stages, six times at seven, and
-/// the squares of these factors in index 3), and an estimate contains the rounding of a shorter
-/// previous step.
+/// Errors up to this multiple of ρ are attributed to rounding. The matrices of the other stages amplify more than the
+/// matrix of the real mode: twice as much with three stages, six times with seven, and by the squares of these factors
+/// for index 3. Moreover, an estimate contains the rounding of a shorter previous step.
 const MARGIN: f64 = 30.0;
 
-/// Sampling of ρ.
+/// Settings for sampling ρ.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sampling {
     /// Size of δ in units of rounding.
     units: f64,
     samples: u64,
-    /// Whether to include the rounding of the previous step in the initial values of this step.
+    /// Whether the rounding of the previous step is included in the initial values of this step.
     with_start: bool,
 }
 
@@ -61,8 +59,8 @@ impl Sampling {
 }
 
 impl Rounding {
-    /// Creates the measurement for variables with these `indices`, whose errors are scaled by these
-    /// `powers` of h.
+    /// Creates the measurement for variables with the given `indices`, whose errors are scaled by the given `powers` of
+    /// h.
     pub(crate) fn new(indices: &[u8], powers: &[i32]) -> Self {
         let n = indices.len();
         let grows = |(&index, &power): (&u8, &i32)| i32::from(index) - 1 > power;
@@ -85,7 +83,7 @@ impl Rounding {
         }
     }
 
-    /// Measures ρ by a `sampling`; `last` is the size of the previous step, if any.
+    /// Measures ρ by a `sampling`. `last` is the size of the previous step, if any.
     pub(crate) fn sample<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -116,8 +114,8 @@ impl Rounding {
                 *noise += change.abs() * (2.0 / samples as f64);
             }
         }
-        // The initial velocities have the rounding of the previous step, δ/h_last, which is h/h_last times the measured
-        // rounding; this also applies to multipliers.
+        // The initial velocities contain the rounding error of the previous step, δ/h_last. This is h/h_last times the
+        // measured rounding error. The same applies to multipliers.
         if let Some(last) = last.filter(|_| sampling.with_start) {
             for &i in &self.magnified {
                 self.noise[i] *= 1.0 + step.h / last;
@@ -141,7 +139,7 @@ impl Rounding {
     }
 }
 
-/// Returns the sign of component i in a sample: always positive in the first sample, and pseudorandom in the others, so
+/// Returns the sign of component i in a sample. It is positive in the first sample and pseudorandom in the others, so
 /// that terms do not cancel systematically.
 fn sign(sample: u64, i: usize) -> f64 {
     let Some(later) = sample.checked_sub(1) else {

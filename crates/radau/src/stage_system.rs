@@ -1,4 +1,4 @@
-//! The linear system of all stages with one frozen Jacobian, solved mode by mode.
+//! Linear system of all stages with one frozen Jacobian, solved mode by mode.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use crate::work::Counters;
 pub(crate) struct StageSystem {
     real: Vec<f64>,
     complex: Vec<Vec<Complex64>>,
-    /// The modes of several right-hand sides, and one mode as complex numbers.
+    /// Modes of several right-hand sides, and workspace for one mode as complex numbers.
     modes: Vec<f64>,
     pairs: Vec<Complex64>,
 }
@@ -34,7 +34,7 @@ impl StageSystem {
         }
     }
 
-    /// Solves in place with `matrices`, which must be set up for the step.
+    /// Solves in place with `matrices`, which must have been set up for the step.
     ///
     /// # Shapes
     /// `stages`: the right-hand sides of the stages, one after the other.
@@ -61,7 +61,7 @@ impl StageSystem {
     /// Solves in place for several right-hand sides stored row by row.
     ///
     /// # Shapes
-    /// `stages`: the stages one after the other, each with `n` × `n_columns` values.
+    /// `stages`: the stages, one after the other, with `n` × `n_columns` values each.
     pub(crate) fn solve_columns<P, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -78,11 +78,11 @@ impl StageSystem {
         Ok(())
     }
 
-    /// Solves with the transpose in place. A⁻ᵀ has the eigenvectors of A⁻¹ with left and right
+    /// Solves with the transpose in place. The eigenvectors of A⁻ᵀ are the eigenvectors of A⁻¹ with left and right
     /// exchanged.
     ///
     /// # Shapes
-    /// As for [`solve`](Self::solve).
+    /// The same as for [`solve`](Self::solve).
     pub(crate) fn solve_transposed<P, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -99,7 +99,7 @@ impl StageSystem {
         Ok(())
     }
 
-    /// Transforms right-hand sides to modes, solves each in place, and transforms back; for the
+    /// Transforms the right-hand sides to modes, solves each mode in place, and transforms the solutions back. For the
     /// transpose, left and right eigenvectors are exchanged.
     fn by_modes<const TRANSPOSED: bool>(
         &mut self,
@@ -117,13 +117,13 @@ impl StageSystem {
             false => [&complex_modes[k].left, &complex_modes[k].right],
             true => [&complex_modes[k].right, &complex_modes[k].left],
         };
-        // The real mode, then real and imaginary part of each complex mode.
+        // The real mode comes first, followed by the real and imaginary parts of each complex mode.
         let left = |k: usize, i: usize| match k {
             0 => real_left[i],
             _ if k % 2 == 1 => pair(k / 2)[0][i].re,
             _ => pair(k / 2 - 1)[0][i].im,
         };
-        // A conjugate pair of modes adds up to twice the real part.
+        // The sum of a conjugate pair of modes is twice its real part.
         let right = |i: usize, k: usize| match k {
             0 => real_right[i],
             _ if k % 2 == 1 => 2.0 * pair(k / 2)[1][i].re,
@@ -186,7 +186,7 @@ impl StageSystem {
                 let all = stage.iter_mut().zip(&self.real[own.clone()]);
                 all.for_each(|(x, w)| *x = real[i] * w);
                 for (mode, w) in complex.clone().zip(&self.complex) {
-                    // A conjugate pair of modes adds up to twice the real part.
+                    // The sum of a conjugate pair of modes is twice its real part.
                     let r = mode[i];
                     let all = stage.iter_mut().zip(&w[own.clone()]);
                     all.for_each(|(x, w)| *x += 2.0 * (r.re * w.re - r.im * w.im));
@@ -201,7 +201,7 @@ impl StageSystem {
     }
 }
 
-/// Splits 0..n into ranges for which the values of all vectors fit into the cache.
+/// Splits 0..n into ranges for which the values of all vectors fit in the cache.
 fn parts(n: usize) -> impl Iterator<Item = Range<usize>> {
     let starts = (0..n).step_by(AT_A_TIME);
     starts.map(move |start| start..n.min(start + AT_A_TIME))

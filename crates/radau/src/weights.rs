@@ -1,4 +1,4 @@
-//! Weights of components in norms: the reciprocals of their tolerances.
+//! Weights of components in norms, which are the reciprocals of the tolerances.
 
 use myovib_dae::{Problem, StepError};
 
@@ -9,21 +9,21 @@ use crate::options::RadauOptions;
 pub(crate) type UserWeights<P> =
     Box<dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
 
-/// Weights at the start of a step, and their scaled values for the step.
+/// Weights at the start of a step, and their scaled values for this step.
 pub(crate) struct Weights<P> {
     user: Option<UserWeights<P>>,
-    /// Inverse tolerances at y.
+    /// Reciprocals of the tolerances at y.
     plain: Vec<f64>,
     /// Powers of h/T by which the errors of components of higher index are reduced.
     powers: Vec<i32>,
-    /// The time T.
+    /// Time T.
     time_scale: f64,
-    /// Product of both.
+    /// Product of `plain` and these powers.
     scaled: Vec<f64>,
     /// Ratio of the tolerance for the estimate to the tolerance for the solution.
     loosened: f64,
-    /// Factor of the unscaled weights of components of higher index, used to test their local
-    /// errors separately.
+    /// Factor for the unscaled weights of components of higher index, with which their local errors are tested
+    /// separately.
     own: f64,
 }
 
@@ -65,8 +65,7 @@ impl<P: Problem> Weights<P> {
         write(&mut self.user, problem, options, y, &mut self.plain)
     }
 
-    /// Writes the weights at `y`, scaled for a step of size `h`, without changing the current
-    /// weights.
+    /// Writes the weights at `y`, scaled for a step of size `h`. Does not change the current weights.
     pub(crate) fn write_at(
         &mut self,
         problem: &mut P,
@@ -83,7 +82,7 @@ impl<P: Problem> Weights<P> {
     }
 }
 
-/// Writes the inverse tolerances at `y`.
+/// Writes the reciprocals of the tolerances at `y`.
 fn write<P>(
     user: &mut Option<UserWeights<P>>,
     problem: &mut P,
@@ -116,8 +115,8 @@ fn expect_positive(weights: &[f64]) -> Result<(), StepError> {
 }
 
 impl<P> Weights<P> {
-    /// Returns the relative tolerance implied by user-defined weights at `y`: the minimum of 1/(w
-    /// |y|). `None` for weights from the options, and if y is 0.
+    /// Returns the relative tolerance implied by user-defined weights at `y`: the minimum of 1/(w |y|). Returns `None`
+    /// if y is 0 or if the weights are not user-defined.
     pub(crate) fn implied_relative(&self, y: &[f64]) -> Option<f64> {
         self.user.as_ref()?;
         let relative = self.plain.iter().zip(y).map(|(w, y)| 1.0 / (w * y.abs()));
@@ -130,8 +129,8 @@ impl<P> Weights<P> {
         self.user.is_some()
     }
 
-    /// Sets the ratio of the tolerance for the estimate to the tolerance for the solution, and the
-    /// factor of the unscaled weights of components of higher index.
+    /// Sets the ratio of the tolerance for the estimate to the tolerance for the solution, and the factor for the
+    /// unscaled weights of components of higher index.
     pub(crate) fn set_factors(&mut self, [loosened, own]: [f64; 2]) {
         (self.loosened, self.own) = (loosened, own);
     }
@@ -156,8 +155,8 @@ impl<P> Weights<P> {
         1.0 / (self.plain[i] * self.own)
     }
 
-    /// Returns the largest of the `errors` of components of higher index with unscaled weights; 0
-    /// without such components.
+    /// Returns the largest of the errors of components of higher index with unscaled weights, or 0 if there are no such
+    /// components.
     pub(crate) fn largest_own(&self, error: impl Fn(usize) -> f64) -> f64 {
         let less = (0..self.powers.len()).filter(|&i| self.powers[i] > 0);
         let weighted = less.map(|i| (error(i) * self.plain[i] * self.own).abs());

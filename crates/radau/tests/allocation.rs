@@ -39,7 +39,7 @@ fn steps_allocate_nothing() {
     assert_eq!(allocations.count_total, 0);
 }
 
-/// Builds Radau IIA with its default settings.
+/// Builds Radau IIA solvers with default settings.
 struct Radau {
     stages: usize,
 }

@@ -10,13 +10,13 @@ use myovib_dae::{Outcome, Tolerances, VariableKind};
 use myovib_radau::{RadauOptions, RadauSolver};
 use nalgebra::{DMatrix, DVector};
 
-/// Number of checked steps.
+/// Number of steps that are checked.
 const FIRST_STEPS: usize = 4;
 
-/// Bound of the multiplier errors in units of the tolerance, as in `digits.rs`.
+/// Bound for the multiplier errors in units of the tolerance, as in `digits.rs`.
 const PROMISED: f64 = 100.0;
 
-/// Creates a mechanism with its constraints in the given form.
+/// Function that creates a mechanism with its constraints in the given form.
 type Form = Box<dyn Fn(MechanicalForm) -> Box<dyn Sample>>;
 
 fn mechanism<M: Mechanism + Copy + 'static>(mechanism: M) -> Form {
@@ -36,7 +36,7 @@ fn mechanisms() -> Vec<(&'static str, Form, f64)> {
     ]
 }
 
-/// Returns the multipliers at (t, q, v): the equations of index 1 are linear in them and in v̇.
+/// Returns the multipliers at (t, q, v). The equations of index 1 are linear in the multipliers and in v̇.
 fn exact_multipliers(index_1: &mut dyn Sample, t: f64, y: &[f64], n: usize) -> Vec<f64> {
     let m = y.len() - 2 * n;
     let mut residual = |x: &[f64]| {
@@ -79,7 +79,7 @@ fn error_of_next_steps(
     largest
 }
 
-/// Regression: in the first steps, multipliers were wrong by up to 1e11 tolerances, because the
+/// Regression test: in the first steps, multipliers were wrong by up to 1e11 tolerances, because the
 /// constraint divides rounding by h².
 #[test]
 fn multipliers_are_accurate_from_the_first_step() {

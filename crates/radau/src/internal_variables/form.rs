@@ -1,4 +1,4 @@
-//! Internal variables within a step, written as linear functions of their initial values and of the driving quantities.
+//! Internal variables within a step, as linear functions of their initial values and of the driving quantities.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -10,15 +10,15 @@ const MAX_STAGES: usize = 7;
 
 /// Index of the driving quantity at the start of the step; the indices of the stages follow.
 pub(super) const BEGIN: usize = 0;
-/// Index of the change of the driving quantity for a change of y by its estimated error.
+/// Index of the change of the driving quantity when y changes by its estimated error.
 pub(super) const CHANGE: usize = MAX_STAGES + 1;
-/// Indices used if the estimate is repeated at y minus its first estimated error: the driving quantity there, and its
-/// change if y changes by the second estimated error.
+/// Indices used if the estimate is repeated at y minus its first estimated error. The first refers to the driving
+/// quantity there, the second to its change when y changes by the second estimated error.
 pub(super) const SHIFTED: usize = CHANGE + 1;
 pub(super) const SHIFTED_CHANGE: usize = CHANGE + 2;
 pub(super) const N_DRIVING: usize = CHANGE + 3;
 
-/// Linear function `of_state` q + Σ_m `of_driving`_m s_m of the internal variable q of one term and the driving
+/// Linear function `of_state` q + Σ_m `of_driving`_m s_m of the internal variable q of one term and of the driving
 /// quantities s_m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Form {
@@ -27,7 +27,7 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// Returns the function q, the value at the start of the step.
+    /// Returns the function q, that is, the value at the start of the step.
     pub(super) fn state() -> Self {
         Self { of_state: 1.0, ..Self::default() }
     }
@@ -69,7 +69,7 @@ impl Mul<f64> for Form {
     }
 }
 
-/// One term in a step of size h.
+/// A term in a step of size h.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TermStep<'m> {
     pub(super) term: RelaxationTerm,
@@ -79,7 +79,7 @@ pub(super) struct TermStep<'m> {
 
 impl TermStep<'_> {
     /// Returns q at stage i. The stage equations τ/h Σ_j (A⁻¹)_ij (q_j − q) + q_i = g s_i have the solution q_i = q +
-    /// Σ_j W_ij (g s_j − q) with W = (1 + τ/h A⁻¹)⁻¹, which is computed with the modes of A⁻¹.
+    /// Σ_j W_ij (g s_j − q) with W = (1 + τ/h A⁻¹)⁻¹, which is computed from the modes of A⁻¹.
     pub(super) fn stage(self, i: usize) -> Form {
         let mut form = Form::state();
         for j in 0..self.method.stages() {
@@ -122,21 +122,20 @@ impl TermStep<'_> {
         self.start_slope() - self.response_of(driving, state) * (1.0 / self.term.time)
     }
 
-    /// Returns 1/(1 + γτ/h), the ratio of a change of an internal variable to the change of its driving quantity in
-    /// Newton's real system.
+    /// Returns 1/(1 + γτ/h). In the real system of Newton's method, this is the ratio of the change of an internal
+    /// variable to the change of its driving quantity.
     fn follows(self) -> f64 {
         1.0 / (1.0 + self.term.time * self.method.real_mode().lambda / self.h)
     }
 
-    /// Returns the response in the equations of the error estimate after elimination of the
-    /// internal variables.
+    /// Returns the response in the equations of the error estimate after the internal variables have been eliminated.
     pub(super) fn condensed(self, driving: Form, state: Form) -> Form {
         let lag = self.term.time * self.follows();
         self.response_of(driving, state) + self.slope_residual(driving, state) * lag
     }
 
-    /// Returns the estimated error of the internal variable. `change` is the change of the driving quantity due to the
-    /// estimated error of y.
+    /// Returns the estimated error of the internal variable. `change` is the change of the driving quantity that
+    /// corresponds to the estimated error of y.
     pub(super) fn error(self, driving: Form, state: Form, change: Form) -> Form {
         let driven =
             change * self.term.weight - self.slope_residual(driving, state) * self.term.time;

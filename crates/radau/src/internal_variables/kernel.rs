@@ -1,4 +1,4 @@
-//! Sums over the points and terms of internal variables, in blocks that stay in cache.
+//! Sums over the points and terms of internal variables, in blocks that fit in the cache.
 
 use std::ops::Range;
 
@@ -6,21 +6,21 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::form::{Form, N_DRIVING};
 
-/// Points per block.
+/// Number of points per block.
 const AT_A_TIME: usize = 256;
 
-/// Internal variables of the terms of one part, and their driving quantities.
+/// Internal variables of the terms of one group, and their driving quantities.
 #[derive(Clone, Copy)]
 pub(super) struct Driven<'a> {
-    /// Range of the part among all points.
+    /// Range of the group among all points.
     pub(super) slots: &'a Range<usize>,
-    /// Internal variables of the part, term by term.
+    /// Internal variables of the group, term by term.
     pub(super) states: &'a [f64],
     pub(super) driving: &'a [Vec<f64>],
 }
 
 impl Driven<'_> {
-    /// Evaluates `forms`, one per term, and adds their sum over the terms to the part's points of `out`.
+    /// Evaluates `forms`, one per term, and adds their sum over the terms to the points of the group in `out`.
     pub(super) fn add_sum(self, forms: &[Form], out: &mut [f64]) {
         let out = &mut out[self.slots.clone()];
         let mut total = [0.0; N_DRIVING];
@@ -38,7 +38,7 @@ impl Driven<'_> {
         });
     }
 
-    /// Evaluates each of `forms` and writes it to the position of its term in `out`.
+    /// Evaluates each of the `forms` and writes the result to the position of its term in `out`.
     pub(super) fn write(self, forms: &[Form], out: &mut [f64]) {
         let width = self.slots.len();
         self.in_pieces(|piece, place| {
@@ -50,7 +50,7 @@ impl Driven<'_> {
         });
     }
 
-    /// Returns Σ (x/(`relative` |q| + `absolute`))², where x are the values of `forms`.
+    /// Returns Σ (x/(`relative` |q| + `absolute`))², where x denotes the values of `forms`.
     pub(super) fn square(self, forms: &[Form], relative: f64, absolute: f64) -> f64 {
         let (mut sum, mut buffer) = (0.0, [0.0; AT_A_TIME]);
         self.in_pieces(|piece, place| {
@@ -93,8 +93,8 @@ impl Driven<'_> {
         &self.states[first + piece.start..first + piece.end]
     }
 
-    /// Calls the function for each block of the part, given as ranges within the part and within
-    /// all points, with vector instructions enabled.
+    /// Calls the function for each block of the group with vector instructions enabled. The arguments are the range of
+    /// the block within the group and its range among all points.
     fn in_pieces(&self, function: impl FnMut(Range<usize>, Range<usize>)) {
         Arch::new().dispatch(Pieces { slots: self.slots, function });
     }

@@ -1,5 +1,5 @@
-//! Linear internal variables with one driving quantity each. The integrator eliminates them, so that they need not be
-//! included in the unknowns.
+//! Linear internal variables with one driving quantity each. The integrator eliminates these variables, so the unknowns
+//! need not include them.
 
 mod form;
 mod kernel;
@@ -24,7 +24,7 @@ pub use specification::{
 /// Name of the initial states in messages.
 const START: &str = "initial internal variables";
 
-/// Function that writes the driving quantities at a time and for given unknowns.
+/// Function that writes the driving quantities for a given time and given unknowns.
 type DrivingQuantity<P> = fn(&mut P, f64, &[f64], &mut [f64]) -> Result<(), StepError>;
 
 /// Functions of a problem with internal variables.
@@ -34,15 +34,15 @@ struct Functions<P> {
     response: fn(&mut P) -> &mut [f64],
 }
 
-/// The internal variables (states) of a solver, which are eliminated from the stage equations.
+/// Internal variables (states) of a solver that are eliminated from the stage equations.
 ///
-/// At the stages of a step the states are linear in their initial values q and in the driving quantities at all stages
-/// ([`TermStep::stage`]), and so are the responses. The contribution of q is summed over the terms once per step, so
-/// the cost of Newton's method does not depend on the number of terms.
+/// At the stages of a step, the states are linear functions of their initial values q and of the driving quantities at
+/// all stages ([`TermStep::stage`]), and so are the responses. The contribution of q is summed over the terms once per
+/// step. Therefore, the cost of Newton's method does not depend on the number of terms.
 pub(crate) struct EliminatedVariables<P> {
     functions: Functions<P>,
     parts: Vec<InternalVariableGroup>,
-    /// Relative and absolute tolerance.
+    /// Relative and absolute tolerances.
     tolerances: (f64, f64),
     /// States at the beginning of the current step.
     states: Vec<f64>,
@@ -65,7 +65,7 @@ struct LastStep {
     driving: Vec<Vec<f64>>,
 }
 
-/// Saved internal variables, from which further steps and dense output can be computed.
+/// Saved internal variables, which are sufficient to compute further steps and dense output.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SavedVariables {
     states: Vec<f64>,
@@ -89,7 +89,7 @@ impl<P> std::fmt::Debug for EliminatedVariables<P> {
     }
 }
 
-/// Returns the forms of the terms of a part in a step of size h.
+/// Returns the forms of the terms of a group in a step of size h.
 fn forms(
     part: &InternalVariableGroup,
     (method, h): (&Method, f64),
@@ -149,7 +149,7 @@ impl<P: Problem> EliminatedVariables<P> {
         })
     }
 
-    /// Evaluates `form` for each term and writes the sums over the terms at each slot to `out`.
+    /// Evaluates `form` for each term and writes the sum over the terms at each slot to `out`.
     fn sum(&self, step: (&Method, f64), form: impl Fn(TermStep<'_>) -> Form, out: &mut [f64]) {
         out.fill(0.0);
         for (part, _, driven) in Self::driven(&self.parts, &self.states, &self.driving) {
@@ -157,7 +157,7 @@ impl<P: Problem> EliminatedVariables<P> {
         }
     }
 
-    /// Begins an attempt at a step of size `h` from (t, y).
+    /// Starts an attempt at a step of size `h` from (t, y).
     pub(crate) fn begin(
         &mut self,
         problem: &mut P,
@@ -196,7 +196,7 @@ impl<P: Problem> EliminatedVariables<P> {
         (self.functions.response)(problem).copy_from_slice(response);
     }
 
-    /// Evaluates the driving quantity at stage i, which is at (t, y).
+    /// Evaluates the driving quantity at stage i, given its time t and unknowns y.
     pub(crate) fn evaluate_driving_quantity(
         &mut self,
         problem: &mut P,
@@ -207,8 +207,8 @@ impl<P: Problem> EliminatedVariables<P> {
             .map_err(Operation::Residual.failed())
     }
 
-    /// Sets the problem's response to its value at stage i, computed from the driving quantities at
-    /// all stages.
+    /// Sets the problem's response to its value at stage i, which is computed from the driving quantities at all
+    /// stages.
     pub(crate) fn show_stage(&self, problem: &mut P, i: usize, step: (&Method, f64)) {
         let response = (self.functions.response)(problem);
         response.copy_from_slice(&self.constants[i]);
@@ -218,9 +218,9 @@ impl<P: Problem> EliminatedVariables<P> {
         }
     }
 
-    /// Sets the problem's response to its value in the equations of the estimate after elimination of the states. With
-    /// `again`, the estimate is repeated: the equations are evaluated at (t, y), where y is the initial value minus its
-    /// estimated error.
+    /// Sets the problem's response to its value in the equations of the estimate after the states have been eliminated.
+    /// If `again`, the estimate is repeated: the equations are evaluated at (t, y), where y is the initial value minus
+    /// its estimated error.
     pub(crate) fn show_condensed(
         &mut self,
         problem: &mut P,
@@ -277,7 +277,7 @@ impl<P: Problem> EliminatedVariables<P> {
         (squares.sum::<f64>() / self.states.len().max(1) as f64).sqrt()
     }
 
-    /// Accepts the current step as the last one.
+    /// Accepts the current step, which becomes the last step.
     pub(crate) fn accept(&mut self, (method, h): (&Method, f64)) {
         let end = method.stages() - 1;
         let Self { parts, states, driving, last, .. } = self;
@@ -289,7 +289,7 @@ impl<P: Problem> EliminatedVariables<P> {
         std::mem::swap(driving, &mut last.driving);
     }
 
-    /// Truncates the last accepted `step` at `t`, where the next step will begin.
+    /// Truncates the last accepted `step` at `t`, where the next step will start.
     pub(crate) fn cut(&mut self, method: &Method, step: &Collocation, t: f64) {
         let mut states = std::mem::take(&mut self.states);
         self.evaluate(method, step, t, 0, &mut states);
@@ -346,7 +346,7 @@ impl<P: Problem> EliminatedVariables<P> {
         expect_length("response of the internal variables", self.present.len(), n_response)
     }
 
-    /// Checks the lengths and values of a saved state.
+    /// Validates the lengths and values of a saved state.
     pub(crate) fn validate(&self, state: &SavedVariables) -> Result<(), IntegratorError> {
         const WHAT: &str = "saved internal variables";
         expect_vector(WHAT, self.states.len(), &state.states)?;
@@ -365,7 +365,7 @@ impl<P: Problem> EliminatedVariables<P> {
     }
 }
 
-/// Returns the form of the estimated error of a state; `twice` indicates that the estimate was repeated.
+/// Returns the form of the estimated error of a state. `twice` indicates that the estimate was repeated.
 fn last_error(twice: bool) -> fn(TermStep<'_>) -> Form {
     match twice {
         false => first_error,

@@ -5,35 +5,35 @@ use std::ops::Range;
 use myovib_dae::checks::{expect, expect_positive};
 use myovib_dae::{IntegratorError, Problem, StepError};
 
-/// A problem with internal variables (states) q in addition to its unknowns y, one or more for each slot:
+/// A problem with internal variables (states) q in addition to its unknowns y, with one or more states for each slot:
 ///
 /// ```text
 /// F(t, y, ẏ, x) = 0,    x = Σ_k (g_k s(y) − q_k),    τ_k q̇_k + q_k = g_k s(y),
 /// ```
 ///
-/// The response x, the driving quantity s and each q_k have one component per slot. Residual and Jacobian use the
-/// current value of [`response`](InternalVariableProblem::response). The states are eliminated from the Newton matrix
-/// ∂F/∂y + c ∂F/∂ẏ, which adds the term Σ_k g_k cτ_k/(1 + cτ_k) ∂F/∂x ∂s/∂y.
+/// The response x, the driving quantity s and each q_k have one component per slot. The residual and the Jacobian use
+/// the current value of [`response`](InternalVariableProblem::response). The elimination of the states from the Newton
+/// matrix ∂F/∂y + c ∂F/∂ẏ adds the term Σ_k g_k cτ_k/(1 + cτ_k) ∂F/∂x ∂s/∂y.
 pub trait InternalVariableProblem: Problem {
     /// Writes s(y) to `out`.
     ///
     /// # Errors
-    /// As for a residual.
+    /// Returns the same errors as a residual.
     fn driving_quantity(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError>;
 
-    /// Writes ∂s/∂y · `change` to `out`, with the derivative at the last evaluation of the Jacobian.
+    /// Writes ∂s/∂y · `change` to `out`, with the derivative from the last evaluation of the Jacobian.
     fn driving_change(&mut self, change: &[f64], out: &mut [f64]);
 
-    /// Returns the response x, which residual and Jacobian use.
+    /// Returns the response x, which the residual and the Jacobian use.
     fn response(&mut self) -> &mut [f64];
 }
 
 /// A relaxation term: τ q̇ + q = g s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RelaxationTerm {
-    /// g, the weight.
+    /// Weight g.
     pub weight: f64,
-    /// τ, the relaxation time, s.
+    /// Relaxation time τ (s).
     pub time: f64,
 }
 
@@ -46,17 +46,16 @@ pub struct InternalVariableGroup {
     pub terms: Vec<RelaxationTerm>,
 }
 
-/// Specification of internal variables. The method integrates the states like unknowns. The error test includes their
-/// root mean square as a separate norm, but Newton's convergence test does not include them.
+/// Specification of internal variables. The method integrates the states like unknowns. The error test includes the
+/// root mean square of their errors as a separate norm, but Newton's convergence test does not include it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InternalVariables {
-    /// Parts, with consecutive slots.
+    /// Groups of consecutive slots.
     pub parts: Vec<InternalVariableGroup>,
-    /// Initial states, part by part. Within a part, all slots of the first term precede the slots
-    /// of the second, and so on.
+    /// Initial states, group by group. Within a group, all slots of the first term precede all slots of the second
+    /// term, and so on.
     pub start: Vec<f64>,
-    /// Absolute tolerance of the states. The relative tolerance is the same for states and
-    /// unknowns.
+    /// Absolute tolerance of the states. The relative tolerance is the same as for the unknowns.
     pub absolute: f64,
 }
 

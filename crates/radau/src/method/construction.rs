@@ -1,4 +1,4 @@
-//! Construction of a method's coefficients from its number of stages.
+//! Construction of the coefficients of a method from the number of stages.
 
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
@@ -23,8 +23,7 @@ pub(super) fn derivative(polynomial: &[f64]) -> Vec<f64> {
     powers.map(|(k, a)| k as f64 * a).collect()
 }
 
-/// Returns the coefficients of the integral of ℓ_0 from 0 in ascending powers of θ; empty for one
-/// stage.
+/// Returns the coefficients of the integral of ℓ_0 from 0 in ascending powers of θ. The result is empty for one stage.
 pub(super) fn ramp(start_basis: &[f64]) -> Vec<f64> {
     if start_basis.len() == 2 {
         return Vec::new();
@@ -33,8 +32,8 @@ pub(super) fn ramp(start_basis: &[f64]) -> Vec<f64> {
     powers.map(|(k, a)| a / (k as f64 + 1.0)).collect()
 }
 
-/// Returns the nodes on [0, 1]: the eigenvalues of the Jacobi matrix of the Legendre polynomials
-/// with its last diagonal entry changed so that 1 is a node (Golub 1973).
+/// Returns the nodes on [0, 1]. They are the eigenvalues of the Jacobi matrix of the Legendre polynomials, whose last
+/// diagonal entry is changed so that 1 is a node (Golub 1973).
 pub(super) fn radau_nodes(stages: usize) -> Vec<f64> {
     let s = stages as f64;
     let jacobi = DMatrix::from_fn(stages, stages, |i, j| {
@@ -57,11 +56,11 @@ pub(super) fn lagrange(nodes: &[f64], j: usize, theta: f64) -> f64 {
     others(nodes, j).fold(theta / c_j, |product, c| product * (theta - c) / (c_j - c))
 }
 
-/// Returns Σ_m Π_{k ≠ m} (θ − x_k) / Π_k (x_j − x_k), with m and k over all nodes except c_j.
+/// Returns Σ_m Π_{k ≠ m} (θ − x_k) / Π_k (x_j − x_k), where m and k run over all nodes except c_j.
 pub(super) fn lagrange_derivative(nodes: &[f64], j: usize, theta: f64) -> f64 {
     let c_j = nodes[j];
     let scale = others(nodes, j).fold(c_j, |product, c| product * (c_j - c));
-    // The product rule, one factor at a time: (f g)' = f' g + f g'.
+    // Apply the product rule, one factor at a time: (f g)' = f' g + f g'.
     let (_, derivative) =
         others(nodes, j).fold((theta, 1.0), |(f, df), c| (f * (theta - c), df * (theta - c) + f));
     derivative / scale
@@ -71,7 +70,7 @@ fn others(nodes: &[f64], j: usize) -> impl Iterator<Item = f64> {
     nodes.iter().enumerate().filter(move |&(k, _)| k != j).map(|(_, &c)| c)
 }
 
-/// Returns the last row b of A from b A⁻¹ = e_s.
+/// Returns the last row b of A, computed from b A⁻¹ = e_s.
 pub(super) fn weights(a_inverse: &DMatrix<f64>) -> Vec<f64> {
     let s = a_inverse.nrows();
     let mut weights = DVector::zeros(s);
@@ -81,10 +80,10 @@ pub(super) fn weights(a_inverse: &DMatrix<f64>) -> Vec<f64> {
     weights.iter().copied().collect()
 }
 
-/// Returns the eigenvalues of A⁻¹ with right and left eigenvectors.
+/// Returns the eigenvalues of A⁻¹ with their right and left eigenvectors.
 pub(super) fn modes(a_inverse: &DMatrix<f64>) -> (RealMode, Vec<ComplexMode>) {
     let mut eigenvalues: Vec<Complex64> = a_inverse.complex_eigenvalues().iter().copied().collect();
-    // Conjugate pairs are sorted symmetrically around the single real eigenvalue.
+    // Sorting by the imaginary part places conjugate pairs symmetrically around the single real eigenvalue.
     eigenvalues.sort_by(|a, b| a.im.total_cmp(&b.im));
     let middle = eigenvalues.len() / 2;
     let matrix = a_inverse.map(Complex64::from);
@@ -92,7 +91,7 @@ pub(super) fn modes(a_inverse: &DMatrix<f64>) -> (RealMode, Vec<ComplexMode>) {
         l.iter().zip(r).map(|(l, r)| l * r).sum()
     };
     let mode = |mut lambda: Complex64| {
-        // The quotient ℓ·(A⁻¹ r)/ℓ·r doubles the correct digits of an eigenvalue.
+        // The quotient ℓ·(A⁻¹ r)/ℓ·r doubles the number of correct digits of an eigenvalue.
         for _ in 0..2 {
             let left = null_vector(&matrix.transpose(), lambda);
             let right = null_vector(&matrix, lambda);
@@ -112,7 +111,7 @@ pub(super) fn modes(a_inverse: &DMatrix<f64>) -> (RealMode, Vec<ComplexMode>) {
     (real, eigenvalues[middle + 1..].iter().map(|&lambda| mode(lambda)).collect())
 }
 
-/// Returns the vector v with (M − λI) v = 0 and last component 1.
+/// Returns the vector v with (M − λI) v = 0 whose last component is 1.
 fn null_vector(matrix: &DMatrix<Complex64>, lambda: Complex64) -> Vec<Complex64> {
     let s = matrix.nrows();
     // The last equation is redundant and is replaced by v_s = 1.

@@ -1,4 +1,4 @@
-//! Errors of multipliers of index 2 within a step, from the residual between its stages.
+//! Errors of multipliers of index 2 within a step, from the residual between the stages.
 
 use myovib_dae::{LinearSolver, Problem};
 
@@ -9,29 +9,29 @@ use crate::method::Method;
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
 
-/// Ratio of e(ε) to its value expected from the last step and the power of h above which a jump is assumed. Smooth
-/// solutions exceed it in a few percent of the steps.
+/// A jump is assumed if e(ε) exceeds its expected value by this factor. The expected value follows from the last step
+/// and the power of h. Smooth solutions exceed the factor in a few percent of the steps.
 const SUDDEN: f64 = 10.0;
 
 /// Errors of a multiplier at the end of the step, computed from the residual between the stages.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WithinStep {
     pub(crate) variable: usize,
-    /// Part of the residual that the leading error of a smooth solution does not explain.
+    /// Part of the residual that is not explained by the leading error of a smooth solution.
     pub(crate) unexplained: f64,
-    /// Difference between the leading error measured within the step and the leading error measured from the last step.
+    /// Difference between two measurements of the leading error: within the step, and from the last step.
     pub(crate) difference: f64,
 }
 
 impl Multipliers {
-    /// Measures the errors of multipliers of index 2 in the middle of each interval between the
-    /// stages, from the residual of the polynomial through the increments `z`. The values of
-    /// `algebraic` variables at the start of the step are not used.
+    /// Measures the errors of multipliers of index 2 in the middle of each interval between the stages, from the
+    /// residual of the polynomial through the increments `z`. The values of `algebraic` variables at the start of the
+    /// step are not used.
     ///
     /// For a smooth solution, the polynomial violates the constraint by −h ε ω(θ), and the polynomial through the
-    /// multipliers at the stages has an error in proportion to ℓ_0(θ). The iteration matrix converts both to −γ ω e(ε)
-    /// − γ ℓ_0 κ. After the fit of e(ε) and κ, parts of higher order remain. If a multiplier jumps within the step, the
-    /// remainder is as large as the jump.
+    /// multipliers at the stages has an error proportional to ℓ_0(θ). The iteration matrix converts the sum of these
+    /// errors to −γ ω e(ε) − γ ℓ_0 κ. After e(ε) and κ have been fitted, parts of higher order remain. If a multiplier
+    /// jumps within the step, the remainder is as large as the jump.
     pub(crate) fn measure_within<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -82,8 +82,8 @@ impl Multipliers {
         })
     }
 
-    /// Returns whether the error e(ε) of a multiplier of index 2 exceeds its `tolerance` and has grown much more since
-    /// the previous step, of size `last`, than the error of a smooth solution would.
+    /// Returns whether the error e(ε) of a multiplier of index 2 exceeds its `tolerance` and has grown much more than
+    /// expected for a smooth solution since the previous step. `last` is the size of the previous step.
     pub(crate) fn grow_suddenly(
         &self,
         step: &Step<'_>,
@@ -99,8 +99,8 @@ impl Multipliers {
         })
     }
 
-    /// Uses the leading errors [measured](Self::measure_within) within a first step, if they differ by more than the
-    /// `tolerance` from the errors measured at the start of the step, where an input may have a kink.
+    /// Uses the leading errors [measured](Self::measure_within) within a first step if they differ by more than the
+    /// `tolerance` from the errors measured at the start of the step. An input may have a kink at the start.
     pub(crate) fn use_within(&mut self, method: &Method, tolerance: impl Fn(usize) -> f64) {
         let [at_end, _] = profile(method, 2, 1.0);
         for multiplier in self.list.iter_mut().filter(|m| m.is_tested()) {
@@ -134,8 +134,8 @@ fn middles(method: &Method) -> impl Iterator<Item = f64> + Clone {
     starts.zip(method.nodes()).map(|(a, b)| 0.5 * (a + b))
 }
 
-/// Fits e(ε) and κ to the errors `measured` in the [`middles`]. Returns e(ε) and the largest
-/// remainder as a fraction of the largest γ |ω|.
+/// Fits e(ε) and κ to the errors `measured` at the [`middles`]. Returns e(ε) and the largest remainder as a fraction of
+/// the maximum of γ |ω|.
 fn fit_errors(method: &Method, measured: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
     let gamma = method.real_mode().lambda;
     let profiles = |theta: f64| {
@@ -159,8 +159,8 @@ fn fit_errors(method: &Method, measured: impl Iterator<Item = f64> + Clone) -> [
 mod tests {
     use super::*;
 
-    /// Checks the fit for errors of the assumed form, and for the errors of polynomials that interpolate a function
-    /// with a kink between the last stages.
+    /// Checks the fit for errors of the assumed form, and for errors of polynomials that interpolate a function with a
+    /// kink between the last two stages.
     #[test]
     fn the_fit_leaves_only_errors_of_a_kink() {
         for stages in [3, 5, 7] {
@@ -169,7 +169,8 @@ mod tests {
             let smooth = middles(&method)
                 .map(|theta| -gamma * method.start_basis(0, theta) * (2.0 * theta - 0.5));
             let [epsilon, remainder] = fit_errors(&method, smooth);
-            // Rounding of some ten operations, amplified by the condition of two similar profiles.
+            // The bound covers rounding errors of about ten operations, amplified by the condition number of two
+            // similar profiles.
             assert!((epsilon - 2.0).abs() < 1e-10, "{stages} stages: {epsilon}");
             assert!(remainder < 1e-10, "{stages} stages: {remainder}");
 

@@ -17,20 +17,20 @@ use crate::solver::{AcceptedStep, RadauSolver};
 use crate::stage_system::StageSystem;
 use crate::work::Counters;
 
-/// Gradient of a misfit J of the computed solution, by a backward pass over its steps. The cost
-/// does not depend on the number of parameters.
+/// Computes the gradient of a misfit J of the computed solution by a backward pass over the steps. The cost does not
+/// depend on the number of parameters.
 ///
-/// With x̄ for ∂J/∂x, the backward pass over a step is the transpose of
-/// [`ForwardSensitivities`](super::ForwardSensitivities). For the increments z of its stages,
+/// Let x̄ denote ∂J/∂x. The backward pass over a step is the transpose of
+/// [`ForwardSensitivities`](super::ForwardSensitivities). For the increments z of the stages,
 ///
 /// ```text
 /// Lᵀ λ = z̄,   z̄_s += ȳ_(n+1),   ȳ_n = ȳ_(n+1) − Σ_i J_y(i)ᵀ λ_i,   p̄_j −= Σ_i λ_iᵀ ∂F/∂p_j(i),
 /// ```
 ///
-/// where L are the stage equations linearized at the computed stages. The result is therefore the
-/// gradient of the discrete solution, not an approximation by the adjoint differential equation,
-/// for every index. Systems with Lᵀ are solved by generalized conjugate residuals (GCR),
-/// preconditioned by the transposed factors of one Jacobian for all stages.
+/// where L is the matrix of the stage equations, linearized at the computed stages. For every index, the result is
+/// therefore the gradient of the discrete solution, not an approximation by the adjoint differential equation. Systems
+/// with Lᵀ are solved by generalized conjugate residuals (GCR), preconditioned by the transposed factors of one
+/// Jacobian for all stages.
 ///
 /// # Examples
 /// ```
@@ -62,9 +62,9 @@ pub struct Adjoint<Q> {
     krylov: Krylov,
     tolerance: f64,
     factors: Option<ReusedFactors>,
-    /// z̄; later the residual of the linear system.
+    /// z̄, which is replaced by the residual of the linear system.
     residual: Vec<f64>,
-    /// Right-hand side of the preconditioner; finally λ.
+    /// Right-hand side of the preconditioner, which is finally replaced by λ.
     adjoint: Vec<f64>,
     image: Vec<f64>,
     weights: Vec<f64>,
@@ -77,19 +77,19 @@ pub struct Adjoint<Q> {
 pub struct Gradient {
     /// ∂J/∂p_j through the equations.
     pub parameters: Vec<f64>,
-    /// ∂J/∂y_0, for parameters on which the initial values depend; 0 for algebraic variables, whose initial values do
-    /// not occur in the equations.
+    /// ∂J/∂y_0, for parameters on which the initial values depend. The gradient is 0 for algebraic variables, because
+    /// their initial values do not occur in the equations.
     pub start: Vec<f64>,
 }
 
-/// Quantities carried from step to step: ȳ, the cotangent of ẏ, and the accumulated sum of λᵀ ∂F/∂p.
+/// Quantities passed from step to step: ȳ, the cotangent of ẏ, and the accumulated sum of λᵀ ∂F/∂p.
 struct Carried {
     y: Vec<f64>,
     y_dot: Vec<f64>,
     products: Vec<f64>,
 }
 
-/// Default relative residual; forward sensitivities and adjoint agree to about this accuracy.
+/// Default relative residual. Forward sensitivities and the adjoint agree to about this accuracy.
 const TOLERANCE: f64 = 1e-10;
 
 impl<Q> Adjoint<Q> {
@@ -116,7 +116,7 @@ impl<Q> Adjoint<Q> {
         }
     }
 
-    /// Sets the relative residual to which the linear systems are solved; default 1e-10.
+    /// Sets the relative residual to which the linear systems are solved; 1e-10 by default.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
@@ -131,15 +131,14 @@ impl<Q> Adjoint<Q> {
         }
     }
 
-    /// Computes the gradient. `misfit` adds the dependence of the misfit on the solution to each
-    /// step, from the last step to the first. Afterward the solver is in its previous state, except
-    /// for the counters of its linear solver.
+    /// Computes the gradient. `misfit` is called for each step, from the last to the first, and adds the derivatives of
+    /// the misfit in this step. Afterward, the solver is in its previous state, except for the counters of its linear
+    /// solver.
     ///
     /// # Errors
-    /// Errors of the `misfit`; [`RadauError::Adjoint`] if the linear systems cannot be solved,
-    /// [`RadauError::NotRepeated`] if steps replayed from checkpoints differ from the run,
-    /// [`RadauError::Fatal`] if the problem fails or the linear solver does not support transposed
-    /// solves.
+    /// Returns errors of the `misfit`, [`RadauError::Adjoint`] if the linear systems cannot be solved,
+    /// [`RadauError::NotRepeated`] if steps replayed from checkpoints differ from the run, and [`RadauError::Fatal`] if
+    /// the problem fails or the linear solver does not support transposed solves.
     pub fn gradient<P: Problem, M: LinearSolver<P>>(
         &mut self,
         solver: &mut RadauSolver<P, M>,
@@ -157,7 +156,7 @@ impl<Q> Adjoint<Q> {
         };
         let end = solver.save();
         let repeated = recording.go_back(solver, &mut |solver, first, steps| {
-            // The factors computed for replayed steps differ from the factors of the run, and may also be reused.
+            // Factors computed for replayed steps differ from the factors of the run. They may also be reused.
             let fresh = self.factors.take().and_then(|factors| factors.fresh());
             self.factors = solver.set_up_for().map(|h| ReusedFactors::new(h, fresh));
             for (number, step) in steps.iter().enumerate().rev() {
@@ -173,7 +172,7 @@ impl<Q> Adjoint<Q> {
         Ok(Gradient { parameters: products.iter().map(|product| -product).collect(), start: y })
     }
 
-    /// Traverses one step backward. `until` is its size.
+    /// Traverses one step backward. `until` is the end time of the step.
     fn back<P: Problem, M: LinearSolver<P>>(
         &mut self,
         step: AcceptedStep<'_, P, M>,
@@ -203,8 +202,8 @@ impl<Q> Adjoint<Q> {
             start_slope: &mut carried.y_dot,
             stages: &mut self.residual,
         })?;
-        // The derivative of the polynomial at its start does not depend on the initial ẏ in the first step, since
-        // ∂ẏ_0/∂p is unknown. For algebraic variables it never depends on ẏ at the end of the previous step.
+        // In the first step, the initial slope of the polynomial does not depend on the initial ẏ, since ∂ẏ_0/∂p is
+        // unknown. For algebraic variables, it never depends on ẏ at the end of the previous step.
         let all = is_first.then_some(0..n).into_iter().flatten();
         let algebraic = step.algebraic.iter().copied().filter(|_| !is_first);
         for i in all.chain(algebraic) {
@@ -222,8 +221,8 @@ impl<Q> Adjoint<Q> {
         })
     }
 
-    /// Solves for λ and adds its contributions to the cotangents at the start of the step and to the gradient of the
-    /// parameters.
+    /// Solves for λ, and adds its contributions to the cotangents at the start of the step and to the gradient with
+    /// respect to the parameters.
     fn solve<P: Problem, M: LinearSolver<P>>(
         &mut self,
         step: AcceptedStep<'_, P, M>,
@@ -245,8 +244,8 @@ impl<Q> Adjoint<Q> {
             .linearize((problem, &mut self.parameters), method, &collocation, own, true)
             .map_err(SweepFailure::Failed)?;
         self.work.jacobian_evaluations += method.stages() as u64;
-        // z̄ · z has the units of J. The residual of z̄ is weighted by the tolerances of z, without the powers of 1/h
-        // by which the integration increases the tolerances of velocities and multipliers.
+        // z̄ · z has the units of J. The residual of z̄ is weighted by the tolerances of z. The powers of 1/h by which
+        // the integration increases the tolerances of velocities and multipliers are not included.
         spread(&mut self.weights, n, |first| {
             weights.write_at(problem, options, &collocation.y0, 1.0, first)
         })?;

@@ -9,7 +9,7 @@ use super::krylov::Stalled;
 /// 1983) with separate search directions for each column.
 ///
 /// K is close to the identity, since it is preconditioned by the factors of a frozen Jacobian. A few search directions
-/// are sufficient, and often none is needed. K is applied to all columns at once.
+/// are sufficient, and often none is needed. Each application of K processes all columns at once.
 #[derive(Debug, Default)]
 pub(super) struct Block {
     /// (p, −K p), and |K p|⁻² for each column.
@@ -30,22 +30,22 @@ struct Direction {
 /// Maximum number of directions per solve.
 const MAX_DIRECTIONS: usize = 60;
 
-/// Smallest contraction assumed for the next solve if Newton's method needed one correction, since
-/// the contraction may have changed.
+/// Smallest contraction assumed for the next solve if Newton's method needed one correction. The contraction may have
+/// changed.
 const LEAST_TRUST: f64 = 0.1;
 
 impl Block {
-    /// Adds the solutions of K d = `r` to `x` with an error norm of about `tolerance` in each
-    /// column. `apply` writes −K v into its second argument.
+    /// Adds the solutions of K d = `r` to `x` with an error norm of about `tolerance` in each column. `apply` writes −K
+    /// v to its second argument.
     ///
     /// At the end, the remaining residual r is added to the solution. The new residual is r − K r, which is smaller by
     /// the contraction factor of K. The first solve measures this contraction. Later solves assume a slightly larger
-    /// value, as Newton's method does between steps, and at least the contraction that Newton's method measured in this
-    /// step with the same factors.
+    /// value, as Newton's method does between steps. The assumed value is at least the contraction that Newton's method
+    /// measured in this step with the same factors.
     ///
     /// # Shapes
-    /// `x`, `r`: one or more stages with as many values as `weights`, stored row by row with
-    /// `n_columns` per row.
+    /// `x`, `r`: one or more stages. Each stage has as many values as `weights`, stored row by row with `n_columns`
+    /// values per row.
     pub(super) fn solve<E: From<Stalled>>(
         &mut self,
         x: &mut [f64],
@@ -125,7 +125,7 @@ struct Columns<'w> {
     n_columns: usize,
 }
 
-/// Number of rows processed together, which allows vector instructions for any number of columns.
+/// Number of rows that are processed together, which allows vector instructions for any number of columns.
 pub(super) const ROWS: usize = 8;
 
 impl Columns<'_> {
@@ -159,7 +159,7 @@ impl Columns<'_> {
         add_scaled(y, shares, x);
     }
 
-    /// Computes x ← x + share · p and r ← r + share · q with a separate share for each column; returns the norms of r.
+    /// Computes x ← x + share · p and r ← r + share · q with a separate share for each column. Returns the norms of r.
     fn step(&self, [x, r]: [&mut [f64]; 2], [p, q]: [&[f64]; 2], shares: &[f64]) -> Vec<f64> {
         let mut lanes = vec![0.0; ROWS * self.n_columns];
         let length = r.len();
@@ -205,7 +205,7 @@ fn add_squares_with<S: Simd>(
     }
 }
 
-/// Computes y ← y + x times `shares`, which are repeated periodically.
+/// Computes y ← y + share · x. The `shares` are repeated periodically.
 #[with_simd(add_scaled = Arch::new())]
 #[inline(always)]
 fn add_scaled_with<S: Simd>(_: S, y: &mut [f64], shares: &[f64], x: &[f64]) {
@@ -219,7 +219,8 @@ fn add_scaled_with<S: Simd>(_: S, y: &mut [f64], shares: &[f64], x: &[f64]) {
     }
 }
 
-/// Computes x ← x + p and r ← r + q, each times periodically repeated shares, and sums w² r² in SIMD lanes.
+/// Computes x ← x + share · p and r ← r + share · q, where the shares are repeated periodically. Sums w² r² in SIMD
+/// lanes.
 #[with_simd(step = Arch::new())]
 #[inline(always)]
 fn step_with<S: Simd>(
@@ -253,8 +254,8 @@ fn step_with<S: Simd>(
 mod tests {
     use super::*;
 
-    /// v ← −K v with K = I + 0.3 × (cyclic shift of rows), which is normal with eigenvalues on a
-    /// circle around 1; in the last of three columns K = I.
+    /// Computes v ← −K v with K = I + 0.3 × (cyclic shift of rows), a normal matrix whose eigenvalues are on a circle
+    /// around 1. For the last of three columns, K is the identity.
     fn apply(v: &[f64], out: &mut [f64]) -> Result<(), Stalled> {
         for (k, out) in out.iter_mut().enumerate() {
             let shifted = if k % 3 == 2 { 0.0 } else { v[(k + 3) % v.len()] };

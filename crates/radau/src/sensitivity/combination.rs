@@ -6,24 +6,24 @@ use pulp_macro::with_simd;
 
 use super::block::{ROWS, mean_of_column};
 
-/// Number of stored steps: sufficient for three or four frequencies and their growth rates.
+/// Number of stored steps, which is sufficient for three or four frequencies and their growth rates.
 pub(super) const STEPS: usize = 8;
 
-/// Number of starts of the stored steps and of the next step.
+/// Number of start points: those of the stored steps, and the one of the next step.
 pub(super) const PLACES: usize = STEPS + 1;
 
-/// Weight of the state relative to a column, both scaled by their norms. The state helps to
-/// predict how the forcing of a column continues, but the earlier starts of the column are more
-/// reliable.
+/// Weight of the state relative to a column, where both are scaled by their norms. The state helps to predict how the
+/// forcing of a column continues, but the earlier starts of the column are more reliable.
 const SHARE_OF_STATE: f64 = 0.1;
 
-/// Number of rows above which only a sample of rows is compared, which is sufficient for eight coefficients.
+/// Number of rows above which only a sample of the rows is compared. Such a sample is sufficient for eight
+/// coefficients.
 const ENOUGH_ROWS: usize = 512;
 
 /// Relative accuracy of sums of products.
 pub(super) const DIGITS: f64 = 100.0 * f64::EPSILON;
 
-/// Mean weighted products of vectors at the starts of the previous steps and of the next step.
+/// Mean weighted products of vectors at the starts of the previous steps and at the start of the next step.
 pub(super) type Products = SMatrix<f64, PLACES, PLACES>;
 
 /// Workspace for the products of many columns.
@@ -34,8 +34,8 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Computes, for each column, the mean weighted products of all pairs of vectors, both of their values and of their
-    /// derivatives times h.
+    /// Computes the mean weighted products of all pairs of vectors for each column. The products of the values and of
+    /// the derivatives times h are both included.
     pub(super) fn of(
         &mut self,
         vectors: &[[&[f64]; 2]],
@@ -65,8 +65,9 @@ impl Sums {
     }
 }
 
-/// Returns the coefficients of the combination of the first `count` vectors that approximates the next vector, from the
-/// products of a column and of the state. Coefficients larger than the tolerance justifies are damped.
+/// Returns the coefficients of the linear combination of the first `count` vectors that approximates the next vector.
+/// They are computed from the products of a column and of the state. Coefficients larger than the tolerance justifies
+/// are damped.
 pub(super) fn combination(
     column: &Products,
     state: &Products,
@@ -78,14 +79,14 @@ pub(super) fn combination(
     if sizes[1] > 0.0 {
         both += state * (SHARE_OF_STATE.powi(2) * sizes[0] / sizes[1]);
     }
-    // Coefficients of missing steps are 0.
+    // The coefficients of missing steps are 0.
     let mut matrix = SMatrix::<f64, STEPS, STEPS>::identity();
     let mut rhs = SVector::zeros();
     for k in 0..count {
         for l in 0..count {
             matrix[(k, l)] = both[(k, l)];
         }
-        // Each vector is accurate to the tolerance and to the rounding errors of its products.
+        // The accuracy of each vector is limited by the tolerance and by the rounding errors of its products.
         matrix[(k, k)] += tolerance.powi(2) + DIGITS * both[(k, k)];
         rhs[k] = both[(k, count)];
     }
@@ -94,7 +95,8 @@ pub(super) fn combination(
 }
 
 /// Accumulates w² a b in SIMD lanes for all pairs of vectors: products of their values (`part` = 0) or of their
-/// derivatives (1), in one of `every` blocks of `width` values. `scaled` is workspace for a block of each vector.
+/// derivatives (`part` = 1). Uses one of `every` blocks of `width` values. `scaled` is workspace for one block of each
+/// vector.
 #[with_simd(add_products = Arch::new())]
 #[inline(always)]
 fn add_products_with<S: Simd>(
@@ -134,8 +136,8 @@ fn add_products_with<S: Simd>(
 mod tests {
     use super::*;
 
-    /// Of 1100 rows, every second block of eight is used. The other rows have arbitrary values, which must not affect
-    /// the result: the weighted mean over the used rows.
+    /// Every second block of eight of the 1100 rows is used. The other rows have arbitrary values, which must not
+    /// affect the result. The expected result is the weighted mean over the used rows.
     #[test]
     fn long_vectors_are_compared_in_a_part_of_their_rows() {
         let number = |row: usize, taken: f64| match row / ROWS % 2 {

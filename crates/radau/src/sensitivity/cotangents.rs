@@ -3,11 +3,10 @@
 use crate::dense::{Collocation, add_scaled};
 use crate::method::Method;
 
-/// A step of the backward pass, to which a misfit J adds its derivatives: ∂J/∂y at times within the
-/// step or at its stages.
+/// A step of the backward pass, to which a misfit J adds its derivatives: ∂J/∂y at times within the step or at the
+/// stages.
 ///
-/// Multipliers of index 2 and 3 are collocation values; see
-/// [`ForwardSensitivities`](super::ForwardSensitivities).
+/// Multipliers of index 2 and 3 are collocation values; see [`ForwardSensitivities`](super::ForwardSensitivities).
 #[derive(Debug)]
 pub struct Cotangents<'a> {
     pub(super) method: &'a Method,
@@ -27,13 +26,13 @@ impl Cotangents<'_> {
         [self.step.t0, self.end]
     }
 
-    /// Returns whether the step contains a time. A common end of two steps belongs to a single step.
+    /// Returns whether the step contains the time `t`. The common end of two steps belongs to only one of them.
     pub fn covers(&self, t: f64) -> bool {
         let is_start = self.is_first && t == self.step.t0;
         is_start || (self.step.t0 < t && t <= self.end)
     }
 
-    /// Evaluates the dense output, or its first derivative, at a time in the step.
+    /// Evaluates the dense output or its first derivative at a time in the step.
     ///
     /// # Panics
     /// Panics if the length of `out` is not the number of unknowns.
@@ -41,7 +40,7 @@ impl Cotangents<'_> {
         self.step.evaluate(self.method, t, derivative, out);
     }
 
-    /// Adds ∂J/∂y(t), or ∂J/∂ẏ(t) for `derivative` 1, with respect to the values returned by
+    /// Adds ∂J/∂y(t), or ∂J/∂ẏ(t) if `derivative` is 1. The derivatives refer to the values returned by
     /// [`evaluate`](Self::evaluate).
     ///
     /// # Panics
@@ -57,15 +56,15 @@ impl Cotangents<'_> {
         stages.zip(of_stages).for_each(|(stage, b)| add_scaled(stage, b, cotangent));
     }
 
-    /// Returns the times of the stages with the weights of h Σ_i b_i f(t_i) ≈ ∫ f dt over the step,
-    /// exact up to degree 2s − 2.
+    /// Returns the times t_i of the stages and the weights h b_i of the quadrature h Σ_i b_i f(t_i) ≈ ∫ f dt over the
+    /// step, which is exact up to degree 2s − 2.
     pub fn quadrature(&self) -> impl Iterator<Item = (f64, f64)> {
         let (t0, h) = (self.step.t0, self.step.h);
         let nodes = self.method.nodes().iter().zip(self.method.weights());
         nodes.map(move |(c, b)| (t0 + c * h, b * h))
     }
 
-    /// Writes y at stage `i`, counted from 0.
+    /// Writes y at stage `i`, a zero-based index, to `out`.
     ///
     /// # Panics
     /// Panics if the stage does not exist, or if the length of `out` is not the number of unknowns.
@@ -78,7 +77,7 @@ impl Cotangents<'_> {
     /// Adds ∂J/∂y at stage `i`.
     ///
     /// # Panics
-    /// As for [`stage`](Self::stage).
+    /// Panics if the stage does not exist, or if the length of `cotangent` is not the number of unknowns.
     pub fn add_to_stage(&mut self, i: usize, cotangent: &[f64]) {
         let n = self.start.len();
         assert_eq!(cotangent.len(), n, "one for each unknown");

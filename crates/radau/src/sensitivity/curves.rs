@@ -14,7 +14,7 @@ pub(super) struct Curves {
     n_columns: usize,
     pub(super) s: Vec<f64>,
     s_dot: Vec<f64>,
-    /// Polynomials over the last step.
+    /// Polynomials of the last step.
     pub(super) step: Collocation,
     history: History,
     predictor: Predictor,
@@ -57,14 +57,14 @@ impl Curves {
         &self.apart[j]
     }
 
-    /// Discards the history, because the problem has a jump or kink at this time.
+    /// Discards the history, because the problem has a jump or a kink at this time.
     pub(super) fn forget(&mut self) {
         self.history.clear();
         self.predictor.forget();
     }
 
-    /// Prepares a step with initial guesses for its increments. `weights` are the weights of the columns and of the
-    /// state; weighted values below `tolerance` are considered noise.
+    /// Prepares a step with initial guesses for its increments. `weights` contains the weights of the columns and of
+    /// the state. Weighted values below `tolerance` are regarded as noise.
     pub(super) fn begin(
         &mut self,
         method: &Method,
@@ -91,8 +91,8 @@ impl Curves {
         self.step.y_dot0.copy_from_slice(&self.s_dot);
     }
 
-    /// Writes the magnitude of each component of p̄ S_j: the maximum of its values at both ends of the step. The value at
-    /// the end includes the pending correction in `residual`.
+    /// Writes the magnitude of each component of p̄ S_j: the maximum of the magnitudes at the two ends of the step. The
+    /// value at the end includes the pending correction in `residual`.
     pub(super) fn size(&self, j: usize, scale: f64, out: &mut [f64]) {
         let last = self.step.increments.len() - self.s.len();
         let end = (&self.step.increments[last..], &self.residual[last..]);
@@ -103,8 +103,7 @@ impl Curves {
         }
     }
 
-    /// Advances to the end of the step of the state; `weights` are the relative weights of the
-    /// components.
+    /// Advances to the end of the step of the state. `weights` contains the relative weights of the components.
     pub(super) fn end(
         &mut self,
         method: &Method,

@@ -18,21 +18,20 @@ use crate::work::Counters;
 
 /// Sensitivities S_j = ∂y/∂p_j of the solution of a [`RadauSolver`], for all parameters at once.
 ///
-/// After each accepted step the differentiated stage equations
+/// After each accepted step, the differentiated stage equations
 ///
 /// ```text
 /// J_y(i) (S_j + σ_i) + h⁻¹ J_ẏ(i) Σ_k (A⁻¹)_ik σ_k + ∂F/∂p_j(i) = 0   at each stage i
 /// ```
 ///
-/// are solved for the increments σ of the stages' sensitivities. The result is the derivative of
-/// the discrete solution for the steps taken, by default to a third of the solution's tolerance.
-/// The factors of the step, which belong to a frozen Jacobian, serve as preconditioner. The steps
-/// are identical to those of a run without sensitivities unless
-/// [`controlling_steps`](Self::controlling_steps) is set.
+/// are solved for the increments σ of the sensitivities at the stages. The result is the derivative of the discrete
+/// solution for the steps taken, by default to a third of the solution's tolerance. The factors of the step, which
+/// belong to a frozen Jacobian, serve as a preconditioner. The steps are identical to those of a run without
+/// sensitivities unless [`controlling_steps`](Self::controlling_steps) is set.
 ///
-/// Sensitivities of multipliers of index 2 and 3 are derivatives of the collocation values. The
-/// solver returns multipliers with their leading error removed, so their sensitivities have one
-/// order less.
+/// Sensitivities of multipliers of index 2 and 3 are derivatives of the collocation values. The solver returns
+/// multipliers without their leading error, but this error is not removed from the sensitivities. Therefore, the order
+/// of the sensitivities is lower by one.
 ///
 /// # Examples
 /// ```
@@ -51,9 +50,9 @@ use crate::work::Counters;
 /// ```
 pub struct ForwardSensitivities<Q> {
     parameters: Q,
-    /// Number of solver steps before the sensitivities started.
+    /// Number of solver steps before the sensitivities were created.
     before: u64,
-    /// Number of solver steps of which the last one was followed.
+    /// Number of solver steps up to and including the last step that was followed.
     followed: u64,
     /// Number of [restarts of the solver](RadauSolver::restarts) when the sensitivities were created.
     restarts: u64,
@@ -62,7 +61,7 @@ pub struct ForwardSensitivities<Q> {
     block: Block,
     curves: Curves,
     image: Vec<f64>,
-    /// Weights of y, and of all columns.
+    /// Weights of y, and weights of all columns.
     weights: Vec<f64>,
     columns_weights: Vec<f64>,
     counters: Counters,
@@ -72,14 +71,15 @@ pub struct ForwardSensitivities<Q> {
 }
 
 impl<Q> ForwardSensitivities<Q> {
-    /// Creates the sensitivities to the `parameters` of a solver, with the values ∂y/∂p_j at its current time in `starts`.
+    /// Creates the sensitivities to the `parameters` of a solver. `starts` contains the values ∂y/∂p_j at the current
+    /// time of the solver.
     ///
     /// # Shapes
-    /// `starts`: for each parameter the number of unknowns.
+    /// `starts`: the number of unknowns for each parameter.
     ///
     /// # Errors
-    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`]; [`IntegratorError::WithinStep`] for a
-    /// solver that pauses within a step, [`RadauError::InternalVariables`] for a solver with internal variables.
+    /// Returns [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`], [`IntegratorError::WithinStep`] if the
+    /// solver pauses within a step, and [`RadauError::InternalVariables`] if the solver has internal variables.
     pub fn new<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
         parameters: Q,
@@ -117,17 +117,17 @@ impl<Q> ForwardSensitivities<Q> {
         })
     }
 
-    /// Continues after a restart of the solver, with the values ∂y/∂p_j at its current time.
+    /// Continues after a restart of the solver. `starts` contains the values ∂y/∂p_j at the current time of the solver.
     ///
-    /// If [`reinit`](RadauSolver::reinit) did not change y, at a time independent of p, these are
-    /// the current values ([`of`](Self::of)). After [`restore`](RadauSolver::restore), these are the values at the time of
-    /// the saved state.
+    /// If [`reinit`](RadauSolver::reinit) did not change y, at a time independent of p, these are the current values
+    /// ([`of`](Self::of)). After [`restore`](RadauSolver::restore), these are the values at the time of the saved
+    /// state.
     ///
     /// # Shapes
-    /// `starts`: for each parameter the number of unknowns.
+    /// `starts`: the number of unknowns for each parameter.
     ///
     /// # Errors
-    /// As for [`new`](Self::new).
+    /// Returns the same errors as [`new`](Self::new).
     pub fn reinit<P: Problem, M: LinearSolver<P>>(
         &mut self,
         solver: &RadauSolver<P, M>,
@@ -146,24 +146,24 @@ impl<Q> ForwardSensitivities<Q> {
         solver.restarts() != self.restarts
     }
 
-    /// Sets the tolerance of the linear systems as a fraction of the integration's tolerance. The default corresponds to a
-    /// third of the solution's tolerance. In four cases, it equals Newton's tolerance, a tenth of this value: at order 5,
-    /// with hidden constraints, if the sensitivities control the steps, and if
+    /// Sets the tolerance of the linear systems as a fraction of the integration's tolerance. The default corresponds
+    /// to a third of the solution's tolerance. In four cases, the default is Newton's tolerance, which is a tenth of
+    /// this value: at order 5, with hidden constraints, if the sensitivities control the steps, and if
     /// [`newton_tolerance`](field@crate::RadauOptions::newton_tolerance) is set.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance: Some(tolerance), ..self }
     }
 
-    /// Includes the errors of the sensitivities in the step-size control. Each error is estimated like the error of y,
-    /// in units of the tolerances of p̄_j S_j:
+    /// Includes the errors of the sensitivities in the step-size control. Each error is estimated in the same way as
+    /// the error of y, in units of the tolerances of p̄_j S_j:
     ///
     /// ```text
     /// −(J_y + γ/h J_ẏ)⁻¹ (J_y S_j + J_ẏ σ_j'(t_n) + ∂F/∂p_j)   at (t_n, y_n, u'(t_n)).
     /// ```
     ///
-    /// This estimate never causes the repetition of a step. The steps differ from the steps of a
-    /// run without sensitivities.
+    /// This estimate never causes the repetition of a step. The steps differ from the steps of a run without
+    /// sensitivities.
     #[must_use]
     pub fn controlling_steps<P: Problem, M: LinearSolver<P>>(
         self,
@@ -192,13 +192,13 @@ impl<Q> ForwardSensitivities<Q> {
         self.curves.of(j)
     }
 
-    /// Writes ∂y/∂p_j, or its derivative, at a time within the last step.
+    /// Writes ∂y/∂p_j or its time derivative at a time within the last step to `out`.
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`IntegratorError::NoDenseOutput`] outside the last step or for a `derivative` above 1.
+    /// Returns [`IntegratorError::NoDenseOutput`] if `t` is outside the last step or if `derivative` is above 1.
     ///
     /// # Panics
     /// Panics if the parameter does not exist.
@@ -227,10 +227,10 @@ impl<Q> ForwardSensitivities<Q> {
         }
     }
 
-    /// Integrates solution and sensitivities up to `t_out`, as [`RadauSolver::integrate_to`].
+    /// Integrates the solution and the sensitivities up to `t_out`, as [`RadauSolver::integrate_to`] does.
     ///
     /// # Errors
-    /// Errors of [`RadauSolver::integrate_to`] and of [`follow`](Self::follow).
+    /// Returns errors of [`RadauSolver::integrate_to`] and of [`follow`](Self::follow).
     pub fn integrate_to<P: Problem, M: LinearSolver<P>>(
         &mut self,
         solver: &mut RadauSolver<P, M>,
@@ -242,14 +242,13 @@ impl<Q> ForwardSensitivities<Q> {
         solver.integrate_watched(t_out, &mut |solver| self.follow(solver))
     }
 
-    /// Advances the sensitivities over the last accepted step of the solver; does nothing without a
-    /// new step. Must be called after each [`RadauSolver::step`].
+    /// Advances the sensitivities over the last accepted step of the solver. Does nothing if there is no new step. Must
+    /// be called after each [`RadauSolver::step`].
     ///
     /// # Errors
-    /// [`RadauError::Sensitivity`] if the linear equations cannot be solved; [`RadauError::Missed`]
-    /// if more than one step was taken since the last call; [`RadauError::StartedAgain`] after a
-    /// `reinit` of the solver without [`reinit`](Self::reinit) here; [`RadauError::Fatal`] if the
-    /// problem fails.
+    /// Returns [`RadauError::Sensitivity`] if the linear equations cannot be solved, [`RadauError::Missed`] if more
+    /// than one step was taken since the last call, [`RadauError::StartedAgain`] if the solver was restarted without a
+    /// [`reinit`](Self::reinit) of the sensitivities, and [`RadauError::Fatal`] if the problem fails.
     pub fn follow<P: Problem, M: LinearSolver<P>>(
         &mut self,
         solver: &mut RadauSolver<P, M>,
@@ -289,8 +288,8 @@ impl<Q> ForwardSensitivities<Q> {
         Ok(())
     }
 
-    /// Advances all sensitivities over a step. Returns their largest estimated error, if requested,
-    /// or the parameter at which the solve fails.
+    /// Advances all sensitivities over a step. Returns their largest estimated error, if requested. If a solve fails,
+    /// returns the parameter.
     fn advance<P: Problem, M: LinearSolver<P>>(
         &mut self,
         step: AcceptedStep<'_, P, M>,
@@ -339,7 +338,7 @@ impl<Q> ForwardSensitivities<Q> {
             rows.iter_mut().for_each(|r| *r = -*r);
             work.parameter_derivatives += n_columns as u64;
         }
-        // −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ, and the resulting correction of σ.
+        // The residual is −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ. It is replaced by the resulting correction of σ.
         let both = [&self.columns_weights[..], &self.weights];
         curves.begin(method, &collocation, both, tolerance);
         let at = (Some(&curves.s[..]), &curves.step.increments[..]);

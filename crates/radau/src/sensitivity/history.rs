@@ -1,4 +1,4 @@
-//! Initial guesses from several previous steps.
+//! Initial guesses computed from several previous steps.
 
 use std::collections::VecDeque;
 
@@ -11,19 +11,19 @@ use super::combination::{DIGITS, PLACES, Products, STEPS, Sums, combination};
 use crate::dense::Collocation;
 use crate::method::Method;
 
-/// The last steps of several columns, from which the next step is predicted.
+/// Last steps of several columns, from which the next step is predicted.
 ///
-/// A linear combination of the values of a column and of the state y at the starts of these steps approximates their
+/// A linear combination of the values of a column, and of the state y, at the starts of these steps approximates the
 /// current values,
 ///
 /// ```text
 /// S_n ≈ Σ_k a_k S_k,   y_n ≈ Σ_k a_k y_k,   and the same for their derivatives,
 /// ```
 ///
-/// by least squares with separate coefficients for each column. Since S satisfies linear equations
-/// that depend on the state, its continuation is nearly the same combination of the continuations
-/// of the previous steps. Vibrations and decaying terms are combinations of a few such curves, even
-/// over steps too long for polynomial extrapolation.
+/// by least squares, with separate coefficients for each column. S satisfies linear equations that depend on the state.
+/// Therefore, its continuation is nearly the same combination of the continuations of the previous steps. Vibrations
+/// and decaying terms are combinations of a few such curves, even over steps that are too long for polynomial
+/// extrapolation.
 #[derive(Debug)]
 pub(super) struct History {
     /// Maximum number of stored steps.
@@ -32,14 +32,14 @@ pub(super) struct History {
     workspace: Workspace,
 }
 
-/// A step: the polynomials of all columns and the state at its start.
+/// A step: the polynomials of all columns, and the state at the start of the step.
 #[derive(Debug)]
 struct Past {
     curves: Collocation,
     state: [Vec<f64>; 2],
 }
 
-/// Workspace, so that a guess does not allocate.
+/// Workspace, which avoids allocations for each guess.
 #[derive(Debug, Default)]
 struct Workspace {
     sums: Sums,
@@ -50,14 +50,13 @@ struct Workspace {
     basis: Vec<f64>,
 }
 
-/// Values and derivatives of vectors, and the weights of their components: the inverses of their
-/// tolerances.
+/// Values and derivatives of vectors, and the weights of their components, which are the reciprocals of the tolerances.
 pub(super) struct Vectors<'a> {
     pub(super) values: [&'a [f64]; 2],
     pub(super) weights: &'a [f64],
 }
 
-/// Start of the step to be predicted.
+/// Start of the step that is predicted.
 pub(super) struct Beginning<'a> {
     pub(super) h: f64,
     pub(super) columns: Vectors<'a>,
@@ -66,17 +65,18 @@ pub(super) struct Beginning<'a> {
     pub(super) tolerance: f64,
 }
 
-/// Minimum number of steps for a guess.
+/// Minimum number of steps required for a guess.
 const FEWEST: usize = 3;
 
-/// Maximum ratio of the predicted step to a stored step; a larger ratio would amplify the errors of the polynomial.
+/// Maximum ratio of the size of the predicted step to the size of a stored step. A larger ratio would amplify the
+/// errors of the polynomial.
 const LONGER: f64 = 1.25;
 
 /// Maximum number of stored values (8 bytes each).
 const MAX_VALUES: usize = 1 << 26;
 
 impl History {
-    /// Creates the history for steps with `stages` stages and `n_columns` columns of `n` unknowns.
+    /// Creates a history for steps of `stages` stages, with `n_columns` columns of `n` unknowns.
     pub(super) fn new(n: usize, n_columns: usize, stages: usize) -> Self {
         let numbers = n * (n_columns * (stages + 2) + 2);
         let max_steps = (MAX_VALUES / numbers.max(1)).min(STEPS);
@@ -109,13 +109,13 @@ impl History {
         }
     }
 
-    /// Discards all steps because the solution does not continue smoothly.
+    /// Discards all steps, because the solution does not continue smoothly.
     pub(super) fn clear(&mut self) {
         self.steps.clear();
     }
 
-    /// Writes the predicted stage increments. Returns `false` and writes nothing if there are too
-    /// few steps, or if the products are not accurate enough.
+    /// Writes the predicted stage increments. Returns `false` and writes nothing if there are too few steps or if the
+    /// products are not accurate enough.
     pub(super) fn guess(&mut self, method: &Method, now: &Beginning<'_>, z: &mut [f64]) -> bool {
         let count = self.usable(now.h).count();
         if count < FEWEST {
@@ -131,8 +131,8 @@ impl History {
                     let of_step = workspace.coefficients.iter().map(|a| a[k]);
                     workspace.shares.extend(of_step);
                 }
-                // The polynomials evaluated over a step of the current length; for equal step sizes, these are their
-                // stages.
+                // Evaluate the polynomials over a step of the current length. If the step sizes are equal, the results
+                // are the stages of the polynomials.
                 method.write_bases(now.h / past.curves.h, &mut workspace.basis);
                 let numbers = now.columns.weights.len();
                 let increments = &past.curves.increments;
@@ -143,7 +143,7 @@ impl History {
         is_known
     }
 
-    /// Computes the coefficients of each column for the `count` usable steps.
+    /// Computes the coefficients for each column from the `count` usable steps.
     fn combine(&self, now: &Beginning<'_>, count: usize, workspace: &mut Workspace) -> bool {
         let Beginning { h, columns, state, .. } = now;
         let mut places = [columns.values; PLACES];
@@ -170,8 +170,8 @@ impl History {
     }
 }
 
-/// Adds Σ_j b_ij z_j of a stored step, times the share of each column, to stage i of the guess. A stage has `numbers`
-/// values, `shares` are repeated periodically, and `basis` contains b_ij stage by stage.
+/// Adds Σ_j b_ij z_j of a stored step, multiplied by the share of each column, to stage i of the guess. A stage has
+/// `numbers` values, the `shares` are repeated periodically, and `basis` contains b_ij stage by stage.
 #[with_simd(add_polynomials = Arch::new())]
 #[inline(always)]
 fn add_polynomials_with<S: Simd>(
@@ -210,7 +210,7 @@ mod tests {
 
     const FREQUENCIES: [f64; 2] = [1.0, 2.7];
 
-    /// Returns component i of column j: a vibration with two frequencies, or its derivative.
+    /// Returns component i of column j, which is a vibration with two frequencies, or its derivative.
     fn curve(i: usize, j: usize, t: f64, derivative: bool) -> f64 {
         let of = |(k, omega): (usize, &f64)| {
             let size = ((1 + i + 3 * j + 5 * k) as f64).sin();
@@ -223,7 +223,7 @@ mod tests {
         FREQUENCIES.iter().enumerate().map(of).sum()
     }
 
-    /// Returns all components of some columns, stored row by row.
+    /// Returns all components of the given columns, stored row by row.
     fn block(n_columns: std::ops::Range<usize>, t: f64, derivative: bool) -> Vec<f64> {
         let columns = |i: usize| n_columns.clone().map(move |j| curve(i, j, t, derivative));
         (0..6).flat_map(columns).collect()
@@ -245,7 +245,7 @@ mod tests {
         }
     }
 
-    /// Returns the start of a step with unit weights of the state.
+    /// Returns the start of a step. The state has unit weights.
     fn beginning<'a>(
         columns: &'a Collocation,
         state: &'a Collocation,
@@ -266,7 +266,7 @@ mod tests {
         let (columns, state) = (0..2, 2..3);
         let mut history = History::new(6, 2, 7);
         let mut t = 0.0;
-        // More steps than can be stored.
+        // Take more steps than can be stored.
         for h in [1.0; 10] {
             let [of_columns, of_state] =
                 [&columns, &state].map(|of| step(&method, of.clone(), t, h));
@@ -281,8 +281,8 @@ mod tests {
         errors.map(|(z, e)| (z - e).abs()).fold(0.0, f64::max)
     }
 
-    /// Four curves in total are approximated by combinations of eight steps, with an error of a few times the tolerance
-    /// of 1e-6. For shorter steps the polynomial of degree 7 adds an error of a few times 2.7⁸/8! × 2 × 4⁻⁸ = 2e-6.
+    /// Combinations of eight steps approximate four curves in total, with an error of a few times the tolerance of
+    /// 1e-6. For shorter steps, the polynomial of degree 7 adds an error of a few times 2.7⁸/8! × 2 × 4⁻⁸ = 2e-6.
     #[test]
     fn vibrations_of_two_frequencies_are_guessed_over_long_steps() {
         for last in [1.0, 0.6] {
@@ -291,7 +291,7 @@ mod tests {
         }
     }
 
-    /// Returns a history of one column that equals the state, after steps of the given sizes.
+    /// Returns a history after steps of the given sizes, in which the only column equals the state.
     fn after(steps: &[f64]) -> (Method, History, f64) {
         let method = Method::radau_iia(3).expect("there is one");
         let (mut history, mut t) = (History::new(6, 1, 3), 0.0);
@@ -322,7 +322,7 @@ mod tests {
 
     #[test]
     fn stored_history_is_limited() {
-        // For each unknown, 7 values of a column and 2 of the state.
+        // Each unknown has 7 values of a column and 2 values of the state.
         for (steps, max_steps) in [(2, 0), (4, 4), (100, STEPS)] {
             let n = MAX_VALUES / 9 / steps;
             assert_eq!(History::new(n, 1, 5).max_steps, max_steps);

@@ -4,11 +4,11 @@ use crate::dense::add_scaled;
 
 /// Solves K x = r by generalized conjugate residuals (Eisenstat, Elman, Schultz 1983).
 ///
-/// Each direction p is stored with q = K p; the q are orthogonal. K is close to the identity, since
-/// it is preconditioned by the factors of a frozen Jacobian, so a few directions suffice.
+/// Each direction p is stored with q = K p, and the vectors q are orthogonal. K is close to the identity, since it is
+/// preconditioned by the factors of a frozen Jacobian. Therefore, a few directions are sufficient.
 #[derive(Debug, Default)]
 pub(super) struct Krylov {
-    /// Directions p with their images q and 1/|q|²; the first `used` of them belong to the last K.
+    /// Directions p with their images q and 1/|q|². The first `used` directions belong to the last K.
     directions: Vec<Direction>,
     used: usize,
 }
@@ -48,16 +48,15 @@ impl Stalled {
 }
 
 impl Krylov {
-    /// Returns the number of directions of the last solve.
+    /// Returns the number of directions used in the last solve.
     pub(super) fn directions(&self) -> usize {
         self.used
     }
 
-    /// Adds the solution of K d = `r` to `x` with a residual norm of about `tolerance`. `apply`
-    /// replaces v by K v.
+    /// Adds the solution of K d = `r` to `x` with a residual norm of about `tolerance`. `apply` replaces v by K v.
     ///
-    /// Since K is close to the identity, the remaining residual r is added to the solution at the end. The new residual
-    /// is r − K r, which is smaller by the contraction of the last direction.
+    /// At the end, the remaining residual r is added to the solution. Since K is close to the identity, the new
+    /// residual r − K r is smaller, by the contraction of the last direction.
     ///
     /// # Shapes
     /// `weights`: relative weights of the components; all slices have the same length.
@@ -101,7 +100,7 @@ impl Krylov {
             if !(*inverse > 0.0 && inverse.is_finite()) {
                 return Err(Stalled::at(size).into());
             }
-            // Removes the component along q from r and adds the corresponding multiple of p to x.
+            // Remove the component along q from r, and add the corresponding multiple of p to x.
             let share = inner(r, q, weights) * *inverse;
             add_scaled(x, share, p);
             add_scaled(r, -share, q);
@@ -127,7 +126,7 @@ fn difference(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
     mean([a, b, weights], squares).sqrt()
 }
 
-/// Returns the mean of a function of the components of three vectors, summed in SIMD lanes.
+/// Returns the mean of a function of the components of three vectors. The sum is computed in SIMD lanes.
 fn mean([a, b, w]: [&[f64]; 3], of: impl Fn([f64; 3]) -> f64) -> f64 {
     const LANES: usize = 8;
     let (a, a_left) = a.as_chunks::<LANES>();
@@ -149,7 +148,7 @@ fn mean([a, b, w]: [&[f64]; 3], of: impl Fn([f64; 3]) -> f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// K = I + 0.3 × (cyclic shift), which is normal with eigenvalues on a circle around 1.
+    /// Computes v ← K v with K = I + 0.3 × (cyclic shift), which is normal with eigenvalues on a circle around 1.
     fn apply(v: &mut [f64]) -> Result<(), Stalled> {
         let last = v.to_vec();
         for (i, v) in v.iter_mut().enumerate() {
@@ -158,8 +157,8 @@ mod tests {
         Ok(())
     }
 
-    /// Each direction reduces the residual to 0.3 or less, so ten digits take at most 19 directions; the last is the
-    /// final addition of the residual.
+    /// Each direction reduces the residual to 0.3 or less, so ten digits require at most 19 directions. The last of
+    /// them is the final addition of the residual.
     #[test]
     fn solutions_leave_no_more_than_the_tolerance_and_little_less() {
         let n = 40;

@@ -1,12 +1,11 @@
 //! Sensitivities of the computed solution.
 //!
-//! [`ForwardSensitivities`] follow a [`RadauSolver`](crate::RadauSolver) step by step: a
-//! `StageOperator` linearizes the equations at the stages of each accepted step, and `Block` solves
-//! with it for all parameters at once, with the step's factors as preconditioner. The integration
-//! itself is independent of this module.
+//! [`ForwardSensitivities`] follow a [`RadauSolver`](crate::RadauSolver) step by step. A `StageOperator` linearizes the
+//! equations at the stages of each accepted step. `Block` solves the linearized equations for all parameters at once,
+//! with the factors of the step as a preconditioner. The integration itself is independent of this module.
 //!
-//! An [`Adjoint`] traverses the steps of a [`Recording`] backward with the transposed operator and
-//! `Krylov`. A misfit adds its derivatives to the [`Cotangents`] of each step.
+//! An [`Adjoint`] traverses the steps of a [`Recording`] backward with the transposed operator and `Krylov`. A misfit
+//! adds its derivatives to the [`Cotangents`] of each step.
 
 mod adjoint;
 mod block;

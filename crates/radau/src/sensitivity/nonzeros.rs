@@ -6,12 +6,12 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 /// Entries of a pattern that have been nonzero so far.
 ///
-/// ∂F/∂y and ∂F/∂ẏ share a pattern, and each has nonzero entries only in a part of it. Products with the full pattern
-/// would mostly multiply by zeros.
+/// ∂F/∂y and ∂F/∂ẏ share a pattern, and each matrix has nonzero entries only in a part of it. Products with the full
+/// pattern would mostly multiply by zeros.
 #[derive(Debug)]
 pub(super) struct Nonzeros {
     is_kept: Vec<bool>,
-    /// Positions of these entries, ascending.
+    /// Positions of these entries in ascending order.
     places: Vec<usize>,
     product: Product,
 }
@@ -23,7 +23,7 @@ impl Nonzeros {
         Self { product: product(pattern, &is_kept), places: Vec::new(), is_kept }
     }
 
-    /// Adds the nonzero entries of matrices with these `values` in the order of the pattern.
+    /// Adds the nonzero entries of matrices with the given `values`, in the order of the pattern.
     pub(super) fn learn<'v>(
         &mut self,
         pattern: &SparsityPattern,
@@ -51,15 +51,14 @@ impl Nonzeros {
         }
     }
 
-    /// Subtracts the product of the matrix with these compressed `values` and the columns of `x`
-    /// from `out`; columns are stored row by row.
+    /// Subtracts the product of the matrix with the given compressed `values` and the columns of `x` from `out`.
+    /// Columns are stored row by row.
     pub(super) fn subtract(&self, values: &[f64], x: &[f64], out: &mut [f64], n_columns: usize) {
         let values = &values[..self.places.len()];
         self.product.subtract_columns(values, x, out, n_columns);
     }
 
-    /// Subtracts the product of the transposed matrix with these compressed `values` and `x` from
-    /// `out`.
+    /// Subtracts the product of the transposed matrix with the given compressed `values` and `x` from `out`.
     pub(super) fn subtract_transposed(&self, values: &[f64], x: &[f64], out: &mut [f64]) {
         let values = &values[..self.places.len()];
         self.product.subtract_transposed(values, x, out);
@@ -77,8 +76,8 @@ fn product(pattern: &SparsityPattern, is_kept: &[bool]) -> Product {
 mod tests {
     use super::*;
 
-    /// Products with the full matrix ((1, 3), (2, 4)), stored as 1, 2, 3, 4: first with the diagonal only, then with
-    /// all entries.
+    /// Computes products with the full matrix ((1, 3), (2, 4)), stored as 1, 2, 3, 4: first with the diagonal only,
+    /// then with all entries.
     #[test]
     fn products_are_those_of_all_entries_seen() {
         let pattern =
@@ -88,7 +87,7 @@ mod tests {
         for (mut values, expected) in [
             ([1.0, 0.0, 0.0, 4.0], [-5.0, -28.0]),
             ([1.0, 2.0, 3.0, 4.0], [-26.0, -38.0]),
-            // Entries that were nonzero once remain in the set.
+            // Entries that have been nonzero once remain in the set.
             ([1.0, 0.0, 0.0, 4.0], [-5.0, -28.0]),
         ] {
             nonzeros.learn(&pattern, std::iter::once(&values[..]));

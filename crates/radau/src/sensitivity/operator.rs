@@ -1,4 +1,4 @@
-//! The stage equations linearized at the stages.
+//! Stage equations, linearized at the stages.
 
 use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
 
@@ -12,26 +12,26 @@ use crate::method::Method;
 /// (L x)_i = J_y(i) x_i + h⁻¹ J_ẏ(i) Σ_j (A⁻¹)_ij x_j,
 /// ```
 ///
-/// with the Jacobian at each stage i instead of a frozen Jacobian at the start of the step.
+/// with a separate Jacobian at each stage i instead of a frozen Jacobian at the start of the step.
 #[derive(Debug)]
 pub(super) struct StageOperator {
     jacobian: Jacobian,
     /// Nonzero entries of ∂F/∂y and ∂F/∂ẏ.
     nonzeros: [Nonzeros; 2],
-    /// Both matrices at each stage, compressed, and optionally at the start of the step.
+    /// Both matrices in compressed form at each stage and, optionally, at the start of the step.
     parts: Vec<[Vec<f64>; 2]>,
-    /// t, Y_i and Ẏ_i at the same points.
+    /// t, Y_i and Ẏ_i at these points.
     pub(super) stages: Vec<Stage>,
     /// Number of points.
     stages_and_start: usize,
-    /// Whether the parameters store the tangents.
+    /// Whether the tangents are stored by the parameters.
     is_kept: bool,
     value: Vec<f64>,
     rates: Vec<f64>,
     h: f64,
 }
 
-/// A point (t, y, ẏ) at which the equations hold.
+/// Point (t, y, ẏ) at which the equations hold.
 #[derive(Debug, Clone)]
 pub(super) struct Stage {
     pub(super) t: f64,
@@ -80,7 +80,7 @@ impl StageOperator {
         self.stages.resize(self.stages_and_start, self.stages[0].clone());
     }
 
-    /// Linearizes at the stages of a step, and also at its start if the start was added.
+    /// Linearizes the equations at the stages of a step, and also at its start if the start was added.
     ///
     /// The `parameters` may store the tangents themselves and [multiply](Self::subtract) with them. If transposed
     /// products are needed, the parameters must support them.
@@ -135,7 +135,7 @@ impl StageOperator {
         Ok(())
     }
 
-    /// Subtracts L x and, at each stage, J_y(i) `start` from `out`, for `n_columns` columns stored row by row.
+    /// Subtracts L x and, at each stage, J_y(i) `start` from `out`, for `n_columns` columns that are stored row by row.
     pub(super) fn subtract<P>(
         &mut self,
         parameters: &mut impl Parameters<P>,
@@ -198,7 +198,7 @@ impl StageOperator {
         self.rates = unused;
     }
 
-    /// Subtracts J_yᵀ x and J_ẏᵀ x at one point from the two vectors of `out`.
+    /// Subtracts J_yᵀ x and J_ẏᵀ x at one point from the two vectors in `out`.
     fn subtract_transposed_at<P>(
         &self,
         parameters: &mut impl Parameters<P>,
@@ -215,8 +215,8 @@ impl StageOperator {
         by_rate.subtract_transposed(df_dyp, x, rate);
     }
 
-    /// Subtracts J_y s + J_ẏ u'(t_n) from `out` at the start of the step, where u are the polynomials that start from
-    /// s.
+    /// Subtracts J_y s + J_ẏ u'(t_n) at the start of the step from `out`, where u denotes the polynomials that start
+    /// from s.
     pub(super) fn subtract_at_start<P>(
         &mut self,
         parameters: &mut impl Parameters<P>,

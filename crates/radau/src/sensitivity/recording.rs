@@ -1,4 +1,4 @@
-//! Data of a run stored for the backward pass.
+//! Data of a run that are stored for the backward pass.
 
 use myovib_dae::{IntegratorError, LinearSolver, Outcome, Problem};
 
@@ -6,25 +6,25 @@ use crate::dense::Collocation;
 use crate::error::RadauError;
 use crate::solver::{RadauSolver, RadauState};
 
-/// The accepted steps of a run, which an [`Adjoint`](super::Adjoint) traverses backward.
+/// Accepted steps of a run, which an [`Adjoint`](super::Adjoint) traverses backward.
 ///
-/// A recording stores either the stages of all steps or a few states of the solver. From these states, the steps in
-/// between are reproduced bitwise when they are needed.
+/// A recording stores either the stages of all steps or only a few states of the solver. In the latter case, the steps
+/// between these states are reproduced bitwise when they are needed.
 #[derive(Debug)]
 pub struct Recording {
     recorded_steps: RecordedSteps,
-    /// Request and result of each step.
+    /// Arguments and result of each step.
     steps: Vec<StepRequest>,
-    /// Number of restarts of the [solver](RadauSolver::restarts) before the recorded steps.
+    /// Number of [restarts](RadauSolver::restarts) of the solver before the recorded steps.
     restarts: u64,
 }
 
-/// Arguments of a step, and its size.
+/// Arguments of a step, and the resulting size.
 #[derive(Debug, Clone, Copy)]
 struct StepRequest {
     time_limits: ([f64; 2], bool),
     h: f64,
-    /// Its end time.
+    /// End time of the step.
     end: f64,
 }
 
@@ -39,30 +39,30 @@ enum RecordedSteps {
     },
 }
 
-/// Callback of the backward pass for successive steps: the solver, the number of the first step
-/// (from 0) and the stages of all steps.
+/// Callback for groups of successive steps in the backward pass. The arguments are the solver, the zero-based index of
+/// the first step, and the stages of the steps.
 type Visit<'v, P, M> =
     dyn FnMut(&mut RadauSolver<P, M>, usize, &[Collocation]) -> Result<(), RadauError> + 'v;
 
 impl Recording {
-    /// Creates a recording that stores the stages of all steps: s + 2 vectors per step.
+    /// Creates a recording that stores the stages of all steps. A step requires s + 2 vectors.
     ///
     /// # Errors
-    /// [`IntegratorError::AfterTheStart`] for a solver that has taken steps, [`RadauError::InternalVariables`] for
-    /// a solver with internal variables.
+    /// Returns [`IntegratorError::AfterTheStart`] if the solver has already taken steps, and
+    /// [`RadauError::InternalVariables`] if it has internal variables.
     pub fn of_stages<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
     ) -> Result<Self, RadauError> {
         Self::new(solver, RecordedSteps::Stages(Vec::new()))
     }
 
-    /// Creates a recording with two levels of checkpoints: for N steps, it stores at most √N states and the stages of
-    /// the √N to 2 √N steps between two of them. Almost all steps are then computed twice.
+    /// Creates a recording with two levels of checkpoints. For N steps, it stores at most √N states, and the stages of
+    /// the √N to 2 √N steps between two of these states. Almost all steps are then computed twice.
     ///
-    /// Between steps the solver must not be modified, so that it can replay them.
+    /// The solver must not be modified between steps, so that it can replay them.
     ///
     /// # Errors
-    /// As [`of_stages`](Self::of_stages).
+    /// Returns the same errors as [`of_stages`](Self::of_stages).
     pub fn of_checkpoints<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
     ) -> Result<Self, RadauError> {
@@ -90,7 +90,7 @@ impl Recording {
         self.steps.len()
     }
 
-    /// Returns the maximum memory used during the run and the backward pass, bytes.
+    /// Returns the maximum memory in bytes used during the run and the backward pass.
     pub fn n_bytes(&self) -> usize {
         let of_stages = |steps: &[Collocation]| {
             let numbers: usize = steps.iter().map(Collocation::n_numbers).sum();
@@ -100,7 +100,7 @@ impl Recording {
             RecordedSteps::Stages(steps) => of_stages(steps),
             RecordedSteps::Checkpoints { states, spacing, recent } => {
                 let of_states: usize = states.iter().map(RadauState::n_bytes).sum();
-                // There are `spacing` steps between two states, unless the run is shorter.
+                // There are `spacing` steps between two states unless the run is shorter.
                 let of_one = recent.first().map_or(0, |step| of_stages(std::slice::from_ref(step)));
                 of_states + of_one * self.steps.len().min(*spacing)
             }
@@ -111,7 +111,7 @@ impl Recording {
     /// Integrates up to `t_out`, as [`RadauSolver::integrate_to`] does, and records the steps.
     ///
     /// # Errors
-    /// Errors of [`RadauSolver::integrate_to`] and of [`follow`](Self::follow).
+    /// Returns errors of [`RadauSolver::integrate_to`] and of [`follow`](Self::follow).
     pub fn integrate_to<P: Problem, M: LinearSolver<P>>(
         &mut self,
         solver: &mut RadauSolver<P, M>,
@@ -120,11 +120,11 @@ impl Recording {
         solver.integrate_watched(t_out, &mut |solver| self.follow(solver))
     }
 
-    /// Records the last accepted step of the solver; does nothing without a new step. Must be
-    /// called after each [`RadauSolver::step`].
+    /// Records the last accepted step of the solver. Does nothing if there is no new step. Must be called after each
+    /// [`RadauSolver::step`].
     ///
     /// # Errors
-    /// [`RadauError::Missed`] if more than one step was taken since the last call,
+    /// Returns [`RadauError::Missed`] if more than one step was taken since the last call, and
     /// [`RadauError::StartedAgain`] if the solver was restarted since this recording was created.
     pub fn follow<P: Problem, M: LinearSolver<P>>(
         &mut self,
@@ -154,7 +154,8 @@ impl Recording {
                 if self.steps.len().is_multiple_of(*spacing) {
                     states.push(solver.save());
                 }
-                // If there are as many states as steps between two of them, every other state is dropped.
+                // If the number of states exceeds the number of steps between two of them, every other state is
+                // dropped.
                 if states.len() > *spacing {
                     let mut number = 0;
                     states.retain(|_| {
@@ -168,12 +169,12 @@ impl Recording {
         Ok(())
     }
 
-    /// Returns the end time of a step.
+    /// Returns the end time of step `number`.
     pub(super) fn end(&self, number: usize) -> f64 {
         self.steps[number].end
     }
 
-    /// Traverses all steps backward, in groups; returns the number of replayed steps.
+    /// Traverses all steps backward in groups. Returns the number of replayed steps.
     pub(super) fn go_back<P: Problem, M: LinearSolver<P>>(
         &self,
         solver: &mut RadauSolver<P, M>,

@@ -1,33 +1,33 @@
 //! Reuse of the factors of one step in other steps.
 
-/// Factors from an earlier step of the backward pass or from the run, and their quality as a preconditioner.
+/// Factors from the run or from an earlier step of the backward pass, and their quality as a preconditioner.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ReusedFactors {
-    /// Step size for which they were computed.
+    /// Step size for which the factors were computed.
     h: f64,
-    /// Number of search directions in the step of the factorization. For factors from the run it is the expected
-    /// number, if known.
+    /// Number of search directions in the step for which the matrix was factorized. For factors from the run, it is the
+    /// expected number, if known.
     fresh: Option<usize>,
     is_stale: bool,
 }
 
-/// The matrix is factorized again once GCR needs this many more directions than with fresh factors. A matrix setup
-/// costs about as much as five directions or ten solves. (A direction consists of a solve and a product with the
-/// tangents at all stages, which cost about the same.) A difference of one direction may be random.
+/// The matrix is factorized again if GCR needs this many more directions than with fresh factors. A matrix setup costs
+/// about as much as five directions or ten solves. (A direction consists of a solve and a product with the tangents at
+/// all stages, which have about the same cost.) A difference of one direction may be random.
 const STALE: usize = 3;
 
-/// Factors are reused for step sizes within this ratio r. If inertia dominates, the matrices differ by the factor r²,
-/// and each direction reduces the residual to about (r − 1)/(r + 1). On row 4 of Table 2 up to t = 2, setups and
-/// directions together are cheapest between 1.05 and 1.1 and more expensive at 1.25.
+/// Factors are reused if the ratio r of the step sizes is at most this value. If inertia dominates, the matrices differ
+/// by the factor r², and each direction reduces the residual to about (r − 1)/(r + 1). For row 4 of Table 2 up to t =
+/// 2, the total cost of setups and directions is lowest between 1.05 and 1.1, and higher at 1.25.
 const WINDOW: f64 = 1.1;
 
 impl ReusedFactors {
-    /// Creates the record of factors for step size `h`.
+    /// Creates the record for factors computed for step size `h`.
     pub(super) fn new(h: f64, fresh: Option<usize>) -> Self {
         Self { h, fresh, is_stale: false }
     }
 
-    /// Returns the number of directions with newly computed factors, if known.
+    /// Returns the number of directions with fresh factors, if known.
     pub(super) fn fresh(&self) -> Option<usize> {
         self.fresh
     }
@@ -37,7 +37,7 @@ impl ReusedFactors {
         !self.is_stale && (h / self.h).max(self.h / h) <= WINDOW
     }
 
-    /// Records that a step needed this number of `directions`.
+    /// Records the number of `directions` that a step needed.
     pub(super) fn note(&mut self, directions: usize) {
         let fresh = *self.fresh.get_or_insert(directions);
         self.is_stale = directions > fresh + STALE;

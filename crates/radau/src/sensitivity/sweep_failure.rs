@@ -1,4 +1,4 @@
-//! Failures of sensitivities over a step.
+//! Failures in the computation of sensitivities over a step.
 
 use myovib_dae::StepError;
 
@@ -12,7 +12,7 @@ pub(super) enum SweepFailure {
 }
 
 impl SweepFailure {
-    /// Splits the failure into the source of a fatal error, or the message of another failure.
+    /// Returns the message of the failure, or the source of a fatal error.
     pub(super) fn message(self) -> Result<String, Box<dyn std::error::Error + Send + Sync>> {
         match self {
             Self::Failed(StepError::Fatal(source)) => Err(source),

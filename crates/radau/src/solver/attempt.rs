@@ -10,10 +10,10 @@ use crate::newton::{Newton, norm};
 use crate::options::StepSize;
 use crate::rounding::Sampling;
 
-/// Displacements of difference quotients near a kink, in units of the usual ones.
+/// Ratio of the displacements of difference quotients near a kink to the usual displacements.
 const FINE: f64 = 1e-4;
 
-/// Largest accepted norm of the increments of a step across a kink.
+/// Maximum norm of the increments for which a step across a kink is accepted.
 const NEAR: f64 = 10.0;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
@@ -29,7 +29,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             false => &[],
         };
         if failures.unsolved() && self.newton.leaps(&step, &self.y_dot, free) {
-            // The iterations have found another root of F, with a very different ẏ, which the error test of y does not
+            // The iterations have found another root of F with a very different ẏ, which the error test of y does not
             // detect.
             return Err(Failure::Rejected(Rejection {
                 reason: StopReason::ConvergenceFailures,
@@ -51,7 +51,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(proposal)
     }
 
-    /// Rejects a step, and all shorter ones, if rounding exceeds the tolerances because the step is too short.
+    /// Rejects a step, and all shorter ones, if it is so short that rounding exceeds the tolerances.
     fn expect_small_rounding(&mut self, h: f64) -> Result<(), Failure> {
         self.sample_rounding(h, None)?;
         let (n, weights) = (self.y.len(), self.weights.scaled());
@@ -65,7 +65,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }))
     }
 
-    /// Estimates the rounding error of the step of size `h` after a step of size `last` with thorough sampling.
+    /// Estimates the rounding error of a step of size `h` after a step of size `last` by thorough sampling.
     pub(super) fn sample_rounding(&mut self, h: f64, last: Option<f64>) -> Result<(), Failure> {
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
@@ -74,7 +74,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         rounding.sample(problem, matrices, &step, at_start, Sampling::THOROUGH, counters)
     }
 
-    /// Evaluates the integrands at the stages, with the multipliers corrected for their errors.
+    /// Evaluates the integrands at the stages. The multipliers used are corrected for their errors.
     fn evaluate_quadratures(&mut self, h: f64) -> Result<(), Failure> {
         let Some(quadrature) = &mut self.quadrature else {
             return Ok(());
@@ -88,8 +88,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         quadrature.evaluate(&mut self.problem, &step, increments, &mut self.counters)
     }
 
-    /// Tests the estimated error of the solved step. If the step passes, returns the proposed next
-    /// size.
+    /// Tests the estimated error of the solved step. If the step passes, returns the size proposed for the next step.
     fn test_error(
         &mut self,
         h: f64,
@@ -106,8 +105,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(internal) = &self.internal {
             internal.show_present(problem);
         }
-        // Under a hidden constraint a shorter step has more rounding. Therefore rounding must neither shorten nor
-        // repeat a step.
+        // If there is a hidden constraint, a shorter step has a larger rounding error. Therefore, rounding must neither
+        // shorten nor repeat a step.
         let control = &self.control;
         let shortens = control.propose(h, error, iterations) < h || control.judge(h, error) >= 1.0;
         let questioned = error >= 1.0 || (self.multipliers.any() && shortens);
@@ -139,7 +138,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(limit.min(self.control.accept(h, error, iterations)))
     }
 
-    /// Rejects a step with the estimated `error`. `judged` is the error that the control compares with the tolerance.
+    /// Rejects a step with the estimated `error`. `judged` is the error that the step-size control compares with the
+    /// tolerance.
     fn reject(&mut self, h: f64, error: f64, judged: f64, iterations: usize) -> Rejection {
         if !error.is_finite() {
             return Rejection {
@@ -160,8 +160,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Estimates the leading error of multipliers. Returns the largest next step that is permitted by the error that
-    /// remains after its removal.
+    /// Estimates the leading error of multipliers. Returns the largest next step size that is allowed by the error
+    /// remaining after the removal of the leading error.
     fn measure_multipliers(&mut self, h: f64) -> Result<f64, Failure> {
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
@@ -187,15 +187,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                     break;
                 }
             }
-            // In shorter steps, rounding of multipliers exceeds their tolerances.
+            // In shorter steps, the rounding errors of multipliers exceed their tolerances.
             shortest = self.shortest_resolved(h).min(h);
         }
         let proposal = self.control.propose_for_multipliers(h, left, order);
         Ok(proposal.max(shortest))
     }
 
-    /// Solves the stage equations, with a new Jacobian if the current one fails. Returns the number
-    /// of iterations.
+    /// Solves the stage equations. Uses a new Jacobian if the current one fails. Returns the number of iterations.
     fn solve_stages(&mut self, h: f64, failures: Failures) -> Result<usize, Failure> {
         self.weights.scale(h);
         loop {
@@ -223,12 +222,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Solves the stage equations with Jacobians at the end of the step, after Newton's method has failed with the
-    /// Jacobian at its start. Returns `rejection` if these fail as well.
+    /// Jacobian at its start. Returns `rejection` if these Jacobians fail as well.
     ///
     /// F may have a kink near the start, for example at the threshold of an ideal diode, and the start may be on the
-    /// other side. The end is on the right side according to the predicted or to the iterated values. Each of up to six
-    /// Jacobians is evaluated and factorized after every failure. Only steps within about the tolerances
-    /// are solved in this way, because F may have other roots, to which these Jacobians may lead.
+    /// wrong side of the kink. According to the predicted or iterated values, the end is on the right side. Up to six
+    /// Jacobians are evaluated and factorized, one after each failure. Only steps in which the solution changes by
+    /// about the tolerances are solved in this way, because F may have other roots to which these Jacobians could lead.
     fn solve_beyond_kink(
         &mut self,
         h: f64,
@@ -236,16 +235,17 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         rejection: Rejection,
     ) -> Result<usize, Failure> {
         let (n, last) = (self.y.len(), self.method.stages() - 1);
-        // Displacements by the tolerances may cross the kink.
+        // Displacements as large as the tolerances may cross the kink.
         let weights: Vec<f64> = self.weights.plain().iter().map(|w| w / FINE).collect();
         let iterated = self.newton.z.clone();
-        // The iterations may alternate between the two sides.
+        // The iterations may alternate between the two sides of the kink.
         let mut before = iterated.clone();
         add_scaled(&mut before[last * n..], -1.0, self.newton.correction());
         let mut predicted = vec![0.0; iterated.len()];
         self.predictor.start(&self.method, &self.collocation, (self.t, h), &self.y, &mut predicted);
         let candidates = [predicted, iterated, before];
-        // Displacements follow or oppose the motion, and in either case one direction does not cross the kink.
+        // Displacements are along or against the motion. Wherever the kink is, one of these directions does not cross
+        // it.
         for (z, step) in [h, -h].iter().flat_map(|step| candidates.iter().map(move |z| (z, *step)))
         {
             let (mut y, mut y_dot) = (self.y.clone(), vec![0.0; n]);
@@ -266,8 +266,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Err(Failure::Rejected(rejection))
     }
 
-    /// Returns whether the derivatives that occur in F change by at most half of their size in the step just solved.
-    /// Otherwise F may have another root.
+    /// Returns whether the derivatives that occur in F change by at most half of their size in the step just solved. If
+    /// they change by more, F may have another root.
     fn keeps_rates(&self, h: f64) -> bool {
         let (n, last) = (self.y.len(), self.method.stages() - 1);
         let mut y_dot = vec![0.0; n];
@@ -280,8 +280,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         change <= 0.5 * norm((0..n).map(|i| weight(i) * self.y_dot[i]), n)
     }
 
-    /// Returns whether a step of size `h` may begin near a kink that difference quotients do not resolve: Newton's method
-    /// has failed repeatedly, although the solution moves by less than its tolerance. Other Jacobians belong to one side.
+    /// Returns whether a step of size `h` may start near a kink that difference quotients do not resolve. This is the
+    /// case if Newton's method has failed repeatedly although the solution changes by less than its tolerance.
+    /// Jacobians that are not difference quotients describe one side of the kink.
     pub(super) fn may_be_near_kink(&self, h: f64, failures: Failures) -> bool {
         let has_quotients = self.matrices.difference_evaluations() > 0 && self.internal.is_none();
         if !(has_quotients && failures.suggest_kink()) {
@@ -291,7 +292,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         norm(weighted, self.y.len()) <= 1.0
     }
 
-    /// Runs Newton iterations with the current matrices. Returns their number.
+    /// Runs Newton iterations with the current matrices. Returns the number of iterations.
     fn iterate(&mut self, h: f64, failures: Failures) -> Result<usize, Failure> {
         let z = &mut self.newton.z;
         let (method, last) = (&self.method, &self.collocation);
@@ -318,9 +319,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                     let at_start = (&self.y_dot[..], None);
                     rounding.sample(problem, matrices, &step, at_start, sampling, counters)?;
                     let left = (0..n).map(|i| rounding.beyond(i, corrections[i]) * step.weights[i]);
-                    // A sample may miss the rounding of single components. In equilibrium all
-                    // corrections are rounding errors, so the contraction of the matrices cannot be
-                    // observed.
+                    // A sample may miss the rounding of individual components. In equilibrium, all corrections are
+                    // rounding errors, so the contraction of the matrices cannot be observed.
                     let all = (0..n).map(|i| corrections[i] * step.weights[i]);
                     let explained = (0..n).map(|i| rounding.of(i) * step.weights[i]);
                     if norm(left, n) <= newton.allowed() || norm(all, n) <= norm(explained, n) {
@@ -336,7 +336,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Evaluates the Jacobian at the beginning of the step, if required.
+    /// Evaluates the Jacobian at the start of the step, if required.
     pub(super) fn evaluate_jacobian(&mut self, h: f64) -> Result<(), Failure> {
         if self.jacobian == JacobianAge::Due {
             let at = Linearization {
@@ -362,7 +362,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Sets up J_y + λ/h J_ẏ for all eigenvalues λ of A⁻¹, if h or the Jacobian has changed.
+    /// Sets up J_y + λ/h J_ẏ for all eigenvalues λ of A⁻¹ if h or the Jacobian has changed.
     pub(super) fn set_up(&mut self, h: f64) -> Result<(), Failure> {
         if self.set_up_for == Some(h) {
             return Ok(());
@@ -377,8 +377,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Factorizes for a step of size h. If one matrix selects new pivots, all matrices do, so that the pivots of all
-    /// matrices belong to one evaluation and one h.
+    /// Factorizes the matrices for a step of size h. If one matrix selects new pivots, all matrices do, so that all
+    /// pivots belong to one evaluation and one h.
     fn choose_pivots_and_factorize(&mut self, h: f64) -> Result<(), StepError> {
         for (shift, mode) in self.shifts.iter_mut().zip(self.method.complex_modes()) {
             *shift = mode.lambda / h;

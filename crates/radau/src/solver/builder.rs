@@ -38,13 +38,13 @@ pub struct RadauBuilder<P> {
     internal: Option<(InternalVariables, Eliminate<P>)>,
 }
 
-/// Creates the internal variables from their specification, the method, the relative tolerance, and the factor on
-/// tolerances.
+/// Function that creates the internal variables from their specification, the method, and two factors: the relative
+/// tolerance and the factor for the tolerances.
 type Eliminate<P> =
     fn(InternalVariables, &Method, (f64, f64)) -> Result<EliminatedVariables<P>, RadauError>;
 
 impl<P: Problem> RadauSolver<P> {
-    /// Starts building a solver for `problem`.
+    /// Creates a builder of a solver for `problem`.
     pub fn builder(problem: P) -> RadauBuilder<P> {
         RadauBuilder::new(problem)
     }
@@ -76,11 +76,11 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Replaces the tolerances by a function that writes the error weights w for y. Weights must be
-    /// positive. The function is called after each step, and its values are used without
-    /// conversion; see [`RadauOptions::internal_factor`]. Other quantities that depend on a
-    /// relative tolerance, in particular Newton's tolerance, use the smallest 1/(w |y|), or the
-    /// relative tolerance of the options if it is smaller.
+    /// Replaces the tolerances by a function that writes the error weights w for y. The weights must be positive. The
+    /// function is called after each step, and its values are used without conversion; see
+    /// [`RadauOptions::internal_factor`]. Other quantities that depend on a relative tolerance, in particular Newton's
+    /// tolerance, use the minimum of 1/(w |y|). If the relative tolerance of the options is smaller, they use this
+    /// tolerance.
     #[must_use]
     pub fn error_weights(
         mut self,
@@ -90,12 +90,12 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Monitors root functions g(t, y, ẏ), one per entry of `directions`, as in IDAS. The
-    /// integration pauses when a function crosses zero in its direction. Steps are short enough
-    /// for accurate dense output, unless [`RadauOptions::dense_output`] is false.
+    /// Monitors root functions g(t, y, ẏ), one per entry of `directions`, as in IDAS. The integration pauses when a
+    /// function crosses zero in its direction. Steps are kept short enough for accurate dense output, unless
+    /// [`RadauOptions::dense_output`] is false.
     ///
-    /// Crossings are located on the dense output. Two crossings of one function between successive
-    /// nodes of a step are not detected.
+    /// Crossings are located on the dense output. If a function crosses zero twice between successive nodes of a step,
+    /// the two crossings are not detected.
     #[must_use]
     pub fn roots(
         mut self,
@@ -108,9 +108,9 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Integrates q̇ = g(t, y, ẏ) from `start` along with the solution, with the weights of the collocation. The result
-    /// has the order of the method. This requires g at each stage of each accepted step, but no equations are solved.
-    /// Quadratures do not affect the steps, unless g fails.
+    /// Integrates q̇ = g(t, y, ẏ) from `start` along with the solution, with the weights of the collocation method. The
+    /// result has the order of the method. g is evaluated at each stage of each accepted step, but no equations are
+    /// solved. Quadratures do not affect the steps unless g fails.
     #[must_use]
     pub fn quadrature(
         mut self,
@@ -123,8 +123,8 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Integrates internal variables along with the unknowns; they are eliminated from Newton's method, see
-    /// [`InternalVariableProblem`]. They cannot be combined with sensitivities.
+    /// Integrates internal variables along with the unknowns. They are eliminated from the equations of Newton's
+    /// method, see [`InternalVariableProblem`]. They cannot be combined with sensitivities.
     #[must_use]
     pub fn internal_variables(mut self, internal: InternalVariables) -> Self
     where
@@ -134,15 +134,15 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Builds a solver at (t0, y0, ẏ0) that solves linear systems by sparse factorization.
+    /// Builds a solver at (t0, y0, ẏ0) that solves the linear systems by sparse factorization.
     ///
     /// # Shapes
     /// `y0`, `y_dot0`: [`n_unknowns`](Problem::n_unknowns).
     ///
     /// # Errors
-    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`], [`IntegratorError::InvalidOption`],
-    /// [`RadauError::Stages`], [`RadauError::Empty`] or [`RadauError::Factorization`] for invalid
-    /// arguments; [`IntegratorError::TimeBehind`] for a stop time before t0.
+    /// Returns [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`], [`IntegratorError::InvalidOption`],
+    /// [`RadauError::Stages`], [`RadauError::Empty`] or [`RadauError::Factorization`] if an argument is invalid, and
+    /// [`IntegratorError::TimeBehind`] if the stop time is before t0.
     pub fn build(self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<RadauSolver<P>, RadauError> {
         let (n, pattern) = (self.problem.n_unknowns(), self.problem.jacobian_pattern());
         expect_square(n, &pattern)?;
@@ -150,13 +150,13 @@ impl<P: Problem> RadauBuilder<P> {
         self.build_with(matrices, t0, y0, y_dot0)
     }
 
-    /// Builds a solver with a custom linear solver for this problem.
+    /// Builds a solver that uses a custom linear solver for this problem.
     ///
     /// # Shapes
-    /// As for [`build`](RadauBuilder::build).
+    /// The same as for [`build`](RadauBuilder::build).
     ///
     /// # Errors
-    /// As for [`build`](RadauBuilder::build).
+    /// Returns the same errors as [`build`](RadauBuilder::build).
     pub fn build_with<M: LinearSolver<P>>(
         self,
         matrices: M,

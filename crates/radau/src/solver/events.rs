@@ -1,4 +1,4 @@
-//! Interruptions of steps at roots, and the continuation within a step after a root.
+//! Interruption of steps at roots, and continuation within a step after a root.
 
 use myovib_dae::checks::expect_finite_value;
 use myovib_dae::{IntegratorError, LinearSolver, Outcome, Problem};
@@ -10,7 +10,7 @@ use crate::failure::{Failure, Operation};
 use crate::roots::LastStep;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Continues to the end of one step, to `limit`, or to the first root, whichever comes first.
+    /// Continues to the end of the step, to `limit`, or to the first root, whichever comes first.
     pub(super) fn step_within(
         &mut self,
         t_out: f64,

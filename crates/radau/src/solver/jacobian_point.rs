@@ -1,4 +1,4 @@
-//! The point at which a Jacobian was evaluated.
+//! Point at which a Jacobian was evaluated.
 
 use myovib_dae::checks::{expect_finite, expect_positive, expect_vector};
 use myovib_dae::{IntegratorError, Linearization};
@@ -18,7 +18,7 @@ pub(super) struct JacobianPoint {
 }
 
 impl JacobianPoint {
-    /// Stores the point `at` and its `response`; allocates only in the first call.
+    /// Stores the point `at` and the `response` there. Allocates memory only in the first call.
     pub(super) fn note(&mut self, at: &Linearization<'_>, response: &[f64]) {
         (self.t, self.step) = (at.t, at.step);
         for (stored, new) in [
@@ -32,8 +32,7 @@ impl JacobianPoint {
         }
     }
 
-    /// Checks the lengths and values of a saved linearization of `n` unknowns and a response of
-    /// `n_response`.
+    /// Validates a saved linearization with `n` unknowns and a response of length `n_response`.
     pub(super) fn validate(&self, n: usize, n_response: usize) -> Result<(), IntegratorError> {
         const WHAT: &str = "Jacobian of the state";
         expect_finite(WHAT, &[self.t, self.step])?;
@@ -61,7 +60,7 @@ impl JacobianPoint {
         &self.response
     }
 
-    /// Returns the total length of its vectors.
+    /// Returns the total length of the vectors.
     pub(super) fn n_numbers(&self) -> usize {
         self.y.len() + self.y_dot.len() + self.weights.len() + self.response.len()
     }

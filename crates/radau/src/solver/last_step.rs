@@ -12,19 +12,19 @@ use crate::weights::Weights;
 /// Maximum step growth if the controlling error is known only after the step is accepted.
 const GROWTH: f64 = 2.0;
 
-/// The last accepted step, with the matrices of its Newton iterations.
+/// Last accepted step, with the matrices of its Newton iterations.
 pub(crate) struct AcceptedStep<'a, P, M> {
     pub(crate) problem: &'a mut P,
     pub(crate) matrices: &'a mut M,
     pub(crate) method: &'a Method,
     pub(crate) options: &'a RadauOptions,
     pub(crate) weights: &'a mut Weights<P>,
-    /// 1 for components in the error test, 0 for excluded components.
+    /// 1 for components included in the error test, 0 for excluded components.
     pub(crate) mask: &'a [f64],
     pub(crate) algebraic: &'a [usize],
-    /// Stages that solve the equations of the step.
+    /// Increments of the stages that solve the equations of the step.
     pub(crate) collocation: Collocation,
-    /// Number of the step, from 1.
+    /// One-based number of the step.
     pub(crate) number: u64,
 }
 
@@ -37,7 +37,7 @@ impl<P, M> RadauSolver<P, M> {
         self.at_step(collocation, number)
     }
 
-    /// Returns a step with the given stages and number, together with the current matrices.
+    /// Returns a step with the given stages and number, and with the current matrices.
     pub(crate) fn at_step(
         &mut self,
         collocation: Collocation,
@@ -58,12 +58,12 @@ impl<P, M> RadauSolver<P, M> {
 }
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Limits the next step by this estimated error of the last one, in units of tolerances.
+    /// Limits the size of the next step by the given estimated error of the last step, in units of the tolerances.
     pub(crate) fn limit_next_step_by_error(&mut self, error: f64) {
         if let StepSize::Adaptive = self.options.step_size {
             let h = self.collocation.h;
             let proposal = self.control.propose(h, error, 1);
-            // The limit comes last: within the window it would keep h forever.
+            // The limit is applied last: if the step window were applied after it, h would never change.
             let proposal = self.step_size_after(h, proposal).min(GROWTH * h);
             self.h = self.h.map(|next| next.min(proposal));
         }
@@ -74,7 +74,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.began_afresh
     }
 
-    /// Returns the number of starts after the first: each `reinit` and each `restore`.
+    /// Returns the number of starts after the first one. Each `reinit` and each `restore` is a start.
     pub(crate) fn restarts(&self) -> u64 {
         self.restarts
     }
@@ -84,7 +84,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.multipliers.any()
     }
 
-    /// Returns the contraction of Newton's corrections in the last accepted step; 0 if one was
+    /// Returns the contraction of Newton's corrections in the last accepted step, or 0 if one correction was
     /// sufficient.
     pub(crate) fn contraction(&self) -> f64 {
         self.newton.contraction
@@ -109,14 +109,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         &self.y
     }
 
-    /// Returns the time limits of the last accepted step and whether dense output is used. Both
-    /// are needed to [repeat](Self::repeat) it.
+    /// Returns the time limits of the last accepted step, and whether dense output is used. Both are needed to
+    /// [repeat](Self::repeat) the step.
     pub(crate) fn time_limits(&self) -> ([f64; 2], bool) {
         (self.time_limits, self.interpolation.active)
     }
 
-    /// Repeats a step within the same time limits and from the same state of the solver, with bitwise
-    /// identical results. Root functions are not evaluated, which does not change the step.
+    /// Repeats a step within the same time limits and from the same state of the solver. The results are bitwise
+    /// identical. Root functions are not evaluated, which does not change the step.
     pub(crate) fn repeat(
         &mut self,
         ([t_out, limit], dense_output): ([f64; 2], bool),

@@ -1,4 +1,4 @@
-//! Results and settings available between steps.
+//! Results and settings that are available between steps.
 
 use myovib_dae::checks::{expect_dense_output, expect_finite_value, expect_length};
 use myovib_dae::{IntegratorError, LinearSolver, Problem, Statistics};
@@ -10,19 +10,19 @@ use crate::method::Method;
 use crate::quadrature::Quadrature;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Evaluates the solution, or its derivative, at a time within the last step.
+    /// Writes the solution or its first derivative at a time within the last step to `out`.
     ///
-    /// Dense output is the polynomial of degree s + 1 through the stages whose derivative at the beginning equals the
-    /// derivative at the end of the previous step. Its error is O(h^(s+2)), and the error of its derivative is
-    /// O(h^(s+1)). In the first step this requires a correct ẏ_0. For algebraic variables, the polynomial has degree s
-    /// and an order lower by one. [`RadauOptions::dense_output`](crate::RadauOptions::dense_output) limits the error.
-    /// For variables of index 2 and 3, the errors are those at the ends of the step, O(h^s) and O(h^(s−1)).
+    /// Dense output is the polynomial of degree s + 1 through the stages whose initial derivative equals the derivative
+    /// at the end of the previous step. Its error is O(h^(s+2)), and the error of its derivative is O(h^(s+1)). In the
+    /// first step, this requires a correct ẏ_0. For algebraic variables, the polynomial has degree s, and its order is
+    /// lower by one. [`RadauOptions::dense_output`](crate::RadauOptions::dense_output) limits the error. For variables
+    /// of index 2 and 3, the errors are the same as at the ends of the step, O(h^s) and O(h^(s−1)).
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`IntegratorError::NoDenseOutput`] outside of the last step or for a `derivative` above 1,
+    /// Returns [`IntegratorError::NoDenseOutput`] if `t` is outside the last step or if `derivative` is above 1, and
     /// [`IntegratorError::WrongLength`].
     pub fn dense_output(
         &self,
@@ -44,16 +44,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Writes the quadratures at [`t`](RadauSolver::t) to `out`.
     ///
     /// # Errors
-    /// [`IntegratorError::NoQuadrature`], [`IntegratorError::WrongLength`].
+    /// Returns [`IntegratorError::NoQuadrature`] or [`IntegratorError::WrongLength`].
     pub fn quadrature(&self, out: &mut [f64]) -> Result<(), RadauError> {
         self.quadrature_dense_output(self.t(), 0, out)
     }
 
-    /// Evaluates the quadratures, or their integrands (`derivative` 1), like
-    /// [`dense_output`](RadauSolver::dense_output).
+    /// Evaluates the quadratures, or their integrands if `derivative` is 1, as
+    /// [`dense_output`](RadauSolver::dense_output) evaluates the solution.
     ///
     /// # Errors
-    /// [`IntegratorError::NoQuadrature`] and the errors of [`dense_output`](RadauSolver::dense_output).
+    /// Returns [`IntegratorError::NoQuadrature`], and the errors of [`dense_output`](RadauSolver::dense_output).
     pub fn quadrature_dense_output(
         &self,
         t: f64,
@@ -74,7 +74,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.internal.as_ref().map_or(0, EliminatedVariables::n_states)
     }
 
-    /// Checks that all states are unknowns.
+    /// Fails if there are internal variables.
     pub(crate) fn expect_no_internal_variables(&self) -> Result<(), RadauError> {
         match self.internal {
             None => Ok(()),
@@ -82,10 +82,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Evaluates the states of the internal variables like [`dense_output`](RadauSolver::dense_output).
+    /// Evaluates the states of the internal variables as [`dense_output`](RadauSolver::dense_output) evaluates the
+    /// solution.
     ///
     /// # Errors
-    /// As for [`dense_output`](RadauSolver::dense_output).
+    /// Returns the same errors as [`dense_output`](RadauSolver::dense_output).
     pub fn internal_variables_dense_output(
         &self,
         t: f64,
@@ -100,8 +101,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Returns the start and end of the last accepted step, for which dense output is available. Both are the initial
-    /// time before the first step.
+    /// Returns the start and end of the last accepted step, for which dense output is available. Before the first step,
+    /// both are the initial time.
     pub fn last_step_interval(&self) -> [f64; 2] {
         match self.counters.statistics.steps {
             0 => [self.t, self.t],
@@ -109,10 +110,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Sets a time that steps must not pass until it is reached.
+    /// Sets a stop time: no step passes it, and it is removed when it is reached.
     ///
     /// # Errors
-    /// [`IntegratorError::NotFinite`], [`IntegratorError::TimeBehind`].
+    /// Returns [`IntegratorError::NotFinite`] or [`IntegratorError::TimeBehind`].
     pub fn set_stop_time(&mut self, t: f64) -> Result<(), RadauError> {
         expect_finite_value("stop_time", t)?;
         if t < self.t() {
@@ -122,7 +123,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Sets whether the next steps detect inputs between their stages, as
+    /// Sets whether the next steps detect inputs between their stages; see
     /// [`RadauOptions::detect_inputs`](crate::RadauOptions::detect_inputs).
     pub fn detect_inputs(&mut self, detect: bool) {
         self.options.detect_inputs = detect;
@@ -138,7 +139,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.pause.as_ref().map_or(&self.y, |pause| &pause.y)
     }
 
-    /// Returns the derivative of the collocation polynomial at the current time; ẏ_0 at the start.
+    /// Returns the derivative of the collocation polynomial at the current time, or ẏ_0 at the start.
     pub fn y_dot(&self) -> &[f64] {
         self.pause.as_ref().map_or(&self.y_dot, |pause| &pause.y_dot)
     }
@@ -148,8 +149,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         &self.problem
     }
 
-    /// Returns the problem for modification. Use with care: the solution so far belongs to the
-    /// unmodified problem.
+    /// Returns the problem for modification. Use this method with care: the previous solution belongs to the unmodified
+    /// problem.
     pub fn problem_mut(&mut self) -> &mut P {
         &mut self.problem
     }

@@ -6,21 +6,22 @@ use super::state::{RadauSolver, step_of};
 use crate::control::FACTORS;
 use crate::failure::{Failure, Rejection};
 
-/// Largest error of dense output of more than [`LOW_ORDER`] stages, in tolerances, if it is not used. Larger errors
-/// indicate a kink or a pulse within a long step that the error estimate does not see. Errors of smooth steps and of
-/// Newton's method are usually smaller.
+/// Maximum error of dense output, in units of the tolerances, for methods with more than [`LOW_ORDER`] stages if dense
+/// output is not used. Larger errors indicate a kink or a pulse within a long step that the error estimate does not
+/// detect. Errors of smooth steps and of Newton's method are usually smaller.
 const UNUSED: f64 = 10.0;
 
-/// Number of stages whose dense output has too low an order for this: at tight tolerances, it limits smooth steps.
+/// Number of stages for which the order of dense output is too low for this test. At tight tolerances, the test would
+/// limit smooth steps.
 const LOW_ORDER: usize = 3;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step for this error.
-    /// Rounding is sampled only if the error exceeds the tolerances. The step is accepted in any case if multipliers would
-    /// not be resolved in a shorter step.
+    /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step size that this
+    /// error allows. Rounding is sampled only if the error exceeds the tolerances. The step is accepted in any case if
+    /// multipliers would not be resolved in a shorter step.
     ///
-    /// If dense output is not used, steps that follow a shortened one are not tested: divided by its size, errors of
-    /// Newton's method may exceed the tolerances.
+    /// If dense output is not used, steps that follow a shortened step are not tested: errors of Newton's method,
+    /// divided by the size of the shortened step, may exceed the tolerances.
     pub(super) fn test_dense_output(&mut self, h: f64, iterations: usize) -> Result<f64, Failure> {
         let detects = self.options.detect_kinks && self.method.stages() > LOW_ORDER;
         let was_shortened = h > FACTORS.1 * self.collocation.h;
@@ -53,7 +54,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Returns the largest estimated error of dense output beyond `rounding` in variables of index 0 and 1, in units of
-    /// the tolerances for the solution; 0 in a first step.
+    /// the tolerances for the solution. Returns 0 in a first step.
     fn dense_output_error(&self, rounding: impl Fn(usize) -> f64) -> f64 {
         if self.fresh {
             return 0.0;
@@ -65,10 +66,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         errors.fold(0.0, f64::max)
     }
 
-    /// Returns the largest next step for which the error of dense output in variables of index 2
-    /// meets the tolerance, after subtraction of their errors at the end of the step and of rounding.
-    /// Rounding is sampled only if the error limits the step below `limit`. Otherwise steps that
-    /// are short because of a jump would never grow again. In systems of index 3 rounding dominates.
+    /// Returns the largest next step size for which the error of dense output in variables of index 2 is within the
+    /// tolerance. Rounding and the errors at the end of the step are subtracted first. Rounding is sampled only if the
+    /// error limits the step below `limit`. Otherwise, steps that are short because of a jump would never grow again.
+    /// In systems of index 3, rounding dominates.
     pub(super) fn limit_for_output_of_index_2(
         &mut self,
         h: f64,
@@ -94,7 +95,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(self.propose_for_output_of_index_2(h, order, |i| self.rounding.of(i)))
     }
 
-    /// Returns the largest next step for the measured error beyond `rounding`.
+    /// Returns the largest next step size that is allowed by the measured error beyond `rounding`.
     fn propose_for_output_of_index_2(
         &self,
         h: f64,

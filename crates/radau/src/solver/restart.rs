@@ -14,15 +14,15 @@ use crate::predictor::Predictor;
 use crate::work::Counters;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Restarts at (t0, y0, ẏ0) with the same problem, settings and functions. Statistics are reset
-    /// to zero, and a stop time that is not after t0 is discarded.
+    /// Restarts at (t0, y0, ẏ0) with the same problem, settings and functions. Statistics are reset to zero, and a stop
+    /// time that is not after t0 is discarded.
     ///
-    /// Quadratures continue from their values at the current time.
-    /// [`ForwardSensitivities`](crate::ForwardSensitivities) must be given the sensitivities of the
-    /// new values, and a [`Recording`](crate::Recording) of the previous steps cannot be continued.
+    /// Quadratures continue from their values at the current time. The sensitivities of the new values must be passed
+    /// to [`ForwardSensitivities`](crate::ForwardSensitivities). A [`Recording`](crate::Recording) of the previous
+    /// steps cannot be continued.
     ///
     /// # Errors
-    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`].
+    /// Returns [`IntegratorError::WrongLength`] or [`IntegratorError::NotFinite`].
     pub fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<(), RadauError> {
         let mut q = vec![0.0; self.n_quadratures()];
         if !q.is_empty() {
@@ -31,10 +31,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.reinit_with(t0, y0, y_dot0, &q)
     }
 
-    /// Restarts like [`reinit`](RadauSolver::reinit), with quadratures from `q0`.
+    /// Restarts as [`reinit`](RadauSolver::reinit) does, with quadratures that start from `q0`.
     ///
     /// # Errors
-    /// [`IntegratorError::WrongLength`], [`IntegratorError::NotFinite`].
+    /// Returns [`IntegratorError::WrongLength`] or [`IntegratorError::NotFinite`].
     pub fn reinit_with(
         &mut self,
         t0: f64,
@@ -84,7 +84,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Checks and records whether the initial values are consistent.
+    /// Checks whether the initial values are consistent, and stores the result.
     pub(super) fn check_start(&mut self) {
         let factor = match self.weights.are_given() {
             true => 1.0,
@@ -98,13 +98,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         };
     }
 
-    /// Continues from [`t`](RadauSolver::t) with a small first step, as after a start. Call it at times at which a
+    /// Continues from [`t`](RadauSolver::t) with a small first step, as after a start. Call this method at times when a
     /// function of the problem has a jump or a kink. Statistics continue. If the solution itself jumps, use
     /// [`reinit`](RadauSolver::reinit).
     ///
-    /// Algebraic variables may have their values from before the jump. If the initial values of algebraic variables are
-    /// from before a jump, call this method before the first step; the consistency of the initial values is then not
-    /// checked.
+    /// Algebraic variables may have their values from before the jump. If this is true of the initial values, call this
+    /// method before the first step. The consistency of the initial values is then not checked.
     pub fn restart(&mut self) {
         if let Some(pause) = self.pause.take() {
             self.t = pause.t;
@@ -126,7 +125,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.start = Ok(());
     }
 
-    /// Restarts the internal variables at (t, y) with their current values. If their driving quantities cannot be
+    /// Restarts the internal variables at (t, y) with their current values. If the driving quantities cannot be
     /// evaluated there, the next step fails.
     pub(super) fn restart_internal_variables(&mut self) {
         if let Some(internal) = &mut self.internal {
@@ -135,13 +134,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton's method with a line
-    /// search. Must be called before the first step. The first output time `t_first` provides the
-    /// time scale.
+    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton's method with a line search. Must be called
+    /// before the first step. `t_first` is the first output time, which determines the time scale.
     ///
     /// # Errors
-    /// [`IntegratorError::Inconsistent`] if consistent values were not found or an index is too high for the mode,
-    /// [`IntegratorError::AfterTheStart`], [`RadauError::Fatal`] for a fatal error of the problem.
+    /// Returns [`IntegratorError::Inconsistent`] if consistent values are not found or if an index is too high for the
+    /// mode, [`IntegratorError::AfterTheStart`] if steps were already taken, and [`RadauError::Fatal`] if the problem
+    /// returns a fatal error.
     pub fn correct_initial_values(
         &mut self,
         mode: ConsistencyMode,

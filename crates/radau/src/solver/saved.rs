@@ -16,14 +16,13 @@ use crate::multipliers::PreviousMultipliers;
 use crate::quadrature::QuadratureState;
 use crate::work::Counters;
 
-/// Complete state of a [`RadauSolver`] on which its next steps depend, except for its problem,
-/// settings and functions. A solver with the same problem, settings and functions that restores
-/// this state takes bitwise identical steps, with the same program on the same machine. Factors are
-/// not stored but computed again at the points where the Jacobian was evaluated and where pivots
-/// were selected.
+/// Complete state of a [`RadauSolver`] that determines its next steps, excluding its problem, settings and functions. A
+/// solver that restores this state, and has the same problem, settings and functions, takes bitwise identical steps if
+/// the same program runs on the same machine. Factors are not stored. They are recomputed at the points where the
+/// Jacobian was evaluated and where pivots were selected.
 ///
-/// A round trip through JSON is bitwise exact if numbers are written and read exactly
-/// (`float_roundtrip` of `serde_json`).
+/// A round trip through JSON is bitwise exact if numbers are written and read exactly (`float_roundtrip` of
+/// `serde_json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RadauState {
     stages: usize,
@@ -44,19 +43,18 @@ pub struct RadauState {
     continues: bool,
     /// State of Newton's method that determines its assumed contraction.
     newton: [f64; 2],
-    /// Whether Newton's corrections by the current matrices have contracted.
+    /// Whether Newton's corrections with the current matrices have contracted.
     #[serde(default)]
     tried_matrices: bool,
     control: StepHistory,
     multipliers: Vec<PreviousMultipliers>,
-    /// Point at which the reusable Jacobian was evaluated, and the step size for which it is set
-    /// up.
+    /// Point at which the reusable Jacobian was evaluated, and the step size for which the matrices are set up.
     jacobian: Option<(JacobianPoint, Option<f64>)>,
     /// Point and step size at which all pivots were selected.
     pivots: Option<(JacobianPoint, f64)>,
     /// Other state of the linear solver.
     linear_solver: Vec<bool>,
-    /// Time up to which roots were searched, and the root functions at that time.
+    /// Time up to which roots were searched for, and the root functions at that time.
     roots: Option<(Option<f64>, Vec<f64>)>,
     #[serde(default)]
     quadrature: Option<QuadratureState>,
@@ -73,7 +71,7 @@ impl RadauState {
         self.pause.as_ref().map_or(self.t, |pause| pause.t)
     }
 
-    /// Returns the size of its vectors in bytes.
+    /// Returns the size of the vectors in bytes.
     pub(crate) fn n_bytes(&self) -> usize {
         let jacobian = self.jacobian.as_ref().map_or(0, |(at, _)| at.n_numbers());
         let pivots = self.pivots.as_ref().map_or(0, |(at, _)| at.n_numbers());
@@ -94,7 +92,7 @@ impl RadauState {
 }
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Returns the complete state on which the next steps depend, without changing the solver.
+    /// Returns the complete state that determines the next steps. Does not change the solver.
     pub fn save(&self) -> RadauState {
         let serves = self.jacobian != JacobianAge::Due;
         RadauState {
@@ -129,10 +127,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Continues from the `state` of a solver with the same problem, settings and functions.
     ///
     /// # Errors
-    /// [`IntegratorError::WrongLength`] for a state of another problem or method,
-    /// [`IntegratorError::NotFinite`] or [`IntegratorError::InvalidOption`] for invalid values in a
-    /// state: the solver is then unchanged. [`RadauError::Fatal`] if the matrices cannot be
-    /// computed again.
+    /// Returns [`IntegratorError::WrongLength`] if the state belongs to another problem or method, and
+    /// [`IntegratorError::NotFinite`] or [`IntegratorError::InvalidOption`] if it contains invalid values. In these
+    /// cases, the solver is unchanged. Returns [`RadauError::Fatal`] if the matrices cannot be recomputed.
     pub fn restore(&mut self, state: &RadauState) -> Result<(), RadauError> {
         self.validate(state)?;
         if let (Some(quadrature), Some(state)) = (&mut self.quadrature, &state.quadrature) {
@@ -171,8 +168,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Checks all lengths and values of a state, which may come from a damaged file, before using
-    /// any of them.
+    /// Validates all lengths and values of a state before any of them is used. The state may come from a damaged file.
     fn validate(&self, state: &RadauState) -> Result<(), IntegratorError> {
         let (n, stages) = (self.y.len(), self.method.stages());
         expect_length("stages of the state", stages, state.stages)?;

@@ -25,16 +25,15 @@ use crate::work::Counters;
 
 /// An integration of a [`Problem`](myovib_dae::Problem) by a Radau IIA method with adaptive steps.
 ///
-/// The initial values must be consistent, as for IDAS: the first step rejects values that
-/// contradict the equations (see [`check_start`](myovib_dae::check_start)). For an algebraic
-/// variable ẏ_0 may be 0. Its value only affects the size and the initial guess of the first step,
-/// and the dense output of other variables.
+/// The initial values must be consistent, as for IDAS: the first step rejects values that contradict the equations (see
+/// [`check_start`](myovib_dae::check_start)). For an algebraic variable, ẏ_0 may be 0. Its value affects only the size
+/// and the initial guess of the first step, and the dense output of other variables.
 ///
-/// A recoverable error of the residual or the Jacobian, and a singular Newton matrix, halve the
-/// step. A fatal error is returned. A panic of the problem is not caught.
+/// After a recoverable error of the residual or the Jacobian, or if a Newton matrix is singular, the step size is
+/// halved. A fatal error is returned. A panic of the problem is not caught.
 ///
 /// # Examples
-/// See the [crate's front page](crate).
+/// See the [front page of the crate](crate).
 #[derive(Debug)]
 pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) problem: P,
@@ -46,18 +45,18 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) y_dot: Vec<f64>,
     /// Size of the next step, before it is shortened to meet a limit; `None` at the start.
     pub(super) h: Option<f64>,
-    /// Whether the initial values are consistent; an inconsistency is reported by the first step.
+    /// Whether the initial values are consistent. The first step reports an inconsistency.
     pub(super) start: Result<(), InconsistentStart>,
     /// Whether the previous steps are ignored: at the start, and after a discontinuity.
     pub(super) fresh: bool,
-    /// Whether the last accepted step was a first step.
+    /// Whether the last accepted step was taken as a first step.
     pub(super) began_afresh: bool,
-    /// Message with which the problem has rejected steps longer than the next one, if any.
+    /// Message of the problem when it rejected steps longer than the next one, if it has done so.
     pub(super) refused: Option<String>,
     /// Whether the last step was repeated near a kink.
     pub(super) near_kink: bool,
     /// End of the first step in which a multiplier of index 2 jumped, and the minimum size of steps before this time.
-    /// Once an accepted step contains the jump: the start of this step, and 0.
+    /// After a step that contains the jump has been accepted: the start of this step, and 0.
     pub(super) jump: Option<[f64; 2]>,
     /// Polynomial of the last accepted step.
     pub(super) collocation: Collocation,
@@ -89,7 +88,7 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     /// Indices of the variables whose derivatives do not occur in F.
     pub(super) algebraic: Vec<usize>,
     pub(super) weights: Weights<P>,
-    /// Whether the weights could be computed at y; a failure is reported by the next step.
+    /// Whether the weights could be computed at y. The next step reports a failure.
     pub(super) weights_result: Result<(), Failure>,
     /// Monitored root functions.
     pub(super) roots: Option<Roots<P>>,
@@ -102,14 +101,13 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     /// Time within the last step at which the integration pauses.
     pub(super) pause: Option<Pause>,
     pub(super) counters: Counters,
-    /// Number of starts after the first: each `reinit` and each `restore`.
+    /// Number of starts after the first one. Each `reinit` and each `restore` is a start.
     pub(super) restarts: u64,
     /// Residual evaluations for difference quotients before the last start.
     pub(super) differences_before: u64,
 }
 
-/// The step of size `$h` from the current state of `$solver`. It borrows only the fields that all
-/// steps share.
+/// Step of size `$h` from the current state of `$solver`. Borrows only the fields that all steps share.
 macro_rules! step_of {
     ($solver:ident, $h:expr) => {
         $crate::newton::Step {
@@ -123,19 +121,18 @@ macro_rules! step_of {
 }
 pub(super) use step_of;
 
-/// Point at which the current Jacobian was evaluated.
+/// Point at which the current Jacobian was evaluated, relative to the current step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum JacobianAge {
     /// The Jacobian must be evaluated.
     Due,
-    /// At an earlier step.
+    /// Evaluated at an earlier step.
     Old,
-    /// At the beginning of this step.
+    /// Evaluated at the start of the current step.
     Current,
 }
 
-/// A time within the last step at which the integration pauses. y and ẏ are values of the dense
-/// output.
+/// Time within the last step at which the integration pauses. y and ẏ are values of the dense output.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pause {
     pub(super) t: f64,

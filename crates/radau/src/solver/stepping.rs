@@ -13,25 +13,26 @@ use crate::error::RadauError;
 use crate::failure::{Failure, Failures, Rejection};
 use crate::options::StepSize;
 
-/// Number of steps before a time limit over which the remaining time is distributed equally.
+/// Maximum number of remaining steps before a time limit for which the remaining time is divided into equal steps.
 const SHARED: f64 = 4.0;
 
-/// Fraction of a step; a shorter remaining time is attributed to rounding of t.
+/// If the remaining time is below this fraction of a step, it is attributed to rounding of t.
 const SLIVER: f64 = 1e-8;
 
-/// Ratio of t to the time scale above which rounding of t in a few hundred steps may exceed tight tolerances.
+/// If the ratio of t to the time scale exceeds this value, rounding of t in a few hundred steps may exceed tight
+/// tolerances.
 const LATE: f64 = 1e4;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Takes one step toward `t_out` with the size that the error permits.
+    /// Takes one step toward `t_out`; the error determines the step size.
     ///
     /// `t_out` provides the time scale for the first step. Steps may pass `t_out`, but not the stop time. After a root,
-    /// the call searches the rest of the step for more roots and returns at its end. No memory is allocated, except
-    /// when a step is rejected, pivots are selected again, or a root is found.
+    /// the call searches the rest of the step for further roots and returns at the end of the step. No memory is
+    /// allocated, except when a step is rejected, pivots are selected again, or a root is found.
     ///
     /// # Errors
-    /// [`IntegratorError::TimeBehind`](myovib_dae::IntegratorError::TimeBehind) and other misuse; [`RadauError::Fatal`] for a fatal error of the
-    /// problem or the linear algebra.
+    /// Returns [`IntegratorError::TimeBehind`](myovib_dae::IntegratorError::TimeBehind) or another error for misuse,
+    /// and [`RadauError::Fatal`] if the problem or the linear algebra returns a fatal error.
     pub fn step(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
         self.interpolation.active = self.options.dense_output;
         if self.counters.statistics.steps == 0 {
@@ -47,17 +48,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Integrates up to `t_out`, unless a root or the stop time comes first.
     ///
-    /// The size of the last step is chosen so that it ends at `t_out`, because dense output is less accurate than the
-    /// ends of steps. The only exception is a step beyond `t_out` that was interrupted by a root.
+    /// The size of the last step is chosen so that the step ends at `t_out`, because dense output is less accurate than
+    /// the ends of steps. The only exception is a step beyond `t_out` that was interrupted by a root.
     ///
     /// # Errors
-    /// As for [`step`](RadauSolver::step).
+    /// Returns the same errors as [`step`](RadauSolver::step).
     pub fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
         self.integrate_watched(t_out, &mut |_| Ok(()))
     }
 
-    /// Integrates like [`integrate_to`](RadauSolver::integrate_to) and calls a function after each
-    /// accepted step.
+    /// Integrates as [`integrate_to`](RadauSolver::integrate_to) does, and calls a function after each accepted step.
     pub(crate) fn integrate_watched(
         &mut self,
         t_out: f64,
@@ -86,7 +86,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Takes one step that does not pass `limit`, repeating it until it is accepted.
+    /// Takes one step that does not pass `limit`. The step is repeated until it is accepted.
     pub(super) fn accepted_step(&mut self, t_out: f64, limit: f64) -> Result<Outcome, RadauError> {
         match std::mem::replace(&mut self.weights_result, Ok(())) {
             Ok(()) => {}
@@ -127,7 +127,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let Rejection { reason, message, step_factor } = match self.attempt(&mut h, failures) {
                 Ok(proposal) => {
                     self.near_kink = self.may_be_near_kink(h, failures);
-                    // A longer step may have all its stages beyond a kink.
+                    // In a longer step, all stages may be beyond a kink.
                     let next = match failures.any() && !self.near_kink {
                         true => proposal.min(h),
                         false => proposal,
@@ -141,7 +141,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             if !failures.any() {
                 match self.return_to_constraints(h) {
                     Err(Failure::Fatal(fatal)) => return Err(fatal.in_step(self.t, h)),
-                    // The attempt has failed for another reason, so a failure here does not matter.
+                    // The attempt has already failed for another reason, so a failure here has no effect.
                     Ok(()) | Err(Failure::Rejected(_)) => {}
                 }
             }
@@ -171,15 +171,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.jacobian = JacobianAge::Due;
     }
 
-    /// Accepts the step of size `h` and chooses the next step from the `proposal` of the control.
+    /// Accepts the step of size `h` and selects the size of the next step from the `proposal` of the step-size control.
     fn finish_step(&mut self, h: f64, wanted: f64, limit: f64, proposal: f64) -> Outcome {
         let at_limit = h >= limit - self.t;
         self.accept(h, if at_limit { limit } else { self.t + h });
         if self.last_step_jumped() {
             self.start_afresh();
         }
-        // After a step that was shortened to meet a limit, the next one may grow by the largest
-        // permitted factor.
+        // If a step was shortened to meet a limit, the next step may grow by the largest permitted factor.
         let next = if h < wanted && proposal >= FACTORS.1 * h {
             proposal.max(wanted)
         } else {
@@ -190,7 +189,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if at_limit { Outcome::StopTime { t } } else { Outcome::StepTaken { t } }
     }
 
-    /// Makes the step just computed, which ends at `t`, the last step.
+    /// Makes the step just computed, whose end is at `t`, the last step.
     fn accept(&mut self, h: f64, t: f64) {
         self.predictor.learn(&self.newton.z, self.weights.scaled());
         let is_after_jump = self.last_step_jumped();
@@ -206,7 +205,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.collocation.free_start(&self.method, 0..self.y.len());
             self.jump = None;
         } else {
-            // Then û equals u at the nodes, which satisfy the algebraic equations.
+            // û then equals u at the nodes, which satisfy the algebraic equations.
             let algebraic = self.algebraic.iter().copied();
             self.collocation.free_start(&self.method, algebraic);
         }
@@ -243,9 +242,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         statistics.t_reached = t;
     }
 
-    /// Returns whether multipliers of index 2 at the start of the first step just computed are far from the polynomial
-    /// through the stages. The steps do not depend on these values, which may be wrong. At index 3, rounding in a short
-    /// first step may have the same effect.
+    /// Returns whether the multipliers of index 2 at the start of the first step just computed are far from the
+    /// polynomial through the stages. The steps do not depend on the initial multipliers, which may be wrong. For index
+    /// 3, rounding in a short first step may have the same effect.
     fn starts_far_from_multipliers(&self) -> bool {
         let mut multipliers = (self.algebraic.iter()).filter(|&&i| self.multipliers.index(i) == 2);
         let is_far = |&i: &usize| {
@@ -256,8 +255,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         is_adaptive && self.fresh && multipliers.any(is_far)
     }
 
-    /// Replaces the values of algebraic variables at the start of the step just computed by the values of the
-    /// polynomial through the stages, because the values at the start may be from before a jump.
+    /// Replaces the algebraic variables at the start of the step just computed by the values of the polynomial through
+    /// the stages, because the initial values may be from before a jump.
     fn extrapolate_start(&mut self) {
         for k in 0..self.algebraic.len() {
             let i = self.algebraic[k];
@@ -267,8 +266,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Returns the change of component i at the start of the step just computed that
-    /// [`extrapolate_start`](Self::extrapolate_start) applies.
+    /// Returns the change of component i at the start of the step just computed, as applied by
+    /// [`extrapolate_start`](Self::extrapolate_start).
     fn change_of_start(&self, i: usize) -> f64 {
         change_of_start(&self.method, self.y.len(), &self.collocation.increments, i)
     }
@@ -289,7 +288,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.control.set_loosened(options.internal_factor(relative));
     }
 
-    /// Returns the step to try after a step of size h: h again, if that saves a matrix setup.
+    /// Returns the step size to be tried after a step of size h. It is h again if this saves a matrix setup.
     pub(super) fn step_size_after(&self, h: f64, proposal: f64) -> f64 {
         let (low, high) = self.options.step_window;
         if self.jacobian == JacobianAge::Old && (low..=high).contains(&(proposal / h)) {
@@ -299,7 +298,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Returns the shortest allowed step and the name of its bound.
+    /// Returns the minimum allowed step size and the name of the bound that determines it.
     pub(super) fn shortest_step(&self) -> (f64, &'static str) {
         let rounding = self.rounding_of_t();
         match self.options.min_step > rounding {
@@ -308,7 +307,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Returns some units of rounding of t.
+    /// Returns a few rounding units of t.
     pub(super) fn rounding_of_t(&self) -> f64 {
         (10.0 * f64::EPSILON * self.t.abs()).max(f64::MIN_POSITIVE)
     }
@@ -317,25 +316,26 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.options.max_step.unwrap_or(f64::INFINITY)
     }
 
-    /// Returns the step of the wanted size, fitted to the remaining time. The last few steps share
-    /// this time, so that a step is not much shorter than its predecessor: the remaining residual
-    /// of a longer step would cause errors of multipliers.
+    /// Returns the step size `wanted`, adapted to the remaining time. The last few steps share this time, so that no
+    /// step is much shorter than its predecessor. Otherwise, the remaining residual of the longer step would cause
+    /// errors of multipliers.
     fn step_size_within(&self, wanted: f64, limit: f64) -> f64 {
         let fixed = matches!(self.options.step_size, StepSize::Fixed(_));
         let left = limit - self.t;
         match left / wanted {
-            // Rounding of t must neither leave a tiny last step nor affect the number of steps that
-            // share the time.
+            // Rounding of t must neither leave a tiny last step nor affect the number of steps that share the remaining
+            // time.
             ratio if ratio <= 1.0 + SLIVER => left,
             ratio if ratio < SHARED && !fixed => self.rounded(left / (ratio - SLIVER).ceil()),
-            // A fixed size saves matrix setups.
+            // A constant size saves matrix setups.
             _ if fixed => wanted,
             _ => self.rounded(wanted),
         }
     }
 
-    /// Returns the step size near `h` for which t + h is exact, if t is late. Otherwise the time would differ from the sum of
-    /// the steps, by far more than the tolerances after a large t0.
+    /// Returns a step size near `h` for which t + h is exact, if t is large compared with the time scale. Otherwise,
+    /// the difference between the time and the sum of the steps would be far larger than the tolerances after a large
+    /// t0.
     pub(super) fn rounded(&self, h: f64) -> f64 {
         match self.t.abs() > LATE * self.options.time_scale {
             true => (self.t + h) - self.t,

@@ -8,42 +8,42 @@ use crate::dense::add_scaled;
 use crate::failure::{Failure, Failures, Rejection};
 use crate::options::StepSize;
 
-/// Maximum number of times that a first step is halved or its start is corrected.
+/// Maximum number of times that a first step is halved or its initial values are corrected.
 const MAX_REPETITIONS: usize = 20;
 
-/// Unexplained error of a multiplier of index 2, in units of its tolerance, above which a jump is assumed. A multiplier
-/// may have two digits less than the tolerance, and for a smooth solution the step size control keeps this error below
-/// about ten tolerances.
+/// A jump is assumed if the unexplained error of a multiplier of index 2, in units of its tolerance, exceeds this
+/// value. A multiplier may have two digits less than the tolerance. For a smooth solution, the step-size control keeps
+/// the unexplained error below about ten tolerances.
 const UNEXPLAINED: f64 = 30.0;
 
-/// Difference between the leading errors of a multiplier of index 2 within the step and from the last step, in units of
-/// its tolerance, above which a jump is assumed. The leading error of a smooth solution is removed, and may change by
-/// several hundred tolerances from step to step.
+/// A jump is assumed if the difference between two measurements of the leading error of a multiplier of index 2, in
+/// units of its tolerance, exceeds this value. One measurement is made within the step, the other from the last step.
+/// The leading error of a smooth solution is removed, and may change by several hundred tolerances from step to step.
 pub(super) const DIFFERENT: f64 = 300.0;
 
-/// Growth from or to the step above which an input may act undetected between the stages.
+/// Growth of the step size, from the last step or to the next step, above which an input may act undetected between the
+/// stages.
 const FAST_GROWTH: f64 = 2.0;
 
-/// Residual between the stages, in units of the tolerances, that indicates an unseen input. In a
-/// smooth step of fast growth it is below 1.
+/// Residual between the stages, in units of the tolerances, that indicates an undetected input. If the solution is
+/// smooth and steps grow fast, the residual is below 1.
 const UNSEEN: f64 = 10.0;
 
-/// The same for the maximum of the algebraic variables, which are interpolated with a lower order: the error that the
-/// guide promises for algebraic variables.
+/// The corresponding value for the maximum of the algebraic variables, which are interpolated with a lower order. It is
+/// the error stated in the guide for algebraic variables.
 const UNSEEN_BY_ALGEBRAIC: f64 = 100.0;
 
-/// Fraction of a rejected step below which a step that contains a jump is accepted.
+/// A step that contains a jump is accepted if its size is below this fraction of the rejected step.
 const SHORTEST: f64 = 1.0 / 4096.0;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Attempts a step of size `h` and returns the size proposed for the next one. Apart from the result, only Newton's
-    /// state and the Jacobian change; at a first step, violations of constraints within the tolerances are also
-    /// removed.
+    /// Attempts a step of size `h` and returns the size proposed for the next step. Apart from the result, only the
+    /// state of Newton's method and the Jacobian change. At a first step, violations of constraints within the
+    /// tolerances are also removed.
     ///
-    /// The size of a first step is halved until its polynomial agrees, at its middle, with the end
-    /// of a step of half the size. This is necessary because the error estimate excludes the error
-    /// of algebraic variables, and high orders permit first steps that are longer than the time
-    /// scale of the input.
+    /// The size of a first step is halved until its polynomial, evaluated at the middle of the step, agrees with the
+    /// end of a step of half the size. This is necessary because the error estimate excludes the error of algebraic
+    /// variables, and because high orders allow first steps that are longer than the time scale of the input.
     pub(super) fn attempt(&mut self, h: &mut f64, failures: Failures) -> Result<f64, Failure> {
         if !self.fresh || self.options.step_size != StepSize::Adaptive {
             return self.attempt_once(*h, failures);
@@ -57,7 +57,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.control.forget();
             let proposal = self.attempt_once(*h, failures)?;
             let [error, of_index_2] = self.differences(&middle);
-            // A difference that does not decrease is caused by rounding.
+            // If a difference does not decrease, it is caused by rounding.
             let is_accurate = error < 1.0 && (of_index_2 < 1.0 || of_index_2 > 0.5 * last);
             if is_accurate && self.is_smooth_within(*h)? {
                 let in_half = in_half.each_ref().map(|of_half| &of_half[..]);
@@ -83,9 +83,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.attempt_once(*h, failures)
     }
 
-    /// Returns the largest differences, for the variables of index 1 and of index 2, between the
-    /// increments `at_middle` and the polynomial of the last solved step at its middle, in units of
-    /// the tolerances.
+    /// Returns the largest differences for variables of index 1 and for variables of index 2, in units of the
+    /// tolerances. The increments `at_middle` are compared with the polynomial of the last solved step at its middle.
     fn differences(&self, at_middle: &[f64]) -> [f64; 2] {
         let n = self.y.len();
         let mut differences: Vec<f64> = at_middle.iter().map(|z| -z).collect();
@@ -93,7 +92,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let basis = self.method.basis(j, 0.5);
             add_scaled(&mut differences, basis, z);
             if self.last_step_jumped() {
-                // The values of multipliers at the start are unknown.
+                // The initial values of multipliers are unknown.
                 for &i in &self.algebraic {
                     differences[i] += basis * (self.method.nodes()[j] / 0.5 - 1.0) * z[i];
                 }
@@ -122,10 +121,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// the multiplier.
     ///
     /// Multipliers of index 2 depend on the derivative of the polynomial. If an input or a characteristic has a kink
-    /// between the stages, they jump and are wrong at the end of the step, although all equations are satisfied at the
-    /// stages. Shorter steps locate the kink. A step that contains it is accepted when its size is below the fraction
-    /// [`SHORTEST`] of the rejected step. The errors of its multipliers are not removed, and the next step is treated
-    /// as a first step.
+    /// between the stages, multipliers jump and are wrong at the end of the step, although all equations are satisfied
+    /// at the stages. Shorter steps locate the kink. A step that contains the kink is accepted when its size is below
+    /// the fraction [`SHORTEST`] of the rejected step. The errors of its multipliers are not removed, and the next step
+    /// is treated as a first step.
     pub(super) fn expect_smooth_multipliers(&mut self, h: f64) -> Result<(), Failure> {
         let (step, last) = (step_of!(self, h), self.collocation.h);
         let tolerance = |i| self.weights.solution_tolerance(i);
@@ -148,12 +147,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }))
     }
 
-    /// Rejects a step of size `h` in which an input acts between the stages, if it is much longer than
-    /// the last step or the `next` step would be much longer.
+    /// Rejects a step of size `h` in which an input acts between the stages. Only steps that are much longer than the
+    /// last step, or are followed by a much longer `next` step, are tested.
     ///
-    /// The equations then seem to be at rest, and steps would grow beyond the duration or the period
-    /// of the input. A limit of the step states this duration, and multipliers limit the steps. The caller may exclude such
-    /// inputs by the option `detect_inputs`.
+    /// At the stages of such steps, the equations seem to be at rest, and the step size would grow beyond the duration
+    /// or the period of the input. If `max_step` is set, it accounts for this duration. Multipliers also limit the
+    /// steps. The caller may disable the test by the option `detect_inputs`.
     pub(super) fn expect_no_unseen_input(&mut self, h: f64, next: f64) -> Result<(), Failure> {
         let is_limited = !self.options.detect_inputs
             || self.options.max_step.is_some()
@@ -184,14 +183,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                     step_factor: 0.25,
                 }))
             }
-            // F need not have a value between the stages.
+            // F may be undefined between the stages.
             Ok(_) | Err(Failure::Rejected(_)) => Ok(()),
             Err(fatal) => Err(fatal),
         }
     }
 
-    /// Returns whether rounding of multipliers of index 2 is below their tolerances in a step of size
-    /// `h`. It grows as 1/h, so that a shorter step does not locate a jump any better.
+    /// Returns whether rounding of multipliers of index 2 is below their tolerances in a step of size `h`. Rounding
+    /// grows as 1/h, so a shorter step would not locate a jump any better.
     pub(super) fn resolves_multipliers(&mut self, h: f64) -> Result<bool, Failure> {
         if !self.multipliers.are_of_index_2() {
             return Ok(true);
@@ -207,7 +206,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Returns whether the multipliers of index 2 are smooth within the step.
     fn is_smooth_within(&mut self, h: f64) -> Result<bool, Failure> {
-        // Internal variables are unknown between the stages, and the fit requires three points.
+        // Internal variables are not available between the stages, and the fit requires three points.
         let is_possible = self.internal.is_none() && self.method.stages() > 2;
         if !is_possible || !self.multipliers.are_of_index_2() {
             return Ok(true);

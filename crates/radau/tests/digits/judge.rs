@@ -1,4 +1,4 @@
-//! Runs of the integrators, and the check of their accuracy.
+//! Runs of the integrators, and checks of their accuracy.
 
 use std::ops::Range;
 
@@ -10,22 +10,22 @@ use sundials_wrap::{IdaOptions, IdaSolver};
 const STAGES: [usize; 3] = [3, 5, 7];
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 
-/// Allowed error in units of the tolerance, which corresponds to two digits.
+/// Allowed error in units of the tolerance. The value corresponds to two digits.
 const PROMISED: f64 = 100.0;
 
-/// Factor on the tolerance with which IDAS reaches this accuracy.
+/// Factor for the tolerance with which IDAS reaches this accuracy.
 const PART_FOR_BDF: f64 = 0.01;
 
-/// Maximum number of steps of IDAS in one call: at index 3 it may never finish.
+/// Maximum number of steps of IDAS in one call. For index 3, IDAS might never finish.
 const MAX_STEPS: usize = 20_000;
 
-/// Stages and tolerances of the two runs that must agree to provide a reference.
+/// Stages and tolerances of two runs that must agree in order to provide a reference.
 const REFERENCES: [(usize, f64); 2] = [(7, 1e-12), (5, 1e-11)];
 
-/// Required agreement of both runs: a tenth of the smallest allowed error.
+/// Required agreement of the two runs: a tenth of the smallest allowed error.
 const AGREEMENT: f64 = 0.1 * PROMISED * TOLERANCES[2];
 
-/// Creates a problem. With boxed problems, the integrators are compiled only once.
+/// Function that creates a problem. With boxed problems, the integrators are compiled only once.
 pub(crate) type Make<'a> = &'a dyn Fn() -> Box<dyn Sample>;
 
 /// Returns a function that copies this problem.
@@ -33,7 +33,7 @@ pub(crate) fn copies<S: Sample + Clone + 'static>(sample: &S) -> impl Fn() -> Bo
     || Box::new(sample.clone())
 }
 
-/// A problem with its end time, the known results there, and the times that steps must not pass.
+/// A problem with its end time, the known results at this time, and the times that steps must not pass.
 pub(crate) struct Case<'a> {
     pub(crate) name: &'a str,
     pub(crate) sample: Make<'a>,
@@ -61,7 +61,7 @@ where
     Case { name, sample, t_end, reference, breaks }.judge();
 }
 
-/// Returns the reference on which two methods agree.
+/// Returns a reference solution on which two methods agree.
 pub(crate) fn reference(sample: Make<'_>, t_end: f64, breaks: &[f64]) -> Vec<f64> {
     let [first, second] = REFERENCES.map(|(stages, tolerance)| {
         let mut solver = radau(sample, stages, tolerance);
@@ -73,7 +73,7 @@ pub(crate) fn reference(sample: Make<'_>, t_end: f64, breaks: &[f64]) -> Vec<f64
     first
 }
 
-/// Returns the largest error of the components in a range, relative to 1 + |reference|.
+/// Returns the largest error of the components in the given range, relative to 1 + |reference|.
 fn largest(y: &[f64], reference: &[f64], range: Range<usize>) -> f64 {
     let error = |i: usize| (y[i] - reference[i]).abs() / (1.0 + reference[i].abs());
     let worse = |worst: f64, error: f64| match error.is_nan() {
@@ -95,7 +95,7 @@ fn radau(sample: Make<'_>, stages: usize, tolerance: f64) -> RadauSolver<Box<dyn
     builder.build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
-/// Returns IDAS with typical settings: multipliers, if any, are excluded from the error test.
+/// Returns an IDAS solver with typical settings: multipliers, if any, are excluded from the error test.
 fn idas(sample: Make<'_>, tolerance: f64) -> IdaSolver<Box<dyn Sample>> {
     let sample = sample();
     let start = sample.start();
@@ -112,7 +112,7 @@ fn idas(sample: Make<'_>, tolerance: f64) -> IdaSolver<Box<dyn Sample>> {
     builder.build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
-/// Returns which variables are algebraic and of index 2 or 3.
+/// Returns whether each variable is algebraic and of index 2 or 3.
 fn multipliers(sample: &dyn Sample) -> Vec<bool> {
     let indices = sample.indices().unwrap();
     let differential = || vec![VariableKind::Differential; indices.len()];
@@ -121,7 +121,7 @@ fn multipliers(sample: &dyn Sample) -> Vec<bool> {
     variables.map(|(&kind, &index)| kind == VariableKind::Algebraic && index > 1).collect()
 }
 
-/// Runs to the end with a stop at each break.
+/// Integrates to the end, with a stop at each break.
 fn run<I: Integrator<Box<dyn Sample>>>(
     solver: &mut I,
     t_end: f64,
@@ -160,7 +160,7 @@ impl Case<'_> {
                 let kept = match &ended {
                     Ok(()) if part < 1.0 => self.error(solver.y(), true) <= PROMISED * tolerance,
                     Ok(()) => true,
-                    // The results have been printed in the previous columns.
+                    // The results were printed in the previous columns.
                     Err(stop) => stop.to_string().contains("Radau IIA"),
                 };
                 if !kept {
@@ -174,7 +174,7 @@ impl Case<'_> {
         assert!(broken.is_empty(), "{}: {broken:#?}", self.name);
     }
 
-    /// Returns the largest error of all variables or, if `tested`, of all except multipliers.
+    /// Returns the largest error of all variables or, if `tested`, of all variables except multipliers.
     fn error(&self, y: &[f64], tested: bool) -> f64 {
         let excluded = multipliers(&*(self.sample)());
         let counts = |i: &usize| !(tested && excluded[*i]);

@@ -5,15 +5,15 @@
 //! cargo test -p myovib-radau --test digits -- --nocapture
 //! ```
 //!
-//! prints a table for each group of problems. An entry is "digits (steps + failed attempts)":
-//! digits of the variables of index 1, 2 and 3, −log10 of the largest error relative to 1 +
-//! |reference|. Relative and absolute tolerance are equal.
+//! prints a table for each group of problems. An entry has the form "digits (steps + failed attempts)". The digits of
+//! the variables of index 1, 2 and 3 are −log10 of the largest error relative to 1 + |reference|. The relative and
+//! absolute tolerances are equal.
 //!
 //! Requirement: Radau IIA reaches the end, with at most two digits less than the tolerance in each variable. IDAS
-//! controls the error per step, and errors accumulate over several hundred steps. It must meet the requirement at a
-//! hundredth of the tolerance, in each variable that is in the error test, if it reaches the end. Otherwise its message
-//! must recommend Radau IIA. The results of IDAS at the tolerance itself are only printed; the mark `!` denotes a
-//! successful run that does not meet the requirement.
+//! controls the error per step, and errors accumulate over several hundred steps. If IDAS reaches the end, it must meet
+//! the requirement at a hundredth of the tolerance, in each variable that is included in the error test. Otherwise, its
+//! message must recommend Radau IIA. The results of IDAS at the tolerance itself are only printed; the mark `!` denotes
+//! a successful run that does not meet the requirement.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod judge;
@@ -32,7 +32,7 @@ const CONSTRAINED: [(&str, MechanicalForm); 3] = [
     ("stabilized", MechanicalForm::Stabilized),
 ];
 
-/// Tests a mechanism in all forms; the references are solutions of its equations of index 1.
+/// Tests a mechanism in all forms. The references are solutions of its equations in the form of index 1.
 fn mechanism<M: Mechanism + Copy + 'static>(name: &str, mechanism: M, t_end: f64) {
     let of = |form| Differentiated::new(Constrained::new(mechanism, form));
     let reference = judge::reference(&copies(&of(MechanicalForm::Index1)), t_end, &[]);
@@ -40,7 +40,7 @@ fn mechanism<M: Mechanism + Copy + 'static>(name: &str, mechanism: M, t_end: f64
     for (form_name, form) in forms.into_iter().chain(CONSTRAINED) {
         let sample = of(form);
         let mut reference = reference.clone();
-        // The multipliers of the stabilized form are zero.
+        // The additional multipliers of the stabilized form are zero.
         reference.resize(myovib_dae::Problem::n_unknowns(&sample), 0.0);
         Case {
             name: &format!("{name}, {form_name}"),

@@ -1,4 +1,4 @@
-//! Compares the discrete adjoint with forward sensitivities, differences and closed forms.
+//! Compares the discrete adjoint with forward sensitivities, difference quotients and closed forms.
 
 use myovib_conformance::samples::{
     MechanicalForm, Oscillator, ParametricSample, Pendulum, ScaledJay, ScaledLinear,
@@ -12,16 +12,16 @@ use myovib_radau::{
 
 use crate::common::{run, solver, tolerance};
 
-/// Times at which the misfit uses the solution and its derivative, at the ends of steps and within them.
+/// Times at which the misfit uses the solution and its derivative. Some are at the ends of steps, others within steps.
 const TIMES: [f64; 4] = [0.0, 0.21, 0.5, 1.0];
 
 fn pendulum() -> Pendulum {
     Pendulum::new(MechanicalForm::Index3).with(0.6, 9.81)
 }
 
-/// Returns ∂J/∂y(t) (`derivative` = 0) or ∂J/∂ẏ(t) for a misfit J that is a sum over [`TIMES`]. The values are
-/// arbitrary and different from each other. Only derivatives ẏ of the first half of the unknowns, such as positions,
-/// are used, because other derivatives would amplify rounding by another factor 1/h.
+/// Returns ∂J/∂y(t) (`derivative` = 0) or ∂J/∂ẏ(t) (`derivative` = 1) for a misfit J that is a sum over [`TIMES`]. The
+/// values are arbitrary and different from each other. The misfit uses only derivatives of the first half of the
+/// unknowns, such as positions, because other derivatives would amplify rounding by another factor of 1/h.
 fn cotangent(n: usize, t: f64, derivative: usize) -> Vec<f64> {
     let of = |i| (1.0 + i as f64 + t + 2.0 * derivative as f64).sin();
     let counting = if derivative == 0 { n } else { n / 2 };
@@ -30,8 +30,8 @@ fn cotangent(n: usize, t: f64, derivative: usize) -> Vec<f64> {
     cotangent
 }
 
-/// Excludes ẏ at the start: the initial slope of the first step's polynomial has the size 1/h or
-/// 1/h² and would dominate all other terms.
+/// Excludes ẏ at the start. The initial slope of the polynomial of the first step is proportional to 1/h or 1/h² and
+/// would dominate all other terms.
 fn derivatives(t: f64) -> std::ops::Range<usize> {
     0..if t > 0.0 { 2 } else { 1 }
 }
@@ -46,7 +46,7 @@ fn add(step: &mut Cotangents<'_>, n: usize) {
     }
 }
 
-/// Returns the gradient, computed with all stages stored or with checkpoints, and a record of the stages in the
+/// Returns the gradient, computed either from stored stages or from checkpoints, and a record of the stages in the
 /// backward pass.
 fn adjoint<S: ParametricSample + Copy + 'static>(
     sample: S,
@@ -72,14 +72,14 @@ fn adjoint<S: ParametricSample + Copy + 'static>(
         }
         Ok(())
     });
-    // The statistics are restored too, except for evaluations required by the restoration.
+    // The statistics are also restored, except for evaluations required by the restoration.
     assert_eq!(solver.t(), before.t());
     let gradient = gradient.unwrap();
     assert_eq!(adjoint.work().steps, recording.n_steps() as u64);
     (gradient, seen)
 }
 
-/// ∂y_0/∂p_j.
+/// Returns ∂y_0/∂p_j for each parameter.
 fn starts<S: ParametricSample>(sample: S) -> Vec<Vec<f64>> {
     let of = |j| sample.exact_sensitivity(j, 0.0);
     (0..sample.parameters().len()).map(of).collect()
@@ -94,8 +94,8 @@ fn total<S: ParametricSample>(sample: S, gradient: &Gradient) -> Vec<f64> {
     starts(sample).into_iter().zip(&gradient.parameters).map(of).collect()
 }
 
-/// Returns the gradient computed from forward sensitivities, with respect to the parameters (including their effect on
-/// the initial values) or only to the initial value of the unknown `moved`.
+/// Returns the gradient computed from forward sensitivities. It refers to the parameters (including their effect on the
+/// initial values), or only to the initial value of the unknown `moved`.
 fn forward<S: ParametricSample + Copy + 'static>(
     sample: S,
     options: RadauOptions,
@@ -150,7 +150,7 @@ fn expect_agreement(name: &str, forward: &[f64], adjoint: &[f64]) {
     }
 }
 
-/// Compares both methods for the parameters of a sample and for the initial values of the first `differential`
+/// Compares the two methods for the parameters of a sample and for the initial values of the first `differential`
 /// unknowns.
 fn compare<S: ParametricSample + Copy + 'static>(
     name: &str,
@@ -177,7 +177,7 @@ fn compare<S: ParametricSample + Copy + 'static>(
     }
 }
 
-/// Index 2 and 3 amplify rounding by 1/h and 1/h², so first steps of 1e-3 do not permit ten digits.
+/// For index 2 and 3, rounding is amplified by 1/h and 1/h², so that first steps of 1e-3 do not allow ten digits.
 const LONG: StepSize = StepSize::Fixed(0.02);
 
 #[test]
@@ -201,8 +201,8 @@ fn forward_and_adjoint_agree_at_index_3() {
     compare("pendulum", pendulum(), 0, LONG);
 }
 
-/// Checks adaptive steps, which in index 3 include old factors, rejected steps, and multipliers that depend on previous
-/// steps.
+/// Checks adaptive steps. For index 3, these include steps with old factors, rejected steps, and multipliers that
+/// depend on previous steps.
 #[test]
 fn steps_from_checkpoints_are_the_same_bit_by_bit() {
     fn expect_same<S: ParametricSample + Copy + 'static>(sample: S) {
@@ -218,9 +218,8 @@ fn steps_from_checkpoints_are_the_same_bit_by_bit() {
     expect_same(pendulum());
 }
 
-/// Checks that J(p + δ) − J(p) − δ ∂J/∂p decreases as δ². p is the length of a pendulum and J
-/// depends on the first coordinate at the end of a run in fixed steps, with Newton's method
-/// converged to rounding.
+/// Checks that J(p + δ) − J(p) − δ ∂J/∂p decreases as δ². p is the length of a pendulum, and J depends on the first
+/// coordinate at the end of a run with fixed steps, in which Newton's method converges to rounding.
 #[test]
 fn the_taylor_remainder_has_order_2() {
     let options = || RadauOptions {
@@ -253,7 +252,7 @@ fn the_taylor_remainder_has_order_2() {
         .unwrap();
     let slope = gradient.parameters[1];
     let remainder = |delta: f64| (of(9.81 + delta) - of(9.81) - delta * slope).abs();
-    // From 1e-4 down to 6e-6 of g; the remaining Newton error is 3e-15.
+    // The remainders range from 1e-4 to 6e-6 of g. The remaining error of Newton's method is 3e-15.
     for delta in [0.01, 0.005, 0.0025] {
         let order = (remainder(delta) / remainder(0.5 * delta)).log2();
         println!("{delta}: {:e}, order {order}", remainder(delta));
@@ -261,7 +260,8 @@ fn the_taylor_remainder_has_order_2() {
     }
 }
 
-/// Integrates J = ∫ x² dt over [0, 1] with the weights of the stages, where x = cos ωt and J = 1/2 + sin 2ω/(4ω).
+/// Integrates J = ∫ x² dt over [0, 1] with the weights of the stages. The exact results are x = cos ωt and J = 1/2 +
+/// sin 2ω/(4ω).
 #[test]
 fn integrals_are_summed_over_the_stages() {
     let omega = 3.0;
@@ -284,14 +284,14 @@ fn integrals_are_summed_over_the_stages() {
         .unwrap();
     let (sin, cos) = (2.0 * omega).sin_cos();
     let slope = cos / (2.0 * omega) - sin / (4.0 * omega * omega);
-    // Stages have the order s + 1, the quadrature has the order of the method: about ten
+    // The stages have the order s + 1, and the quadrature has the order of the method. The bound is about ten
     // tolerances.
     assert!((integral - 0.5 - sin / (4.0 * omega)).abs() < 1e-8);
     assert!((gradient.parameters[0] - slope).abs() < 1e-7);
 }
 
-/// Checks that four times as many steps require twice the memory, and that each step is taken twice, except for the
-/// steps still stored when the run ends.
+/// Checks that four times as many steps require twice the memory. Also checks that each step is computed twice, except
+/// for the steps that are still stored when the run ends.
 #[test]
 fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
     let record = |h: f64, t_end: f64, last: u64| {
@@ -308,14 +308,14 @@ fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
         gradient.unwrap();
         let steps = recording.n_steps();
         assert_eq!(adjoint.work().repeated_steps, steps as u64 - last);
-        // In addition to the states, 40 bytes per step store the arguments of its call.
+        // The arguments of a step require 40 bytes, in addition to the states.
         recording.n_bytes() - 40 * steps
     };
-    // 16² and 64² steps have 9 and 33 states, with 32 and 128 steps between two of them: with the
-    // last step every other state was discarded, and half of the previous steps were released.
+    // 16² and 64² steps have 9 and 33 states, with 32 and 128 steps between two of them. At the last step, every other
+    // state was discarded, and half of the stages of previous steps were released.
     let ratio = record(1.0 / 4096.0, 1.0, 0) as f64 / record(1.0 / 256.0, 1.0, 0) as f64;
     assert!((ratio - 4.0).abs() < 0.5, "{ratio}");
-    // 320 and 300 steps: 32 between two states, of which the last 32 and 12 are stored.
+    // 320 and 300 steps, with 32 steps between two states. The last 32 and 12 steps are stored.
     record(1.0 / 256.0, 1.25, 32);
     record(1.0 / 256.0, 300.0 / 256.0, 12);
 }

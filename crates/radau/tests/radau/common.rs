@@ -22,18 +22,18 @@ pub(crate) fn stopped(outcome: Outcome) -> Box<Stop> {
     }
 }
 
-/// An array of numbers.
+/// Returns an array of numbers.
 pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     let entries = value.as_array().expect("an array");
     entries.iter().map(|v| v.as_f64().expect("a number")).collect()
 }
 
-/// Returns options with one value as relative and absolute tolerance.
+/// Returns options with `tol` as the relative and the absolute tolerance.
 pub(crate) fn tolerance(tol: f64) -> RadauOptions {
     RadauOptions { tolerances: Tolerances::scalar(tol, tol), ..RadauOptions::default() }
 }
 
-/// Returns a solver at the start of a sample.
+/// Returns a solver that starts from the initial values of a sample.
 pub(crate) fn solver<S: Sample>(sample: S, options: RadauOptions) -> RadauSolver<S> {
     let start = sample.start();
     started(sample, &start, options)
@@ -46,7 +46,7 @@ fn started<P: Problem>(problem: P, start: &Start, options: RadauOptions) -> Rada
         .expect("the options are good")
 }
 
-/// Returns the solver after a run to `t_end`; it is compiled only once for all samples.
+/// Returns the solver after a run to `t_end`. It is compiled only once for all samples.
 pub(crate) fn run<S>(sample: S, t_end: f64, options: RadauOptions) -> RadauSolver<Box<dyn Sample>>
 where
     S: Sample + 'static,
@@ -59,13 +59,14 @@ where
     solver
 }
 
-/// Returns the mixed-error significant correct digits: −log10 of the largest error relative to 1 + |reference|.
+/// Returns the number of significant correct digits in the mixed sense: −log10 of the largest error relative to 1 +
+/// |reference|.
 pub(crate) fn mescd(y: &[f64], reference: &[f64]) -> f64 {
     let errors = y.iter().zip(reference).map(|(y, r)| (y - r).abs() / (1.0 + r.abs()));
     -largest(errors).log10()
 }
 
-/// Returns the significant correct digits: −log10 of the largest relative error.
+/// Returns the number of significant correct digits: −log10 of the largest relative error.
 pub(crate) fn scd(y: &[f64], reference: &[f64]) -> f64 {
     let errors = y.iter().zip(reference).map(|(y, r)| ((y - r) / r).abs());
     -largest(errors).log10()
@@ -74,7 +75,7 @@ pub(crate) fn scd(y: &[f64], reference: &[f64]) -> f64 {
 /// Returns the largest error.
 ///
 /// # Panics
-/// Panics if an error is NaN: `f64::max` would ignore it, so that the digits would be overestimated.
+/// Panics if an error is NaN. `f64::max` would ignore it, and the number of digits would be overestimated.
 fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |largest, error| {
         assert!(!error.is_nan(), "an error is NaN");
@@ -132,8 +133,8 @@ impl Sample for Oscillator {
     }
 }
 
-/// A sample without its Jacobian. Difference quotients depend on the weights and the step size at
-/// the evaluation.
+/// A sample without its Jacobian. Difference quotients depend on the weights and on the step size at the time of the
+/// evaluation.
 #[derive(Clone)]
 pub(crate) struct WithoutJacobian<S>(pub(crate) S);
 

@@ -1,4 +1,4 @@
-//! Runs the conformance tests of integrators with Radau IIA.
+//! Runs the conformance tests for integrators with Radau IIA.
 
 use myovib_conformance::{Method, Request};
 use myovib_dae::Problem;

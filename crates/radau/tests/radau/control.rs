@@ -1,4 +1,4 @@
-//! Changes of settings between steps, and the choice of the next step size.
+//! Changes of settings between steps, and selection of the next step size.
 
 use myovib_conformance::samples::{MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Outcome, Tolerances};
@@ -6,7 +6,7 @@ use myovib_radau::{RadauOptions, RadauSolver};
 
 use crate::common::{Oscillator, solver, tolerance};
 
-/// Newton's tolerance derived from user-defined weights equals the one derived from equivalent tolerances. With the
+/// Newton's tolerance is the same for user-defined weights and for equivalent tolerances. If it were derived from the
 /// default tolerance, 1e-4, the error would be about a hundred times larger.
 #[test]
 fn weights_of_a_tolerance_solve_like_the_tolerance() {
@@ -20,7 +20,7 @@ fn weights_of_a_tolerance_solve_like_the_tolerance() {
     by_tolerance.integrate_to(t_end).unwrap();
     let mut by_weights = RadauSolver::builder(Oscillator)
         .options(RadauOptions {
-            // One of two circular functions is large: the relative tolerance determines its weight.
+            // One of two circular functions is large, so the relative tolerance determines its weight.
             tolerances: Tolerances::scalar(1e-4, 1e-4),
             ..RadauOptions::default()
         })
@@ -55,7 +55,7 @@ fn a_restart_goes_on_from_where_it_is() {
     solver.integrate_to(2.0).unwrap();
     let exact = sample.exact(2.0).unwrap();
     for (y, exact) in solver.y()[..4].iter().zip(&exact) {
-        // Allowed error: a hundred times the tolerance.
+        // The error may be a hundred times the tolerance.
         assert!((y - exact).abs() < 1e-4 * (1.0 + exact.abs()), "{y} {exact}");
     }
 }

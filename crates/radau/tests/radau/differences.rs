@@ -1,4 +1,4 @@
-//! Runs with difference quotients compared with runs with exact Jacobians.
+//! Runs with difference quotients, compared with runs with exact Jacobians.
 
 use myovib_conformance::samples::{
     Akzo, Heat2d, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample, VanDerPol,
@@ -32,10 +32,10 @@ fn outcome<S: Sample + 'static>(
     (solver.statistics().steps, solver.y().to_vec())
 }
 
-/// Compares runs with exact Jacobians and with difference quotients, for absolute tolerances larger and smaller than
-/// the variables.
+/// Compares runs with exact Jacobians and runs with difference quotients, for absolute tolerances larger and smaller
+/// than the variables.
 ///
-/// Errors of single runs vary by a factor of several after any change, and the number of steps by a third.
+/// The errors of single runs vary by a factor of several after any change, and the number of steps by a third.
 fn compare<S: Sample + Copy + 'static>(name: &str, sample: S, t_end: f64) {
     let tight = Tolerances::scalar(1e-10, 1e-12);
     let (_, reference) = outcome(sample, t_end, &tight, Some(7));
@@ -56,8 +56,8 @@ fn compare<S: Sample + Copy + 'static>(name: &str, sample: S, t_end: f64) {
     }
 }
 
-/// Regression: the second species decreases from 4e-5 to 1e-13, far below its tolerance. With displacements by the
-/// tolerance, a run took 59 907 steps instead of 109 at tolerances of 1e-4 and 1e-8.
+/// Regression test: the second species decreases from 4e-5 to 1e-13, far below its tolerance. With displacements equal
+/// to the tolerance, a run took 59 907 steps instead of 109 at tolerances of 1e-4 and 1e-8.
 #[test]
 fn variables_below_their_tolerance_have_correct_jacobians() {
     compare("Robertson", Robertson, 4e10);

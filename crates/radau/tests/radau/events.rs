@@ -11,7 +11,7 @@ use crate::common::{Oscillator, tolerance};
 
 type Values<'a> = &'a mut [f64];
 
-/// Returns a solver with root functions at the start of `sample`.
+/// Returns a solver with root functions that starts from the initial values of `sample`.
 fn watched<S: Sample>(
     sample: S,
     options: RadauOptions,
@@ -36,7 +36,7 @@ fn root(outcome: Outcome) -> (f64, Vec<i32>) {
     }
 }
 
-/// Equal to the test of the IDAS wrapper. x is zero at the start, which does not count as a crossing.
+/// The test of the IDAS wrapper is the same. x is zero at the start, which does not count as a crossing.
 #[test]
 fn roots_are_found_in_the_requested_direction() {
     for stages in [3, 5, 7] {
@@ -50,12 +50,12 @@ fn roots_are_found_in_the_requested_direction() {
             let (t, crossings) = root(solver.integrate_to(10.0).unwrap());
             let error = (t - f64::from(k) * PI).abs();
             println!("{stages} stages: {error:.1e}");
-            // Error of the polynomial of degree s + 1 inside a step, h^(s+2)/(s+2)!.
+            // The bound is the error of the polynomial of degree s + 1 within a step, h^(s+2)/(s+2)!.
             let allowed = [2e-4, 1e-6, 2e-9][stages / 2 - 1];
             assert!(error < allowed, "{stages}: {t}");
             assert_eq!(crossings, if k % 2 == 1 { [-1, 0, -1] } else { [0, 1, 1] });
             assert_eq!((solver.t(), solver.statistics().t_reached), (t, t));
-            // The function is zero up to the rounding of t.
+            // At the root, the function is zero up to the rounding of t.
             assert!(solver.y()[0].abs() < 1e-11, "{:?}", solver.y());
         }
         let end = solver.integrate_to(10.0).unwrap();
@@ -65,7 +65,7 @@ fn roots_are_found_in_the_requested_direction() {
 
 #[test]
 fn the_pendulum_passes_below_its_pivot_in_time() {
-    // A quarter of the period, K(1/√2)/√g, and three quarters.
+    // The exact times are a quarter of the period, K(1/√2)/√g, and three quarters.
     let quarter = 1.854_074_677_301_372 / 9.81_f64.sqrt();
     for stages in [3, 5, 7] {
         let options = RadauOptions { stages, ..tolerance(1e-10) };
@@ -79,13 +79,13 @@ fn the_pendulum_passes_below_its_pivot_in_time() {
             let (t, crossings) = root(solver.integrate_to(2.5).unwrap());
             assert_eq!(crossings, [crossing]);
             println!("{stages} stages: {:.1e}", t - exact);
-            // Ten tolerances, divided by the velocity of x at the crossing, 4 m/s.
+            // The bound is ten tolerances, divided by the velocity of x at the crossing, 4 m/s.
             assert!((t - exact).abs() < 1e-9, "{stages}: {t}, {exact}");
         }
     }
 }
 
-/// x crosses 0.9 twice within 0.9 s, and another function crosses zero in between, all within one step.
+/// x crosses 0.9 twice within 0.9 s, and another function crosses zero in between. All crossings are within one step.
 #[test]
 fn several_events_of_one_step_come_in_their_order() {
     let options = RadauOptions { stages: 7, step_size: StepSize::Fixed(2.5), ..tolerance(1e-9) };
@@ -97,7 +97,7 @@ fn several_events_of_one_step_come_in_their_order() {
     let rise = 0.9_f64.asin();
     for (exact, expected) in [(rise, [0, 1]), (1.5, [-1, 0]), (PI - rise, [0, -1])] {
         let (t, crossings) = root(solver.step(10.0).unwrap());
-        // Error of the polynomial of degree 7 over 2.5 s.
+        // The bound is the error of the polynomial of degree 7 over 2.5 s.
         assert!((t - exact).abs() < 1e-3, "{t} {exact}");
         assert_eq!((crossings, solver.statistics().steps), (expected.to_vec(), 1));
     }

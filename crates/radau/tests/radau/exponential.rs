@@ -19,8 +19,8 @@ impl Problem for Logarithm {
     }
 }
 
-/// Regression: the first correction of a step led to large values of y1, where F is almost independent of y1. The
-/// second correction was much smaller, so Newton's method seemed to converge and the step was accepted.
+/// Regression test: the first correction of a step led to large values of y1, where F is almost independent of y1. The
+/// second correction was much smaller, so that Newton's method seemed to converge and the step was accepted.
 #[test]
 fn accepted_steps_satisfy_an_exponential_equation() {
     for (stages, relative) in [(5, 1e-2), (7, 1e-2), (7, 1e-3), (7, 1e-4)] {
@@ -37,10 +37,10 @@ fn accepted_steps_satisfy_an_exponential_equation() {
                 "{stages} {relative} {end}: {outcome:?}"
             );
             let y = solver.y();
-            // Newton's last correction is at most a hundredth of the solution, and y1 is at most 8.
+            // The last correction of Newton's method is at most a hundredth of the solution, and y1 is at most 8.
             assert!((y[1] - y[0].ln()).abs() < 0.01 * RATE, "{stages} {relative} {end}: {y:?}");
             let error = (y[1] - RATE * end.sin()).abs();
-            // 100 tolerances, which the guide promises.
+            // The bound is 100 tolerances, as stated in the guide.
             assert!(error < 100.0 * relative * RATE, "{stages} {relative} {end}: {error}");
         }
     }

@@ -16,9 +16,9 @@ use myovib_conformance::samples::{MechanicalForm, Pendulum, Sample};
 
 /// The equation ẏ = 1 − 2 y² with y = tanh(√2 t)/√2, whose residual can be made to fail.
 pub(crate) struct Touchy {
-    /// Called with (t, y) before each residual; the returned value is added to the residual.
+    /// Called with (t, y) before each evaluation of the residual. The returned value is added to the residual.
     trouble: fn(f64, f64) -> Result<f64, StepError>,
-    /// Factor on the Jacobian; 0 makes it singular.
+    /// Factor for the Jacobian; 0 makes it singular.
     jacobian_factor: f64,
 }
 
@@ -83,8 +83,8 @@ fn recoverable(message: &str) -> Result<f64, StepError> {
 
 #[test]
 fn a_recoverable_error_halves_the_step() {
-    // The state at the end of the first step, 0.02, is rejected; the state after a halved step is
-    // not.
+    // The state at the end of the first step of size 0.02 is rejected. The state after a step of half the size is
+    // accepted.
     let problem = touchy(|_, y| if y > 0.012 { recoverable("too large") } else { Ok(0.0) });
     let options = RadauOptions { initial_step: Some(0.02), ..RadauOptions::default() };
     let mut solver = solver(problem, options);
@@ -98,7 +98,7 @@ fn a_lasting_recoverable_error_stops_with_its_message_and_the_last_state() {
     let problem = touchy(|t, _| if t > 0.5 { recoverable("t is late") } else { Ok(0.0) });
     let mut solver = solver(problem, RadauOptions::default());
     let stop = stopped(solver.integrate_to(1.0).unwrap());
-    // Halved steps approach t = 0.5, which the last step cannot reach.
+    // Halved steps approach t = 0.5, but the last step cannot reach it.
     assert_eq!(stop.reason, StopReason::StepTooSmall);
     assert!(stop.message.ends_with("after: t is late"), "{}", stop.message);
     assert!((stop.t - 0.5).abs() < 1e-14 && stop.t == solver.t(), "{stop:?}");
@@ -234,7 +234,7 @@ fn weights_must_be_positive() {
     }
 }
 
-/// An output time equal to the initial time provides no time scale for the first step.
+/// If the output time equals the initial time, there is no time scale for the first step.
 #[test]
 fn an_output_time_at_the_start_gives_no_first_step() {
     let start = |t0| {
@@ -284,7 +284,7 @@ fn a_singular_matrix_stops() {
 
 #[test]
 fn a_wrong_jacobian_stops_by_convergence_failures() {
-    // Corrections a hundred times too large diverge for any step size. The inconsistent value ẏ0 = 0 makes a
+    // Corrections that are a hundred times too large diverge for any step size. The inconsistent value ẏ0 = 0 makes a
     // correction necessary.
     let problem = Touchy { jacobian_factor: 0.01, ..touchy(|_, _| Ok(0.0)) };
     let mut solver = RadauSolver::builder(problem).build(0.0, &[0.0], &[0.0]).unwrap();
@@ -339,8 +339,8 @@ impl Problem for Wall {
     }
 }
 
-/// Short steps before a failure of the residual amplify the rounding of a constraint. Steps in
-/// which this rounding exceeds the tolerance are not accepted.
+/// Short steps before a failure of the residual amplify the rounding of a constraint. Steps in which this rounding
+/// exceeds the tolerance are not accepted.
 #[test]
 fn the_state_before_a_wall_is_as_accurate_as_any_other() {
     for form in [MechanicalForm::Index3, MechanicalForm::Index2] {
@@ -359,7 +359,7 @@ fn the_state_before_a_wall_is_as_accurate_as_any_other() {
             let exact = pendulum.exact(stop.t).unwrap();
             let errors = (0..4).map(|i| (solver.y()[i] - exact[i]).abs());
             let error = errors.fold(0.0, f64::max);
-            // Allowed error of a successful run: 100 times the tolerance (two digits).
+            // The error of a successful run may be 100 times the tolerance (two digits).
             assert!(error < 100.0 * tolerance, "{form:?}, {stages} stages: {error:e}");
         }
     }

@@ -1,5 +1,5 @@
-//! Generated DAEs with closed-form solutions, in random units, integrated by all methods: errors at the ends of steps
-//! and between them, and times of events.
+//! Generated DAEs with closed-form solutions, in random units, integrated by all methods. The tests check errors at the
+//! ends of steps and between them, and the times of events.
 
 use myovib_dae::{
     Direction, Integrator, Outcome, Problem, StepError, Suppressed, Tolerances, VariableKind,
@@ -17,16 +17,16 @@ struct Plain {
     kinds: Vec<VariableKind>,
     indices: Vec<u8>,
     residual: Residual,
-    /// x and its derivative, which is 0 for algebraic variables.
+    /// x and its derivative, which is set to 0 for algebraic variables.
     exact: Solution,
     end: f64,
 }
 
-/// Pseudorandom parameters between 0 and 1 for a seed.
+/// Pseudorandom parameters between 0 and 1, determined by a seed.
 struct Draw(u64);
 
 impl Draw {
-    /// Returns number k of an additive recurrence.
+    /// Returns the number with index k of an additive recurrence.
     fn get(&self, k: u64) -> f64 {
         (self.0 as f64 * 0.618_033_988_749_894_9 + k as f64 * 0.414_213_562_373_095_1).fract()
     }
@@ -58,7 +58,7 @@ fn fully_implicit(draw: &Draw) -> Plain {
     }
 }
 
-/// The equations ẋ = −k z and z² = x of a nearly emptied tank.
+/// The equations ẋ = −k z and z² = x of a tank that is nearly empty at the end.
 fn tank(draw: &Draw) -> Plain {
     let (k, level) = (draw.between(0, 0.5, 2.0), draw.between(1, 0.5, 2.0));
     let root = move |t: f64| level.sqrt() - 0.5 * k * t;
@@ -93,7 +93,7 @@ fn steep(draw: &Draw) -> Plain {
     }
 }
 
-/// The equation ẋ = s − x − z with the current z = k max(0, x − c) of a diode, starting without charge.
+/// The equation ẋ = s − x − z with the current z = k max(0, x − c) of a diode. The initial charge is zero.
 fn diode(draw: &Draw) -> Plain {
     let (s, k) = (draw.between(0, 1.5, 4.0), draw.between(1, 1.0, 50.0));
     let c = 0.7;
@@ -118,12 +118,12 @@ fn diode(draw: &Draw) -> Plain {
     }
 }
 
-/// The equations ẋ + x = v(τ), z = v − x with a voltage v that rises from 0 to 1 between two times.
+/// The equations ẋ + x = v(τ), z = v − x, where the voltage v rises from 0 to 1 between two times.
 fn ramp(draw: &Draw) -> Plain {
     let (from, time) = (draw.between(0, 0.5, 1.5), draw.between(1, 0.1, 1.0));
     let to = from + time;
     let v = move |t: f64| ((t - from) / time).clamp(0.0, 1.0);
-    // Response to the ramp τ/time, starting from 0.
+    // Response to the ramp τ/time from x = 0.
     let response = move |t: f64| (t.max(0.0) - (1.0 - (-t.max(0.0)).exp())) / time;
     Plain {
         kinds: vec![Differential, Algebraic],
@@ -257,7 +257,7 @@ impl Generated {
         }
     }
 
-    /// Event function that remains at zero after 0.6 of the time.
+    /// Event function that remains at zero after 0.6 of the end time.
     fn event(&self, t: f64, y: &[f64]) -> f64 {
         let x = y[0] / self.units[0];
         (0.6 * self.end() - t).max(0.0) / self.time * (1.0 + x * x)
@@ -287,9 +287,9 @@ impl Problem for Generated {
     }
 }
 
-/// Returns the largest error of a variable at and between the ends of steps, in units of the
-/// tolerance, or the message of a stop. Variables of index above `highest` are not compared. Dense
-/// output of multipliers of index 3 has no error control: they are compared at the ends of steps.
+/// Returns the largest error of a variable at and between the ends of steps, in units of the tolerance, or the message
+/// of a stop. Variables with an index above `highest` are not compared. The error of dense output of multipliers of
+/// index 3 is not controlled, so these multipliers are compared only at the ends of steps.
 fn largest_error<I: Integrator<Generated>>(
     mut solver: I,
     exact: &Generated,
@@ -306,7 +306,7 @@ fn largest_error<I: Integrator<Generated>>(
         }
         if let Outcome::Root { t, .. } = outcome {
             events += 1;
-            // The root search ends at a few hundred units of rounding of the time.
+            // The search for roots ends at a few hundred rounding units of the time.
             if (t / exact.end() - 0.6).abs() > 1e-12 {
                 return Err(format!("event at {t:e} instead of {:e}", 0.6 * exact.end()));
             }
@@ -319,7 +319,7 @@ fn largest_error<I: Integrator<Generated>>(
             let [solution, _] = exact.exact(t);
             let highest = if theta < 1.0 { highest.min(2) } else { highest };
             for i in (0..n).filter(|&i| exact.plain.indices[i] <= highest) {
-                // Constraints amplify rounding by a power of the time scale divided by the step.
+                // Constraints amplify rounding by a power of the time scale divided by the step size.
                 let amplified =
                     (exact.time / (to - from)).powi(i32::from(exact.plain.indices[i]) - 1);
                 let relative = tolerance + f64::EPSILON * amplified.max(1.0);
@@ -374,17 +374,17 @@ fn run(make: impl Fn() -> Generated, stages: usize, tolerance: f64) -> Result<f6
     largest_error(solver, &exact, (tolerance, 3))
 }
 
-/// Largest error of a successful run in units of the error that the manual promises.
+/// Maximum error of a successful run, in units of the error stated in the manual.
 const EXCESS: f64 = 20.0;
 
-/// Error that the manual promises for this number of stages, in units of the tolerance.
+/// Returns the error stated in the manual for the given number of stages, in units of the tolerance.
 fn promised(stages: usize) -> f64 {
     if stages == 0 { 1000.0 } else { 100.0 }
 }
 
-/// Checks the errors of successful runs. At most one run in 20 may stop. Known stops: Newton's method does not converge
-/// for index 2 with a time unit of 1e12; Radau IIA of order 13 mistakes the change of ẏ in the cubic equation for
-/// another root.
+/// Checks the errors of successful runs. At most one run in 20 may stop. Two kinds of stops are known: for index 2 with
+/// a time unit of 1e12, Newton's method does not converge, and in the cubic equation, Radau IIA of order 13 mistakes
+/// the change of ẏ for another root.
 #[test]
 fn generated_equations_are_solved_accurately() {
     let (mut wrong, mut stops, mut runs) = (Vec::new(), Vec::new(), 0);

@@ -1,12 +1,12 @@
-//! Fully implicit equations, and solutions that begin like square roots: successful runs must be accurate.
+//! Fully implicit equations, and solutions that start like square roots. Successful runs must be accurate.
 
 use myovib_dae::{Outcome, Problem, StepError, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver};
 
-/// Function that writes F(t, y, ẏ) into the last argument.
+/// Function that writes F(t, y, ẏ) to the last argument.
 type Residual = fn(f64, &[f64], &[f64], &mut [f64]);
 
-/// An equation with its exact solution: y and ẏ at t.
+/// An equation and its exact solution, which consists of y and ẏ at t.
 struct Case {
     name: &'static str,
     span: [f64; 2],
@@ -30,7 +30,7 @@ impl Problem for Implicit {
     }
 }
 
-/// Allowed error of a successful run in units of the tolerance, which corresponds to two digits.
+/// Allowed error of a successful run in units of the tolerance. The value corresponds to two digits.
 const PROMISED: f64 = 100.0;
 
 const CASES: [Case; 20] = [
@@ -188,7 +188,7 @@ const CASES: [Case; 20] = [
     },
 ];
 
-/// Returns the error at the end relative to 1 + |y|, or `None` if the integration has stopped.
+/// Returns the error at the end, relative to 1 + |y|, or `None` if the integration has stopped.
 fn error(case: &Case, stages: usize, tolerance: f64) -> Option<f64> {
     let [start, end] = case.span;
     let [y, v] = (case.exact)(start);
@@ -212,8 +212,8 @@ fn error(case: &Case, stages: usize, tolerance: f64) -> Option<f64> {
     }
 }
 
-/// At tolerances above the initial value of a root, both of its branches satisfy the equations, so
-/// a run may stop. At small tolerances every run succeeds.
+/// If the tolerance is above the initial value of a root, both of its branches satisfy the equations, so a run may
+/// stop. At small tolerances, every run must succeed.
 #[test]
 fn successful_runs_are_accurate() {
     let mut wrong = Vec::new();

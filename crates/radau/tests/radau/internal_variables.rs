@@ -1,4 +1,4 @@
-//! Compares internal variables that the integrator eliminates with internal variables among the unknowns.
+//! Compares internal variables that are eliminated by the integrator with internal variables among the unknowns.
 
 use std::ops::{Div, Mul};
 
@@ -11,16 +11,16 @@ use num_complex::Complex64;
 
 use crate::common::tolerance;
 
-/// g and τ.
+/// Weights g and relaxation times τ.
 const TERMS: [(f64, f64); 3] = [(0.5, 0.02), (0.3, 0.2), (0.8, 1.5)];
 
-/// Driving quantity of the internal variables, and its derivative.
+/// Returns the driving quantity of the internal variables, and its derivative.
 fn driving(u: f64) -> [f64; 2] {
     [20.0 * (u + u.powi(3)), 20.0 * (1.0 + 3.0 * u * u)]
 }
 
-/// Oscillator u̇ = v, v̇ + s(u) + Σ (g s(u) − q) = 30 sin 4t with internal variables q. They are either unknowns, after
-/// u and v, or eliminated; in this case, the sum is the response.
+/// Oscillator u̇ = v, v̇ + s(u) + Σ (g s(u) − q) = 30 sin 4t with internal variables q. These are either unknowns,
+/// stored after u and v, or eliminated. If they are eliminated, the sum is the response.
 struct Oscillator {
     response: Option<[f64; 1]>,
     u: f64,
@@ -59,7 +59,7 @@ impl InternalVariableProblem for Oscillator {
     }
 }
 
-/// The Newton matrices of u and v with the states eliminated.
+/// Newton matrices for u and v after elimination of the states.
 #[derive(Default)]
 struct Eliminated {
     real: f64,
@@ -142,7 +142,7 @@ fn eliminated(stages: usize, tol: f64) -> RadauSolver<Oscillator, Eliminated> {
         .unwrap()
 }
 
-/// Returns y and q at `t`; the solver restarts at each crossing of u = 0.2.
+/// Returns y and q at `t`, and the number of roots. The solver restarts at each crossing of u = 0.2.
 fn end(mut solver: RadauSolver<Oscillator, Eliminated>, t: f64) -> (Vec<f64>, usize) {
     let mut roots = 0;
     loop {
@@ -176,8 +176,8 @@ fn eliminated_states_are_those_among_the_unknowns_over_restarts() {
         let (state, roots) = end(eliminated(stages, tol), 3.0);
         assert!(roots > 2, "{roots}");
         for (i, (found, exact)) in state.iter().zip(full.y()).enumerate() {
-            // Errors accumulate over several hundred steps; a state truncated at a wrong time has an error of
-            // 1e-3.
+            // Errors accumulate over several hundred steps. If a state were truncated at a wrong time, its error would
+            // be 1e-3.
             let error = (found - exact).abs() / tol;
             assert!(error < 1e3, "s = {stages}, {i}: {found} {exact}, {error:e} tolerances");
         }

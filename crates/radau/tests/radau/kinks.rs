@@ -1,4 +1,4 @@
-//! Ideal diodes, whose characteristic has a kink: successful runs must be accurate.
+//! Ideal diodes, whose characteristic has a kink. Successful runs must be accurate.
 
 use myovib_conformance::samples::{Differentiable, Differentiated, Equations, Start};
 use myovib_dae::{Outcome, Problem, StepError, Tolerances, VariableKind};
@@ -7,12 +7,13 @@ use myovib_radau::{RadauOptions, RadauSolver};
 use crate::circuits::PROMISED;
 use crate::common::tolerance;
 
-/// Amplitude and angular frequency of the source, V and rad/s, and the rate at which the capacitor discharges, 1/s.
+/// Amplitude (V) and angular frequency (rad/s) of the source, and the rate at which the capacitor discharges (1/s).
 const SOURCE: [f64; 2] = [5.0, 1.0];
 const DISCHARGE: f64 = 0.2;
 const END: f64 = 10.0;
 
-/// A capacitor of 1 F that a source charges through a resistor of 1 Ω and an ideal diode with this conductance, 1/Ω:
+/// A capacitor of 1 F that is charged by a source through a resistor of 1 Ω and an ideal diode with this conductance
+/// (1/Ω):
 ///
 /// ```text
 /// u̇ = i − 0.2 u,  i = 5 sin t − v,  i = g max(v − u, 0)
@@ -21,7 +22,7 @@ const END: f64 = 10.0;
 struct Rectifier(f64);
 
 impl Rectifier {
-    /// Returns u at the end, from the equivalent ordinary differential equation.
+    /// Returns u at the end, computed from the equivalent ordinary differential equation.
     fn exact(self) -> f64 {
         let options = RadauOptions { max_step: Some(0.05), ..tolerance(1e-9) };
         let mut solver = RadauSolver::builder(Explicit(self.0))
@@ -118,9 +119,9 @@ fn run(rectifier: Rectifier, stages: usize, tol: f64) -> Option<f64> {
     matches!(outcome, Outcome::Reached { .. }).then(|| solver.y()[0])
 }
 
-/// Regression: with a Jacobian of the other branch, second corrections were tiny, so the contraction seemed to be fast.
-/// Errors of successful runs were up to 17 000 tolerances. Smooth circuits have a tenth of this
-/// bound: at loose tolerances, the error test may miss a kink between the stages.
+/// Regression test: with a Jacobian of the other branch, second corrections were tiny, so that the contraction seemed
+/// to be fast. Errors of successful runs were up to 17 000 tolerances. The bound for smooth circuits is ten times
+/// tighter: at loose tolerances, the error test may miss a kink between the stages.
 #[test]
 fn successful_runs_with_ideal_diodes_are_accurate() {
     let mut successes = 0;

@@ -34,13 +34,13 @@ fn the_stop_time_is_met_exactly_and_can_be_moved() {
 fn steps_stay_below_the_largest() {
     let options = RadauOptions { max_step: Some(0.01), ..RadauOptions::default() };
     let mut solver = solver(touchy(|_, _| Ok(0.0)), options);
-    // Steps are shortened to meet each time except 0.2.
+    // Steps are shortened to meet each of these times except 0.2.
     for t_out in [0.015, 0.035, 0.2] {
         while solver.t() < t_out {
             solver.set_stop_time(t_out).unwrap();
             solver.step(t_out).unwrap();
             let stats = solver.statistics();
-            // The last step may be longer by a remainder of up to a fraction of 1e-8.
+            // The last step may be longer by a remainder, a fraction of up to 1e-8.
             assert!(stats.last_step <= 0.01 * (1.0 + 1e-8), "{stats:?}");
             assert!(stats.current_step <= 0.01, "{stats:?}");
         }

@@ -86,7 +86,7 @@ fn wrong_input_is_named() {
     }
 }
 
-/// A problem of `n` unknowns whose pattern may have another size.
+/// A problem with `n` unknowns whose pattern may have another size.
 #[derive(Debug)]
 struct Crooked {
     n: usize,
@@ -177,8 +177,8 @@ impl InternalVariableProblem for Slot {
     }
 }
 
-/// Regression: inconsistent slots and invalid relaxation times caused a panic; a negative relaxation time caused a
-/// growing solution.
+/// Regression test: inconsistent slots and invalid relaxation times caused a panic, and a negative relaxation time
+/// caused a growing solution.
 #[test]
 fn invalid_internal_variables_are_rejected() {
     let build = |slots: &[(usize, usize)], time: f64, weight: f64, absolute: f64| {
@@ -218,8 +218,8 @@ fn invalid_internal_variables_are_rejected() {
     }
 }
 
-/// Damages in turn each array and each number of a JSON value, and calls `check` with its path and the damaged
-/// value.
+/// Damages each array and each number of a JSON value, one at a time. Calls `check` with the path of the damage and the
+/// damaged value.
 fn damaged(value: &Value, check: &mut dyn FnMut(&str, &Value)) {
     fn paths(value: &Value, at: &str, found: &mut Vec<String>) {
         match value {
@@ -260,7 +260,7 @@ fn damaged(value: &Value, check: &mut dyn FnMut(&str, &Value)) {
     }
 }
 
-/// Regression: saved vectors that were too short by one number caused a panic or were accepted.
+/// Regression test: if a saved vector was too short by one number, it caused a panic or was accepted.
 #[test]
 fn a_damaged_state_never_ends_in_a_panic() {
     let sample = Pendulum::new(MechanicalForm::Index2);
@@ -294,6 +294,7 @@ fn a_damaged_state_never_ends_in_a_panic() {
             }
         }
     });
-    // Both shorter and longer: y, ẏ, three vectors of the last step, multipliers, and three vectors of each Jacobian.
+    // Each of these is both shortened and lengthened: y, ẏ, three vectors of the last step, multipliers, and three
+    // vectors of each Jacobian.
     assert!(refused_lengths >= 2 * 9, "{refused_lengths} of {checked}");
 }

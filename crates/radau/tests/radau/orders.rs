@@ -8,7 +8,7 @@ use myovib_radau::{IndexScaling, RadauError, RadauOptions, RadauSolver, StepSize
 use crate::common::{Oscillator, run, solver};
 use crate::failures::well_behaved;
 
-/// Returns options with fixed steps, and with Newton's method converged to rounding.
+/// Returns options with fixed steps, for which Newton's method converges to rounding.
 fn fixed(h: f64) -> RadauOptions {
     RadauOptions {
         tolerances: Tolerances::scalar(1e-12, 1e-12),
@@ -28,14 +28,14 @@ fn errors<S: Sample + 'static>(sample: S, t_end: f64, options: RadauOptions) -> 
     solver.y().iter().zip(exact).map(|(y, exact)| (y - exact).abs()).collect()
 }
 
-/// Returns log2 of the ratio of the errors with n and with 2n steps, component by component.
+/// Returns log2 of the ratio of the errors with n steps to the errors with 2n steps, component by component.
 fn orders(errors: impl Fn(f64) -> Vec<f64>, n: f64) -> Vec<f64> {
     let (coarse, fine) = (errors(n), errors(2.0 * n));
     coarse.iter().zip(fine).map(|(coarse, fine)| (coarse / fine).log2()).collect()
 }
 
-/// The difference between the observed and the limiting order is halved if the step sizes are halved. A tolerance of ±
-/// 0.25 holds for the chosen steps, which are far from rounding.
+/// The difference between the observed order and the limiting order is halved if the step sizes are halved. The
+/// tolerance of ±0.25 is valid for the chosen steps, whose errors are far above rounding.
 fn assert_orders(observed: &[f64], expected: &[f64]) {
     println!("{observed:.2?}");
     for (i, (observed, expected)) in observed.iter().zip(expected).enumerate() {
@@ -48,7 +48,7 @@ fn linear_index_1_has_the_order_of_the_method() {
     for (stages, n) in [(1, 160.0), (3, 10.0), (5, 20.0)] {
         let errors = |n: f64| {
             let options = RadauOptions { stages, ..fixed(10.0 / n) };
-            // y2 follows from an algebraic equation and is exact.
+            // y2 is determined by an algebraic equation and is exact.
             errors(LinearIndex1, 10.0, options)[..1].to_vec()
         };
         assert_orders(&orders(errors, n), &[(2 * stages - 1) as f64]);
@@ -66,7 +66,7 @@ fn an_ode_has_the_order_of_the_method() {
     }
 }
 
-/// With collocation alone the multiplier has the order 3; its leading error is removed.
+/// With collocation alone, the multiplier has order 3; its leading error is removed.
 #[test]
 fn jay_index_2_has_orders_5_and_4() {
     for n in [20.0, 40.0] {
@@ -75,28 +75,28 @@ fn jay_index_2_has_orders_5_and_4() {
     }
 }
 
-/// With collocation alone the multiplier has the order 2; its leading error is removed.
+/// With collocation alone, the multiplier has order 2; its leading error is removed.
 #[test]
 fn pendulum_index_3_has_orders_5_and_3() {
     let pendulum = Pendulum::new(MechanicalForm::Index3);
     for n in [25.0, 50.0] {
         let states = |n: f64| errors(pendulum, 1.0, fixed(1.0 / n))[..4].to_vec();
         assert_orders(&orders(states, n), &[5.0, 5.0, 3.0, 3.0]);
-        // Twice as many steps, for which positions are already exact.
+        // With twice as many steps, positions are already exact.
         let multiplier = |n: f64| errors(pendulum, 1.0, fixed(0.5 / n))[4..].to_vec();
         assert_orders(&orders(multiplier, n), &[3.0]);
     }
 }
 
-/// Velocities have the order s, multipliers s + 1 in index 2 and s in index 3. Variables of order
-/// 2s − 1 are exact with these steps.
+/// Velocities have order s. Multipliers have order s + 1 for index 2 and s for index 3. Variables of order 2s − 1 are
+/// exact with these steps.
 #[test]
 fn five_stages_have_orders_6_and_5_in_higher_index() {
     let five = |n: f64| RadauOptions { stages: 5, ..fixed(1.0 / n) };
     let jay = |n: f64| errors(JayIndex2, 1.0, five(n))[2..].to_vec();
     assert_orders(&orders(jay, 16.0), &[6.0]);
     let pendulum = Pendulum::new(MechanicalForm::Index3);
-    // Rounding in λ prevents Newton's method from reaching the 3e-15 of `fixed`.
+    // Rounding of λ prevents Newton's method from reaching the tolerance of 3e-15 in `fixed`.
     let pendulum = |n: f64| {
         let options = RadauOptions { newton_tolerance: Some(0.1), ..five(n) };
         errors(pendulum, 1.0, options)[2..].to_vec()
@@ -104,8 +104,8 @@ fn five_stages_have_orders_6_and_5_in_higher_index() {
     assert_orders(&orders(pendulum, 20.0), &[5.0, 5.0, 5.0]);
 }
 
-/// Returns the largest errors of the dense output and of its derivative in the last of n steps up to `t_end`, at points
-/// far from the roots of the ramp (0.4 for three stages).
+/// Returns the largest errors of the dense output and of its derivative in the last of n steps up to `t_end`. The
+/// points are far from the roots of the ramp (0.4 for three stages).
 fn dense_errors<P: Problem>(
     problem: P,
     (y0, y_dot0): (&[f64], &[f64]),
@@ -144,8 +144,7 @@ fn dense_output_of_an_ode_has_two_orders_more_than_stages() {
 
 #[test]
 fn dense_output_of_a_dae_has_one_order_more_than_stages_at_least() {
-    // Here ẏ1 at the ends has only the stage order, because it contains the algebraic variable y2
-    // through ẏ2.
+    // At the ends of steps, ẏ1 has only the stage order here, because it contains the algebraic variable y2 through ẏ2.
     for (stages, n) in [(3, 16.0), (5, 16.0)] {
         let errors = |n: f64| {
             let start = LinearIndex1.start();
@@ -168,15 +167,15 @@ fn dense_output_joins_steps_with_a_continuous_derivative() {
         let before = solver.y_dot().to_vec();
         solver.step(1.0).unwrap();
         solver.dense_output(solver.t() - 0.05, 1, end).unwrap();
-        // Differential variables only.
+        // Only differential variables are compared.
         for (a, b) in end.iter().zip(&before).take(2) {
-            // Rounding, divided by h and amplified by the derivatives of the basis.
+            // The bound covers rounding, divided by h and amplified by the derivatives of the basis.
             assert!((a - b).abs() < 1e-12 * (1.0 + b.abs()), "{a} {b}");
         }
     }
 }
 
-/// z of Jay's problem is algebraic. ż does not occur in the equations, so it may be 0 at the start.
+/// In Jay's problem, z is algebraic. ż does not occur in the equations, so it may be 0 at the start.
 #[test]
 fn dense_output_of_the_first_step_needs_no_derivative_of_algebraic_variables() {
     let errors = |n: f64| {
@@ -195,8 +194,9 @@ fn dense_output_of_the_first_step_needs_no_derivative_of_algebraic_variables() {
         let z = JayIndex2.exact(0.4 * h).unwrap()[2];
         vec![error(0, z), error(1, 2.0 * z)]
     };
-    // The exact derivative is ż = 2z. The values have the order of the ends of steps, s + 1, and the derivatives one
-    // order less. With longer steps, Newton's method would initially diverge because of the inconsistent ż.
+    // The exact derivative is ż = 2z. The values have the same order as at the ends of steps, s + 1, and the order of
+    // the derivatives is lower by one. With longer steps, Newton's method would initially diverge because of the
+    // inconsistent ż.
     assert_orders(&orders(errors, 160.0), &[4.0, 3.0]);
 }
 

@@ -7,11 +7,10 @@ use myovib_radau::{RadauOptions, RadauSolver};
 use crate::circuits::{CIRCUITS, Driven, PROMISED, WAVES, pairs};
 use crate::common::{stopped, tolerance};
 
-/// Result of a completed run: number of attempted steps, and y.
+/// Result of a completed run: the number of attempted steps, and y.
 type End = Option<(u64, Vec<f64>)>;
 
-/// Integrates with or without error control of the output between steps. Returns `None` if the
-/// solver stops.
+/// Integrates with or without error control of the output between steps. Returns `None` if the solver stops.
 fn run<P: Problem>(
     problem: P,
     [y, y_dot]: [&[f64]; 2],
@@ -37,8 +36,8 @@ fn run<P: Problem>(
     None
 }
 
-/// Regression: after a kink, rounding of multipliers, divided by the short steps that had located the kink, limited the
-/// next steps. With dense output, 80 of these runs did not reach the end.
+/// Regression test: after a kink, rounding of multipliers limited the next steps. It was divided by the sizes of the
+/// short steps that had located the kink. With dense output, 80 of these runs did not reach the end.
 #[test]
 fn output_does_not_prevent_success() {
     let mut attempts = [0; 2];
@@ -68,12 +67,12 @@ fn output_does_not_prevent_success() {
             }
         }
     }
-    // Dense output requires a shorter step at each kink.
+    // With dense output, the solver must take a shorter step at each kink.
     assert!(attempts[1] < 2 * attempts[0], "{attempts:?}");
 }
 
-/// Regression: at a tolerance near the rounding of y, rounding of the output between the ends of steps exceeded the
-/// tolerance in steps of any size, and these runs stopped.
+/// Regression test: at a tolerance near the rounding of y, rounding of the output between the ends of steps exceeded
+/// the tolerance for any step size, and these runs stopped.
 #[test]
 fn rounding_between_steps_does_not_prevent_output() {
     for stages in [5, 7] {
@@ -91,8 +90,8 @@ fn rounding_between_steps_does_not_prevent_output() {
     }
 }
 
-/// Regression: dense output in the first step after a restart used the multipliers and slopes from before the restart.
-/// After a jump, its error was a tenth of the jump.
+/// Regression test: dense output in the first step after a restart used the multipliers and slopes from before the
+/// restart. After a jump, its error was a tenth of the jump.
 #[test]
 fn output_after_a_restart_does_not_depend_on_earlier_values() {
     for (stages, tol) in pairs(&[3, 5, 7], &[1e-4, 1e-6]) {
@@ -129,8 +128,8 @@ fn output_after_a_restart_does_not_depend_on_earlier_values() {
     }
 }
 
-/// Regression: t + h was rounded, and h was not. After a start at a time in seconds since 1970, the solution of an
-/// autonomous problem was wrong by thousands of tolerances.
+/// Regression test: t + h was rounded, but h was not. If a run started at a time in seconds since 1970, the solution of
+/// an autonomous problem was wrong by thousands of tolerances.
 #[test]
 fn steps_are_exact_differences_of_times() {
     let tol = 1e-6;
@@ -147,7 +146,7 @@ fn steps_are_exact_differences_of_times() {
                 let outcome = solver.step(t0 + 5.0).unwrap();
                 assert!(!matches!(outcome, Outcome::Stopped(_)), "{outcome:?}");
                 let [from, to] = solver.last_step_interval();
-                // Times near 0 have fractions that t + h rounds.
+                // Times near 0 have fractions that are lost when t + h is rounded.
                 assert!(t0 == 0.0 || solver.statistics().last_step == to - from);
                 checked += 1;
             }
@@ -157,7 +156,7 @@ fn steps_are_exact_differences_of_times() {
         let exact = end(0.0);
         for t0 in [1.7e9, 1e12] {
             for (found, exact) in end(t0).iter().zip(&exact) {
-                // The errors of both runs add up.
+                // The errors of the two runs add up.
                 let bound = 2.0 * PROMISED * tol * (1.0 + exact.abs());
                 assert!((found - exact).abs() < bound, "{stages} {t0:e}: {found} {exact}");
             }
@@ -165,7 +164,8 @@ fn steps_are_exact_differences_of_times() {
     }
 }
 
-/// Regression: a first step after a late start was halved to 0 if an input changes within the rounding of times.
+/// Regression test: after a late start, a first step was halved to 0 if an input changed within the rounding of the
+/// time.
 #[test]
 fn first_steps_are_not_halved_below_the_rounding_of_times() {
     struct Noise;
@@ -196,8 +196,8 @@ fn first_steps_are_not_halved_below_the_rounding_of_times() {
     }
 }
 
-/// Regression: dense output of a first step used the multiplier and the derivatives given at the start, which do not
-/// affect the steps.
+/// Regression test: dense output of a first step used the initial multiplier and derivatives, which do not affect the
+/// steps.
 #[test]
 fn output_of_first_steps_does_not_depend_on_wrong_multipliers() {
     for (stages, (circuit, (name, wave, t_end))) in pairs(&[3, 5, 7], &pairs(&CIRCUITS, &WAVES)) {

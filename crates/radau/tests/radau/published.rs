@@ -1,8 +1,8 @@
 //! Digits with adaptive steps, compared with exact and published solutions.
 //!
-//! Steps and digits are the results of the first runs of this code (November 2026). The error of a
-//! single run varies by a factor of several after any change, so half a digit less and a tenth more
-//! steps are accepted.
+//! The expected steps and digits are the results of the first runs of this code (November 2026). The error of a single
+//! run varies by a factor of several after any change. Therefore, half a digit less and ten percent more steps are
+//! accepted.
 
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ fn assert_run(tol: f64, (steps, digits): (u64, f64), (most, least): (f64, f64)) 
     assert!((steps as f64) < 1.1 * most, "tolerance {tol}: {steps} steps, {most} expected");
 }
 
-/// Returns the number of steps and the mixed digits of the components `range` at `t_end`.
+/// Returns the number of steps, and the mixed digits of the components in `range` at `t_end`.
 fn digits<S: Sample + 'static>(
     sample: S,
     t_end: f64,
@@ -46,7 +46,7 @@ fn akzo() {
     }
 }
 
-/// IDA needs 3630 steps for 6.1 digits at 1e-8 in the form of index 2, and fails in index 3.
+/// For the index-2 form, IDA needs 3630 steps for 6.1 digits at 1e-8. For index 3, it fails.
 #[test]
 fn car_axis_in_all_forms() {
     use MechanicalForm::{Index2, Index3, Stabilized};
@@ -58,7 +58,7 @@ fn car_axis_in_all_forms() {
     ];
     for (form, expected) in expected {
         for (tol, expected) in TOLERANCES.into_iter().zip(expected) {
-            // Positions and velocities.
+            // Only positions and velocities are compared.
             assert_run(tol, digits(CarAxis::new(form), 3.0, &exact, 0..8, tol), expected);
         }
     }
@@ -71,13 +71,14 @@ fn pendulum_of_index_3() {
     for (components, expected) in
         [(0..2, (734.0, 10.8)), (2..4, (734.0, 8.3)), (4..5, (734.0, 7.0))]
     {
-        // Velocities and multipliers, whose leading error is removed, have only order 3. Their accuracy, two digits
-        // less than the tolerance, determines the number of steps; for positions, 408 steps would be sufficient.
+        // Velocities have only order 3, and so do multipliers, whose leading error is removed. Their accuracy, two
+        // digits less than the tolerance, determines the number of steps. For positions, 408 steps would be sufficient.
         assert_run(EIGHT, digits(sample, 2.0, &exact, components, EIGHT), expected);
     }
 }
 
-/// Long steps of high order are limited by Newton's method, from a start at rest, and by its tolerance.
+/// The long steps of high order are limited by Newton's method, because the pendulum starts at rest, and by Newton's
+/// tolerance.
 #[test]
 fn pendulum_of_index_3_at_high_order() {
     let sample = Pendulum::new(MechanicalForm::Index3);
@@ -124,7 +125,7 @@ fn heat_equation() {
     assert_run(EIGHT, (solver.statistics().steps, 8.0), (56.0, 8.0));
 }
 
-/// Checks the relative errors of y1 at thirteen times up to 1e11, while y1 decreases to 2e-8.
+/// Checks the relative errors of y1 at thirteen times up to 1e11. During this time, y1 decreases to 2e-8.
 #[test]
 fn robertson() {
     let reference = &reference("s3_robertson")["accurate"];
@@ -148,18 +149,17 @@ fn robertson() {
     }
 }
 
-/// Compares the counters with RADAU5 on van der Pol's equation, scaled to the time of its slow
-/// part,
+/// Compares the counters with those of RADAU5 for van der Pol's equation, scaled to the time of its slow part,
 ///
 /// ```text
 /// ẏ1 = y2,  ε ẏ2 = (1 − y1²) y2 − y1,  ε = 1e-6,  y(0) = (2, −0.66),  t ≤ 2.
 /// ```
 ///
-/// This is the example of RADAU5: tolerances 1e-4, first step 1e-6, 242 steps accepted and 8
-/// rejected, 162 Jacobians, 253 decompositions, 668 Newton iterations.
+/// This is the example of RADAU5 with tolerances of 1e-4 and a first step of 1e-6. RADAU5 accepts 242 steps and rejects
+/// 8, with 162 Jacobians, 253 decompositions and 668 Newton iterations.
 ///
-/// Source: the driver of RADAU5 (E. Hairer, G. Wanner). The counters are asserted by the solver of
-/// `russell_ode` (D. Pedroso), which reproduces that code to 1e-14.
+/// Source: the driver of RADAU5 (E. Hairer, G. Wanner). The tests of `russell_ode` (D. Pedroso), which reproduces
+/// RADAU5 to 1e-14, assert the same counters.
 #[test]
 fn counters_of_radau5() {
     let mut solver = RadauSolver::builder(Relaxation)
@@ -174,12 +174,12 @@ fn counters_of_radau5() {
         (ours.linear_setups, 253.0),
         (ours.newton_iterations, 668.0),
     ] {
-        // The codes repeat steps under different conditions: see the notes on the method.
+        // The codes repeat steps under different conditions; see the notes on the method.
         assert!((count as f64 / theirs - 1.0).abs() < 0.1, "{ours:?}");
     }
-    // This code compares the estimate with the tolerance for the solution if the estimate has grown by a factor of ten.
+    // If the estimate has grown by a factor of ten, this code compares it with the tolerance for the solution.
     assert!(ours.error_test_failures <= 2 * 8, "{ours:?}");
-    // The errors of both codes are below the tolerance.
+    // The errors of the two codes are below the tolerance.
     let theirs = [1.706163410178079, -8.927971289301175e-1];
     for (ours, theirs) in solver.y().iter().zip(theirs) {
         assert!((ours - theirs).abs() < 1e-4 * (1.0 + theirs.abs()));

@@ -24,12 +24,12 @@ fn exact(t: f64) -> f64 {
     (x(t).powi(3) - x(0.0).powi(3)) / 3.0
 }
 
-/// Checks that with fixed steps the order of a quadrature is the order of the method, 2s − 1, and within steps the
-/// order of dense output in a first step, s + 1.
+/// Checks the order of a quadrature with fixed steps. At the ends of steps, it is the order of the method, 2s − 1.
+/// Within a first step, it is the order of dense output, s + 1.
 #[test]
 fn quadratures_have_the_order_of_the_method() {
     // The steps are long, so that the error exceeds rounding. With seven stages and a step of 0.25, the error would be
-    // 3e-16 and the observed order 10 instead of 13.
+    // 3e-16, and the observed order would be 10 instead of 13.
     for (stages, h) in [(3, 0.2), (5, 0.5), (7, 4.0 / 3.0)] {
         let errors = [h, 0.5 * h].map(|h| {
             let mut solver = solver(RadauOptions {
@@ -56,17 +56,17 @@ fn quadratures_have_the_order_of_the_method() {
             [(q[0] - exact(solver.t())).abs(), within]
         });
         let order = |k: usize| (errors[0][k] / errors[1][k]).log2();
-        // With long steps, an order is observed to within a tenth.
+        // With long steps, the observed order is accurate to a tenth.
         let (method, s) = (2.0 * stages as f64 - 1.0, stages as f64);
         println!("s = {stages}: {:.2} {:.2} {errors:?}", order(0), order(1));
         assert!(order(0) > 0.9 * method, "s = {stages}: {}", order(0));
-        // For the first step there is no previous step, so the order is lower by one.
+        // There is no step before the first step, so the order is lower by one.
         let dense = s + 1.0;
         assert!(order(1) > 0.9 * dense, "s = {stages}: {}", order(1));
     }
 }
 
-/// The integrand uses the multiplier after removal of its leading error, like the output: ∫ z = e² ᵗ/2.
+/// The integrand uses the multiplier after removal of its leading error, as the output does: ∫ z = e² ᵗ/2.
 #[test]
 fn integrals_of_multipliers_use_their_output_values() {
     let start = JayIndex2.start();
@@ -83,11 +83,11 @@ fn integrals_of_multipliers_use_their_output_values() {
     solver.quadrature(&mut q).unwrap();
     let exact = 0.5 * 2.0_f64.exp();
     let off = (solver.y()[2] - 2.0 * exact).abs();
-    // At most the error of the multiplier at the end, or the tolerance, times the unit of time.
+    // The error is at most the error of the multiplier at the end, or the tolerance, times the unit of time.
     assert!((q[0] - exact).abs() < off.max(1e-5), "{q:?} {exact}, z {off:e}");
 }
 
-/// Quadratures are saved bitwise with the state, and continue after a root, and after a restart at a root.
+/// Quadratures are saved bitwise with the state. They continue after a root, and after a restart at a root.
 #[test]
 fn quadratures_go_on_from_saved_states_and_from_roots() {
     let options =
@@ -129,7 +129,7 @@ fn quadratures_go_on_from_saved_states_and_from_roots() {
             panic!("no root");
         };
         watched.quadrature(&mut q).unwrap();
-        // About a hundred steps with an error of 1e-8 each, plus the error of dense output.
+        // The bound covers about a hundred steps with an error of 1e-8 each, plus the error of dense output.
         assert!((q[0] - exact(t)).abs() < 1e-6, "{q:?} {}", exact(t));
         if restarts {
             watched.restart();

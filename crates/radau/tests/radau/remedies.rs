@@ -1,4 +1,4 @@
-//! Checks that an integration succeeds with each of the remedies suggested by a stop.
+//! Checks that an integration succeeds with each of the remedies suggested after a stop.
 
 use myovib_conformance::samples::{
     Constrained, Differentiated, MechanicalForm, Pendulum, Sample, SliderCrank,
@@ -49,7 +49,7 @@ impl Problem for StatedPendulum {
     }
 }
 
-/// ẏ = 0 until t = 1, then 1.
+/// ẏ = 0 until t = 1, and ẏ = 1 afterward.
 struct Jump;
 
 impl Problem for Jump {
@@ -121,7 +121,7 @@ fn for_an_index_above_that_of_bdf_lower_indices_and_radau_work() {
     assert_eq!(by_bdf(MechanicalForm::Index1), REACHED);
 }
 
-/// Positions off the constraint by many tolerances, at a restart, whose values are not checked.
+/// At a restart, whose values are not checked, positions violate the constraint by many tolerances.
 #[test]
 fn initial_values_off_a_constraint_are_corrected() {
     let restarted = |are_stated, off| {
@@ -144,7 +144,7 @@ fn initial_values_off_a_constraint_are_corrected() {
     assert_eq!(stated.integrate_to(2.0).unwrap(), REACHED);
 }
 
-/// Error of a position.
+/// Error of the position.
 const OFF: f64 = 1e-3;
 
 /// The pendulum of index 3 fails if all its variables have equal weights.
@@ -177,11 +177,11 @@ fn a_jump_is_a_time_to_restart_at() {
     assert_eq!(started(1e-2).integrate_to(2.0).unwrap(), REACHED);
 }
 
-/// In multipliers of index 3, errors of positions are divided by the square of the step size. A lower limit of the step
-/// size therefore limits their accuracy.
+/// In multipliers of index 3, errors of positions are divided by the square of the step size. Therefore, a lower limit
+/// of the step size limits the accuracy of these multipliers.
 #[test]
 fn looser_tolerances_of_multipliers_permit_longer_steps() {
-    // Factors on the tolerances of all variables, of velocities and of multipliers.
+    // Factors for the tolerances of all variables, of velocities and of multipliers.
     let outcome = |tol: f64, all: f64, [velocities, multipliers]: [f64; 2]| {
         let tol = all * tol;
         let [velocity, multiplier] = [velocities * tol, multipliers * tol];

@@ -1,4 +1,4 @@
-//! A solver that continues from a saved state takes the same steps as the original solver.
+//! Checks that a solver that continues from a saved state takes the same steps as the original solver.
 
 use myovib_conformance::samples::{
     CapacitorLoop, CarAxis, Differentiated, Heat2d, JayIndex2, LinearIndex1, MechanicalForm,
@@ -10,12 +10,12 @@ use myovib_radau::{RadauError, RadauOptions, RadauState};
 
 use crate::common::{WithoutJacobian, solver, tolerance};
 
-/// Step numbers at which the state is saved: (i × the golden ratio) modulo the number of steps.
+/// Returns the numbers of the steps at which the state is saved: (i × the golden ratio) modulo the number of steps.
 fn places(steps: u64) -> Vec<u64> {
     (1..=5).map(|i| (i * 2_654_435_761) % steps).collect()
 }
 
-/// Saves a run at several steps through JSON, and continues with a new solver.
+/// Saves the states of a run at several steps as JSON, and continues from each with a new solver.
 #[track_caller]
 fn assert_goes_on<S: Sample + Clone>(sample: &S, t_end: f64, options: &RadauOptions) {
     let begin = || {
@@ -48,7 +48,7 @@ fn assert_goes_on<S: Sample + Clone>(sample: &S, t_end: f64, options: &RadauOpti
             second.dense_output(t, 0, &mut out[1]).unwrap();
             assert_eq!(out[0], out[1]);
         }
-        // Saving does not change the first solver.
+        // Saving does not change the original solver.
         assert_eq!(first.save(), whole.save());
     }
 }
@@ -59,7 +59,7 @@ fn a_restored_run_is_the_uninterrupted_one_bit_by_bit() {
         for tol in [1e-3, 1e-6] {
             let options = RadauOptions {
                 stages,
-                // Old Jacobians and factors are in use at most steps.
+                // Old Jacobians and factors are used in most steps.
                 jacobian_reuse: 0.1,
                 step_window: (1.0, 2.0),
                 ..tolerance(if stages == 1 { 1e-3 } else { tol })

@@ -6,7 +6,7 @@ use myovib_radau::{RadauOptions, RadauSolver};
 
 use crate::common::{Oscillator, run};
 
-/// A pendulum, index 3, or its form of index 2, in a unit of time of `unit` seconds.
+/// A pendulum in the form of index 3 or 2, with a unit of time of `unit` seconds.
 #[derive(Clone, Copy)]
 struct Pendulum {
     index: u8,
@@ -39,8 +39,8 @@ impl Problem for Pendulum {
     }
 }
 
-/// Regression: errors of multipliers were multiplied by powers of h in the user's unit. In a unit of
-/// 1e-4 s, order 5 took forty times the steps.
+/// Regression test: errors of multipliers were multiplied by powers of h in the user's unit of time. With a unit of
+/// 1e-4 s, order 5 needed forty times as many steps.
 #[test]
 fn steps_do_not_depend_on_the_unit_of_time() {
     for (stages, index) in [(3, 3), (5, 3), (7, 3), (3, 2), (5, 2)] {
@@ -63,7 +63,7 @@ fn steps_do_not_depend_on_the_unit_of_time() {
             assert_eq!(solver.integrate_to(end).unwrap(), Outcome::Reached { t: end });
             solver.statistics().steps as f64
         });
-        // Only rounding differs. It changes up to 4 of 60 steps.
+        // Only rounding differs; it may change up to 4 of 60 steps.
         for &number in &steps {
             assert!(
                 (number / steps[0] - 1.0).abs() < 0.1,
@@ -73,8 +73,8 @@ fn steps_do_not_depend_on_the_unit_of_time() {
     }
 }
 
-/// A half-wave rectifier of 50 Hz with RC = 0.1 s: its diode conducts for 2 ms of each period, and
-/// otherwise only the decay of the voltage is visible.
+/// A half-wave rectifier for 50 Hz with RC = 0.1 s. Its diode conducts for 2 ms of each period. During the rest of the
+/// period, only the decay of the voltage is visible.
 struct Rectifier;
 
 impl Problem for Rectifier {
@@ -91,8 +91,8 @@ impl Problem for Rectifier {
     }
 }
 
-/// The same with a resistor of 10 Ω in series. The voltage of the diode is algebraic, and its interpolant within a step that
-/// contains a conduction may remain negative.
+/// The same rectifier with a resistor of 10 Ω in series. The voltage of the diode is algebraic. If a step contains a
+/// conduction, the interpolated voltage may remain negative within the step.
 struct RectifierWithResistor;
 
 impl Problem for RectifierWithResistor {
@@ -109,7 +109,7 @@ impl Problem for RectifierWithResistor {
     }
 }
 
-/// Regression: the last step passed over a conduction. The reference was computed with SciPy's LSODA and Radau.
+/// Regression test: the last step skipped a conduction. The reference was computed with SciPy's LSODA and Radau.
 #[test]
 fn no_conduction_through_a_resistor_is_skipped() {
     let rate = 1e3 * std::f64::consts::PI;
@@ -124,14 +124,14 @@ fn no_conduction_through_a_resistor_is_skipped() {
                 .unwrap();
             let outcome = solver.integrate_to(0.1).unwrap();
             assert_eq!(outcome, Outcome::Reached { t: 0.1 });
-            // As above.
+            // The bound is the same as below for the other rectifier.
             let error = (solver.y()[0] - 7.938737).abs();
             assert!(error < 1e3 * tolerance + 1e-6, "{stages} stages, {tolerance:e}: {error:e}");
         }
     }
 }
 
-/// Regression: steps of 45 ms skipped whole periods. The reference was computed with BDF and with SciPy's Radau.
+/// Regression test: steps of 45 ms skipped whole periods. The reference was computed with BDF and with SciPy's Radau.
 #[test]
 fn no_conduction_of_a_rectifier_is_skipped() {
     for stages in [3, 5, 7] {
@@ -148,16 +148,16 @@ fn no_conduction_of_a_rectifier_is_skipped() {
                 .unwrap();
             let outcome = solver.integrate_to(0.1).unwrap();
             assert_eq!(outcome, Outcome::Reached { t: 0.1 });
-            // The error of a conduction is within 100 tolerances of 10 V and decays by exp(-0.2) per
-            // period. A skipped period costs 1.5 V. The reference has six digits.
+            // The error of a conduction is within 100 tolerances of 10 V and decays by exp(-0.2) per period. A skipped
+            // period would cause an error of 1.5 V. The reference has six digits.
             let error = (solver.y()[0] - 8.108698).abs();
             assert!(error < 1e3 * tolerance + 1e-6, "{stages} stages, {tolerance:e}: {error:e}");
         }
     }
 }
 
-/// Regression: the smaller the relative tolerance, the more the absolute tolerance was increased, up to an error of 100 %
-/// without a failed step.
+/// Regression test: the smaller the relative tolerance was, the more the absolute tolerance was increased, up to an
+/// error of 100 % without a failed step.
 #[test]
 fn absolute_tolerances_hold_for_any_smaller_relative_tolerance() {
     const END: f64 = 20.0;
@@ -178,7 +178,7 @@ fn absolute_tolerances_hold_for_any_smaller_relative_tolerance() {
                 let solver = run(Oscillator, END, options);
                 let errors = solver.y().iter().zip(&exact).map(|(y, exact)| (y - exact).abs());
                 let error = errors.fold(0.0, f64::max);
-                // The guide promises the size of the tolerance, and at most 100 times the tolerance.
+                // According to the guide, errors are about as large as the tolerance, and at most 100 times as large.
                 assert!(error < 100.0 * absolute, "{stages} {absolute} {relative}: {error:e}");
             }
         }
@@ -201,14 +201,14 @@ impl Problem for Pulses {
     }
 }
 
-/// Regression: a step of five periods, eight times as long as the last one, was checked at ten points, all between
-/// pulses of 0.19 periods.
+/// Regression test: a step of five periods was eight times as long as the last step. It was checked at ten points, all
+/// of which were between pulses of 0.19 periods.
 #[test]
 fn no_pulse_after_a_pause_is_skipped() {
     let period = 2.0 * std::f64::consts::PI;
     let mut skipped = Vec::new();
-    // Pulses of 0.20 and 0.19 periods. The points are less than 0.09 periods apart in a step that begins within a period of
-    // the last pulse, so each pulse contains two.
+    // The pulses last 0.20 and 0.19 periods. If a step begins within a period of the last pulse, the points are less
+    // than 0.09 periods apart, so each pulse contains two points.
     for threshold in [0.8, 0.835] {
         let half_width = f64::acos(threshold);
         let area = 2.0 * (half_width.sin() - threshold * half_width);
@@ -223,7 +223,7 @@ fn no_pulse_after_a_pause_is_skipped() {
                 let t = period * f64::from(periods);
                 assert_eq!(solver.integrate_to(t).unwrap(), Outcome::Reached { t });
                 let missed = f64::from(periods) - solver.y()[0] / area;
-                // The error of all pulses is far below half a pulse.
+                // The error of all pulses together is far below half a pulse.
                 if missed.abs() > 0.5 {
                     skipped.push((threshold, periods, stages, relative, missed));
                 }

@@ -1,4 +1,4 @@
-//! Compares forward sensitivities with closed forms and with difference quotients of runs with small tolerances.
+//! Compares forward sensitivities with closed forms and with difference quotients of runs at small tolerances.
 
 use myovib_conformance::samples::{
     MechanicalForm, Oscillator, ParametricSample, Pendulum, Sample, ScaledJay, ScaledLinear,
@@ -12,7 +12,7 @@ use myovib_radau::{
 
 use crate::common::{solver, tolerance};
 
-/// Returns a solver after a run, with the sensitivities to all parameters of a sample.
+/// Returns a solver after a run, and the sensitivities to all parameters of a sample.
 fn run<S: ParametricSample + Copy + 'static>(
     sample: S,
     t_end: f64,
@@ -26,8 +26,8 @@ fn run<S: ParametricSample + Copy + 'static>(
     (solver, sensitivities)
 }
 
-/// Returns the largest error of p̄ S at the end, relative to 1 + |p̄ S|, over all parameters and the first `n`
-/// components.
+/// Returns the largest error of p̄ S at the end, relative to 1 + |p̄ S|. The maximum is over all parameters and the
+/// first `n` components.
 fn error<S: ParametricSample + Copy + 'static>(
     sample: S,
     t_end: f64,
@@ -54,8 +54,8 @@ fn pendulum() -> Pendulum {
     Pendulum::new(MechanicalForm::Index3).with(PENDULUM, 9.81)
 }
 
-/// The error of sensitivities is not controlled. They are as smooth as the solution, and the
-/// documented error is 10 × the tolerance.
+/// The error of sensitivities is not controlled. Sensitivities are as smooth as the solution, and the documented error
+/// is ten times the tolerance.
 #[test]
 fn closed_forms_of_index_0_to_3_are_met_at_ten_times_the_tolerance() {
     for stages in [3, 5, 7] {
@@ -91,10 +91,10 @@ fn multiplier_error<S: ParametricSample + Copy + 'static>(
     [own, of.fold(0.0, f64::max)]
 }
 
-/// The errors of the sensitivities of multipliers are not larger than the error of collocation, which has the
-/// order s − 1. The solver removes the leading part of this error from the multiplier, which then has the order s. So
-/// for an error e of the multiplier, the error of the sensitivity is about e^((s−1)/s), with a constant up to ten
-/// times as large.
+/// The errors of the sensitivities of multipliers are not larger than the error of collocation, which has order s − 1.
+/// The solver removes the leading part of this error from the multiplier, which then has order s. Therefore, if the
+/// multiplier has the error e, the error of the sensitivity is about e^((s−1)/s), with a constant up to ten times as
+/// large.
 #[test]
 fn multipliers_of_index_3_have_sensitivities_as_good_as_their_own() {
     for stages in [3, 5, 7] {
@@ -111,7 +111,7 @@ fn multipliers_of_index_3_have_sensitivities_as_good_as_their_own() {
     }
 }
 
-/// The pendulum without its Jacobian.
+/// The pendulum without an implemented Jacobian.
 #[derive(Clone, Copy)]
 struct WithoutJacobian(Pendulum);
 
@@ -129,9 +129,9 @@ impl Problem for WithoutJacobian {
     }
 }
 
-/// Regression: the errors of one-sided difference quotients, divided by h², gave the multiplier's sensitivity an error of
-/// 20 % at a tolerance of 1e-11. With central differences, the errors are at most ten times as large as with the exact
-/// Jacobian, or 1e-3.
+/// Regression test: one-sided difference quotients have errors that are divided by h². At a tolerance of 1e-11, they
+/// caused an error of 20 % in the sensitivity of the multiplier. With central differences, the errors are at most ten
+/// times as large as with the exact Jacobian, or 1e-3.
 #[test]
 fn sensitivities_of_multipliers_do_not_need_a_jacobian() {
     let pendulum = pendulum();
@@ -163,7 +163,7 @@ fn sensitivities_of_multipliers_do_not_need_a_jacobian() {
     }
 }
 
-/// Returns options with fixed steps, and with Newton's method and the sensitivity equations converged to rounding.
+/// Returns options with fixed steps, for which Newton's method and the sensitivity equations converge to rounding.
 fn fixed(stages: usize, h: f64) -> RadauOptions {
     RadauOptions {
         stages,
@@ -177,8 +177,8 @@ fn fixed(stages: usize, h: f64) -> RadauOptions {
     }
 }
 
-/// In fixed steps the sensitivities are derivatives of the discrete solution, so they have the
-/// order of the states.
+/// With fixed steps, the sensitivities are derivatives of the discrete solution, so they have the same order as the
+/// states.
 #[test]
 fn orders_in_fixed_steps_are_those_of_the_states() {
     for (stages, n) in [(3, 10.0), (5, 1.0)] {
@@ -186,17 +186,17 @@ fn orders_in_fixed_steps_are_those_of_the_states() {
         let of = |n: f64| error(ScaledLinear { p: 2.0, q: 0.6 }, 2.0, 1, fixed(stages, 2.0 / n));
         let observed = (of(n) / of(2.0 * n)).log2();
         println!("{stages} stages: {observed}, {:e}", of(2.0 * n));
-        // The difference between the observed and the limiting order is halved if the step sizes are halved.
+        // The difference between the observed order and the limiting order is halved if the step sizes are halved.
         assert!((observed - order).abs() < 1.0, "{stages} stages: {observed}");
     }
-    // Index 3: positions and velocities have at least the stage order s.
+    // For index 3, positions and velocities have at least the stage order s.
     let of = |n: f64| error(pendulum(), 1.0, 4, fixed(3, 1.0 / n));
     let observed = (of(40.0) / of(80.0)).log2();
     assert!(observed > 2.5, "index 3: {observed}");
 }
 
-/// The sensitivities are derivatives of the computed solution: they agree with differences of runs
-/// in the same fixed steps much more closely than with the exact solution.
+/// The sensitivities are derivatives of the computed solution. They agree with difference quotients of runs with the
+/// same fixed steps much more closely than with the exact solution.
 #[test]
 fn they_differentiate_the_computed_solution() {
     let (_, sensitivities) = run(pendulum(), 1.0, fixed(3, 0.02));
@@ -214,14 +214,14 @@ fn they_differentiate_the_computed_solution() {
         truth = truth.max((exact[i] - difference).abs());
     }
     println!("{off:e} {truth:e}");
-    // The truncation error (δ/g)², Newton's error 3e-15 divided by δ, and the error 4e-11 of ∂F/∂p are below 1e-9 for
-    // terms of size 1 to 10.
+    // Three errors are below 1e-9 for terms of size 1 to 10: the truncation error (δ/g)², the error of Newton's method,
+    // 3e-15, divided by δ, and the error of ∂F/∂p, 4e-11.
     assert!(off < 1e-8, "{off:e}");
     assert!(truth > 10.0 * off, "{truth:e} shows nothing");
 }
 
-/// For any number of parameters, the number of factorizations and all other counters equal the counters of the run
-/// without sensitivities.
+/// For any number of parameters, the number of factorizations and all other counters are equal to the counters of the
+/// run without sensitivities.
 #[test]
 fn a_run_with_sensitivities_takes_the_steps_and_factors_of_the_plain_one() {
     let plain = crate::common::run(pendulum(), 1.0, tolerance(1e-6)).statistics();
@@ -234,7 +234,7 @@ fn a_run_with_sensitivities_takes_the_steps_and_factors_of_the_plain_one() {
     assert_eq!(parameter_derivatives, 2 * 3 * steps);
 }
 
-/// The equation ẏ = p sin 50t with p = 0: the state is at rest, and only its sensitivity (1 − cos 50t)/50 varies.
+/// The equation ẏ = p sin 50t with p = 0. The state is at rest, and only its sensitivity (1 − cos 50t)/50 varies.
 struct Resting(f64);
 
 impl Problem for Resting {
@@ -248,7 +248,7 @@ impl Problem for Resting {
     }
 }
 
-/// Steps chosen for a state at rest do not resolve its sensitivity; steps chosen for both do.
+/// Steps chosen for a state at rest do not resolve its sensitivity. Steps chosen for the state and the sensitivity do.
 #[test]
 fn sensitivities_optionally_limit_the_steps() {
     let run = |tol: f64, is_controlling: bool| {
@@ -278,13 +278,13 @@ fn sensitivities_optionally_limit_the_steps() {
     for tol in [1e-4, 1e-6, 1e-8] {
         let [alone, both] = [false, true].map(|is_controlling| run(tol, is_controlling));
         println!("{tol:e}: {alone:.1e} {both:.1e}");
-        // The tolerance refers to a value of size 1; an error of a hundred tolerances is allowed.
+        // The tolerance refers to a value of size 1. An error of a hundred tolerances is allowed.
         assert!(both < 100.0 * tol, "{tol:e}: {both:e}");
         assert!(alone > 1e-3, "{tol:e}: {alone:e} shows nothing");
     }
 }
 
-/// Dense output is continuous with the ends of steps and equally accurate between them.
+/// Dense output agrees with the ends of steps, and is equally accurate between them.
 #[test]
 fn dense_output_is_that_of_the_step() {
     let sample = Oscillator { omega: 3.0 };
@@ -303,8 +303,8 @@ fn dense_output_is_that_of_the_step() {
         let middle = 0.5 * (from + to);
         sensitivities.dense_output(&solver, 0, middle, 0, &mut out).unwrap();
         let exact = sample.exact_sensitivity(0, middle);
-        // The order is s + 1 or, in the first step, s, while it is 2s − 1 at the ends of steps. Therefore errors of
-        // several hundred tolerances are allowed.
+        // The order is s + 1 or, in the first step, s; at the ends of steps, it is 2s − 1. Therefore, errors of several
+        // hundred tolerances are allowed.
         assert!((out[0] - exact[0]).abs() < 1e-6, "{middle}: {}", out[0] - exact[0]);
     }
     let outside = sensitivities.dense_output(&solver, 0, 0.0, 0, &mut out);
@@ -347,9 +347,9 @@ impl Problem for Duffing {
     }
 }
 
-/// A vibration integrated over many periods with long steps is nearly a linear combination of its values in previous
-/// steps. Sensitivities with this initial guess need one correction, and occasionally a second: 1.2 on average,
-/// compared with 2.05 from polynomials.
+/// If a vibration is integrated over many periods with long steps, it is nearly a linear combination of its values in
+/// previous steps. Sensitivities with this initial guess need one correction, and occasionally a second one: 1.2 on
+/// average, compared with 2.05 with an initial guess from polynomials.
 #[test]
 fn steps_of_a_vibration_start_from_those_before() {
     let options = RadauOptions { stages: 7, ..tolerance(1e-5) };
@@ -372,14 +372,14 @@ fn steps_of_a_vibration_start_from_those_before() {
     assert!(corrections < 1.6, "{corrections}");
 }
 
-/// Returns a solver of the oscillator with steps of 0.1, and its sensitivity.
+/// Returns a solver for the oscillator with steps of 0.1, and its sensitivity.
 fn fixed_steps() -> (RadauSolver<Oscillator>, ForwardSensitivities<Differenced<Oscillator>>) {
     let oscillator = Oscillator { omega: 2.0 };
     let options = RadauOptions { step_size: StepSize::Fixed(0.1), ..RadauOptions::default() };
     run(oscillator, 0.0, options)
 }
 
-/// Regression: after a `reinit`, the sensitivities missed steps or failed permanently, depending on the number of
+/// Regression test: after a `reinit`, the sensitivities missed steps or failed permanently, depending on the number of
 /// previous steps.
 #[test]
 fn sensitivities_are_continued_over_a_reinit_on_request_only() {
@@ -403,14 +403,14 @@ fn sensitivities_are_continued_over_a_reinit_on_request_only() {
             followed.follow(&mut solver).unwrap();
         }
         let exact = Oscillator { omega: 2.0 }.exact_sensitivity(0, solver.t());
-        // The error of the method is 1e-6 in a step of this size.
+        // The error of the method is 1e-6 for this step size.
         for (found, exact) in followed.of(0).iter().zip(exact) {
             assert!((found - exact).abs() < 1e-5, "{steps}: {found} {exact}");
         }
     }
 }
 
-/// Sensitivities start at the end of any step, for example of a restored state, but not within a step.
+/// Sensitivities can start at the end of any step, for example of a restored state, but not within a step.
 #[test]
 fn sensitivities_continue_from_a_restored_state() {
     let oscillator = Oscillator { omega: 2.0 };
@@ -428,7 +428,7 @@ fn sensitivities_continue_from_a_restored_state() {
     continued.integrate_to(&mut again, 3.0).unwrap();
     assert_eq!(solver.y(), again.y());
     for (one, other) in followed.of(0).iter().zip(continued.of(0)) {
-        // The sensitivity equations are solved to a third of the tolerance, from other initial guesses.
+        // The sensitivity equations are solved to a third of the tolerance, with other initial guesses.
         assert!((one - other).abs() < 1e-7, "{one} {other}");
     }
 
@@ -472,7 +472,7 @@ fn a_restored_state_ends_what_follows_steps() {
     }
 }
 
-/// Regression: parameters were reset to the values in a list created earlier.
+/// Regression test: parameters were reset to the values in a list created earlier.
 #[test]
 fn parameters_changed_before_the_start_keep_their_values() {
     let (before, after) = (Oscillator { omega: 2.0 }, Oscillator { omega: 3.0 });
@@ -484,7 +484,7 @@ fn parameters_changed_before_the_start_keep_their_values() {
     let mut followed = ForwardSensitivities::new(&solver, before.differenced(), starts).unwrap();
     followed.integrate_to(&mut solver, 1.0).unwrap();
     assert_eq!(solver.problem().omega, 3.0);
-    // 1e-8 per step, for several dozen steps, as for the tests above.
+    // The error is 1e-8 per step, for several dozen steps, as in the tests above.
     assert!((solver.y()[0] - 3_f64.cos()).abs() < 1e-6);
     let exact = after.exact_sensitivity(0, 1.0);
     assert!((followed.of(0)[0] - exact[0]).abs() < 1e-6);

@@ -1,8 +1,8 @@
-//! Andrews' squeezing mechanism: hidden constraints, and fast motion of all bodies from the start.
+//! Andrews' squeezing mechanism, with hidden constraints and fast motion of all bodies from the start.
 //!
-//! Seven bodies in a plane, connected in three loops through one point, are driven by a torque against a spring.
-//! Source: F. Mazzia, C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4 (2008), problem `andrews`:
-//! equations, constants, initial values, and the solution at t = 0.03.
+//! Seven bodies in a plane are connected in three loops through one point. They are driven by a torque against a
+//! spring. Source: F. Mazzia, C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4 (2008), problem
+//! `andrews`: equations, constants, initial values, and the solution at t = 0.03.
 
 use myovib_dae::{Outcome, Problem, StepError};
 use myovib_radau::{RadauOptions, RadauSolver};
@@ -177,7 +177,7 @@ const Q0: [f64; 7] = [
 const W0: [f64; 2] = [14_222.443_919_954_138, -10_666.832_939_965_585];
 const MULTIPLIERS: [f64; 2] = [98.566_870_396_241_09, -6.122_688_344_255_662];
 
-/// q at t = 0.03.
+/// Published q at t = 0.03.
 const PUBLISHED: [f64; 7] = [
     15.810_771_196_299_04,
     -15.756_371_059_842_98,
@@ -206,7 +206,7 @@ fn at_end(index: u8, options: RadauOptions) -> (Vec<f64>, u64) {
     (solver.y()[..7].to_vec(), solver.statistics().steps)
 }
 
-/// In short first steps, rounding dominates the constraints. Steps must then become longer, not shorter.
+/// In short first steps, rounding dominates the constraints. The next steps must then become longer, not shorter.
 #[test]
 fn no_first_step_is_too_short() {
     for stages in [3, 5, 7] {
@@ -221,8 +221,8 @@ fn no_first_step_is_too_short() {
                 let (q, steps) = at_end(3, options);
                 let reached = scd(&q, &PUBLISHED);
                 println!("{stages} {tol:e} {initial_step:?}: {steps} steps, {reached:.2} digits");
-                // The fewest digits of the first runs (November 2026), as in `published`; half a
-                // digit less is accepted. Runs at small tolerances agree with the reference to 9.57
+                // The expected value is the smallest number of digits of the first runs (November 2026), as in
+                // `published`. Half a digit less is accepted. Runs at small tolerances agree with the reference to 9.57
                 // digits in all forms.
                 assert!(reached > digits - 0.5, "{stages} {tol:e} {initial_step:?}: {reached:.2}");
             }
@@ -230,7 +230,7 @@ fn no_first_step_is_too_short() {
     }
 }
 
-/// The published values are reproduced with the constraint G v = 0 instead of g = 0.
+/// The published values are reproduced if the constraint is G v = 0 instead of g = 0.
 #[test]
 fn the_published_positions_are_those_of_index_2() {
     let options = RadauOptions { stages: 7, ..tolerance(1e-11) };

@@ -1,4 +1,4 @@
-//! Starts that violate constraints by less than the tolerances.
+//! Initial values that violate constraints by less than the tolerances.
 
 use myovib_conformance::samples::{
     Constrained, Differentiated, MechanicalForm, Pendulum, Sample, SliderCrank,
@@ -8,8 +8,8 @@ use myovib_radau::{RadauOptions, RadauSolver};
 
 use crate::common::tolerance;
 
-/// A mass on a support that starts to oscillate at t = 0, with a spring to a second mass: at rest at the
-/// start, although the constraint q = 1 − cos 30 t changes.
+/// A mass on a support that starts to oscillate at t = 0, connected by a spring to a second mass. The masses are at
+/// rest at the start, although the constraint q = 1 − cos 30 t changes.
 struct Driven;
 
 impl Problem for Driven {
@@ -42,11 +42,11 @@ impl Sample for Driven {
     }
 }
 
-/// Times of the comparison. Steps that end earlier have more rounding in multipliers than the tolerances.
+/// Times of the comparison. If steps ended earlier, rounding of multipliers would exceed the tolerances.
 const TIMES: [f64; 3] = [0.02, 0.05, 0.1];
 
-/// Returns the solution at the times, with the start displaced by `off` times alternating signs in
-/// variables of the index `displaced`.
+/// Returns the solution at these times. At the start, variables of the index `displaced` are displaced by `off` times
+/// alternating signs.
 fn solutions<S: Sample>(
     sample: S,
     (off, displaced): (f64, u8),
@@ -66,8 +66,8 @@ fn solutions<S: Sample>(
     TIMES.map(at).to_vec()
 }
 
-/// Regression: positions off by 1e-11 stopped all methods at the start, and velocities off by 1e-7 gave
-/// wrong multipliers silently.
+/// Regression test: positions with an error of 1e-11 stopped all methods at the start, and velocities with an error of
+/// 1e-7 led to wrong multipliers without an error.
 fn expect_harmless<S: Sample>(sample: impl Fn() -> S, displaced: u8) {
     for (stages, tol) in [(3, 1e-4), (3, 1e-8), (5, 1e-6), (7, 1e-4), (7, 1e-8)] {
         let options = |tol| RadauOptions { stages, ..tolerance(tol) };
@@ -77,7 +77,7 @@ fn expect_harmless<S: Sample>(sample: impl Fn() -> S, displaced: u8) {
             let found = solutions(sample(), (off, displaced), options(tol));
             for ((found, own), (exact, t)) in found.iter().zip(&own).zip(exact.iter().zip(TIMES)) {
                 for (i, ((y, own), exact)) in found.iter().zip(own).zip(exact).enumerate() {
-                    // A hundred tolerances, or a few times the error with an exact start.
+                    // The bound is a hundred tolerances plus a few times the error with an exact start.
                     let allowed = 100.0 * tol * (1.0 + exact.abs()) + 3.0 * (own - exact).abs();
                     assert!(
                         (y - exact).abs() <= allowed,
@@ -105,7 +105,7 @@ fn velocities_of_index_3_may_be_off() {
     expect_harmless(|| Driven, 2);
 }
 
-/// The multiplier of a first step of free size.
+/// Checks the multiplier of a first step whose size is chosen by the solver.
 #[test]
 fn the_first_multiplier_is_correct() {
     for (form, displaced) in
@@ -114,14 +114,14 @@ fn the_first_multiplier_is_correct() {
         for stages in [3, 5, 7] {
             let (sample, tol, off) = (Pendulum::new(form), 1e-6, 1e-7);
             let mut start = sample.start();
-            // At the start, the rod has the direction of x.
+            // At the start, the rod is in the direction of x.
             start.y[if displaced == 1 { 0 } else { 2 }] += off;
             let options = RadauOptions { stages, ..tolerance(tol) };
             let builder = RadauSolver::builder(sample).options(options);
             let mut solver = builder.build(start.t, &start.y, &start.y_dot).unwrap();
             solver.step(1.0).unwrap();
             let exact = sample.exact(solver.t()).unwrap()[4];
-            // A hundred tolerances, as the guide promises.
+            // The bound is a hundred tolerances, as stated in the guide.
             let error = (solver.y()[4] - exact).abs();
             assert!(
                 error < 100.0 * tol * (1.0 + exact.abs()),
