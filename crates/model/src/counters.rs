@@ -1,5 +1,8 @@
 //! Work counters. Tests use them to check that a run computes only what its scene needs.
 
+use std::ops::AddAssign;
+use std::time::Duration;
+
 use myovib_dae::StepError;
 use myovib_fem::Inverted;
 use myovib_sparse::LinearWork;
@@ -42,6 +45,55 @@ pub struct WorkCounters {
     /// The most recently inverted element.
     #[serde(skip)]
     pub inverted: Option<Inverted>,
+    /// Wall-clock times of the evaluations since the start of the process.
+    #[serde(skip)]
+    pub times: EvaluationTimes,
+}
+
+/// Wall-clock times of the evaluations that an integrator requests from a body.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EvaluationTimes {
+    /// Residuals.
+    pub residuals: Duration,
+    /// Element passes that compute tangents.
+    pub tangents: Duration,
+    /// Sums of Newton matrices and their factorizations.
+    pub factorizations: Duration,
+    /// Solutions of linear systems, including their refinement.
+    pub solves: Duration,
+}
+
+/// Times differ between identical runs. Comparisons of counters ignore them.
+impl PartialEq for EvaluationTimes {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl EvaluationTimes {
+    /// Returns the times of the evaluations since the `earlier` reading.
+    pub fn since(&self, earlier: &Self) -> Self {
+        Self {
+            residuals: self.residuals.saturating_sub(earlier.residuals),
+            tangents: self.tangents.saturating_sub(earlier.tangents),
+            factorizations: self.factorizations.saturating_sub(earlier.factorizations),
+            solves: self.solves.saturating_sub(earlier.solves),
+        }
+    }
+
+    /// Returns the sum of the times.
+    pub fn total(&self) -> Duration {
+        self.residuals + self.tangents + self.factorizations + self.solves
+    }
+}
+
+impl AddAssign for EvaluationTimes {
+    fn add_assign(&mut self, other: Self) {
+        self.residuals += other.residuals;
+        self.tangents += other.tangents;
+        self.factorizations += other.factorizations;
+        self.solves += other.solves;
+    }
 }
 
 impl WorkCounters {

@@ -63,7 +63,7 @@ pub use analysis::{
 pub use integration::{ida, radau, step_weights};
 
 pub use assembly::{Assembly, Entry};
-pub use counters::WorkCounters;
+pub use counters::{EvaluationTimes, WorkCounters};
 pub use cpu::CpuClock;
 pub use equation::Equation;
 pub use error::ModelError;

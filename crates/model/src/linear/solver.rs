@@ -1,6 +1,8 @@
 //! Linear solver of the integrators that uses condensed matrices, for one real and several complex values of c at a
 //! time.
 
+use std::time::Instant;
+
 use myovib_dae::{LinearSolver, Linearization, StepError};
 use myovib_sparse::SparseOptions;
 use myovib_sparse::{SparseError, resources};
@@ -78,6 +80,7 @@ impl CondensedSolver {
         complex: &[Complex64],
         prepare: impl Fn(usize, &mut MuscleDae),
     ) -> Result<(), StepError> {
+        let started = Instant::now();
         self.allocate(complex.len())?;
         self.shifts.0 = real;
         self.shifts.1.clear();
@@ -102,7 +105,9 @@ impl CondensedSolver {
             let solve = |x: &mut [Complex64]| matrix.solve(x, &mut work);
             result = result.and_then(|()| driven.factorize(slopes, place.clone(), solve));
         }
-        dae.counters_mut().linear = work;
+        let counters = dae.counters_mut();
+        counters.linear = work;
+        counters.times.factorizations += started.elapsed();
         Ok(result?)
     }
 
@@ -229,6 +234,7 @@ fn solve_columns<T: Parts>(
     c: T,
     (rhs, n_columns): (&mut [T], usize),
 ) -> Result<(), StepError> {
+    let started = Instant::now();
     if let Some(relaxation) = relaxation {
         relaxation.condense(dae, c, rhs, n_columns);
     }
@@ -237,5 +243,6 @@ fn solve_columns<T: Parts>(
     if let Some(relaxation) = relaxation {
         relaxation.recover(dae, c, rhs, n_columns);
     }
+    dae.counters_mut().times.solves += started.elapsed();
     Ok(())
 }

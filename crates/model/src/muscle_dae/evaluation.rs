@@ -1,6 +1,7 @@
 //! Residual and Jacobian. Each requires one pass over the elements, followed by a sum of blocks.
 
 use std::slice::{from_mut, from_ref};
+use std::time::Instant;
 
 use myovib_dae::{Problem, StepError};
 use myovib_fem::{
@@ -107,6 +108,20 @@ impl MuscleDae {
             // Linear laws have no added stress.
             return Ok(());
         }
+        let started = Instant::now();
+        let updated = self.update_tangents(t, y, y_dot, constant);
+        self.counters.times.tangents += started.elapsed();
+        updated
+    }
+
+    /// Evaluates the tangents at a state, except for those that are `constant`.
+    fn update_tangents(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        constant: bool,
+    ) -> Result<(), StepError> {
         self.expand(t, y, None);
         let (muscle, u) = (&self.muscle, &self.work.displacement);
         self.matrices.update_boundary_forces(muscle.boundary_forces(), (t, 1.0), u);

@@ -1,11 +1,12 @@
 //! Contents of `run.json`: input, program, settings and statistics of a run.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use myovib_model::advice::Advice;
-use myovib_model::{CpuClock, EndReason, Formulation, Integrator, Muscle, Outcome, Statistics};
+use myovib_model::{
+    CpuClock, EndReason, EvaluationTimes, Formulation, Integrator, Muscle, Outcome, Statistics,
+};
 use myovib_sparse::resources;
-use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::options::RunResult;
@@ -18,12 +19,33 @@ use crate::statistics;
 use crate::system::System;
 use crate::{Body, Scene};
 
-/// Wall-clock time (s) of each part of a run.
-#[derive(Debug, Clone, Copy, Serialize)]
+/// Wall-clock times of a run.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Timing {
-    pub(super) setup: f64,
-    pub(super) integration: f64,
-    pub(super) output: f64,
+    pub(super) setup: Duration,
+    /// Evaluations that the integrator requested from the body.
+    pub(super) evaluations: EvaluationTimes,
+    /// Integration, including evaluations and outputs.
+    pub(super) integration: Duration,
+    pub(super) output: Duration,
+}
+
+impl Timing {
+    /// Returns the time (s) of each part. The parts except for the setup add up to the time of the integration; `other`
+    /// contains the rest, for example step size control and the oscillators.
+    fn by_part(&self) -> Value {
+        let EvaluationTimes { residuals, tangents, factorizations, solves } = self.evaluations;
+        let other = self.integration.saturating_sub(self.output + self.evaluations.total());
+        json!({
+            "setup": self.setup.as_secs_f64(),
+            "residuals": residuals.as_secs_f64(),
+            "tangents": tangents.as_secs_f64(),
+            "factorizations": factorizations.as_secs_f64(),
+            "solves": solves.as_secs_f64(),
+            "other": other.as_secs_f64(),
+            "output": self.output.as_secs_f64(),
+        })
+    }
 }
 
 /// Clocks of an analysis that writes its results at the end.
@@ -71,7 +93,7 @@ pub(super) fn dynamic<P: System>(
         "resumed": total.resumed,
         "work": system.counters(),
         "output_work": outputs.work,
-        "wall_seconds_by_part": timing,
+        "wall_seconds_by_part": timing.by_part(),
         "peak_memory_bytes": resources::peak(),
     });
     if chains.is_some() {

@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use myovib_model::{
-    AcceptedStep, Counts, EndReason, Integrator, Limits, ModelError, Observer, Outcome,
-    SampleTimes, Statistics, run,
+    AcceptedStep, Counts, EndReason, EvaluationTimes, Integrator, Limits, ModelError, Observer,
+    Outcome, SampleTimes, Statistics, run,
 };
 
 use super::checkpoint::{Checkpoint, OutputWork, Totals, expect_incomplete};
@@ -130,6 +130,7 @@ impl Motion<'_> {
             before: checkpoint.map_or(Totals::default(), |c| c.counts.resumed()),
             work: checkpoint.map_or(OutputWork::default(), |c| c.work),
             seconds: Duration::ZERO,
+            times: EvaluationTimes::default(),
             y: vec![0.0; n_unknowns],
             y_dot: vec![0.0; n_unknowns],
         };
@@ -196,6 +197,7 @@ impl Driver for Motion<'_> {
             }
         }
         let setup = self.started.elapsed();
+        let before = integrator.problem().counters().times;
         // If a run was killed after the checkpoint at its end, only the files written at the end are missing.
         let at_the_end = checkpoint.filter(|c| c.t >= scene.t_end);
         let statistics = match at_the_end {
@@ -212,10 +214,12 @@ impl Driver for Motion<'_> {
         let is_whole = ended || statistics.outcome.reason() == Some(EndReason::Event);
         let stopped_before = (!is_whole).then_some(scene.t_end);
         outputs.state(&mut *integrator, statistics.t_reached, state, stopped_before)?;
+        let evaluations = integrator.problem().counters().times.since(&before);
         let timing = Timing {
-            setup: setup.as_secs_f64(),
-            integration: (statistics.wall_seconds - outputs.seconds.as_secs_f64()).max(0.0),
-            output: outputs.seconds.as_secs_f64(),
+            setup,
+            evaluations: evaluations.since(&outputs.times),
+            integration: Duration::from_secs_f64(statistics.wall_seconds),
+            output: outputs.seconds,
         };
         let driving = DrivingError::all(scene, integrator.problem());
         let mut document = document::dynamic(scene, &*integrator, &statistics, &outputs, &timing)?;

@@ -6,7 +6,8 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use myovib_model::{
-    AcceptedStep, EndReason, Integrator, ModelError, Observer, Outcome, SampleTimes, first_positive,
+    AcceptedStep, EndReason, EvaluationTimes, Integrator, ModelError, Observer, Outcome,
+    SampleTimes, first_positive,
 };
 
 use super::checkpoint::{Checkpoint, OutputWork, Totals};
@@ -54,7 +55,10 @@ pub(super) struct Outputs<'a> {
     /// Statistics of the parts of the run before the last resume.
     pub(super) before: Totals,
     pub(super) work: OutputWork,
+    /// Wall-clock time of the outputs.
     pub(super) seconds: Duration,
+    /// Times of the evaluations that the outputs requested, which are part of `seconds`.
+    pub(super) times: EvaluationTimes,
     pub(super) y: Vec<f64>,
     pub(super) y_dot: Vec<f64>,
 }
@@ -304,9 +308,11 @@ impl<P: System> Observer<P> for Outputs<'_> {
         &mut self,
         step: &mut AcceptedStep<'_, P>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
-        let started = Instant::now();
+        let times = |integrator: &dyn Integrator<P>| integrator.problem().counters().times;
+        let (started, before) = (Instant::now(), times(step.integrator));
         let flow = self.observe(step);
         self.seconds += started.elapsed();
+        self.times += times(step.integrator).since(&before);
         flow
     }
 }

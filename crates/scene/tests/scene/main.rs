@@ -30,3 +30,4 @@ mod symmetry_planes;
 mod units;
 mod ventricle;
 mod volume_functions;
+mod wall_times;
