@@ -160,6 +160,11 @@ impl Method {
         theta * self.ramp.iter().rev().fold(0.0, |sum, a| sum * theta + a)
     }
 
+    /// Returns the maximum of |r| over the unit interval, sampled at 31 points; see [`ramp`](Method::ramp).
+    pub(crate) fn largest_ramp(&self) -> f64 {
+        (1..32).map(|k| self.ramp(f64::from(k) / 32.0).abs()).fold(0.0, f64::max)
+    }
+
     /// Returns ∫_0^θ τ ℓ_0(τ) dτ, which has a double zero at 0 and whose derivative is zero at the nodes.
     pub(crate) fn second_ramp(&self, theta: f64) -> f64 {
         let terms = self.start_basis[0].iter().enumerate().rev();

@@ -208,6 +208,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             // û then equals u at the nodes, which satisfy the algebraic equations.
             let algebraic = self.algebraic.iter().copied();
             self.collocation.free_start(&self.method, algebraic);
+            let contradicted = self.contradicted_slopes();
+            self.collocation.free_start(&self.method, contradicted);
         }
         if let Some(quadrature) = &mut self.quadrature {
             quadrature.accept(&self.method, self.t, h, self.fresh);
@@ -253,6 +255,20 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         };
         let is_adaptive = self.options.step_size == StepSize::Adaptive;
         is_adaptive && self.fresh && multipliers.any(is_far)
+    }
+
+    /// Returns the variables whose initial derivative contradicts the polynomial of the first step just computed: it
+    /// would change the polynomial by more than the tolerance. The step does not depend on the initial derivatives,
+    /// which may be wrong, and the polynomial without them has been verified.
+    fn contradicted_slopes(&self) -> Vec<usize> {
+        if !self.fresh || self.options.step_size != StepSize::Adaptive {
+            return Vec::new();
+        }
+        let scale = self.collocation.h * self.method.largest_ramp();
+        let mut slopes = vec![0.0; self.y.len()];
+        self.collocation.start_slope(&self.method, &mut slopes);
+        let change = |i: usize| scale * (self.collocation.y_dot0[i] - slopes[i]).abs();
+        (0..self.y.len()).filter(|&i| change(i) > self.weights.solution_tolerance(i)).collect()
     }
 
     /// Replaces the algebraic variables at the start of the step just computed by the values of the polynomial through

@@ -1,7 +1,7 @@
 //! Output between the ends of steps, for inputs and characteristics with kinks.
 
 use myovib_conformance::samples::{Differentiated, Pump, Sample, TwoStageAmplifier, VanDerPol};
-use myovib_dae::{Outcome, Problem, StepError, StopReason};
+use myovib_dae::{Direction, Outcome, Problem, StepError, StopReason};
 use myovib_radau::{RadauOptions, RadauSolver};
 
 use crate::circuits::{CIRCUITS, Driven, PROMISED, WAVES, pairs};
@@ -219,6 +219,58 @@ fn output_of_first_steps_does_not_depend_on_wrong_multipliers() {
             let error = driven.error(&y, t, 1e-6);
             let what = format!("{}, {name}, {stages} stages", circuit.name);
             assert!(error < PROMISED, "{what}, {theta}: {error:.1e}");
+        }
+    }
+}
+
+/// Regression test: dense output of a first step used wrong initial derivatives, which do not affect the steps. The
+/// error was 60 tolerances, or 600 with a given first step. Root functions used the same polynomial.
+#[test]
+fn output_of_first_steps_does_not_depend_on_wrong_derivatives() {
+    struct Decay;
+    impl Problem for Decay {
+        fn n_unknowns(&self) -> usize {
+            1
+        }
+
+        fn residual(
+            &mut self,
+            _: f64,
+            y: &[f64],
+            yp: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            r[0] = yp[0] + y[0];
+            Ok(())
+        }
+    }
+    let first_steps = [None, Some(1e-2), Some(0.1)];
+    for ((stages, tol), (initial_step, guess)) in
+        pairs(&pairs(&[3, 5, 7], &[1e-4, 1e-8]), &pairs(&first_steps, &[0.0, 1.0, -1.0, 1e6]))
+    {
+        let options = RadauOptions { stages, initial_step, ..tolerance(tol) };
+        let builder = RadauSolver::builder(Decay).options(options);
+        let crossing = 1e-4_f64;
+        let root = move |_: &mut Decay, _: f64, y: &[f64], _: &[f64], g: &mut [f64]| {
+            g[0] = y[0] - (-crossing).exp();
+            Ok(())
+        };
+        let builder = builder.roots(vec![Direction::Both], root);
+        let mut solver = builder.build(0.0, &[1.0], &[guess]).unwrap();
+        let Outcome::Root { t, .. } = solver.integrate_to(1.0).unwrap() else {
+            panic!("{stages} stages, {initial_step:?}, {guess}: no root");
+        };
+        // The derivative of the root function is about 1. The solution is accurate to PROMISED tolerances of size
+        // tol (1 + |y|).
+        let bound = PROMISED * 2.0 * tol;
+        let what = format!("{stages} stages, {tol:e}, {initial_step:?}, {guess}");
+        assert!((t - crossing).abs() < bound, "{what}: root at {t}");
+        let [from, to] = solver.last_step_interval();
+        for theta in [0.013, 0.1, 0.35, 0.5, 0.77, 0.95] {
+            let (t, mut y) = (from + theta * (to - from), [0.0]);
+            solver.dense_output(t, 0, &mut y).unwrap();
+            let error = (y[0] - (-t).exp()).abs();
+            assert!(error < bound, "{what}, {theta}: {:.1e} tolerances", error / tol);
         }
     }
 }
