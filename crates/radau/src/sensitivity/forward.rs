@@ -223,6 +223,7 @@ impl<Q> ForwardSensitivities<Q> {
         SensitivityWork {
             real_solves: self.counters.work.real_solves,
             complex_solves: self.counters.work.complex_solves,
+            difference_evaluations: self.operator.difference_evaluations(),
             ..self.work
         }
     }

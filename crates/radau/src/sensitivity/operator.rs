@@ -74,6 +74,11 @@ impl StageOperator {
         }
     }
 
+    /// Returns the number of residual evaluations for difference quotients so far.
+    pub(super) fn difference_evaluations(&self) -> u64 {
+        self.jacobian.residual_evaluations()
+    }
+
     /// Adds the start of the step as a point.
     pub(super) fn add_start(&mut self, method: &Method) {
         self.stages_and_start = method.stages() + 1;

@@ -8,6 +8,8 @@ pub struct SensitivityWork {
     pub steps: u64,
     /// Number of linearizations: one per stage of each step, independent of the number of parameters.
     pub jacobian_evaluations: u64,
+    /// Number of evaluations of the residual for linearizations by difference quotients.
+    pub difference_evaluations: u64,
     /// Number of evaluations of ∂F/∂p: one per stage and parameter.
     pub parameter_derivatives: u64,
     /// Number of solves with the real matrix: one per iteration and parameter that has not converged.

@@ -406,7 +406,10 @@ impl<P: Problem> IdaSolver<P> {
 
     /// Returns the number of residual evaluations for difference quotients since the solver was built.
     fn difference_evaluations(&self) -> u64 {
-        self.functions().linear.difference_evaluations()
+        let functions = self.functions();
+        let of_sensitivities = functions.sensitivities.as_ref();
+        functions.linear.difference_evaluations()
+            + of_sensitivities.map_or(0, |sensitivities| sensitivities.difference_evaluations())
     }
 
     fn functions(&self) -> &UserFunctions<P> {

@@ -60,6 +60,19 @@ pub(super) struct SensitivityEquations<P> {
     jacobian: Jacobian,
     /// ∂F/∂y and ∂F/∂ẏ.
     parts: [Vec<f64>; 2],
+    /// ∂F/∂p, row by row, and whether it was evaluated at the state of the matrices.
+    df_dp: (Vec<f64>, bool),
+    /// State and step of the last linearization.
+    at: Option<LinearizedState>,
+}
+
+/// A state (t, y, ẏ) and the step by which differences are scaled.
+#[derive(PartialEq)]
+struct LinearizedState {
+    t: f64,
+    step: f64,
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
 }
 
 impl<P: Problem> SensitivityEquations<P> {
@@ -70,7 +83,8 @@ impl<P: Problem> SensitivityEquations<P> {
         (t_start, starts): (f64, Vec<[Vec<f64>; 2]>),
     ) -> Result<Self, Error> {
         let n = problem.n_unknowns();
-        expect_starts(&starts, parameters.list().len(), n)?;
+        let n_parameters = parameters.list().len();
+        expect_starts(&starts, n_parameters, n)?;
         for parameter in parameters.list() {
             expect_positive("scale of a parameter", parameter.scale)?;
         }
@@ -84,17 +98,41 @@ impl<P: Problem> SensitivityEquations<P> {
             step: 1.0,
             jacobian,
             parts: [vec![0.0; nnz], vec![0.0; nnz]],
+            df_dp: (vec![0.0; n * n_parameters], false),
+            at: None,
         })
     }
 
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ.
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ, once for each state: all iterations of the staggered method for a step, and its error
+    /// test, have the same state.
     pub(super) fn linearize(
         &mut self,
         problem: &mut P,
         at: &Linearization<'_>,
     ) -> Result<(), StepError> {
+        let is_known = |last: &LinearizedState| {
+            (last.t, last.step) == (at.t, at.step) && last.y == at.y && last.y_dot == at.y_dot
+        };
+        if self.at.as_ref().is_some_and(is_known) {
+            return Ok(());
+        }
+        self.forget();
         let [df_dy, df_dyp] = &mut self.parts;
-        self.parameters.linearize(problem, &mut self.jacobian, at, [df_dy, df_dyp])
+        self.parameters.linearize(problem, &mut self.jacobian, at, [df_dy, df_dyp])?;
+        let (y, y_dot) = (at.y.to_vec(), at.y_dot.to_vec());
+        self.at = Some(LinearizedState { t: at.t, step: at.step, y, y_dot });
+        Ok(())
+    }
+
+    /// Discards the last linearization, because the problem may have changed.
+    pub(super) fn forget(&mut self) {
+        self.at = None;
+        self.df_dp.1 = false;
+    }
+
+    /// Returns the number of residual evaluations for difference quotients so far.
+    pub(super) fn difference_evaluations(&self) -> u64 {
+        self.jacobian.residual_evaluations()
     }
 
     /// Computes ∂F/∂y S + ∂F/∂ẏ Ṡ + ∂F/∂p_j at the state of the last linearization.
@@ -106,7 +144,14 @@ impl<P: Problem> SensitivityEquations<P> {
         [s, s_dot]: [&[f64]; 2],
         out: &mut [f64],
     ) -> Result<(), StepError> {
-        self.parameters.derivative(problem, j, t, y, y_dot, out)?;
+        let (df_dp, is_known) = &mut self.df_dp;
+        if !*is_known {
+            let evaluated = self.parameters.derivatives(problem, t, [y, y_dot], df_dp);
+            evaluated.map_err(|(_, error)| error)?;
+            *is_known = true;
+        }
+        let rows = df_dp.chunks_exact(self.starts.len());
+        out.iter_mut().zip(rows).for_each(|(out, row)| *out = row[j]);
         let [df_dy, df_dyp] = &self.parts;
         add_product(self.jacobian.pattern(), df_dy, s, out);
         add_product(self.jacobian.pattern(), df_dyp, s_dot, out);

@@ -29,7 +29,11 @@ impl<P: Problem> IdaSolver<P> {
     /// Returns the problem, for example to change its parameters. Its size and pattern must not change. After a change
     /// that causes a jump of y or ẏ, call [`reinit`](IdaSolver::reinit).
     pub fn problem_mut(&mut self) -> &mut P {
-        &mut self.functions_mut().problem
+        let functions = self.functions_mut();
+        if let Some(sensitivities) = &mut functions.sensitivities {
+            sensitivities.forget();
+        }
+        &mut functions.problem
     }
 
     /// Ends the integration and returns the problem.

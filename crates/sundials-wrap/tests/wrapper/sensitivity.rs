@@ -304,6 +304,106 @@ fn a_parameter_that_was_changed_keeps_its_value() {
     assert!((found[0] - exact[0]).abs() < 1e-6, "{found:?} {exact:?}");
 }
 
+/// The equation ẏ + p y = 0, which records the states of its evaluations.
+struct Recording(f64, Arc<Mutex<Vec<[f64; 3]>>>);
+
+impl Problem for Recording {
+    fn n_unknowns(&self) -> usize {
+        1
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        self.1.lock().unwrap().push([t, y[0], v[0]]);
+        r[0] = v[0] + self.0 * y[0];
+        Ok(())
+    }
+}
+
+/// Parameter p of [`Recording`], whose derivative is exact; counts its evaluations.
+struct Counted([Parameter; 1], Arc<Mutex<u64>>);
+
+impl Parameters<Recording> for Counted {
+    fn list(&self) -> &[Parameter] {
+        &self.0
+    }
+
+    fn derivative(
+        &mut self,
+        _: &mut Recording,
+        _: usize,
+        _: f64,
+        y: &[f64],
+        _: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StepError> {
+        *self.1.lock().unwrap() += 1;
+        out.copy_from_slice(y);
+        Ok(())
+    }
+}
+
+/// Regression: each iteration for the sensitivities linearized F again, and the counters excluded these evaluations.
+#[test]
+fn a_state_is_linearized_once_and_all_evaluations_are_counted() {
+    for method in [Staggered, Simultaneous] {
+        let (states, derivatives) = (Arc::default(), Arc::default());
+        let problem = Recording(1.0, Arc::clone(&states));
+        let parameters = Counted([Parameter::new("p", 1.0)], Arc::clone(&derivatives));
+        let options = SensitivityOptions { method, ..SensitivityOptions::default() };
+        let mut solver = IdaSolver::builder(problem)
+            .tolerances(Tolerances::scalar(1e-8, 1e-10))
+            .sensitivities(parameters, options, vec![[vec![0.0], vec![-1.0]]])
+            .build(0.0, &[1.0], &[-1.0])
+            .unwrap();
+        // The evaluations of the consistency check are not counted.
+        let before = states.lock().unwrap().len();
+        solver.integrate_to(1.0).unwrap();
+        let (statistics, of) = (solver.statistics(), solver.sensitivity_statistics());
+        let evaluations = (states.lock().unwrap().len() - before) as u64;
+        let counted = statistics.residual_evaluations + statistics.difference_evaluations;
+        let n_derivatives = *derivatives.lock().unwrap();
+        println!("{method:?}: {n_derivatives} of {}, {evaluations}", of.residual_evaluations);
+        if method == Staggered {
+            // IDAS evaluates F at each state of a staggered solve, and does not count it.
+            assert_eq!(evaluations, counted + n_derivatives);
+            assert!(n_derivatives < of.residual_evaluations, "{of:?}");
+        } else {
+            assert_eq!(evaluations, counted);
+        }
+        let mut s = [0.0];
+        solver.sensitivity(0, &mut s).unwrap();
+        // 300 times the tolerance, as above.
+        assert!((s[0] + (-1.0_f64).exp()).abs() < 3e-6, "{s:?}");
+    }
+}
+
+/// Regression of the linearization of a state: the problem may change while the state remains.
+#[test]
+fn a_changed_problem_is_linearized_again() {
+    let start = vec![[vec![0.0], vec![-1.0]]];
+    let mut slopes = [0.0; 2];
+    let parameters = Differenced::new(
+        vec![Parameter::new("p", 1.0)],
+        |problem: &Recording, _| problem.0,
+        |problem: &mut Recording, _, p| problem.0 = p,
+    );
+    let mut solver = IdaSolver::builder(Recording(1.0, Arc::default()))
+        .tolerances(Tolerances::scalar(1e-8, 1e-10))
+        .sensitivities(parameters, SensitivityOptions::default(), start.clone())
+        .build(0.0, &[1.0], &[-1.0])
+        .unwrap();
+    for (p, slope) in [1.0, 2.0].into_iter().zip(&mut slopes) {
+        solver.problem_mut().0 = p;
+        solver.reinit_with_sensitivities(0.0, &[1.0], &[-p], &[], start.clone()).unwrap();
+        solver.integrate_to(1.0).unwrap();
+        let mut s = [0.0];
+        solver.sensitivity(0, &mut s).unwrap();
+        *slope = s[0] + (-p).exp();
+    }
+    // 300 times the tolerance, as above.
+    assert!(slopes.iter().all(|error| error.abs() < 3e-6), "{slopes:?}");
+}
+
 /// ẏ + p y² = 0.
 struct Decay(f64);
 
