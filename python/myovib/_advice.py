@@ -43,7 +43,7 @@ def _share_of_entries(residual: Function, t: float, y: Array, yp: Array) -> floa
     return share if share < SPARSE else None
 
 
-class _Facts(NamedTuple):
+class Facts(NamedTuple):
     """Facts about an integration, from which the reasons for a failure are derived."""
 
     # Variables excluded from the error test.
@@ -87,13 +87,13 @@ def _is_slow_from_the_start(solution: DaeSolution, span: float) -> bool:
     return len(solution.t) > 1000 and abs(solution.t[100] - solution.t[0]) < SLOW * span
 
 
-def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array, known: _Facts) -> str | None:
+def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array, facts: Facts) -> str | None:
     """Return advice, if any, for an integration that ended early, failed many error tests or is limited by rounding of t.
 
     If the solution ended early, the advice is also added to its message. It replaces the remedies that the integrator
     suggests there, unless the advice is a guess.
     """
-    suppress, is_hidden, has_wrong_velocities, has_jacobian, note, span, has_outputs, initial, ends, pattern, indices = known
+    suppress, span, has_jacobian = facts.suppress, facts.span, facts.has_jacobian
     is_bdf = solution.method == "bdf"
     many = is_bdf and solution.nsteps > 1000 and solution.netf > FAILED * solution.nsteps
     if not solution.t.size:
@@ -104,25 +104,30 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     if not (many or is_late or solution.status < 0):
         return None
     y, yp = solution.y[:, -1], solution.yp[:, -1]
-    structure = Structure.at(residual, solution.t[-1], y, yp, rtol * np.abs(y) + atol, pattern=pattern)
-    singular = _singular(structure)
+    structure = Structure.at(residual, solution.t[-1], y, yp, rtol * np.abs(y) + atol, pattern=facts.pattern)
+    earlier = [] if solution.success else _earlier(solution, residual, rtol, atol, facts.pattern)
+    # A state that Newton's method or the error test does not accept may be far from the solution.
+    singular = _singular(structure) if all(_singular(other) for _, other in earlier) else ""
+    nonlinear = [] if solution.success else _nonlinear(residual, solution, earlier, facts)
     hidden = structure.of_higher_index if structure and is_bdf else []
     tested = [j for j in hidden if suppress is None or not suppress[j]]
     stopped = STOPPED.match(solution.message)
     stop = float(stopped[1] if stopped else solution.t[-1])
     is_guess = False
     jumping = None if solution.success else _jumping(residual, solution, rtol, atol, stop)
-    if note and not solution.success:
-        advice = note
+    if nonlinear:
+        advice = _advice_for_nonlinear(nonlinear, is_bdf, facts)
+    elif facts.index_note and not solution.success:
+        advice = facts.index_note
     elif singular and not solution.success:
         advice = singular
-    elif has_wrong_velocities and not solution.success and "after 0 steps" in solution.message:
+    elif facts.has_wrong_velocities and not solution.success and "after 0 steps" in solution.message:
         advice = START
     elif structure and tested:
         advice = index_note(structure, "bdf", None, suppress)[0]
     elif not solution.nsteps and (failed := FAILED_AT_START.search(solution.message)) and not jumping:
         # IDAS reduces the step size by a factor of 4^10 before it stops.
-        is_guess = initial == "given"
+        is_guess = facts.initial == "given"
         advice = (
             f"the error test fails in a first step of {failed[1]}: give `first_step={failed[1]}`, or `yp0` with the derivatives "
             "of all variables, including the algebraic ones"
@@ -136,7 +141,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             "the first step of BDF after a break uses the derivatives of algebraic variables, which are computed only for "
             f"systems of at most {LARGEST} variables: use a larger `rtol`, or a Radau method"
         )
-    elif solution.nsteps and ("after 0 steps" in solution.message if is_hidden else hidden and VALUELESS in solution.message):
+    elif solution.nsteps and ("after 0 steps" in solution.message if facts.is_hidden else hidden and VALUELESS in solution.message):
         advice = (
             "a constraint or its derivative jumps at the break: end there, and start again with consistent values"
         )
@@ -149,11 +154,11 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     elif jumping:
         equations, variable = jumping
         advice = f"the equations {listed(equations)} (counted from 0) jump "
-        if variable is None and abs(ends[-1] - stop) < INSTANTS[-1] * np.spacing(max(abs(ends[-1]), span)):
-            advice += f"at the end of the span: also list {ends[-1]} in `breaks`"
+        if variable is None and abs(facts.ends[-1] - stop) < INSTANTS[-1] * np.spacing(max(abs(facts.ends[-1]), span)):
+            advice += f"at the end of the span: also list {facts.ends[-1]} in `breaks`"
         elif variable is None:
             advice += "at this time: list the times at which inputs jump in `breaks`"
-            nearest = min(ends[1:-1], key=lambda t: abs(t - stop), default=np.inf)
+            nearest = min(facts.ends[1:-1], key=lambda t: abs(t - stop), default=np.inf)
             if abs(nearest - stop) < NEAR * span:
                 advice += f", to all digits: the listed time {nearest} differs by {abs(nearest - stop):.1e}"
         else:
@@ -167,7 +172,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             "the domain of F may end near this state; otherwise limit the arguments of exponentials, or use tighter "
             "tolerances"
         )
-    elif is_hidden and not (solution.success or has_outputs) and _is_slow_from_the_start(solution, span):
+    elif facts.is_hidden and not (solution.success or facts.has_outputs) and _is_slow_from_the_start(solution, span):
         exact = "" if has_jacobian else "the exact `jacobian`, tighter tolerances or "
         advice = (
             f"steps are very short from the start: use {exact}a `first_step` of about 1/1000 of the time within which "
@@ -183,7 +188,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             f"the equations {kinked} (counted from 0) have a kink near this time, as `max` and `abs` do: replace it by a "
             f"smooth function over {SMOOTH}, or {other}"
         )
-    elif not solution.success and (steep := _growing(solution, indices)):
+    elif not solution.success and (steep := _growing(solution, facts.indices)):
         advice = (
             f"the derivatives of the variables {steep} (counted from 0) grow without bound near this time: "
             "the solution may have a pole, a square root or the end of the domain of F there"
@@ -216,7 +221,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         other = " or a `first_step`" if "after 0 steps" in solution.message else other
         advice = f"difference quotients may be inaccurate: give the exact `jacobian`{other}"
         advice += f"; replace a kink of F, such as `max`, by a smooth function over {SMOOTH}"
-    elif not (solution.success or is_hidden) and _fails_to_converge(solution.message):
+    elif not (solution.success or facts.is_hidden) and _fails_to_converge(solution.message):
         # With `t_eval`, the last known state may be far from the kink.
         is_guess = True
         advice = (
@@ -229,6 +234,65 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         reason, remedies, others = solution.message.partition(": the last half")[0].partition("; suggested remed")
         solution.message = f"{reason}; {advice}" + (remedies + others if is_guess else "")
     return advice
+
+
+def _earlier(
+    solution: DaeSolution, residual: Function, rtol: float, atol: Array, pattern: Pattern | None
+) -> list[tuple[int, Structure]]:
+    """Return the structures at some states before the last one, with their numbers."""
+    found = []
+    for k in sorted({(len(solution.t) - 1) // 2, len(solution.t) - 4, len(solution.t) - 2}):
+        if k >= 0:
+            y, yp = solution.y[:, k], solution.yp[:, k]
+            structure = Structure.at(residual, solution.t[k], y, yp, rtol * np.abs(y) + atol, pattern=pattern)
+            found += [(k, structure)] if structure else []
+    return found
+
+
+# Second difference relative to the first differences above which F is nonlinear.
+CURVED = 0.1
+
+
+def _nonlinear(
+    residual: Function, solution: DaeSolution, earlier: list[tuple[int, Structure]], facts: Facts
+) -> list[int]:
+    """Return the algebraic variables that count as variables of index 2, but in which F is nonlinear.
+
+    Their index is 1 where F depends on them strongly, as on the voltage of a conducting diode. Error tests for index 2 then
+    allow errors that F magnifies.
+    """
+    n = len(solution.y)
+    if n > LARGE:
+        return []
+    found = set()
+    sizes = np.median(np.abs(solution.y), axis=1)
+    for k, structure in earlier:
+        t, y, yp = solution.t[k], solution.y[:, k], solution.yp[:, k]
+        stated = structure.algebraic & (np.array(facts.indices or [0] * n) == 2)
+        if facts.suppress is not None and solution.method == "bdf":
+            stated |= structure.algebraic & np.array(facts.suppress)
+        rounding = 1e3 * structure.rounding(np.abs(structure.df_dy), np.abs(structure.df_dyp))
+        with ignoring(Exception), np.errstate(all="ignore"):  # outside of the domain of F
+            base = np.array(residual(t, y, yp), dtype=float)
+            for j in {*np.flatnonzero(stated).tolist(), *structure.of_higher_index}:
+                unit = sizes[j] * (np.arange(n) == j)
+                changes = [np.array(residual(t, y + c * unit, yp), dtype=float) - base for c in (1.0, -1.0)]
+                bend, largest = np.abs(changes[0] + changes[1]), np.abs(changes[0]) + np.abs(changes[1])
+                if (np.isfinite(bend) & (bend > CURVED * largest) & (bend > rounding)).any():
+                    found.add(j)
+    return sorted(found)
+
+
+def _advice_for_nonlinear(variables: list[int], is_bdf: bool, facts: Facts) -> str:
+    described = (
+        f"F is nonlinear in the variables {listed(variables)} (counted from 0), whose index may change during the integration, "
+        "as at diodes: "
+    )
+    if is_bdf and facts.suppress is not None and any(facts.suppress[j] for j in variables):
+        return f"{described}do not exclude them by `suppress`, whatever a warning about their index says"
+    if not is_bdf and any(facts.indices[j] > 1 for j in variables if facts.indices):
+        return f"{described}state 1 for them in `index`, whatever a warning about their index says"
+    return f"{described}use tighter tolerances"
 
 
 def _wrong_entry(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._advice import START, _Facts, _advice, _explain, _missing_entry, _share_of_entries, _singular, _wrong_entry
+from ._advice import START, Facts, _advice, _explain, _missing_entry, _share_of_entries, _singular, _wrong_entry
 from ._arguments import (
     LARGE,
     _Events,
@@ -418,21 +418,18 @@ def solve_dae(
     last = solution
     if not (solution.t.size or solution.success):
         last = replace(solution, t=np.array([t0]), y=start[:, None], yp=rates[:, None])
-    has_wrong_velocities = constraints is not None and bool(constraints.changing)
-    has_outputs = outputs is not None
-    times = [end.t for end in ends]
-    known = _Facts(
-        excluded,
-        is_hidden,
-        has_wrong_velocities,
-        jacobian is not None,
-        note,
-        abs(t_end - t0),
-        has_outputs,
-        initial,
-        times,
-        pattern,
-        indices,
+    facts = Facts(
+        suppress=excluded,
+        is_hidden=is_hidden,
+        has_wrong_velocities=constraints is not None and bool(constraints.changing),
+        has_jacobian=jacobian is not None,
+        index_note=note,
+        span=abs(t_end - t0),
+        has_outputs=outputs is not None,
+        initial=initial,
+        ends=[end.t for end in ends],
+        pattern=pattern,
+        indices=indices,
     )
     wrong = next((text for subject, text in of_functions if subject == "jacobian"), None)
     if pattern is not None and jacobian is None and not solution.success:
@@ -441,7 +438,7 @@ def solve_dae(
         notes.append(wrong)
         if not solution.success:
             solution.message = f"{solution.message.partition('; suggested remed')[0]}; {wrong}"
-    elif advice := _advice(last, _within(residual, last_limits), rtol, tolerances, known):
+    elif advice := _advice(last, _within(residual, last_limits), rtol, tolerances, facts):
         notes.append(advice)
         solution.message = last.message
     may_be_singular = structure is not None and bool(_singular(structure))
@@ -462,14 +459,15 @@ def solve_dae(
     if family == "bdf" and excluded is not None and initial == "given" and structure and structure.of_higher_index:
         is_jump = jumping_from_start(residual, first_limits, (start, rates), (rtol, tolerances))
         jumping = [j for j in structure.of_higher_index if is_jump[j]]
-    if is_hidden and family != "bdf" and indices is not None and not has_wrong_velocities:
+    if is_hidden and family != "bdf" and indices is not None and not facts.has_wrong_velocities:
 
         def repeated(h: float | None) -> DaeSolution | None:
             """Return the solution in the first steps if the size of the first step is h."""
-            few = {**request, "first_step": h, "max_steps": 6, "dense": False, "parameters": []}
+            few = {**request, "first_step": h, "max_steps": 6, "dense": False}
+            functions = (_recoverable(residual), matrices and _recoverable(matrices), _Events(None, ()), None)
             try:
-                first, _ = _integrate_parts(few, ends[:2], (residual, matrices, _Events(None, ()), None), (start, rates), None)
-            except Exception:  # F may be undefined there
+                first, _ = _integrate_parts(few, ends[:2], functions, (start, rates), None)
+            except _Failed:
                 return None
             first.pop("warnings")
             return _solution(first, n, 0, 0, family)
@@ -510,6 +508,18 @@ def _checked_choices(
     return method, max_order
 
 
+def _recoverable(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the function with failures in place of its exceptions, for states that may be outside of its domain."""
+
+    def call(*arguments: Any) -> Any:
+        try:
+            return function(*arguments)
+        except Exception as error:
+            raise _native.StepFailure(str(error)) from error
+
+    return call
+
+
 class _Failed(Exception):
     """The integrator found no consistent initial values or rejected a setting."""
 
@@ -517,7 +527,7 @@ class _Failed(Exception):
 def _integrate_parts(
     request: dict[str, Any],
     ends: list[_End],
-    functions: tuple[Function, _Jacobian | None, _Events, Sensitivities | None],
+    functions: tuple[Function, Any, _Events, Sensitivities | None],
     start: tuple[Array, Array],
     outputs: list[float] | None,
     positions: NDArray[np.bool_] | None = None,

@@ -1,6 +1,7 @@
 """Reasons of failures and remedies of `solve_dae`."""
 
 import itertools
+import math
 import re
 import warnings
 from types import SimpleNamespace
@@ -614,3 +615,70 @@ def test_a_break_beside_the_jump_is_named(method):
     breaks = [0.01 * k for k in range(1, 10)]
     s = solve_dae(equations, (0, 0.1), [0, 0], [0, 0], method, breaks=breaks)
     assert s.status == -1 and "0.01 differs by 1.0e-11" in s.message, s.message
+
+
+def ring_modulator(t, y, yp):
+    """Ring modulator without the capacities at its diodes (Mazzia, Magherini: Test Set for IVP Solvers, 2008, problem ring).
+
+    The voltages y[2:6] have the index 2 while the diodes block.
+    """
+    u1, u2 = 0.5 * math.sin(2e3 * math.pi * t), 2.0 * math.sin(2e4 * math.pi * t)
+    at_diodes = [y[2] - y[4] - y[6] - u2, -y[3] + y[5] - y[6] - u2, y[3] + y[4] + y[6] + u2, -y[2] - y[5] + y[6] + u2]
+    with np.errstate(over="ignore", invalid="ignore"):
+        q1, q2, q3, q4 = 40.67286402e-9 * (np.exp(17.7493332 * np.array(at_diodes)) - 1.0)
+        right = [
+            (y[7] - 0.5 * y[9] + 0.5 * y[10] + y[13] - y[0] / 25e3) / 1.6e-8,
+            (y[8] - 0.5 * y[11] + 0.5 * y[12] + y[14] - y[1] / 25e3) / 1.6e-8,
+            y[9] - q1 + q4,
+            -y[10] + q2 - q3,
+            y[11] + q1 - q3,
+            -y[12] - q2 + q4,
+            (-y[6] / 50.0 + q1 + q2 - q3 - q4) / 1e-8,
+            -y[0] / 4.45,
+            -y[1] / 4.45,
+            (0.5 * y[0] - y[2] - 36.3 * y[9]) / 2e-3,
+            (-0.5 * y[0] + y[3] - 17.3 * y[10]) / 5e-4,
+            (0.5 * y[1] - y[4] - 36.3 * y[11]) / 2e-3,
+            (-0.5 * y[1] + y[5] - 17.3 * y[12]) / 5e-4,
+            (-y[0] + u1 - 86.3 * y[13]) / 2e-3,
+            (-y[1] - 636.3 * y[14]) / 2e-3,
+        ]
+        return np.where(AT_DIODES, 0.0, yp) - right
+
+
+AT_DIODES = np.array([2 <= j < 6 for j in range(15)])
+
+
+def ring_modulator_matrices(t, y, yp):
+    """Central differences, accurate to six digits for exponents up to 1e3."""
+    steps = 1e-6 * np.eye(15)
+    columns = [ring_modulator(t, y + step, yp) - ring_modulator(t, y - step, yp) for step in steps]
+    return np.array(columns).T / 2e-6, np.diag(~AT_DIODES).astype(float)
+
+
+@pytest.mark.parametrize(
+    ("method", "rtol", "jacobian"),
+    [
+        ("radau5", 1e-4, ring_modulator_matrices),
+        ("radau9", 1e-4, ring_modulator_matrices),
+        ("bdf", 1e-3, None),
+    ],
+)
+def test_the_remedy_works_where_the_index_varies(method, rtol, jacobian):
+    """Regression: the message stated that the equations do not determine the voltages at the diodes."""
+    yp0 = -ring_modulator(0.0, np.zeros(15), np.zeros(15))
+    span = (0, 1.1e-4 if method == "bdf" else 6e-5)
+    common = dict(t_span=span, y0=np.zeros(15), yp0=yp0, method=method, rtol=rtol, atol=rtol, jacobian=jacobian)
+    stated = dict(suppress=AT_DIODES) if method == "bdf" else dict(index=np.where(AT_DIODES, 2, 1))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        s = solve_dae(ring_modulator, **common, **stated)
+        remedy = {} if method == "bdf" else dict(index=np.ones(15, int))
+        again = solve_dae(ring_modulator, **common, **remedy)
+        accurate = dict(method="radau5", rtol=1e-5, atol=1e-5, jacobian=ring_modulator_matrices)
+        exact = solve_dae(ring_modulator, **{**common, **accurate, "index": np.ones(15, int)})
+    assert not s.success and again.success and exact.success, [s.message, again.message, exact.message]
+    assert "do not determine" not in s.message
+    assert "[2, 3, 4, 5" in s.message and ("`suppress`" if method == "bdf" else "`index`") in s.message
+    # One hundred tolerances, as in the guide.
+    np.testing.assert_allclose(again.y[:2, -1], exact.y[:2, -1], rtol=0, atol=100 * rtol)
