@@ -123,11 +123,12 @@ def solve_dae(
     t_span : (float, float)
         Start and end of the integration. With "bdf", the end may be before the start.
     y0, yp0 : array_like, shape (n,)
-        Solution and derivative at the start. They must be consistent unless `initial`
-        requests a correction. Radau methods with `index` move values that violate
-        constraints by less than the tolerances onto the constraints. Equations that
-        contain derivatives are not checked; a wrong `yp0` then appears in the first
-        column of `yp`.
+        Solution and derivative at the start. They must be consistent unless
+        `initial` requests a correction. Radau methods with `index` move values that
+        violate constraints by less than the tolerances onto the constraints. Equations
+        that contain derivatives are not checked; a wrong `yp0` then appears in the first
+        column of `yp`. A warning names multipliers of index 2 and 3 that jump in the first
+        step; for "bdf", only up to 200 variables.
     method : {"bdf", "radau5", "radau9", "radau13"}
         BDF of order 1 to 5, for index 0 and 1 (and index 2 with the algebraic
         components excluded from the error test, see `suppress`), or Radau IIA of
@@ -210,12 +211,16 @@ def solve_dae(
         error of dy/dp. Derivatives of variables of index 2 and 3 are less accurate than
         the variables.
     df_dp : callable, optional
-        ``df_dp(t, y, yp, p)`` returns dF/dp, with the shape (n, k). By default, central
-        differences are used.
+        ``df_dp(t, y, yp, p)`` returns dF/dp, with the shape (n, k). By default,
+        central differences are used, with increments of 6e-6 ``|p_j|``. For a parameter of 0, the
+        increment is chosen at the start so that the quotient is accurate, in any unit;
+        if F does not depend on the parameter there, it is 6e-6.
     dy0_dp : array_like, shape (n, k), optional
         Derivatives of `y0` with respect to the parameters; zero by default. At index 0
         and 1, rows of algebraic variables are computed if n is at most 200, or `sparsity`
-        is given.
+        is given. A `ValueError` names an equation without derivatives that they violate,
+        or a constraint on positions of index 3 whose time derivative they violate (n at
+        most 200). Rows of multipliers of index 2 and 3 are not checked.
 
     Returns
     -------
@@ -336,7 +341,6 @@ def solve_dae(
         "has_default_limit": max_steps is None,
         "dense": bool(dense_output),
         "initial": initial,
-        "parameters": [] if sensitivities is None else sensitivities.parameters.tolist(),
     }
     outputs = _output_times(t_eval, t0, t_end)
     notes: list[str] = []
@@ -413,7 +417,8 @@ def solve_dae(
             explained = _explain(initial, residual, first_limits[0], start, rates, tolerance, pattern)
         raise RuntimeError(f"{failed}{explained}") from None
     of_functions = found.pop("warnings")
-    solution = _solution(found, n, len(watched.functions), len(request["parameters"]), family)
+    n_parameters = 0 if sensitivities is None else len(sensitivities.parameters)
+    solution = _solution(found, n, len(watched.functions), n_parameters, family)
     # Before the first output time, only the initial state is known.
     last = solution
     if not (solution.t.size or solution.success):
@@ -570,7 +575,7 @@ def _integrate_parts(
         if watched.functions:
             events = _within(watched.values, part_limits, origin)
             events = _in_bytes(events, len(watched.functions), "events")
-        of_parameters: dict[str, Any] = {"df_dp": None, "dy0_dp": []}
+        of_parameters: dict[str, Any] = {"parameters": [], "df_dp": None, "dy0_dp": []}
         try:
             if sensitivities and dy_dp is not None:
                 of_parameters = sensitivities.request(dy_dp, (part_limits, origin), (y, yp), request, is_first)
@@ -610,6 +615,8 @@ def _integrate_parts(
             break
         if is_late:
             _delay(solved, origin)
+        if sensitivities:
+            solved["nfev"] += sensitivities.take_evaluations()
         limits = part_limits
         if not is_first and is_hidden and outputs is None:
             # At the start of this part, the multipliers still have their values from before the break.

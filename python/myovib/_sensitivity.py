@@ -7,20 +7,30 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ._arguments import _in_bytes, _real, _vector, _with
+from ._breaks import _derivative
 from ._native import StepFailure
 from ._parts import _within
 from ._solution import Array, Function
-from ._structure import Structure
+from ._structure import RANK, Structure
 
 # Relative increment of central differences.
 INCREMENT = float(np.cbrt(np.finfo(float).eps))
 
+# Trial sizes of a parameter whose value is 0, in the order of the search, and the agreement of quotients for three
+# successive sizes at which neither rounding nor nonlinearity matters. The second is for equations with large terms that do
+# not depend on the parameter.
+TRIALS = 10.0 ** np.array(sorted(range(-30, 31, 2), key=abs))
+AGREEMENTS = (1e-6, 1e-3)
+
 # Residual of a linearized equation, relative to its largest possible terms, above which the equation is considered
 # violated.
 VIOLATED = 0.05
+
+# Number of sign patterns from which the largest possible terms of a hidden constraint are estimated.
+SIGNS = 16
 
 
 class Sensitivities:
@@ -47,6 +57,15 @@ class Sensitivities:
         if not np.isfinite(start).all():
             raise ValueError("dy0_dp has non-finite entries")
         self.start = start
+        self._evaluations = 0
+        # Typical sizes for the increments of difference quotients, NaN until they are known, and for the error test.
+        self._sizes = np.where(self.parameters == 0.0, np.nan, np.abs(self.parameters))
+        self._scales = self._sizes.copy()
+
+    def take_evaluations(self) -> int:
+        """Return the number of evaluations of F for dF/dp since the last call."""
+        taken, self._evaluations = self._evaluations, 0
+        return taken
 
     def derivatives(self, t: float, y: Array, yp: Array) -> Array:
         """Return dF/dp, row by row."""
@@ -61,7 +80,7 @@ class Sensitivities:
 
     def _quotient(self, j: int, t: float, y: Array, yp: Array) -> Array:
         """Return the difference quotient of F for parameter j. It is one-sided if F is defined on one side only."""
-        size = INCREMENT * (abs(self.parameters[j]) or 1.0)
+        size = INCREMENT * self._sizes[j]
         found: list[tuple[float, Array]] = []
         for step in (size, -size, 0.0):
             if len(found) == 2:
@@ -69,6 +88,7 @@ class Sensitivities:
             changed = self.parameters.copy()
             changed[j] += step
             with suppress(StepFailure), np.errstate(all="ignore"):
+                self._evaluations += 1
                 values = _real("residual", self._residual_at(changed)(t, y, yp))
                 if np.isfinite(values).all():
                     found.append((changed[j], values))
@@ -98,13 +118,61 @@ class Sensitivities:
         weights = request["rtol"] * np.abs(y) + np.array(request["atol"])
         pattern = request["pattern"] and tuple(np.array(part) for part in request["pattern"])
         structure = Structure.at(residual, limits[0], y, yp, weights, pattern=pattern)
+        if is_first:
+            self._set_scales(structure, (limits[0], y, yp))
         both = self._consistent(structure, (limits[0], y, yp), values)
         if is_first and structure is not None:
             self._expect_consistent(structure, (limits[0], y, yp), both[0])
+            if max(request["index"] or [0]) == 3:
+                is_hidden = np.array(request["index"]) > 1
+                self._expect_rates(structure, limits, (y, yp), both[0], is_hidden)
         return {
+            "parameters": list(zip(self.parameters.tolist(), self._scales.tolist(), strict=True)),
             "df_dp": _in_bytes(_within(self.derivatives, limits, origin), values.size, "df_dp"),
             "dy0_dp": [[s.tolist() for s in pair] for pair in zip(*(part.T for part in both), strict=True)],
         }
+
+    def _set_scales(self, structure: Structure | None, at: tuple[float, Array, Array]) -> None:
+        """Estimate the sizes of parameters whose value is 0.
+
+        Difference quotients are accurate for the size of the increments, which is 1 if the parameter has no effect at the
+        start. The scale for the error test changes some equation by the size of its terms.
+        """
+        for j in np.flatnonzero(np.isnan(self._sizes)):
+            found = self._resolved(int(j), at)
+            self._sizes[j] = self._scales[j] = 1.0 if found is None else found[0]
+            if found is None or structure is None:
+                continue
+            y, yp = np.abs(structure.state)
+            terms = abs(structure.df_dy) @ y + abs(structure.df_dyp) @ yp
+            with np.errstate(all="ignore"):
+                sizes = terms / np.abs(found[1])
+            sizes = sizes[np.isfinite(sizes) & (sizes > 0.0)]
+            if sizes.size:
+                self._scales[j] = sizes.min()
+
+    def _resolved(self, j: int, at: tuple[float, Array, Array]) -> tuple[float, Array] | None:
+        """Return a size of parameter j, closest to 1, for which the difference quotients are accurate, and the quotient."""
+        if self._df_dp is not None:
+            quotient = self.derivatives(*at).reshape(self.n, -1)[:, j]
+            return (1.0, quotient) if quotient.any() else None
+        quotients: dict[float, Array] = {}
+
+        def at_size(size: float) -> Array:
+            if size not in quotients:
+                self._sizes[j] = size
+                try:
+                    quotients[size] = self._quotient(j, *at)
+                except Exception:  # the trial size may be outside of the domain of F
+                    quotients[size] = np.full(self.n, np.nan)
+            return quotients[size]
+
+        for size, agreement in ((size, agreement) for agreement in AGREEMENTS for size in TRIALS):
+            near = np.array([at_size(factor * size) for factor in (0.01, 1.0, 100.0)])
+            largest = np.abs(near).max(axis=0)
+            if (largest > 0.0).any() and (np.ptp(near, axis=0) <= agreement * largest).all():
+                return float(size), near[1]
+        return None
 
     def _expect_consistent(self, structure: Structure, at: tuple[float, Array, Array], values: Array) -> None:
         """Reject values that do not satisfy the derivatives of the equations without y'."""
@@ -119,6 +187,69 @@ class Sensitivities:
                 f"dy0_dp violates the derivative of equation {equation} with respect to parameters[{j}] (counted from 0): give "
                 "the derivative of a y0 that satisfies this equation for all values of the parameter"
             )
+
+    def _expect_rates(
+        self,
+        structure: Structure,
+        limits: tuple[float, float],
+        state: tuple[Array, Array],
+        values: Array,
+        is_hidden: NDArray[np.bool_],
+    ) -> None:
+        """Reject values that do not satisfy the derivatives of the hidden constraints on velocities at index 3.
+
+        These are the derivatives with respect to time of constraints on positions, which contain neither algebraic variables
+        nor variables that `is_hidden` marks, those of an index above 1. Large sparse systems are not examined.
+        """
+        if not isinstance(structure.df_dyp, np.ndarray):
+            return
+        is_position = structure.without_rates & ~structure.df_dy[:, is_hidden | structure.algebraic].any(axis=1)
+        constraints = np.flatnonzero(is_position)
+        if not constraints.size:
+            return
+        (y, yp), t = state, limits[0]
+        df_dp = self.derivatives(t, y, yp).reshape(values.shape)
+        rates = np.linalg.lstsq(structure.df_dyp, -(structure.df_dy @ values + df_dp), rcond=RANK)[0]
+        # F = 0 need not hold for the given y'.
+        left = _real("residual", self._residual_at(self.parameters)(t, y, yp))
+        yp = yp - np.linalg.lstsq(structure.df_dyp, left, rcond=RANK)[0]
+        size = np.abs(y).max() + np.abs(yp).max() * abs(limits[1] - t)
+        random = np.random.default_rng(0)
+        for j in range(len(self.parameters)):
+            unit = np.arange(len(self.parameters)) == j
+            largest = max(np.abs(values[:, j]).max(), 1e-300)
+            # The positions move by less than their size.
+            step = INCREMENT * min(self._scales[j], size / largest)
+            if step == 0.0:
+                continue
+
+            def change(s: Array, s_dot: Array, weight: float, step: float = step) -> Array:
+                sides = []
+                for sign in (1.0, -1.0):
+                    function = self._residual_at(self.parameters + sign * step * weight * unit)
+                    moved = (y + sign * step * s, yp + sign * step * s_dot)
+                    sides.append(
+                        _derivative(lambda *at: _real("residual", function(*at)), limits, moved, (1.0, np.ones(1)))
+                    )
+                return (sides[0] - sides[1])[constraints] / (2.0 * step)
+
+            zero = np.zeros(self.n)
+            try:
+                total = change(values[:, j], rates[:, j], 1.0)
+                # The error of differences is about the change of their result with the increment.
+                error = np.abs(change(values[:, j], rates[:, j], 1.0, 0.7 * step) - total)
+                terms = np.maximum(np.abs(change(zero, zero, 1.0)), error / VIOLATED**2)
+                for signs in random.choice([-1.0, 1.0], (SIGNS, self.n)):
+                    terms = np.maximum(terms, np.abs(change(signs * values[:, j], zero, 0.0)))
+                    terms = np.maximum(terms, np.abs(change(zero, signs * rates[:, j], 0.0)))
+            except StepFailure:
+                return
+            for equation in constraints[np.abs(total) > VIOLATED * terms]:
+                raise ValueError(
+                    f"dy0_dp violates the derivative of equation {equation} with respect to time and parameters[{j}] (counted "
+                    "from 0): give velocities whose derivatives satisfy this equation for all values of the parameter, for "
+                    "example difference quotients of results of `consistent_start`"
+                )
 
     def _consistent(self, structure: Structure | None, at: tuple[float, Array, Array], values: Array) -> tuple[Array, Array]:
         """Return dy/dp and its derivative with respect to time at the start of a part, each (n, parameters).

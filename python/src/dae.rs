@@ -68,8 +68,8 @@ pub(crate) struct Request {
     may_have_higher_index: bool,
     /// Whether to store the interpolation polynomials of the steps.
     dense: bool,
-    /// Values of the parameters for which sensitivities are computed; empty without sensitivities.
-    parameters: Vec<f64>,
+    /// Value and typical size of each parameter for which sensitivities are computed; empty without sensitivities.
+    parameters: Vec<(f64, f64)>,
     /// Function that returns ∂F/∂p, row by row.
     df_dp: Option<Py<PyAny>>,
     /// For each parameter, ∂y/∂p at the start of the span and its derivative with respect to time.

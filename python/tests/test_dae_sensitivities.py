@@ -1,5 +1,7 @@
 """Forward sensitivities of solve_dae against exact derivatives and differences of runs."""
 
+import math
+
 import numpy as np
 import pytest
 import myovib
@@ -240,3 +242,74 @@ def test_sensitivities_to_the_initial_angle_are_consistent_where_entries_vanish(
     # The derivative of x² + z² = 1.
     assert s.success and abs(x * dx + z * dz) < 10 * rtol
     assert abs(dz) > 0.1
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+@pytest.mark.parametrize("is_given", [False, True])
+def test_a_parameter_of_zero_may_have_any_unit(method, unit, is_given):
+    """Regression: the increment and the scale of the error test were those of a parameter of size 1."""
+
+    def equations(t, y, yp, p):
+        # Overflows for trial sizes of the parameter.
+        return [yp[0] + math.exp(p[0] / unit) * y[0], y[1] - y[0] * (1.0 + np.sin(p[0] / unit))]
+
+    def df_dp(t, y, yp, p):
+        return [[y[0] / unit], [-y[0] / unit]]
+
+    tolerances = dict(rtol=1e-6, atol=1e-9)
+    s = solve_dae(
+        equations, (0, 2), [1, 1], [-1, -1], method, parameters=[0.0], df_dp=df_dp if is_given else None, **tolerances
+    )
+    exact = np.array([-s.t, 1.0 - s.t]) * np.exp(-s.t)
+    # 1000 tolerances for BDF and 100 for Radau IIA, as above.
+    np.testing.assert_allclose(unit * s.dy_dp[:, 0], exact, rtol=0, atol=1e-3 if method == "bdf" else 1e-4)
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau5"])
+def test_evaluations_for_sensitivities_are_counted(method):
+    """Regression: `nfev` excluded the evaluations for linearizations and for dF/dp."""
+    calls = []
+    n = 20
+
+    def chain(t, y, yp, p):
+        calls.append(t)
+        return yp + p[0] * y**2
+
+    options = dict(rtol=1e-6, atol=1e-8, suppress=np.arange(n) == -1)
+    solve_dae(chain, (0, 1), np.ones(n), -np.ones(n), method, args=([1.0],), max_steps=1, **options)
+    checks = len(calls)
+    calls.clear()
+    s = solve_dae(chain, (0, 1), np.ones(n), -np.ones(n), method, parameters=[1.0], **options)
+    # The structure at the start, checks, and the evaluation of IDAS before each solve for sensitivities are not counted.
+    assert s.success and len(calls) - checks - 2 * n - 2 * s.nsteps <= s.nfev <= len(calls)
+    if method == "bdf":
+        # Each attempt is linearized once: by central differences, 4 (n + 1) evaluations, and 2 for dF/dp; and the
+        # equations themselves, at most 4 evaluations, and one-sided differences in each matrix setup.
+        attempts = s.nsteps + s.netf + s.ncfn + 1
+        assert s.nfev <= attempts * (4 * (n + 1) + 2 + 8) + s.nlu * (n + 1) + 100
+
+
+@pytest.mark.parametrize(("angle", "speed"), [(0.3, 1.2), (0.0, 0.0), (0.0, 2.0), (-1.2, 0.0)])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-8])
+def test_sensitivities_of_velocities_must_satisfy_hidden_constraints(angle, speed, rtol):
+    """Regression: the derivatives of velocities of a pendulum were accepted although its length would change."""
+
+    def start(length, gravity):
+        x, z = length * np.cos(angle), length * np.sin(angle)
+        tension = speed**2 - gravity * z / length**2
+        y0 = np.array([x, z, -speed * z, speed * x, tension])
+        return y0, np.array([y0[2], y0[3], -tension * x, -tension * z - gravity, 0.0])
+
+    p = np.array([1.0, 9.81])
+    y0, yp0 = start(*p)
+    steps = 1e-6 * np.eye(2)
+    dy0_dp = np.column_stack([(start(*(p + s))[0] - start(*(p - s))[0]) / 2e-6 for s in steps])
+    options = dict(index=[1, 1, 2, 2, 3], parameters=p, rtol=rtol, atol=rtol)
+    assert solve_dae(pendulum, (0, 0.2), y0, yp0, "radau5", dy0_dp=dy0_dp, **options).success
+    for j in range(2):
+        wrong = dy0_dp.copy()
+        # A change of velocity along the pendulum.
+        wrong[2:4, j] += 0.3 * y0[:2]
+        with pytest.raises(ValueError, match=rf"dy0_dp.*equation 4.*parameters\[{j}\]"):
+            solve_dae(pendulum, (0, 0.2), y0, yp0, "radau5", dy0_dp=wrong, **options)

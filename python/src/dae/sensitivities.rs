@@ -11,6 +11,11 @@ use crate::problem::PythonDae;
 pub(super) trait Sensitivities<I> {
     fn n_parameters(&self) -> usize;
 
+    /// Returns the number of evaluations of F, for difference quotients, that the statistics of the integrator exclude.
+    fn difference_evaluations(&self) -> u64 {
+        0
+    }
+
     /// Advances the sensitivities over the last step.
     fn follow(&mut self, solver: &mut I) -> Result<(), Failure>;
 
@@ -65,6 +70,10 @@ impl Sensitivities<RadauSolver<PythonDae>> for ForwardSensitivities<PythonParame
         Self::n_parameters(self)
     }
 
+    fn difference_evaluations(&self) -> u64 {
+        self.work().difference_evaluations
+    }
+
     fn follow(&mut self, solver: &mut RadauSolver<PythonDae>) -> Result<(), Failure> {
         Self::follow(self, solver).map_err(Failure::of)
     }
@@ -81,26 +90,24 @@ impl Sensitivities<RadauSolver<PythonDae>> for ForwardSensitivities<PythonParame
 }
 
 /// Parameters of a DAE that is defined by Python functions.
-pub(super) struct PythonParameters {
-    list: Vec<Parameter>,
-    /// State at the last evaluation, and ∂F/∂p at this state, row by row.
-    last: Option<(f64, [Vec<f64>; 2], Vec<f64>)>,
-}
+pub(super) struct PythonParameters(Vec<Parameter>);
 
 impl PythonParameters {
-    pub(super) fn new(values: &[f64]) -> Self {
-        let parameter =
-            |(j, value): (usize, &f64)| Parameter::new(format!("parameters[{j}]"), *value);
-        Self { list: values.iter().enumerate().map(parameter).collect(), last: None }
+    /// Creates parameters from their values and typical sizes.
+    pub(super) fn new(values: &[(f64, f64)]) -> Self {
+        let parameter = |(j, &(value, scale)): (usize, &(f64, f64))| {
+            let name = format!("parameters[{j}]");
+            Parameter { name, value, scale }
+        };
+        Self(values.iter().enumerate().map(parameter).collect())
     }
 }
 
 impl Parameters<PythonDae> for PythonParameters {
     fn list(&self) -> &[Parameter] {
-        &self.list
+        &self.0
     }
 
-    // IDAS requests one column at a time.
     fn derivative(
         &mut self,
         problem: &mut PythonDae,
@@ -110,20 +117,10 @@ impl Parameters<PythonDae> for PythonParameters {
         y_dot: &[f64],
         out: &mut [f64],
     ) -> Result<(), StepError> {
-        let n_columns = self.list.len();
-        let is_known = |last: &(f64, [Vec<f64>; 2], Vec<f64>)| {
-            last.0 == t && last.1[0] == y && last.1[1] == y_dot
-        };
-        let matrix = match self.last.take().filter(is_known) {
-            Some((.., matrix)) => matrix,
-            None => {
-                let mut matrix = vec![0.0; y.len() * n_columns];
-                problem.df_dp(t, [y, y_dot], &mut matrix)?;
-                matrix
-            }
-        };
+        let n_columns = self.0.len();
+        let mut matrix = vec![0.0; y.len() * n_columns];
+        problem.df_dp(t, [y, y_dot], &mut matrix)?;
         out.iter_mut().zip(matrix.chunks_exact(n_columns)).for_each(|(out, row)| *out = row[j]);
-        self.last = Some((t, [y.to_vec(), y_dot.to_vec()], matrix));
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::PoisonError;
 
-use myovib_dae::{ConsistencyMode, Integrator, Outcome, Problem, Remedy, Tolerances};
+use myovib_dae::{ConsistencyMode, Integrator, Outcome, Problem, Remedy, Statistics, Tolerances};
 use pyo3::prelude::*;
 
 use super::checks::{FIRST_STEPS, check_last_step, forget_raised};
@@ -101,6 +101,16 @@ fn record_sensitivities<I>(
     Ok(())
 }
 
+/// Returns the counters of the integrator, including evaluations for sensitivities.
+fn statistics<I: Integrator<PythonDae>>(
+    solver: &I,
+    sensitivities: &impl Sensitivities<I>,
+) -> Statistics {
+    let mut statistics = solver.statistics();
+    statistics.difference_evaluations += sensitivities.difference_evaluations();
+    statistics
+}
+
 /// Integrates over the span. If `tolerances` are given, also checks the equations within steps.
 pub(super) fn integrate<I: Integrator<PythonDae>>(
     solver: &mut I,
@@ -123,7 +133,7 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
         (&mut occurrences[..], &mut record),
     ) {
         (record.status, record.message) = (status, message);
-        record.statistics = solver.statistics();
+        record.statistics = statistics(solver, sensitivities);
         return Ok(record);
     }
     let mut n_steps = 0;
@@ -137,7 +147,7 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
             // The results up to this time are kept.
             Err(Failure::Integrator(message)) if n_steps > 0 && !has_raised(solver.problem()) => {
                 (record.status, record.message) = (-1, message);
-                record.statistics = solver.statistics();
+                record.statistics = statistics(solver, sensitivities);
                 return Ok(record);
             }
             Err(failure) => return Err(failure),
@@ -208,7 +218,7 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
         }
         if let Some((status, message)) = ended {
             (record.status, record.message) = (status, message);
-            record.statistics = solver.statistics();
+            record.statistics = statistics(solver, sensitivities);
             return Ok(record);
         }
     }
