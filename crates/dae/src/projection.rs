@@ -14,6 +14,9 @@ const DIFFERENCE: f64 = 6e-6;
 /// A constraint is redundant if a singular value is below this fraction of the largest one. The rows and columns of the
 /// matrix are [scaled](Scaling).
 const RANK: f64 = 1e-9;
+/// A matrix has full column rank if its pivots differ by less than this ratio. The margin to [`RANK`] covers the
+/// difference between pivots and singular values.
+const FULL_RANK: f64 = 1e-6;
 /// Accepted residual of an equation relative to its terms. Difference quotients have errors of about 1e-10.
 const RESIDUAL_TOLERANCE: f64 = 1e-6;
 /// Accepted residual relative to the change that rounding of y and ẏ causes.
@@ -300,10 +303,25 @@ impl Scaling {
     }
 }
 
-/// Computes the vector x of minimum norm that minimizes ‖A x − b‖.
+/// Computes the vector x of minimum norm that minimizes ‖A x − b‖. If A clearly has full column rank, a QR factorization
+/// is sufficient; a singular value decomposition costs many times as much.
 fn least_squares(a: DMatrix<f64>, b: &DVector<f64>) -> Result<DVector<f64>, Inconsistent> {
     if !a.iter().chain(b.iter()).all(|x| x.is_finite()) {
         return Err(Inconsistent::NotFound { norm: f64::NAN });
+    }
+    let n = a.ncols();
+    if a.nrows() >= n {
+        let qr = a.clone().col_piv_qr();
+        let r = qr.r();
+        let pivots = r.diagonal().abs();
+        if pivots.min() > FULL_RANK * pivots.max() {
+            let mut x = b.clone();
+            qr.q_tr_mul(&mut x);
+            let mut x = x.rows(0, n).into_owned();
+            let is_solved = r.solve_upper_triangular_mut(&mut x);
+            qr.p().inv_permute_rows(&mut x);
+            return is_solved.then_some(x).ok_or(Inconsistent::NotFound { norm: f64::NAN });
+        }
     }
     let svd = a.svd(true, true);
     let least = RANK * svd.singular_values.max();

@@ -100,7 +100,8 @@ pub enum Suppressed {
     FromIndex(u8),
     /// Components with this index or a higher one are excluded from both the error test and Newton's convergence test.
     /// Their absolute tolerance is [`UNTESTED`], as in published runs of IDAS. User-defined error weights do not
-    /// change.
+    /// change. These components may be wrong by more than their size, unless Newton's method of IDAS is strict
+    /// (`strict_newton`); [`FromIndex`](Self::FromIndex) keeps them accurate.
     ExcludeFromIndex(u8),
 }
 

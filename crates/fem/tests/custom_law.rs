@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myovib_fem::material::three::{
-    Axes, FiberStrain, Invariants, Isotropic, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3,
+    Axes, FiberStrain, Invariants, Isotropic, Law3, Slope, Strain3, Symmetric3, Tensor3Of,
+    add_scaled3,
 };
 use myovib_fem::material::{Guccione, MooneyRivlin, Real, SmallStrain, StVenantKirchhoff};
 use myovib_fem::{DofMap, Fields, Law, Pressure, Solid, Space, Vectors, generate, inlined};
@@ -19,10 +20,23 @@ struct Gent {
 inlined! {
     impl Isotropic for Gent {
         fn energy<R: Real>(&self, at: Invariants<R>) -> R {
-            let x = (at.d + at.d.like(1.0)).inverse_cube_root();
-            // Ī1 − 3, computed from I1 = 3 + a + 2 d.
-            let stretched = (at.a + at.d * 2.0 + at.d.like(3.0)) * x * x - at.d.like(3.0);
+            let (stretched, _) = at.isochoric_first();
             (stretched * (-1.0 / self.limit)).ln_1p() * (-0.5 * self.shear_modulus * self.limit)
+        }
+    }
+}
+
+/// Law W = c (Ī2 − 3).
+struct Second(f64);
+
+inlined! {
+    impl Isotropic for Second {
+        fn energy<R: Real>(&self, at: Invariants<R>) -> R {
+            at.isochoric_second().0 * self.0
+        }
+
+        fn slope<R: Real>(&self, at: Invariants<R>) -> Slope<R> {
+            at.isochoric_second().1.scaled(at.d.like(self.0))
         }
     }
 }
@@ -99,6 +113,31 @@ fn law_can_be_given_by_its_energy_alone() {
     let stress = law.stress(&Strain3::new(&law, h, Axes::cartesian(0.0)));
     let exact = 2e4 * 0.7 / (1.0 - 0.49 / 5.0);
     assert!((stress[0][1] - exact).abs() < 1e-12 * exact);
+}
+
+/// Regression test: the law of the guide subtracted 3 from Ī1, so the energy of small strains was zero.
+#[test]
+fn energies_of_small_strains_keep_their_digits() {
+    let gent = Gent { shear_modulus: 2e4, limit: 5.0 };
+    let second = Second(3e3);
+    for gamma in [1e-12_f64, 1e-8, 1e-4] {
+        let mut h = [[0.0; 3]; 3];
+        h[0][1] = gamma;
+        let exact = 0.5 * gamma * gamma;
+        let energy = Law3::energy(&gent, &Strain3::new(&gent, h, Axes::cartesian(0.0)));
+        // The next term of the logarithm is smaller by γ²/10; the rest is a few roundings.
+        assert!((energy / (2e4 * exact) - 1.0).abs() < gamma * gamma + 1e-14, "{gamma}: {energy}");
+        let energy = Law3::energy(&second, &Strain3::new(&second, h, Axes::cartesian(0.0)));
+        assert!((energy / (6e3 * exact) - 1.0).abs() < 1e-14, "{gamma}: {energy}");
+    }
+    check(&second, 1e5);
+    let built_in = MooneyRivlin { c10: 0.0, c01: 3e3 };
+    let at = Strain3::new(&second, H, Axes::cartesian(0.0));
+    let (own, theirs) = (second.stress(&at), built_in.stress(&at));
+    for (own, theirs) in own.iter().flatten().zip(theirs.iter().flatten()) {
+        // A few roundings of a stress of about 2 c01.
+        assert!((own - theirs).abs() < 1e-11, "{own} {theirs}");
+    }
 }
 
 #[test]

@@ -16,8 +16,7 @@
 /// myovib_fem::inlined! {
 ///     impl Isotropic for NeoHookean {
 ///         fn energy<R: Real>(&self, at: Invariants<R>) -> R {
-///             let x = (at.d + at.d.like(1.0)).inverse_cube_root();
-///             ((at.a + at.d * 2.0 + at.d.like(3.0)) * x * x - at.d.like(3.0)) * (0.5 * self.0)
+///             at.isochoric_first().0 * (0.5 * self.0)
 ///         }
 ///     }
 /// }

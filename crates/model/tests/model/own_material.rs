@@ -23,10 +23,8 @@ struct Rubber {
 inlined! {
     impl Isotropic for Rubber {
         fn energy<R: Real>(&self, at: Invariants<R>) -> R {
-            let three = at.d.like(3.0);
-            let x = (at.d + at.d.like(1.0)).inverse_cube_root();
-            let first = (at.a + at.d * 2.0 + three) * (x * x) - three;
-            let second = (at.b + at.d * 4.0 + three) * (x * x * x * x) - three;
+            let (first, _) = at.isochoric_first();
+            let (second, _) = at.isochoric_second();
             first * self.c10 + second * self.c01
         }
     }

@@ -1,6 +1,5 @@
 //! Gent's law for molecular chains of limited extensibility.
 
-use super::mooney_rivlin::first_invariant;
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{Invariants, Isotropic, Slope};
@@ -34,13 +33,13 @@ impl Described for Gent {
 impl Isotropic for Gent {
     #[inline(always)]
     fn energy<R: Real>(&self, at: Invariants<R>) -> R {
-        let (y, _) = first_invariant(at);
+        let (y, _) = at.isochoric_first();
         (y * (-1.0 / self.limit)).ln_1p() * (-0.5 * self.shear_modulus * self.limit)
     }
 
     #[inline(always)]
     fn slope<R: Real>(&self, at: Invariants<R>) -> Slope<R> {
-        let (y, slope) = first_invariant(at);
+        let (y, slope) = at.isochoric_first();
         let left = (y * -1.0) + y.like(self.limit);
         let factor = y.like(0.5 * self.shear_modulus * self.limit) / left;
         slope.scaled(left.choose(factor, y.like(f64::NAN)))

@@ -1,6 +1,5 @@
 //! Holzapfel–Ogden law: an isotropic matrix, fibers and sheets in tension, and fiber–sheet shear.
 
-use super::mooney_rivlin;
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{
     FiberStrain, Invariants, Isotropic, Law3, Slope, Strain3, Symmetric3, Tensor3Of, add_scaled3,
@@ -165,13 +164,13 @@ struct Exponential {
 impl Isotropic for Exponential {
     #[inline(always)]
     fn energy<R: Real>(&self, at: Invariants<R>) -> R {
-        let (y, _) = mooney_rivlin::first_invariant(at);
+        let (y, _) = at.isochoric_first();
         (y * self.b).exp_m1() * (0.5 * self.a / self.b)
     }
 
     #[inline(always)]
     fn slope<R: Real>(&self, at: Invariants<R>) -> Slope<R> {
-        let (y, slope) = mooney_rivlin::first_invariant(at);
+        let (y, slope) = at.isochoric_first();
         slope.scaled((y * self.b).exp() * (0.5 * self.a))
     }
 }

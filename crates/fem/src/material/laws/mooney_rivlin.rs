@@ -44,18 +44,6 @@ impl Described for MooneyRivlin {
     };
 }
 
-/// Returns Ī1 − 3 = x² a + k1 and its derivatives.
-#[inline(always)]
-pub(super) fn first_invariant<R: Real>(at: Invariants<R>) -> (R, Slope<R>) {
-    let one = at.d.like(1.0);
-    let x = (at.d + one).inverse_cube_root();
-    let x2 = x * x;
-    let x5 = x2 * x2 * x;
-    let ratio = at.d / (one + x + x2);
-    let slope = Slope { a: x2, b: one * 0.0, d: x5 * (at.d - at.a) * (2.0 / 3.0) };
-    (x2 * at.a + ratio * ratio * x5 * (x + one * 2.0), slope)
-}
-
 impl MooneyRivlin {
     /// Returns `c10 a + c01 b`. The functions g and k' / (2 d / 3) have the form a x^m + b x^n with x = J^(−1/3).
     #[inline(always)]
@@ -67,12 +55,9 @@ impl MooneyRivlin {
 impl Isotropic for MooneyRivlin {
     #[inline(always)]
     fn energy<R: Real>(&self, at: Invariants<R>) -> R {
-        let one = at.d.like(1.0);
-        let x = (at.d + one).inverse_cube_root();
-        let ratio = at.d / (one + x + x * x);
-        let k2 = ratio * ratio * (one + x * 2.0) - at.d * at.d;
-        let (first, _) = first_invariant(at);
-        self.mix(first, x * x * x * x * (at.b + k2))
+        let (first, _) = at.isochoric_first();
+        let (second, _) = at.isochoric_second();
+        self.mix(first, second)
     }
 
     #[inline(always)]

@@ -12,7 +12,7 @@
 //! repeatedly with `tr X² = (tr X)² − 2 tr X⁻¹` for det X = 1. Conversely, q and r follow from t(2) = Ī1 − 3 and
 //! t(−2) = Ī2 − 3 by repeated square roots.
 
-use super::mooney_rivlin::{MooneyRivlin, first_invariant};
+use super::mooney_rivlin::MooneyRivlin;
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{Curvature, Invariants, Isotropic, Slope};
@@ -272,7 +272,7 @@ impl Ogden {
     /// Returns q and r of the logarithmic strain.
     #[inline(always)]
     fn strain<R: Real>(at: Invariants<R>) -> [R; 2] {
-        let (first, _) = first_invariant(at);
+        let (first, _) = at.isochoric_first();
         logarithm([first, Isotropic::energy(&SECOND, at)])
     }
 

@@ -1,6 +1,6 @@
 //! Veronda and Westmann's law, which is exponential in the first invariant and linear in the second.
 
-use super::mooney_rivlin::{MooneyRivlin, first_invariant};
+use super::mooney_rivlin::MooneyRivlin;
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{Invariants, Isotropic, Slope};
@@ -41,13 +41,13 @@ impl VerondaWestmann {
 impl Isotropic for VerondaWestmann {
     #[inline(always)]
     fn energy<R: Real>(&self, at: Invariants<R>) -> R {
-        let (y, _) = first_invariant(at);
+        let (y, _) = at.isochoric_first();
         (y * self.c2).exp_m1() * self.c1 + Isotropic::energy(&self.second(), at)
     }
 
     #[inline(always)]
     fn slope<R: Real>(&self, at: Invariants<R>) -> Slope<R> {
-        let (y, slope) = first_invariant(at);
+        let (y, slope) = at.isochoric_first();
         let first = slope.scaled((y * self.c2).exp() * (self.c1 * self.c2));
         let second = self.second().slope(at);
         Slope { a: first.a + second.a, b: first.b + second.b, d: first.d + second.d }

@@ -1,6 +1,5 @@
 //! Yeoh's law, a cubic polynomial of the first invariant.
 
-use super::mooney_rivlin::first_invariant;
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{Invariants, Isotropic, Slope};
@@ -37,14 +36,14 @@ impl Described for Yeoh {
 impl Isotropic for Yeoh {
     #[inline(always)]
     fn energy<R: Real>(&self, at: Invariants<R>) -> R {
-        let (y, _) = first_invariant(at);
+        let (y, _) = at.isochoric_first();
         let quadratic = y.mul_add(y.like(self.c30), y.like(self.c20));
         y.mul_add(quadratic, y.like(self.c10)) * y
     }
 
     #[inline(always)]
     fn slope<R: Real>(&self, at: Invariants<R>) -> Slope<R> {
-        let (y, slope) = first_invariant(at);
+        let (y, slope) = at.isochoric_first();
         let linear = y.mul_add(y.like(3.0 * self.c30), y.like(2.0 * self.c20));
         slope.scaled(y.mul_add(linear, y.like(self.c10)))
     }

@@ -27,6 +27,35 @@ pub struct Invariants<R> {
     pub d: R,
 }
 
+impl<R: Real> Invariants<R> {
+    /// Returns Ī1 − 3 = J^(−2/3) I1 − 3 and its derivatives. Computed from I1 and J, the difference would lose the digits
+    /// of small strains.
+    #[inline(always)]
+    pub fn isochoric_first(self) -> (R, Slope<R>) {
+        let Self { a, d, .. } = self;
+        let one = d.like(1.0);
+        let x = (d + one).inverse_cube_root();
+        let x2 = x * x;
+        let x5 = x2 * x2 * x;
+        let ratio = d / (one + x + x2);
+        let slope = Slope { a: x2, b: one * 0.0, d: x5 * (d - a) * (2.0 / 3.0) };
+        (x2 * a + ratio * ratio * x5 * (x + one * 2.0), slope)
+    }
+
+    /// Returns Ī2 − 3 = J^(−4/3) I2 − 3 and its derivatives, without cancellation at small strains.
+    #[inline(always)]
+    pub fn isochoric_second(self) -> (R, Slope<R>) {
+        let Self { b, d, .. } = self;
+        let one = d.like(1.0);
+        let x = (d + one).inverse_cube_root();
+        let ratio = d / (one + x + x * x);
+        let k2 = ratio * ratio * (one + x * 2.0) - d * d;
+        let x4 = x * x * x * x;
+        let slope = Slope { a: one * 0.0, b: x4, d: x4 * (x * x * x) * (b + d) * (-4.0 / 3.0) };
+        (x4 * (b + k2), slope)
+    }
+}
+
 /// First partial derivatives of W(a, b, d).
 #[derive(Debug, Clone, Copy)]
 pub struct Slope<R> {
