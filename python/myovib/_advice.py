@@ -53,7 +53,7 @@ class Facts(NamedTuple):
     # Whether the velocities at the start violate constraints.
     has_wrong_velocities: bool
     has_jacobian: bool
-    # Description of indices that are missing, wrong or too high; empty if there are none.
+    # Description of missing, wrong or excessive indices; empty if all are right.
     index_note: str
     span: float
     # Whether `t_eval` replaces the steps in the results.
@@ -347,7 +347,7 @@ def _wrong_entry(
 def _missing_entry(
     solution: DaeSolution, residual: Function, pattern: Pattern, rtol: float, atol: Array
 ) -> str | None:
-    """Return a note on an entry of the Jacobian that is nonzero at the last state but missing in the pattern."""
+    """Return a note on an entry of the Jacobian, nonzero at the last state, that the pattern omits."""
     if not solution.t.size:
         return None
     y, yp = solution.y[:, -1], solution.yp[:, -1]

@@ -20,10 +20,10 @@ ITERATIONS = 30
 DIFFERENCE = 6e-6
 # Singular values below this fraction of the largest count as zero. The errors of gradients are far smaller.
 RANK = 1e-7
-# Largest error of a constraint that is considered satisfied, relative to its gradient and the size of the positions.
+# Largest error of a constraint considered satisfied, relative to its gradient and the size of the positions.
 # Terms of the constraint may be larger than this product, for example if q contains small displacements.
 ROUNDING = 1e-8
-# Largest relative error of the derivative of a constraint that is considered satisfied.
+# Largest relative error of the derivative of a constraint considered satisfied.
 RATE = 1e-6
 
 

@@ -458,7 +458,7 @@ def solve_dae(
         if reason:
             notes += [reason] if may_be_singular else []
             solution.status, solution.message = -1, f"{solution.message}, but the results may be wrong: {reason}"
-    # Errors that a higher index causes resemble those of an input that acts between the stages.
+    # A higher index and an input that acts between the stages cause similar errors.
     notes += [] if is_of_index_4 and not solution.success else [text for _, text in of_functions]
     jumping = []
     if family == "bdf" and excluded is not None and initial == "given" and structure and structure.of_higher_index:

@@ -1,4 +1,4 @@
-"""Parts of an integration between breaks, and times that are counted from the start."""
+"""Parts of an integration between breaks, and times counted from the start."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
     if t_end < t0:
         times = times[::-1]
     span = abs(t_end - t0)
-    # The second limit applies to spans that are shorter than CLOSE times the start time, so that no break is ignored.
+    # The second limit applies to spans shorter than CLOSE times the start time, so that no break is ignored.
     close = min(CLOSE * max(abs(t0), abs(t_end), span), 1e-6 * span)
     groups = np.split(times, np.flatnonzero(np.abs(np.diff(times)) > close) + 1)
     first, last = _End(t0, t0, t0), _End(t_end, t_end, t_end)
@@ -69,7 +69,7 @@ def _in_part(outputs: list[float], t_from: float, t_to: float, is_first: bool) -
 
 
 def _within(function: Any, limits: tuple[float, float], origin: float = 0.0) -> Any:
-    """Return the function for times that are counted from the origin. These times are clamped to the limits."""
+    """Return the function for times counted from the origin. These times are clamped to the limits."""
     low, high = min(limits), max(limits)
     return lambda t, y, yp: function(min(max(origin + t, low), high), y, yp)
 
@@ -84,7 +84,7 @@ def _is_counted_from_start(family: str, t0: float, span: float) -> bool:
 
 
 def _delay(found: dict[str, Any], origin: float) -> None:
-    """Add the origin to all times, and remove steps that are shorter than the rounding error of these times."""
+    """Add the origin to all times, and remove steps shorter than the rounding error of these times."""
     found["t"] = (origin + np.frombuffer(found["t"])).tobytes()
     ends = (origin + np.frombuffer(found["segments"])).reshape(-1, 2)
     if len(ends):

@@ -532,7 +532,7 @@ def _folder(out: str | PathLike[str] | None) -> tuple[Path, Temporary | None]:
 
 
 def _whole(name: str, value: int, least: int) -> int:
-    """Return the value as an integer that is at least `least`."""
+    """Return the value as an integer of at least `least`."""
     value = operator.index(value)
     if value < least:
         raise ValueError(f"{name} = {value}: must be {least} or more")

@@ -1,4 +1,4 @@
-//! Integration of DAEs that are defined by Python functions.
+//! Integration of DAEs defined by Python functions.
 
 mod checks;
 mod result;
@@ -51,7 +51,7 @@ pub(crate) struct Request {
     atol: Vec<f64>,
     /// Output times in the direction of integration; `None` for an output after every step.
     t_eval: Option<Vec<f64>>,
-    /// Size of the first step. Its direction is that of the span.
+    /// Size of the first step, with the direction of the span.
     first_step: Option<f64>,
     max_step: Option<f64>,
     /// Time scale used to measure the errors of multipliers.
@@ -80,7 +80,7 @@ pub(crate) struct Request {
 
 /// Reason why an integration returns no result.
 enum Failure {
-    /// Python exception that is passed on. It was raised by a signal handler or by `on_warning`, or Ctrl-C was pressed
+    /// Python exception for the caller. It was raised by a signal handler or by `on_warning`, or Ctrl-C was pressed
     /// in a function of the problem.
     Raised(PyErr),
     /// An argument is invalid.

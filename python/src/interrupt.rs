@@ -14,7 +14,7 @@ const EVERY: Duration = Duration::from_millis(50);
 /// Minimum time between two progress lines.
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
 
-/// Flags that are currently unused. The number of all flags grows to the maximum number of simultaneous computations.
+/// Flags currently unused. The number of all flags grows to the maximum number of simultaneous computations.
 static FREE: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
 
 /// Flag of one computation. When it is dropped, it is returned to the list of unused flags.

@@ -13,7 +13,7 @@ use crate::error::StepFailure;
 /// Exception raised by a function of the problem, if any.
 pub(crate) type Raised = Arc<Mutex<Option<PyErr>>>;
 
-/// DAE that is defined by Python functions.
+/// DAE defined by Python functions.
 pub(crate) struct PythonDae {
     pub(crate) n: usize,
     pub(crate) residual: Py<PyAny>,

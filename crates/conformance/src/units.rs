@@ -6,7 +6,7 @@ use myovib_dae::{ConsistencyMode, Integrator, Outcome, Problem, StepError, Suppr
 /// Resistance, Ω.
 const R: f64 = 1e3;
 
-/// A capacitor that is charged by a current, in parallel with a resistor. The equations are C u̇ + u/R − I(t) = 0 with
+/// A capacitor charged by a current, in parallel with a resistor. The equations are C u̇ + u/R − I(t) = 0 with
 /// I = (1 + a sin(t/RC)) 5 mA, and w = u².
 struct Node {
     c: f64,

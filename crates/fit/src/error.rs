@@ -9,7 +9,7 @@ pub enum FitError {
     /// A parameter is invalid.
     #[error("parameter {name}: {what} ({value})")]
     Parameter { name: String, what: &'static str, value: f64 },
-    /// There are fewer measurements than parameters, or there are no parameters.
+    /// There are fewer measurements than parameters, or the list of parameters is empty.
     #[error("{n_residuals} measurements cannot determine {n_parameters} parameters")]
     TooFewMeasurements { n_residuals: usize, n_parameters: usize },
     /// The model cannot be evaluated at the start.

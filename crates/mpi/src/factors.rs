@@ -70,14 +70,14 @@ enum State {
     Factorized,
 }
 
-/// Matrix that is distributed over all ranks.
+/// Matrix distributed over all ranks.
 struct MumpsFactors<T: MumpsScalar> {
     leader: Arc<Leader>,
     /// Number by which the other ranks identify this matrix.
     number: f64,
     pattern: Arc<SparsityPattern>,
     is_symmetric: bool,
-    /// Part of the matrix that is stored at rank 0; `None` after the matrix is dropped.
+    /// Part of the matrix stored at rank 0; `None` after the matrix is dropped.
     matrix: Option<Matrix<T>>,
     state: State,
 }

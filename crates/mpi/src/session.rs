@@ -48,7 +48,7 @@ pub struct Sharing(Arc<Leader>);
 
 impl Sharing {
     /// Distributes the elements: the other ranks load the body and keep their shares. Returns the share of this
-    /// process. Passes over this share return the sums over all ranks. Matrices that are analyzed afterward are
+    /// process. Passes over this share return the sums over all ranks. Matrices analyzed afterward are
     /// factorized by MUMPS.
     ///
     /// # Errors

@@ -9,7 +9,7 @@ use crate::page::probes::{label, unit};
 use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, colored_stdout};
 
-/// Maximum number of values of a probe that are plotted; the CSV file contains all values.
+/// Maximum number of values plotted for a probe; the CSV file contains all values.
 const MOST_COLUMNS: usize = 6;
 
 fn peaks(found: &Response, damping_ratio_heading: &str) -> Table {

@@ -24,7 +24,7 @@ pub(super) struct Record {
     /// `max_steps`.
     pub(super) status: i8,
     pub(super) message: String,
-    /// Equation that is violated within a step, if there is one.
+    /// Equation violated within a step, if any.
     pub(super) unsatisfied: Option<Unsatisfied>,
     /// Warnings, each with its subject: `jacobian` for a Jacobian that seems to be wrong, or `input` for an input that
     /// varies faster than the steps.

@@ -89,7 +89,7 @@ impl Sensitivities<RadauSolver<PythonDae>> for ForwardSensitivities<PythonParame
     }
 }
 
-/// Parameters of a DAE that is defined by Python functions.
+/// Parameters of a DAE defined by Python functions.
 pub(super) struct PythonParameters(Vec<Parameter>);
 
 impl PythonParameters {

@@ -28,7 +28,7 @@ pub struct ChainRun {
 }
 
 impl ChainRun {
-    /// Returns the length (s) of the window in which the run is evaluated: 20 s, or half of a run that is shorter than
+    /// Returns the length (s) of the window in which the run is evaluated: 20 s, or half of a run shorter than
     /// 40 s.
     pub fn window(&self) -> f64 {
         20.0_f64.min(self.scene.t_end / 2.0)

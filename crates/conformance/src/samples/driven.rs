@@ -70,7 +70,7 @@ impl Equations for TimeScales {
     }
 }
 
-/// A two-stage low-pass filter that is driven by pulses with steep edges, and a nonlinear function of its output.
+/// A two-stage low-pass filter driven by pulses with steep edges, and a nonlinear function of its output.
 ///
 /// ```text
 /// τ1 ẏ1 = w(t) − y1,  τ2 ẏ2 = y1 − y2,  0 = z + z³ − y2

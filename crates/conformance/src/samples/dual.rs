@@ -1,4 +1,4 @@
-//! Dual numbers, which differentiate equations that are written only once.
+//! Dual numbers, which differentiate equations written only once.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -1,4 +1,4 @@
-//! Switching circuits: diodes that block, gates that are driven by pulses, and a pump whose current jumps.
+//! Switching circuits: diodes that block, gates driven by pulses, and a pump whose current jumps.
 
 use super::Start;
 use super::dual::Differentiable;

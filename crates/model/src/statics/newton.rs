@@ -47,7 +47,7 @@ const CORRECTION: f64 = 0.25;
 /// Corrections with a displacement gradient up to this value are always accepted. At a kink of a law, for example if
 /// fibers become slack, the correction is as long as the prediction for any step size.
 const SMALL_GRADIENT: f64 = 1e-3;
-/// Displacement gradient of the motion of supports that is used to compute the derivative of the forces with respect to
+/// Displacement gradient of the motion of supports, used to compute the derivative of the forces with respect to
 /// the load. With this value, truncation and rounding errors are both below 1e-9 of the derivative.
 const PROBING_GRADIENT: f64 = 1e-5;
 /// Load factor at which the derivatives of contact forces are evaluated for the unloaded body, because obstacles often

@@ -1,4 +1,4 @@
-//! MUMPS matrix that is distributed over all ranks.
+//! MUMPS matrix distributed over all ranks.
 
 use std::ffi::{c_int, c_longlong};
 use std::ptr;

@@ -64,7 +64,7 @@ fn circle(center: Place, axis: Place, radius: f64) -> Vec<Place> {
     (0..=SIDES).map(point).collect()
 }
 
-/// Returns two unit vectors that are normal to `axis` and to each other. In 2D, the first vector is in the plane.
+/// Returns two unit vectors normal to `axis` and to each other. In 2D, the first vector is in the plane.
 fn across(axis: Place, in_space: bool) -> [Place; 2] {
     let other = match in_space {
         true if axis[0].abs() < 0.6 => [1.0, 0.0, 0.0],

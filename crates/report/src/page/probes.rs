@@ -12,7 +12,7 @@ use super::frame::figure;
 use super::is_in_space;
 use crate::plot::{Axis, Figure, LinePlot, Series};
 
-/// Maximum number of columns of a probe that are shown; the CSV file contains all columns.
+/// Maximum number of columns shown for a probe; the CSV file contains all columns.
 const MOST_PANELS: usize = 6;
 
 /// Maximum number of values in all interactive curves of a page, which amounts to about 2.5 MB.

@@ -82,7 +82,7 @@ impl Division {
     }
 }
 
-/// Smallest magnitude that is distinguished from zero.
+/// Smallest magnitude distinguished from zero.
 const SMALLEST: f64 = 1e-290;
 /// Largest magnitude; larger values are clamped.
 const LARGEST: f64 = 1e290;
@@ -146,7 +146,7 @@ fn linear(limits: [f64; 2], n_ticks: usize) -> Division {
     Division { scale: Scale::Linear, limits, ticks: ticks.collect(), minor: vec![], exponent }
 }
 
-/// Returns the power of ten that is factored out of the tick labels, or zero if the numbers are printed in full.
+/// Returns the power of ten factored out of the tick labels, or zero if the numbers are printed in full.
 fn common_exponent(largest: f64) -> i32 {
     let exponent = largest.log10().floor();
     if !exponent.is_finite() || (-2.0..4.0).contains(&exponent) { 0 } else { exponent as i32 }
@@ -215,7 +215,7 @@ mod tests {
         let division = axis.divide([0.0, 3e-4, 2e-2].into_iter(), 5);
         assert_eq!(labels(&division), ["10^{−4}", "10^{−3}", "10^{−2}", "10^{−1}"]);
         assert!((division.fraction(1e-3) - 1.0 / 3.0).abs() < 1e-12);
-        // Limits that are whole decades are not enlarged.
+        // Limits are not enlarged if they are whole decades.
         assert_eq!(axis.divide([1e-3, 1e3].into_iter(), 10).limits, [1e-3, 1e3]);
     }
 

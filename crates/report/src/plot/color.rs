@@ -39,7 +39,7 @@ impl Color {
         Self::BLACK,
     ];
 
-    /// Returns the color of the `i`-th series. The colors are those of the palette of M. Okabe and K. Ito (2008)
+    /// Returns the color of the `i`-th series. The colors are from the palette of M. Okabe and K. Ito (2008)
     /// without yellow; they repeat if there are more series.
     pub(crate) fn of_series(i: usize) -> Self {
         Self::ORDER[i % Self::N_SERIES]

@@ -45,7 +45,7 @@ pub trait Panel {
     }
 }
 
-/// Panels that are arranged on a grid, row by row, with aligned drawing areas.
+/// Panels arranged on a grid, row by row, with aligned drawing areas.
 pub struct Figure {
     /// Title for screen readers.
     pub title: String,

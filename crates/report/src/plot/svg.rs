@@ -9,7 +9,7 @@ use super::{font, text};
 /// Text with which every document starts.
 const START: &str = r#"<svg xmlns="http://www.w3.org/2000/svg" width=""#;
 
-/// Returns whether a document starts like one that this program wrote.
+/// Returns whether a document starts like the documents of this program.
 pub fn is_own_svg(text: &str) -> bool {
     let family = format!(r#" font-family="{}" role="img">"#, font::FAMILY);
     let mut lines = text.lines();

@@ -21,7 +21,7 @@ pub struct Row {
     paper_key: &'static str,
     /// Conventions for the error test to which the row belongs. `paper` means, in the paper's words, "the algebraic
     /// variables are excluded": λ in (28) and (31), but only μ in (29). `multipliers` means λ and μ in all equations.
-    /// Empty for a variant that is not in the paper.
+    /// Empty for a variant missing from the paper.
     conventions: &'static [&'static str],
 }
 
@@ -343,7 +343,7 @@ mod tests {
         }
     }
 
-    /// Regression: the step counts of shorter runs were divided by those of the paper, whose runs reach 10 s.
+    /// Regression: the step counts of shorter runs were divided by the step counts of the paper, whose runs reach 10 s.
     #[test]
     fn only_runs_to_the_papers_end_have_a_ratio() {
         let at = |t_end: f64| {

@@ -179,7 +179,7 @@ impl<'a> Reader<'a> {
         error.found(format!("`{name}`")).allowed(names.join(", "))
     }
 
-    /// Rejects a row that is shorter or longer than the header. An empty cell means that there is no measurement,
+    /// Rejects a row shorter or longer than the header. An empty cell means that there is no measurement,
     /// whereas a missing cell means that the file is damaged.
     fn expect_whole(&self, table: &Table, row: usize) -> Result<(), DataError> {
         let (found, wanted) = (table.rows[row].len(), table.names.len());

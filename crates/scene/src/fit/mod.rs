@@ -271,7 +271,7 @@ fn noise_is_known(
     Ok(is_known)
 }
 
-/// Files that are written at the end of a fit.
+/// Files written at the end of a fit.
 const RESULTS: [&str; 4] = ["fit.json", "report.html", "residuals.csv", "residuals.svg"];
 
 /// Returns the request for the result folder of a fit. The folder is opened at the first iteration.

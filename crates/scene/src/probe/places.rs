@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use super::kind::{HarmonicMotion, HarmonicReading, InvalidPlace, Reading, StateAt, Wrong, at};
 use crate::system::{System, muscle_of, need_rates};
 
-/// Returns the quantities that are measured by default.
+/// Returns the quantities measured by default.
 pub(super) fn displacement_and_pressure() -> Vec<Quantity> {
     vec![Quantity::Displacement, Quantity::Pressure]
 }

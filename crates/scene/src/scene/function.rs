@@ -14,7 +14,7 @@ use crate::scene_file::function::{Composed, Function, Interpolation, Shape};
 const OVERSHOOT: f64 = 0.02;
 
 impl Builder<'_> {
-    /// Returns the function of time that is defined at `path`.
+    /// Returns the function of time defined at `path`.
     pub(super) fn signal(&self, function: &Function, path: &str) -> Result<Signal, InputError> {
         let parts = |of: &[Function]| {
             let parts = of.iter().enumerate();

@@ -4,7 +4,7 @@
 use super::contraction::chains_that_act;
 use crate::scene_file::{Analysis, SceneFile};
 
-/// Returns a note on the sections that are used only by other analyses.
+/// Returns a note on the sections used only by other analyses.
 pub(super) fn notes(file: &SceneFile) -> Option<String> {
     let is = |analysis: Analysis| file.analysis == analysis;
     let is_equilibrium = is(Analysis::Static);

@@ -33,7 +33,7 @@ pub struct Output {
     pub noise: Option<f64>,
     /// A full turn if the output is an angle, which is only defined up to full turns.
     turn: Option<f64>,
-    /// Shear wave that is computed from the complex value of the column, which is a shear modulus.
+    /// Shear wave computed from the complex value of the column, which is a shear modulus.
     pub(crate) shear_wave: Option<ShearWave>,
 }
 

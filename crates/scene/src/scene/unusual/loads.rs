@@ -88,7 +88,7 @@ fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
     }
 }
 
-/// Returns the tractions and surface loads that are given in Pa, each with its key. Loads with a distribution are
+/// Returns the tractions and surface loads given in Pa, each with its key. Loads with a distribution are
 /// excluded, because the distribution may contain the unit of the load.
 fn loads<'a>(file: &SceneFile, body: &'a Body) -> impl Iterator<Item = (&'a str, &'a Signal)> {
     let tractions = file.traction.iter().enumerate();
