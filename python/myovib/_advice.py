@@ -108,6 +108,12 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     earlier = [] if solution.success else _earlier(solution, residual, rtol, atol, facts.pattern)
     # A state that Newton's method or the error test does not accept may be far from the solution.
     singular = _singular(structure) if all(_singular(other) for _, other in earlier) else ""
+    steep = [] if solution.success else _growing(solution, facts.indices)
+    if singular and steep:
+        # Close to a pole, the largest terms hide the others.
+        start = (float(solution.t[0]), solution.y[:, 0], solution.yp[:, 0])
+        at_start = Structure.at(residual, *start, rtol * np.abs(start[1]) + atol, pattern=facts.pattern)
+        singular = singular if _singular(at_start) else ""
     nonlinear = [] if solution.success else _nonlinear(residual, solution, earlier, facts)
     hidden = structure.of_higher_index if structure and is_bdf else []
     tested = [j for j in hidden if suppress is None or not suppress[j]]
@@ -188,7 +194,7 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             f"the equations {kinked} (counted from 0) have a kink near this time, as `max` and `abs` do: replace it by a "
             f"smooth function over {SMOOTH}, or {other}"
         )
-    elif not solution.success and (steep := _growing(solution, facts.indices)):
+    elif steep:
         advice = (
             f"the derivatives of the variables {steep} (counted from 0) grow without bound near this time: "
             "the solution may have a pole, a square root or the end of the domain of F there"

@@ -29,6 +29,13 @@ AGREEMENTS = (1e-6, 1e-3)
 # violated.
 VIOLATED = 0.05
 
+# Relative difference between an entry of `df_dp` and quotients above which the entry is considered wrong, and the agreement
+# of the quotients for two increments at which they are reliable. The same values apply to the Jacobian.
+WRONG, AGREEMENT = 0.02, 0.01
+
+# Relative distance of a second state at which `df_dp` is examined, because entries may vanish at the start.
+NEARBY = 0.01
+
 # Number of sign patterns from which the largest possible terms of a hidden constraint are estimated.
 SIGNS = 16
 
@@ -88,14 +95,55 @@ class Sensitivities:
             changed = self.parameters.copy()
             changed[j] += step
             with suppress(StepFailure), np.errstate(all="ignore"):
-                self._evaluations += 1
-                values = _real("residual", self._residual_at(changed)(t, y, yp))
+                values = self._value(changed, (t, y, yp))
                 if np.isfinite(values).all():
                     found.append((changed[j], values))
         if len(found) < 2:
             raise StepFailure(f"F is not defined on either side of parameters[{j}] = {self.parameters[j]}: give `df_dp`")
         (p, values), (q, others) = found
         return np.asarray((values - others) / (p - q))
+
+    def _expect_derivatives(self, at: tuple[float, Array, Array]) -> None:
+        """Reject a `df_dp` that differs from difference quotients at this state, or at a state nearby."""
+        if self._df_dp is None:
+            return
+        t, y, yp = at
+        random = np.random.default_rng(0)
+        nearby = [values + NEARBY * (1.0 + np.abs(values)) * random.uniform(-1.0, 1.0, self.n) for values in (y, yp)]
+        for y, yp in ((y, yp), nearby):
+            for j in range(len(self.parameters)):
+                # At a state nearby, F or `df_dp` may be undefined.
+                with suppress(StepFailure, ArithmeticError):
+                    self._expect_column(j, (t, y, yp))
+
+    def _expect_column(self, j: int, at: tuple[float, Array, Array]) -> None:
+        """Reject a column of `df_dp` that differs from the quotients on both sides and from their mean."""
+        with np.errstate(all="ignore"):
+            stated = self.derivatives(*at).reshape(self.n, -1)[:, j]
+            middle = self._value(self.parameters, at)
+
+            def one_sided(factor: float) -> Array:
+                changed = self.parameters.copy()
+                changed[j] += factor * INCREMENT * self._sizes[j]
+                return (self._value(changed, at) - middle) / (changed[j] - self.parameters[j])
+
+            sides = np.array([one_sided(1.0), one_sided(-1.0)])
+            nearer = np.array([one_sided(0.25), one_sided(-0.25)])
+            quotient = sides.mean(axis=0)
+            size = np.maximum(np.abs(stated), np.abs(quotient))
+            is_reliable = (np.abs(sides - nearer) <= AGREEMENT * size).all(axis=0)
+            differences = np.abs(np.vstack((sides, quotient)) - stated)
+            wrong = np.flatnonzero(is_reliable & (differences.min(axis=0) > WRONG * size))
+        if wrong.size:
+            raise ValueError(
+                f"df_dp looks wrong: row {wrong[0]}, column {j} (counted from 0) is {stated[wrong[0]]:.6e}, but finite "
+                f"differences of the residual give {quotient[wrong[0]]:.6e}"
+            )
+
+    def _value(self, parameters: Array, at: tuple[float, Array, Array]) -> Array:
+        """Return F at a state for the given parameters."""
+        self._evaluations += 1
+        return _real("residual", self._residual_at(parameters)(*at))
 
     def _residual_at(self, parameters: Array) -> Function:
         return _with(self._residual, (parameters, *self._args), "residual")
@@ -120,6 +168,7 @@ class Sensitivities:
         structure = Structure.at(residual, limits[0], y, yp, weights, pattern=pattern)
         if is_first:
             self._set_scales(structure, (limits[0], y, yp))
+            self._expect_derivatives((limits[0], y, yp))
         both = self._consistent(structure, (limits[0], y, yp), values)
         if is_first and structure is not None:
             self._expect_consistent(structure, (limits[0], y, yp), both[0])

@@ -607,6 +607,36 @@ def test_a_pole_at_index_2_is_named(tol):
     assert "[0, 1, 2, 3]" in s.message and "tolerances" not in s.message.partition("; ")[2], s.message
 
 
+@pytest.mark.parametrize("rtol", [1e-4, 1e-5, 1e-6])
+def test_an_explosion_is_not_taken_for_dependent_equations(rtol):
+    """Regression: the message of BDF said that the equations depend on each other.
+
+    The problem is Chemical Akzo Nobel (Test Set for IVP Solvers) with a wrong sign.
+    """
+    mass = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 0.0])
+
+    def rates(y):
+        root = np.sqrt(y[1])
+        r1, r2, r3 = 18.7 * y[0] ** 4 * root, 0.58 * y[2] * y[3], 0.58 / 34.4 * y[0] * y[4]
+        r4, r5, inflow = 0.09 * y[0] * y[3] ** 2, 0.42 * y[5] ** 2 * root, 3.3 * (0.9 / 737.0 - y[1])
+        return np.array(
+            [
+                -2 * r1 + r2 - r3 - r4,
+                -0.5 * r1 - r4 - 0.5 * r5 + inflow,
+                r1 - r2 + r3,
+                -r2 + r3 - 2 * r4,
+                r2 - r3 + r5,
+                115.83 * y[0] * y[3] - y[5],
+            ]
+        )
+
+    y0 = np.array([0.444, 0.00123, 0.0, 0.007, 0.0, 115.83 * 0.444 * 0.007])
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        s = solve_dae(lambda t, y, yp: mass * yp + rates(y), (0, 180), y0, -mass * rates(y0), rtol=rtol, atol=0.01 * rtol)
+    assert s.status == -1 and "grow without bound" in s.message and "depend on" not in s.message, s.message
+
+
 @pytest.mark.parametrize("method", ["bdf", "radau9"])
 def test_a_break_beside_the_jump_is_named(method):
     def equations(t, y, yp):

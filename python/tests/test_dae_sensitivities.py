@@ -154,7 +154,7 @@ def test_a_failure_in_the_derivative_ends_the_run():
     def df_dp(t, y, yp, p):
         if t > 0.5:
             raise myovib.StepFailure("undefined")
-        return np.zeros((2, 2))
+        return [[y[0], 0.0], [0.0, -y[0] ** 2]]
 
     s = solve_dae(decay, (0, 2), [1, 3], [-0.7, -4.2], "radau5", parameters=[0.7, 3.0], df_dp=df_dp)
     assert s.status == -1 and s.dy_dp.shape == (2, 2, s.t.size)
@@ -313,3 +313,37 @@ def test_sensitivities_of_velocities_must_satisfy_hidden_constraints(angle, spee
         wrong[2:4, j] += 0.3 * y0[:2]
         with pytest.raises(ValueError, match=rf"dy0_dp.*equation 4.*parameters\[{j}\]"):
             solve_dae(pendulum, (0, 0.2), y0, yp0, "radau5", dy0_dp=wrong, **options)
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau5"])
+def test_a_wrong_df_dp_is_rejected(method):
+    def residual(t, y, yp, p):
+        return [yp[0] + p[0] * y[0], y[1] - p[1] * y[0] ** 2]
+
+    def call(df_dp, y0=(1.0, 2.0)):
+        yp0 = [-0.7 * y0[0], 0.0]
+        return myovib.solve_dae(residual, (0, 1), y0, yp0, method, parameters=[0.7, 2.0], df_dp=df_dp)
+
+    def right(t, y, yp, p):
+        return [[y[0], 0.0], [0.0, -y[0] ** 2]]
+
+    assert call(right).success
+    with pytest.raises(ValueError, match="row 0, column 0"):
+        call(lambda t, y, yp, p: [[-y[0], 0.0], [0.0, -y[0] ** 2]])
+    with pytest.raises(ValueError, match="row 1, column 1"):
+        call(lambda t, y, yp, p: [[y[0], 0.0], [0.0, -1.05 * y[0] ** 2]])
+    # All entries vanish at the start.
+    assert call(right, (0.0, 0.0)).success
+    with pytest.raises(ValueError, match="row 0, column 0"):
+        call(lambda t, y, yp, p: [[-y[0], 0.0], [0.0, -y[0] ** 2]], (0.0, 0.0))
+
+
+def test_one_of_two_derivatives_at_a_kink_of_a_parameter_is_accepted():
+    def residual(t, y, yp, p):
+        return yp + max(p[0], 1.0) * y
+
+    for slope in (0.0, 1.0):
+        solution = myovib.solve_dae(
+            residual, (0, 1), [1.0], [-1.0], "radau5", parameters=[1.0], df_dp=lambda t, y, yp, p, a=slope: a * y[:, None]
+        )
+        assert solution.success
