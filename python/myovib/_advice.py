@@ -191,8 +191,8 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     ):
         other = "call without `jacobian`" if has_jacobian else "give the exact `jacobian`"
         advice = (
-            f"the equations {kinked} (counted from 0) have a kink near this time, as `max` and `abs` do: replace it by a "
-            f"smooth function over {SMOOTH}, or {other}"
+            f"the equations {kinked} (counted from 0) have a kink near this time, as `max`, `abs` and `if` do: replace it "
+            f"by a smooth function over {SMOOTH}, change the equations at one of the `events`, or {other}"
         )
     elif steep:
         advice = (

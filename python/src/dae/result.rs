@@ -54,7 +54,7 @@ pub(super) fn in_python(message: &str) -> String {
         ("correct_initial_values", "initial=\"algebraic\""),
         (
             at_break.as_str(),
-            "listing nearby times at which an input jumps or has a kink in `breaks`",
+            "listing nearby times at which an input jumps or has a kink in `breaks` (or `events`, if they depend on y)",
         ),
         ("(initial_step)", "(first_step)"),
         ("(suppressed)", "(suppress)"),
