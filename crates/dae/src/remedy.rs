@@ -32,8 +32,6 @@ pub enum Remedy {
     StateConstraints,
     /// State the index of each variable.
     StateIndices,
-    /// Compare an implemented Jacobian with finite differences.
-    CheckJacobian,
     /// Use Radau IIA.
     Radau,
 }
@@ -63,9 +61,6 @@ impl fmt::Display for Remedy {
             }
             Self::StateIndices => {
                 "stating the index of each variable (Problem::indices), if one is above 1"
-            }
-            Self::CheckJacobian => {
-                "if Problem::jacobian is implemented, its correction: check_jacobian finds wrong entries"
             }
             Self::Radau => "Radau IIA, which supports indices up to 3 without changes",
         })
@@ -138,10 +133,6 @@ impl StopContext {
         if self.index.is_none() && self.algebraic {
             remedies.push(Remedy::StateIndices);
         }
-        // With a wrong Jacobian, Newton's method may fail at all step sizes.
-        if matches!(reason, StopReason::ConvergenceFailures | StopReason::StepTooSmall) {
-            remedies.push(Remedy::CheckJacobian);
-        }
         remedies
     }
 }
@@ -171,7 +162,6 @@ mod tests {
         assert_eq!(remedies(failures, 1, true), later);
         let of_short_steps = remedies(StopReason::StepTooSmall, 0, true);
         assert_eq!(of_short_steps[0], ConsistentStart);
-        assert_eq!(of_short_steps[1..4], later);
-        assert_eq!(of_short_steps[4..], [Remedy::CheckJacobian]);
+        assert_eq!(of_short_steps[1..], later);
     }
 }

@@ -172,7 +172,6 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
                 let is_autonomous = is_autonomous(solver, request)?;
                 stop.remedies.retain(|remedy| match remedy {
                     Remedy::RestartAtBreak => !is_autonomous,
-                    Remedy::CheckJacobian => false, // the package compares the Jacobian itself
                     Remedy::StateIndices => request.may_have_higher_index,
                     Remedy::LooserMultipliers => request.rtol < LOOSE,
                     _ => true,
