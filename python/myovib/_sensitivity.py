@@ -33,6 +33,10 @@ VIOLATED = 0.05
 # of the quotients for two increments at which they are reliable. The same values apply to the Jacobian.
 WRONG, AGREEMENT = 0.02, 0.01
 
+# Number of states, rounded differently, from which the rounding errors of F are estimated, and smallest change of F, in units
+# of these errors, that is evidence.
+ROUNDINGS, ROUNDING = 3, 10.0
+
 # Relative distance of a second state at which `df_dp` is examined, because entries may vanish at the start.
 NEARBY = 0.01
 
@@ -112,33 +116,48 @@ class Sensitivities:
         nearby = [values + NEARBY * (1.0 + np.abs(values)) * random.uniform(-1.0, 1.0, self.n) for values in (y, yp)]
         for y, yp in ((y, yp), nearby):
             for j in range(len(self.parameters)):
-                # At a state nearby, F or `df_dp` may be undefined.
-                with suppress(StepFailure, ArithmeticError):
-                    self._expect_column(j, (t, y, yp))
+                wrong = None
+                # The functions of the user may be undefined for other parameters or at other states.
+                with suppress(Exception), np.errstate(all="ignore"):
+                    wrong = self._wrong_entry(j, (t, y, yp))
+                if wrong:
+                    row, stated, quotient = wrong
+                    raise ValueError(
+                        f"df_dp looks wrong: row {row}, column {j} (counted from 0) is {stated:.6e}, but finite differences of "
+                        f"the residual give {quotient:.6e}"
+                    )
 
-    def _expect_column(self, j: int, at: tuple[float, Array, Array]) -> None:
-        """Reject a column of `df_dp` that differs from the quotients on both sides and from their mean."""
-        with np.errstate(all="ignore"):
-            stated = self.derivatives(*at).reshape(self.n, -1)[:, j]
-            middle = self._value(self.parameters, at)
+    def _wrong_entry(self, j: int, at: tuple[float, Array, Array]) -> tuple[int, float, float] | None:
+        """Return an entry of column j of `df_dp` that differs from the quotients on both sides and from their mean.
 
-            def one_sided(factor: float) -> Array:
-                changed = self.parameters.copy()
-                changed[j] += factor * INCREMENT * self._sizes[j]
-                return (self._value(changed, at) - middle) / (changed[j] - self.parameters[j])
+        The result is the row, the entry and the mean quotient.
+        """
+        t, y, yp = at
+        stated = self.derivatives(t, y, yp).reshape(self.n, -1)[:, j]
+        middle = self._value(self.parameters, at)
+        step = INCREMENT * self._sizes[j]
 
-            sides = np.array([one_sided(1.0), one_sided(-1.0)])
-            nearer = np.array([one_sided(0.25), one_sided(-0.25)])
-            quotient = sides.mean(axis=0)
-            size = np.maximum(np.abs(stated), np.abs(quotient))
-            is_reliable = (np.abs(sides - nearer) <= AGREEMENT * size).all(axis=0)
-            differences = np.abs(np.vstack((sides, quotient)) - stated)
-            wrong = np.flatnonzero(is_reliable & (differences.min(axis=0) > WRONG * size))
-        if wrong.size:
-            raise ValueError(
-                f"df_dp looks wrong: row {wrong[0]}, column {j} (counted from 0) is {stated[wrong[0]]:.6e}, but finite "
-                f"differences of the residual give {quotient[wrong[0]]:.6e}"
-            )
+        def one_sided(factor: float) -> Array:
+            changed = self.parameters.copy()
+            changed[j] += factor * step
+            return (self._value(changed, at) - middle) / (changed[j] - self.parameters[j])
+
+        sides = np.array([one_sided(1.0), one_sided(-1.0)])
+        nearer = np.array([one_sided(0.25), one_sided(-0.25)])
+        rounding = np.zeros(self.n)
+        for seed in range(ROUNDINGS):
+            signs = np.random.default_rng(seed).choice([-1.0, 1.0], (2, self.n))
+            rounded = [np.nextafter(values, toward * np.inf) for values, toward in zip((y, yp), signs, strict=True)]
+            rounding = np.maximum(rounding, np.abs(self._value(self.parameters, (t, *rounded)) - middle))
+        quotient = sides.mean(axis=0)
+        size = np.maximum(np.abs(stated), np.abs(quotient))
+        is_reliable = (np.abs(sides - nearer) <= AGREEMENT * size).all(axis=0)
+        differences = np.abs(np.vstack((sides, quotient)) - stated).min(axis=0)
+        is_wrong = is_reliable & (differences > WRONG * size) & (differences * step > ROUNDING * rounding)
+        if not is_wrong.any():
+            return None
+        row = int(np.flatnonzero(is_wrong)[0])
+        return row, float(stated[row]), float(quotient[row])
 
     def _value(self, parameters: Array, at: tuple[float, Array, Array]) -> Array:
         """Return F at a state for the given parameters."""

@@ -347,3 +347,22 @@ def test_one_of_two_derivatives_at_a_kink_of_a_parameter_is_accepted():
             residual, (0, 1), [1.0], [-1.0], "radau5", parameters=[1.0], df_dp=lambda t, y, yp, p, a=slope: a * y[:, None]
         )
         assert solution.success
+
+
+def test_derivatives_below_the_rounding_of_their_equation_are_accepted():
+    """The quotient of 1e12 (y' + y) + p y is zero, because the change is lost by rounding."""
+
+    def residual(t, y, yp, p):
+        return 1e12 * (yp + y) + p * y
+
+    s = solve_dae(residual, (0, 1), [1.0], [-1.0], "radau5", parameters=[1.0], df_dp=lambda t, y, yp, p: y[:, None])
+    # dy/dp = -1e-12 t exp(-t); one hundred tolerances of 1e-3 |dy/dp| at the most.
+    assert s.success and abs(s.dy_dp[0, 0, -1] + 1e-12 * math.exp(-1.0)) < 1e-13
+
+
+def test_a_parameter_at_the_edge_of_its_domain_is_accepted_with_df_dp():
+    def residual(t, y, yp, p):
+        return yp + y - math.sqrt(p[0]) ** 3  # ValueError for p < 0
+
+    s = solve_dae(residual, (0, 1), [1.0], [-1.0], "radau5", parameters=[0.0], df_dp=lambda t, y, yp, p: [[0.0]])
+    assert s.success and np.abs(s.dy_dp).max() == 0.0
