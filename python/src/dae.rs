@@ -20,7 +20,7 @@ use crate::problem::{PythonDae, Raised, events};
 use checks::{check_matrices, expect_room};
 use result::{Record, in_python, result};
 use sensitivities::{IdaSensitivities, NoSensitivities, PythonParameters};
-use stepping::integrate;
+use stepping::{correct_start, integrate};
 
 /// Arguments of an integration, which were validated in Python. The callbacks exchange arrays as bytes, because the
 /// stable ABI of Python 3.10 lacks the buffer protocol.
@@ -185,6 +185,7 @@ fn solve_with(
             }
             let mut solver = builder.build(t0, y0, y_dot0).map_err(Failure::of)?;
             let degree = request.max_order;
+            correct_start(&mut solver, request)?;
             let mut sensitivities = IdaSensitivities { n_parameters };
             let record =
                 integrate(&mut solver, request, known.as_ref(), degree, &mut sensitivities)?;
@@ -216,6 +217,7 @@ fn solve_with(
     if request.after_break {
         solver.restart();
     }
+    correct_start(&mut solver, request)?;
     // The degree is the number of stages plus 1, because the slope at the start is also interpolated.
     let degree = stages + 1;
     let known = known.as_ref();

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import myovib
 from myovib import solve_dae
+from scipy.sparse import coo_array
 
 METHODS = ["bdf", "radau5", "radau9", "radau13"]
 
@@ -366,3 +367,23 @@ def test_a_parameter_at_the_edge_of_its_domain_is_accepted_with_df_dp():
 
     s = solve_dae(residual, (0, 1), [1.0], [-1.0], "radau5", parameters=[0.0], df_dp=lambda t, y, yp, p: [[0.0]])
     assert s.success and np.abs(s.dy_dp).max() == 0.0
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("n", [5, 300])
+def test_sensitivities_continue_after_a_break_at_which_algebraic_variables_jump(method, n):
+    """Regression: Radau methods stopped after the break with more than 200 variables."""
+    neighbors = [sorted({i, (i - 1) % n, (i + 1) % n}) for i in range(n)]
+    rows, columns = zip(*((i, j) for i in range(n) for j in (neighbors[i] if i else [0])), strict=True)
+    pattern = coo_array((np.ones(len(rows)), (rows, columns)), shape=(n, n)).tocsc()
+
+    def residual(t, y, yp, p):
+        r = yp - p[0] * (np.roll(y, 1) - 2.0 * y + np.roll(y, -1))
+        r[0] = y[0] - p[1] * (t > 0.3)
+        return r
+
+    s = solve_dae(
+        residual, (0, 0.6), np.zeros(n), np.zeros(n), method, parameters=[1.0, 2.0], sparsity=pattern, breaks=[0.3], rtol=1e-5
+    )
+    assert s.success
+    # The equations are linear in p[1]: y = p[1] dy/dp[1]. The bound is one hundred tolerances.
+    np.testing.assert_allclose(2.0 * s.dy_dp[:, 1, -1], s.y[:, -1], rtol=0, atol=1e-3 * 2.0)
+    assert abs(s.dy_dp[1, 0, -1]) > 0.1

@@ -40,22 +40,26 @@ fn correct<I: Integrator<PythonDae>>(
     failed.map_or(Ok(()), Err)
 }
 
-/// Corrects the initial values, and records them if the initial time is an output time. Returns the output times after
-/// the start.
+/// Corrects the initial values as requested. Sensitivities by Radau IIA must start after the correction.
+pub(super) fn correct_start<I: Integrator<PythonDae>>(
+    solver: &mut I,
+    request: &Request,
+) -> Result<(), Failure> {
+    let mode = match request.initial.as_str() {
+        "algebraic" => Some(ConsistencyMode::AlgebraicAndDerivatives),
+        "states" => Some(ConsistencyMode::States),
+        _ => None,
+    };
+    mode.map_or(Ok(()), |mode| correct(solver, mode, request))
+}
+
+/// Records the initial values if the initial time is an output time. Returns the output times after the start.
 fn start<'a, I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &'a Request,
     record: &mut Record,
 ) -> Result<&'a [f64], Failure> {
     let (t0, t_end) = request.t_span;
-    let mode = match request.initial.as_str() {
-        "algebraic" => Some(ConsistencyMode::AlgebraicAndDerivatives),
-        "states" => Some(ConsistencyMode::States),
-        _ => None,
-    };
-    if let Some(mode) = mode {
-        correct(solver, mode, request)?;
-    }
     forget_raised(solver.problem())?;
     solver.set_stop_time(t_end).map_err(Failure::of)?;
     let (n, times) = match &request.t_eval {
