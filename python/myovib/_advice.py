@@ -114,13 +114,14 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         start = (float(solution.t[0]), solution.y[:, 0], solution.yp[:, 0])
         at_start = Structure.at(residual, *start, rtol * np.abs(start[1]) + atol, pattern=facts.pattern)
         singular = singular if _singular(at_start) else ""
-    nonlinear = [] if solution.success else _nonlinear(residual, solution, earlier, facts)
     hidden = structure.of_higher_index if structure and is_bdf else []
     tested = [j for j in hidden if suppress is None or not suppress[j]]
     stopped = STOPPED.match(solution.message)
     stop = float(stopped[1] if stopped else solution.t[-1])
     is_guess = False
     jumping = None if solution.success else _jumping(residual, solution, rtol, atol, stop)
+    has_other_cause = solution.success or jumping or "max_steps" in solution.message
+    nonlinear = [] if has_other_cause else _nonlinear(residual, solution, earlier, facts)
     if nonlinear:
         advice = _advice_for_nonlinear(nonlinear, is_bdf, facts)
     elif facts.index_note and not solution.success:
@@ -255,14 +256,18 @@ def _earlier(
     return found
 
 
-# Second difference relative to the first differences above which F is nonlinear.
-CURVED = 0.1
+# A variable acts on F weakly at some states and strongly at others if a change by its size changes F by more than this factor
+# times the change that the derivative predicts. The factor is 1 for linear functions, about 2 for a sum of a variable and
+# its cube, and e^x/x for diodes at x thermal voltages. The derivative is computed with increments of the given fraction of
+# the size.
+STRONGER = 10.0
+FRACTION = 0.01
 
 
 def _nonlinear(
     residual: Function, solution: DaeSolution, earlier: list[tuple[int, Structure]], facts: Facts
 ) -> list[int]:
-    """Return the algebraic variables that count as variables of index 2, but in which F is nonlinear.
+    """Return the algebraic variables that count as variables of index 2 in equations that vary by orders of magnitude.
 
     Their index is 1 where F depends on them strongly, as on the voltage of a conducting diode. Error tests for index 2 then
     allow errors that F magnifies.
@@ -278,26 +283,31 @@ def _nonlinear(
         if facts.suppress is not None and solution.method == "bdf":
             stated |= structure.algebraic & np.array(facts.suppress)
         rounding = 1e3 * structure.rounding(np.abs(structure.df_dy), np.abs(structure.df_dyp))
+        acting = np.zeros((n, n), dtype=bool)
+        varying = np.zeros(n, dtype=bool)
         with ignoring(Exception), np.errstate(all="ignore"):  # outside of the domain of F
             base = np.array(residual(t, y, yp), dtype=float)
             for j in {*np.flatnonzero(stated).tolist(), *structure.of_higher_index}:
                 unit = sizes[j] * (np.arange(n) == j)
-                changes = [np.array(residual(t, y + c * unit, yp), dtype=float) - base for c in (1.0, -1.0)]
-                bend, largest = np.abs(changes[0] + changes[1]), np.abs(changes[0]) + np.abs(changes[1])
-                if (np.isfinite(bend) & (bend > CURVED * largest) & (bend > rounding)).any():
-                    found.add(j)
+                factors = (1.0, -1.0, FRACTION, -FRACTION)
+                changes = np.abs([np.array(residual(t, y + c * unit, yp), dtype=float) - base for c in factors])
+                largest, predicted = changes[:2].max(axis=0), np.maximum(changes[2:].max(axis=0), rounding) / FRACTION
+                acting[:, j] = largest > rounding
+                varying |= largest > STRONGER * predicted
+        found |= set(np.flatnonzero(acting[varying].any(axis=0)).tolist())
     return sorted(found)
 
 
 def _advice_for_nonlinear(variables: list[int], is_bdf: bool, facts: Facts) -> str:
     described = (
-        f"F is nonlinear in the variables {listed(variables)} (counted from 0), whose index may change during the integration, "
-        "as at diodes: "
+        f"the effect of the variables {listed(variables)} (counted from 0) on F, and so their index, varies with the state, as "
+        "for voltages at diodes: "
     )
+    anyway = " (a warning about their index may then appear)"
     if is_bdf and facts.suppress is not None and any(facts.suppress[j] for j in variables):
-        return f"{described}do not exclude them by `suppress`, whatever a warning about their index says"
+        return f"{described}do not exclude them by `suppress`{anyway}"
     if not is_bdf and any(facts.indices[j] > 1 for j in variables if facts.indices):
-        return f"{described}state 1 for them in `index`, whatever a warning about their index says"
+        return f"{described}state 1 for them in `index`{anyway}"
     return f"{described}use tighter tolerances"
 
 

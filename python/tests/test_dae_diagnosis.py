@@ -637,6 +637,20 @@ def test_an_explosion_is_not_taken_for_dependent_equations(rtol):
     assert s.status == -1 and "grow without bound" in s.message and "depend on" not in s.message, s.message
 
 
+@pytest.mark.parametrize("options", [dict(method="radau5", index=[1, 2, 1]), dict(method="bdf", suppress=[0, 1, 0])])
+@pytest.mark.parametrize("cause", ["jump", "pole", "max_steps"])
+def test_a_nonlinear_multiplier_of_index_2_is_not_taken_for_the_cause(cause, options):
+    def equations(t, y, yp):
+        position = 1.0 + t + (cause == "jump") * (t > 0.5)
+        return [yp[0] - y[1] - y[1] ** 3, y[0] - position, yp[2] - (cause == "pole") * y[2] ** 2]
+
+    # The root of λ + λ³ = 1.
+    multiplier = 0.6823278038280193
+    most = 5 if cause == "max_steps" else None
+    s = solve_dae(equations, (0, 2), [1, multiplier, 2], [1, 0, 4.0 * (cause == "pole")], max_steps=most, **options)
+    assert s.status == -1 and "depend" not in s.message and "the effect of the variables" not in s.message, s.message
+
+
 @pytest.mark.parametrize("method", ["bdf", "radau9"])
 def test_a_break_beside_the_jump_is_named(method):
     def equations(t, y, yp):
