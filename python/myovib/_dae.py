@@ -211,10 +211,12 @@ def solve_dae(
         error of dy/dp. Derivatives of variables of index 2 and 3 are less accurate than
         the variables.
     df_dp : callable, optional
-        ``df_dp(t, y, yp, p)`` returns dF/dp, with the shape (n, k). By default,
-        central differences are used, with increments of 6e-6 ``|p_j|``. For a parameter of 0, the
-        increment is chosen at the start so that the quotient is accurate, in any unit;
-        if F does not depend on the parameter there, it is 6e-6.
+        ``df_dp(t, y, yp, p)`` returns dF/dp, with the shape (n, k). It is compared with
+        differences in the middle and at the end of the solution; `status` is -1 if it
+        looks wrong. By default, central differences are used, with increments of 6e-6
+        ``|p_j|``. If p_j is 0, or rounding would lose this increment, the increment is
+        chosen at the start so that the quotient is accurate, in any unit; if F does not
+        depend on p_j = 0 there, it is 6e-6.
     dy0_dp : array_like, shape (n, k), optional
         Derivatives of `y0` with respect to the parameters; zero by default. At index 0
         and 1, rows of algebraic variables are computed if n is at most 200, or `sparsity`
@@ -458,6 +460,12 @@ def solve_dae(
         if reason:
             notes += [reason] if may_be_singular else []
             solution.status, solution.message = -1, f"{solution.message}, but the results may be wrong: {reason}"
+    if sensitivities is not None and solution.t.size:
+        states = [(float(solution.t[k]), solution.y[:, k], solution.yp[:, k]) for k in {solution.t.size // 2, solution.t.size - 1}]
+        if wrong := sensitivities.wrong_derivative(states):
+            notes.append(wrong)
+            if solution.success:
+                solution.status, solution.message = -1, f"{solution.message}, but `dy_dp` may be wrong: {wrong}"
     # A higher index and an input that acts between the stages cause similar errors.
     notes += [] if is_of_index_4 and not solution.success else [text for _, text in of_functions]
     jumping = []
