@@ -160,8 +160,8 @@ impl Collocation {
         }
     }
 
-    /// Extrapolates the polynomial to a step of size `h` that starts at its end. The result is the stage increments
-    /// relative to the solution `y` there.
+    /// Extrapolates the polynomial to the next step, which starts at `t` and has size `h`. The result is the stage
+    /// increments relative to the solution `y` at `t`.
     pub(crate) fn extrapolate(&self, method: &Method, t: f64, h: f64, y: &[f64], z: &mut [f64]) {
         let n = y.len();
         for (z_i, c) in z.chunks_exact_mut(n).zip(method.nodes()) {

@@ -76,8 +76,8 @@ pub(crate) struct NewtonSolver {
 /// Contraction above which the iterations are considered divergent.
 const DIVERGENT: f64 = 0.99;
 
-/// Contraction above which the additional iterations for unscaled errors of variables with reduced weights stop. The
-/// remaining errors may be rounding errors divided by a power of h.
+/// Contraction of the unscaled errors of variables with reduced weights above which the additional iterations for these
+/// errors stop. The remaining errors may be rounding errors divided by a power of h.
 const STALLED: f64 = 0.9;
 
 /// Lower bound for the contraction assumed for the first correction of a step, because the contraction of the last step
@@ -101,15 +101,15 @@ const TRIED: f64 = 0.1;
 /// always allowed.
 const SMALL: f64 = 0.01;
 
-/// If the norm of a correction, in units of the tolerance, exceeds this value, a contraction measured from it must be
-/// confirmed.
+/// If the norm of a correction, in units of the tolerance, exceeds this value, the contraction estimated from this
+/// correction and the next one must be confirmed.
 const LONG: f64 = 10.0;
 
 /// Corrections below this relative size may consist of rounding errors, which do not contract, if the matrices are
 /// ill-conditioned.
 const UNRESOLVED: f64 = 1e4 * f64::EPSILON;
 
-/// Relative rounding of y. Smaller corrections of the increments of y are not resolved.
+/// Relative rounding error of y. Corrections to the increments that are smaller than this error are not resolved.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
 impl NewtonSolver {

@@ -11,8 +11,8 @@ use crate::control::Control;
 /// Minimum of the factor by which steps may grow if the measured errors of multipliers are only rounding errors.
 const GROWTH_IN_NOISE: f64 = 2.0;
 
-/// Fraction of the ratio of the absolute tolerance to y that is regarded as the requested accuracy. Absolute tolerances
-/// are often chosen for larger variables.
+/// Factor by which the ratio of the absolute tolerance to y is multiplied to obtain the requested accuracy. It is less
+/// than 1 because absolute tolerances are often chosen for larger variables.
 const ABSOLUTE_FRACTION: f64 = 0.1;
 /// Maximum (coarsest) relative accuracy that absolute tolerances imply.
 const MAX_ACCURACY: f64 = 1e-6;

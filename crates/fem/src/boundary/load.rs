@@ -90,7 +90,7 @@ pub fn body_force<const D: usize>(space: &Space, force: impl Fn([f64; D]) -> [f6
 /// `n_components`.
 ///
 /// # Panics
-/// Panics if there are fewer densities than elements, or unless `D` is the dimension.
+/// Panics if there are fewer densities than elements, or if `D` is not the dimension.
 pub fn weight<const D: usize>(
     space: &Space,
     densities: &[f64],

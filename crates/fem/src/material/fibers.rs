@@ -67,9 +67,9 @@ impl Fibers {
     /// Sets the directions of the given elements from nodal fields of the mesh.
     ///
     /// # Errors
-    /// Returns [`FemError::UnknownField`] if a field does not exist, [`FemError::Count`] unless a field has three
-    /// components, or [`FemError::Direction`] if a vector is missing at a vertex, zero, not finite, or (in 2D) not
-    /// in the plane.
+    /// Returns [`FemError::UnknownField`] if a field does not exist, [`FemError::Count`] if a field does not have
+    /// three components, or [`FemError::Direction`] if a vector is missing at a vertex, zero, not finite, or (in 2D)
+    /// not in the plane.
     pub fn set_nodal(
         &mut self,
         mesh: &Mesh,

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::{Mesh, distance, sorted};
 use crate::error::FemError;
 
-/// Relative distance of a midside node from the midpoint of its edge above which the edge is curved. In files with
-/// eight digits, the nodes of straight edges are within this distance.
+/// Maximum distance of the midside node of a straight edge from the midpoint of the edge, as a fraction of its length.
+/// If it is exceeded, the edge is curved. In files with eight digits, straight edges stay within this limit.
 const STRAIGHT: f64 = 1e-7;
 
 /// Values of a field at the vertices of a mesh, read from `$NodeData`.

@@ -32,9 +32,9 @@ pub struct Fields<'a> {
     pub p_rate: Option<&'a [f64]>,
     /// Multiplier of the velocity constraint in (33).
     pub mu: Option<&'a [f64]>,
-    /// Factors of the energy W, which are linear in each element. They describe a stiffness that varies in space
-    /// and time, like E(ξ, t) in the paper. The factors do not affect the volume terms, and rates are computed at
-    /// constant factors.
+    /// Factors by which the energy W is multiplied. They vary linearly in each element and describe a stiffness that
+    /// varies in space and time, like E(ξ, t) in the paper. The factors do not affect the volume terms, and rates are
+    /// computed with the factors held constant.
     pub factors: Option<&'a [f64]>,
 }
 

@@ -9,7 +9,7 @@ use crate::operators::fields::{Fields, Inverted};
 use crate::simd::batch::{Batches, Part, Point};
 use crate::simd::lanes::Lanes;
 
-/// Pass over all batches. As for the energy, the 3D law is evaluated at F33 = 1 in 2D.
+/// Pass over all batches. In 2D, the 3D law is evaluated at F33 = 1, as in the pass for the energy.
 pub(crate) struct Powers<'a, const D: usize, const N: usize, const P: usize> {
     pub(crate) elements: &'a Batches<D, N, P>,
     pub(crate) fields: &'a Fields<'a>,

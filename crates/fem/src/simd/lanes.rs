@@ -13,7 +13,7 @@ use crate::material::elementary;
 use crate::material::real::{Plain, Real};
 
 /// Runs `op` as a separate function with the instructions of `simd`. If `op` is called from several loops, it is
-/// then compiled only once. Long functions are not inlined in even longer functions.
+/// then compiled only once. Long functions are not inlined into even longer functions.
 #[inline(never)]
 pub(crate) fn outlined<S: Simd, Op: WithSimd>(simd: S, op: Op) -> Op::Output {
     simd.vectorize(op)

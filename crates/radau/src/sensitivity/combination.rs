@@ -23,7 +23,8 @@ const ENOUGH_ROWS: usize = 512;
 /// Relative accuracy of sums of products.
 pub(super) const DIGITS: f64 = 100.0 * f64::EPSILON;
 
-/// Mean weighted products of vectors at the starts of the previous steps and at the start of the next step.
+/// Matrix of the mean weighted products of all pairs of vectors. The vectors are those at the starts of the previous
+/// steps and the one at the start of the next step.
 pub(super) type Products = SMatrix<f64, PLACES, PLACES>;
 
 /// Workspace for the products of many columns.

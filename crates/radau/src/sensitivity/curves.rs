@@ -103,7 +103,8 @@ impl Curves {
         }
     }
 
-    /// Advances to the end of the step of the state. `weights` contains the relative weights of the components.
+    /// Advances to the end of the step. `state` contains the state in this step, and `weights` contains the relative
+    /// weights of the components.
     pub(super) fn end(
         &mut self,
         method: &Method,

@@ -21,9 +21,9 @@ use crate::method::Method;
 /// ```
 ///
 /// by least squares, with separate coefficients for each column. S satisfies linear equations that depend on the state.
-/// Therefore, its continuation is nearly the same combination of the continuations of the previous steps. Vibrations
-/// and decaying terms are combinations of a few such curves, even over steps that are too long for polynomial
-/// extrapolation.
+/// Therefore, the curve of S over the next step is nearly the same combination of the curves over the previous steps.
+/// Vibrations and decaying terms are combinations of a few such curves, even over steps that are too long for
+/// polynomial extrapolation.
 #[derive(Debug)]
 pub(super) struct History {
     /// Maximum number of stored steps.

@@ -102,8 +102,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// function of the problem has a jump or a kink. Statistics continue. If the solution itself jumps, use
     /// [`reinit`](RadauSolver::reinit).
     ///
-    /// Algebraic variables may have their values from before the jump. If this is true of the initial values, call this
-    /// method before the first step. The consistency of the initial values is then not checked.
+    /// Algebraic variables may still have the values from before the jump. If this applies to the initial values, call
+    /// this method before the first step. In this case, the consistency of the initial values is not checked.
     pub fn restart(&mut self) {
         if let Some(pause) = self.pause.take() {
             self.t = pause.t;

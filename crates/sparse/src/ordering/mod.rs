@@ -193,7 +193,8 @@ mod tests {
         }
     }
 
-    /// A better order is sought and found for a cube. The factors of a plate are too cheap for a search.
+    /// For a cube, the additional searches find a better order. The factors of a plate are too cheap to justify
+    /// additional searches.
     #[test]
     fn a_better_ordering_is_sought_for_expensive_factors() {
         for (points, is_dear) in [([26, 26, 26], true), ([80, 80, 2], false)] {

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use crate::ordering::{Graph, NONE, Tree};
 
-/// Maximum fraction of explicit zeros if a supernode is merged into its parent. Dense arithmetic on a few zeros is
-/// cheaper than another front. In measurements on the muscle, values between 0.1 and 0.2 are fastest.
+/// Maximum fraction of explicit zeros in the result when a supernode is merged into its parent. Dense arithmetic on a
+/// few zeros is cheaper than another front. In measurements on matrices of the muscle model, values between 0.1 and 0.2
+/// are fastest.
 const ZEROS_ALLOWED: f64 = 0.15;
 
 /// Maximum fraction of explicit zeros for supernodes with at least [`WIDE`] columns. Their fronts are already large

@@ -10,7 +10,8 @@ use crate::row::Row;
 const TILE_ROWS: usize = 8;
 /// Number of columns of a tile. Their sums use at most eight AVX-512 registers, or 16 for complex numbers.
 const TILE_COLUMNS: usize = 4;
-/// Columns of at least this length are read from memory. Four concurrent streams are then faster.
+/// Minimum length of columns whose scalar products are computed four at a time. Columns of this length are usually read
+/// from memory, which is faster with four concurrent streams.
 const LONG: usize = 160;
 /// Number of partial sums of a scalar product: one AVX-512 register.
 pub(super) const LANES: usize = 8;
@@ -243,7 +244,8 @@ pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m
     }
 }
 
-/// Solves with N columns from column `p` onward: first with all rows below in one sweep, then with their triangle.
+/// Solves for N entries of `y` from entry `p` onward: first subtracts the products of the N columns with all entries
+/// below in one sweep, then solves with the triangle of these columns.
 #[inline(always)]
 fn solve_transposed_columns<T: Number, R: Row<T>, const N: usize>(
     y: &mut [R],

@@ -132,7 +132,7 @@ impl MshFile {
         Ok(Parts { points, elements, tags, vertices })
     }
 
-    /// Returns the problem of a file with volumes but without tetrahedra.
+    /// Returns the [`MshProblem`] for a file that contains volumes but no tetrahedra.
     fn not_meshed(&self) -> MshProblem {
         let dimension = self.cells.iter().map(|cell| cell.dimension).max();
         let dimension = dimension.unwrap_or(0);
