@@ -43,7 +43,7 @@ GROWTHS = (1.0, 1e2, 1e4)
 # they are reliable.
 FACTORS, VARIATION = (0.5, 1.0, 2.0, 4.0), 0.2
 
-# Change of the rate of a constraint, relative to the terms of this rate, that is negligible if a parameter changes by its
+# Change of the rate of a constraint, relative to the terms of this rate, considered negligible if a parameter changes by its
 # size.
 NEGLIGIBLE = 1e-5
 
@@ -254,7 +254,7 @@ class Sensitivities:
     def _expect_consistent(self, structure: Structure, at: tuple[float, Array, Array], values: Array) -> None:
         """Reject values that do not satisfy the derivatives of the equations without y'."""
         df_dp = self.derivatives(*at).reshape(values.shape)
-        # The errors of entries that are zero are as large as the increments.
+        # The errors of zero entries are as large as the increments.
         rows = abs(structure.df_dy) @ np.ones(self.n)
         size = rows[:, None] * np.abs(values).max(axis=0) + np.abs(df_dp)
         is_violated = np.abs(structure.df_dy @ values + df_dp) > VIOLATED * size

@@ -193,7 +193,7 @@ class Structure:
         return np.flatnonzero(columns).tolist(), np.flatnonzero(rows).tolist()
 
     def contradictory(self, initial: str) -> list[int]:
-        """Return the equations in a combination that is independent of all values that `initial` corrects."""
+        """Return the equations in a combination independent of all values that `initial` corrects."""
         columns = self.df_dy if initial == "states" else self._combined()
         return np.flatnonzero(self._null(columns.T)).tolist()
 

@@ -580,7 +580,7 @@ def test_entries_that_sparsity_lacks_after_the_start_are_named(method):
 
 
 def test_dry_friction_from_rest_is_named_for_the_first_step_of_bdf():
-    """Regression: the message asked for ever smaller first steps."""
+    """Regression: the message requested ever smaller first steps."""
 
     def friction(t, y, yp):
         return [yp[0] - y[1], yp[1] + y[0] - y[2], y[2] + 0.3 * np.sign(y[1])]

@@ -250,7 +250,7 @@ def test_sensitivities_to_the_initial_angle_are_consistent_where_entries_vanish(
 @pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
 @pytest.mark.parametrize("is_given", [False, True])
 def test_a_parameter_of_zero_may_have_any_unit(method, unit, is_given):
-    """Regression: the increment and the scale of the error test were those of a parameter of size 1."""
+    """Regression: the increment and the scale of the error test belonged to a parameter of size 1."""
 
     def equations(t, y, yp, p):
         # Overflows for trial sizes of the parameter.

@@ -57,5 +57,5 @@ group = "free"
     scene = myovib.Scene.read("limb.toml")
     converging = scene.run().probes["free"]["u_z"][-1]
     parallel = scene.set("material[0].fiber", [0.0, 0.0, 1.0]).run().probes["free"]["u_z"][-1]
-    # Fibers that are inclined by up to 5 degrees pull toward the apex.
+    # Fibers inclined by up to 5 degrees pull toward the apex.
     assert converging > 1.2 * parallel > 0

@@ -11,7 +11,7 @@ use crate::newton::Step;
 /// known. To leading order, its error at t_n + θ h is
 /// - C ψ(θ) in algebraic variables, with ψ = θ ℓ_0,
 /// - C q(θ) in differential variables, with q = ∫ θ ℓ_0,
-/// - C (ψ − r)(θ), with the ramp r, in differential variables that are determined by constraints.
+/// - C (ψ − r)(θ), with the ramp r, in differential variables determined by constraints.
 ///
 /// The difference at t_{n−1} determines C. The estimate does not require an evaluation of F. It also detects a kink of
 /// the solution within either of the two steps.

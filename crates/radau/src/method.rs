@@ -145,7 +145,7 @@ impl Method {
         lagrange(&self.nodes, j, theta)
     }
 
-    /// Writes ℓ_j(c_i × `ratio`) row by row. These are the values at the stages of a step that is longer by the factor
+    /// Writes ℓ_j(c_i × `ratio`) row by row. These are the values at the stages of a step longer by the factor
     /// `ratio`.
     pub(crate) fn write_bases(&self, ratio: f64, out: &mut Vec<f64>) {
         out.clear();

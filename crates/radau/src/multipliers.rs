@@ -67,7 +67,7 @@ struct Multiplier {
     within: [f64; 2],
 }
 
-/// State of a multiplier that is stored from step to step.
+/// State of a multiplier stored from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PreviousMultipliers {
     /// Collocation value at the end of the last step.
@@ -152,7 +152,7 @@ impl Multipliers {
         orders.min()
     }
 
-    /// Returns the state that is stored from step to step.
+    /// Returns the state stored from step to step.
     pub(crate) fn known(&self) -> Vec<PreviousMultipliers> {
         self.list.iter().map(|multiplier| multiplier.known).collect()
     }
@@ -358,7 +358,7 @@ impl Multipliers {
         }
     }
 
-    /// Removes the errors from a copy of the `increments` of a step that is not accepted yet.
+    /// Removes the errors from a copy of the `increments` of a step before its acceptance.
     pub(crate) fn remove_from_copy(&self, step: &Step<'_>, increments: &mut [f64]) {
         let n = step.y.len();
         for multiplier in self.list.iter().filter(|multiplier| multiplier.removable) {

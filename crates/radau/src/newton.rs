@@ -109,7 +109,7 @@ const LONG: f64 = 10.0;
 /// ill-conditioned.
 const UNRESOLVED: f64 = 1e4 * f64::EPSILON;
 
-/// Relative rounding error of y. Corrections to the increments that are smaller than this error are not resolved.
+/// Relative rounding error of y. Corrections to the increments smaller than this error are not resolved.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
 impl NewtonSolver {

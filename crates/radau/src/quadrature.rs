@@ -1,4 +1,4 @@
-//! Quadratures ∫ g(t, y, ẏ) dt that are integrated along with the solution.
+//! Quadratures ∫ g(t, y, ẏ) dt integrated along with the solution.
 
 use std::fmt;
 

@@ -10,7 +10,7 @@ use myovib_dae::{Outcome, Tolerances, VariableKind};
 use myovib_radau::{RadauOptions, RadauSolver};
 use nalgebra::{DMatrix, DVector};
 
-/// Number of steps that are checked.
+/// Number of checked steps.
 const FIRST_STEPS: usize = 4;
 
 /// Bound for the multiplier errors in units of the tolerance, as in `digits.rs`.

@@ -69,7 +69,7 @@ pub struct Prediction {
     pub flops: f64,
 }
 
-/// Adds the costs of factorizations that are stored at the same time.
+/// Adds the costs of factorizations stored at the same time.
 impl Add for Prediction {
     type Output = Self;
 

@@ -34,7 +34,7 @@ struct Functions<P> {
     response: fn(&mut P) -> &mut [f64],
 }
 
-/// Internal variables (states) of a solver that are eliminated from the stage equations.
+/// Internal variables (states) of a solver eliminated from the stage equations.
 ///
 /// At the stages of a step, the states are linear functions of their initial values q and of the driving quantities at
 /// all stages ([`TermStep::stage`]), and so are the responses. The contribution of q is summed over the terms once per

@@ -55,7 +55,7 @@ pub struct InternalVariables {
     /// Initial states, group by group. Within a group, all slots of the first term precede all slots of the second
     /// term, and so on.
     pub start: Vec<f64>,
-    /// Absolute tolerance of the states. The relative tolerance is the same as for the unknowns.
+    /// Absolute tolerance of the states. The relative tolerance of the unknowns also applies to the states.
     pub absolute: f64,
 }
 

@@ -17,7 +17,7 @@ const SUDDEN: f64 = 10.0;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WithinStep {
     pub(crate) variable: usize,
-    /// Part of the residual that is not explained by the leading error of a smooth solution.
+    /// Part of the residual unexplained by the leading error of a smooth solution.
     pub(crate) unexplained: f64,
     /// Difference between two measurements of the leading error: within the step, and from the last step.
     pub(crate) difference: f64,

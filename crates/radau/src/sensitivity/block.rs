@@ -125,7 +125,7 @@ struct Columns<'w> {
     n_columns: usize,
 }
 
-/// Number of rows that are processed together, which allows vector instructions for any number of columns.
+/// Number of rows processed together, which allows vector instructions for any number of columns.
 pub(super) const ROWS: usize = 8;
 
 impl Columns<'_> {

@@ -243,7 +243,7 @@ impl<Q> ForwardSensitivities<Q> {
         solver.integrate_watched(t_out, &mut |solver| self.follow(solver))
     }
 
-    /// Advances the sensitivities over the last accepted step of the solver. Does nothing if there is no new step. Must
+    /// Advances the sensitivities over the last accepted step of the solver. Does nothing without a new step. Must
     /// be called after each [`RadauSolver::step`].
     ///
     /// # Errors

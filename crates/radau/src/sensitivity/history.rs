@@ -22,7 +22,7 @@ use crate::method::Method;
 ///
 /// by least squares, with separate coefficients for each column. S satisfies linear equations that depend on the state.
 /// Therefore, the curve of S over the next step is nearly the same combination of the curves over the previous steps.
-/// Vibrations and decaying terms are combinations of a few such curves, even over steps that are too long for
+/// Vibrations and decaying terms are combinations of a few such curves, even over steps too long for
 /// polynomial extrapolation.
 #[derive(Debug)]
 pub(super) struct History {
@@ -56,7 +56,7 @@ pub(super) struct Vectors<'a> {
     pub(super) weights: &'a [f64],
 }
 
-/// Start of the step that is predicted.
+/// Start of the predicted step.
 pub(super) struct Beginning<'a> {
     pub(super) h: f64,
     pub(super) columns: Vectors<'a>,

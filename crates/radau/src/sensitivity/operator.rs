@@ -140,7 +140,7 @@ impl StageOperator {
         Ok(())
     }
 
-    /// Subtracts L x and, at each stage, J_y(i) `start` from `out`, for `n_columns` columns that are stored row by row.
+    /// Subtracts L x and, at each stage, J_y(i) `start` from `out`, for `n_columns` columns stored row by row.
     pub(super) fn subtract<P>(
         &mut self,
         parameters: &mut impl Parameters<P>,

@@ -1,4 +1,4 @@
-//! Data of a run that are stored for the backward pass.
+//! Data of a run stored for the backward pass.
 
 use myovib_dae::{IntegratorError, LinearSolver, Outcome, Problem};
 
@@ -120,7 +120,7 @@ impl Recording {
         solver.integrate_watched(t_out, &mut |solver| self.follow(solver))
     }
 
-    /// Records the last accepted step of the solver. Does nothing if there is no new step. Must be called after each
+    /// Records the last accepted step of the solver. Does nothing without a new step. Must be called after each
     /// [`RadauSolver::step`].
     ///
     /// # Errors

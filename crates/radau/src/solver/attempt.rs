@@ -160,7 +160,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Estimates the leading error of multipliers. Returns the largest next step size that is allowed by the error
+    /// Estimates the leading error of multipliers. Returns the largest next step size allowed by the error
     /// remaining after the removal of the leading error.
     fn measure_multipliers(&mut self, h: f64) -> Result<f64, Failure> {
         let step = step_of!(self, h);
@@ -282,7 +282,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Returns whether a step of size `h` may start near a kink that difference quotients do not resolve. This is the
     /// case if Newton's method has failed repeatedly although the solution changes by less than its tolerance.
-    /// Jacobians that are not difference quotients describe one side of the kink.
+    /// Exact Jacobians describe one side of the kink.
     pub(super) fn may_be_near_kink(&self, h: f64, failures: Failures) -> bool {
         let has_quotients = self.matrices.difference_evaluations() > 0 && self.internal.is_none();
         if !(has_quotients && failures.suggest_kink()) {

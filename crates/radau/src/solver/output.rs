@@ -1,4 +1,4 @@
-//! Results and settings that are available between steps.
+//! Results and settings available between steps.
 
 use myovib_dae::checks::{expect_dense_output, expect_finite_value, expect_length};
 use myovib_dae::{IntegratorError, LinearSolver, Problem, Statistics};

@@ -68,7 +68,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Returns the largest next step size for which the error of dense output in variables of index 2 is within the
     /// tolerance. Rounding and the errors at the end of the step are subtracted first. Rounding is sampled only if the
-    /// error limits the step below `limit`. Otherwise, steps that are short because of a jump would never grow again.
+    /// error limits the step below `limit`. Otherwise, steps shortened by a jump would never grow again.
     /// In systems of index 3, rounding dominates.
     pub(super) fn limit_for_output_of_index_2(
         &mut self,
@@ -95,7 +95,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(self.propose_for_output_of_index_2(h, order, |i| self.rounding.of(i)))
     }
 
-    /// Returns the largest next step size that is allowed by the measured error beyond `rounding`.
+    /// Returns the largest next step size allowed by the measured error beyond `rounding`.
     fn propose_for_output_of_index_2(
         &self,
         h: f64,

@@ -15,7 +15,7 @@ use crate::work::Counters;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Restarts at (t0, y0, ẏ0) with the same problem, settings and functions. Statistics are reset to zero, and a stop
-    /// time that is not after t0 is discarded.
+    /// time before or at t0 is discarded.
     ///
     /// Quadratures continue from their values at the current time. The sensitivities of the new values must be passed
     /// to [`ForwardSensitivities`](crate::ForwardSensitivities). A [`Recording`](crate::Recording) of the previous

@@ -11,7 +11,7 @@
 //!
 //! Requirement: Radau IIA reaches the end, with at most two digits less than the tolerance in each variable. IDAS
 //! controls the error per step, and errors accumulate over several hundred steps. If IDAS reaches the end, it must meet
-//! the requirement at a hundredth of the tolerance, in each variable that is included in the error test. Otherwise, its
+//! the requirement at a hundredth of the tolerance, in each variable included in the error test. Otherwise, its
 //! message must recommend Radau IIA. The results of IDAS at the tolerance itself are only printed; the mark `!` denotes
 //! a successful run that does not meet the requirement.
 #![allow(clippy::unwrap_used)] // a test may panic

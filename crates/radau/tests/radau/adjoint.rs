@@ -291,7 +291,7 @@ fn integrals_are_summed_over_the_stages() {
 }
 
 /// Checks that four times as many steps require twice the memory. Also checks that each step is computed twice, except
-/// for the steps that are still stored when the run ends.
+/// for the steps still stored when the run ends.
 #[test]
 fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
     let record = |h: f64, t_end: f64, last: u64| {

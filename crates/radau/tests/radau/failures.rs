@@ -284,7 +284,7 @@ fn a_singular_matrix_stops() {
 
 #[test]
 fn a_wrong_jacobian_stops_by_convergence_failures() {
-    // Corrections that are a hundred times too large diverge for any step size. The inconsistent value ẏ0 = 0 makes a
+    // Corrections a hundred times too large diverge for any step size. The inconsistent value ẏ0 = 0 makes a
     // correction necessary.
     let problem = Touchy { jacobian_factor: 0.01, ..touchy(|_, _| Ok(0.0)) };
     let mut solver = RadauSolver::builder(problem).build(0.0, &[0.0], &[0.0]).unwrap();

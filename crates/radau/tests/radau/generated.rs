@@ -58,7 +58,7 @@ fn fully_implicit(draw: &Draw) -> Plain {
     }
 }
 
-/// The equations ẋ = −k z and z² = x of a tank that is nearly empty at the end.
+/// The equations ẋ = −k z and z² = x of a tank, nearly empty at the end.
 fn tank(draw: &Draw) -> Plain {
     let (k, level) = (draw.between(0, 0.5, 2.0), draw.between(1, 0.5, 2.0));
     let root = move |t: f64| level.sqrt() - 0.5 * k * t;

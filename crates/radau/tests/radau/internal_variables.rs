@@ -1,4 +1,4 @@
-//! Compares internal variables that are eliminated by the integrator with internal variables among the unknowns.
+//! Compares internal variables eliminated by the integrator with internal variables among the unknowns.
 
 use std::ops::{Div, Mul};
 

@@ -12,7 +12,7 @@ const SOURCE: [f64; 2] = [5.0, 1.0];
 const DISCHARGE: f64 = 0.2;
 const END: f64 = 10.0;
 
-/// A capacitor of 1 F that is charged by a source through a resistor of 1 Ω and an ideal diode with this conductance
+/// A capacitor of 1 F charged by a source through a resistor of 1 Ω and an ideal diode with this conductance
 /// (1/Ω):
 ///
 /// ```text

@@ -129,7 +129,7 @@ impl Problem for WithoutJacobian {
     }
 }
 
-/// Regression test: one-sided difference quotients have errors that are divided by h². At a tolerance of 1e-11, they
+/// Regression test: the errors of one-sided difference quotients are divided by h². At a tolerance of 1e-11, they
 /// caused an error of 20 % in the sensitivity of the multiplier. With central differences, the errors are at most ten
 /// times as large as with the exact Jacobian, or 1e-3.
 #[test]

@@ -1,4 +1,4 @@
-//! Lists of indices that are stored in one array.
+//! Lists of indices stored in one array.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 

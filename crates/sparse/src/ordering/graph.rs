@@ -2,7 +2,7 @@
 
 use super::adjacency::AdjacencyList;
 
-/// Nodes of unknowns that are eliminated together, and the adjacency of these nodes.
+/// Nodes of unknowns eliminated together, and the adjacency of these nodes.
 #[derive(Debug, Clone)]
 pub(crate) struct Graph {
     /// Unknowns of each node.

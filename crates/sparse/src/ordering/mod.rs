@@ -15,7 +15,7 @@ pub(crate) use adjacency::AdjacencyList;
 pub(crate) use graph::Graph;
 pub(crate) use tree::{NONE, Tree};
 
-/// Number of unknowns that are eliminated before a constraint that acts on them. One unknown with b ≠ 0 is sufficient,
+/// Number of unknowns eliminated before a constraint that acts on them. One unknown with b ≠ 0 is sufficient,
 /// but the b of an element may vanish by symmetry at the constraint's own vertex. Measured on the muscle for all values
 /// from 1 to the number of such unknowns: the backward error is always about 1e-15, and the fill does not grow up to
 /// 12.

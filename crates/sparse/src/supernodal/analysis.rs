@@ -8,7 +8,7 @@ use super::update::Layout;
 use crate::ordering::{AdjacencyList, Graph, Tree, least_work};
 use crate::{Kind, SparseError};
 
-/// Supernode: columns that are eliminated together.
+/// Supernode: columns eliminated together.
 #[derive(Debug, Clone)]
 pub(super) struct Supernode {
     /// Columns of the supernode, and the rows below them.

@@ -18,9 +18,9 @@ use super::update::{CHUNK, Layout, chunk_width};
 use crate::Kind;
 use crate::Number;
 
-/// Maximum width of panels that are eliminated column by column.
+/// Maximum width of panels eliminated column by column.
 const NARROW: usize = 32;
-/// Number of rows of a narrow panel that are eliminated together. They fit in the first-level cache.
+/// Number of rows of a narrow panel eliminated together. They fit in the first-level cache.
 const SHORT: usize = 128;
 /// Maximum number of rows of a product computed by one thread.
 const LONG: usize = 512;
@@ -34,7 +34,7 @@ const DEEP: usize = 64;
 pub(super) struct Front {
     /// Number of rows.
     pub(super) m: usize,
-    /// Number of columns that are eliminated.
+    /// Number of columns eliminated.
     pub(super) k: usize,
     pub(super) kind: Kind,
     /// Whether the work is shared among the threads of the pool.

@@ -1,7 +1,7 @@
 //! LU factorization of matrices with a symmetric pattern, in dense blocks and with fixed pivots.
 //!
 //! The Newton matrices of a solid consist of blocks, because the components of a node have the same rows, and so do all
-//! nodes that are eliminated together. Columns with the same rows form a *supernode*. Its elimination is dense
+//! nodes eliminated together. Columns with the same rows form a *supernode*. Its elimination is dense
 //! arithmetic on a *front*, which vector instructions execute several times faster than the indexed scalar loops of
 //! KLU. The factors store one index per row of a supernode instead of one per entry, so solves move half as much
 //! memory.

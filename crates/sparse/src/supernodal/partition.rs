@@ -43,7 +43,7 @@ struct Part {
 }
 
 impl Part {
-    /// Returns the number of zeros that are added to the columns of `child` if it is merged.
+    /// Returns the number of zeros added to the columns of `child` if it is merged.
     fn zeros_from(&self, child: &Self) -> usize {
         child.width * (self.width + self.below - child.below)
     }

@@ -19,7 +19,7 @@ pub(super) struct Place {
     pub(super) offset: usize,
 }
 
-/// Supernodes that are eliminated by one thread. The last supernode is the root of the subtree.
+/// Supernodes eliminated by one thread. The last supernode is the root of the subtree.
 #[derive(Debug, Clone)]
 pub(super) struct Subtree {
     pub(super) nodes: Range<usize>,
@@ -32,14 +32,14 @@ pub(super) struct Subtree {
 pub(super) struct StackSizes {
     /// Heights of the stacks for even and for odd depth.
     pub(super) heights: [usize; 2],
-    /// Maximum number of entries in rows of U that are stored separately from the factors.
+    /// Maximum number of entries in rows of U stored separately from the factors.
     pub(super) upper: usize,
 }
 
 /// Order of work for a given number of threads. The computed values do not depend on this number.
 #[derive(Debug, Clone)]
 pub(super) struct Schedule {
-    /// Subtrees that are eliminated concurrently.
+    /// Subtrees eliminated concurrently.
     pub(super) subtrees: Vec<Subtree>,
     /// All other supernodes. They are eliminated one after the other when the subtrees are complete.
     pub(super) rest: Vec<u32>,

@@ -2,11 +2,11 @@
 
 use crate::Kind;
 
-/// Number of columns that are stored together. It is large enough for fast products, and small enough to waste little
+/// Number of columns stored together. It is large enough for fast products, and small enough to waste little
 /// storage above the diagonal of a symmetric front.
 pub(super) const CHUNK: usize = 128;
 
-/// Returns the number of columns that are computed together and shared among threads. It is larger for unsymmetric
+/// Returns the number of columns computed together and shared among threads. It is larger for unsymmetric
 /// matrices, because they waste no storage, and the rows of L are then read less often.
 pub(super) fn chunk_width(kind: Kind) -> usize {
     match kind {

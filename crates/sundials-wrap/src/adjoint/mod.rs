@@ -76,7 +76,7 @@ pub struct ForwardState {
     pub s: Vec<[Vec<f64>; 2]>,
 }
 
-/// A system R(t, λ, λ̇) = 0 that is integrated backward in time along the solution of the problem `P`.
+/// A system R(t, λ, λ̇) = 0 integrated backward in time along the solution of the problem `P`.
 ///
 /// # Shapes
 /// `values`, `rates`, `residual`: [`n_unknowns`](Self::n_unknowns).

@@ -1,4 +1,4 @@
-//! C callbacks of backward problems, similar to those of the forward problem in [`trampoline`](super::trampoline).
+//! C callbacks of backward problems, similar to the callbacks of the forward problem in [`trampoline`](super::trampoline).
 //!
 //! During a backward integration, IDAS also calls the functions of the forward problem in order to repeat its steps
 //! from a checkpoint. Forward and backward calls alternate and are not nested.

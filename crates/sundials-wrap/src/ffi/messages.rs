@@ -101,7 +101,7 @@ mod of_version {
 unsafe fn take_message<C: Callbacks>(text: *const c_char, user_data: *mut c_void) {
     // SAFETY: IDAS passes back the address of our boundary, and reports only between callbacks.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS passes a zero-terminated string that is valid during the call.
+    // SAFETY: IDAS passes a zero-terminated string, valid during the call.
     let text = unsafe { CStr::from_ptr(text) }.to_string_lossy();
     boundary.callbacks.message(&text);
 }

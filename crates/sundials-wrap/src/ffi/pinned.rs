@@ -5,7 +5,7 @@ use std::ptr::NonNull;
 /// An owned heap value whose address does not change when the owner is moved.
 ///
 /// Unlike a `Box`, moving a `Pinned` does not assert unique access, so pointers passed to C remain valid. Rule: C uses
-/// its copy of the pointer only during calls that are made through a `&mut` of the owner, while no reference from
+/// its copy of the pointer only during calls through a `&mut` of the owner, while no reference from
 /// [`get`](Pinned::get) or [`get_mut`](Pinned::get_mut) is live.
 pub(crate) struct Pinned<T>(NonNull<T>);
 

@@ -29,7 +29,7 @@ impl<C> Boundary<C> {
 ///
 /// # Safety
 /// `user_data` is the address of a live [`Pinned`](super::pinned::Pinned) `Boundary<C>` to which no reference exists
-/// during `'a`. IDAS calls back only inside calls that are made with `&mut Ida`. Callbacks are not nested, since they
+/// during `'a`. IDAS calls back only inside calls with `&mut Ida`. Callbacks are not nested, since they
 /// cannot access the integrator.
 pub(super) unsafe fn boundary<'a, C>(user_data: *mut c_void) -> &'a mut Boundary<C> {
     // SAFETY: guaranteed by the caller.

@@ -43,7 +43,7 @@ pub struct IdaBuilder<P> {
 /// Parameters, settings, and the initial values of S and Ṡ.
 type Wanted<P> = (Box<dyn Parameters<P> + Send>, SensitivityOptions, Vec<[Vec<f64>; 2]>);
 
-/// Quadratures that are integrated along with the solution; empty by default.
+/// Quadratures integrated along with the solution; empty by default.
 #[derive(Default)]
 struct Quadrature {
     start: Vec<f64>,
@@ -88,7 +88,7 @@ impl<P: Problem> IdaBuilder<P> {
         }
     }
 
-    /// Sets all settings that are plain values.
+    /// Sets all settings given by plain values.
     #[must_use]
     pub fn options(mut self, options: IdaOptions) -> Self {
         self.options = options;

@@ -49,7 +49,7 @@ mod tests {
         let mut test = NewtonTest::default();
         let mut judge =
             |number, correction| test.judge(&NewtonIterate { number, correction, tolerance: 0.33 });
-        // A linear equation that is solved exactly by the first iteration.
+        // A linear equation solved exactly by the first iteration.
         assert_eq!(judge(0, 50.0), Convergence::Continue);
         assert_eq!(judge(1, 0.0), Convergence::Converged);
         // An equation with another slope. If the rate is 1/2, the error is equal to the last correction.

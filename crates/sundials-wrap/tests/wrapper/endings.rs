@@ -1,4 +1,4 @@
-//! User functions that panic or write NaN or huge values, and solvers that are dropped after calls in any order.
+//! User functions that panic or write NaN or huge values, and solvers dropped after calls in any order.
 
 use myovib_dae::IntegratorError::TimeBehind;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -325,7 +325,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Overwrites the y and ẏ that are returned. IDAS writes them but does not read them.
+    /// Overwrites the y and ẏ returned. IDAS writes them but does not read them.
     pub(crate) fn set_state(&mut self, y: &[f64], y_dot: &[f64]) {
         self.y.as_mut_slice().copy_from_slice(y);
         self.y_dot.as_mut_slice().copy_from_slice(y_dot);
