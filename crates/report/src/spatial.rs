@@ -174,7 +174,8 @@ pub(crate) fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {
 
 const NAMES: [&str; 3] = ["*x*", "*y*", "*z*"];
 
-/// Returns the plane in the middle of the shortest extent, as the index of its normal axis and its coordinate.
+/// Returns the plane halfway along the shortest extent and normal to it, as the index of its normal axis and its
+/// coordinate.
 fn plane(space: &Space) -> (usize, f64) {
     let [low, high] = bounds(space.coordinates(), 3);
     let extents = [0, 1, 2].map(|axis| high[axis] - low[axis]);

@@ -110,8 +110,8 @@ mod tests {
 
     use super::*;
 
-    /// Checks that no picture is drawn for a probe on a prescribed support, which does not depend on the stiffness, in
-    /// 2D and 3D.
+    /// Checks in 2D and 3D that no picture is drawn for a probe on a prescribed support, because its value does not
+    /// depend on the stiffness.
     #[test]
     fn a_map_of_zeros_has_no_picture() {
         for (mesh, at) in [

@@ -74,8 +74,8 @@ impl Constraint {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum VectorArithmetic {
-    /// Arithmetic of this crate with the vector instructions of the processor. Sums are computed in a different order
-    /// than in SUNDIALS.
+    /// This crate's own arithmetic, which uses the vector instructions of the processor. Sums are computed in a
+    /// different order than in SUNDIALS.
     #[default]
     Simd,
     /// Arithmetic of SUNDIALS' serial vectors, entry by entry. Intended for comparisons.
@@ -113,10 +113,10 @@ pub struct IdaOptions {
     /// by default, as in IDAS. If `true`, a step has at least two iterations unless the first correction is negligible.
     /// Recommended for sensitivities, and for equations with an unknown degree of nonlinearity.
     pub strict_newton: bool,
-    /// Whether steps are searched for inputs that act between their ends; `false` by default. The search applies to
+    /// Whether to search steps for inputs that act only between the start and the end; `false` by default. This applies to
     /// each [`step`](crate::IdaSolver::step) whose end is predicted without an iteration of Newton's method. If F has
     /// large residuals within such a step, the step is repeated with a smaller size. Inputs that follow a period of
-    /// rest are then found. Each search costs ten evaluations of F. It is disabled with sensitivities, or if components
+    /// rest are found in this way. Each search costs ten evaluations of F. It is disabled with sensitivities, or if components
     /// are excluded from the error test.
     pub check_within_steps: bool,
     /// Maximum number of Newton iterations in one solve; 4 by default.

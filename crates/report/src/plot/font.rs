@@ -48,7 +48,7 @@ pub(super) fn width(text: &str) -> f64 {
     text.chars().map(|c| advance(c, false)).sum()
 }
 
-/// Appends the outlines of a text to an SVG path. `pen` is the position on the baseline; it is moved to the end of the
+/// Appends the outlines of the text to an SVG path. `pen` is the position on the baseline; it is moved to the end of the
 /// text.
 pub(super) fn outline(text: &str, italic: bool, size: f64, pen: &mut Point, path: &mut String) {
     for c in text.chars() {

@@ -11,7 +11,7 @@ use super::text;
 pub struct Cell {
     /// Index of the category; `None` for an empty cell.
     pub category: Option<usize>,
-    /// Text, which is shown if it fits into the cell.
+    /// Text that is shown only if it fits into the cell.
     pub text: String,
 }
 

@@ -197,7 +197,8 @@ fn draw_axes(svg: &mut Svg, [x, y]: Point) {
 mod tests {
     use super::*;
 
-    /// Returns the six sides of a unit cube, each divided into two triangles. The value is the index of the side.
+    /// Returns the six sides of a unit cube, each divided into two triangles. The value of a triangle is the index of
+    /// its side.
     fn cube() -> Vec<Face> {
         let corner = |i: usize| [i & 1, (i >> 1) & 1, (i >> 2) & 1].map(|b| b as f64);
         let sides =

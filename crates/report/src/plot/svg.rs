@@ -65,7 +65,7 @@ pub struct Type {
 }
 
 impl Type {
-    /// Creates the style of black text that starts at its point.
+    /// Creates the style of black text that starts at its anchor point.
     pub fn of(size: f64) -> Self {
         let color = Color::BLACK;
         Self { size, anchor: Anchor::Start, color, upward: false, haloed: false }

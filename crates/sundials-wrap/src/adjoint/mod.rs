@@ -186,7 +186,7 @@ pub struct BackwardRun {
     pub rates: Vec<f64>,
     /// The quadratures.
     pub quadratures: Vec<f64>,
-    /// Counters of the steps, of Newton's method and of the evaluations.
+    /// Counters of steps, Newton iterations and evaluations.
     pub statistics: Statistics,
 }
 

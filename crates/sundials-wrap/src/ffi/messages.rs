@@ -1,4 +1,4 @@
-//! Messages of IDAS, which are passed to the callbacks. Versions 6 and 7 use different mechanisms.
+//! Messages from IDAS, which are passed to the callbacks. Versions 6 and 7 use different mechanisms.
 
 use std::ffi::CStr;
 use std::os::raw::{c_char, c_int, c_void};
@@ -93,7 +93,7 @@ mod of_version {
     }
 }
 
-/// Stores a message of IDAS instead of printing it.
+/// Stores a message from IDAS instead of printing it.
 ///
 /// # Safety
 /// Must be called by IDAS with a zero-terminated string and the address that was passed with the handler, while no

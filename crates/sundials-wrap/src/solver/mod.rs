@@ -259,7 +259,7 @@ impl<P: Problem> IdaSolver<P> {
         Outcome::Stopped(Box::new(stop.advised(self.problem(), &self.kinds, 1)))
     }
 
-    /// Restores y and ẏ at the current time if IDAS has stopped without reporting this time.
+    /// Restores y and ẏ at the current time if IDAS has stopped there without reporting a solution.
     fn restore_state(&mut self) {
         let [mut y, mut y_dot] = self.start.clone();
         let t = self.t;

@@ -27,8 +27,8 @@ pub(super) struct ForwardRun {
     /// repeated.
     initial_step: f64,
     runs: Vec<BackwardRun>,
-    /// Counters of the forward run at the start of the first backward integration, because IDAS then repeats parts of
-    /// the run.
+    /// Counters of the forward run, saved at the start of the first backward integration because IDAS then repeats parts
+    /// of the run.
     pub(super) left: Option<Statistics>,
 }
 
