@@ -214,8 +214,9 @@ class Sensitivities:
                     small = self._quotient(j, *at)
             found = self._resolved(j, at)
             if p:
-                is_lost = small is not None and found is not None and not np.allclose(small, found[1], rtol=RESOLVED, atol=0.0)
-                self._sizes[j] = found[0] if found and is_lost and found[0] > p else p
+                self._sizes[j] = p
+                if small is not None and found and found[0] > p and not np.allclose(small, found[1], rtol=RESOLVED, atol=0.0):
+                    self._sizes[j] = found[0] if self._is_smooth(j, found, at) else p
                 continue
             self._sizes[j] = self._scales[j] = 1.0 if found is None else found[0]
             if found is None or structure is None:
@@ -227,6 +228,19 @@ class Sensitivities:
             sizes = sizes[np.isfinite(sizes) & (sizes > 0.0)]
             if sizes.size:
                 self._scales[j] = sizes.min()
+
+    def _is_smooth(self, j: int, found: tuple[float, Array], at: tuple[float, Array, Array]) -> bool:
+        """Return whether the quotients on both sides of parameter j agree with their mean, as at no kink or limit of F."""
+        size, quotient = found
+        with suppress(Exception), np.errstate(all="ignore"):
+            changes = []
+            for sign in (1.0, -1.0):
+                changed = self.parameters.copy()
+                changed[j] += sign * INCREMENT * size
+                change = self._value(changed, at) - self._value(self.parameters, at)
+                changes.append(change / (changed[j] - self.parameters[j]))
+            return bool(np.allclose(changes, quotient, rtol=RESOLVED, atol=0.0))
+        return False
 
     def _resolved(self, j: int, at: tuple[float, Array, Array]) -> tuple[float, Array] | None:
         """Return a size of parameter j, closest to 1, for which the difference quotients are accurate, and the quotient."""

@@ -449,3 +449,16 @@ def test_parameters_far_below_their_effect_have_accurate_sensitivities(method, p
     s = solve_dae(gauge, (0, 1), [1, p], [-1 - p, 0], method, parameters=[p], dy0_dp=[[0], [1]], rtol=1e-6, atol=1e-8)
     # The error test is loose, because y changes by less than its tolerances if the parameter changes by its size.
     np.testing.assert_allclose(s.dy_dp[:, 0, -1], [-math.exp(-1.0), 1.0], rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("function", "slope"),
+    [(lambda p: max(p, 0.0), 1.0), (lambda p: max(p - 1.0, 0.0), 0.0), (lambda p: min(p, 1.0), 1.0), (abs, 1.0)],
+)
+def test_limits_of_small_parameters_do_not_affect_their_increments(function, slope):
+    def residual(t, y, yp, p):
+        return yp + y - function(p[0])
+
+    s = solve_dae(residual, (0, 1), [1.0], [-1.0], "radau5", parameters=[1e-3], rtol=1e-6, atol=1e-8)
+    # dy/dp = slope (1 - exp(-t)); one hundred tolerances.
+    assert abs(s.dy_dp[0, 0, -1] - slope * (1.0 - math.exp(-1.0))) < 1e-4
