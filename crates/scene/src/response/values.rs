@@ -89,11 +89,17 @@ impl Values {
         probes.chain(ratios).collect()
     }
 
+    /// Returns the index of the first value of a table.
+    pub(crate) fn first(&self, table: &str) -> usize {
+        let tables = self.tables().into_iter();
+        tables.take_while(|(name, _)| name != table).map(|(_, values)| values.len()).sum()
+    }
+
     /// Returns the values of all probes, but not the ratios.
     ///
     /// # Errors
     /// Returns the errors of the probes.
-    pub(super) fn read_probes(
+    pub(crate) fn read_probes(
         &self,
         motion: &HarmonicMotion<'_>,
     ) -> Result<Vec<Complex64>, ModelError> {
@@ -107,7 +113,7 @@ impl Values {
     ///
     /// # Errors
     /// Returns the errors of the probes. Also fails if the denominator of a ratio is zero.
-    pub(super) fn read(
+    pub(crate) fn read(
         &self,
         s: Complex64,
         motion: &HarmonicMotion<'_>,
@@ -127,9 +133,9 @@ impl Values {
         Ok(values)
     }
 
-    /// Returns the derivative of the value with the index `k` at s = iω along a motion. `values` contains all values,
-    /// and `changes` contains the derivatives of the probes' values.
-    pub(super) fn change(
+    /// Returns the derivative of the value with the index `k` at s = iω along a motion or parameter. `values` contains
+    /// all values, and `changes` contains the derivatives of the probes' values.
+    pub(crate) fn change(
         &self,
         k: usize,
         s: Complex64,

@@ -20,15 +20,15 @@ pub struct Parameter {
     pub high: Option<f64>,
 }
 
-/// Measured column of a probe [default: all, named `PROBE.COLUMN`].
+/// Measured column of a probe or ratio [default: all, named `PROBE.COLUMN`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Output {
     /// Column name in the data, or `observableId`.
     #[schemars(length(min = 1))]
     pub name: String,
-    /// Name of the probe.
+    /// Name of the probe or of the ratio of a response.
     pub probe: String,
-    /// Column of the probe's table.
+    /// Column of its table.
     pub column: String,
     /// Plane shear wave for which the response of the value `column`, such as `"R_x"`, is the complex shear modulus, Pa.
     #[serde(skip_serializing_if = "Option::is_none")]

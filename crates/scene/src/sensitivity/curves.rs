@@ -12,7 +12,7 @@ use myovib_model::{Advance, Integrator, IntegratorKind, ModelError, MuscleDae, S
 
 use super::parameters::body;
 use crate::probe::{Reading, StateAt, within_half_a_turn};
-use crate::response::{Part, harmonic_probes};
+use crate::response::{Part, Values};
 use crate::run::start::{driving, initial};
 use crate::scene::Scene;
 use crate::scene_file::identification::{Output as OutputSettings, ShearWave};
@@ -20,12 +20,13 @@ use crate::system::System;
 use crate::watch::Watcher;
 use crate::{Error, InputError};
 
-/// An output of a scene: one column of a probe.
+/// An output of a scene: one column of a probe or, in a response, of a ratio.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
     pub name: String,
-    /// Name of the probe's column.
+    /// Name of the column.
     pub column_name: String,
+    /// Index of the probe; the ratios of a response follow the probes.
     pub(super) probe: usize,
     /// Zero-based index of the column, not counting the time or frequency.
     pub(super) column: usize,
@@ -68,62 +69,93 @@ impl Output {
     }
 }
 
-/// Returns the column names of a probe. These are the values in a motion, or the parts of the complex values in a
-/// response.
-fn column_names(is_response: bool, probe: &dyn Reading) -> Vec<String> {
-    let names = probe.names();
-    match (is_response, probe.harmonic()) {
-        (false, _) => names,
-        (true, Some(_)) => names.iter().flat_map(|name| Part::columns(name)).collect(),
-        (true, None) => Vec::new(),
+/// A source of outputs: a probe, or a ratio of a response.
+struct Source<'a> {
+    name: &'a str,
+    /// `None` for a ratio.
+    probe: Option<&'a dyn Reading>,
+}
+
+impl<'a> Source<'a> {
+    /// Returns the probes and then the ratios of a scene.
+    fn all(scene: &'a Scene, probes: &'a [Box<dyn Reading>]) -> Vec<Self> {
+        let named = scene.file.probe.iter().zip(probes);
+        let probes = named.map(|(file, probe)| Self { name: &file.name, probe: Some(&**probe) });
+        let ratios = scene.file.response.iter().flat_map(|response| &response.ratio);
+        probes.chain(ratios.map(|ratio| Self { name: &ratio.name, probe: None })).collect()
+    }
+
+    /// Returns whether the source accumulates over time.
+    fn accumulates(&self) -> bool {
+        self.probe.is_some_and(|probe| probe.balance().is_some())
+    }
+
+    /// Returns the names of the complex values in a response.
+    fn complex_names(&self) -> Vec<String> {
+        match self.probe {
+            None => vec![self.name.to_owned()],
+            Some(probe) if probe.harmonic().is_some() => probe.names(),
+            Some(_) => Vec::new(),
+        }
+    }
+
+    /// Returns the column names. These are the values in a motion, or the parts of the complex values in a response.
+    fn column_names(&self, is_response: bool) -> Vec<String> {
+        match is_response {
+            true => self.complex_names().iter().flat_map(|name| Part::columns(name)).collect(),
+            false => self.probe.map(Reading::names).unwrap_or_default(),
+        }
+    }
+
+    /// Returns the names of the columns from which an output can be computed. Waves are computed from complex values.
+    fn names_for(&self, settings: &OutputSettings, is_response: bool) -> Vec<String> {
+        match settings.shear_wave {
+            None => self.column_names(is_response),
+            Some(_) if is_response => self.complex_names(),
+            Some(_) => Vec::new(),
+        }
+    }
+
+    /// Returns a full turn in the unit of a column if the column contains an angle.
+    fn turn(&self, is_response: bool, column: usize) -> Option<f64> {
+        match is_response {
+            true => (Part::of_column(column) == Part::Phase).then_some(360.0),
+            false => self.probe.is_some_and(|probe| probe.is_angle(column)).then_some(TAU),
+        }
     }
 }
 
-/// Returns the names of the probe columns from which an output can be computed. Waves are computed from complex values.
-fn names_for(settings: &OutputSettings, is_response: bool, probe: &dyn Reading) -> Vec<String> {
-    match (settings.shear_wave, probe.harmonic()) {
-        (None, _) => column_names(is_response, probe),
-        (Some(_), Some(_)) if is_response => probe.names(),
-        (Some(_), _) => Vec::new(),
-    }
-}
-
-/// Returns a full turn in the unit of a probe's column if the column contains an angle.
-fn turn(scene: &Scene, probe: &dyn Reading, column: usize) -> Option<f64> {
-    match scene.is_response() {
-        true => (Part::of_column(column) == Part::Phase).then_some(360.0),
-        false => probe.is_angle(column).then_some(TAU),
-    }
-}
-
-/// Returns the outputs of a scene: its `[[output]]` entries or, without such entries, all columns of its probes. If a
-/// scene has outputs for motions and for responses, only those for its analysis are returned.
+/// Returns the outputs of a scene: its `[[output]]` entries or, without such entries, all columns of its probes and
+/// ratios. If a scene has outputs for motions and for responses, only those for its analysis are returned.
 ///
 /// # Errors
-/// Fails if a probe or column is unknown, if a probe accumulates over time, or if a name is used twice.
+/// Fails if a probe, ratio or column is unknown, if a probe accumulates over time, or if a name is used twice.
 pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
     let probes = scene.readings()?;
-    if scene.is_response() {
-        harmonic_probes(scene)?;
+    let is_response = scene.is_response();
+    if is_response {
+        Values::of_scene(scene)?;
     }
     let file = &scene.file;
+    let sources = Source::all(scene, &probes);
     if file.output.is_empty() {
-        return all_columns(scene, &probes);
+        return all_columns(is_response, &sources);
     }
     // Outputs for the other analysis are skipped if the scene has outputs for both analyses.
-    let has_column = |is_response: bool, k: usize, settings: &OutputSettings| {
-        names_for(settings, is_response, &*probes[k]).contains(&settings.column)
+    let has_column = |is_response: bool, source: &Source<'_>, settings: &OutputSettings| {
+        source.names_for(settings, is_response).contains(&settings.column)
     };
     let is_own = |settings: &OutputSettings| {
-        let k = file.probe.iter().position(|probe| probe.name == settings.probe);
-        k.is_some_and(|k| has_column(scene.is_response(), k, settings))
+        let mut named = sources.iter().filter(|source| source.name == settings.probe);
+        named.any(|source| has_column(is_response, source, settings))
     };
     let has_own = file.output.iter().any(is_own);
     let named = file.output.iter().enumerate().map(|(i, settings)| {
-        let k = probe_of(scene, i, &probes)?;
-        let names = names_for(settings, scene.is_response(), &*probes[k]);
+        let k = source_of(scene, i, &sources)?;
+        let source = &sources[k];
+        let names = source.names_for(settings, is_response);
         let column = names.iter().position(|name| *name == settings.column);
-        let is_other = has_own && has_column(!scene.is_response(), k, settings);
+        let is_other = has_own && has_column(!is_response, source, settings);
         if column.is_none() && !is_other {
             return Err(no_column(scene, i, &names));
         }
@@ -147,27 +179,24 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
                     column: Part::ALL.len() * column,
                     ..own
                 },
-                None => Output { turn: turn(scene, &*probes[k], column), ..own },
+                None => Output { turn: source.turn(is_response, column), ..own },
             }
         }))
     });
     named.filter_map(Result::transpose).collect()
 }
 
-fn all_columns(scene: &Scene, probes: &[Box<dyn Reading>]) -> Result<Vec<Output>, InputError> {
+fn all_columns(is_response: bool, sources: &[Source<'_>]) -> Result<Vec<Output>, InputError> {
     let mut all = Vec::new();
-    for (k, (probe, what)) in scene.file.probe.iter().zip(probes).enumerate() {
-        if what.balance().is_some() {
-            continue;
-        }
-        let names = column_names(scene.is_response(), &**what).into_iter().enumerate();
+    for (k, source) in sources.iter().enumerate().filter(|(_, source)| !source.accumulates()) {
+        let names = source.column_names(is_response).into_iter().enumerate();
         all.extend(names.map(|(column, name)| Output {
-            name: format!("{}.{name}", probe.name),
+            name: format!("{}.{name}", source.name),
             column_name: name,
             probe: k,
             column,
             noise: None,
-            turn: turn(scene, &**what, column),
+            turn: source.turn(is_response, column),
             shear_wave: None,
         }));
     }
@@ -178,15 +207,15 @@ fn all_columns(scene: &Scene, probes: &[Box<dyn Reading>]) -> Result<Vec<Output>
     }
 }
 
-/// Returns the index of the probe to which the `[[output]]` entry with index `i` refers.
-fn probe_of(scene: &Scene, i: usize, probes: &[Box<dyn Reading>]) -> Result<usize, InputError> {
-    let (file, name) = (&scene.file, &scene.file.output[i].probe);
-    let error = match file.probe.iter().position(|probe| probe.name == *name) {
-        Some(k) if probes[k].balance().is_none() => return Ok(k),
+/// Returns the index of the source to which the `[[output]]` entry with index `i` refers.
+fn source_of(scene: &Scene, i: usize, sources: &[Source<'_>]) -> Result<usize, InputError> {
+    let name = &scene.file.output[i].probe;
+    let error = match sources.iter().position(|source| source.name == *name) {
+        Some(k) if !sources[k].accumulates() => return Ok(k),
         Some(_) => InputError::new(format!("the probe `{name}` accumulates over time"))
             .allowed("a probe of the state: a point, line, average, reaction, volume or coherence"),
         None => {
-            let names: Vec<&str> = file.probe.iter().map(|probe| probe.name.as_str()).collect();
+            let names: Vec<&str> = sources.iter().map(|source| source.name).collect();
             InputError::new(format!("unknown probe `{name}`")).allowed(names.join(", "))
         }
     };

@@ -8,8 +8,8 @@ use num_complex::Complex64;
 
 use super::curves::{Output, Sample};
 use super::parameters::{Parameterized, around, body};
-use crate::probe::{HarmonicMotion, Reading};
-use crate::response::{PRELOAD, Part, equilibrium};
+use crate::probe::HarmonicMotion;
+use crate::response::{PRELOAD, Part, Values, equilibrium};
 use crate::scene::Body;
 use crate::watch::Watcher;
 use crate::{Error, Scene};
@@ -34,7 +34,12 @@ pub fn respond(
 ) -> Result<Vec<Sample>, Error> {
     let at = scene.at(values)?;
     let body = body(&at)?;
-    let probes = at.readings()?;
+    let all = Values::of_scene(&at)?;
+    let ratios = at.file.response.iter().flat_map(|response| &response.ratio);
+    let names = at.file.probe.iter().map(|probe| &probe.name);
+    let names: Vec<&String> = names.chain(ratios.map(|ratio| &ratio.name)).collect();
+    let index = |output: &Output| all.first(names[output.probe]) + output.column / Part::ALL.len();
+    let chosen: Vec<usize> = outputs.iter().map(index).collect();
     let response = HarmonicResponse::about(
         &body.muscle,
         body.formulation,
@@ -54,18 +59,23 @@ pub fn respond(
     let neighbors = (0..count).map(neighbors);
     let neighbors = neighbors.collect::<Result<Vec<_>, Error>>()?;
     let read = |stiffness: &DynamicStiffness, amplitude: &Amplitude| {
-        read(&probes, outputs, &HarmonicMotion::Body(stiffness, amplitude))
+        all.read_probes(&HarmonicMotion::Body(stiffness, amplitude))
     };
     let rows =
         response.map_with_derivatives(frequencies, &neighbors, |amplitude, derivatives| {
             if watcher.is_interrupted() {
                 return Err(ModelError::Interrupted);
             }
-            let values = read(response.stiffness(), amplitude)?;
-            let derivatives = neighbors.iter().zip(derivatives);
-            let derivatives = derivatives
-                .map(|(near, derivative)| near.differentiate(amplitude, derivative, read));
-            Ok((values, derivatives.collect::<Result<Vec<_>, _>>()?))
+            let s = amplitude.s;
+            let motion = HarmonicMotion::Body(response.stiffness(), amplitude);
+            let values = all.read(s, &motion)?;
+            let derivatives = neighbors.iter().zip(derivatives).map(|(near, derivative)| {
+                let changes = near.differentiate(amplitude, derivative, read)?;
+                let change = |k: &usize| all.change(*k, s, &values, &changes);
+                Ok(chosen.iter().map(change).collect::<Vec<_>>())
+            });
+            let derivatives = derivatives.collect::<Result<Vec<_>, ModelError>>()?;
+            Ok((chosen.iter().map(|k| values[*k]).collect::<Vec<_>>(), derivatives))
         })?;
     if rows.len() < frequencies.len() {
         return Err(Error::Stopped("interrupted".to_owned()));
@@ -100,22 +110,4 @@ fn preloaded(scene: &Scene, body: &Body, watcher: Watcher<'_>) -> Result<Equilib
     let key = (PRELOAD, preload_time);
     let (found, _) = equilibrium(scene, &body.muscle, body.formulation, key, watcher)?;
     Ok(found)
-}
-
-/// Returns the complex value of each output. Each probe is read once.
-fn read(
-    probes: &[Box<dyn Reading>],
-    outputs: &[Output],
-    motion: &HarmonicMotion<'_>,
-) -> Result<Vec<Complex64>, ModelError> {
-    let rows = probes.iter().enumerate().map(|(k, probe)| {
-        let is_output = outputs.iter().any(|output| output.probe == k);
-        match probe.harmonic().filter(|_| is_output) {
-            Some(reading) => reading.amplitudes(motion),
-            None => Ok(Vec::new()),
-        }
-    });
-    let rows = rows.collect::<Result<Vec<_>, _>>()?;
-    let values = outputs.iter().map(|output| rows[output.probe][output.column / Part::ALL.len()]);
-    Ok(values.collect())
 }

@@ -61,6 +61,13 @@ frequencies = "1..60:adaptive"
 preload_time = 0.0
 "#;
 
+/// A ratio for the beam.
+const MOBILITY: &str = r#"[[response.ratio]]
+name = "mobility"
+numerator = "tip.v_y"
+denominator = "clamp.R_y"
+"#;
+
 const KEYS: [&str; 15] = [
     "solid.bulk_modulus",
     "solid.rayleigh_mass",
@@ -139,10 +146,11 @@ fn differences(
 #[test]
 fn derivatives_are_limits_of_differences_of_order_four() {
     let folder = tempfile::tempdir().unwrap();
+    let beam = format!("{BEAM}{MOBILITY}");
     for (set, text) in [
-        (None, BEAM.to_owned()),
-        (None, BEAM.replace("bulk_modulus = 1e5", "bulk_modulus = inf")),
-        (Some("response.preload_time="), BEAM.to_owned()),
+        (None, beam.clone()),
+        (None, beam.replace("bulk_modulus = 1e5", "bulk_modulus = inf")),
+        (Some("response.preload_time="), beam),
     ] {
         let path = written(folder.path(), &text, &KEYS);
         let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
@@ -150,7 +158,7 @@ fn derivatives_are_limits_of_differences_of_order_four() {
         let mut outputs = outputs(&scene.scene).unwrap();
         // Amplitudes and phases follow from the real and imaginary parts.
         outputs.retain(|output| ["_re", "_im"].iter().any(|part| output.name.ends_with(part)));
-        assert_eq!(outputs.len(), 10);
+        assert_eq!(outputs.len(), 12);
         let frequencies = [1.5, 9.0, 22.0, 60.0];
         let found = samples(&scene, &scene.values(), &outputs, &frequencies, true);
         for (j, parameter) in scene.parameters.iter().enumerate() {

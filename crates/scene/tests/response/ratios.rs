@@ -1,7 +1,9 @@
 //! Transmissibility, impedance and apparent mass of a shaken slab against closed forms.
 
+use myovib_scene::fit::Outcome;
 use num_complex::Complex64;
 
+use crate::fits::{fit, written};
 use crate::refusals::refusal_of;
 use crate::{column, response};
 
@@ -68,18 +70,22 @@ denominator = "top.a_x"
     )
 }
 
+/// Returns the ratios at a frequency, from the closed form for a slab with this shear modulus and viscosity.
+fn exact([shear_modulus, viscosity]: [f64; 2], width: f64, f: f64) -> [Complex64; 3] {
+    let s = Complex64::new(0.0, std::f64::consts::TAU * f);
+    let modulus = shear_modulus + s * viscosity / 2.0;
+    let wavenumber = s / Complex64::I * (1100.0 / modulus).sqrt();
+    let phase = wavenumber * 0.03;
+    let stiffness = width * modulus * wavenumber * phase.cos() / phase.sin();
+    [(0.5 * phase).sin() / phase.sin(), stiffness / s, stiffness / (s * s)]
+}
+
 /// Returns the largest relative error of each ratio.
 fn errors(n: usize) -> [f64; 3] {
     let found = response(&slab(n));
-    let width = 0.03 / n as f64;
     let mut errors = [0.0_f64; 3];
     for (i, f) in FREQUENCIES.into_iter().enumerate() {
-        let s = Complex64::new(0.0, std::f64::consts::TAU * f);
-        let modulus = 20400.0 + s * 10.0 / 2.0;
-        let wavenumber = s / Complex64::I * (1100.0 / modulus).sqrt();
-        let phase = wavenumber * 0.03;
-        let stiffness = width * modulus * wavenumber * phase.cos() / phase.sin();
-        let exact = [(0.5 * phase).sin() / phase.sin(), stiffness / s, stiffness / (s * s)];
+        let exact = exact([20400.0, 10.0], 0.03 / n as f64, f);
         for ((error, exact), name) in errors.iter_mut().zip(exact).zip(RATIOS) {
             let relative = (column(&found, name, name)[i] / exact - 1.0).norm();
             *error = error.max(relative);
@@ -94,6 +100,37 @@ fn ratios_of_a_slab_converge_to_the_closed_form() {
     for ((coarse, fine), name) in coarse.into_iter().zip(fine).zip(RATIOS) {
         // Quadratic elements: displacements at points have order 3, the force has order 4.
         assert!(fine < 1e-4 && fine < coarse / 7.0, "{name}: {coarse:e} {fine:e}");
+    }
+}
+
+/// Fits shear modulus and viscosity to the transmissibility of the closed form.
+#[test]
+fn a_fitted_transmissibility_gives_modulus_and_viscosity() {
+    let folder = tempfile::tempdir().unwrap();
+    let outputs = ["amplitude", "phase"].map(|part| {
+        format!(
+            "[[output]]\nname = \"{part}\"\nprobe = \"transmissibility\"\n\
+             column = \"transmissibility_{part}\"\nnoise = 1e-3\n"
+        )
+    });
+    let text = slab(16) + &outputs.concat();
+    let path = written(
+        folder.path(),
+        &text.replace("shear_modulus = 20400.0", "shear_modulus = 15e3"),
+        &["material[0].shear_modulus", "material[0].viscosity"],
+    );
+    let constants = [24e3, 16.0];
+    let rows = FREQUENCIES.map(|f| {
+        let [gain, ..] = exact(constants, 0.03 / 16.0, f);
+        format!("{f},{:e},{:e}\n", gain.norm(), gain.arg().to_degrees())
+    });
+    let data = folder.path().join("measured.csv");
+    std::fs::write(&data, format!("f,amplitude,phase\n{}", rows.concat())).unwrap();
+    let found = fit(&path, &data);
+    assert_eq!(found.outcome(), Outcome::Converged);
+    for (value, exact) in found.fit.values.iter().zip(constants) {
+        // The elements have errors of up to 1e-3 on this mesh.
+        assert!((value / exact - 1.0).abs() < 1e-3, "{value} {exact}");
     }
 }
 
