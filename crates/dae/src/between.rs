@@ -23,13 +23,13 @@ const PERTURBATIONS: u64 = 4;
 /// for each.
 const MAX_RESIDUAL_RATIO: f64 = 2500.0;
 
-/// Checks F(t, y, ẏ) at a time within a step of size `h`. Here, y and ẏ are values of dense output, and `weights` are
-/// the reciprocals of the tolerances.
+/// Checks F(t, y, ẏ) at a time within a step of size `h`. Here, y and ẏ are taken from the dense output, and `weights`
+/// are the reciprocals of the tolerances.
 ///
 /// Integrators evaluate F only at the ends of steps or at stages. The error test does not detect an input that acts
-/// between these times or oscillates many times within a step. However, dense output does not satisfy the equation
-/// between these times. The residual is compared with its change when y and ẏ change by their tolerances, 1/w and
-/// 1/(w h). The check costs five evaluations of F.
+/// between these times or oscillates many times within a step. Dense output then does not satisfy the equation. As it
+/// never satisfies the equation exactly, the residual is compared with the change that is caused by perturbing y and ẏ
+/// by their tolerances, 1/w and 1/(w h). The check costs five evaluations of F.
 ///
 /// # Errors
 /// Returns errors of the residual, for example if the dense output is outside the domain of F.

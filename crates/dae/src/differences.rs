@@ -174,8 +174,8 @@ impl Differences {
         Ok(())
     }
 
-    /// Returns a fine displacement of unknown j, or of ẏ_j (multiplied by h) if `a` is 0. Its quotients are compared
-    /// with those of the usual displacement. Returns `None` if no comparison is necessary.
+    /// Returns a small displacement of unknown j or, if `a` is 0, of h ẏ_j. The difference quotients computed with it
+    /// are compared with those computed with the usual displacement. Returns `None` if no comparison is necessary.
     fn fine_displacement(&self, at: &Linearization<'_>, a: f64, j: usize) -> Option<f64> {
         if !self.refines {
             return None;

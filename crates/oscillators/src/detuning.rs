@@ -14,7 +14,7 @@ use crate::error::Error;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Generator {
-    /// MT19937, as MATLAB's `rand`; seed 5489 corresponds to `rng(0)`.
+    /// MT19937, as used by MATLAB's `rand`; seed 5489 corresponds to `rng(0)`.
     #[default]
     Matlab,
     /// ChaCha with 8 rounds.

@@ -32,8 +32,8 @@ const NEGATIVE: f64 = 1e-10;
 /// larger space does not lead to convergence, the factors are inaccurate.
 const VECTORS_PER_MODE: usize = 10;
 const FURTHER_VECTORS: usize = 200;
-/// Number of basis vectors per requested mode from which convergence is tested. Earlier tests would be
-/// inefficient, because the projected problem costs more than the vectors.
+/// Convergence is tested once the basis has this many vectors per requested mode. Earlier tests would be inefficient,
+/// because the projected problem costs more than the vectors.
 const FEWEST_VECTORS_PER_MODE: usize = 2;
 
 /// A harmonic vibration mode.

@@ -4,8 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::pencil::Pencil;
 
-/// Number of decades below the envelope from which entries are treated as rounding errors of an assembly and
-/// ignored.
+/// Entries at least this many decades below the envelope are treated as rounding errors of the assembly and ignored.
 const ROUNDING_DECADES: f64 = 10.0;
 /// Weight of entries below the envelope in its fit. Entries above the envelope have weight 1.
 const BELOW: f64 = 0.01;

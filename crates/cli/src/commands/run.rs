@@ -237,7 +237,7 @@ fn errors(estimate: &Value) -> String {
     )
 }
 
-/// Formats in one line the errors of the probes that the integrator estimates.
+/// Formats the integrator's error estimates for the probes on one line.
 fn indicator(probes: &Value) -> String {
     let probes = probes.as_object().into_iter().flatten();
     let worst = probes.filter_map(|(probe, columns)| {

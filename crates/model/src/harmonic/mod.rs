@@ -371,8 +371,8 @@ impl HarmonicResponse {
         Ok(Amplitude { s, displacement, pressure: x[pressures].to_vec() })
     }
 
-    /// Returns the derivative of the amplitude `at` with respect to a parameter p, computed from
-    /// K û' = −∂(K û − f̂)/∂p.
+    /// Returns the derivative û' of the amplitude with respect to a parameter p, evaluated at the amplitude `at`. It
+    /// follows from K û' = −∂(K û − f̂)/∂p.
     fn derivative(
         &self,
         factorized: &mut Factorized,

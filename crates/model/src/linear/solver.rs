@@ -57,7 +57,7 @@ impl CondensedSolver {
         Ok(Self { relaxation: None, ..Self::new(dae, options)? })
     }
 
-    /// Allocates a real and `n_complex` complex matrices after checking the available memory.
+    /// Allocates one real matrix and `n_complex` complex matrices after checking the available memory.
     fn allocate(&mut self, n_complex: usize) -> Result<(), SparseError> {
         if !self.is_allocated || self.complex.len() != n_complex {
             if let Some(needs) = self.reduction.needs(n_complex) {

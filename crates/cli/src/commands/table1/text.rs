@@ -119,7 +119,7 @@ fn toward_limit(limit: &[(Case, IndexReport)]) -> String {
     format!("(29) as κ → ∞, β → 0{found}:\n")
 }
 
-/// Formats the comparison of (34) in the discretization of COMSOL with (33).
+/// Formats the comparison between (33) and (34) in the discretization of COMSOL.
 pub(super) fn counterexample(matching: &Solution, richer: &Solution) -> String {
     use Align::{Left, Right};
     let mut table = Table::new(&[
