@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cached_property
 from typing import Any
 
@@ -61,6 +62,12 @@ class Structure:
         base = self._evaluate(residual, t, y, yp)
         self.quotient = column
         by_y, by_yp = ([column(j, size, rate) for j, size in enumerate(self.sizes[rate])] for rate in (False, True))
+        for j, size in enumerate(self.sizes[False]):
+            # An increment without any effect may be below the rounding of F.
+            larger = np.sqrt(np.finfo(float).eps) * np.abs(y).max()
+            if size < larger and not by_y[j].any() and not by_yp[j].any():
+                with suppress(Exception):  # outside of the domain of F
+                    self.sizes[False][j], by_y[j] = larger, column(j, larger, False)
         self.df_dy, self.df_dyp = np.column_stack(by_y), np.column_stack(by_yp)
         self.algebraic = ~self.df_dyp.any(axis=0)
 

@@ -51,6 +51,17 @@ def test_robertson_has_the_published_values(method, jacobian):
     assert (np.abs(s.y[:, -1] - ROBERTSON_LATE) <= 1e-4 * ROBERTSON_LATE + 1e2 * atol).all()
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_tolerances_may_be_below_the_rounding_of_other_variables(method):
+    # A variable of 0 was moved by 1e-16, which is lost beside 1 in the last equation, so BDF stopped at the start.
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        s = solve_dae(robertson, (0, 1e11), [1, 0, 0], [-0.04, 0.04, 0], method, rtol=1e-6, atol=1e-16)
+    assert s.status == 0
+    # BDF accumulates several tolerances.
+    np.testing.assert_allclose(s.y[:, -1], ROBERTSON_LATE, rtol=1e-5)
+
+
 def test_robertson_agrees_with_scipy():
     def rates(t, y):
         return -robertson(t, np.r_[y, 1 - y.sum()], np.zeros(3))[:2]

@@ -27,6 +27,9 @@ const SECOND: f64 = 0.7;
 /// Maximum relative difference of two fine quotients that are not dominated by rounding.
 const AGREEMENT: f64 = 1e-2;
 
+/// Factor by which a displacement without any effect is enlarged.
+const ENLARGEMENT: f64 = 1e4;
+
 /// Maximum difference of two fine quotients, relative to the difference between the first of them and the usual
 /// quotient. Below this ratio, the error of the usual quotient is far above rounding.
 const SIGNIFICANCE: f64 = 0.1;
@@ -53,6 +56,8 @@ const SIGNIFICANCE: f64 = 0.1;
 /// [fraction](FRACTION) of its value or of its change in the step, whichever is larger. The resulting change of F may
 /// be below the rounding of F, for example if the variable is added to a much larger one. Therefore, the evaluation is
 /// repeated with [another displacement](SECOND), and the quotients are used for entries where the two results agree.
+///
+/// If a displacement changes nothing in a combined matrix, it is [enlarged](Self::enlarge).
 #[derive(Debug, Clone)]
 pub(crate) struct Differences {
     groups: Vec<Vec<usize>>,
@@ -110,6 +115,9 @@ impl Differences {
             let is_refined = |&j: &usize| self.fine_displacement(at, a, j).is_some();
             if self.groups[group].iter().any(is_refined) {
                 self.refine(problem, pattern, at, (a, b), group, values)?;
+            }
+            if a != 0.0 && b != 0.0 {
+                self.enlarge(problem, pattern, at, (a, b), group, values)?;
             }
             for &j in &self.groups[group] {
                 (self.y[j], self.y_dot[j]) = (at.y[j], at.y_dot[j]);
@@ -171,6 +179,56 @@ impl Differences {
             }
         }
         self.fine = fine;
+        Ok(())
+    }
+
+    /// Enlarges displacements that have no effect on F, up to √ε times the largest variable. The effect of a variable
+    /// with a short displacement may be below the rounding of F, for example if the variable is zero, has a small
+    /// absolute tolerance and is added to a much larger variable. The matrix would be singular.
+    fn enlarge<P: Problem + ?Sized>(
+        &mut self,
+        problem: &mut P,
+        pattern: &SparsityPattern,
+        at: &Linearization<'_>,
+        (a, b): (f64, f64),
+        group: usize,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        let scale = a.abs().max((b * at.step).abs());
+        let limit = f64::EPSILON.sqrt() * self.largest;
+        let entries = |j: usize| pattern.major_offsets()[j]..pattern.major_offsets()[j + 1];
+        let has_effect = |values: &[f64], j: usize| values[entries(j)].iter().any(|v| *v != 0.0);
+        let mut lost = self.groups[group].clone();
+        lost.retain(|&j| {
+            let size = displacement(at, j, Perturbation::Usual).abs();
+            !entries(j).is_empty() && !has_effect(values, j) && size < limit
+        });
+        let mut factor = 1.0;
+        while !lost.is_empty() {
+            factor *= ENLARGEMENT;
+            for &j in &self.groups[group] {
+                (self.y[j], self.y_dot[j]) = (at.y[j], at.y_dot[j]);
+            }
+            let wanted = |j: usize| factor * displacement(at, j, Perturbation::Usual);
+            for &j in &lost {
+                let wanted = wanted(j);
+                self.displace(at, j, (a, b), wanted.abs().min(limit).copysign(wanted) / scale);
+            }
+            self.evaluations += 1;
+            match problem.residual(at.t, &self.y, &self.y_dot, &mut self.moved) {
+                Ok(()) if self.is_finite(pattern, group) => {}
+                Ok(()) | Err(StepError::Recoverable(_)) => break,
+                Err(error) => return Err(error),
+            }
+            lost.retain(|&j| {
+                // The first effect is a few rounding units of F, so its quotient is inaccurate.
+                let is_last = has_effect(values, j) || wanted(j).abs() >= limit;
+                for (entry, &i) in entries(j).zip(pattern.lane(j)) {
+                    values[entry] = (self.moved[i] - self.base[i]) / self.increments[j];
+                }
+                !is_last
+            });
+        }
         Ok(())
     }
 
@@ -454,5 +512,44 @@ mod tests {
             let sum = (column[0] + column[1]) / step;
             assert!(sum.abs() < 1e-3 * 1e-3, "{df_dyp:?}");
         }
+    }
+    /// y_0 decays, and y_1 is the rest of a constant sum.
+    struct Sum;
+
+    impl Problem for Sum {
+        fn n_unknowns(&self) -> usize {
+            2
+        }
+
+        fn residual(
+            &mut self,
+            _: f64,
+            y: &[f64],
+            v: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            r.copy_from_slice(&[v[0] + y[0], y[0] + y[1] - 1.0]);
+            Ok(())
+        }
+    }
+
+    /// Regression test: BDF stopped at the start of Robertson's problem with an absolute tolerance of 1e-16.
+    #[test]
+    fn displacements_below_the_rounding_of_other_variables_are_enlarged() {
+        let at = Linearization {
+            t: 0.0,
+            y: &[1.0, 0.0],
+            y_dot: &[-1.0, 0.0],
+            step: 1e-6,
+            weights: &[1e6, 1e20],
+        };
+        let mut jacobian = Jacobian::of(&Sum);
+        let mut values = [0.0; 4];
+        jacobian.combined(&mut Sum, &at, (1.0, 1e6), &mut values).unwrap();
+        let exact = [1e6 + 1.0, 1.0, 0.0, 1.0];
+        // Rounding of the second row, 1e-16, is divided by displacements of 1e-8 or more.
+        let errors = values.iter().zip(exact).map(|(v, e)| (v - e).abs() / e.max(1.0));
+        assert!(errors.fold(0.0, f64::max) < 1e-6, "{values:?}");
+        assert_eq!(jacobian.residual_evaluations(), 6);
     }
 }
