@@ -127,7 +127,7 @@ pub struct RadauOptions {
     /// Maximum number of steps in one call of [`integrate_to`](crate::RadauSolver::integrate_to); unlimited by default.
     /// The limit does not apply to a single [`step`](crate::RadauSolver::step).
     pub max_steps: Option<usize>,
-    /// Time that no step may pass until it is reached; none by default.
+    /// Time at which a step must end, so that no step passes it; none by default.
     pub stop_time: Option<f64>,
     /// Maximum number of error-test failures in one step; 10 by default.
     pub max_error_test_failures: usize,

@@ -218,8 +218,8 @@ impl<P: Problem> EliminatedVariables<P> {
         }
     }
 
-    /// Sets the problem's response to its value in the equations of the estimate after the states have been eliminated.
-    /// If `again`, the estimate is repeated: the equations are evaluated at (t, y), where y is the initial value minus
+    /// Sets the problem's response to the value that it has in the equations of the error estimate after the states have
+    /// been eliminated. If `again`, the estimate is repeated: the equations are evaluated at (t, y), where y is the initial value minus
     /// its estimated error.
     pub(crate) fn show_condensed(
         &mut self,

@@ -38,8 +38,8 @@ pub struct RadauBuilder<P> {
     internal: Option<(InternalVariables, Eliminate<P>)>,
 }
 
-/// Function that creates the internal variables from their specification, the method, and two factors: the relative
-/// tolerance and the factor for the tolerances.
+/// Function that creates the internal variables from their specification, the method, the relative tolerance, and a
+/// factor by which the tolerances are multiplied.
 type Eliminate<P> =
     fn(InternalVariables, &Method, (f64, f64)) -> Result<EliminatedVariables<P>, RadauError>;
 

@@ -21,8 +21,7 @@ const UNEXPLAINED: f64 = 30.0;
 /// The leading error of a smooth solution is removed, and may change by several hundred tolerances from step to step.
 pub(super) const DIFFERENT: f64 = 300.0;
 
-/// Growth of the step size, from the last step or to the next step, above which an input may act undetected between the
-/// stages.
+/// Ratio of the sizes of consecutive steps above which an input may act undetected between the stages.
 const FAST_GROWTH: f64 = 2.0;
 
 /// Residual between the stages, in units of the tolerances, that indicates an undetected input. If the solution is

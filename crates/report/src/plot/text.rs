@@ -121,7 +121,7 @@ fn runs(label: &str) -> Vec<Run<'_>> {
     runs
 }
 
-/// Splits a text at the first markup. A closing brace is markup only inside a subscript or a superscript.
+/// Splits a text at the first markup character. A closing brace is markup only inside a subscript or a superscript.
 fn split_at_mark(text: &str, level: Level) -> Option<(&str, &str, &str)> {
     let marks: &[&str] = if level == Level::Base { &["_{", "^{", "*"] } else { &["}", "*"] };
     let (at, mark) = marks.iter().filter_map(|mark| text.find(mark).map(|at| (at, *mark))).min()?;

@@ -89,7 +89,8 @@ impl<'a, T: Number> NarrowFront<'a, T> {
         take_columns(self.panel, m, 0, N..m)
     }
 
-    /// Computes `x` -= L `own` for the next `L` rows from `start` onward, and advances `start`.
+    /// Subtracts the product of the factor and `own` from the next `L` rows of `x`, beginning at `start`, and advances
+    /// `start`.
     #[inline(always)]
     fn scatter<R: Row<T>, const L: usize>(&self, x: &mut [R], own: [R; N], start: &mut usize) {
         let (rows, columns) = self.next::<L>(self.below(), start);

@@ -9,11 +9,11 @@ use super::callbacks::{Answer, Callbacks};
 use super::trampoline::{Boundary, boundary, guarded, state};
 use super::vector_view::zeroed_mut;
 
-/// Calls a function with the vectors of each sensitivity until the function fails.
+/// Calls a function with the vectors of each sensitivity in turn. Stops if a call fails.
 ///
 /// # Safety
-/// Must be called within a callback of IDAS with serial vectors of IDAS, `n` of them in each array. IDAS does not
-/// access them during the call.
+/// Must be called from a callback of IDAS. Each array contains `n` serial vectors of IDAS. IDAS does not access them
+/// during the call.
 unsafe fn each<C>(
     boundary: &mut Boundary<C>,
     n: c_int,

@@ -282,7 +282,7 @@ impl<'a> Bytes<'a> {
         Ok(text)
     }
 
-    /// Reads a count on a line of text.
+    /// Reads a count from a line of text.
     fn count(&mut self) -> Result<u64, MshProblem> {
         let line = self.line()?;
         line.parse().map_err(|_| MshProblem::Expected { expected: "a count", found: excerpt(line) })
